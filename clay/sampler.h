@@ -1,0 +1,38 @@
+#pragma once
+// Reads a version between its voxels.
+
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// Point reads of one version at voxel coordinates. Holds the last few bricks, so reads near each other are cheap. One
+/// thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while it is used.
+/// Where the field is not known (outside of the band) values are ±band and gradients fall to zero.
+class Sampler {
+ public:
+  explicit Sampler(const Version& version) noexcept { reset(version); }
+  Sampler() noexcept = default;
+  /// Reads another version from now on.
+  void reset(const Version& version) noexcept;
+
+  /// Distance in voxels at a voxel.
+  [[nodiscard]] float voxel(Coord voxel) noexcept;
+  /// Brick or tile at a brick coordinate, through the cache.
+  [[nodiscard]] Slot slot(Coord brick) noexcept;
+
+  /// Trilinear value in voxels; exact for linear fields.
+  [[nodiscard]] float trilinear(const Vec3d& p) noexcept;
+  /// Trilinear value and its gradient (voxels per voxel, pointing outwards).
+  float trilinear(const Vec3d& p, Vec3f& gradient) noexcept;
+  /// Tricubic (Catmull-Rom) value and gradient: once continuously differentiable, exact for quadratic fields.
+  float tricubic(const Vec3d& p, Vec3f& gradient) noexcept;
+
+ private:
+  const Node* root_ = nullptr;
+  const Node* region_ = nullptr;
+  Coord regionCoord_{INT32_MIN, 0, 0};
+  Slot regionTile_;
+  float band_ = 3;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,39 @@
+#pragma once
+// Memory of versions: slabs, and what happens when a version is dropped.
+
+#include <cstdint>
+#include <memory>
+
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// Owns the bricks and nodes of any number of versions. Create with make(); versions keep it alive.
+class Store : public std::enable_shared_from_this<Store> {
+ public:
+  static std::shared_ptr<Store> make();
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  /// Frees what dropped versions alone used, about `maxObjects` bricks and nodes at most; true when more waits. Any thread
+  /// but the servo's, beside the editor: a session calls it in the background. Never a stall: cost follows maxObjects.
+  bool collect(size_t maxObjects = 4096);
+
+  struct Usage {
+    uint64_t bricks = 0, nodes = 0;  ///< Live or waiting to be collected.
+    uint64_t slabBytes = 0;          ///< Taken from the system.
+    uint64_t versions = 0;           ///< Pinned or waiting.
+    [[nodiscard]] uint64_t bytes() const;
+  };
+  [[nodiscard]] Usage usage() const;
+
+ private:
+  friend class Version;
+  friend class Editor;
+  Store();
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,79 @@
+#pragma once
+// The clay's surface as quads, brick by brick, re-extracted only where the clay changed.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "clay/triangle_mesh.h"
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// A vertex as a quad names it: bits 0–12 its index in a brick's vertices, bits 13, 14, 15 whether that brick is one lower
+/// in x, y, z than the quad's own.
+using VertexRef = uint16_t;
+inline constexpr int kVertexRefBits = 13;
+inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
+
+/// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
+struct PackedNormal {
+  int16_t u = 0, v = 0;
+  static PackedNormal pack(const Vec3f& unit) noexcept;
+  [[nodiscard]] Vec3f unpack() const noexcept;
+  friend bool operator==(PackedNormal, PackedNormal) = default;
+};
+
+/// The part of the surface that one brick coordinate owns: the vertices of its 8×8×8 cells (cell v has the corners v to
+/// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed out.
+struct BrickMesh {
+  Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
+  uint64_t serial = 0;  ///< Names this content for good.
+  std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis.
+  std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards.
+  std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
+
+  std::unique_ptr<std::byte[]> storage;
+};
+
+using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
+
+/// What update() changed: for the renderer. A brick whose surface is gone comes as a mesh without quads and vertices.
+struct SurfaceDelta {
+  Grid grid;
+  std::vector<BrickMeshPtr> changed;  ///< In order of brick coordinate, each at most once.
+};
+
+/// The surface of one clay model, always closed and 2-manifold, following its versions. One thread calls update(); the
+/// meshes handed out may be read anywhere. Method, tables and the rule for ambiguous faces: NOTES.md, "Surface".
+class Surface {
+ public:
+  Surface();
+  ~Surface();
+  Surface(Surface&&) noexcept;
+  Surface& operator=(Surface&&) noexcept;
+
+  /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before; the
+  /// result does not depend on it, nor on `threads` (1 to 64).
+  SurfaceDelta update(const Version& version, int threads = 1);
+
+  [[nodiscard]] const Version& version() const;
+  [[nodiscard]] uint64_t vertexCount() const;
+  [[nodiscard]] uint64_t quadCount() const;
+  /// The mesh that a brick coordinate owns, or null.
+  [[nodiscard]] const BrickMesh* find(Coord brick) const;
+  /// Every brick mesh that has quads or vertices, in order of the tree.
+  void forEach(const std::function<void(const BrickMesh&)>& visit) const;
+  /// Hash of all that forEach visits, serials apart.
+  [[nodiscard]] uint64_t hash() const;
+  /// One welded mesh in world mm. O(model).
+  [[nodiscard]] TriangleMesh toMesh() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,68 @@
+#pragma once
+// A clay model at one moment: an immutable sparse narrow-band signed distance field.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "clay/brick.h"
+#include "clay/grid.h"
+
+namespace argil::clay {
+
+class Store;
+struct Node;
+struct VersionRecord;
+
+/// Brick coordinates lie in [-kBrickReach, kBrickReach): 262 144 voxels along each axis, whatever the model's size.
+inline constexpr int kTreeLevels = 5;  ///< Nodes of 8×8×8 children between a version and its bricks.
+inline constexpr int kBrickReach = 1 << (3 * kTreeLevels - 1);
+
+struct VersionStats {
+  uint64_t bricks = 0;
+  uint64_t nodes = 0;
+  [[nodiscard]] uint64_t bytes() const;  ///< Bricks and nodes; what versions share is counted in each of them.
+};
+
+/// Handle to a version: copying it pins the version, dropping the last handle hands what only that version used to
+/// Store::collect. Invariants (see NOTES.md): canonical (a brick exists exactly where some |phi| < band, equal content has
+/// equal bits), never changes. Handles may be copied and dropped on any thread but the servo's; reading through a handle
+/// that somebody else holds is allowed everywhere, wait-free.
+class Version {
+ public:
+  Version() = default;
+  /// All outside. Throws Error for a bad grid.
+  static Version empty(std::shared_ptr<Store> store, const Grid& grid);
+
+  explicit operator bool() const { return record_ != nullptr; }
+  friend bool operator==(const Version&, const Version&) = default;
+
+  [[nodiscard]] const Grid& grid() const;
+  [[nodiscard]] uint64_t id() const;  ///< Unique in its store, increasing from a version to those made from it.
+  [[nodiscard]] const std::shared_ptr<Store>& store() const;
+  [[nodiscard]] VersionStats stats() const;  ///< O(1).
+
+  /// What stands at a brick coordinate; outside of the reach: Tile::outside. Five dependent loads, noexcept, servo-safe.
+  [[nodiscard]] Slot find(Coord brick) const noexcept;
+
+  /// Calls back with every brick, in order of the tree (deterministic). O(model).
+  void forEachBrick(const std::function<void(const Brick&)>& visit) const;
+
+  /// Calls back with each brick coordinate where the two versions differ in a brick: (coordinate, what a has, what b has),
+  /// at least one of them a brick. Cost follows the difference, not the model. Both must be of one store.
+  static void forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit);
+
+  /// 64-bit hash of grid, coordinates and voxels: equal for equal content, whatever path led there. O(model).
+  [[nodiscard]] uint64_t hash() const;
+
+  /// Count of voxels with |phi| < band. O(model).
+  [[nodiscard]] uint64_t activeVoxels() const;
+
+  [[nodiscard]] const VersionRecord* record() const noexcept { return record_.get(); }
+  explicit Version(std::shared_ptr<const VersionRecord> record) : record_(std::move(record)) {}
+
+ private:
+  std::shared_ptr<const VersionRecord> record_;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,27 @@
+# Warnings are errors, results agree across compilers and CPUs, one binary runs from x86-64-v2 up
+# (kernels dispatch upwards at run time).
+option(ARGIL_WERROR "Treat warnings as errors" ON)
+set(ARGIL_SANITIZE "" CACHE STRING "Sanitizers to build with: address,undefined or thread")
+
+find_program(ARGIL_CCACHE ccache)
+if(ARGIL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${ARGIL_CCACHE})
+endif()
+find_program(ARGIL_MOLD mold)
+if(ARGIL_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+if(ARGIL_WERROR)
+  add_compile_options(-Werror)
+endif()
+# A fused multiply-add changes the last bit: stored results must have equal bits everywhere.
+add_compile_options(-ffp-contract=off -fno-math-errno)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  add_compile_options(-march=x86-64-v2)
+endif()
+if(ARGIL_SANITIZE)
+  add_compile_options(-fsanitize=${ARGIL_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${ARGIL_SANITIZE})
+endif()

@@ -1,0 +1,18 @@
+find_package(Threads REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
+
+# TBB first: OpenVDB's own find module shadows it and fails when it comes second.
+find_package(TBB CONFIG REQUIRED)
+list(APPEND CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")
+find_package(OpenVDB REQUIRED)
+list(REMOVE_ITEM CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")
+
+find_package(Vulkan REQUIRED COMPONENTS glslc)
+pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
+
+find_package(GTest REQUIRED)
