@@ -9,11 +9,6 @@
 
 namespace argil::clay {
 
-/// What a kernel knows about a brick it has just written.
-struct BrickState {
-  bool inBand = false;  ///< Some |phi| < band: the brick must exist.
-};
-
 /// One writer's transaction on a version: reads see the edits so far; commit() yields a new version that shares every
 /// untouched brick and node with the base. Bricks made in this transaction are written in place. One thread; at most one
 /// editor at a time per store. Destroyed without commit: the base is untouched, all is given back.
@@ -27,23 +22,28 @@ class Editor {
   [[nodiscard]] const Version& base() const { return base_; }
   [[nodiscard]] const Grid& grid() const { return base_.grid(); }
 
-  /// What stands at a brick coordinate now, edits included.
+  /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Consecutive calls in one region
+  /// (8×8×8 bricks) cost one load.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
 
   /// Replaces the content of a brick coordinate by 512 distances in voxels (Brick's order). Clamps to ±band, turns −0 to 0,
-  /// drops the brick to a tile where no |phi| < band. Equal content keeps the old brick. Throws Error for NaN or out of reach.
+  /// becomes a tile where no |phi| < band. Equal content keeps the old brick. Throws Error for NaN or out of reach.
   void setVoxels(Coord brick, std::span<const float, kBrickVoxels> phi);
-  /// Makes a brick coordinate a tile.
+  /// Makes a brick coordinate a tile. Throws Error out of reach.
   void setTile(Coord brick, Tile tile);
-  /// Makes all 8^(3·level) bricks of the aligned block that holds `brick` one tile (level 1: 8×8×8 bricks). O(1).
+  /// Makes the aligned block of 8^level bricks along each axis that holds `brick` one tile (level 1: 8×8×8 bricks; up to
+  /// kTreeLevels). Cost follows what stood there. Throws Error out of reach.
   void setBlock(Coord brick, int level, Tile tile);
 
-  // For kernels: a brick that is filled first and linked afterwards.
-  [[nodiscard]] Brick* newBrick(Coord brick);  ///< Uninitialised phi and inside; the editor owns it until linked or recycled.
+  // For kernels: a brick is filled first and linked afterwards.
+
+  /// Brick with uninitialised phi and inside; give it to link() or recycle().
+  [[nodiscard]] Brick* newBrick(Coord brick);
   void recycle(Brick* brick);
-  /// Links a filled brick (clamped, no NaN or −0, inside bits right). `inBand` false: becomes the tile of its first voxel.
+  /// Puts a filled brick (clamped, no NaN or −0, inside bits right, in reach) in its place. `inBand`, some |phi| < band; when
+  /// false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after writing in place.
   void link(Brick* brick, bool inBand);
-  /// The brick at a coordinate when this transaction made it (it may be written in place), else null.
+  /// The brick at a coordinate if this transaction made it, so that it may be written in place; else null.
   [[nodiscard]] Brick* own(Coord brick) noexcept;
 
   /// The new version; the editor is finished. Without any change: the base itself.
@@ -53,21 +53,27 @@ class Editor {
     uint64_t bricksMade = 0, nodesMade = 0;
     [[nodiscard]] uint64_t bytes() const;
   };
+  /// What this transaction took from the store so far.
   [[nodiscard]] Counts counts() const { return counts_; }
 
  private:
-  struct Path;
-  Node* writableRegion(Coord brick);
+  [[nodiscard]] uintptr_t* writableLink(Coord brick, int level);
+  [[nodiscard]] Node* newNode(uintptr_t fill);
+  void release(uintptr_t link, int level);
+  void collapse(Coord brick);
+  void place(Coord brick, uintptr_t link);
+
   Version base_;
   Store* store_;
-  Node* root_;       // committed as the new root; equals the base's until the first change
   uint64_t id_;
+  uintptr_t root_;
   int64_t bricksDelta_ = 0, nodesDelta_ = 0;
   Counts counts_;
-  Coord cachedRegion_{INT32_MIN, 0, 0};
-  Node* cachedNode_ = nullptr;
-  std::vector<Coord> regionsTouched_;
   bool changed_ = false;
+  std::vector<Coord> mayCollapse_;  // a brick coordinate in each region that got a tile
+  mutable Coord cachedRegion_{INT32_MIN, 0, 0};
+  mutable uintptr_t cachedLink_ = 0;
+  uint64_t serial_ = 0, serialEnd_ = 0;
 };
 
 }  // namespace argil::clay

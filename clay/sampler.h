@@ -5,7 +5,7 @@
 
 namespace argil::clay {
 
-/// Point reads of one version at voxel coordinates. Holds the last few bricks, so reads near each other are cheap. One
+/// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each other skip the tree. One
 /// thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while it is used.
 /// Where the field is not known (outside of the band) values are ±band and gradients fall to zero.
 class Sampler {
@@ -28,10 +28,12 @@ class Sampler {
   float tricubic(const Vec3d& p, Vec3f& gradient) noexcept;
 
  private:
-  const Node* root_ = nullptr;
-  const Node* region_ = nullptr;
+  template <int n>
+  void gather(Coord first, float (&out)[n][n][n]) noexcept;
+
+  uintptr_t root_ = 0;    // tree of the version (clay/tree.h)
+  uintptr_t region_ = 0;  // its region node or tile met last
   Coord regionCoord_{INT32_MIN, 0, 0};
-  Slot regionTile_;
   float band_ = 3;
 };
 

@@ -28,11 +28,11 @@ class Store : public std::enable_shared_from_this<Store> {
   };
   [[nodiscard]] Usage usage() const;
 
- private:
-  friend class Version;
-  friend class Editor;
-  Store();
   struct State;
+  [[nodiscard]] State& state() const { return *state_; }  ///< For the files of this room (clay/tree.h).
+
+ private:
+  Store();
   std::unique_ptr<State> state_;
 };
 

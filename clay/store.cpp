@@ -1,0 +1,187 @@
+#include "clay/store.h"
+
+#include <sys/mman.h>
+
+#include <cstring>
+#include <new>
+
+#include "clay/tree.h"
+
+namespace argil::clay {
+
+namespace {
+constexpr size_t kStock = 128;  // objects an editor takes at once: one lock for about a dab
+}
+
+SlabPool::~SlabPool() {
+  for (std::byte* arena : arenas_) munmap(arena, kArenaBytes + kSlabBytes);
+}
+
+void SlabPool::addSlab() {
+  if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
+    void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (map == MAP_FAILED) throw std::bad_alloc();
+    arenas_.push_back(static_cast<std::byte*>(map));
+    slabsInArena_ = 0;
+  }
+  const auto base = (reinterpret_cast<uintptr_t>(arenas_.back()) + kSlabBytes - 1) & ~(kSlabBytes - 1);
+  auto* slab = reinterpret_cast<std::byte*>(base + slabsInArena_ * kSlabBytes);
+  // One fault for a whole slab where the system grants huge pages, and never one in a kernel.
+  madvise(slab, kSlabBytes, MADV_HUGEPAGE);
+  for (size_t at = 0; at < kSlabBytes; at += 4096) slab[at] = std::byte{0};
+  const size_t count = kSlabBytes / objectBytes_;
+  // Lowest address last, so that it is handed out first.
+  for (size_t i = count; i-- > 0;) free_.push_back(slab + i * objectBytes_);
+  ++slabsInArena_;
+  ++slabs_;
+}
+
+void SlabPool::take(size_t count, std::vector<void*>& out) {
+  while (free_.size() < count) addSlab();
+  out.insert(out.end(), free_.end() - static_cast<std::ptrdiff_t>(count), free_.end());
+  free_.resize(free_.size() - count);
+}
+
+Brick* Store::State::newBrick() {
+  if (brickStock.empty()) {
+    const std::lock_guard lock(mutex);
+    bricks.take(kStock, brickStock);
+    liveBricks += kStock;
+  }
+  auto* brick = static_cast<Brick*>(brickStock.back());
+  brickStock.pop_back();
+  return brick;
+}
+
+Node* Store::State::newNode() {
+  if (nodeStock.empty()) {
+    const std::lock_guard lock(mutex);
+    nodes.take(kStock / 8, nodeStock);
+    liveNodes += kStock / 8;
+  }
+  auto* node = static_cast<Node*>(nodeStock.back());
+  nodeStock.pop_back();
+  return node;
+}
+
+void Store::State::freeAll(std::vector<void*>& bricksFreed, std::vector<void*>& nodesFreed) {
+  const std::lock_guard lock(mutex);
+  bricks.give(bricksFreed);
+  nodes.give(nodesFreed);
+  liveBricks -= bricksFreed.size();
+  liveNodes -= nodesFreed.size();
+  bricksFreed.clear();
+  nodesFreed.clear();
+}
+
+Store::Store() : state_(std::make_unique<State>()) {}
+
+// No version is left, so every record waits in `dropped`; bricks and nodes go with their slabs.
+Store::~Store() {
+  for (VersionRecord* record : state_->dropped) delete record;
+  delete state_->victim;
+}
+
+std::shared_ptr<Store> Store::make() { return std::shared_ptr<Store>(new Store); }
+
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& bricks, std::vector<void*>& nodes) {
+  if (isTile(own) || own == before || own == after) return;
+  if (level == 0) {
+    bricks.push_back(reinterpret_cast<void*>(own));
+    return;
+  }
+  const auto* node = reinterpret_cast<const Node*>(own);
+  const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
+  for (int i = 0; i < 512; ++i) gatherExclusive(node->child[i], childOf(before, i), childOf(after, i), level - 1, bricks, nodes);
+  nodes.push_back(reinterpret_cast<void*>(own));
+}
+
+bool Store::collect(size_t maxObjects) {
+  State& s = *state_;
+  const std::lock_guard onlyOne(s.collecting);
+  std::vector<void*> bricks, nodes;
+  // A node's 512 links count as 8 objects: the bound is on time, and a scan of shared links frees nothing.
+  size_t work = 0;
+  while (work < maxObjects) {
+    if (!s.victim) {
+      const std::lock_guard lock(s.mutex);
+      // A version with two children waits until one of them is gone: what both share of it is not told apart by a walk.
+      for (size_t i = 0; i < s.dropped.size() && !s.victim; ++i) {
+        if (s.dropped[i]->children.size() > 1) continue;
+        s.victim = s.dropped[i];
+        s.dropped[i] = s.dropped.back();
+        s.dropped.pop_back();
+      }
+      if (!s.victim) break;
+      const Link before = s.victim->parent ? s.victim->parent->root : 0;
+      const Link after = s.victim->children.empty() ? 0 : s.victim->children.front()->root;
+      if (!isTile(s.victim->root) && s.victim->root != before && s.victim->root != after)
+        s.walk.push_back({s.victim->root, before, after, kTreeLevels, 0});
+    }
+    while (!s.walk.empty() && work < maxObjects) {
+      State::Frame& f = s.walk.back();
+      const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
+      const auto* node = reinterpret_cast<const Node*>(f.own);
+      bool deeper = false;
+      while (f.next < 512) {
+        const int i = f.next++;
+        const Link own = node->child[i];
+        if (isTile(own)) continue;
+        const Link before = childOf(f.before, i), after = childOf(f.after, i);
+        if (own == before || own == after) continue;
+        if (f.level == 1) {
+          bricks.push_back(reinterpret_cast<void*>(own));
+          ++work;
+        } else {
+          s.walk.push_back({own, before, after, f.level - 1, 0});
+          deeper = true;
+          break;
+        }
+      }
+      if (!deeper) {
+        nodes.push_back(const_cast<Node*>(node));
+        work += 8;
+        s.walk.pop_back();
+      }
+    }
+    if (s.walk.empty()) {
+      const std::lock_guard lock(s.mutex);
+      VersionRecord* v = s.victim;
+      VersionRecord* child = v->children.empty() ? nullptr : v->children.front();
+      if (child) child->parent = v->parent;
+      if (v->parent) {
+        auto& siblings = v->parent->children;
+        for (size_t i = 0; i < siblings.size(); ++i)
+          if (siblings[i] == v) {
+            siblings.erase(siblings.begin() + static_cast<std::ptrdiff_t>(i));
+            break;
+          }
+        if (child) siblings.push_back(child);
+      }
+      delete v;
+      s.victim = nullptr;
+      --s.versions;
+      ++work;
+    }
+  }
+  s.freeAll(bricks, nodes);
+  const std::lock_guard lock(s.mutex);
+  if (s.victim) return true;
+  for (const VersionRecord* v : s.dropped)
+    if (v->children.size() <= 1) return true;
+  return false;
+}
+
+Store::Usage Store::usage() const {
+  const std::lock_guard lock(state_->mutex);
+  Usage usage;
+  usage.bricks = state_->liveBricks - state_->brickStock.size();
+  usage.nodes = state_->liveNodes - state_->nodeStock.size();
+  usage.slabBytes = state_->bricks.bytes() + state_->nodes.bytes();
+  usage.versions = state_->versions;
+  return usage;
+}
+
+uint64_t Store::Usage::bytes() const { return bricks * sizeof(Brick) + nodes * sizeof(Node); }
+
+}  // namespace argil::clay

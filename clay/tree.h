@@ -1,0 +1,123 @@
+#pragma once
+// Inside of a version: the tree of nodes. For the files of this room alone; others read through Version and Sampler.
+
+#include <atomic>
+#include <mutex>
+#include <vector>
+
+#include "clay/store.h"
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// 0 or 1: a Tile; else the address of a Node (levels 5 to 2) or of a Brick (level 1's children).
+using Link = uintptr_t;
+
+inline constexpr bool isTile(Link link) { return link <= 1; }
+inline constexpr Link linkOf(Tile tile) { return static_cast<Link>(tile); }
+
+/// 8×8×8 children. A node of level 1 (a region, 64 voxels wide) holds bricks, the root is of level kTreeLevels.
+struct alignas(64) Node {
+  uint64_t birth;  ///< Id of the version that made it: only that version's editor may write it.
+  Link child[512];
+};
+
+/// Child index, within a node of `level`, on the way to a brick.
+inline int childIndex(Coord brick, int level) {
+  const int shift = 3 * (level - 1);
+  const auto digit = [shift](int32_t c) { return static_cast<int>((static_cast<uint32_t>(c + kBrickReach) >> shift) & 7u); };
+  return (digit(brick.x) << 6) | (digit(brick.y) << 3) | digit(brick.z);
+}
+
+inline bool inReach(Coord b) {
+  const auto in = [](int32_t c) { return c >= -kBrickReach && c < kBrickReach; };
+  return in(b.x) && in(b.y) && in(b.z);
+}
+
+/// The link at level `stop` on the way to a brick (0: the brick itself); a tile met earlier is returned as it is.
+inline Link descend(Link root, Coord brick, int stop) noexcept {
+  Link link = root;
+  for (int level = kTreeLevels; level > stop; --level) {
+    if (isTile(link)) return link;
+    link = reinterpret_cast<const Node*>(link)->child[childIndex(brick, level)];
+  }
+  return link;
+}
+
+inline Slot slotOf(Link link) {
+  return isTile(link) ? Slot(static_cast<Tile>(link)) : Slot(reinterpret_cast<const Brick*>(link));
+}
+
+struct VersionRecord {
+  std::shared_ptr<Store> store;
+  Grid grid;
+  uint64_t id = 0;
+  Link root = 0;
+  VersionStats stats;
+  // The tree of versions, guarded by the store's mutex: what a dropped version may free is what neither its parent nor
+  // its child has at the same place.
+  VersionRecord* parent = nullptr;
+  std::vector<VersionRecord*> children;
+};
+
+/// Memory of equal-sized objects in pre-touched slabs. Guarded by the store's mutex.
+class SlabPool {
+ public:
+  explicit SlabPool(size_t objectBytes) : objectBytes_(objectBytes) {}
+  ~SlabPool();
+  SlabPool(const SlabPool&) = delete;
+  SlabPool& operator=(const SlabPool&) = delete;
+
+  /// Moves `count` free objects to `out`, taking slabs as needed.
+  void take(size_t count, std::vector<void*>& out);
+  void give(const std::vector<void*>& objects) { free_.insert(free_.end(), objects.begin(), objects.end()); }
+  [[nodiscard]] uint64_t bytes() const { return slabs_ * kSlabBytes; }
+
+ private:
+  static constexpr size_t kSlabBytes = size_t{2} << 20;    // one huge page
+  static constexpr size_t kArenaBytes = size_t{64} << 20;  // address space taken at once, touched slab by slab
+  void addSlab();
+
+  size_t objectBytes_;
+  std::vector<void*> free_;
+  std::vector<std::byte*> arenas_;  // as mapped: kArenaBytes + kSlabBytes for alignment
+  size_t slabsInArena_ = 0;
+  uint64_t slabs_ = 0;
+};
+
+struct Store::State {
+  std::mutex mutex;
+  SlabPool bricks{sizeof(Brick)};
+  SlabPool nodes{sizeof(Node)};
+  uint64_t liveBricks = 0, liveNodes = 0;
+  std::vector<VersionRecord*> dropped;  // waiting for collect()
+  uint64_t versions = 0;
+
+  std::atomic<uint64_t> nextId{1};
+  std::atomic<uint64_t> nextSerial{1};
+
+  // The editor's own stock, so that it locks once in a while: one editor at a time.
+  std::vector<void*> brickStock, nodeStock;
+
+  // A collection in progress: what is being walked, and where.
+  struct Frame {
+    Link own, before, after;  // the same place in the dropped version, its parent and its child
+    int level;
+    int next;
+  };
+  std::mutex collecting;
+  VersionRecord* victim = nullptr;
+  std::vector<Frame> walk;
+
+  Brick* newBrick();
+  Node* newNode();
+  void freeAll(std::vector<void*>& bricksFreed, std::vector<void*>& nodesFreed);
+};
+
+/// Collects into `bricks` and `nodes` what `own` uses at places where neither `before` nor `after` uses the same.
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& bricks, std::vector<void*>& nodes);
+
+/// Hands out a record as a version whose last handle gives it to the store's collector.
+Version makeVersion(VersionRecord* record);
+
+}  // namespace argil::clay

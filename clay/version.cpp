@@ -1,0 +1,118 @@
+#include "clay/version.h"
+
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "clay/error.h"
+#include "clay/hash.h"
+#include "clay/tree.h"
+
+namespace argil::clay {
+
+void Grid::check() const {
+  if (!(voxelMm >= 1e-3 && voxelMm <= 1e3))
+    throw Error(fmt::format("voxel size {} mm: give one from 0.001 to 1000 mm", voxelMm));
+  for (int i = 0; i < 3; ++i)
+    if (!(std::abs(originMm[i]) <= 1e6))
+      throw Error(fmt::format("grid origin ({}, {}, {}) mm: move the model to within 1e6 mm of zero", originMm.x(), originMm.y(), originMm.z()));
+  if (!(band >= 2 && band <= 8)) throw Error(fmt::format("narrow band of {} voxels: give one from 2 to 8", band));
+}
+
+uint64_t VersionStats::bytes() const { return bricks * sizeof(Brick) + nodes * sizeof(Node); }
+
+Version makeVersion(VersionRecord* record) {
+  {
+    const std::lock_guard lock(record->store->state().mutex);
+    ++record->store->state().versions;
+    if (record->parent) record->parent->children.push_back(record);
+  }
+  return Version(std::shared_ptr<const VersionRecord>(record, [](const VersionRecord* dropped) {
+    auto* mine = const_cast<VersionRecord*>(dropped);
+    const std::shared_ptr<Store> keep = std::move(mine->store);  // may be the last: the store goes after this
+    const std::lock_guard lock(keep->state().mutex);
+    keep->state().dropped.push_back(mine);
+  }));
+}
+
+Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
+  grid.check();
+  auto* record = new VersionRecord;
+  record->grid = grid;
+  record->id = store->state().nextId++;
+  record->store = std::move(store);
+  return makeVersion(record);
+}
+
+const Grid& Version::grid() const { return record_->grid; }
+uint64_t Version::id() const { return record_->id; }
+const std::shared_ptr<Store>& Version::store() const { return record_->store; }
+VersionStats Version::stats() const { return record_->stats; }
+
+Slot Version::find(Coord brick) const noexcept {
+  return inReach(brick) ? slotOf(descend(record_->root, brick, 0)) : Slot(Tile::outside);
+}
+
+namespace {
+
+void visitBricks(Link link, int level, const std::function<void(const Brick&)>& visit) {
+  if (isTile(link)) return;
+  if (level == 0) {
+    visit(*reinterpret_cast<const Brick*>(link));
+    return;
+  }
+  for (const Link child : reinterpret_cast<const Node*>(link)->child) visitBricks(child, level - 1, visit);
+}
+
+void visitDifference(Link a, Link b, int level, Coord first, const std::function<void(Coord, Slot, Slot)>& visit) {
+  if (a == b || (isTile(a) && isTile(b))) return;
+  if (level == 0) {
+    visit(first, slotOf(a), slotOf(b));
+    return;
+  }
+  const int step = 1 << (3 * (level - 1));
+  for (int i = 0; i < 512; ++i) {
+    const Link ca = isTile(a) ? a : reinterpret_cast<const Node*>(a)->child[i];
+    const Link cb = isTile(b) ? b : reinterpret_cast<const Node*>(b)->child[i];
+    if (ca != cb) visitDifference(ca, cb, level - 1, first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, visit);
+  }
+}
+
+void hashTree(Link link, int level, Hasher& hasher) {
+  hasher.add(isTile(link) ? link : 2 + static_cast<uint64_t>(level));
+  if (isTile(link)) return;
+  if (level == 0) {
+    hasher.add(reinterpret_cast<const Brick*>(link)->phi, sizeof(Brick::phi));
+    return;
+  }
+  for (const Link child : reinterpret_cast<const Node*>(link)->child) hashTree(child, level - 1, hasher);
+}
+
+}  // namespace
+
+void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const { visitBricks(record_->root, kTreeLevels, visit); }
+
+void Version::forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit) {
+  visitDifference(a.record_->root, b.record_->root, kTreeLevels, {-kBrickReach, -kBrickReach, -kBrickReach}, visit);
+}
+
+uint64_t Version::hash() const {
+  Hasher hasher;
+  const Grid& g = record_->grid;
+  const double numbers[] = {g.voxelMm, g.originMm.x(), g.originMm.y(), g.originMm.z(), g.band};
+  hasher.add(numbers, sizeof numbers);
+  hashTree(record_->root, kTreeLevels, hasher);
+  return hasher.value();
+}
+
+uint64_t Version::activeVoxels() const {
+  uint64_t count = 0;
+  const float band = record_->grid.band;
+  forEachBrick([&](const Brick& brick) {
+    for (const float phi : brick.phi) count += std::abs(phi) < band;
+  });
+  return count;
+}
+
+}  // namespace argil::clay
