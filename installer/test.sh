@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# installer/test.sh [--long]: from a bare Debian 12 to every test run. Ends with one line such as "37 passed, 0 failed";
+# exit 0 when nothing failed. Real models are read from the folder that ARGIL_DATA names; without it their tests are
+# skipped. --long adds the long tests and both sanitizer builds.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/prepare.sh"
+
+long=false
+for argument in "$@"; do
+  case "$argument" in
+    --long) long=true ;;
+    *) fail "test.sh: unknown option $argument; the only one is --long" ;;
+  esac
+done
+
+passed=0 failed=0 skipped=0
+
+# runTests PRESET [CTEST-OPTION...]: runs the preset's tests and adds their cases to the counts. A program that left no
+# GoogleTest report (a crash, a script) counts as one case.
+runTests() {
+  local preset="$1" reports name status report cases bad idle
+  shift
+  reports="$root/build/$preset/reports"
+  rm -rf "$reports"
+  mkdir -p "$reports"
+  say "running the tests of preset $preset"
+  GTEST_OUTPUT="xml:$reports/" ctest --test-dir "$root/build/$preset" --output-on-failure -j2 --no-tests=error \
+    --output-junit "$reports/ctest.junit" "$@" || true
+  [ -s "$reports/ctest.junit" ] || fail "ctest of preset $preset left no report"
+  while read -r name status; do
+    report="$reports/$name.xml"
+    cases=0 bad=0 idle=0
+    if [ -s "$report" ]; then
+      read -r cases bad idle < <(awk '
+        /<testcase / { cases += /status="run"/ || /result="skipped"/; idle += /result="skipped"/; counted = 0 }
+        /<failure/ && !counted { bad++; counted = 1 }
+        END { print cases + 0, bad + 0, idle + 0 }' "$report")
+    fi
+    if [ "$status" = run ]; then
+      [ "$cases" -gt 0 ] || cases=1
+    elif [ "$status" = fail ]; then
+      [ "$bad" -gt 0 ] || { cases=$((cases + 1)) bad=1; }
+    else
+      cases=1 idle=1
+    fi
+    passed=$((passed + cases - bad - idle)) failed=$((failed + bad)) skipped=$((skipped + idle))
+  done < <(sed -n 's/.*<testcase name="\([^"]*\)".* status="\([^"]*\)".*/\1 \2/p' "$reports/ctest.junit")
+}
+
+installPackages
+buildPreset release
+if [ -n "${ARGIL_DATA:-}" ]; then
+  say "real models: $ARGIL_DATA"
+else
+  say "real models: ARGIL_DATA is not set, tests that read them are skipped"
+fi
+
+if $long; then
+  export ARGIL_LONG=1
+  runTests release
+  buildPreset asan
+  runTests asan
+  # The system's TBB is not instrumented: the test programs run it on one thread, and the command line is left out.
+  buildPreset tsan
+  runTests tsan -E '^e2e'
+else
+  # Suites named Long... are the soaks.
+  GTEST_FILTER='-Long*' runTests release
+fi
+
+summary="$passed passed, $failed failed"
+[ "$skipped" = 0 ] || summary+=", $skipped skipped"
+echo "$summary"
+[ "$failed" = 0 ] && [ "$passed" -gt 0 ]

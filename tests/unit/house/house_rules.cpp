@@ -1,0 +1,196 @@
+#include "house_rules.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string_view>
+
+namespace argil::house {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The arrows of the plan, transitive ones included. A room is named by its folder.
+const std::map<std::string, std::set<std::string>> kMayInclude = {
+    {"clay", {}},
+    {"plugins/sdk", {}},
+    {"haptics", {"clay"}},
+    {"io", {"clay"}},
+    {"render", {"clay"}},
+    {"engine", {"haptics", "io", "clay", "plugins/sdk"}},
+    {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
+};
+constexpr std::array kTopFolders = {"clay", "haptics", "render", "io", "engine", "ui3d", "plugins", "tests", "installer", "cmake"};
+constexpr std::array kSourceSuffixes = {".h", ".hpp", ".inl", ".c", ".cpp", ".vert", ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
+constexpr std::array kHeavyPrefixes = {"openvdb/", "nanovdb/", "vulkan/", "volk.h"};
+
+struct Include {
+  size_t line = 0;
+  std::string target;
+  bool quoted = false;
+};
+
+struct Source {
+  std::string path;  // relative to the root, with '/'
+  std::string room;  // empty outside of the rooms
+  size_t lines = 0;
+  std::vector<Include> includes;
+};
+
+using Tree = std::map<std::string, Source>;
+
+template <size_t n>
+bool oneOf(const std::array<const char*, n>& list, std::string_view word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+std::string roomOf(const std::string& path) {
+  const size_t first = path.find('/');
+  if (first == std::string::npos) return {};
+  const std::string top = path.substr(0, first);
+  if (top == "plugins") {
+    const size_t second = path.find('/', first + 1);
+    return second == std::string::npos ? std::string() : path.substr(0, second);
+  }
+  return kMayInclude.count(top) ? top : std::string();
+}
+
+std::set<std::string> mayInclude(const std::string& room) {
+  const auto found = kMayInclude.find(room);
+  if (found != kMayInclude.end()) return found->second;
+  return {"plugins/sdk"};  // an example plugin
+}
+
+std::optional<Include> parseInclude(std::string_view text) {
+  const auto skipBlanks = [&] { text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size())); };
+  skipBlanks();
+  if (!text.starts_with('#')) return std::nullopt;
+  text.remove_prefix(1);
+  skipBlanks();
+  if (!text.starts_with("include")) return std::nullopt;
+  text.remove_prefix(7);
+  skipBlanks();
+  if (text.empty() || (text[0] != '"' && text[0] != '<')) return std::nullopt;
+  const bool quoted = text[0] == '"';
+  const size_t end = text.find(quoted ? '"' : '>', 1);
+  if (end == std::string_view::npos) return std::nullopt;
+  return Include{0, std::string(text.substr(1, end - 1)), quoted};
+}
+
+Tree readTree(const fs::path& root) {
+  if (!fs::is_directory(root)) {
+    throw fs::filesystem_error("not a folder", root, std::make_error_code(std::errc::not_a_directory));
+  }
+  Tree tree;
+  for (const char* top : kTopFolders) {
+    if (!fs::is_directory(root / top)) continue;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / top)) {
+      if (!entry.is_regular_file() || !oneOf(kSourceSuffixes, entry.path().extension().string())) continue;
+      Source source;
+      source.path = fs::relative(entry.path(), root).generic_string();
+      source.room = roomOf(source.path);
+      std::ifstream file(entry.path());
+      for (std::string text; std::getline(file, text);) {
+        ++source.lines;
+        if (auto include = parseInclude(text)) {
+          include->line = source.lines;
+          source.includes.push_back(*include);
+        }
+      }
+      tree.emplace(source.path, std::move(source));
+    }
+  }
+  return tree;
+}
+
+// The file of the tree that an include means: from the root, else from the includer's folder. Null: not ours.
+const Source* resolve(const Tree& tree, const Source& from, const Include& include) {
+  for (const fs::path& candidate : {fs::path(include.target), fs::path(from.path).parent_path() / include.target}) {
+    const auto found = tree.find(candidate.lexically_normal().generic_string());
+    if (found != tree.end()) return &found->second;
+  }
+  return nullptr;
+}
+
+std::string place(const Source& source, const Include& include) {
+  return source.path + ":" + std::to_string(include.line) + ": includes " + include.target;
+}
+
+bool isHeavy(const Include& include) {
+  return std::any_of(kHeavyPrefixes.begin(), kHeavyPrefixes.end(),
+                     [&](const char* prefix) { return include.target.starts_with(prefix); });
+}
+
+bool reachesHeavy(const Tree& tree, const Source& source, std::set<std::string>& seen) {
+  if (!seen.insert(source.path).second) return false;
+  return std::any_of(source.includes.begin(), source.includes.end(), [&](const Include& include) {
+    if (isHeavy(include)) return true;
+    const Source* next = resolve(tree, source, include);
+    return next && reachesHeavy(tree, *next, seen);
+  });
+}
+
+}  // namespace
+
+Breaches arrows(const fs::path& root) {
+  Breaches breaches;
+  const Tree tree = readTree(root);
+  for (const auto& [path, source] : tree) {
+    if (source.room.empty()) continue;
+    for (const Include& include : source.includes) {
+      if (include.target.find("..") != std::string::npos) {
+        breaches.push_back(place(source, include) + ", which leaves its folder: write \"room/file.h\"");
+        continue;
+      }
+      const Source* target = resolve(tree, source, include);
+      const std::string room = target ? target->room : roomOf(include.target);
+      if (!target && !room.empty()) {
+        breaches.push_back(place(source, include) + ", which is not there");
+      } else if (target && room.empty()) {
+        breaches.push_back(place(source, include) + ", which is no room");
+      } else if (!room.empty() && room != source.room && !mayInclude(source.room).count(room)) {
+        breaches.push_back(place(source, include) + ", but no arrow leads from " + source.room + " to " + room);
+      }
+    }
+  }
+  return breaches;
+}
+
+Breaches heavyHeaders(const fs::path& root) {
+  Breaches breaches;
+  const Tree tree = readTree(root);
+  for (const auto& [path, source] : tree) {
+    if (source.room.empty()) continue;
+    for (const Include& include : source.includes) {
+      const Source* target = resolve(tree, source, include);
+      std::set<std::string> seen;
+      if (target && target->room != source.room && reachesHeavy(tree, *target, seen)) {
+        breaches.push_back(place(source, include) + ", through which it sees OpenVDB's or Vulkan's headers");
+      }
+    }
+  }
+  return breaches;
+}
+
+Breaches longFiles(const fs::path& root, size_t maxLines) {
+  Breaches breaches;
+  for (const auto& [path, source] : readTree(root)) {
+    if (source.lines <= maxLines) continue;
+    const std::string top = path.substr(0, path.find('/'));
+    std::ifstream file(root / top / "NOTES.md");
+    std::stringstream notes;
+    notes << file.rdbuf();
+    if (notes.str().find(fs::path(path).filename().string()) == std::string::npos) {
+      breaches.push_back(path + ": " + std::to_string(source.lines) + " lines, and " + top + "/NOTES.md gives no reason");
+    }
+  }
+  return breaches;
+}
+
+size_t sourceCount(const fs::path& root) { return readTree(root).size(); }
+
+}  // namespace argil::house

@@ -1,0 +1,27 @@
+#pragma once
+// The house plan, checked on a source tree: which room may include which, where heavy headers may be seen, how long a file is.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace argil::house {
+
+/// One breach, as a line: "haptics/x.h:3: includes io/y.h, but haptics may include clay only".
+using Breaches = std::vector<std::string>;
+
+/// Includes that go against the plan's arrows, that leave a room by "..", or that name a file that is not there.
+/// Tests are free; each plugin beside the sdk may include the sdk only. Throws std::filesystem::filesystem_error when
+/// `root` is not a folder.
+[[nodiscard]] Breaches arrows(const std::filesystem::path& root);
+
+/// Includes by which a file of one room gets to see OpenVDB's or Vulkan's headers through a header of another.
+[[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
+
+/// Files over `maxLines` lines that the NOTES.md of their top folder does not name.
+[[nodiscard]] Breaches longFiles(const std::filesystem::path& root, size_t maxLines = 600);
+
+/// How many source files the checks see; a tree of none checks nothing.
+[[nodiscard]] size_t sourceCount(const std::filesystem::path& root);
+
+}  // namespace argil::house

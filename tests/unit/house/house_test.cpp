@@ -1,0 +1,91 @@
+// The house plan holds in this tree, and the checks catch a tree in which it does not.
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "house_rules.h"
+
+namespace argil::house {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const fs::path kThisTree = ARGIL_SOURCE_DIR;
+
+class PlantedTree : public ::testing::Test {
+ protected:
+  void SetUp() override { root_ = fs::temp_directory_path() / ("argil-house-" + std::to_string(::getpid())); }
+  void TearDown() override { fs::remove_all(root_); }
+  void plant(const std::string& path, const std::string& text) {
+    fs::create_directories((root_ / path).parent_path());
+    std::ofstream(root_ / path) << text;
+  }
+  fs::path root_;
+};
+
+TEST(House, ArrowsHold) { EXPECT_THAT(arrows(kThisTree), IsEmpty()); }
+
+TEST(House, HeavyHeadersStayInTheirRoom) { EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty()); }
+
+TEST(House, LongFilesHaveAReason) { EXPECT_THAT(longFiles(kThisTree), IsEmpty()); }
+
+TEST(House, TheTreeIsReallyRead) { EXPECT_GT(sourceCount(kThisTree), 20u); }
+
+TEST_F(PlantedTree, EachForbiddenArrowIsCaught) {
+  const std::vector<std::string> rooms = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk"};
+  const std::vector<std::pair<std::string, std::string>> allowed = {
+      {"haptics", "clay"},       {"io", "clay"},     {"render", "clay"}, {"engine", "haptics"}, {"engine", "io"},
+      {"engine", "clay"},        {"ui3d", "engine"}, {"ui3d", "render"}, {"ui3d", "haptics"},   {"ui3d", "io"},
+      {"engine", "plugins/sdk"}, {"ui3d", "clay"},   {"ui3d", "plugins/sdk"}};
+  for (const std::string& to : rooms) plant(to + "/a.h", "#pragma once\n");
+  for (const std::string& from : rooms) {
+    for (const std::string& to : rooms) {
+      if (from == to) continue;
+      plant(from + "/b.cpp", "// first\n  #  include \"" + to + "/a.h\"\n");
+      const bool fine = std::find(allowed.begin(), allowed.end(), std::pair(from, to)) != allowed.end();
+      const Breaches found = arrows(root_);
+      EXPECT_EQ(found.empty(), fine) << from << " -> " << to;
+      if (!fine) {
+        EXPECT_THAT(found, ElementsAre(HasSubstr(from + "/b.cpp:2: includes " + to + "/a.h")));
+      }
+      fs::remove(root_ / from / "b.cpp");
+    }
+  }
+}
+
+TEST_F(PlantedTree, ByPathsAndMissingFilesAreCaught) {
+  plant("clay/a.h", "#pragma once\n");
+  plant("haptics/a.cpp", "#include \"../io/a.h\"\n");
+  plant("io/a.h", "#include <haptics/gone.h>\n");
+  plant("plugins/wave/wave.c", "#include \"clay/a.h\"\n");
+  plant("tests/unit/clay/free.cpp", "#include \"clay/a.h\"\n");
+  EXPECT_THAT(arrows(root_), ElementsAre(HasSubstr("leaves its folder"), HasSubstr("haptics/gone.h, which is not there"),
+                                         HasSubstr("no arrow leads from plugins/wave to clay")));
+}
+
+TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {
+  plant("clay/inner.h", "#include <openvdb/openvdb.h>\n");
+  plant("clay/outer.h", "#include \"clay/inner.h\"\n");
+  plant("clay/fine.cpp", "#include \"clay/outer.h\"\n");
+  EXPECT_THAT(heavyHeaders(root_), IsEmpty());
+  plant("io/file.cpp", "#include \"clay/outer.h\"\n");
+  plant("render/device.h", "#include <volk.h>\n");
+  plant("ui3d/main.cpp", "#include \"render/device.h\"\n");
+  EXPECT_THAT(heavyHeaders(root_), ElementsAre(HasSubstr("io/file.cpp:1"), HasSubstr("ui3d/main.cpp:1")));
+}
+
+TEST_F(PlantedTree, ALongFileWithoutAReasonIsCaught) {
+  plant("io/long.cpp", std::string(601, '\n'));
+  plant("io/short.cpp", std::string(600, '\n'));
+  EXPECT_THAT(longFiles(root_), ElementsAre(HasSubstr("io/long.cpp: 601 lines")));
+  plant("io/NOTES.md", "long.cpp is one table.\n");
+  EXPECT_THAT(longFiles(root_), IsEmpty());
+}
+
+}  // namespace
+}  // namespace argil::house
