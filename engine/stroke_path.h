@@ -1,0 +1,54 @@
+#pragma once
+// From the points that a stroke went through to the stamps that it leaves.
+
+#include <array>
+#include <vector>
+
+#include "clay/brush.h"
+#include "clay/grid.h"
+#include "engine/tool.h"
+
+namespace argil::engine {
+
+/// Where a stroke trades speed against accuracy.
+struct StrokeQuality {
+  /// Arc length from a stamp to the next, in tool radii: 0.01 to 1. A stamp is a swept segment, so wider spacing costs
+  /// roundness in tight bends only: a right-angled corner is cut short by at most 0.36 of the spacing.
+  double spacing = 0.1;
+  /// And never less than this many voxels: finer stamps change nothing that the clay can hold. 0.05 to 8.
+  double minSpacingVoxels = 0.5;
+};
+
+/// Turns points, fed one by one, into canonical stamps: a dab at the first point, then swept segments of equal arc length
+/// along a centripetal Catmull-Rom curve through all points, and the rest at the end. The stamps depend on the sequence of
+/// points alone: not on time, nor on how many points came at once. A jump gives a swept path without gaps; points that
+/// repeat the last one count once. The curve from one point to the next is known when the point after it is there, so
+/// stamps trail the tool by one point and less than one spacing. One thread; cost of a point: the stamps that it gives.
+/// Method: NOTES.md, "Stroke path".
+class StrokePath {
+ public:
+  /// Throws Error when the tool or the quality is out of range for this grid.
+  StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality = {});
+
+  /// Appends to `stamps` what this point (world mm) makes certain. Throws Error for a point that is not finite or out of
+  /// the clay's reach; then nothing changed.
+  void add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps);
+
+  /// Appends what is left up to the last point. The path is over.
+  void finish(std::vector<clay::Stamp>& stamps);
+
+ private:
+  void curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, const Vec3d& after, std::vector<clay::Stamp>& stamps);
+  void lineTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
+  void stampTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
+
+  clay::Grid grid_;
+  clay::Stamp stamp_;  // a: where the next stamp starts
+  double spacing_;     // voxels
+  std::array<Vec3d, 3> last_;  // the last points, newest first, in voxels
+  int known_ = 0;              // how many of them
+  Vec3d pen_ = Vec3d::Zero();  // end of the curve walked so far
+  double walked_ = 0;          // arc length from stamp_.a to pen_
+};
+
+}  // namespace argil::engine
