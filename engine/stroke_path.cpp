@@ -10,7 +10,6 @@
 #include <cmath>
 
 #include "clay/error.h"
-#include "clay/version.h"
 
 namespace argil::engine {
 namespace {
@@ -19,6 +18,9 @@ namespace {
 constexpr double kSamePoint = 1e-6;
 // Lines that stand for the curve over one spacing: their corners deviate far less than the chord of a stamp does.
 constexpr double kLinesPerSpacing = 4;
+// Voxels from the grid's origin: beyond the largest model (65 536), and so far inside the brush's reach that no curve
+// between two points swings out of it.
+constexpr double kReach = 70000;
 constexpr double kMinRadius = 0.5, kMaxRadius = 4096;  // voxels, the range of clay::Stamp
 
 double length(const Vec3d& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
@@ -31,15 +33,15 @@ StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQua
   stamp_.operation = tool.operation;
   stamp_.strength = tool.strength;
   if (!(stamp_.radius >= kMinRadius && stamp_.radius <= kMaxRadius)) {
-    throw Error(fmt::format("A tool of radius {} mm does not fit clay of {} mm voxels; choose {} to {} mm", tool.radiusMm,
+    throw Error(fmt::format("a tool of radius {} mm does not fit clay of {} mm voxels; choose {} to {} mm", tool.radiusMm,
                             grid.voxelMm, kMinRadius * grid.voxelMm, kMaxRadius * grid.voxelMm));
   }
   if (!(tool.strength >= 0 && tool.strength <= 1)) {
-    throw Error(fmt::format("A strength of {} is out of range; choose 0 to 1", tool.strength));
+    throw Error(fmt::format("a strength of {} is out of range; choose 0 to 1", tool.strength));
   }
   if (!(quality.spacing >= 0.01 && quality.spacing <= 1) ||
       !(quality.minSpacingVoxels >= 0.05 && quality.minSpacingVoxels <= 8)) {
-    throw Error(fmt::format("A stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
+    throw Error(fmt::format("a stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
                             quality.spacing, quality.minSpacingVoxels));
   }
   spacing_ = std::max(quality.spacing * stamp_.radius, quality.minSpacingVoxels);
@@ -47,11 +49,9 @@ StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQua
 
 void StrokePath::add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) {
   const Vec3d point = grid_.toVoxel(pointMm);
-  // The ball must lie in the reach with its band and the brick that it ends in.
-  const double reach = double(clay::kBrickReach - 1) * clay::kBrickEdge - stamp_.radius - grid_.band;
-  if (!(std::abs(point.x()) <= reach && std::abs(point.y()) <= reach && std::abs(point.z()) <= reach)) {  // also NaN
-    throw Error(fmt::format("A stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
-                            pointMm.x(), pointMm.y(), pointMm.z(), grid_.voxelMm, reach * grid_.voxelMm));
+  if (!(point.cwiseAbs().maxCoeff() <= kReach) || !point.allFinite()) {
+    throw Error(fmt::format("a stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
+                            pointMm.x(), pointMm.y(), pointMm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
   }
   if (known_ == 0) {
     stamp_.a = stamp_.b = pen_ = point;
