@@ -150,6 +150,11 @@ void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {
     link(brick, inBand);
 }
 
+Coord Editor::blockFirst(Coord brick, int level) {
+  const Coord origin{kBrickOrigin, kBrickOrigin, kBrickOrigin};
+  return ((brick + origin) >> (3 * level)) * (1 << (3 * level)) - origin;
+}
+
 Brick* Editor::newBrick(Coord coord) {
   Brick* brick = store_->state().newBrick();
   if (serial_ == serialEnd_) {

@@ -24,7 +24,7 @@ void fill(Editor& editor, const Distance& distance, Coord block, int level) {
   const double atCentre = distance(first + Vec3d::Constant(half));
   // Half a voxel more than needed keeps rounding out of the decision.
   if (std::abs(atCentre) > half * std::sqrt(3.0) + editor.grid().band + 0.5) {
-    editor.setBlock(block, level, atCentre < 0 ? Tile::inside : Tile::outside);
+    if (atCentre < 0) editor.setBlock(block, level, Tile::inside);
     return;
   }
   if (level > 0) {
@@ -48,7 +48,7 @@ Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centre
   if (centre.cwiseAbs().maxCoeff() > kMaxExtent)
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what, kMaxExtent));
   Editor editor(Version::empty(std::move(store), grid));
-  fill(editor, distance, {-kBrickReach, -kBrickReach, -kBrickReach}, kTreeLevels);
+  fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
   return editor.commit();
 }
 

@@ -22,10 +22,14 @@ struct alignas(64) Node {
   Link child[512];
 };
 
+/// Added to a brick coordinate before its digits to base eight say the way through the tree. Level 1 starts at multiples of
+/// eight bricks; above it zero lies in the middle of a node, so that a model around the origin shares one path.
+inline constexpr int kBrickOrigin = 044440;
+
 /// Child index, within a node of `level`, on the way to a brick.
 inline int childIndex(Coord brick, int level) {
   const int shift = 3 * (level - 1);
-  const auto digit = [shift](int32_t c) { return static_cast<int>((static_cast<uint32_t>(c + kBrickReach) >> shift) & 7u); };
+  const auto digit = [shift](int32_t c) { return static_cast<int>((static_cast<uint32_t>(c + kBrickOrigin) >> shift) & 7u); };
   return (digit(brick.x) << 6) | (digit(brick.y) << 3) | digit(brick.z);
 }
 

@@ -94,7 +94,7 @@ void hashTree(Link link, int level, Hasher& hasher) {
 void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const { visitBricks(record_->root, kTreeLevels, visit); }
 
 void Version::forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit) {
-  visitDifference(a.record_->root, b.record_->root, kTreeLevels, {-kBrickReach, -kBrickReach, -kBrickReach}, visit);
+  visitDifference(a.record_->root, b.record_->root, kTreeLevels, {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin}, visit);
 }
 
 uint64_t Version::hash() const {

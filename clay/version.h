@@ -14,9 +14,9 @@ class Store;
 struct Node;
 struct VersionRecord;
 
-/// Brick coordinates lie in [-kBrickReach, kBrickReach): 262 144 voxels along each axis, whatever the model's size.
-inline constexpr int kTreeLevels = 5;  ///< Nodes of 8×8×8 children between a version and its bricks.
-inline constexpr int kBrickReach = 1 << (3 * kTreeLevels - 1);
+inline constexpr int kTreeLevels = 5;  ///< Nodes of 8×8×8 children between a version and its bricks, whatever its size.
+/// Brick coordinates lie in [-kBrickReach, kBrickReach): 112 000 voxels on each side of the grid's origin.
+inline constexpr int kBrickReach = 14000;
 
 struct VersionStats {
   uint64_t bricks = 0;

@@ -1,0 +1,211 @@
+#include "clay/brush_kernels.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "clay/brush_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace argil::clay::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A row of eight voxels along z: whole in one vector where the target has it, else in parts.
+using RowTag = hn::CappedTag<float, kBrickEdge>;
+using Row = hn::Vec<RowTag>;
+
+HWY_INLINE void storeBits(hn::Mask<RowTag> mask, int lane, uint8_t* row) {
+  const RowTag d;
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  *row = static_cast<uint8_t>(*row | (bits[0] << lane));
+}
+
+HWY_INLINE hn::Mask<RowTag> loadBits(int lane, uint8_t row) {
+  const RowTag d;
+  const uint8_t bits[8] = {static_cast<uint8_t>(row >> lane)};
+  return hn::LoadMaskBits(d, bits);
+}
+
+// Squared distance from voxels (x, y, z + lane) to the segment.
+HWY_INLINE Row distance2(const SweptBall& b, float x, float y, Row z) {
+  const RowTag d;
+  const float vx = x - b.ax, vy = y - b.ay;
+  const Row vz = hn::Sub(z, hn::Set(d, b.az));
+  const Row along = hn::Add(hn::Set(d, vx * b.dx + vy * b.dy), hn::Mul(vz, hn::Set(d, b.dz)));
+  const Row t = hn::Min(hn::Max(hn::Mul(along, hn::Set(d, b.inverseLength2)), hn::Zero(d)), hn::Set(d, 1.0f));
+  const Row ex = hn::Sub(hn::Set(d, vx), hn::Mul(t, hn::Set(d, b.dx)));
+  const Row ey = hn::Sub(hn::Set(d, vy), hn::Mul(t, hn::Set(d, b.dy)));
+  const Row ez = hn::Sub(vz, hn::Mul(t, hn::Set(d, b.dz)));
+  return hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
+}
+
+template <class Value>
+HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& out, const Value& value) {
+  const RowTag d;
+  const Row lanes = hn::Iota(d, 0.0f), bound = hn::Set(d, band), zero = hn::Zero(d);
+  auto* bits = reinterpret_cast<uint8_t*>(out.inside);
+  auto changed = hn::Lt(zero, zero), inBand = changed;  // no lane yet
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      const float* source = phi + (stride == 8 ? x * 64 + y * 8 : paddedOffset(x + 1, y + 1, 1));
+      float* target = out.phi + x * 64 + y * 8;
+      uint8_t* row = bits + x * 8 + y;
+      *row = 0;
+      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+        const Row old = hn::LoadU(d, source + lane);
+        const Row z = hn::Add(lanes, hn::Set(d, static_cast<float>(lane)));
+        // + 0 turns −0 into 0.
+        const Row next = hn::Add(value(old, static_cast<float>(x), static_cast<float>(y), z, source + lane), zero);
+        changed = hn::Or(changed, hn::Ne(next, old));
+        inBand = hn::Or(inBand, hn::Lt(hn::Abs(next), bound));
+        storeBits(hn::Lt(next, zero), static_cast<int>(lane), row);
+        hn::StoreU(next, d, target + lane);
+      }
+    }
+  return {!hn::AllFalse(d, changed), !hn::AllFalse(d, inBand)};
+}
+
+BrickChange Carve(const SweptBall& ball, float band, const float* phi, Brick& out) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), radius = hn::Set(d, ball.radius);
+  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
+    return hn::Min(hn::Max(old, hn::Sub(radius, hn::Sqrt(distance2(ball, x, y, z)))), bound);
+  });
+}
+
+BrickChange Add(const SweptBall& ball, float band, const float* phi, Brick& out) {
+  const RowTag d;
+  const Row bound = hn::Set(d, -band), radius = hn::Set(d, ball.radius);
+  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
+    return hn::Max(hn::Min(old, hn::Sub(hn::Sqrt(distance2(ball, x, y, z)), radius)), bound);
+  });
+}
+
+HWY_INLINE Row binomialZ(const float* at) {
+  const RowTag d;
+  const Row centre = hn::LoadU(d, at);
+  return hn::Add(hn::Add(hn::LoadU(d, at - 1), hn::LoadU(d, at + 1)), hn::Add(centre, centre));
+}
+
+HWY_INLINE Row binomialYZ(const float* at) {
+  const Row centre = binomialZ(at);
+  return hn::Add(hn::Add(binomialZ(at - kPaddedRow), binomialZ(at + kPaddedRow)), hn::Add(centre, centre));
+}
+
+BrickChange Smooth(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const Row inverseRadius2 = hn::Set(d, 1.0f / (ball.radius * ball.radius));
+  return forRows(band, padded, 0, out, [&](Row old, float x, float y, Row z, const float* at) {
+    const Row centre = binomialYZ(at);
+    const Row sum = hn::Add(hn::Add(binomialYZ(at - 10 * kPaddedRow), binomialYZ(at + 10 * kPaddedRow)), hn::Add(centre, centre));
+    const Row mean = hn::Mul(sum, hn::Set(d, 1.0f / 64));
+    const Row rest = hn::Max(hn::Sub(one, hn::Mul(distance2(ball, x, y, z), inverseRadius2)), zero);
+    const Row weight = hn::Mul(hn::Set(d, strength), hn::Mul(rest, rest));
+    const Row next = hn::Add(old, hn::Mul(weight, hn::Sub(mean, old)));
+    const Row clamped = hn::Min(hn::Max(next, hn::Neg(bound)), bound);
+    return hn::IfThenElse(hn::Lt(hn::Abs(old), bound), clamped, old);
+  });
+}
+
+void Start(const float* padded, float band, uint64_t* frozen, float* u) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), zero = hn::Zero(d);
+  for (int at = 0; at < kPaddedSize; at += static_cast<int>(hn::Lanes(d))) hn::StoreU(hn::Abs(hn::LoadU(d, padded + at)), d, u + at);
+  auto* bits = reinterpret_cast<uint8_t*>(frozen);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      uint8_t* row = bits + x * 8 + y;
+      *row = 0;
+      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+        const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
+        const auto inside = [&](int step) { return hn::Lt(hn::LoadU(d, padded + at + step), zero); };
+        const auto in = inside(0);
+        const auto differs = [&](int step) { return hn::Or(hn::Xor(in, inside(-step)), hn::Xor(in, inside(step))); };
+        const auto beside = hn::Or(hn::Or(differs(1), differs(kPaddedRow)), differs(10 * kPaddedRow));
+        storeBits(beside, static_cast<int>(lane), row);
+        hn::StoreU(hn::IfThenElse(beside, hn::LoadU(d, u + at), bound), d, u + at);
+      }
+    }
+}
+
+BrickChange Settle(const float* phi, const float* u, float band, float tolerance, Brick& out) {
+  const RowTag d;
+  const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
+  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row, const float* at) {
+    const auto lane = (at - phi) & 7;
+    const Row solved = hn::LoadU(d, u + paddedOffset(static_cast<int>(x) + 1, static_cast<int>(y) + 1, 1) + lane);
+    const Row value = hn::IfThenElse(hn::Lt(old, zero), hn::Neg(solved), solved);
+    return hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(value, old)), limit), old, value);
+  });
+}
+
+void Eikonal(const float* padded, const uint64_t* frozen, float band, float* out) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), half = hn::Set(d, 0.5f), zero = hn::Zero(d);
+  const Row third = hn::Set(d, 1.0f / 3), three = hn::Set(d, 3.0f);
+  const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+        const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
+        const auto least = [&](int step) { return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step)); };
+        const Row p = least(10 * kPaddedRow), q = least(kPaddedRow), r = least(1);
+        // Where nothing came near yet, nothing follows: the row stays as it is.
+        if (hn::AllTrue(d, hn::Ge(hn::Min(hn::Min(p, q), r), bound))) {
+          hn::StoreU(hn::LoadU(d, padded + at), d, out + at);
+          continue;
+        }
+        // a ≤ b ≤ c
+        const Row low = hn::Min(p, q), high = hn::Max(p, q);
+        const Row a = hn::Min(low, r), c = hn::Max(high, r), b = hn::Max(low, hn::Min(high, r));
+        const Row one1 = hn::Add(a, one);
+        const Row ab = hn::Sub(a, b);
+        const Row two2 = hn::Mul(half, hn::Add(hn::Add(a, b), hn::Sqrt(hn::Max(hn::Sub(two, hn::Mul(ab, ab)), zero))));
+        const Row sum = hn::Add(hn::Add(a, b), c);
+        const Row squares = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
+        const Row root = hn::Sqrt(hn::Max(hn::Sub(hn::Mul(sum, sum), hn::Mul(three, hn::Sub(squares, one))), zero));
+        const Row three3 = hn::Mul(third, hn::Add(sum, root));
+        Row u = hn::IfThenElse(hn::Gt(one1, b), two2, one1);
+        u = hn::IfThenElse(hn::Gt(u, c), three3, u);
+        u = hn::Min(u, bound);
+        u = hn::IfThenElse(loadBits(static_cast<int>(lane), bits[x * 8 + y]), hn::LoadU(d, padded + at), u);
+        hn::StoreU(u, d, out + at);
+      }
+}
+
+}  // namespace argil::clay::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace argil::clay {
+
+HWY_EXPORT(Carve);
+HWY_EXPORT(Add);
+HWY_EXPORT(Smooth);
+HWY_EXPORT(Start);
+HWY_EXPORT(Eikonal);
+HWY_EXPORT(Settle);
+
+BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Carve)(ball, band, phi, out);
+}
+BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Add)(ball, band, phi, out);
+}
+BrickChange smoothBrick(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Smooth)(ball, band, strength, padded, out);
+}
+void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept {
+  HWY_DYNAMIC_DISPATCH(Start)(padded, band, frozen, u);
+}
+BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, Brick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Settle)(phi, u, band, tolerance, out);
+}
+void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(Eikonal)(padded, frozen, band, out);
+}
+
+}  // namespace argil::clay
+#endif

@@ -1,0 +1,50 @@
+#pragma once
+// Arithmetic of brushes on one brick; the file that is compiled once per SIMD target.
+
+#include <cstdint>
+
+#include "clay/brick.h"
+
+namespace argil::clay {
+
+/// A ball swept along a segment, relative to the first voxel of the brick it is applied to; voxels.
+struct SweptBall {
+  float ax, ay, az;      ///< Start.
+  float dx, dy, dz;      ///< End − start.
+  float inverseLength2;  ///< 1 / |d|², 0 for a single dab.
+  float radius;
+};
+
+struct BrickChange {
+  bool changed;  ///< Some bit of phi differs from the source.
+  bool inBand;   ///< Some |phi| < band.
+};
+
+/// A brick with one voxel of its neighbours around it: [x][y][z] at (x·10 + y)·kPaddedRow + z, voxel (0,0,0) of the brick at
+/// index 1, 1, 1. Rows are longer than the ten values used so that vector loads stay inside.
+inline constexpr int kPaddedRow = 12;
+inline constexpr int kPaddedSize = 10 * 10 * kPaddedRow + 16;
+inline constexpr int paddedOffset(int x, int y, int z) { return (x * 10 + y) * kPaddedRow + z; }
+
+// All of these use add, multiply, divide, square root, min and max only, in one order: equal bits on every target and to
+// the scalar reference. They write out.phi and out.inside. `out.phi` may be `phi`.
+
+/// Carve: max(phi, −d), add: min(phi, d), d the distance to the swept ball; clamped to ±band. `phi`: the source's 512 values.
+BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
+BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
+
+/// Moves phi towards its 3×3×3 binomial mean by strength · (1 − (distance to the segment / radius)²)² where |phi| < band.
+BrickChange smoothBrick(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) noexcept;
+
+/// Redistancing begins: writes |phi| to `u` around the brick and at its voxels beside a sign change along an axis, whose bits
+/// it sets in `frozen`; `band` elsewhere.
+void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept;
+
+/// One Jacobi pass of the eikonal equation |∇u| = 1 (first-order Godunov upwind): out = solution from the six neighbours, at
+/// most `band`; voxels whose bit in `frozen` is set keep their value. Writes the inner 8×8×8 of `out` alone.
+void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
+
+/// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere.
+BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, Brick& out) noexcept;
+
+}  // namespace argil::clay

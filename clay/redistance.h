@@ -1,0 +1,26 @@
+#pragma once
+// Makes a field that an edit left as a bound into a distance again, where the edit was.
+
+#include <span>
+#include <vector>
+
+#include "clay/brush_kernels.h"
+#include "clay/editor.h"
+
+namespace argil::clay {
+
+/// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values).
+void gatherPadded(const Editor& editor, Coord coord, float* padded) noexcept;
+
+/// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them as
+/// boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where the
+/// solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. Six Jacobi passes over all of
+/// them, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick. Returns the bricks that
+/// changed. Method: NOTES.md, "Redistancing".
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords);
+
+/// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call on
+/// the same field changes nothing.
+inline constexpr float kRedistanceTolerance = 0.1f;
+
+}  // namespace argil::clay
