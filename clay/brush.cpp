@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "clay/brick_set.h"
 #include "clay/brush_kernels.h"
 #include "clay/error.h"
 #include "clay/redistance.h"
@@ -27,14 +28,6 @@ constexpr uint64_t kTrail = 2;
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
 constexpr uint64_t kDone = 0;
-
-struct CoordHash {
-  size_t operator()(Coord c) const {
-    const uint64_t key = (static_cast<uint64_t>(static_cast<uint32_t>(c.x)) << 42) ^ (static_cast<uint64_t>(static_cast<uint32_t>(c.y)) << 21) ^
-                         static_cast<uint32_t>(c.z);
-    return static_cast<size_t>((key * 0x9e3779b97f4a7c15ull) >> 20);
-  }
-};
 
 // Distance of a point to the segment, as the kernels define it but in double: it only selects bricks.
 double segmentDistance(const Stamp& s, const Vec3d& p) {

@@ -15,6 +15,7 @@ class Sampler {
   /// Reads another version from now on.
   void reset(const Version& version) noexcept;
 
+  [[nodiscard]] float band() const noexcept { return band_; }  ///< Of the version, in voxels.
   /// Distance in voxels at a voxel.
   [[nodiscard]] float voxel(Coord voxel) noexcept;
   /// Brick or tile at a brick coordinate, through the cache.

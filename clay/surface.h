@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,12 +31,13 @@ struct PackedNormal {
 /// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed out.
 struct BrickMesh {
   Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
-  uint64_t serial = 0;  ///< Names this content for good.
+  uint64_t serial = 0;  ///< Names this content for good within its Surface.
   std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis.
-  std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards.
+  std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards; empty when not asked for.
   std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
 
-  std::unique_ptr<std::byte[]> storage;
+  std::shared_ptr<const void> vertexStorage;  ///< Behind positions and normals; shared by meshes that differ in quads alone.
+  std::unique_ptr<std::array<VertexRef, 4>[]> quadStorage;
 };
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
@@ -43,20 +45,21 @@ using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
 /// What update() changed: for the renderer. A brick whose surface is gone comes as a mesh without quads and vertices.
 struct SurfaceDelta {
   Grid grid;
-  std::vector<BrickMeshPtr> changed;  ///< In order of brick coordinate, each at most once.
+  std::vector<BrickMeshPtr> changed;  ///< Each brick coordinate at most once, in the order of the tree.
 };
 
 /// The surface of one clay model, always closed and 2-manifold, following its versions. One thread calls update(); the
 /// meshes handed out may be read anywhere. Method, tables and the rule for ambiguous faces: NOTES.md, "Surface".
 class Surface {
  public:
-  Surface();
+  /// `normals` false leaves them out.
+  explicit Surface(bool normals = true);
   ~Surface();
   Surface(Surface&&) noexcept;
   Surface& operator=(Surface&&) noexcept;
 
-  /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before; the
-  /// result does not depend on it, nor on `threads` (1 to 64).
+  /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before (all of
+  /// the model the first time, or after another store or grid); the result does not depend on it, nor on `threads` (1 to 64).
   SurfaceDelta update(const Version& version, int threads = 1);
 
   [[nodiscard]] const Version& version() const;

@@ -1,0 +1,319 @@
+#include "clay/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+#include "clay/brick_extraction.h"
+#include "clay/brick_set.h"
+#include "clay/hash.h"
+#include "clay/parallel.h"
+#include "clay/sampler.h"
+
+namespace argil::clay {
+
+PackedNormal PackedNormal::pack(const Vec3f& n) noexcept {
+  const float scale = 1.0f / (std::abs(n.x()) + std::abs(n.y()) + std::abs(n.z()));
+  float u = n.x() * scale, v = n.y() * scale;
+  if (n.z() < 0) {
+    const float folded = (1 - std::abs(v)) * (u < 0 ? -1.0f : 1.0f);
+    v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
+    u = folded;
+  }
+  const auto fixed = [](float x) { return static_cast<int16_t>(x * 32767.0f + (x < 0 ? -0.5f : 0.5f)); };
+  return {fixed(u), fixed(v)};
+}
+
+Vec3f PackedNormal::unpack() const noexcept {
+  const float x = static_cast<float>(u) / 32767.0f, y = static_cast<float>(v) / 32767.0f;
+  Vec3f n(x, y, 1 - std::abs(x) - std::abs(y));
+  if (n.z() < 0) {
+    n.x() = (1 - std::abs(y)) * (x < 0 ? -1.0f : 1.0f);
+    n.y() = (1 - std::abs(x)) * (y < 0 ? -1.0f : 1.0f);
+  }
+  return n.normalized();
+}
+
+namespace {
+
+struct Vertices {
+  std::vector<Vec3f> positions;
+  std::vector<PackedNormal> normals;
+  friend bool operator==(const Vertices& a, const Vertices& b) {
+    return a.positions.size() == b.positions.size() && a.normals == b.normals &&
+           std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof(Vec3f)) == 0;
+  }
+};
+
+struct Entry {
+  CellTable table;
+  std::shared_ptr<const Vertices> vertices;
+  BrickMeshPtr mesh;
+};
+
+using Quads = std::vector<std::array<VertexRef, 4>>;
+
+}  // namespace
+
+struct Surface::State {
+  using Region = std::array<std::unique_ptr<Entry>, 512>;
+
+  bool normals;
+  Version version;
+  std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
+  uint64_t nextSerial = 1;
+  uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
+
+  static size_t indexIn(Coord brick) { return static_cast<size_t>((brick.x & 7) << 6 | (brick.y & 7) << 3 | (brick.z & 7)); }
+
+  // Remembers the region of the last look-up; one per thread.
+  struct Cursor {
+    explicit Cursor(const State& s) : state(s) {}
+    const State& state;
+    Coord region{INT32_MIN, 0, 0};
+    Region* found = nullptr;
+
+    Entry* find(Coord brick) {
+      if (brick >> 3 != region) {
+        region = brick >> 3;
+        const auto it = state.regions.find(region);
+        found = it == state.regions.end() ? nullptr : it->second.get();
+      }
+      return found ? (*found)[indexIn(brick)].get() : nullptr;
+    }
+  };
+
+  std::unique_ptr<Entry>& place(Coord brick) {
+    auto& region = regions[brick >> 3];
+    if (!region) region = std::make_unique<Region>();
+    return (*region)[indexIn(brick)];
+  }
+
+  template <class Visit>
+  void forEach(const Visit& visit) const {
+    std::vector<Coord> keys;
+    keys.reserve(regions.size());
+    for (const auto& entry : regions) keys.push_back(entry.first);
+    std::sort(keys.begin(), keys.end());
+    for (const Coord key : keys)
+      for (const auto& entry : *regions.at(key))
+        if (entry) visit(*entry);
+  }
+
+  BrickMeshPtr makeMesh(Coord brick, std::shared_ptr<const Vertices> vertices, const Quads& quads) {
+    auto mesh = std::make_shared<BrickMesh>();
+    mesh->brick = brick;
+    mesh->serial = nextSerial++;
+    if (vertices) {
+      mesh->positions = vertices->positions;
+      mesh->normals = vertices->normals;
+      mesh->vertexStorage = std::move(vertices);
+    }
+    if (!quads.empty()) {
+      mesh->quadStorage = std::make_unique_for_overwrite<std::array<VertexRef, 4>[]>(quads.size());
+      std::copy(quads.begin(), quads.end(), mesh->quadStorage.get());
+      mesh->quads = {mesh->quadStorage.get(), quads.size()};
+    }
+    return mesh;
+  }
+
+  std::vector<Coord> changedBricks(const Version& next);
+  void follow(const std::vector<Coord>& bricks, int threads, SurfaceDelta& delta);
+};
+
+// Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
+// face also reads the cell beyond.
+std::vector<Coord> Surface::State::changedBricks(const Version& next) {
+  BrickSet set;
+  Cursor cursor(*this);
+  const auto add = [&](Coord brick) {
+    for (int i = 0; i < 8; ++i) set.add(brick - Coord{i >> 2, (i >> 1) & 1, i & 1});
+    if (foldedBricks == 0) return;
+    for (int i = 0; i < 27; ++i) {
+      const Coord step{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+      if (step.x <= 0 && step.y <= 0 && step.z <= 0) continue;
+      const Entry* entry = cursor.find(brick + step);
+      if (entry && entry->table.folded) set.add(brick + step);
+    }
+  };
+  if (version)
+    Version::forEachDifference(version, next, [&](Coord brick, Slot, Slot) { add(brick); });
+  else
+    next.forEachBrick([&](const Brick& brick) { add(brick.coord); });
+  return set.sorted();
+}
+
+void Surface::State::follow(const std::vector<Coord>& bricks, int threads, SurfaceDelta& delta) {
+  struct Found {
+    CellTable table;
+    std::shared_ptr<const Vertices> vertices;
+    bool changed = false;
+  };
+  std::vector<Found> found(bricks.size());
+  parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
+    Sampler field(version);
+    Cursor cursor(*this);
+    Vertices scratch;
+    for (size_t i = begin; i < end; ++i) {
+      scratch.positions.clear();
+      scratch.normals.clear();
+      extractVertices(field, bricks[i], normals, found[i].table, scratch.positions, scratch.normals);
+      const Entry* old = cursor.find(bricks[i]);
+      if (scratch.positions.empty()) {
+        found[i].changed = old != nullptr;
+      } else if (old && old->table == found[i].table && *old->vertices == scratch) {
+        found[i].vertices = old->vertices;
+      } else {
+        found[i].changed = true;
+        found[i].vertices = std::make_shared<const Vertices>(scratch);
+      }
+    }
+  });
+
+  // Quads follow their own signs, and the vertices of their brick and of those one step lower.
+  BrickSet quadSet;
+  std::vector<Coord> gone;
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    Found& f = found[i];
+    if (f.vertices) quadSet.add(bricks[i]);
+    if (!f.changed) continue;
+    for (int k = 1; k < 8; ++k) quadSet.add(bricks[i] + Coord{k >> 2, (k >> 1) & 1, k & 1});
+    std::unique_ptr<Entry>& entry = place(bricks[i]);
+    if (entry) {
+      vertexCount -= entry->table.vertices;
+      foldedBricks -= entry->table.folded;
+    }
+    if (!f.vertices) {
+      quadCount -= entry->mesh->quads.size();
+      entry.reset();
+      gone.push_back(bricks[i]);
+      continue;
+    }
+    if (!entry) entry = std::make_unique<Entry>();
+    vertexCount += f.table.vertices;
+    foldedBricks += f.table.folded;
+    entry->table = std::move(f.table);
+    entry->vertices = std::move(f.vertices);
+  }
+  found.clear();
+
+  const std::vector<Coord> quadBricks = quadSet.sorted();
+  struct Made {
+    Entry* entry = nullptr;
+    Quads quads;
+  };
+  std::vector<Made> made(quadBricks.size());
+  parallelBlocks(quadBricks.size(), threads, [&](size_t begin, size_t end) {
+    Sampler field(version);
+    Cursor cursor(*this);
+    Quads scratch;
+    for (size_t i = begin; i < end; ++i) {
+      Entry* entry = cursor.find(quadBricks[i]);
+      if (!entry) continue;
+      std::array<VertexSource, 8> sources;
+      for (int k = 0; k < 8; ++k) {
+        const Entry* lower = k == 0 ? entry : cursor.find(quadBricks[i] - Coord{k >> 2, (k >> 1) & 1, k & 1});
+        if (lower) sources[static_cast<size_t>(k)] = {&lower->table, lower->vertices->positions.data()};
+      }
+      scratch.clear();
+      extractQuads(field, quadBricks[i], sources, scratch);
+      const BrickMesh* old = entry->mesh.get();
+      if (old && old->vertexStorage == entry->vertices && std::equal(scratch.begin(), scratch.end(), old->quads.begin(), old->quads.end())) continue;
+      made[i].entry = entry;
+      made[i].quads = scratch;
+    }
+  });
+  delta.changed.reserve(delta.changed.size() + gone.size() + made.size());
+  size_t nextGone = 0;
+  const auto before = [](Coord a, Coord b) { return std::pair(a >> 3, a) < std::pair(b >> 3, b); };
+  const auto addGone = [&] { delta.changed.push_back(makeMesh(gone[nextGone++], nullptr, {})); };
+  for (size_t i = 0; i < made.size(); ++i) {
+    Entry* entry = made[i].entry;
+    if (!entry) continue;
+    while (nextGone < gone.size() && before(gone[nextGone], quadBricks[i])) addGone();
+    if (entry->mesh) quadCount -= entry->mesh->quads.size();
+    quadCount += made[i].quads.size();
+    entry->mesh = makeMesh(quadBricks[i], entry->vertices, made[i].quads);
+    delta.changed.push_back(entry->mesh);
+  }
+  while (nextGone < gone.size()) addGone();
+}
+
+Surface::Surface(bool normals) : state_(std::make_unique<State>()) { state_->normals = normals; }
+Surface::~Surface() = default;
+Surface::Surface(Surface&&) noexcept = default;
+Surface& Surface::operator=(Surface&&) noexcept = default;
+
+SurfaceDelta Surface::update(const Version& version, int threads) {
+  State& s = *state_;
+  SurfaceDelta delta;
+  delta.grid = version.grid();
+  std::vector<Coord> bricks;
+  if (s.version && (s.version.store() != version.store() || !(s.version.grid() == version.grid()))) {
+    // Another model: all that stood is looked at again, together with all that stands.
+    BrickSet all;
+    s.forEach([&](const Entry& entry) { all.add(entry.mesh->brick); });
+    s.version = Version();
+    for (const Coord brick : s.changedBricks(version)) all.add(brick);
+    bricks = all.sorted();
+  } else {
+    bricks = s.changedBricks(version);
+  }
+  s.version = version;
+  s.follow(bricks, threads, delta);
+  return delta;
+}
+
+const Version& Surface::version() const { return state_->version; }
+uint64_t Surface::vertexCount() const { return state_->vertexCount; }
+uint64_t Surface::quadCount() const { return state_->quadCount; }
+
+const BrickMesh* Surface::find(Coord brick) const {
+  const Entry* entry = State::Cursor(*state_).find(brick);
+  return entry ? entry->mesh.get() : nullptr;
+}
+
+void Surface::forEach(const std::function<void(const BrickMesh&)>& visit) const {
+  state_->forEach([&](const Entry& entry) { visit(*entry.mesh); });
+}
+
+uint64_t Surface::hash() const {
+  Hasher hasher;
+  forEach([&](const BrickMesh& mesh) {
+    hasher.add(&mesh.brick, sizeof mesh.brick);
+    hasher.add(mesh.positions.data(), mesh.positions.size_bytes());
+    hasher.add(mesh.normals.data(), mesh.normals.size_bytes());
+    hasher.add(mesh.quads.data(), mesh.quads.size_bytes());
+  });
+  return hasher.value();
+}
+
+TriangleMesh Surface::toMesh() const {
+  TriangleMesh mesh;
+  mesh.positions.reserve(vertexCount());
+  mesh.triangles.reserve(2 * quadCount());
+  std::unordered_map<Coord, uint32_t, CoordHash> first;
+  const Grid& grid = state_->version.grid();
+  forEach([&](const BrickMesh& brick) {
+    first[brick.brick] = static_cast<uint32_t>(mesh.positions.size());
+    const Vec3d origin = (brick.brick * kBrickEdge).toVec3d();
+    for (const Vec3f& p : brick.positions) mesh.positions.push_back(grid.toWorld(origin + p.cast<double>()));
+  });
+  forEach([&](const BrickMesh& brick) {
+    std::array<uint32_t, 8> base{};
+    for (int k = 0; k < 8; ++k) {
+      const auto it = first.find(brick.brick - Coord{k & 1, (k >> 1) & 1, k >> 2});
+      if (it != first.end()) base[static_cast<size_t>(k)] = it->second;
+    }
+    for (const auto& quad : brick.quads) {
+      std::array<uint32_t, 4> v;
+      for (size_t i = 0; i < 4; ++i) v[i] = base[quad[i] >> kVertexRefBits] + (quad[i] & kVertexRefIndex);
+      mesh.triangles.push_back({v[0], v[1], v[2]});
+      mesh.triangles.push_back({v[0], v[2], v[3]});
+    }
+  });
+  return mesh;
+}
+
+}  // namespace argil::clay
