@@ -56,27 +56,32 @@ void StrokePath::add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) {
   if (known_ == 0) {
     stamp_.a = stamp_.b = pen_ = point;
     stamps.push_back(stamp_);
+    passed_ = covered_ = 1;
   } else if (length(point - last_[0]) < kSamePoint) {
+    ++added_;
+    if (known_ == 1) passed_ = covered_ = added_;
     return;
-  } else if (known_ == 2) {
-    // At the ends the missing neighbour is the end itself, mirrored.
-    curve(2 * last_[1] - last_[0], last_[1], last_[0], point, stamps);
-  } else if (known_ == 3) {
-    curve(last_[2], last_[1], last_[0], point, stamps);
+  } else if (known_ >= 2) {
+    curve(beforeLast(), last_[1], last_[0], point, stamps);
+    passed_ = added_;
   }
   last_ = {point, last_[0], last_[1]};
   known_ = std::min(known_ + 1, 3);
+  ++added_;
 }
 
 void StrokePath::finish(std::vector<clay::Stamp>& stamps) {
   if (known_ >= 2) {
-    const Vec3d before = known_ == 3 ? last_[2] : 2 * last_[1] - last_[0];
-    curve(before, last_[1], last_[0], 2 * last_[0] - last_[1], stamps);
+    curve(beforeLast(), last_[1], last_[0], 2 * last_[0] - last_[1], stamps);
     if (walked_ > kSamePoint) stampTo(last_[0], stamps);
   }
+  covered_ = added_;
   known_ = 0;
   walked_ = 0;
 }
+
+// The first segment has no point before it: its end, mirrored, stands there.
+Vec3d StrokePath::beforeLast() const { return known_ == 3 ? last_[2] : Vec3d(2 * last_[1] - last_[0]); }
 
 void StrokePath::curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, const Vec3d& after,
                        std::vector<clay::Stamp>& stamps) {
@@ -115,6 +120,7 @@ void StrokePath::stampTo(const Vec3d& to, std::vector<clay::Stamp>& stamps) {
   stamps.push_back(stamp_);
   stamp_.a = to;
   walked_ = 0;
+  covered_ = passed_;
 }
 
 }  // namespace argil::engine

@@ -2,6 +2,7 @@
 // From the points that a stroke went through to the stamps that it leaves.
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "clay/brush.h"
@@ -37,7 +38,11 @@ class StrokePath {
   /// Appends what is left up to the last point. The path is over.
   void finish(std::vector<clay::Stamp>& stamps);
 
+  /// How many of the points given so far, counted from the first, lie on stamps that were handed out.
+  [[nodiscard]] uint64_t covered() const { return covered_; }
+
  private:
+  [[nodiscard]] Vec3d beforeLast() const;
   void curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, const Vec3d& after, std::vector<clay::Stamp>& stamps);
   void lineTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
   void stampTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
@@ -45,8 +50,11 @@ class StrokePath {
   clay::Grid grid_;
   clay::Stamp stamp_;  // a: where the next stamp starts
   double spacing_;     // voxels
-  std::array<Vec3d, 3> last_;  // the last points, newest first, in voxels
+  std::array<Vec3d, 3> last_;  // the last distinct points, newest first, in voxels
   int known_ = 0;              // how many of them
+  uint64_t added_ = 0;         // points given, repeated ones too
+  uint64_t passed_ = 0;        // of these, those that the pen has reached
+  uint64_t covered_ = 0;
   Vec3d pen_ = Vec3d::Zero();  // end of the curve walked so far
   double walked_ = 0;          // arc length from stamp_.a to pen_
 };

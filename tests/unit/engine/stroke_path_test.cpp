@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -131,6 +132,33 @@ TEST(StrokePath, WhatIsCertainDoesNotWaitForTheEnd) {
   EXPECT_EQ(stamps.size(), 1u);
   path.add({20, 0, 0}, stamps);
   EXPECT_NEAR(double(stamps.size()), 1 + 20, 1);
+}
+
+TEST(StrokePath, SaysWhichPointsItsStampsCover) {
+  StrokePath path(halfMillimetre(), {});
+  std::vector<Stamp> stamps;
+  std::vector<Vec3d> points = wander(5, 300, 0.4);
+  for (size_t i = 20; i < 300; i += 20) points[i] = points[i - 1];
+  uint64_t lag = 0;
+  for (size_t given = 0; given < points.size(); ++given) {
+    path.add(points[given], stamps);
+    ASSERT_LE(path.covered(), given + 1);
+    lag = std::max(lag, given + 1 - path.covered());
+    for (size_t i = 0; i < path.covered(); ++i) {
+      const Vec3d p = halfMillimetre().toVoxel(points[i]);
+      double nearest = 1e9;
+      for (const Stamp& s : stamps) {
+        const Vec3d d = s.b - s.a;
+        const double t = d.squaredNorm() > 0 ? std::clamp((p - s.a).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0;
+        nearest = std::min(nearest, (s.a + t * d - p).norm());
+      }
+      ASSERT_LE(nearest, 0.5) << i << " of " << given;  // half the spacing of 1 voxel, where the path turns back
+    }
+  }
+  EXPECT_LE(lag, 12u);
+  EXPECT_GE(lag, 2u);
+  path.finish(stamps);
+  EXPECT_EQ(path.covered(), points.size());
 }
 
 TEST(StrokePath, StampsDoNotDependOnHowPointsCameTogether) {

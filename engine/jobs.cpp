@@ -1,0 +1,25 @@
+#include "engine/jobs.h"
+
+namespace argil::engine {
+
+BackgroundJob::BackgroundJob(std::function<void(Job&)> work)
+    : thread_([this, work = std::move(work)] {
+        try {
+          work(job_);
+        } catch (...) {
+          failure_ = std::current_exception();
+        }
+        done_.store(true, std::memory_order_release);
+      }) {}
+
+BackgroundJob::~BackgroundJob() {
+  job_.cancel();
+  if (thread_.joinable()) thread_.join();
+}
+
+void BackgroundJob::wait() {
+  if (thread_.joinable()) thread_.join();
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+}  // namespace argil::engine
