@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "clay/cell_cases.h"
+#include "clay/surface_kernels.h"
 
 namespace argil::clay {
 
@@ -47,12 +48,6 @@ void readSlots(Sampler& field, Coord brick, Slot (&slots)[2][2][2]) {
   for (int i = 0; i < 8; ++i) slots[i >> 2][(i >> 1) & 1][i & 1] = field.slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
 }
 
-int patternAt(const SignWords& signs, int x, int bit) {
-  int pattern = 0;
-  for (int c = 0; c < 8; ++c) pattern |= static_cast<int>((signs.word[x + (c >> 2)][(c >> 1) & 1][c & 1] >> bit) & 1) << c;
-  return pattern;
-}
-
 // Pattern of any cell, by way of the field: for the rare folded faces.
 int patternOf(Sampler& field, Coord cell) {
   int pattern = 0;
@@ -60,14 +55,8 @@ int patternOf(Sampler& field, Coord cell) {
   return pattern;
 }
 
-// The brick's values and those one step higher, rows of nine along z.
-constexpr int kRow = 9;
-struct Corners {
-  float phi[9 * 9 * kRow];
-};
-constexpr int cornerOffset(int x, int y, int z) { return (x * 9 + y) * kRow + z; }
-
-void readCorners(const Slot (&slots)[2][2][2], float band, Corners& corners) {
+// The brick's values and those one step higher.
+void readCorners(const Slot (&slots)[2][2][2], float band, float* corners) {
   for (int i = 0; i < 8; ++i) {
     const int dx = i >> 2, dy = (i >> 1) & 1, dz = i & 1;
     const Slot slot = slots[dx][dy][dz];
@@ -76,7 +65,7 @@ void readCorners(const Slot (&slots)[2][2][2], float band, Corners& corners) {
     const float constant = brick ? 0 : slot.phi(0, band);
     for (int x = 0; x < nx; ++x)
       for (int y = 0; y < ny; ++y) {
-        float* row = corners.phi + cornerOffset(dx * 8 + x, dy * 8 + y, dz * 8);
+        float* row = corners + cornerOffset(dx * 8 + x, dy * 8 + y, dz * 8);
         if (!brick)
           std::fill(row, row + nz, constant);
         else if (nz == 1)
@@ -87,9 +76,29 @@ void readCorners(const Slot (&slots)[2][2][2], float band, Corners& corners) {
   }
 }
 
+// The mean of a loop's edge crossings in cell coordinates, edges in their fixed order.
+Vec3f loopCentre(const float* v, const CellCase& c, int loop) {
+  float sum[3] = {};
+  int n = 0;
+  for (unsigned edges = c.edges; edges != 0; edges &= edges - 1) {
+    const int e = std::countr_zero(edges);
+    if (c.loopOfEdge[e] != loop) continue;
+    const CellEdge edge = kCellEdges[static_cast<size_t>(e)];
+    const auto corner = [](int k) { return cornerOffset(k >> 2, (k >> 1) & 1, k & 1); };
+    const float from = v[corner(edge.from)], to = v[corner(edge.to)];
+    sum[0] += static_cast<float>(edge.from >> 2);
+    sum[1] += static_cast<float>((edge.from >> 1) & 1);
+    sum[2] += static_cast<float>(edge.from & 1);
+    sum[edge.axis] += from / (from - to);
+    ++n;
+  }
+  const float inverse = 1.0f / static_cast<float>(n);
+  return {sum[0] * inverse, sum[1] * inverse, sum[2] * inverse};
+}
+
 // Gradient of the trilinear field in a cell, normalised; `at` in cell coordinates.
 Vec3f cellNormal(const float* v, const Vec3f& at) {
-  constexpr int X = 9 * kRow, Y = kRow;
+  constexpr int X = cornerOffset(1, 0, 0), Y = cornerOffset(0, 1, 0);
   const auto mix = [](float a, float b, float t) { return a + (b - a) * t; };
   const float fx = at.x(), fy = at.y(), fz = at.z();
   const float v00 = mix(v[0], v[1], fz), v01 = mix(v[Y], v[Y + 1], fz), v10 = mix(v[X], v[X + 1], fz), v11 = mix(v[X + Y], v[X + Y + 1], fz);
@@ -100,6 +109,49 @@ Vec3f cellNormal(const float* v, const Vec3f& at) {
   if (!(length > 1e-12f)) return {0, 0, 1};
   const float inverse = 1.0f / length;
   return {gx * inverse, gy * inverse, gz * inverse};
+}
+
+// A cell's only vertex, relative to the brick whose quads use it; `ref` is kSeveral where the edge must decide.
+struct CellVertex {
+  float x, y, z;
+  uint32_t ref;
+};
+constexpr uint32_t kSeveral = ~uint32_t{0};
+
+CellVertex vertexAt(const VertexSource& source, int lower, uint32_t index) {
+  const Vec3f& p = source.positions[index];
+  const auto shift = [lower](int bit) { return (lower >> bit) & 1 ? 8.0f : 0.0f; };
+  // VertexRef's bits 13 to 15 are x, y, z.
+  const auto bits = static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2);
+  return {p.x() - shift(2), p.y() - shift(1), p.z() - shift(0), index | bits << kVertexRefBits};
+}
+
+// Vertices of the cells that the quads of a brick share with the brick that is `lower` (dx·4 + dy·2 + dz) of it: all of its own,
+// the last layer of a lower one.
+void readVertices(const VertexSource& source, int lower, CellVertex* vertices) {
+  if (!source.table) return;
+  const CellTable& table = *source.table;
+  uint64_t mask = kAll;
+  if (lower & 2) mask &= uint64_t{0xff} << 56;
+  if (lower & 1) mask &= kLowZ << 7;
+  const int shift = (lower & 4 ? -8 * 81 : 0) + (lower & 2 ? -8 * 9 : 0) + (lower & 1 ? -8 : 0) + 81 + 9 + 1;
+  for (int x = lower & 4 ? 7 : 0; x < 8; ++x)
+    for (uint64_t left = table.active[x] & mask; left != 0; left &= left - 1) {
+      const int bit = std::countr_zero(left);
+      const uint64_t one = uint64_t{1} << bit;
+      CellVertex& out = vertices[x * 81 + (bit >> 3) * 9 + (bit & 7) + shift];
+      if (table.special[x] & one)
+        out.ref = kSeveral;
+      else
+        out = vertexAt(source, lower, table.before[x] + static_cast<uint32_t>(std::popcount(table.active[x] & (one - 1))));
+    }
+}
+
+CellVertex vertexOfEdge(const std::array<VertexSource, 8>& sources, int at, int edge) {
+  const int x = at / 81 - 1, y = at / 9 % 9 - 1, z = at % 9 - 1;
+  const int lower = (x < 0) * 4 + (y < 0) * 2 + (z < 0);
+  const VertexSource& source = sources[static_cast<size_t>(lower)];
+  return vertexAt(source, lower, source.table->vertexOf(Brick::offset(x & 7, y & 7, z & 7), edge));
 }
 
 }  // namespace
@@ -140,59 +192,55 @@ void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& t
   }
   if (count == 0) return;
 
-  Corners corners;
+  float corners[kCornerCount];
   readCorners(slots, field.band(), corners);
-  const CellCases& cases = cellCases();
-  positions.reserve(positions.size() + static_cast<size_t>(count));
-  if (wantNormals) normals.reserve(normals.size() + static_cast<size_t>(count));
-  std::vector<Vec3f> extraPositions;
-  std::vector<PackedNormal> extraNormals;
+  // Active cells in order, then any valid cell up to a whole number of vectors.
+  uint16_t cells[kBrickVoxels + kCellPadding];
+  int at = 0;
   for (int x = 0; x < 8; ++x)
-    for (uint64_t left = table.active[x]; left != 0; left &= left - 1) {
-      const int bit = std::countr_zero(left), y = bit >> 3, z = bit & 7;
-      const int pattern = patternAt(signs, x, bit);
-      const CellCase* c = &cases.separated[static_cast<size_t>(pattern)];
-      bool joined = false;
-      if (c->foldedFace >= 0) {
-        table.folded = true;
-        const int axis = c->foldedFace / 2, side = c->foldedFace & 1;
-        Coord beyond = brick * kBrickEdge + Coord{x, y, z};
-        (axis == 0 ? beyond.x : axis == 1 ? beyond.y : beyond.z) += side ? 1 : -1;
-        joined = cases.separated[static_cast<size_t>(patternOf(field, beyond))].foldedFace == (c->foldedFace ^ 1);
-        if (joined) c = &cases.joined[static_cast<size_t>(pattern)];
-      }
-      if (c->loops > 1 || joined) {
-        table.special[x] |= uint64_t{1} << bit;
-        table.specials.push_back({static_cast<uint16_t>(x * 64 + bit), static_cast<uint8_t>(pattern), joined,
-                                  static_cast<uint16_t>(static_cast<size_t>(count) + extraPositions.size())});
-      }
-      const float* v = corners.phi + cornerOffset(x, y, z);
-      const Vec3f base(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
-      for (int loop = 0; loop < c->loops; ++loop) {
-        // The mean of the loop's edge crossings, edges in their fixed order.
-        float sum[3] = {};
-        int n = 0;
-        for (unsigned edges = c->edges; edges != 0; edges &= edges - 1) {
-          const int e = std::countr_zero(edges);
-          if (c->loopOfEdge[e] != loop) continue;
-          const CellEdge edge = kCellEdges[static_cast<size_t>(e)];
-          const auto corner = [](int k) { return cornerOffset(k >> 2, (k >> 1) & 1, k & 1); };
-          const float from = v[corner(edge.from)], to = v[corner(edge.to)];
-          sum[0] += static_cast<float>(edge.from >> 2);
-          sum[1] += static_cast<float>((edge.from >> 1) & 1);
-          sum[2] += static_cast<float>(edge.from & 1);
-          sum[edge.axis] += from / (from - to);
-          ++n;
-        }
-        const float inverse = 1.0f / static_cast<float>(n);
-        const Vec3f at(sum[0] * inverse, sum[1] * inverse, sum[2] * inverse);
-        (loop == 0 ? positions : extraPositions).push_back(base + at);
-        if (wantNormals) (loop == 0 ? normals : extraNormals).push_back(PackedNormal::pack(cellNormal(v, at)));
+    for (uint64_t left = table.active[x]; left != 0; left &= left - 1) cells[at++] = static_cast<uint16_t>(x * 64 + std::countr_zero(left));
+  std::fill_n(cells + at, kCellPadding, cells[0]);
+  uint32_t patterns[kBrickVoxels + kCellPadding];
+  positions.resize(static_cast<size_t>(count + kCellPadding));
+  if (wantNormals) normals.resize(static_cast<size_t>(count + kCellPadding));
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
+  cellVertices(corners, cells, count, patterns, positions.data()->data(), wantNormals ? reinterpret_cast<uint32_t*>(normals.data()) : nullptr);
+  positions.resize(static_cast<size_t>(count));
+  if (wantNormals) normals.resize(static_cast<size_t>(count));
+
+  // Cells with several loops are rare; they are mended one by one.
+  const CellCases& cases = cellCases();
+  for (int i = 0; i < count; ++i) {
+    const CellCase* c = &cases.separated[patterns[i]];
+    if (c->loops == 1 && c->foldedFace < 0) continue;
+    const int cell = cells[i], x = cell >> 6, y = (cell >> 3) & 7, z = cell & 7;
+    bool joined = false;
+    if (c->foldedFace >= 0) {
+      table.folded = true;
+      const int axis = c->foldedFace / 2, side = c->foldedFace & 1;
+      Coord beyond = brick * kBrickEdge + Coord{x, y, z};
+      (axis == 0 ? beyond.x : axis == 1 ? beyond.y : beyond.z) += side ? 1 : -1;
+      joined = cases.separated[static_cast<size_t>(patternOf(field, beyond))].foldedFace == (c->foldedFace ^ 1);
+      if (!joined) continue;
+      c = &cases.joined[patterns[i]];
+    }
+    table.special[x] |= uint64_t{1} << (cell & 63);
+    table.specials.push_back({static_cast<uint16_t>(cell), static_cast<uint8_t>(patterns[i]), joined, static_cast<uint16_t>(positions.size())});
+    const float* v = corners + cornerOffset(x, y, z);
+    for (int loop = 0; loop < c->loops; ++loop) {
+      const Vec3f within = loopCentre(v, *c, loop);
+      const Vec3f position = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) + within;
+      const PackedNormal normal = wantNormals ? PackedNormal::pack(cellNormal(v, within)) : PackedNormal{};
+      if (loop == 0) {
+        positions[static_cast<size_t>(i)] = position;
+        if (wantNormals) normals[static_cast<size_t>(i)] = normal;
+      } else {
+        positions.push_back(position);
+        if (wantNormals) normals.push_back(normal);
       }
     }
-  table.vertices = static_cast<uint16_t>(static_cast<size_t>(count) + extraPositions.size());
-  positions.insert(positions.end(), extraPositions.begin(), extraPositions.end());
-  normals.insert(normals.end(), extraNormals.begin(), extraNormals.end());
+  }
+  table.vertices = static_cast<uint16_t>(positions.size());
 }
 
 void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, std::vector<std::array<VertexRef, 4>>& quads) {
@@ -201,37 +249,37 @@ void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>
   SignWords signs;
   readSigns(slots, signs);
   if (signs.uniform) return;
-  // Around an edge, counter-clockwise seen from its upper end: steps along the two axes after its own.
-  constexpr int kAround[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
+  // Every vertex that a quad here may use, by its cell (from −1 to 7 along each axis). Only crossed cells are written, and
+  // only crossed cells are read.
+  CellVertex vertices[9 * 9 * 9];
+  for (int k = 0; k < 8; ++k) readVertices(sources[static_cast<size_t>(k)], k, vertices);
+
+  const auto ends = [&](int x, int axis) {
+    return axis == 0 ? signs.word[x + 1][0][0] : axis == 1 ? signs.word[x][1][0] : signs.word[x][0][1];
+  };
+  constexpr int kStep[3] = {81, 9, 1};
   for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const int stepU = kStep[(axis + 1) % 3], stepV = kStep[(axis + 2) % 3];
+    // Around an edge, counter-clockwise seen from its upper end: the cells one lower along the two axes after its own.
+    const int around[4] = {-stepU - stepV, -stepV, 0, -stepU};
+    const int edgeOf[4] = {axis * 4 + 3, axis * 4 + 1, axis * 4, axis * 4 + 2};
     for (int x = 0; x < 8; ++x) {
       const uint64_t low = signs.word[x][0][0];
-      const uint64_t high = axis == 0 ? signs.word[x + 1][0][0] : axis == 1 ? signs.word[x][1][0] : signs.word[x][0][1];
-      for (uint64_t left = low ^ high; left != 0; left &= left - 1) {
+      for (uint64_t left = low ^ ends(x, axis); left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left);
-        const int voxel[3] = {x, bit >> 3, bit & 7};
-        std::array<VertexRef, 4> quad;
-        Vec3f at[4];
-        for (int i = 0; i < 4; ++i) {
-          int cell[3] = {voxel[0], voxel[1], voxel[2]};
-          cell[u] += kAround[i][0];
-          cell[v] += kAround[i][1];
-          const int lx = cell[0] < 0, ly = cell[1] < 0, lz = cell[2] < 0;
-          const VertexSource& source = sources[static_cast<size_t>(lx * 4 + ly * 2 + lz)];
-          const int edge = axis * 4 + (kAround[i][0] < 0) * 2 + (kAround[i][1] < 0);
-          const uint32_t index = source.table->vertexOf(((cell[0] & 7) << 6) | ((cell[1] & 7) << 3) | (cell[2] & 7), edge);
-          quad[static_cast<size_t>(i)] =
-              static_cast<VertexRef>(index | static_cast<uint32_t>(lx) << 13 | static_cast<uint32_t>(ly) << 14 | static_cast<uint32_t>(lz) << 15);
-          at[i] = source.positions[index] - Vec3f(8.0f * static_cast<float>(lx), 8.0f * static_cast<float>(ly), 8.0f * static_cast<float>(lz));
-        }
-        // Outwards is up the edge when its lower voxel is inside.
-        if (!((low >> bit) & 1)) {
-          std::swap(quad[1], quad[3]);
-          std::swap(at[1], at[3]);
-        }
-        if ((at[1] - at[3]).squaredNorm() < (at[0] - at[2]).squaredNorm()) quad = {quad[1], quad[2], quad[3], quad[0]};
-        quads.push_back(quad);
+        const CellVertex* cell = vertices + (x + 1) * 81 + ((bit >> 3) + 1) * 9 + (bit & 7) + 1;
+        CellVertex v[4] = {cell[around[0]], cell[around[1]], cell[around[2]], cell[around[3]]};
+        for (int i = 0; i < 4; ++i)
+          if (v[i].ref == kSeveral) v[i] = vertexOfEdge(sources, static_cast<int>(cell - vertices) + around[i], edgeOf[i]);
+        const auto length2 = [](const CellVertex& a, const CellVertex& b) {
+          const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
+          return (dx * dx + dy * dy) + dz * dz;
+        };
+        // The first corner is one of the shorter diagonal; outwards is up the edge when its lower voxel is inside.
+        const int first = length2(v[1], v[3]) < length2(v[0], v[2]);
+        const int turn = (low >> bit) & 1 ? 1 : 3;
+        const auto ref = [&](int i) { return static_cast<VertexRef>(v[(first + i * turn) & 3].ref); };
+        quads.push_back({ref(0), ref(1), ref(2), ref(3)});
       }
     }
   }

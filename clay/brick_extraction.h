@@ -35,8 +35,8 @@ struct CellTable {
   [[nodiscard]] uint32_t vertexOf(int cell, int edge) const;
 };
 
-/// Vertices of the cells of `brick`. `positions` and `normals` are appended to (normals only when asked for). Cost: about
-/// 0.15 µs without surface, 20 ns a vertex.
+/// Vertices of the cells of `brick` into `positions` and, when asked for, `normals` (both empty on entry; they stay empty where
+/// there is no surface).
 void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, std::vector<Vec3f>& positions,
                      std::vector<PackedNormal>& normals);
 
