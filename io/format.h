@@ -1,0 +1,59 @@
+#pragma once
+// The mesh formats as rows of a table, and what a row needs. For this room's files.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "io/byte_sink.h"
+#include "io/input.h"
+#include "io/mesh_file.h"
+#include "io/mesh_writer.h"
+
+namespace argil::io {
+
+/// Writes one format: begin, all vertices in order, all triangles in order, end. What it is given was checked.
+class MeshEncoder {
+ public:
+  virtual ~MeshEncoder() = default;
+  virtual void begin(ByteSink& sink, const MeshCounts& counts) = 0;
+  virtual void vertices(ByteSink& sink, std::span<const Vec3d> positions) = 0;
+  virtual void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) = 0;
+  virtual void end(ByteSink& sink) = 0;
+};
+
+struct Format {
+  std::string_view name;
+  std::string_view extension;  ///< Lower case with its dot.
+  /// True when the content can be nothing else.
+  bool (*recognizes)(const Input&);
+  MeshFile (*parse)(const Input&);
+  /// Null when the format is only read.
+  std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&);
+  bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
+};
+
+[[nodiscard]] std::span<const Format> formats();
+
+bool recognizesStl(const Input&);
+MeshFile parseStl(const Input&);
+std::unique_ptr<MeshEncoder> makeStlEncoder(const WriteOptions&);
+
+bool recognizesObj(const Input&);
+MeshFile parseObj(const Input&);
+std::unique_ptr<MeshEncoder> makeObjEncoder(const WriteOptions&);
+
+bool recognizesPly(const Input&);
+MeshFile parsePly(const Input&);
+std::unique_ptr<MeshEncoder> makePlyEncoder(const WriteOptions&);
+
+bool recognizesOff(const Input&);
+MeshFile parseOff(const Input&);
+
+/// Adds the polygon as a fan of triangles and counts it. At least three corners.
+void addPolygon(MeshFile& file, std::span<const uint32_t> corners);
+
+}  // namespace argil::io

@@ -1,0 +1,68 @@
+#pragma once
+// Triangle meshes to files: STL (binary, text), OBJ, PLY (binary).
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "clay/job.h"
+#include "clay/triangle_mesh.h"
+
+namespace argil::io {
+
+struct WriteOptions {
+  std::string extension = {};  ///< Chooses the format, such as ".stl"; empty: the ending of the path.
+  bool text = false;           ///< STL only: text instead of binary.
+  bool doubles = false;        ///< PLY only: 64-bit coordinates, which some readers do not know.
+  /// mm: what a coordinate may lose to 32-bit numbers before the report warns.
+  double tolerance = std::numeric_limits<double>::infinity();
+};
+
+struct MeshCounts {
+  uint64_t vertices = 0;
+  uint64_t triangles = 0;
+};
+
+struct WriteReport {
+  std::string format;
+  uint64_t vertices = 0;
+  uint64_t triangles = 0;
+  uint64_t bytes = 0;
+  double rounding = 0;  ///< mm: the most that a coordinate lost to 32-bit numbers.
+  std::string warning;  ///< A sentence when that is more than the tolerance, else empty.
+};
+
+/// Writes a mesh that need not exist as a whole: all vertices, in any number of pieces, then all triangles. The file
+/// appears at finish(), whole and on the disk; before, and after any error or cancel, there is nothing and an old file
+/// stands. Memory: STL keeps 12 bytes a vertex, the others a buffer. One thread.
+class MeshWriter {
+ public:
+  /// Throws Error: an ending that is not supported, a place that cannot be written, no triangles, too many for the
+  /// format.
+  MeshWriter(const std::filesystem::path& path, const MeshCounts& counts, const WriteOptions& options = {},
+             Job* job = nullptr);
+  ~MeshWriter();
+  MeshWriter(const MeshWriter&) = delete;
+  MeshWriter& operator=(const MeshWriter&) = delete;
+
+  /// mm. Throws Error (kind work): not finite, beyond 32-bit numbers, more than announced, no space; Cancelled.
+  void vertices(std::span<const Vec3d> positions);
+  /// Counter-clockwise from outside; indices in the order of vertices(). Throws Error (kind work); Cancelled.
+  void triangles(std::span<const std::array<uint32_t, 3>> triangles);
+  /// Throws Error (kind work) when fewer came than announced, or from the disk.
+  WriteReport finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A whole mesh at once, as MeshWriter does it.
+WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh,
+                      const WriteOptions& options = {}, Job* job = nullptr);
+
+}  // namespace argil::io

@@ -1,0 +1,179 @@
+// Wavefront OBJ: polygons of a file in the sense of its appendix B (vertices, faces, groups); the rest is passed over.
+#include <algorithm>
+#include <array>
+
+#include "io/format.h"
+#include "io/text_cursor.h"
+
+namespace argil::io {
+
+namespace {
+
+/// What may begin a line besides v and f, and whether the mesh loses something by passing over it.
+constexpr std::array<std::string_view, 12> kHarmless = {"vt",     "vn", "g",      "o",      "s",   "usemtl",
+                                                        "mtllib", "mg", "usemap", "maplib", "lod", "bevel"};
+constexpr std::array<std::string_view, 2> kLines = {"l", "p"};
+constexpr std::array<std::string_view, 9> kFreeForm = {"vp",   "cstype", "deg",  "curv", "curv2",
+                                                       "surf", "parm",   "trim", "end"};
+
+template <size_t N>
+bool contains(const std::array<std::string_view, N>& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+class ObjReader {
+ public:
+  explicit ObjReader(const Input& input)
+      : input_(input), cursor_(input, {.hashComments = true, .backslashContinues = true}), ticker_(input) {}
+
+  MeshFile read() {
+    file_.format = "OBJ";
+    while (!cursor_.atEnd()) {
+      if (cursor_.wordOnLine()) statement(cursor_.word());
+      cursor_.skipLine();
+      ticker_.at(cursor_.offset());
+    }
+    if (highest_ > file_.mesh.positions.size()) {
+      fail(input_.name, "line " + std::to_string(highestLine_) + ": a face names vertex " + std::to_string(highest_) +
+                            " and the file has " + std::to_string(file_.mesh.positions.size()) +
+                            "; repair the line or export again");
+    }
+    note(lines_, "line and point elements were left out");
+    note(freeForm_, "statements of free-form curves and surfaces were left out");
+    note(unknown_, "lines of an unknown kind were left out");
+    return std::move(file_);
+  }
+
+ private:
+  void statement(std::string_view word) {
+    if (word == "v") {
+      const double x = cursor_.number("an x coordinate");
+      const double y = cursor_.number("a y coordinate");
+      const double z = cursor_.number("a z coordinate");
+      if (file_.mesh.positions.size() >= UINT32_MAX) cursor_.fail("there are too many vertices; reduce the mesh first");
+      file_.mesh.positions.emplace_back(x, y, z);
+    } else if (word == "f" || word == "fo") {
+      face();
+    } else if (contains(kLines, word)) {
+      ++lines_;
+    } else if (contains(kFreeForm, word)) {
+      ++freeForm_;
+    } else if (!contains(kHarmless, word)) {
+      ++unknown_;
+    }
+  }
+
+  void face() {
+    corners_.clear();
+    while (cursor_.wordOnLine()) corners_.push_back(corner(cursor_.word()));
+    if (corners_.size() < 3) {
+      cursor_.fail("a face has " + std::to_string(corners_.size()) +
+                   " corners and needs 3; repair the line or export again");
+    }
+    addPolygon(file_, corners_);
+  }
+
+  /// "v", "v/vt", "v//vn", "v/vt/vn", any of the later ones empty.
+  uint32_t corner(std::string_view word) {
+    std::array<std::string_view, 3> parts;
+    size_t count = 0;
+    for (std::string_view rest = word; count < parts.size(); ++count) {
+      const size_t slash = rest.find('/');
+      parts[count] = rest.substr(0, slash);
+      if (slash == std::string_view::npos) break;
+      rest.remove_prefix(slash + 1);
+      if (count == 2) refuse(word);
+    }
+    int64_t vertex = 0;
+    int64_t unused = 0;
+    if (!parseInteger(parts[0], vertex)) refuse(word);
+    for (const std::string_view part : {parts[1], parts[2]}) {
+      if (!part.empty() && !parseInteger(part, unused)) refuse(word);
+    }
+    const auto known = int64_t(file_.mesh.positions.size());
+    if (vertex == 0) cursor_.fail("a face names vertex 0 and they count from 1; repair the line or export again");
+    if (vertex < -known) {
+      cursor_.fail("a face names vertex " + std::to_string(vertex) + " and " + std::to_string(known) +
+                   " came before; repair the line or export again");
+    }
+    if (vertex < 0) return uint32_t(known + vertex);
+    if (vertex > int64_t(UINT32_MAX)) {
+      cursor_.fail("a face names vertex " + std::to_string(vertex) + ", more than a mesh may have; repair the line");
+    }
+    // Vertices may come after the faces that name them: this is judged at the end.
+    if (uint64_t(vertex) > highest_) {
+      highest_ = uint64_t(vertex);
+      highestLine_ = cursor_.line();
+    }
+    return uint32_t(vertex - 1);
+  }
+
+  [[noreturn]] void refuse(std::string_view word) const {
+    cursor_.fail(shown(word) +
+                 " is no corner of a face (vertex, vertex/texture, vertex//normal or vertex/texture/normal)");
+  }
+
+  void note(uint64_t count, const char* what) {
+    if (count != 0) file_.notes.push_back(std::to_string(count) + " " + what);
+  }
+
+  const Input& input_;
+  TextCursor cursor_;
+  Ticker ticker_;
+  MeshFile file_;
+  std::vector<uint32_t> corners_;
+  uint64_t highest_ = 0;  ///< Highest vertex that a face names, counted from 1.
+  uint64_t highestLine_ = 0;
+  uint64_t lines_ = 0;
+  uint64_t freeForm_ = 0;
+  uint64_t unknown_ = 0;
+};
+
+class ObjEncoder : public MeshEncoder {
+ public:
+  void begin(ByteSink& sink, const MeshCounts&) override { sink.text("# Written by Argil, units: mm\n"); }
+
+  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override {
+    for (const Vec3d& p : positions) {
+      sink.text("v");
+      for (const double x : {p.x(), p.y(), p.z()}) {
+        sink.text(" ");
+        sink.decimal(x);
+      }
+      sink.text("\n");
+    }
+  }
+
+  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
+    for (const auto& triangle : triangles) {
+      sink.text("f");
+      for (const uint32_t v : triangle) {
+        sink.text(" ");
+        sink.decimal(uint64_t(v) + 1);
+      }
+      sink.text("\n");
+    }
+  }
+
+  void end(ByteSink&) override {}
+};
+
+}  // namespace
+
+bool recognizesObj(const Input& input) {
+  TextCursor cursor(input, {.hashComments = true, .backslashContinues = true});
+  if (!cursor.wordAhead()) return false;
+  const std::string_view first = cursor.word();
+  return first == "v" || first == "vn" || first == "vt" || first == "mtllib" || first == "usemtl" || first == "o" ||
+         first == "g";
+}
+
+MeshFile parseObj(const Input& input) {
+  return ObjReader(input).read();
+}
+
+std::unique_ptr<MeshEncoder> makeObjEncoder(const WriteOptions&) {
+  return std::make_unique<ObjEncoder>();
+}
+
+}  // namespace argil::io

@@ -1,0 +1,411 @@
+// Stanford polygon format, text and binary: http://paulbourke.net/dataformats/ply/
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "io/format.h"
+#include "io/text_cursor.h"
+
+namespace argil::io {
+
+namespace {
+
+enum class Scalar { i8, u8, i16, u16, i32, u32, f32, f64 };
+enum class Encoding { text, little, big };
+
+struct ScalarName {
+  std::string_view name;
+  Scalar type;
+};
+constexpr ScalarName kScalarNames[] = {
+    {"char", Scalar::i8},   {"int8", Scalar::i8},     {"uchar", Scalar::u8},   {"uint8", Scalar::u8},
+    {"short", Scalar::i16}, {"int16", Scalar::i16},   {"ushort", Scalar::u16}, {"uint16", Scalar::u16},
+    {"int", Scalar::i32},   {"int32", Scalar::i32},   {"uint", Scalar::u32},   {"uint32", Scalar::u32},
+    {"float", Scalar::f32}, {"float32", Scalar::f32}, {"double", Scalar::f64}, {"float64", Scalar::f64},
+};
+
+size_t sizeOf(Scalar type) {
+  constexpr size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[size_t(type)];
+}
+bool isWhole(Scalar type) {
+  return type < Scalar::f32;
+}
+
+struct Property {
+  std::string name;
+  Scalar type{};
+  std::optional<Scalar> countType;  ///< Of a list.
+};
+
+struct Element {
+  std::string name;
+  uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Encoding encoding{};
+  std::vector<Element> elements;
+  size_t body = 0;  ///< Byte where it begins.
+};
+
+Scalar readScalar(TextCursor& cursor) {
+  const std::string word{cursor.word()};
+  for (const ScalarName& row : kScalarNames) {
+    if (row.name == word) return row.type;
+  }
+  cursor.fail(shown(word) + " is no type of PLY; repair the header or export again");
+}
+
+Encoding readEncoding(TextCursor& cursor) {
+  const std::string_view kind = cursor.word();
+  const std::string_view version = cursor.word();
+  if (version != "1.0") cursor.fail("PLY of version " + shown(version) + " is unknown; export as PLY 1.0");
+  if (kind == "ascii") return Encoding::text;
+  if (kind == "binary_little_endian") return Encoding::little;
+  if (kind == "binary_big_endian") return Encoding::big;
+  cursor.fail(shown(kind) + " is no format of PLY; repair the header or export again");
+}
+
+void readProperty(TextCursor& cursor, Header& header) {
+  if (header.elements.empty()) cursor.fail("a property comes before any element; repair the header or export again");
+  Property property;
+  TextCursor ahead = cursor;
+  if (ahead.word() == "list") {
+    cursor.word();
+    property.countType = readScalar(cursor);
+    if (!isWhole(*property.countType)) cursor.fail("a list is counted in fractions; repair the header or export again");
+  }
+  property.type = readScalar(cursor);
+  property.name = cursor.word();
+  if (property.name.empty()) cursor.fail("a property has no name; repair the header or export again");
+  header.elements.back().properties.push_back(std::move(property));
+}
+
+Header readHeader(const Input& input) {
+  TextCursor cursor(input, {});
+  if (cursor.word() != "ply") cursor.fail("a PLY begins with \"ply\" and this does not; check the file's kind");
+  cursor.skipLine();
+  Header header;
+  bool hasFormat = false;
+  while (true) {
+    if (!cursor.wordAhead()) cursor.fail("the file ends inside its header; it was cut off, export it again");
+    const std::string_view word = cursor.word();
+    if (word == "end_header") break;
+    if (word == "format") {
+      header.encoding = readEncoding(cursor);
+      hasFormat = true;
+    } else if (word == "element") {
+      Element element;
+      element.name = cursor.word();
+      const int64_t count = cursor.integer("the count of an element");
+      if (count < 0) cursor.fail("the count of an element is negative; repair the header or export again");
+      element.count = uint64_t(count);
+      header.elements.push_back(std::move(element));
+    } else if (word == "property") {
+      readProperty(cursor, header);
+    } else if (word != "comment" && word != "obj_info") {
+      cursor.fail(shown(word) + " is no word of a PLY header; repair the header or export again");
+    }
+    cursor.skipLine();
+  }
+  if (!hasFormat) cursor.fail("the header has no \"format\"; repair it or export again");
+  if (header.encoding == Encoding::text) {
+    cursor.skipLine();
+    header.body = cursor.offset();
+    return header;
+  }
+  // The body begins after the line end. A CR alone counts as one only when the first line ended so too: otherwise a
+  // first data byte that looks like LF would be swallowed.
+  const std::string_view text = input.text();
+  size_t at = cursor.offset();
+  while (at < text.size() && (text[at] == ' ' || text[at] == '\t')) ++at;
+  const size_t firstEnd = text.find_first_of("\r\n");
+  const bool bareReturn = text[firstEnd] == '\r' && text[firstEnd + 1] != '\n';
+  if (at < text.size() && text[at] == '\r') ++at;
+  if (!bareReturn && at < text.size() && text[at] == '\n') ++at;
+  header.body = at;
+  return header;
+}
+
+/// Values of a binary body, one after another.
+class BinaryValues {
+ public:
+  BinaryValues(const Input& input, size_t body, bool big) : input_(input), at_(body), big_(big) {}
+
+  int64_t whole(Scalar type) {
+    switch (type) {
+      case Scalar::i8:
+        return take<int8_t>();
+      case Scalar::u8:
+        return take<uint8_t>();
+      case Scalar::i16:
+        return take<int16_t>();
+      case Scalar::u16:
+        return take<uint16_t>();
+      case Scalar::i32:
+        return take<int32_t>();
+      case Scalar::u32:
+        return take<uint32_t>();
+      default:
+        return int64_t(real(type));
+    }
+  }
+  double real(Scalar type) {
+    if (type == Scalar::f32) return double(take<float>());
+    if (type == Scalar::f64) return take<double>();
+    return double(whole(type));
+  }
+  void pass(Scalar type, uint64_t count) {
+    if (count > remaining() / sizeOf(type)) cutOff();
+    at_ += size_t(count) * sizeOf(type);
+  }
+  [[nodiscard]] size_t remaining() const { return input_.bytes.size() - at_; }
+  [[nodiscard]] size_t offset() const { return at_; }
+  /// The fewest bytes that a value can take.
+  static size_t least(Scalar type) { return sizeOf(type); }
+  [[noreturn]] void fail(const std::string& wrong) const {
+    io::fail(input_.name, "byte " + std::to_string(at_) + ": " + wrong);
+  }
+
+ private:
+  [[noreturn]] void cutOff() const { fail("the file ends inside its data; it was cut off, export it again"); }
+
+  template <class T>
+  T take() {
+    if (remaining() < sizeof(T)) cutOff();
+    std::array<std::byte, sizeof(T)> raw;
+    std::memcpy(raw.data(), input_.bytes.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    if (big_) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<T>(raw);
+  }
+
+  const Input& input_;
+  size_t at_;
+  bool big_;
+};
+
+/// Values of a text body: words, wherever the lines end.
+class TextValues {
+ public:
+  /// `cursor` stands at the body.
+  explicit TextValues(const TextCursor& cursor) : cursor_(cursor) {}
+
+  int64_t whole(Scalar) { return cursor_.integer("a whole number", true); }
+  double real(Scalar) { return cursor_.number("a number", true); }
+  void pass(Scalar, uint64_t count) {
+    for (uint64_t i = 0; i < count; ++i) {
+      if (!cursor_.wordAhead()) fail("the file ends inside its data; it was cut off, export it again");
+      cursor_.word();
+    }
+  }
+  [[nodiscard]] size_t remaining() const {
+    return cursor_.remaining() + 1;
+  }  // The last value needs no blank behind it.
+  [[nodiscard]] size_t offset() const { return cursor_.offset(); }
+  static size_t least(Scalar) { return 2; }
+  [[noreturn]] void fail(const std::string& wrong) const { cursor_.fail(wrong); }
+
+ private:
+  TextCursor cursor_;
+};
+
+/// Refuses a count that the rest of the file cannot hold.
+template <class Values>
+void checkRoom(const Values& values, const Element& element) {
+  if (element.count == 0) return;
+  size_t least = 0;
+  for (const Property& p : element.properties) least += Values::least(p.countType.value_or(p.type));
+  if (least == 0)
+    values.fail("the element " + shown(element.name) + " has no properties; repair the header or export again");
+  if (element.count > values.remaining() / least) {
+    values.fail("the header announces " + std::to_string(element.count) + " of " + shown(element.name) + ", at least " +
+                std::to_string(least) + " bytes each, and " + std::to_string(values.remaining()) +
+                " bytes are left; it was cut off, export it again");
+  }
+}
+
+template <class Values>
+void passProperty(Values& values, const Property& property) {
+  if (!property.countType) {
+    values.pass(property.type, 1);
+    return;
+  }
+  const int64_t count = values.whole(*property.countType);
+  if (count < 0) values.fail("a list has a negative count; repair the file or export it again");
+  values.pass(property.type, uint64_t(count));
+}
+
+template <class Values>
+void readVertices(Values& values, const Element& element, MeshFile& file, Ticker& ticker) {
+  constexpr std::string_view kAxes[] = {"x", "y", "z"};
+  std::vector<int> axes;
+  int found = 0;
+  for (const Property& p : element.properties) {
+    const auto axis = std::find(std::begin(kAxes), std::end(kAxes), p.name);
+    const bool isAxis = axis != std::end(kAxes) && !p.countType;
+    axes.push_back(isAxis ? int(axis - std::begin(kAxes)) : -1);
+    if (isAxis) found |= 1 << axes.back();
+  }
+  if (found != 7) values.fail("the vertices do not have x, y and z; export it again with positions");
+  if (element.count >= UINT32_MAX) values.fail("there are too many vertices; reduce the mesh first");
+  file.mesh.positions.reserve(element.count);
+  for (uint64_t v = 0; v < element.count; ++v) {
+    Vec3d position = Vec3d::Zero();
+    for (size_t i = 0; i < axes.size(); ++i) {
+      if (axes[i] < 0) {
+        passProperty(values, element.properties[i]);
+      } else {
+        position[axes[i]] = values.real(element.properties[i].type);
+      }
+    }
+    if (!position.allFinite()) {
+      values.fail("vertex " + std::to_string(v) +
+                  " has a coordinate that is not finite; repair the file or export it again");
+    }
+    file.mesh.positions.push_back(position);
+    ticker.at(values.offset());
+  }
+}
+
+template <class Values>
+void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFile& file, Ticker& ticker) {
+  const auto isCorners = [](const Property& p) {
+    return p.countType && isWhole(p.type) && (p.name == "vertex_indices" || p.name == "vertex_index");
+  };
+  if (std::none_of(element.properties.begin(), element.properties.end(), isCorners)) {
+    values.fail("the faces have no list \"vertex_indices\" of whole numbers; export it again");
+  }
+  file.mesh.triangles.reserve(element.count);
+  std::vector<uint32_t> corners;
+  for (uint64_t f = 0; f < element.count; ++f) {
+    for (const Property& property : element.properties) {
+      if (!isCorners(property)) {
+        passProperty(values, property);
+        continue;
+      }
+      const int64_t count = values.whole(*property.countType);
+      if (count < 3) {
+        values.fail("face " + std::to_string(f) + " has " + std::to_string(count) +
+                    " corners and needs 3; repair the file or export it again");
+      }
+      corners.clear();
+      for (int64_t c = 0; c < count; ++c) {
+        const int64_t vertex = values.whole(property.type);
+        if (vertex < 0 || uint64_t(vertex) >= vertices) {
+          values.fail("face " + std::to_string(f) + " names vertex " + std::to_string(vertex) + " and there are " +
+                      std::to_string(vertices) + ", counted from 0; repair the file or export it again");
+        }
+        corners.push_back(uint32_t(vertex));
+      }
+      addPolygon(file, corners);
+    }
+    ticker.at(values.offset());
+  }
+}
+
+template <class Values>
+void readBody(Values values, const Input& input, const Header& header, MeshFile& file) {
+  Ticker ticker(input);
+  uint64_t vertices = 0;
+  for (const Element& element : header.elements) {
+    if (element.name != "vertex") continue;
+    if (vertices != 0) values.fail("the header has two elements \"vertex\"; repair it or export again");
+    vertices = element.count;
+  }
+  for (const Element& element : header.elements) {
+    checkRoom(values, element);
+    if (element.name == "vertex") {
+      readVertices(values, element, file, ticker);
+    } else if (element.name == "face") {
+      readFaces(values, element, vertices, file, ticker);
+    } else {
+      for (uint64_t i = 0; i < element.count; ++i) {
+        for (const Property& property : element.properties) passProperty(values, property);
+        ticker.at(values.offset());
+      }
+      if (element.count != 0) {
+        file.notes.push_back(std::to_string(element.count) + " of the element " + shown(element.name) +
+                             " were left out");
+      }
+    }
+  }
+}
+
+class PlyEncoder : public MeshEncoder {
+ public:
+  explicit PlyEncoder(bool doubles) : doubles_(doubles) {}
+
+  void begin(ByteSink& sink, const MeshCounts& counts) override {
+    const std::string_view type = doubles_ ? "double" : "float";
+    sink.text("ply\nformat binary_little_endian 1.0\ncomment Written by Argil, units: mm\nelement vertex ");
+    sink.decimal(counts.vertices);
+    for (const char axis : {'x', 'y', 'z'}) {
+      sink.text("\nproperty ");
+      sink.text(type);
+      sink.text(" ");
+      sink.text({&axis, 1});
+    }
+    sink.text("\nelement face ");
+    sink.decimal(counts.triangles);
+    // Most readers want int; it reaches to 2^31 - 1.
+    sink.text(counts.vertices <= INT32_MAX ? "\nproperty list uchar int vertex_indices"
+                                           : "\nproperty list uchar uint vertex_indices");
+    sink.text("\nend_header\n");
+  }
+
+  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override {
+    for (const Vec3d& p : positions) {
+      for (const double x : {p.x(), p.y(), p.z()}) {
+        if (doubles_) {
+          sink.little(x);
+        } else {
+          sink.little(float(x));
+        }
+      }
+    }
+  }
+
+  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
+    for (const auto& triangle : triangles) {
+      sink.little(uint8_t(3));
+      for (const uint32_t v : triangle) sink.little(v);
+    }
+  }
+
+  void end(ByteSink&) override {}
+
+ private:
+  bool doubles_;
+};
+
+}  // namespace
+
+bool recognizesPly(const Input& input) {
+  const std::string_view text = input.text();
+  return text.starts_with("ply\n") || text.starts_with("ply\r");
+}
+
+MeshFile parsePly(const Input& input) {
+  const Header header = readHeader(input);
+  MeshFile file;
+  if (header.encoding == Encoding::text) {
+    file.format = "PLY (text)";
+    TextCursor cursor(input, {});
+    while (cursor.offset() < header.body) cursor.skipLine();
+    readBody(TextValues(cursor), input, header, file);
+  } else {
+    file.format = "PLY (binary)";
+    readBody(BinaryValues(input, header.body, header.encoding == Encoding::big), input, header, file);
+  }
+  return file;
+}
+
+std::unique_ptr<MeshEncoder> makePlyEncoder(const WriteOptions& options) {
+  return std::make_unique<PlyEncoder>(options.doubles);
+}
+
+}  // namespace argil::io

@@ -1,0 +1,259 @@
+// STL, binary and text: https://www.loc.gov/preservation/digital/formats/fdd/fdd000505.shtml and fdd000506.shtml
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+
+#include "clay/weld.h"
+#include "io/format.h"
+#include "io/text_cursor.h"
+
+namespace argil::io {
+
+namespace {
+
+constexpr size_t kHeader = 80;
+constexpr size_t kStart = kHeader + 4;
+constexpr size_t kTriangle = 50;  ///< Normal and three corners of three 32-bit floats, two bytes of attributes.
+constexpr size_t kBatch = 4096;   ///< Triangles read between two looks at the job.
+/// A binary file that begins with "solid" has a zero byte here, in its padding or in the upper byte of its count.
+constexpr size_t kTextProbe = 84;
+
+bool is(std::string_view word, std::string_view keyword) {
+  return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(),
+                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+}
+
+uint32_t claimedTriangles(const Input& input) {
+  uint32_t count = 0;
+  std::memcpy(&count, input.bytes.data() + kHeader, sizeof count);
+  return count;
+}
+
+bool exactlyBinary(const Input& input) {
+  const size_t size = input.bytes.size();
+  return size > kStart && size == kStart + kTriangle * size_t(claimedTriangles(input));
+}
+
+bool beginsWithSolid(const Input& input) {
+  TextCursor cursor(input, {});
+  return cursor.wordAhead() && is(cursor.word(), "solid");
+}
+
+/// Appends the corners of triangle `t` of a binary file.
+void readCorners(const Input& input, size_t t, std::vector<Vec3d>& corners) {
+  const size_t at = kStart + kTriangle * t;
+  std::array<float, 9> numbers;
+  std::memcpy(numbers.data(), input.bytes.data() + at + 12, sizeof numbers);
+  for (const float x : numbers) {
+    if (!std::isfinite(x)) {
+      fail(input.name, "byte " + std::to_string(at) + ": triangle " + std::to_string(t + 1) +
+                           " has a coordinate that is not finite; repair the file or export it again");
+    }
+  }
+  for (size_t c = 0; c < 9; c += 3) corners.emplace_back(numbers[c], numbers[c + 1], numbers[c + 2]);
+}
+
+MeshFile parseBinary(const Input& input) {
+  const size_t size = input.bytes.size();
+  if (size < kStart) {
+    fail(input.name, "is cut off: a binary STL has at least " + std::to_string(kStart) + " bytes and this has " +
+                         std::to_string(size) + "; export it again");
+  }
+  const size_t count = claimedTriangles(input);
+  const size_t whole = kStart + kTriangle * count;
+  if (whole > size) {
+    fail(input.name, "is cut off or no STL: it announces " + std::to_string(count) + " triangles (" +
+                         std::to_string(whole) + " bytes) and has " + std::to_string(size) + " bytes; export it again");
+  }
+  MeshFile file;
+  file.format = "STL (binary)";
+  file.welded = true;
+  if (size > whole) file.notes.push_back(std::to_string(size - whole) + " bytes after the last triangle were ignored");
+  file.faces = count;
+  file.mesh.triangles.reserve(count);
+  clay::VertexWelder welder;
+  std::vector<Vec3d> corners;
+  std::vector<uint32_t> indices;
+  for (size_t begin = 0; begin < count; begin += kBatch) {
+    const size_t end = std::min(begin + kBatch, count);
+    corners.clear();
+    for (size_t t = begin; t < end; ++t) readCorners(input, t, corners);
+    indices.resize(corners.size());
+    welder.add(corners, indices);
+    for (size_t i = 0; i < indices.size(); i += 3) {
+      file.mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    }
+    if (input.job != nullptr) input.job->step(0.1 + 0.9 * double(end) / double(count));
+  }
+  file.mesh.positions = welder.take();
+  return file;
+}
+
+void expect(TextCursor& cursor, std::string_view keyword) {
+  if (!cursor.wordAhead()) {
+    cursor.fail("the file ends where \"" + std::string(keyword) + "\" should stand; it was cut off, export it again");
+  }
+  const std::string_view word = cursor.word();
+  if (!is(word, keyword)) {
+    cursor.fail(shown(word) + " stands where \"" + std::string(keyword) +
+                "\" should; repair the file or export it again");
+  }
+}
+
+/// The normal is passed over: many programs write zeros or NaN there.
+void passNormal(TextCursor& cursor) {
+  expect(cursor, "normal");
+  double unused = 0;
+  for (int i = 0; i < 3; ++i) {
+    const bool any = cursor.wordAhead();
+    const std::string_view word = cursor.word();
+    if (!any || !parseNumber(word, unused)) cursor.fail(shown(word) + " stands in a normal; three numbers are needed");
+  }
+}
+
+MeshFile parseText(const Input& input) {
+  TextCursor cursor(input, {});
+  MeshFile file;
+  file.format = "STL (text)";
+  file.welded = true;
+  clay::VertexWelder welder;
+  Ticker ticker(input);
+  bool open = false;
+  while (cursor.wordAhead()) {
+    const std::string_view word = cursor.word();
+    if (is(word, "facet")) {
+      passNormal(cursor);
+      expect(cursor, "outer");
+      expect(cursor, "loop");
+      std::array<uint32_t, 3> triangle;
+      for (uint32_t& corner : triangle) {
+        expect(cursor, "vertex");
+        const double x = cursor.number("an x coordinate", true);
+        const double y = cursor.number("a y coordinate", true);
+        const double z = cursor.number("a z coordinate", true);
+        corner = welder.add({x, y, z});
+      }
+      expect(cursor, "endloop");
+      expect(cursor, "endfacet");
+      file.mesh.triangles.push_back(triangle);
+      ++file.faces;
+      ticker.at(cursor.offset());
+    } else if (is(word, "solid")) {
+      open = true;
+      cursor.skipLine();
+    } else if (is(word, "endsolid")) {
+      open = false;
+      cursor.skipLine();
+    } else {
+      cursor.fail(shown(word) + " is no word of a text STL; repair the file or export it again");
+    }
+  }
+  if (open) cursor.fail("the file ends without \"endsolid\"; it was cut off, export it again");
+  file.mesh.positions = welder.take();
+  return file;
+}
+
+/// STL repeats its vertices, so they are kept until their triangles come: as the floats that are written.
+class StlEncoder : public MeshEncoder {
+ public:
+  explicit StlEncoder(bool text) : text_(text) {}
+
+  void begin(ByteSink& sink, const MeshCounts& counts) override {
+    positions_.reserve(counts.vertices);
+    if (text_) {
+      sink.text("solid argil\n");
+      return;
+    }
+    std::array<char, kHeader> header{};
+    // Not "solid": readers take that for a text file.
+    constexpr std::string_view kTitle = "Binary STL written by Argil, units: mm";
+    std::copy(kTitle.begin(), kTitle.end(), header.begin());
+    sink.text({header.data(), header.size()});
+    sink.little(uint32_t(counts.triangles));
+  }
+
+  void vertices(ByteSink&, std::span<const Vec3d> positions) override {
+    for (const Vec3d& p : positions) positions_.push_back(p.cast<float>());
+  }
+
+  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
+    for (const auto& [a, b, c] : triangles) {
+      const std::array<Vec3f, 3> corners = {positions_[a], positions_[b], positions_[c]};
+      const Vec3f normal = normalOf(corners);
+      if (text_) {
+        sink.text("facet normal");
+        decimals(sink, normal);
+        sink.text("\n outer loop\n");
+        for (const Vec3f& corner : corners) {
+          sink.text("  vertex");
+          decimals(sink, corner);
+          sink.text("\n");
+        }
+        sink.text(" endloop\nendfacet\n");
+      } else {
+        littles(sink, normal);
+        for (const Vec3f& corner : corners) littles(sink, corner);
+        sink.little(uint16_t(0));
+      }
+    }
+  }
+
+  void end(ByteSink& sink) override {
+    if (text_) sink.text("endsolid argil\n");
+  }
+
+ private:
+  /// Zero where the triangle has no direction, as the format allows.
+  static Vec3f normalOf(const std::array<Vec3f, 3>& corners) {
+    const Vec3d a = corners[0].cast<double>();
+    const Vec3d edge1 = corners[1].cast<double>() - a;
+    const Vec3d edge2 = corners[2].cast<double>() - a;
+    // Lengths are scaled first, so that neither tiny nor huge triangles leave the range of the cross product.
+    const double size = std::max(edge1.cwiseAbs().maxCoeff(), edge2.cwiseAbs().maxCoeff());
+    if (size == 0) return Vec3f::Zero();
+    const Vec3d cross = (edge1 / size).cross(edge2 / size);
+    const double length = cross.norm();
+    if (length == 0) return Vec3f::Zero();
+    return (cross / length).cast<float>();
+  }
+
+  static void littles(ByteSink& sink, const Vec3f& v) {
+    sink.little(v.x());
+    sink.little(v.y());
+    sink.little(v.z());
+  }
+  static void decimals(ByteSink& sink, const Vec3f& v) {
+    for (const float x : {v.x(), v.y(), v.z()}) {
+      sink.text(" ");
+      sink.decimal(x);
+    }
+  }
+
+  bool text_;
+  std::vector<Vec3f> positions_;
+};
+
+}  // namespace
+
+bool recognizesStl(const Input& input) {
+  if (exactlyBinary(input)) return true;
+  TextCursor cursor(input, {});
+  if (!cursor.wordAhead() || !is(cursor.word(), "solid")) return false;
+  cursor.skipLine();
+  if (!cursor.wordAhead()) return false;
+  const std::string_view second = cursor.word();
+  return is(second, "facet") || is(second, "endsolid");
+}
+
+MeshFile parseStl(const Input& input) {
+  if (exactlyBinary(input) || !beginsWithSolid(input)) return parseBinary(input);
+  const bool hasZero = input.text().substr(0, kTextProbe).find('\0') != std::string_view::npos;
+  return hasZero ? parseBinary(input) : parseText(input);
+}
+
+std::unique_ptr<MeshEncoder> makeStlEncoder(const WriteOptions& options) {
+  return std::make_unique<StlEncoder>(options.text);
+}
+
+}  // namespace argil::io

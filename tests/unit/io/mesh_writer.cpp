@@ -1,0 +1,160 @@
+#include "io/mesh_writer.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "io/mesh_file.h"
+#include "tests/support/mesh_samples.h"
+
+namespace argil::io {
+namespace {
+
+using samples::errorOf;
+using samples::slurp;
+
+TEST(MeshWriter, theEndingChoosesTheFormat) {
+  const samples::Folder folder;
+  EXPECT_EQ(writeMesh(folder / "a.stl", samples::cube()).format, "STL (binary)");
+  EXPECT_EQ(writeMesh(folder / "b.STL", samples::cube(), {.text = true}).format, "STL (text)");
+  EXPECT_EQ(writeMesh(folder / "c.obj", samples::cube()).format, "OBJ");
+  EXPECT_EQ(writeMesh(folder / "d.Ply", samples::cube()).format, "PLY");
+  EXPECT_EQ(writeMesh(folder / "e", samples::cube(), {.extension = ".obj"}).format, "OBJ");
+  EXPECT_EQ(readMesh(folder / "a.stl").format, "STL (binary)");
+  EXPECT_EQ(readMesh(folder / "b.STL").format, "STL (text)");
+  EXPECT_EQ(readMesh(folder / "c.obj").format, "OBJ");
+  EXPECT_EQ(readMesh(folder / "d.Ply").format, "PLY (binary)");
+  EXPECT_EQ(folder.entries(), 5u);
+}
+
+TEST(MeshWriter, unknownEndingsNameTheKnownOnes) {
+  const samples::Folder folder;
+  EXPECT_EQ(
+      errorOf([&] { writeMesh(folder / "a.step", samples::cube()); }),
+      (folder / "a.step").string() + ": cannot write \".step\"; name a file that ends in one of .stl, .obj, .ply");
+  EXPECT_NE(errorOf([&] { writeMesh(folder / "a.off", samples::cube()); }).find(".stl, .obj, .ply"), std::string::npos);
+  EXPECT_NE(errorOf([&] { writeMesh(folder / "a", samples::cube()); }).find("has no ending"), std::string::npos);
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(MeshWriter, binaryStlIsLaidOutAsReadersExpect) {
+  const samples::Folder folder;
+  clay::TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 1, 1}};
+  const WriteReport report = writeMesh(folder / "a.stl", mesh);
+  const std::string bytes = slurp(folder / "a.stl");
+  ASSERT_EQ(bytes.size(), 184u);
+  EXPECT_EQ(report.bytes, 184u);
+  EXPECT_EQ(report.triangles, 2u);
+  EXPECT_NE(bytes.substr(0, 5), "solid");
+  std::array<float, 12> numbers;
+  std::memcpy(numbers.data(), bytes.data() + 84, 48);
+  EXPECT_EQ(numbers, (std::array<float, 12>{0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0}));
+  std::memcpy(numbers.data(), bytes.data() + 134, 48);
+  EXPECT_EQ(numbers[0], 0) << "a triangle without direction has a zero normal, never NaN";
+  EXPECT_EQ(numbers[2], 0);
+}
+
+TEST(MeshWriter, normalsOfTinyAndHugeTrianglesAreUnit) {
+  const samples::Folder folder;
+  for (const double size : {1e-30, 1e30}) {
+    clay::TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, size, 0}, {0, 0, size}};
+    mesh.triangles = {{0, 1, 2}};
+    writeMesh(folder / "a.stl", mesh);
+    float x = 0;
+    std::memcpy(&x, slurp(folder / "a.stl").data() + 84, 4);
+    EXPECT_EQ(x, 1) << size;
+  }
+}
+
+TEST(MeshWriter, saysWhatRoundingLost) {
+  const samples::Folder folder;
+  const clay::TriangleMesh far = samples::cube(0.3, {1e6, 0, 0});
+  for (const char* name : {"a.stl", "a.ply"}) {
+    const WriteReport report = writeMesh(folder / name, far, {.tolerance = 0.01});
+    EXPECT_NEAR(report.rounding, 0.0125, 1e-3);
+    EXPECT_NE(report.warning.find("32-bit numbers"), std::string::npos) << report.warning;
+    EXPECT_EQ(writeMesh(folder / name, far, {.tolerance = 0.1}).warning, "");
+  }
+  EXPECT_EQ(writeMesh(folder / "a.obj", far, {.tolerance = 0.0}).rounding, 0);
+  EXPECT_EQ(writeMesh(folder / "b.ply", far, {.doubles = true, .tolerance = 0.0}).warning, "");
+  EXPECT_EQ(readMesh(folder / "b.ply").mesh.positions, far.positions);
+}
+
+TEST(MeshWriter, whatCannotBeWrittenLeavesTheOldFile) {
+  const samples::Folder folder;
+  samples::spill(folder / "a.stl", "old");
+  const auto contains = [&](const clay::TriangleMesh& mesh, const char* part) {
+    try {
+      writeMesh(folder / "a.stl", mesh);
+      ADD_FAILURE() << part;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::work);
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(slurp(folder / "a.stl"), "old");
+    EXPECT_EQ(folder.entries(), 1u);
+  };
+  contains({}, "there is no surface to write");
+  clay::TriangleMesh mesh = samples::cube();
+  mesh.positions[3].y() = std::numeric_limits<double>::quiet_NaN();
+  contains(mesh, "vertex 3 is not finite");
+  mesh.positions[3].y() = 1e39;
+  contains(mesh, "does not fit the format");
+  mesh = samples::cube();
+  mesh.triangles[11][2] = 8;
+  contains(mesh, "names a vertex that is not there");
+}
+
+TEST(MeshWriter, cancelLeavesTheOldFile) {
+  const samples::Folder folder;
+  samples::spill(folder / "a.obj", "old");
+  clay::TriangleMesh mesh = samples::cube();
+  Job job;
+  MeshWriter writer(folder / "a.obj", {8, 12}, {}, &job);
+  writer.vertices(mesh.positions);
+  EXPECT_NEAR(job.fraction(), 0.4, 1e-12);
+  job.cancel();
+  EXPECT_THROW(writer.triangles(mesh.triangles), Cancelled);
+  EXPECT_THROW(writeMesh(folder / "a.obj", mesh, {}, &job), Cancelled);
+  EXPECT_EQ(slurp(folder / "a.obj"), "old");
+}
+
+TEST(MeshWriter, piecesGiveTheSameFileAsTheWhole) {
+  const samples::Folder folder;
+  const clay::TriangleMesh mesh = samples::cube(0.7);
+  for (const std::string ending : {".stl", ".obj", ".ply"}) {
+    writeMesh(folder / ("whole" + ending), mesh);
+    MeshWriter writer(folder / ("pieces" + ending), {8, 12});
+    for (const Vec3d& p : mesh.positions) writer.vertices({&p, 1});
+    writer.triangles({});
+    for (const auto& t : mesh.triangles) writer.triangles({&t, 1});
+    EXPECT_FALSE(std::filesystem::exists(folder / ("pieces" + ending)));
+    const WriteReport report = writer.finish();
+    EXPECT_EQ(report.vertices, 8u);
+    EXPECT_EQ(report.bytes, std::filesystem::file_size(folder / ("whole" + ending)));
+    EXPECT_EQ(slurp(folder / ("pieces" + ending)), slurp(folder / ("whole" + ending)));
+  }
+}
+
+TEST(MeshWriter, announcedCountsMustBeKept) {
+  const samples::Folder folder;
+  const clay::TriangleMesh mesh = samples::cube();
+  {
+    MeshWriter writer(folder / "a.ply", {7, 12});
+    EXPECT_THROW(writer.vertices(mesh.positions), Error);
+  }
+  {
+    MeshWriter writer(folder / "a.ply", {8, 13});
+    EXPECT_THROW(writer.triangles(mesh.triangles), Error);
+    writer.vertices(mesh.positions);
+    writer.triangles(mesh.triangles);
+    EXPECT_THROW(writer.finish(), Error);
+  }
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+}  // namespace
+}  // namespace argil::io
