@@ -213,14 +213,24 @@ class TextValues {
   TextCursor cursor_;
 };
 
+/// The list of a face that names its vertices.
+bool isCorners(const Element& element, const Property& p) {
+  return element.name == "face" && p.countType && isWhole(p.type) &&
+         (p.name == "vertex_indices" || p.name == "vertex_index");
+}
+
 /// Refuses a count that the rest of the file cannot hold.
 template <class Values>
 void checkRoom(const Values& values, const Element& element) {
   if (element.count == 0) return;
   size_t least = 0;
-  for (const Property& p : element.properties) least += Values::least(p.countType.value_or(p.type));
-  if (least == 0)
+  for (const Property& p : element.properties) {
+    least += Values::least(p.countType.value_or(p.type));
+    if (isCorners(element, p)) least += 3 * Values::least(p.type);
+  }
+  if (least == 0) {
     values.fail("the element " + shown(element.name) + " has no properties; repair the header or export again");
+  }
   if (element.count > values.remaining() / least) {
     values.fail("the header announces " + std::to_string(element.count) + " of " + shown(element.name) + ", at least " +
                 std::to_string(least) + " bytes each, and " + std::to_string(values.remaining()) +
@@ -273,17 +283,15 @@ void readVertices(Values& values, const Element& element, MeshFile& file, Ticker
 
 template <class Values>
 void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFile& file, Ticker& ticker) {
-  const auto isCorners = [](const Property& p) {
-    return p.countType && isWhole(p.type) && (p.name == "vertex_indices" || p.name == "vertex_index");
-  };
-  if (std::none_of(element.properties.begin(), element.properties.end(), isCorners)) {
+  if (std::none_of(element.properties.begin(), element.properties.end(),
+                   [&](const Property& p) { return isCorners(element, p); })) {
     values.fail("the faces have no list \"vertex_indices\" of whole numbers; export it again");
   }
   file.mesh.triangles.reserve(element.count);
   std::vector<uint32_t> corners;
   for (uint64_t f = 0; f < element.count; ++f) {
     for (const Property& property : element.properties) {
-      if (!isCorners(property)) {
+      if (!isCorners(element, property)) {
         passProperty(values, property);
         continue;
       }
