@@ -1,0 +1,304 @@
+#include "engine/script.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+
+#include "clay/error.h"
+#include "engine/random.h"
+#include "io/atomic_file.h"
+#include "io/input.h"
+
+namespace argil::engine {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMaxMm = 1e6;           // where clay may be, as clay::Grid has it
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMinVoxelMm = 1e-3, kMaxVoxelMm = 1e3;
+constexpr int kMaxDepth = 16;            // of nested brackets; a script has 6
+
+// Names as in a script.
+constexpr std::pair<std::string_view, clay::Operation> kTools[] = {
+    {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
+constexpr std::pair<std::string_view, Drive> kDrives[] = {{"tip", Drive::tip}, {"hand", Drive::hand}};
+
+// A value in a script that knows where it stands.
+class Place {
+ public:
+  Place(const json& value, std::string name, std::string path)
+      : value_(value), name_(std::move(name)), path_(std::move(path)) {}
+
+  [[noreturn]] void fail(const std::string& wrong) const {
+    throw Error(path_.empty() ? name_ + ": " + wrong : name_ + ": " + path_ + ": " + wrong);
+  }
+  [[nodiscard]] Place at(const char* key) const {
+    if (!value_.contains(key)) fail(fmt::format("\"{}\" is missing", key));
+    return {value_[key], name_, path_.empty() ? key : path_ + "." + key};
+  }
+  [[nodiscard]] std::optional<Place> maybe(const char* key) const {
+    return value_.contains(key) ? std::optional(at(key)) : std::nullopt;
+  }
+  [[nodiscard]] std::vector<Place> items() const {
+    if (!value_.is_array()) fail("must be a list [...]");
+    std::vector<Place> places;
+    places.reserve(value_.size());
+    for (size_t i = 0; i < value_.size(); ++i) places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i)});
+    return places;
+  }
+  // Of an object: its keys must be among these.
+  void keys(std::initializer_list<std::string_view> known) const {
+    if (!value_.is_object()) fail("must be an object {...}");
+    for (const auto& [key, value] : value_.items()) {
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        fail(fmt::format("unknown key {}; known are {}", io::shown(key), fmt::join(known, ", ")));
+      }
+    }
+  }
+  [[nodiscard]] double number(double low, double high) const {
+    if (!value_.is_number()) fail("must be a number");
+    const double number = value_.get<double>();
+    if (!(number >= low && number <= high)) fail(fmt::format("{} is out of range; use {} to {}", number, low, high));
+    return number;
+  }
+  [[nodiscard]] double positive() const {
+    if (!value_.is_number()) fail("must be a number");
+    const double number = value_.get<double>();
+    if (!(number > 0 && number <= kMaxMm)) fail(fmt::format("{} is out of range; use more than 0, at most {}", number, kMaxMm));
+    return number;
+  }
+  [[nodiscard]] Vec3d vector() const {
+    const auto places = items();
+    if (places.size() != 3) fail(fmt::format("must be 3 numbers [x, y, z], and has {}", places.size()));
+    return {places[0].number(-kMaxMm, kMaxMm), places[1].number(-kMaxMm, kMaxMm), places[2].number(-kMaxMm, kMaxMm)};
+  }
+  [[nodiscard]] const std::string& text() const {
+    if (!value_.is_string()) fail("must be a text \"...\"");
+    return value_.get_ref<const std::string&>();
+  }
+  template <class T>
+  [[nodiscard]] T oneOf(std::span<const std::pair<std::string_view, T>> table) const {
+    std::string known;
+    for (const auto& [name, value] : table) {
+      if (text() == name) return value;
+      known += (known.empty() ? "" : ", ") + std::string(name);
+    }
+    fail(fmt::format("unknown {}; known are {}", io::shown(text()), known));
+  }
+  [[nodiscard]] const json& value() const { return value_; }
+
+ private:
+  const json& value_;
+  std::string name_, path_;
+};
+
+// A key twice in an object would silently win over the first; a deep nest would only exhaust the stack.
+json parseJson(std::string_view text, const std::string& name) {
+  std::vector<std::set<std::string>> open;
+  const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
+    using Event = json::parse_event_t;
+    if (depth > kMaxDepth) throw Error(fmt::format("{}: brackets nest deeper than {}; this is no script", name, kMaxDepth));
+    if (event == Event::object_start) open.emplace_back();
+    if (event == Event::object_end) open.pop_back();
+    if (event == Event::key && !open.back().insert(parsed.get<std::string>()).second) {
+      throw Error(fmt::format("{}: the key {} is there twice in one object; remove one", name, io::shown(parsed.get<std::string>())));
+    }
+    return true;
+  };
+  try {
+    return json::parse(text, watch);
+  } catch (const json::parse_error& error) {
+    const std::string_view before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
+    const size_t line = 1 + static_cast<size_t>(std::count(before.begin(), before.end(), '\n'));
+    const size_t column = before.size() - (before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1) + 1;
+    throw Error(fmt::format("{}: line {}, column {}: not JSON here; a script is {{\"argil\": 1, \"units\": \"mm\", \"setup\": [...], "
+                            "\"strokes\": [...]}}",
+                            name, line, column));
+  } catch (const json::exception&) {  // a number beyond any double
+    throw Error(fmt::format("{}: holds a number that is out of range", name));
+  }
+}
+
+ClaySetup readBlock(const Place& place) {
+  place.keys({"size_mm", "round_mm", "centre_mm"});
+  BlockSetup block;
+  block.sizeMm = place.at("size_mm").vector();
+  if (!(block.sizeMm.minCoeff() > 0)) place.at("size_mm").fail("each side must be more than 0");
+  if (const auto round = place.maybe("round_mm")) block.roundMm = round->number(0, block.sizeMm.minCoeff() / 2);
+  if (const auto centre = place.maybe("centre_mm")) block.centreMm = centre->vector();
+  return block;
+}
+
+ClaySetup readSphere(const Place& place) {
+  place.keys({"radius_mm", "centre_mm"});
+  SphereSetup sphere;
+  sphere.radiusMm = place.at("radius_mm").positive();
+  if (const auto centre = place.maybe("centre_mm")) sphere.centreMm = centre->vector();
+  return sphere;
+}
+
+void readSetup(const Place& item, Script& script) {
+  item.keys({"voxel_mm", "fit_mm", "block", "sphere", "import"});
+  if (item.value().size() != 1) item.fail("must hold exactly one key");
+  const auto once = [&](bool already) {
+    if (already) item.fail("is there twice; remove one");
+  };
+  if (const auto voxel = item.maybe("voxel_mm")) {
+    once(script.voxelMm.has_value());
+    script.voxelMm = voxel->number(kMinVoxelMm, kMaxVoxelMm);
+  } else if (const auto fit = item.maybe("fit_mm")) {
+    once(script.fitMm.has_value());
+    script.fitMm = fit->positive();
+  } else {
+    if (script.clay.index() != 0) item.fail("the clay is already chosen; keep one of block, sphere, import");
+    if (const auto block = item.maybe("block")) {
+      script.clay = readBlock(*block);
+    } else if (const auto sphere = item.maybe("sphere")) {
+      script.clay = readSphere(*sphere);
+    } else {
+      const Place file = item.at("import");
+      if (file.text().empty()) file.fail("names no file");
+      script.clay = ImportSetup{file.text()};
+    }
+  }
+}
+
+ScriptStroke readStroke(const Place& place) {
+  place.keys({"tool", "radius_mm", "strength", "drive", "path"});
+  ScriptStroke stroke;
+  stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kTools);
+  stroke.tool.radiusMm = place.at("radius_mm").positive();
+  if (const auto strength = place.maybe("strength")) {
+    if (stroke.tool.operation != clay::Operation::smooth) strength->fail("only the smooth tool has a strength");
+    stroke.tool.strength = static_cast<float>(strength->number(0, 1));
+  }
+  if (const auto drive = place.maybe("drive")) stroke.drive = drive->oneOf<Drive>(kDrives);
+  const auto rows = place.at("path").items();
+  if (rows.empty()) place.at("path").fail("is empty; give at least one [t_s, x, y, z]");
+  stroke.path.reserve(rows.size());
+  for (const Place& row : rows) {
+    const auto numbers = row.items();
+    if (numbers.size() != 4) row.fail(fmt::format("must be 4 numbers [t_s, x, y, z], and has {}", numbers.size()));
+    PathPoint point;
+    point.timeS = numbers[0].number(-kMaxSeconds, kMaxSeconds);
+    for (int axis = 0; axis < 3; ++axis) point.mm[axis] = numbers[axis + 1].number(-kMaxMm, kMaxMm);
+    if (!stroke.path.empty() && point.timeS < stroke.path.back().timeS) {
+      row.fail(fmt::format("its time {} s comes before the last one's {} s", point.timeS, stroke.path.back().timeS));
+    }
+    stroke.path.push_back(point);
+  }
+  return stroke;
+}
+
+json list(const Vec3d& v) { return json::array({v.x(), v.y(), v.z()}); }
+
+std::string_view nameOf(clay::Operation operation) {
+  for (const auto& [name, value] : kTools) {
+    if (value == operation) return name;
+  }
+  return {};
+}
+
+// The shortest decimal that reads back as the same float, so that no false digits are written.
+double shortest(float value) { return std::stod(fmt::format("{}", value)); }
+
+void checkFinite(bool finite) {
+  if (!finite) throw Error("a script cannot hold a number that is not finite", Error::Kind::work);
+}
+
+}  // namespace
+
+Script parseScript(std::string_view text, const std::string& name) {
+  const json root = parseJson(text, name);
+  const Place place(root, name, "");
+  place.keys({"argil", "units", "setup", "strokes"});
+  const Place format = place.at("argil");
+  if (!format.value().is_number_integer() || format.value() != 1) format.fail("this program reads scripts of format 1");
+  if (place.at("units").text() != "mm") place.at("units").fail("must be \"mm\"");
+  Script script;
+  if (const auto setup = place.maybe("setup")) {
+    for (const Place& item : setup->items()) readSetup(item, script);
+  }
+  const auto strokes = place.at("strokes").items();
+  script.strokes.reserve(strokes.size());
+  for (const Place& stroke : strokes) script.strokes.push_back(readStroke(stroke));
+  return script;
+}
+
+Script readScript(const std::filesystem::path& path) {
+  const io::FileBytes file = io::readFile(path);
+  Script script = parseScript({reinterpret_cast<const char*>(file.data.get()), file.size}, io::displayName(path));
+  if (auto* import = std::get_if<ImportSetup>(&script.clay)) import->file = path.parent_path() / import->file;
+  return script;
+}
+
+std::string formatScript(const Script& script) {
+  json setup = json::array();
+  if (script.voxelMm) setup.push_back({{"voxel_mm", *script.voxelMm}});
+  if (script.fitMm) setup.push_back({{"fit_mm", *script.fitMm}});
+  if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
+    checkFinite(block->sizeMm.allFinite() && std::isfinite(block->roundMm) && block->centreMm.allFinite());
+    setup.push_back(
+        {{"block", {{"size_mm", list(block->sizeMm)}, {"round_mm", block->roundMm}, {"centre_mm", list(block->centreMm)}}}});
+  } else if (const auto* sphere = std::get_if<SphereSetup>(&script.clay)) {
+    checkFinite(std::isfinite(sphere->radiusMm) && sphere->centreMm.allFinite());
+    setup.push_back({{"sphere", {{"radius_mm", sphere->radiusMm}, {"centre_mm", list(sphere->centreMm)}}}});
+  } else if (const auto* import = std::get_if<ImportSetup>(&script.clay)) {
+    setup.push_back({{"import", import->file.string()}});
+  }
+  std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
+  for (const ScriptStroke& stroke : script.strokes) {
+    nlohmann::ordered_json line;
+    line["tool"] = nameOf(stroke.tool.operation);
+    checkFinite(std::isfinite(stroke.tool.radiusMm) && std::isfinite(stroke.tool.strength));
+    line["radius_mm"] = stroke.tool.radiusMm;
+    if (stroke.tool.operation == clay::Operation::smooth) line["strength"] = shortest(stroke.tool.strength);
+    line["drive"] = stroke.drive == Drive::hand ? "hand" : "tip";
+    auto& path = line["path"] = nlohmann::ordered_json::array();
+    for (const PathPoint& point : stroke.path) {
+      checkFinite(std::isfinite(point.timeS) && point.mm.allFinite());
+      path.push_back({point.timeS, point.mm.x(), point.mm.y(), point.mm.z()});
+    }
+    text += (text.back() == '[' ? "\n" : ",\n") + line.dump();
+  }
+  return text + "\n]}\n";
+}
+
+void writeScript(const std::filesystem::path& path, const Script& script) {
+  const std::string text = formatScript(script);
+  io::AtomicFile file(path);
+  file.write(std::as_bytes(std::span(text)));
+  file.commit();
+}
+
+Script randomScript(uint64_t seed, const RandomScriptOptions& options) {
+  Random random(seed);
+  Script script;
+  script.strokes.resize(options.strokes);
+  for (ScriptStroke& stroke : script.strokes) {
+    stroke.tool.operation = static_cast<clay::Operation>(random.below(options.smooth ? 3 : 2));
+    stroke.tool.radiusMm = random.between(options.minRadiusMm, options.maxRadiusMm);
+    if (stroke.tool.operation == clay::Operation::smooth) stroke.tool.strength = static_cast<float>(random.between(0.1, 1));
+    // Directions need not be even, only equal everywhere: no trigonometry.
+    Vec3d direction = random.inBall();
+    const double length = std::sqrt(direction.dot(direction));
+    direction = length > 0.01 ? Vec3d(direction / length) : Vec3d(0, 0, 1);
+    Vec3d at = direction * options.reachMm * random.between(0.7, 1);
+    const size_t points = 1 + random.below(options.maxPoints);
+    for (size_t i = 0; i < points; ++i) {
+      stroke.path.push_back({0.01 * double(i), options.centreMm + at});
+      const size_t kind = random.below(16);
+      if (kind == 0) continue;  // the same place again
+      const double step = kind == 1 ? options.reachMm : 2 * stroke.tool.radiusMm;
+      const Vec3d next = at + step * random.inBall();
+      if (next.dot(next) <= options.reachMm * options.reachMm) at = next;
+    }
+  }
+  return script;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,95 @@
+#pragma once
+// A sculpting session as a text: what `argil sculpt` runs and what a recorded session is written as.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "clay/vec.h"
+#include "engine/tool.h"
+
+namespace argil::engine {
+
+/// What moves the tool along a stroke's path.
+enum class Drive : uint8_t {
+  tip,   ///< The tool's centre goes exactly along the path: pure geometry.
+  hand,  ///< The path is where a simulated hand wants to go; device and servo answer, and the clay is cut where they say.
+};
+
+/// A place and its time.
+struct PathPoint {
+  double timeS = 0;             ///< From the stroke's beginning or any other zero; never decreases in a path.
+  Vec3d mm = Vec3d::Zero();
+
+  friend bool operator==(const PathPoint&, const PathPoint&) = default;
+};
+
+struct ScriptStroke {
+  Tool tool;
+  Drive drive = Drive::tip;
+  std::vector<PathPoint> path;  ///< At least one point.
+
+  friend bool operator==(const ScriptStroke&, const ScriptStroke&) = default;
+};
+
+struct BlockSetup {
+  Vec3d sizeMm = Vec3d::Constant(60);
+  double roundMm = 0;
+  Vec3d centreMm = Vec3d::Zero();
+  friend bool operator==(const BlockSetup&, const BlockSetup&) = default;
+};
+struct SphereSetup {
+  double radiusMm = 30;
+  Vec3d centreMm = Vec3d::Zero();
+  friend bool operator==(const SphereSetup&, const SphereSetup&) = default;
+};
+/// A mesh file. A path in a script is relative to the script's folder.
+struct ImportSetup {
+  std::filesystem::path file;
+  friend bool operator==(const ImportSetup&, const ImportSetup&) = default;
+};
+/// monostate: the clay comes from elsewhere (`argil sculpt -i`).
+using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSetup>;
+
+/// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
+/// `{"fit_mm": 100}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
+/// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`. A stroke: `{"tool": "carve", "add" or
+/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "path": [[t_s, x, y, z], ...]}`.
+struct Script {
+  std::optional<double> voxelMm;
+  std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
+  ClaySetup clay;
+  std::vector<ScriptStroke> strokes;
+
+  friend bool operator==(const Script&, const Script&) = default;
+};
+
+/// Reads a script. Throws Error, one line that names `name`, the place in it (strokes[3].path[7]) and what is wrong: bad
+/// JSON, a key that is unknown, missing or there twice, numbers that are not finite or out of range, times that decrease.
+[[nodiscard]] Script parseScript(std::string_view text, const std::string& name);
+
+/// The same from a file; a relative import becomes relative to the file's folder.
+[[nodiscard]] Script readScript(const std::filesystem::path& path);
+
+/// One stroke a line; parseScript gives back an equal script, to the bit. Throws Error for numbers that are not finite.
+[[nodiscard]] std::string formatScript(const Script& script);
+
+/// Writes it to a file, whole or not at all.
+void writeScript(const std::filesystem::path& path, const Script& script);
+
+struct RandomScriptOptions {
+  size_t strokes = 100;
+  Vec3d centreMm = Vec3d::Zero();
+  double reachMm = 40;          ///< Paths stay within this of the centre, most of them near this distance.
+  double minRadiusMm = 1, maxRadiusMm = 4;
+  size_t maxPoints = 12;        ///< In a path; at least one.
+  bool smooth = true;           ///< Smooth strokes too, beside carve and add.
+};
+/// Tip-driven strokes of every kind (dabs, jumps, repeated points): equal seeds give equal scripts on every machine.
+[[nodiscard]] Script randomScript(uint64_t seed, const RandomScriptOptions& options = {});
+
+}  // namespace argil::engine
