@@ -101,7 +101,12 @@ struct Surface::State {
         if (entry) visit(*entry);
   }
 
-  BrickMeshPtr makeMesh(Coord brick, std::shared_ptr<const Vertices> vertices, const Quads& quads) {
+  struct QuadArray {
+    std::unique_ptr<std::array<VertexRef, 4>[]> data;
+    size_t count = 0;
+  };
+
+  BrickMeshPtr makeMesh(Coord brick, std::shared_ptr<const Vertices> vertices, QuadArray quads) {
     auto mesh = std::make_shared<BrickMesh>();
     mesh->brick = brick;
     mesh->serial = nextSerial++;
@@ -110,16 +115,15 @@ struct Surface::State {
       mesh->normals = vertices->normals;
       mesh->vertexStorage = std::move(vertices);
     }
-    if (!quads.empty()) {
-      mesh->quadStorage = std::make_unique_for_overwrite<std::array<VertexRef, 4>[]>(quads.size());
-      std::copy(quads.begin(), quads.end(), mesh->quadStorage.get());
-      mesh->quads = {mesh->quadStorage.get(), quads.size()};
-    }
+    mesh->quadStorage = std::move(quads.data);
+    mesh->quads = {mesh->quadStorage.get(), quads.count};
     return mesh;
   }
 
   std::vector<Coord> changedBricks(const Version& next);
-  void follow(const std::vector<Coord>& bricks, int threads, SurfaceDelta& delta);
+  void followVertices(std::span<const Coord> bricks, int threads, BrickSet& quadBricks, std::vector<Coord>& gone);
+  void followQuads(std::span<const Coord> bricks, int threads, std::span<const Coord>& gone, SurfaceDelta& delta);
+  void follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta);
 };
 
 // Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
@@ -144,7 +148,8 @@ std::vector<Coord> Surface::State::changedBricks(const Version& next) {
   return set.sorted();
 }
 
-void Surface::State::follow(const std::vector<Coord>& bricks, int threads, SurfaceDelta& delta) {
+// Vertices of `bricks`; then `quadBricks` are those whose quads may be others now, `gone` those that lost their surface.
+void Surface::State::followVertices(std::span<const Coord> bricks, int threads, BrickSet& quadBricks, std::vector<Coord>& gone) {
   struct Found {
     CellTable table;
     std::shared_ptr<const Vertices> vertices;
@@ -170,15 +175,12 @@ void Surface::State::follow(const std::vector<Coord>& bricks, int threads, Surfa
       }
     }
   });
-
   // Quads follow their own signs, and the vertices of their brick and of those one step lower.
-  BrickSet quadSet;
-  std::vector<Coord> gone;
   for (size_t i = 0; i < bricks.size(); ++i) {
     Found& f = found[i];
-    if (f.vertices) quadSet.add(bricks[i]);
+    if (f.vertices) quadBricks.add(bricks[i]);
     if (!f.changed) continue;
-    for (int k = 1; k < 8; ++k) quadSet.add(bricks[i] + Coord{k >> 2, (k >> 1) & 1, k & 1});
+    for (int k = 1; k < 8; ++k) quadBricks.add(bricks[i] + Coord{k >> 2, (k >> 1) & 1, k & 1});
     std::unique_ptr<Entry>& entry = place(bricks[i]);
     if (entry) {
       vertexCount -= entry->table.vertices;
@@ -196,48 +198,63 @@ void Surface::State::follow(const std::vector<Coord>& bricks, int threads, Surfa
     entry->table = std::move(f.table);
     entry->vertices = std::move(f.vertices);
   }
-  found.clear();
+}
 
-  const std::vector<Coord> quadBricks = quadSet.sorted();
+void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std::span<const Coord>& gone, SurfaceDelta& delta) {
   struct Made {
     Entry* entry = nullptr;
-    Quads quads;
+    QuadArray quads;
   };
-  std::vector<Made> made(quadBricks.size());
-  parallelBlocks(quadBricks.size(), threads, [&](size_t begin, size_t end) {
+  std::vector<Made> made(bricks.size());
+  parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(version);
     Cursor cursor(*this);
     Quads scratch;
     for (size_t i = begin; i < end; ++i) {
-      Entry* entry = cursor.find(quadBricks[i]);
+      Entry* entry = cursor.find(bricks[i]);
       if (!entry) continue;
       std::array<VertexSource, 8> sources;
       for (int k = 0; k < 8; ++k) {
-        const Entry* lower = k == 0 ? entry : cursor.find(quadBricks[i] - Coord{k >> 2, (k >> 1) & 1, k & 1});
+        const Entry* lower = k == 0 ? entry : cursor.find(bricks[i] - Coord{k >> 2, (k >> 1) & 1, k & 1});
         if (lower) sources[static_cast<size_t>(k)] = {&lower->table, lower->vertices->positions.data()};
       }
       scratch.clear();
-      extractQuads(field, quadBricks[i], sources, scratch);
+      extractQuads(field, bricks[i], sources, scratch);
       const BrickMesh* old = entry->mesh.get();
       if (old && old->vertexStorage == entry->vertices && std::equal(scratch.begin(), scratch.end(), old->quads.begin(), old->quads.end())) continue;
       made[i].entry = entry;
-      made[i].quads = scratch;
+      made[i].quads = {std::make_unique_for_overwrite<std::array<VertexRef, 4>[]>(scratch.size()), scratch.size()};
+      std::copy(scratch.begin(), scratch.end(), made[i].quads.data.get());
     }
   });
-  delta.changed.reserve(delta.changed.size() + gone.size() + made.size());
-  size_t nextGone = 0;
   const auto before = [](Coord a, Coord b) { return std::pair(a >> 3, a) < std::pair(b >> 3, b); };
-  const auto addGone = [&] { delta.changed.push_back(makeMesh(gone[nextGone++], nullptr, {})); };
   for (size_t i = 0; i < made.size(); ++i) {
+    while (!gone.empty() && before(gone.front(), bricks[i])) {
+      delta.changed.push_back(makeMesh(gone.front(), nullptr, {}));
+      gone = gone.subspan(1);
+    }
     Entry* entry = made[i].entry;
     if (!entry) continue;
-    while (nextGone < gone.size() && before(gone[nextGone], quadBricks[i])) addGone();
     if (entry->mesh) quadCount -= entry->mesh->quads.size();
-    quadCount += made[i].quads.size();
-    entry->mesh = makeMesh(quadBricks[i], entry->vertices, made[i].quads);
+    quadCount += made[i].quads.count;
+    entry->mesh = makeMesh(bricks[i], entry->vertices, std::move(made[i].quads));
     delta.changed.push_back(entry->mesh);
   }
-  while (nextGone < gone.size()) addGone();
+}
+
+void Surface::State::follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta) {
+  // In slices, so that what passes between the steps stays in the cache.
+  constexpr size_t kSlice = 4096;
+  BrickSet quadSet;
+  std::vector<Coord> gone;
+  for (size_t at = 0; at < bricks.size(); at += kSlice)
+    followVertices(bricks.subspan(at, std::min(kSlice, bricks.size() - at)), threads, quadSet, gone);
+  const std::vector<Coord> quadBricks = quadSet.sorted();
+  std::span<const Coord> goneLeft(gone);
+  delta.changed.reserve(delta.changed.size() + gone.size() + quadBricks.size());
+  for (size_t at = 0; at < quadBricks.size(); at += kSlice)
+    followQuads(std::span(quadBricks).subspan(at, std::min(kSlice, quadBricks.size() - at)), threads, goneLeft, delta);
+  for (const Coord brick : goneLeft) delta.changed.push_back(makeMesh(brick, nullptr, {}));
 }
 
 Surface::Surface(bool normals) : state_(std::make_unique<State>()) { state_->normals = normals; }

@@ -26,7 +26,7 @@ struct VersionStats {
 
 /// Handle to a version: copying it pins the version, dropping the last handle hands what only that version used to
 /// Store::collect. Invariants (see NOTES.md): canonical (a brick exists exactly where some |phi| < band, equal content has
-/// equal bits), never changes. Handles may be copied and dropped on any thread but the servo's; reading through a handle
+/// equal bits); an inside tile never touches an outside one, as distances to a surface cannot jump; never changes. Handles may be copied and dropped on any thread but the servo's; reading through a handle
 /// that somebody else holds is allowed everywhere, wait-free.
 class Version {
  public:

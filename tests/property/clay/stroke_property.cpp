@@ -1,0 +1,268 @@
+// Strokes on clay: what the whole chain from stamps to surface promises.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "clay/brush.h"
+#include "clay/error.h"
+#include "clay/mesh_topology.h"
+#include "clay/primitives.h"
+#include "clay/redistance.h"
+#include "clay/sampler.h"
+#include "clay/store.h"
+#include "clay/surface.h"
+#include "tests/support/simd_targets.h"
+
+namespace argil::clay {
+namespace {
+
+std::vector<Stamp> randomStroke(std::mt19937_64& random, double reach) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::normal_distribution<double> normal;
+  const Vec3d at = Vec3d(normal(random), normal(random), normal(random)).normalized() * reach;
+  const auto operation = static_cast<Operation>(random() % 3);
+  const double radius = 2 + 5 * (u(random) + 1);
+  std::vector<Stamp> stamps;
+  Vec3d a = at;
+  const int count = 1 + static_cast<int>(random() % 6);
+  for (int i = 0; i < count; ++i) {
+    const Vec3d b = a + Vec3d(u(random), u(random), u(random)) * radius * 0.5;
+    stamps.push_back({a, b, radius, operation, static_cast<float>(0.5 + 0.5 * u(random))});
+    a = b;
+  }
+  return stamps;
+}
+
+// The outcome of a number of random strokes as hashes, so that whole runs can be compared.
+struct Outcome {
+  std::vector<uint64_t> versions;
+  uint64_t surface = 0;
+};
+
+Outcome run(int strokes, uint64_t seed, int publishEvery) {
+  std::mt19937_64 random(seed);
+  const auto store = Store::make();
+  Version version = makeSphere(store, Grid{}, Vec3d::Zero(), 20);
+  Outcome result;
+  Surface surface;
+  for (int s = 0; s < strokes; ++s) {
+    BrushStroke stroke(version);
+    int n = 0;
+    for (const Stamp& stamp : randomStroke(random, 40)) {
+      stroke.apply(stamp);
+      if (++n % publishEvery == 0) surface.update(stroke.publish());
+    }
+    version = stroke.finish();
+    surface.update(version);
+    result.versions.push_back(version.hash());
+    store->collect();
+  }
+  result.surface = surface.hash();
+  return result;
+}
+
+TEST(Strokes, EqualBitsOnEverySimdTargetHoweverPublished) {
+  const Outcome reference = run(60, 7, 1);
+  tests::forEachSimdTarget([&](const std::string& name) {
+    for (const int publishEvery : {1, 3, 1000}) {
+      const Outcome other = run(60, 7, publishEvery);
+      EXPECT_EQ(other.versions, reference.versions) << name << ' ' << publishEvery;
+      EXPECT_EQ(other.surface, reference.surface) << name << ' ' << publishEvery;
+    }
+  });
+}
+
+TEST(Strokes, ThousandStrokesFollowedUndoneAndRedone) {
+  const uint64_t seed = 1000;
+  std::mt19937_64 random(seed);
+  const auto store = Store::make();
+  std::vector<Version> history{makeSphere(store, Grid{}, Vec3d::Zero(), 25)};
+  const uint64_t first = history[0].hash();
+  Surface following[3];
+  const int threads[3] = {1, 2, 4};
+  for (int s = 0; s < 1000; ++s) {
+    BrushStroke stroke(history.back());
+    for (const Stamp& stamp : randomStroke(random, 50)) {
+      stroke.apply(stamp);
+      following[0].update(stroke.publish());
+    }
+    history.push_back(stroke.finish());
+    for (int i = 0; i < 3; ++i) following[i].update(history.back(), threads[i]);
+    store->collect();
+    if (s % 50 != 49) continue;
+    for (int i = 0; i < 3; ++i) {
+      Surface anew;
+      anew.update(history.back(), threads[2 - i]);
+      ASSERT_EQ(following[i].hash(), anew.hash()) << "seed " << seed << " stroke " << s << " threads " << threads[i];
+    }
+    ASSERT_TRUE(checkTopology(following[0].toMesh()).closed()) << "seed " << seed << " stroke " << s;
+  }
+  const uint64_t last = history.back().hash(), lastSurface = following[0].hash();
+  for (size_t i = history.size(); i-- > 0;) following[0].update(history[i]);
+  EXPECT_EQ(following[0].version().hash(), first);
+  Surface anew;
+  anew.update(history[0]);
+  EXPECT_EQ(following[0].hash(), anew.hash());
+  for (const Version& v : history) following[0].update(v);
+  EXPECT_EQ(following[0].version().hash(), last);
+  EXPECT_EQ(following[0].hash(), lastSurface);
+}
+
+TEST(Strokes, FieldStaysCanonicalAndFinite) {
+  std::mt19937_64 random(3);
+  const auto store = Store::make();
+  Version version = makeSphere(store, Grid{}, Vec3d::Zero(), 20);
+  for (int s = 0; s < 100; ++s) {
+    BrushStroke stroke(version);
+    for (const Stamp& stamp : randomStroke(random, 40)) stroke.apply(stamp);
+    version = stroke.finish();
+  }
+  uint64_t bricks = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    ++bricks;
+    bool inBand = false;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float phi = brick.phi[i];
+      ASSERT_TRUE(phi >= -3 && phi <= 3 && !(phi == 0 && std::signbit(phi)));
+      ASSERT_EQ((brick.inside[i >> 6] >> (i & 63)) & 1, phi < 0 ? 1u : 0u);
+      inBand |= std::abs(phi) < 3;
+    }
+    ASSERT_TRUE(inBand);
+    // An inside tile never touches an outside one: beside a tile no voxel has the other sign.
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) {
+        Coord step{0, 0, 0};
+        (axis == 0 ? step.x : axis == 1 ? step.y : step.z) = side;
+        const Slot next = version.find(brick.coord + step);
+        if (!next.isTile()) continue;
+        for (int i = 0; i < 64; ++i) {
+          int at[3];
+          at[axis] = side < 0 ? 0 : 7;
+          at[(axis + 1) % 3] = i >> 3;
+          at[(axis + 2) % 3] = i & 7;
+          ASSERT_EQ(brick.phi[Brick::offset(at[0], at[1], at[2])] < 0, next.tile() == Tile::inside);
+        }
+      }
+  });
+  EXPECT_EQ(bricks, version.stats().bricks);
+}
+
+TEST(Brush, CarveAndAddAreTheCsgOfDistances) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
+  std::mt19937_64 random(11);
+  for (const Operation operation : {Operation::carve, Operation::add}) {
+    const Stamp stamp{{35, 3, -2}, {38, 20, 5}, 9.5, operation, 1};
+    BrushStroke stroke(base);
+    stroke.apply(stamp);
+    const Version after = stroke.publish();
+    Sampler before(base), now(after);
+    for (int i = 0; i < 100000; ++i) {
+      const Coord c{static_cast<int>(random() % 60) + 5, static_cast<int>(random() % 50) - 15, static_cast<int>(random() % 40) - 20};
+      const Vec3d d = stamp.b - stamp.a, p = c.toVec3d() - stamp.a;
+      const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).norm() - stamp.radius, old = before.voxel(c);
+      const double expected = operation == Operation::carve ? std::max(old, -distance) : std::min(old, distance);
+      ASSERT_NEAR(now.voxel(c), std::clamp(expected, -3.0, 3.0), 2e-5);
+    }
+  }
+}
+
+TEST(Brush, OutOfRangeStampsAreRefusedAndChangeNothing) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 10);
+  BrushStroke stroke(base);
+  const double bad = std::nan("");
+  EXPECT_THROW(stroke.apply({{bad, 0, 0}, {0, 0, 0}, 5}), Error);
+  EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, bad}), Error);
+  EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, 0.1}), Error);
+  EXPECT_THROW(stroke.apply({{1e9, 0, 0}, {0, 0, 0}, 5}), Error);
+  EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, 5, Operation::smooth, 1.5f}), Error);
+  EXPECT_EQ(stroke.finish(), base);
+}
+
+TEST(Brush, SmoothFlattensABumpAndLeavesTheRestToTheBit) {
+  const Version ball = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
+  BrushStroke bump(ball);
+  bump.apply({{40, 0, 0}, {40, 0, 0}, 4, Operation::add});
+  const Version rough = bump.finish();
+  BrushStroke stroke(rough);
+  for (int i = 0; i < 40; ++i) stroke.apply({{40, 0, 0}, {40, 0, 0}, 12, Operation::smooth, 1});
+  const Version smooth = stroke.finish();
+  Sampler before(rough), after(smooth);
+  EXPECT_LT(before.trilinear(Vec3d(43, 0, 0)), 0);
+  EXPECT_GT(after.trilinear(Vec3d(42, 0, 0)), 0);
+  Version::forEachDifference(rough, smooth, [&](Coord c, Slot, Slot) {
+    EXPECT_LT(((c * 8).toVec3d() + Vec3d::Constant(3.5) - Vec3d(40, 0, 0)).norm(), 12 + 3 + 2 * 6.1 + 8);
+  });
+}
+
+std::vector<Coord> allBricks(const Version& version) {
+  std::vector<Coord> all;
+  version.forEachBrick([&](const Brick& brick) { all.push_back(brick.coord); });
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+TEST(Redistance, LeavesExactDistancesToTheBit) {
+  const Version sphere = makeSphere(Store::make(), Grid{}, Vec3d(0.2, 0.1, 0.3), 15);
+  Editor editor(sphere);
+  EXPECT_TRUE(redistance(editor, allBricks(sphere)).empty());
+  EXPECT_EQ(editor.commit(), sphere);
+}
+
+// Beyond the rim of a hole cut square into a block, the CSG of distances is far too small; redistanced it is the distance to
+// the rim.
+TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
+  const auto store = Store::make();
+  const Version block = makeBlock(store, Grid{}, Vec3d::Zero(), {40, 40, 20}, 0);
+  BrushStroke stroke(block);
+  // A ball whose centre lies on the upper face: the rim is a circle of its radius there, at a right angle.
+  stroke.apply({{0, 0, 20}, {0, 0, 20}, 12, Operation::carve});
+  const Version cut = stroke.publish(), mended = stroke.finish();
+  Sampler before(cut), after(mended);
+  double worstBefore = 0, worstAfter = 0, sumBefore = 0, sumAfter = 0;
+  int count = 0;
+  for (int x = -30; x <= 30; ++x)
+    for (int y = -30; y <= 30; ++y)
+      for (int z = 17; z <= 23; ++z) {
+        const Coord c{x, y, z};
+        const float a = before.voxel(c), b = after.voxel(c);
+        ASSERT_EQ(a < 0, b < 0);
+        // Air above the hole, clear of the cut's wall and of the face: nearest is the rim.
+        const double rho = std::hypot(x, y);
+        if (z <= 20 || rho >= 12) continue;
+        const double exact = std::min(3.0, std::hypot(12 - rho, z - 20));
+        worstBefore = std::max(worstBefore, std::abs(a - exact));
+        worstAfter = std::max(worstAfter, std::abs(b - exact));
+        sumBefore += (a - exact) * (a - exact);
+        sumAfter += (b - exact) * (b - exact);
+        ++count;
+      }
+  std::printf("above a square rim: error %.3f voxels RMS, %.2f worst; after redistancing %.3f and %.2f\n", std::sqrt(sumBefore / count), worstBefore,
+              std::sqrt(sumAfter / count), worstAfter);
+  EXPECT_GT(worstBefore, 0.9);
+  // What is left comes from the voxels beside the rim, which keep the CSG's value so that the surface stays.
+  EXPECT_LT(worstAfter, 0.6);
+  EXPECT_LT(sumAfter, 0.25 * sumBefore);
+  Surface a(false), b(false);
+  a.update(cut);
+  b.update(mended);
+  EXPECT_EQ(a.hash(), b.hash());  // no vertex moved
+}
+
+TEST(Redistance, SecondTimeChangesNothing) {
+  std::mt19937_64 random(17);
+  Version version = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
+  for (int s = 0; s < 20; ++s) {
+    BrushStroke stroke(version);
+    for (const Stamp& stamp : randomStroke(random, 40)) stroke.apply(stamp);
+    version = stroke.finish();
+  }
+  Editor once(version);
+  redistance(once, allBricks(version));
+  const Version first = once.commit();
+  Editor twice(first);
+  EXPECT_TRUE(redistance(twice, allBricks(first)).empty());
+}
+
+}  // namespace
+}  // namespace argil::clay
