@@ -1,0 +1,103 @@
+#include "haptics/active_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace argil::haptics {
+namespace {
+
+// Offsets relative to the goal are compared to this part of the largest of them: rounding of a 3×3 solve.
+constexpr double kRelativeTolerance = 1e-10;
+// Two planes closer than this (sine squared of the angle) are one.
+constexpr double kParallel = 1e-14;
+
+struct Candidate {
+  Vec3d step;
+  std::array<int, 3> active;
+  std::array<double, 3> multiplier;
+  int count;
+};
+
+class Search {
+ public:
+  Search(const Vec3d& goal, const HalfSpace* planes, int count) noexcept : planes_(planes), count_(count) {
+    for (int i = 0; i < count; ++i) {
+      wanted_[size_t(i)] = planes[i].offset - planes[i].normal.dot(goal);
+      scale_ = std::max(scale_, std::abs(wanted_[size_t(i)]));
+    }
+    tolerance_ = kRelativeTolerance * scale_;
+  }
+  double wanted(int i) const noexcept { return wanted_[size_t(i)]; }
+
+  void consider(const Candidate& c) noexcept {
+    for (int i = 0; i < c.count; ++i)
+      if (!(c.multiplier[size_t(i)] >= -tolerance_)) return;
+    double violation = 0;
+    for (int i = 0; i < count_; ++i) violation = std::max(violation, wanted(i) - planes_[i].normal.dot(c.step));
+    // Among candidates that are as good as feasible the shortest step is the nearest point.
+    if (violation <= tolerance_) violation = 0;
+    if (violation < best_ || (violation == best_ && c.step.squaredNorm() < chosen_.step.squaredNorm())) {
+      best_ = violation;
+      chosen_ = c;
+    }
+  }
+  double tolerance() const noexcept { return tolerance_; }
+  double best() const noexcept { return best_; }
+  double scale() const noexcept { return scale_; }
+  const Candidate& chosen() const noexcept { return chosen_; }
+
+ private:
+  const HalfSpace* planes_;
+  int count_;
+  std::array<double, kMaxHalfSpaces> wanted_{};
+  double scale_ = 0, tolerance_ = 0;
+  double best_ = std::numeric_limits<double>::infinity();
+  Candidate chosen_{Vec3d::Zero(), {}, {}, 0};
+};
+
+}  // namespace
+
+ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) ARGIL_REALTIME {
+  ActiveSet result;
+  result.x = goal;
+  count = std::min(count, kMaxHalfSpaces);
+  Search search(goal, planes, count);
+  bool allowed = true;
+  for (int i = 0; i < count; ++i) allowed = allowed && !(search.wanted(i) > 0);
+  if (allowed) return result;
+
+  for (int i = 0; i < count; ++i) {
+    if (!(search.wanted(i) > 0)) continue;
+    search.consider({search.wanted(i) * planes[i].normal, {i}, {search.wanted(i)}, 1});
+  }
+  for (int i = 0; i < count && search.best() > 0; ++i)
+    for (int j = i + 1; j < count; ++j) {
+      const double g = planes[i].normal.dot(planes[j].normal), det = 1 - g * g;
+      if (det < kParallel) continue;
+      const double a = (search.wanted(i) - g * search.wanted(j)) / det, b = (search.wanted(j) - g * search.wanted(i)) / det;
+      search.consider({a * planes[i].normal + b * planes[j].normal, {i, j}, {a, b}, 2});
+    }
+  for (int i = 0; i < count && search.best() > 0; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) {
+        const Vec3d &n = planes[i].normal, &m = planes[j].normal, &o = planes[k].normal;
+        const double volume = n.dot(m.cross(o));
+        if (volume * volume < kParallel) continue;
+        // The corner where the three meet, and what each plane pays to hold it there.
+        const Vec3d step = (search.wanted(i) * m.cross(o) + search.wanted(j) * o.cross(n) + search.wanted(k) * n.cross(m)) / volume;
+        search.consider({step, {i, j, k}, {step.dot(m.cross(o)) / volume, step.dot(o.cross(n)) / volume, step.dot(n.cross(m)) / volume}, 3});
+      }
+
+  if (search.best() > 1e-6 * search.scale()) {
+    result.feasible = false;
+    return result;
+  }
+  result.x = goal + search.chosen().step;
+  result.active = search.chosen().active;
+  result.multiplier = search.chosen().multiplier;
+  result.count = search.chosen().count;
+  return result;
+}
+
+}  // namespace argil::haptics

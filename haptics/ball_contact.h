@@ -1,0 +1,86 @@
+#pragma once
+// A ball that touches and cuts clay: the proxy and its force.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "haptics/active_set.h"
+#include "haptics/cutting.h"
+#include "haptics/device.h"
+#include "haptics/scene.h"
+#include "haptics/touchable.h"
+
+namespace argil::haptics {
+
+/// Constraint proxy (Ruspini) for a ball of any radius on the clay's surface, and the cutting law where the tool changes it.
+/// Invariants: the proxy's ball never overlaps the clay by more than kOverlapVoxels, unless a new version left it inside
+/// (then it moves out at a bounded speed); a tick without a new version never increases |proxy − hand|. One thread, the
+/// servo's. Recipe, tolerances and figures: NOTES.md, "Ball contact".
+class BallContact {
+ public:
+  struct Input {
+    Vec3d hand = Vec3d::Zero();       ///< Device position in the world, mm; finite.
+    Vec3d velocity = Vec3d::Zero();   ///< Its filtered velocity, mm/s.
+    double periodS = 1e-3;
+    double topStiffnessNmm = 1;       ///< The device's limits, from its sheet.
+    double dampingNsmm = 0;           ///< Along the normal of a touched surface.
+    double peakForceN = 3;
+    bool operate = false;             ///< The tool's operation is on.
+    uint64_t sampleIndex = 0;         ///< Of this tick.
+  };
+  struct Output {
+    Vec3d proxy = Vec3d::Zero();
+    Vec3d cutPoint = Vec3d::Zero();
+    Vec3d force = Vec3d::Zero();      ///< On the hand, N, world directions; no longer than the peak.
+    double depthMm = 0;
+    double areaMm2 = 0;               ///< Engaged area while cutting.
+    int planes = 0;                   ///< Active planes.
+    uint32_t flags = 0;               ///< TickFlag: kTouching, kLeaving, kCutting, kClamped, kIncomplete.
+  };
+
+  /// Forgets everything: the next tick begins with the proxy at the hand.
+  void reset() noexcept;
+  Output tick(const Scene& scene, const Input& input) ARGIL_REALTIME;
+
+  /// Distance from the proxy's centre to the surface as the contact knows it: a lower bound, mm; exact while touching.
+  [[nodiscard]] double clearanceMm() const noexcept { return clearance_; }
+  /// Nearest-point searches of the last tick.
+  [[nodiscard]] int searches() const noexcept { return searches_; }
+
+ private:
+  enum class Mode : uint8_t { touch, cut, settle, add };
+  static constexpr int kMaxContacts = kMaxHalfSpaces;
+
+  Nearest search(const Vec3d& p) ARGIL_REALTIME;
+  void note(const Nearest& nearest) ARGIL_REALTIME;
+  void place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME;
+  void prune() ARGIL_REALTIME;
+  ActiveSet target(const Vec3d& goal) const ARGIL_REALTIME;
+  bool leave(double periodS, double stiffness, double peakN) ARGIL_REALTIME;
+  void leaveDepth(double step) ARGIL_REALTIME;
+  void follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME;
+  void changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME;
+  void touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
+  void cut(const Scene& scene, const Input& input, Output& out) ARGIL_REALTIME;
+
+  std::array<TouchableClay, kMaxPieces> pieces_;
+  std::span<TouchableClay> used_;
+  Mode mode_ = Mode::touch;
+  bool begun_ = false;
+  Vec3d proxy_ = Vec3d::Zero();
+  double radius_ = 1, voxel_ = 1;
+  double clearance_ = 0;  // Lower bound of the signed distance from the proxy to the surface.
+  std::array<Vec3d, kMaxContacts> contacts_;  // Points of the surface that hold the ball or nearly do.
+  int contactCount_ = 0;
+  Vec3d near_ = Vec3d::Zero();  // What the last search found: the hint of the next.
+  bool nearKnown_ = false;
+  int searches_ = 0;
+  int escapeRing_ = 0, escapeRay_ = -1;
+  CutLaw law_;
+  uint64_t lastCut_ = 0;
+  double settleS_ = 0;
+  bool missed_ = false;
+};
+
+}  // namespace argil::haptics

@@ -1,0 +1,211 @@
+#include "haptics/closest_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace argil::haptics {
+namespace {
+
+constexpr int kCandidates = 4;     // Sign changes that are walked to the closest point of their neighbourhood.
+constexpr int kWalkSteps = 8;
+constexpr double kOnSurface = 2e-3;     // Voxels: a point this near to the zero surface is on it.
+constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distance then errs by its square over twice itself.
+constexpr double kSameWalk2 = 0.7 * 0.7;  // Voxels²: sign changes this near to a walked point lead there again.
+constexpr double kCellDiagonal2 = 0.75; // A cell's own sign change is within half a diagonal of its surface, squared.
+
+}  // namespace
+
+struct ClosestSurface::Candidates {
+  double best;      // Distance of the nearest point of the surface known so far.
+  double best2;     // Its square with the slack that keeps neighbours of a better point in.
+  std::array<float, kCandidates> distance2;
+  std::array<Vec3d, kCandidates> point;
+  int count = 0;
+
+  explicit Candidates(double reach) : best(reach) { widen(); }
+  void widen() noexcept {
+    const double limit = std::sqrt(best * best + kCellDiagonal2) + 0.05;
+    best2 = limit * limit;
+  }
+  void improve(double distance) noexcept {
+    if (distance >= best) return;
+    best = distance;
+    widen();
+  }
+  void add(float d2, const Vec3d& at) noexcept {
+    if (count == kCandidates && d2 >= distance2[kCandidates - 1]) return;
+    int i = count < kCandidates ? count++ : kCandidates - 1;
+    for (; i > 0 && distance2[size_t(i) - 1] > d2; --i) {
+      distance2[size_t(i)] = distance2[size_t(i) - 1];
+      point[size_t(i)] = point[size_t(i) - 1];
+    }
+    distance2[size_t(i)] = d2;
+    point[size_t(i)] = at;
+    if (double(d2) < best * best) improve(std::sqrt(double(d2)));
+  }
+};
+
+void ClosestSurface::reset(const clay::Version& version) ARGIL_REALTIME {
+  sampler_.reset(version);
+  band_ = version.grid().band;
+}
+
+void ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates) ARGIL_REALTIME {
+  using clay::Slot;
+  constexpr uint64_t kLowZ = 0x0101010101010101ull;
+  const auto word = [](Slot s, int x) -> uint64_t {
+    return s.isTile() ? (s.tile() == clay::Tile::inside ? ~uint64_t{0} : 0) : s.brick()->inside[x];
+  };
+  const Slot beyondX = sampler_.slot(coord + Coord{1, 0, 0});
+  const Slot beyondY = sampler_.slot(coord + Coord{0, 1, 0});
+  const Slot beyondZ = sampler_.slot(coord + Coord{0, 0, 1});
+  const Vec3d corner = (coord * clay::kBrickEdge).toVec3d();
+  const Vec3f local = (p - corner).cast<float>();
+
+  for (int x = 0; x < clay::kBrickEdge; ++x) {
+    const uint64_t w = brick.inside[x];
+    const uint64_t alongX = w ^ (x < 7 ? brick.inside[x + 1] : word(beyondX, 0));
+    const uint64_t alongY = w ^ ((w >> 8) | (word(beyondY, x) << 56));
+    const uint64_t alongZ = w ^ (((w >> 1) & ~(kLowZ << 7)) | ((word(beyondZ, x) & kLowZ) << 7));
+    const uint64_t any = alongX | alongY | alongZ;
+    if (!any) continue;
+    // Edges reach one voxel further than the voxel that owns them.
+    const float reach = std::sqrt(static_cast<float>(candidates.best2)) + 1.0f;
+    const float dx = float(x) - local.x();
+    const float left = reach * reach - dx * dx;
+    if (left < 0) continue;
+    for (int y = 0; y < clay::kBrickEdge; ++y) {
+      const auto row = static_cast<uint32_t>((any >> (8 * y)) & 0xff);
+      if (!row) continue;
+      const float dy = float(y) - local.y();
+      const float rest = left - dy * dy;
+      if (rest < 0) continue;
+      const float half = std::sqrt(rest);
+      const int first = std::max(0, static_cast<int>(std::ceil(std::max(-1.0f, local.z() - half))));
+      const int last = std::min(7, static_cast<int>(std::floor(std::min(9.0f, local.z() + half))));
+      if (first > last) continue;
+      uint32_t bits = row & (0xffu >> (7 - last)) & (0xffu << first);
+      while (bits) {
+        const int z = std::countr_zero(bits);
+        bits &= bits - 1;
+        const int bit = 8 * y + z;
+        const float a = brick.phi[clay::Brick::offset(x, y, z)];
+        const Vec3f base{float(x), float(y), float(z)};
+        const auto meet = [&](int axis, float b) {
+          const float t = a / (a - b);
+          Vec3f at = base;
+          at[axis] += t;
+          const float d2 = (at - local).squaredNorm();
+          if (double(d2) <= candidates.best2) candidates.add(d2, corner + at.cast<double>());
+        };
+        if ((alongX >> bit) & 1)
+          meet(0, x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_));
+        if ((alongY >> bit) & 1)
+          meet(1, y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_));
+        if ((alongZ >> bit) & 1)
+          meet(2, z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_));
+      }
+    }
+  }
+}
+
+// From a point near the surface to the closest one of its neighbourhood: along the tangent plane towards the foot of p, back
+// onto the surface, with steps that shrink when the distance does not. True when a point of the surface was met.
+bool ClosestSurface::walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_REALTIME {
+  Vec3d x = point, bestPoint = point;
+  Vec3d tangent = Vec3d::Zero();
+  double best = -1, lambda = 1;
+  for (int i = 0; i < kWalkSteps; ++i) {
+    // Back onto the surface.
+    Vec3f g;
+    float phi = sampler_.trilinear(x, g);
+    double slope2 = double(g.squaredNorm());
+    if (slope2 < 1e-4) break;
+    if (std::abs(phi) > kOnSurface) {
+      x -= std::clamp(double(phi) / slope2, -1.0, 1.0) * g.cast<double>();
+      phi = sampler_.trilinear(x, g);
+      slope2 = double(g.squaredNorm());
+      if (slope2 < 1e-4) break;
+    }
+    const bool onSurface = std::abs(phi) <= 4 * kOnSurface;
+    const double d = (x - p).norm();
+    if (onSurface && (best < 0 || d < best)) {
+      const bool little = best >= 0 && best - d < 1e-5;
+      best = d;
+      bestPoint = x;
+      const Vec3d normal = g.cast<double>() / std::sqrt(slope2);
+      tangent = (p - x) - normal * normal.dot(p - x);
+      if (little || tangent.norm() < kWalkDone) break;
+    } else {
+      if (best < 0) {  // Not on it yet: one more projection.
+        continue;
+      }
+      lambda *= 0.3;
+      if (lambda < 5e-3) break;
+    }
+    const double length = tangent.norm();
+    x = bestPoint + tangent * (lambda * std::min(1.0, 0.5 / length));
+  }
+  if (best < 0) return false;
+  point = bestPoint;
+  distance = best;
+  return true;
+}
+
+SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* hint) ARGIL_REALTIME {
+  SurfacePoint result;
+  if (!p.allFinite()) return result;
+  reach = std::min(reach, kMaxReach);
+  // Far outside of the tree's reach nothing can be; it also keeps the conversions below defined.
+  if (p.cwiseAbs().maxCoeff() > 8.0 * clay::kBrickReach + 2 * kMaxReach) return result;
+  Candidates candidates(reach);
+  const auto offer = [&](Vec3d x) {
+    double d = 0;
+    if (!walk(p, x, d) || d > reach || (result.found && d >= result.distance)) return;
+    result = {true, x, d};
+    candidates.improve(d);
+  };
+  if (hint) offer(*hint);
+
+  // Bricks that the sphere of the best answer meets, row by row.
+  const double edge = clay::kBrickEdge;
+  const auto cell = [edge](double v) { return static_cast<int32_t>(std::floor(v / edge)); };
+  const auto gap = [edge](int32_t brick, double v) {
+    return std::max({0.0, double(brick) * edge - v, v - double(brick + 1) * edge});
+  };
+  const auto consider = [&](Coord c) {
+    const double gx = gap(c.x, p.x()), gy = gap(c.y, p.y()), gz = gap(c.z, p.z());
+    if (gx * gx + gy * gy + gz * gz > candidates.best2) return;
+    const clay::Slot slot = sampler_.slot(c);
+    if (!slot.isTile()) scanBrick(*slot.brick(), c, p, candidates);
+  };
+  const double radius = std::sqrt(candidates.best2);
+  for (int32_t bx = cell(p.x() - radius); bx <= cell(p.x() + radius); ++bx) {
+    const double gx = gap(bx, p.x());
+    const double leftX = candidates.best2 - gx * gx;
+    if (leftX < 0) continue;
+    const double halfY = std::sqrt(leftX);
+    for (int32_t by = cell(p.y() - halfY); by <= cell(p.y() + halfY); ++by) {
+      const double gy = gap(by, p.y());
+      const double leftY = candidates.best2 - gx * gx - gy * gy;
+      if (leftY < 0) continue;
+      const double halfZ = std::sqrt(leftY);
+      const int32_t lastZ = cell(p.z() + halfZ);
+      for (int32_t bz = cell(p.z() - halfZ); bz <= lastZ; ++bz) consider({bx, by, bz});
+    }
+  }
+  for (int i = 0; i < candidates.count; ++i) {
+    if (double(candidates.distance2[size_t(i)]) > candidates.best2) break;
+    if (!result.found || double(candidates.distance2[size_t(i)]) < result.distance * result.distance)
+      result = {true, candidates.point[size_t(i)], std::sqrt(double(candidates.distance2[size_t(i)]))};
+    // What was walked to already is the closest of this neighbourhood.
+    else if ((result.point - candidates.point[size_t(i)]).squaredNorm() < kSameWalk2) continue;
+    offer(candidates.point[size_t(i)]);
+  }
+  if (result.distance > reach) result.found = false;
+  return result;
+}
+
+}  // namespace argil::haptics

@@ -1,0 +1,70 @@
+#pragma once
+// The last stop before the motor.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "haptics/device.h"
+#include "haptics/realtime.h"
+#include "haptics/sample_ring.h"
+
+namespace argil::haptics {
+
+inline constexpr double kFadeSeconds = 0.020;      ///< From a fault to zero force, at most.
+inline constexpr int kRawOverTicks = 5;            ///< So many commands over twice the peak in a row are a fault.
+inline constexpr double kRawOverFactor = 2.0;
+inline constexpr double kSlewPeakSeconds = 0.002;  ///< Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
+inline constexpr double kStartFraction = 0.1;      ///< Forces begin once the command is below this part of the peak.
+inline constexpr int kSpeedTicks = 8;              ///< Device speed is judged over so many ticks: one glitch is not a speed.
+inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
+
+/// Why the output is latched at zero.
+enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast, watchdog };
+[[nodiscard]] const char* sentence(Fault fault) noexcept;
+
+/// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes by no
+/// more than the slew limit a tick. A fault fades the force within kFadeSeconds to a latched stop. One thread.
+class Safety {
+ public:
+  /// `periodS`: time between ticks.
+  Safety(const DeviceSheet& sheet, double periodS);
+
+  /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kSlewed, kStale, kStopped,
+  /// kWaiting). `fresh`: the device answered in this tick; if not, zero at once.
+  Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags) ARGIL_REALTIME;
+  /// Fades to a latched stop for a reason found elsewhere.
+  void trip(Fault fault) ARGIL_REALTIME;
+
+  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+  /// Leaves the latched stop: starts anew, waiting for a force in range. Not while the servo runs.
+  void reset() noexcept;
+
+  /// Largest change of force in a tick, N.
+  [[nodiscard]] double slewStepN() const noexcept { return slewStep_; }
+
+ private:
+  bool tooFast(const Vec3d& position) ARGIL_REALTIME;
+
+  double peak_, slewStep_, fadeStep_, fastMm_;
+  Vec3d last_ = Vec3d::Zero();
+  std::array<Vec3d, kSpeedTicks> trail_;
+  int trailCount_ = 0, trailNext_ = 0;
+  int rawOver_ = 0;
+  bool started_ = false;
+  Fault fault_ = Fault::none;
+};
+
+/// Tells that a servo still lives. beat() from the servo, the rest from any thread.
+class Heartbeat {
+ public:
+  void beat(double nowS) ARGIL_REALTIME { last_.store(nowS, std::memory_order_relaxed); }
+  [[nodiscard]] bool silent(double nowS) const noexcept {
+    return nowS - last_.load(std::memory_order_relaxed) > kWatchdogSeconds;
+  }
+
+ private:
+  std::atomic<double> last_{0};
+};
+
+}  // namespace argil::haptics

@@ -1,0 +1,64 @@
+#pragma once
+// All that the servo reads in a tick: published whole, never changed.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "clay/brush.h"
+#include "clay/version.h"
+#include "haptics/pose.h"
+
+namespace argil::haptics {
+
+/// How a piece of clay feels. A row of a table.
+struct Material {
+  double stiffnessNmm = 1.0;     ///< Of the surface, N/mm; never rendered above the device's own limit.
+  double hardnessNmm2 = 0.05;    ///< σ: pressure at which it yields to a cut, N/mm².
+  double viscosityNsmm = 0.01;   ///< η: how slowly it yields, N·s/mm.
+  double dragNsmm = 0.002;       ///< Against the motion of a tool that cuts, N·s/mm at full engagement.
+  double friction = 0;           ///< μ of touch; read by nobody yet.
+};
+
+/// A clay model at its place in the world.
+struct Piece {
+  clay::Version version;         ///< Held by the scene: it lives as long as a reader can see it.
+  Pose pose;                     ///< From the version's millimetres to the world's.
+  uint32_t material = 0;         ///< Index into Scene::materials.
+};
+
+/// What the hand holds: a ball.
+struct Tool {
+  uint32_t id = 0;               ///< Comes back in StylusSample::tool.
+  double radiusMm = 3;
+  std::optional<clay::Operation> operation;  ///< None: only touches.
+  uint32_t buttons = 1;          ///< The operation works while one of these buttons is down.
+};
+
+/// From the device's frame to the world: world = pose · (scale · device).
+struct Workspace {
+  Pose pose;
+  double scale = 1;              ///< World mm per device mm. Stiffness is kept at the hand.
+
+  [[nodiscard]] Vec3d toWorld(const Vec3d& device) const noexcept { return pose.apply(scale * device); }
+  [[nodiscard]] Vec3d toDevice(const Vec3d& world) const noexcept { return pose.applyInverse(world) / scale; }
+  [[nodiscard]] Pose toWorld(const Pose& device) const noexcept {
+    return {toWorld(device.translation), pose.rotation * device.rotation};
+  }
+};
+
+struct Scene {
+  std::vector<Piece> pieces;
+  std::vector<Material> materials{1};
+  Tool tool;
+  Workspace workspace;
+  /// Every sample with a smaller index was carved into the pieces as they stand here (StylusSample::index).
+  uint64_t samplesApplied = 0;
+
+  /// Throws Error when a number is not finite or out of range, or an index points nowhere. Call before publishing.
+  void check() const;
+};
+
+inline constexpr size_t kMaxPieces = 64;  ///< In one scene.
+
+}  // namespace argil::haptics

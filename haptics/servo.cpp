@@ -1,0 +1,166 @@
+#include "haptics/servo.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "clay/error.h"
+#include "haptics/clock.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr size_t kStackBytes = 256 * 1024;      // Touched before the first tick; a tick uses far less.
+constexpr int64_t kWatchPeriodNs = 3'000'000;   // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
+constexpr int64_t kStartDelayNs = 2'000'000;
+
+[[gnu::noinline]] void touchStack() {
+  char stack[kStackBytes];
+  for (size_t i = 0; i < kStackBytes; i += 4096) static_cast<volatile char*>(stack)[i] = 0;
+}
+
+}  // namespace
+
+RealtimeGrant becomeRealtime(int priority, bool lockMemory) {
+  RealtimeGrant grant;
+  sched_param parameter{};
+  parameter.sched_priority = priority;
+  const int refused = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  grant.fifo = refused == 0;
+  grant.sentence = grant.fifo ? "real-time scheduling granted (SCHED_FIFO " + std::to_string(priority) + ")"
+                              : "real-time scheduling refused (" + std::string(std::strerror(refused)) +
+                                    "): ticks may come late; allow it with 'ulimit -r 90' or the rtprio line of limits.conf";
+  if (lockMemory) {
+    grant.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+    grant.sentence += grant.locked ? "; memory locked"
+                                   : "; memory not locked (" + std::string(std::strerror(errno)) +
+                                         "): a tick may wait for a page; allow it with 'ulimit -l unlimited'";
+  }
+  touchStack();
+  return grant;
+}
+
+Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
+    : device_(device),
+      options_(options),
+      samples_(std::clamp(options.rateHz, 1.0, 1e5)),
+      tick_(device, scene, samples_, 1.0 / options.rateHz),
+      statistics_(std::make_unique<ServoStatistics>()) {}
+
+Servo::~Servo() { stop(); }
+
+void Servo::count(uint32_t flags) ARGIL_REALTIME {
+  ServoStatistics& s = *statistics_;
+  ++s.ticks;
+  const auto add = [flags](TickFlag flag, uint64_t& counter) { counter += (flags & flag) != 0; };
+  add(kTouching, s.touching);
+  add(kLeaving, s.leaving);
+  add(kCutting, s.cutting);
+  add(kOverrun, s.overrun);
+  add(kStale, s.stale);
+  add(kClamped, s.clamped);
+  add(kSlewed, s.slewed);
+  add(kQueueFull, s.queueFull);
+  add(kStopped, s.stopped);
+  add(kIncomplete, s.incomplete);
+  s.peakForceN = std::max(s.peakForceN, tick_.last().forceN.norm());
+}
+
+void Servo::runVirtual(uint64_t ticks, const std::function<void(uint64_t, double)>& between) {
+  if (running()) throw Error("servo: it runs in real time; stop it before running virtual time", Error::Kind::work);
+  touchStack();
+  for (uint64_t i = 0; i < ticks; ++i) {
+    const double timeS = double(nextIndex_) / options_.rateHz;
+    if (between) between(nextIndex_, timeS);
+    const int64_t begin = options_.measureCompute ? nowNs() : 0;
+    count(tick_.run(timeS, false));
+    if (options_.measureCompute) statistics_->compute.add(nowNs() - begin);
+    ++nextIndex_;
+  }
+}
+
+RealtimeGrant Servo::start() {
+  if (running()) throw Error("servo: it runs already", Error::Kind::work);
+  stop_.store(false);
+  RealtimeGrant grant;
+  std::atomic<int> ready{0};
+  heartbeat_.beat(double(nowNs()) * 1e-9 + 1.0);  // The watchdog is patient until the first tick.
+  thread_ = std::thread([&] { loop(ready, grant); });
+  ready.wait(0);
+  watchdog_ = std::thread([this] { watch(); });
+  return grant;
+}
+
+void Servo::stop() {
+  stop_.store(true);
+  if (thread_.joinable()) thread_.join();
+  if (watchdog_.joinable()) watchdog_.join();
+}
+
+Fault Servo::fault() noexcept {
+  if (barked_.load()) return Fault::watchdog;
+  return running() ? Fault::none : tick_.safety().fault();
+}
+
+void Servo::reset() noexcept {
+  barked_.store(false);
+  device_.rearm();
+  tick_.reset();
+}
+
+void Servo::loop(std::atomic<int>& ready, RealtimeGrant& grant) {
+  if (options_.realtime) grant = becomeRealtime(options_.priority, true);
+  else grant.sentence = "real-time scheduling not asked for";
+  const double periodNs = 1e9 / options_.rateHz;
+  // Index nextIndex_ is due at `origin` + nextIndex_ · period, so that time goes on after a stop and never drifts.
+  const int64_t first = nowNs() + kStartDelayNs;
+  const auto origin = static_cast<int64_t>(double(first) - double(nextIndex_) * periodNs);
+  ready.store(1);
+  ready.notify_one();  // The last touch of the caller's variables.
+
+  while (!stop_.load(std::memory_order_relaxed)) {
+    const auto due = origin + static_cast<int64_t>(double(nextIndex_) * periodNs);
+    sleepUntilNs(due);
+    const int64_t begin = nowNs();
+    const int64_t late = begin - due;
+    const bool overrun = double(late) > periodNs;
+    if (overrun) {
+      const auto skipped = static_cast<uint64_t>(double(late) / periodNs);
+      statistics_->missed += skipped;
+      nextIndex_ += skipped;
+    }
+    const double timeS = double(nextIndex_) / options_.rateHz;
+    count(tick_.run(timeS, overrun));
+    statistics_->lateness.add(late);
+    const int64_t end = nowNs();
+    statistics_->compute.add(end - begin);
+    heartbeat_.beat(double(end) * 1e-9);
+    ++nextIndex_;
+  }
+  tick_.park(double(nextIndex_) / options_.rateHz);
+  if (options_.realtime) munlockall();
+}
+
+void Servo::watch() {
+  if (options_.realtime) {
+    // Above the servo: one that never returns from a tick must not starve its watchdog.
+    sched_param parameter{};
+    parameter.sched_priority = std::min(options_.priority + 1, 99);
+    pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  }
+  int64_t next = nowNs();
+  while (!stop_.load(std::memory_order_relaxed)) {
+    next = std::max(next + kWatchPeriodNs, nowNs());
+    sleepUntilNs(next);
+    if (!barked_.load(std::memory_order_relaxed) && heartbeat_.silent(double(nowNs()) * 1e-9)) {
+      device_.cut();
+      barked_.store(true);
+    }
+  }
+}
+
+}  // namespace argil::haptics

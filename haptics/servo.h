@@ -1,0 +1,94 @@
+#pragma once
+// The servo loop: 1 to 8 kHz on absolute time, or as many ticks as wanted in virtual time.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "haptics/histogram.h"
+#include "haptics/servo_tick.h"
+
+namespace argil::haptics {
+
+/// What was counted over all ticks since the servo was made.
+struct ServoStatistics {
+  Histogram compute;    ///< Duration of a tick.
+  Histogram lateness;   ///< Of its beginning after its time; paced only.
+  uint64_t ticks = 0, touching = 0, leaving = 0, cutting = 0;
+  uint64_t overrun = 0, stale = 0, clamped = 0, slewed = 0, queueFull = 0, stopped = 0, incomplete = 0;
+  uint64_t missed = 0;  ///< Ticks that never were because one before them was late.
+  double peakForceN = 0;
+};
+
+/// What the system granted to a thread that asked to be real-time.
+struct RealtimeGrant {
+  bool fifo = false;
+  bool locked = false;
+  std::string sentence;  ///< In plain words, with what to do when something was refused.
+};
+
+/// Asks for SCHED_FIFO at `priority` for the calling thread and, with `lockMemory`, for all memory of the process to be
+/// locked; pre-touches the stack. Never throws for a refusal.
+[[nodiscard]] RealtimeGrant becomeRealtime(int priority, bool lockMemory);
+
+/// A device, its tick and the thread that turns it. Made and used by one thread.
+class Servo {
+ public:
+  struct Options {
+    double rateHz = 1000;        ///< 100 to 8000.
+    bool realtime = true;        ///< Ask for SCHED_FIFO and locked memory in start().
+    int priority = 80;
+    bool measureCompute = true;  ///< Also in virtual time.
+  };
+
+  /// `device` and `scene` must outlive it. Throws Error for options out of range.
+  Servo(Device& device, Published<Scene>& scene, const Options& options);
+  Servo(Device& device, Published<Scene>& scene) : Servo(device, scene, Options()) {}
+  ~Servo();
+  Servo(const Servo&) = delete;
+  Servo& operator=(const Servo&) = delete;
+
+  /// Runs `ticks` ticks of virtual time at once, in the calling thread, on from where the last call ended. `between` is called
+  /// before each tick, outside of it, with the index and the time of the tick to come: the session drains samples and
+  /// publishes there, so that a publishing delay counted in ticks is the same in every run.
+  void runVirtual(uint64_t ticks, const std::function<void(uint64_t index, double timeS)>& between = {});
+
+  /// Starts the paced thread and a watchdog beside it; returns what the system granted. Throws Error when it already runs.
+  RealtimeGrant start();
+  /// Stops both; the device is at zero force and the scene is let go. Idempotent.
+  void stop();
+  [[nodiscard]] bool running() const noexcept { return thread_.joinable(); }
+
+  [[nodiscard]] SampleRing& samples() noexcept { return samples_; }  ///< One consumer.
+  [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return tick_.latest(); }  ///< One reader.
+  /// Only while the servo does not run.
+  [[nodiscard]] const ServoStatistics& statistics() const noexcept { return *statistics_; }
+  [[nodiscard]] ServoTick& tick() noexcept { return tick_; }
+  /// Why the force is latched at zero, if it is. While it runs the servo's own faults are seen after stop().
+  [[nodiscard]] Fault fault() noexcept;
+  /// Leaves a latched stop. Only while the servo does not run.
+  void reset() noexcept;
+  [[nodiscard]] double rateHz() const noexcept { return options_.rateHz; }
+  /// Servo time: ticks done, missed ones included, over the rate. Only while it does not run.
+  [[nodiscard]] double timeS() const noexcept { return double(nextIndex_) / options_.rateHz; }
+
+ private:
+  void count(uint32_t flags) ARGIL_REALTIME;
+  void loop(std::atomic<int>& ready, RealtimeGrant& grant);
+  void watch();
+
+  Device& device_;
+  Options options_;
+  SampleRing samples_;
+  ServoTick tick_;
+  std::unique_ptr<ServoStatistics> statistics_;
+  uint64_t nextIndex_ = 0;
+  std::thread thread_, watchdog_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> barked_{false};
+  Heartbeat heartbeat_;
+};
+
+}  // namespace argil::haptics

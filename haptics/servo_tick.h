@@ -1,0 +1,52 @@
+#pragma once
+// One turn of the servo: device in, contact, safety, device out.
+
+#include <cstdint>
+
+#include "haptics/ball_contact.h"
+#include "haptics/device.h"
+#include "haptics/latest_value.h"
+#include "haptics/published.h"
+#include "haptics/safety.h"
+#include "haptics/sample_ring.h"
+#include "haptics/scene.h"
+
+namespace argil::haptics {
+
+/// The same code in real and in virtual time. All its memory is its own; made and destroyed off the servo's thread.
+class ServoTick {
+ public:
+  /// All three must outlive it. `periodS`: 1/8000 to 1/100 s.
+  ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS);
+
+  /// Runs one tick at servo time `timeS`; TickFlag bits of what happened. `late`: this tick began a whole period late.
+  uint32_t run(double timeS, bool late) ARGIL_REALTIME;
+  /// The servo stops: zero force, the scene is let go.
+  void park(double timeS) ARGIL_REALTIME;
+  /// Begins anew after park(): the proxy at the hand, no fault, forces from zero.
+  void reset() noexcept;
+
+  [[nodiscard]] const StylusSample& last() const noexcept { return sample_; }
+  [[nodiscard]] const BallContact& contact() const noexcept { return contact_; }
+  [[nodiscard]] Safety& safety() noexcept { return safety_; }
+  /// The newest sample, for a cursor: one reader.
+  [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
+
+ private:
+  void estimateVelocity(const Vec3d& position) ARGIL_REALTIME;
+
+  Device& device_;
+  Published<Scene>::Reader scene_;
+  SampleRing& samples_;
+  LatestValue<StylusSample> latest_;
+  BallContact contact_;
+  Safety safety_;
+  double periodS_, smoothing_;
+  DeviceState state_;
+  StylusSample sample_;
+  uint64_t index_ = 0;
+  Vec3d position_ = Vec3d::Zero(), velocity_ = Vec3d::Zero();
+  bool moving_ = false;
+};
+
+}  // namespace argil::haptics

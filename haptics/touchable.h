@@ -1,0 +1,47 @@
+#pragma once
+// What a ball can touch.
+
+#include "haptics/closest_surface.h"
+#include "haptics/scene.h"
+
+namespace argil::haptics {
+
+/// Nearest point of something touchable, in world millimetres.
+struct Nearest {
+  bool found = false;            ///< False: nothing within the reach; `distance` is then the reach, with its sign.
+  Vec3d point = Vec3d::Zero();
+  double distance = 0;           ///< Negative when the place asked for is inside.
+};
+
+/// A thing that contact works on: clay now, meshes and guides beside it later. Servo thread only.
+class Touchable {
+ public:
+  virtual ~Touchable() = default;
+  /// Nearest point within `reachMm` of `p`; `hint`: where it was last time, or null.
+  virtual Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME = 0;
+};
+
+/// A piece of a scene as a touchable.
+class TouchableClay final : public Touchable {
+ public:
+  /// Reads `piece` from now on; the scene that holds it is held by the caller. True when it is not what was read before.
+  bool reset(const Piece& piece) ARGIL_REALTIME;
+  Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
+
+  [[nodiscard]] double voxelMm() const noexcept { return voxelMm_; }
+  [[nodiscard]] Vec3d toVoxel(const Vec3d& world) const noexcept { return (pose_.applyInverse(world) - origin_) / voxelMm_; }
+  [[nodiscard]] Vec3d toWorld(const Vec3d& voxel) const noexcept { return pose_.apply(origin_ + voxelMm_ * voxel); }
+  /// A world direction in the frame of the voxels.
+  [[nodiscard]] Vec3d turnToVoxel(const Vec3d& direction) const noexcept { return pose_.rotation.conjugate() * direction; }
+  [[nodiscard]] ClosestSurface& surface() noexcept { return surface_; }
+
+ private:
+  ClosestSurface surface_;
+  Pose pose_;
+  Vec3d origin_ = Vec3d::Zero();
+  double voxelMm_ = 1;
+  const clay::VersionRecord* record_ = nullptr;
+  uint64_t id_ = 0;
+};
+
+}  // namespace argil::haptics
