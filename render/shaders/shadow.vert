@@ -1,0 +1,12 @@
+#version 460
+// Clay as the key light sees it.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "chunk.glsl"
+
+layout(location = 0) in ivec3 position;
+
+void main() {
+  vec4 rel = vec4(chunkPosition(position), 1.0);
+  gl_Position = vec4(dot(frame.shadowX, rel), dot(frame.shadowY, rel), dot(frame.shadowZ, rel), 1.0);
+}

@@ -1,0 +1,70 @@
+#pragma once
+// Buffers on the CPU that a layout writes into, and the triangles that drawing them would show.
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "render/surface_layout.h"
+
+namespace argil::render::test {
+
+class MirrorSink : public UploadSink {
+ public:
+  void reserve(uint32_t vertexCount, uint32_t indexCount) override {
+    vertices.resize(std::max<size_t>(vertices.size(), vertexCount));
+    // Never written, never drawn: an index that points nowhere.
+    indices.resize(std::max<size_t>(indices.size(), indexCount), UINT32_MAX);
+  }
+  void writeVertices(uint32_t first, std::span<const SurfaceVertex> data) override {
+    if (size_t(first) + data.size() > vertices.size()) throw std::out_of_range("vertices past the reserved end");
+    std::copy(data.begin(), data.end(), vertices.begin() + first);
+    bytes += data.size_bytes();
+  }
+  void writeIndices(uint32_t first, std::span<const uint32_t> data) override {
+    if (size_t(first) + data.size() > indices.size()) throw std::out_of_range("indices past the reserved end");
+    std::copy(data.begin(), data.end(), indices.begin() + first);
+    bytes += data.size_bytes();
+  }
+
+  /// Every triangle that the draws show, in vertex units, empty ones left out, sorted.
+  [[nodiscard]] std::vector<std::array<std::array<int32_t, 3>, 3>> drawn(const SurfaceLayout& layout) const {
+    std::vector<std::array<std::array<int32_t, 3>, 3>> all;
+    for (const ChunkDraw& draw : layout.draws()) {
+      for (uint32_t i = draw.firstIndex; i < draw.firstIndex + draw.indexCount; i += 3) {
+        const uint32_t a = indices.at(i), b = indices.at(i + 1), c = indices.at(i + 2);
+        if (a == b && b == c) continue;
+        const auto corner = [&](uint32_t index) {
+          const SurfaceVertex& v = vertices.at(index);
+          return std::array<int32_t, 3>{v.x, v.y, v.z};
+        };
+        all.push_back({corner(a), corner(b), corner(c)});
+      }
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+
+  std::vector<SurfaceVertex> vertices;
+  std::vector<uint32_t> indices;
+  uint64_t bytes = 0;
+};
+
+/// The same triangles as the surface itself has them, rounded as vertices are.
+template <class Triangles>
+std::vector<std::array<std::array<int32_t, 3>, 3>> inUnits(const Triangles& triangles) {
+  std::vector<std::array<std::array<int32_t, 3>, 3>> all;
+  for (const auto& triangle : triangles) {
+    std::array<std::array<int32_t, 3>, 3> out;
+    for (int i = 0; i < 3; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        out[i][axis] = int32_t(std::floor(double(triangle[i][axis]) * kUnitsPerVoxel + 0.5));
+      }
+    }
+    all.push_back(out);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+}  // namespace argil::render::test

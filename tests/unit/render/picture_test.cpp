@@ -1,0 +1,372 @@
+// Pictures of known scenes, measured. Every test draws through the validation layer where it is installed.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "clay/error.h"
+#include "render/renderer.h"
+#include "render/scale.h"
+#include "tests/unit/render/field_surface.h"
+
+namespace argil::render {
+namespace {
+
+using test::Field;
+using test::FieldSurface;
+
+double brightness(const Image& image, double x, double y) {
+  const uint8_t* p = image.pixel(int(x), int(y));
+  return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+}
+
+/// Mean brightness of a square around a place.
+double brightnessAround(const Image& image, const Vec3d& at, int reach = 2) {
+  double sum = 0;
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) sum += brightness(image, at.x() + x, at.y() + y);
+  }
+  return sum / ((2 * reach + 1) * (2 * reach + 1));
+}
+
+bool isClay(const Image& image, int x, int y) {
+  const uint8_t* p = image.pixel(x, y);
+  return p[0] > p[2] + 12;  // warm; all else is grey or blue
+}
+
+const Overlays kBare = [] {
+  Overlays overlays;
+  overlays.grid = overlays.scaleBar = overlays.cavity = false;
+  return overlays;
+}();
+
+class Picture : public testing::Test {
+ protected:
+  static constexpr int kWidth = 320, kHeight = 200;
+  static constexpr double kRadius = 16;  // voxels
+  static constexpr double kVoxel = 0.5;
+
+  void SetUp() override {
+    if (devices().empty()) GTEST_SKIP() << "no Vulkan driver on this machine: pictures cannot be drawn";
+    RendererOptions options;
+    options.validation = true;
+    renderer_.emplace(options);
+  }
+  void TearDown() override {
+    if (!renderer_) return;
+    for (const std::string& message : renderer_->validationMessages()) ADD_FAILURE() << message;
+    if (!renderer_->validating()) RecordProperty("validation", "layer not installed");
+  }
+
+  void load(const Field& field, const Vec3d& originMm = Vec3d::Zero(), double voxelMm = kVoxel) {
+    clay::Grid grid;
+    grid.voxelMm = voxelMm;
+    grid.originMm = originMm;
+    stats_ = renderer_->update(surface_.update(grid, {-3, -3, -3}, {2, 2, 2}, field));
+  }
+  static Field sphere() {
+    return [](const Vec3d& p) { return p.norm() - kRadius; };
+  }
+  View view(const char* name, Projection projection = Projection::orthographic) const {
+    return View::named(name, renderer_->bounds(), double(kWidth) / kHeight, projection);
+  }
+  Image draw(const View& from, const Overlays& overlays) { return renderer_->render(from, overlays, kWidth, kHeight); }
+
+  FieldSurface surface_;
+  std::optional<Renderer> renderer_;
+  UploadStats stats_;
+};
+
+TEST_F(Picture, SphereCoversItsDisc) {
+  load(sphere());
+  const View from = view("front");
+  const Image image = draw(from, kBare);
+  int count = 0;
+  double sumX = 0, sumY = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (!isClay(image, x, y)) continue;
+      ++count;
+      sumX += x + 0.5;
+      sumY += y + 0.5;
+    }
+  }
+  const double pixelsPerMm = kHeight / from.heightAtTarget();
+  const double disc = std::numbers::pi * std::pow(kRadius * kVoxel * pixelsPerMm, 2);
+  EXPECT_NEAR(count, disc, 0.02 * disc);
+  EXPECT_NEAR(sumX / count, 0.5 * kWidth, 0.5);
+  EXPECT_NEAR(sumY / count, 0.5 * kHeight, 0.5);
+}
+
+TEST_F(Picture, LightComesFromTheUpperLeft) {
+  load(sphere());
+  for (const char* name : {"front", "back", "top", "bottom", "iso"}) {
+    const Image image = draw(view(name, Projection::perspective), kBare);
+    const Vec3d centre(0.5 * kWidth, 0.5 * kHeight, 0);
+    EXPECT_GT(brightnessAround(image, centre + Vec3d(-28, -28, 0)),
+              brightnessAround(image, centre + Vec3d(35, 35, 0)) + 40)
+        << name;
+  }
+}
+
+TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
+  load(sphere());
+  Overlays overlays = kBare;
+  overlays.cavity = true;
+  const Image near = draw(view("iso", Projection::perspective), overlays);
+  const struct {
+    Vec3d origin;
+    double voxel;
+  } places[] = {{{1e6, -1e6, 1e6}, 0.5}, {{1e6, 1e6, 1e6}, 1e-3}, {{0, 0, 0}, 1e-3}, {{-1e6, 0, 0}, 1e3}};
+  for (const auto& place : places) {
+    surface_ = {};
+    renderer_->clear();
+    load(sphere(), place.origin, place.voxel);
+    const Image far = draw(view("iso", Projection::perspective), overlays);
+    int different = 0;
+    for (size_t i = 0; i < near.rgba.size(); ++i) different += std::abs(int(near.rgba[i]) - int(far.rgba[i])) > 6;
+    EXPECT_LT(different, kWidth * kHeight * 4 / 200)
+        << "origin " << place.origin.transpose() << ", voxel " << place.voxel;
+  }
+}
+
+TEST_F(Picture, TheSameTwice) {
+  load(sphere());
+  Overlays overlays;
+  overlays.cursor.emplace();
+  overlays.cursor->positionMm = {0, -3, 12};
+  const Image first = draw(view("iso", Projection::perspective), overlays);
+  EXPECT_EQ(first, draw(view("iso", Projection::perspective), overlays));
+  Renderer other;
+  FieldSurface again;
+  clay::Grid grid;
+  grid.voxelMm = kVoxel;
+  other.update(again.update(grid, {-3, -3, -3}, {2, 2, 2}, sphere()));
+  EXPECT_EQ(first, other.render(view("iso", Projection::perspective), overlays, kWidth, kHeight));
+}
+
+TEST_F(Picture, AnUpdatedModelLooksLikeAFreshOne) {
+  load(sphere());
+  const auto dented = [](const Vec3d& p) { return std::max(p.norm() - kRadius, 5 - (p - Vec3d(0, -16, 0)).norm()); };
+  const Image before = draw(view("front"), kBare);
+  const uint64_t whole = stats_.bytes;
+  load(dented);
+  EXPECT_GT(stats_.bytes, 0u);
+  EXPECT_LT(stats_.bytes, whole / 3);
+  const Image after = draw(view("front"), kBare);
+  EXPECT_NE(before, after);
+  surface_ = {};
+  renderer_->clear();
+  load(dented);
+  EXPECT_EQ(after, draw(view("front"), kBare));
+}
+
+TEST_F(Picture, CavityDarkensAGrooveAndLeavesTheRest) {
+  // A block with a groove along x at z = 0 of its front.
+  load([](const Vec3d& p) {
+    const double block = (p.cwiseAbs() - Vec3d(15, 12, 15)).maxCoeff();
+    const double groove = std::hypot(p.y() + 12, p.z()) - 2.0;
+    return std::max(block, -groove);
+  });
+  const View from = view("front");
+  Overlays overlays = kBare;
+  const Image without = draw(from, overlays);
+  overlays.cavity = true;
+  const Image with = draw(from, overlays);
+  const Vec3d groove = from.project({2, -5.2, 0}, kWidth, kHeight), plain = from.project({2, -6, 4}, kWidth, kHeight);
+  EXPECT_LT(brightnessAround(with, groove, 1), brightnessAround(without, groove, 1) - 12);
+  EXPECT_NEAR(brightnessAround(with, plain), brightnessAround(without, plain), 3);
+}
+
+/// A flat slab seen from above, and a cursor over it.
+class CursorPicture : public Picture {
+ protected:
+  void slab() {
+    load([](const Vec3d& p) { return (p.cwiseAbs() - Vec3d(20, 20, 4)).maxCoeff(); });
+  }
+  static Overlays over(const Vec3d& at) {
+    Overlays overlays = kBare;
+    overlays.cursor.emplace();
+    overlays.cursor->positionMm = at;
+    overlays.cursor->radiusMm = 1.5;
+    overlays.cursor->shaft = Vec3d::UnitZ();
+    return overlays;
+  }
+};
+
+TEST_F(CursorPicture, ShadowFallsOnClayAwayFromTheLight) {
+  slab();
+  const View from = view("top");
+  // The key light stands over the viewer's left shoulder: from above its shadow goes to the right and down.
+  const View::Axes a = from.axes();
+  const Vec3d toKey = (-0.50 * a.right + 0.66 * a.up - 0.56 * a.forward).normalized();
+  const Vec3d ball(-1, 1, 6);
+  const Vec3d shadow = ball - toKey * ((ball.z() - 2) / toKey.z());
+  const Image without = draw(from, kBare), with = draw(from, over(ball));
+  const Vec3d at = from.project(shadow, kWidth, kHeight);
+  EXPECT_LT(brightnessAround(with, at), 0.7 * brightnessAround(without, at));
+  const Vec3d mirrored =
+      from.project(ball + Vec3d(toKey.x(), toKey.y(), 0) * ((ball.z() - 2) / toKey.z()), kWidth, kHeight);
+  EXPECT_NEAR(brightnessAround(with, mirrored), brightnessAround(without, mirrored), 3);
+}
+
+TEST_F(CursorPicture, ShadowFallsOnTheGround) {
+  slab();
+  View from = view("top");
+  from.openingDegrees = 60;  // some ground around the slab
+  const Vec3d ball(12, 12, 1);
+  const View::Axes a = from.axes();
+  const Vec3d toKey = (-0.50 * a.right + 0.66 * a.up - 0.56 * a.forward).normalized();
+  Overlays with = over(ball), without = kBare;
+  with.grid = without.grid = true;
+  const Vec3d shadow = ball - toKey * ((ball.z() + 2) / toKey.z());
+  const Vec3d at = from.project(shadow, kWidth, kHeight);
+  EXPECT_LT(brightnessAround(draw(from, with), at), 0.8 * brightnessAround(draw(from, without), at));
+}
+
+TEST_F(CursorPicture, BeamAndDotMarkWhereTheBallWouldLand) {
+  slab();
+  const View side = view("front");
+  const Vec3d ball(2, 0, 8);
+  const Image image = draw(side, over(ball));
+  const Vec3d middle = side.project({2, 0, 4.2}, kWidth, kHeight);
+  const uint8_t* beam = image.pixel(int(middle.x()), int(middle.y()));
+  EXPECT_GT(beam[2], beam[0] + 40) << "the beam is blue";
+  const View top = view("top");
+  Overlays overlays = over(ball);
+  overlays.cursor->positionMm = {2, -1, 30};
+  overlays.cursor->shaft = {1, 1, 0.1};
+  overlays.cursor->drop = Vec3d(0, 0.2, -1);  // lands beside the ball, seen from above
+  const double t = (30 - 2) / 1.0;
+  const Vec3d hit = top.project({2, -1 + 0.2 * t, 2}, kWidth, kHeight);
+  const Image above = draw(top, overlays);
+  const uint8_t* dot = above.pixel(int(hit.x()), int(hit.y()));
+  EXPECT_GT(dot[2], dot[0] + 40) << "the dot is blue";
+}
+
+TEST_F(CursorPicture, ContactChangesTheColour) {
+  slab();
+  Overlays overlays = over({0, 0, 4});
+  overlays.cursor->shaft = {1, 0, 0.4};
+  const View from = view("front");
+  const Vec3d at = from.project({-0.8, 0, 4}, kWidth, kHeight);
+  const Image free = draw(from, overlays);
+  overlays.cursor->contact = true;
+  const Image touching = draw(from, overlays);
+  const uint8_t* a = free.pixel(int(at.x()), int(at.y()));
+  const uint8_t* b = touching.pixel(int(at.x()), int(at.y()));
+  EXPECT_GT(a[2], a[0]);
+  EXPECT_GT(b[0], b[2]);
+}
+
+TEST_F(CursorPicture, PathsAreHiddenByClay) {
+  slab();
+  Overlays overlays = kBare;
+  Polyline before{{{-8, -12, 0.3}, {8, -12, 0.3}}, {0, 1, 0, 1}, 3},
+      behind{{{-8, 12, -0.8}, {8, 12, -0.8}}, {0, 1, 0, 1}, 3};
+  overlays.polylines = {before, behind};
+  const View from = view("front");
+  const Image image = draw(from, overlays);
+  const auto green = [&](const Vec3d& p) {
+    const Vec3d at = from.project(p, kWidth, kHeight);
+    const uint8_t* c = image.pixel(int(at.x()), int(at.y()));
+    return c[1] > c[0] + 60;
+  };
+  EXPECT_TRUE(green({0.1, -12, 0.3}));
+  EXPECT_FALSE(green({0.1, 12, -0.8}));
+}
+
+TEST_F(Picture, ScaleBarHasTheLengthThatItNames) {
+  load(sphere());
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    const int width = 640, height = 360;
+    View from = View::named("front", renderer_->bounds(), double(width) / height, projection);
+    Overlays overlays = kBare;
+    overlays.scaleBar = true;
+    const Image image = renderer_->render(from, overlays, width, height);
+    // The longest run of light pixels in the rows of the bar.
+    int longest = 0;
+    for (int y = height - 40; y < height - 10; ++y) {
+      int run = 0;
+      for (int x = 0; x < width; ++x) {
+        run = brightness(image, x, y) > 140 ? run + 1 : 0;
+        longest = std::max(longest, run);
+      }
+    }
+    const ScaleBar bar = scaleBar(from, width, height);
+    EXPECT_NEAR(bar.pixels, bar.mm * height / from.heightAtTarget(), 1e-9);
+    // Round ends add half the bar's thickness of two pixels on either side.
+    EXPECT_NEAR(longest, bar.pixels + 2, 1);
+  }
+}
+
+TEST_F(Picture, GridLinesAreWhereTheMillimetresAre) {
+  load(sphere());
+  View from = View::named("top", renderer_->bounds(), double(kWidth) / kHeight, Projection::orthographic);
+  Overlays overlays = kBare;
+  overlays.grid = true;
+  const Image image = draw(from, overlays);
+  const GridSpacing grid = gridSpacing(from, kHeight);
+  // Along the left edge of the picture: lines of constant y.
+  const double x = -0.47 * from.heightAtTarget() * kWidth / kHeight;
+  for (int line = -1; line <= 1; ++line) {
+    const double y = line * grid.minor;
+    const auto at = [&](double mm) {
+      return brightnessAround(image, from.project({x + 0.37 * grid.minor, mm, 0}, kWidth, kHeight), 0);
+    };
+    EXPECT_GT(at(y - 1e-3 * grid.minor), at(y + 0.5 * grid.minor) + 4) << "at y = " << y << " mm";
+  }
+}
+
+TEST_F(Picture, DrawsOnlyChunksInThePicture) {
+  load(sphere());
+  View from = view("front");
+  (void)draw(from, kBare);
+  EXPECT_EQ(renderer_->drawStats().chunksCulled, 0u);
+  EXPECT_GE(renderer_->drawStats().trianglesDrawn, renderer_->triangleCount());
+  from.target += Vec3d(1000, 0, 0);
+  from.position += Vec3d(1000, 0, 0);
+  const Image away = draw(from, kBare);
+  EXPECT_EQ(renderer_->drawStats().chunksDrawn, 0u);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) ASSERT_FALSE(isClay(away, x, y));
+  }
+}
+
+TEST_F(Picture, EverySizeAndViewWorksAlsoWithoutClay) {
+  Overlays overlays;
+  overlays.cursor.emplace();
+  for (const std::string& name : View::names()) {
+    const View from = View::named(name, renderer_->bounds(), 1);
+    for (const auto& [width, height] : {std::pair(16, 16), std::pair(17, 301), std::pair(301, 17)}) {
+      const Image image = renderer_->render(from, overlays, width, height);
+      EXPECT_EQ(image.width, width);
+      EXPECT_EQ(image.height, height);
+    }
+  }
+}
+
+TEST_F(Picture, BadCallsAreRefused) {
+  load(sphere());
+  const View from = view("front");
+  EXPECT_THROW((void)renderer_->render(from, {}, 8, 100), Error);
+  EXPECT_THROW((void)renderer_->render(from, {}, 100, 9000), Error);
+  Overlays overlays;
+  overlays.cursor.emplace();
+  overlays.cursor->radiusMm = 0;
+  EXPECT_THROW((void)draw(from, overlays), Error);
+  overlays = {};
+  overlays.polylines.push_back({{{std::numeric_limits<double>::infinity(), 0, 0}}, {}, 1});
+  EXPECT_THROW((void)draw(from, overlays), Error);
+  RendererOptions options;
+  options.device = "no such device";
+  EXPECT_THROW(Renderer{options}, Error);
+  options = {};
+  options.quality.supersample = 9;
+  EXPECT_THROW(Renderer{options}, Error);
+}
+
+}  // namespace
+}  // namespace argil::render
