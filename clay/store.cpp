@@ -17,27 +17,33 @@ SlabPool::~SlabPool() {
   for (std::byte* arena : arenas_) munmap(arena, kArenaBytes + kSlabBytes);
 }
 
-void SlabPool::addSlab() {
-  if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
-    void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (map == MAP_FAILED) throw std::bad_alloc();
-    arenas_.push_back(static_cast<std::byte*>(map));
-    slabsInArena_ = 0;
+std::byte* SlabPool::mapSlab() {
+  std::byte* slab = nullptr;
+  {
+    const std::lock_guard lock(arenaMutex_);
+    if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
+      void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+      if (map == MAP_FAILED) throw std::bad_alloc();
+      arenas_.push_back(static_cast<std::byte*>(map));
+      slabsInArena_ = 0;
+    }
+    const auto base = (reinterpret_cast<uintptr_t>(arenas_.back()) + kSlabBytes - 1) & ~(kSlabBytes - 1);
+    slab = reinterpret_cast<std::byte*>(base + slabsInArena_++ * kSlabBytes);
   }
-  const auto base = (reinterpret_cast<uintptr_t>(arenas_.back()) + kSlabBytes - 1) & ~(kSlabBytes - 1);
-  auto* slab = reinterpret_cast<std::byte*>(base + slabsInArena_ * kSlabBytes);
   // One fault for a whole slab where the system grants huge pages, and never one in a kernel.
   madvise(slab, kSlabBytes, MADV_HUGEPAGE);
   for (size_t at = 0; at < kSlabBytes; at += 4096) slab[at] = std::byte{0};
-  const size_t count = kSlabBytes / objectBytes_;
+  return slab;
+}
+
+void SlabPool::adopt(std::byte* slab) {
   // Lowest address last, so that it is handed out first.
-  for (size_t i = count; i-- > 0;) free_.push_back(slab + i * objectBytes_);
-  ++slabsInArena_;
+  for (size_t i = kSlabBytes / objectBytes_; i-- > 0;) free_.push_back(slab + i * objectBytes_);
   ++slabs_;
 }
 
 void SlabPool::take(size_t count, std::vector<void*>& out) {
-  while (free_.size() < count) addSlab();
+  while (free_.size() < count) adopt(mapSlab());
   out.insert(out.end(), free_.end() - static_cast<std::ptrdiff_t>(count), free_.end());
   free_.resize(free_.size() - count);
 }
@@ -165,6 +171,16 @@ bool Store::collect(size_t maxObjects) {
     }
   }
   s.freeAll(bricks, nodes);
+  for (SlabPool* pool : {&s.bricks, &s.nodes}) {
+    const auto low = [&] {
+      const std::lock_guard lock(s.mutex);
+      return pool->low();
+    };
+    if (!low()) continue;
+    std::byte* slab = pool->mapSlab();
+    const std::lock_guard lock(s.mutex);
+    pool->adopt(slab);
+  }
   const std::lock_guard lock(s.mutex);
   if (s.victim) return true;
   for (const VersionRecord* v : s.dropped)

@@ -64,7 +64,7 @@ struct VersionRecord {
   std::vector<VersionRecord*> children;
 };
 
-/// Memory of equal-sized objects in pre-touched slabs. Guarded by the store's mutex.
+/// Memory of equal-sized objects in pre-touched slabs. Guarded by the store's mutex, but for mapSlab().
 class SlabPool {
  public:
   explicit SlabPool(size_t objectBytes) : objectBytes_(objectBytes) {}
@@ -77,16 +77,22 @@ class SlabPool {
   void give(const std::vector<void*>& objects) { free_.insert(free_.end(), objects.begin(), objects.end()); }
   [[nodiscard]] uint64_t bytes() const { return slabs_ * kSlabBytes; }
 
+  /// In use and nearly empty: the next objects would wait for the system.
+  [[nodiscard]] bool low() const { return slabs_ > 0 && free_.size() < kSlabBytes / objectBytes_; }
+  /// A new slab, every page of it touched (which can take milliseconds). Any thread, without the store's mutex.
+  [[nodiscard]] std::byte* mapSlab();
+  void adopt(std::byte* slab);
+
  private:
   static constexpr size_t kSlabBytes = size_t{2} << 20;    // one huge page
   static constexpr size_t kArenaBytes = size_t{64} << 20;  // address space taken at once, touched slab by slab
-  void addSlab();
 
   size_t objectBytes_;
   std::vector<void*> free_;
+  uint64_t slabs_ = 0;
+  std::mutex arenaMutex_;
   std::vector<std::byte*> arenas_;  // as mapped: kArenaBytes + kSlabBytes for alignment
   size_t slabsInArena_ = 0;
-  uint64_t slabs_ = 0;
 };
 
 struct Store::State {
