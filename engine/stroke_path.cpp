@@ -47,12 +47,17 @@ StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQua
   spacing_ = std::max(quality.spacing * stamp_.radius, quality.minSpacingVoxels);
 }
 
+bool StrokePath::reaches(const clay::Grid& grid, const Vec3d& pointMm) {
+  const Vec3d point = grid.toVoxel(pointMm);
+  return point.allFinite() && point.cwiseAbs().maxCoeff() <= kReach;
+}
+
 void StrokePath::add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) {
-  const Vec3d point = grid_.toVoxel(pointMm);
-  if (!(point.cwiseAbs().maxCoeff() <= kReach) || !point.allFinite()) {
+  if (!reaches(grid_, pointMm)) {
     throw Error(fmt::format("a stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
                             pointMm.x(), pointMm.y(), pointMm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
   }
+  const Vec3d point = grid_.toVoxel(pointMm);
   if (known_ == 0) {
     stamp_.a = stamp_.b = pen_ = point;
     stamps.push_back(stamp_);

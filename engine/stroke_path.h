@@ -31,6 +31,9 @@ class StrokePath {
   /// Throws Error when the tool or the quality is out of range for this grid.
   StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality = {});
 
+  /// Whether a stroke may go through this place: finite, and within 70 000 voxels of the grid's origin along each axis.
+  [[nodiscard]] static bool reaches(const clay::Grid& grid, const Vec3d& pointMm);
+
   /// Appends to `stamps` what this point (world mm) makes certain. Throws Error for a point that is not finite or out of
   /// the clay's reach; then nothing changed.
   void add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps);

@@ -1,0 +1,215 @@
+#include "engine/hand_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "haptics/devices/sheets.h"
+
+namespace argil::engine {
+namespace {
+
+using haptics::HandPath;
+using haptics::HandPoint;
+
+constexpr uint32_t kButton = 1;
+constexpr double kRestS = 0.1;            // the hand waits before it presses and after it has released
+constexpr double kTravelMms = 150;        // between strokes, at the device
+constexpr double kMinTravelS = 0.3;       // long enough for another tool to have reached the servo
+constexpr double kReleaseS = 1e-3;        // a tick after the last point of a stroke
+constexpr double kTimeStepS = 1e-6;       // hand paths need times that increase
+constexpr double kWorkspaceShare = 0.9;   // of the device's reach that a script is fitted into
+constexpr double kVirtualTurnS = 0.002;   // as the edit thread's own pace
+constexpr auto kLook = std::chrono::milliseconds(10);
+
+void append(std::vector<HandPoint>& points, double timeS, const Vec3d& device, uint32_t buttons) {
+  HandPoint point;
+  point.timeS = points.empty() ? timeS : std::max(timeS, points.back().timeS + kTimeStepS);
+  point.position = device;
+  point.buttons = buttons;
+  point.pressure = buttons ? 1.0f : 0.0f;
+  points.push_back(point);
+}
+
+}  // namespace
+
+HandRun::Plan HandRun::plan(std::span<const ScriptStroke> strokes, const haptics::DeviceSheet& sheet) {
+  Plan plan;
+  Eigen::AlignedBox3d box;
+  for (const ScriptStroke& stroke : strokes) {
+    if (stroke.drive != Drive::hand) continue;
+    for (const PathPoint& point : stroke.path) box.extend(point.mm);
+  }
+  plan.workspace.pose.translation = box.center();
+  plan.workspace.scale = std::max(1.0, (box.sizes().array() / (kWorkspaceShare * sheet.workspaceMm.array())).maxCoeff());
+
+  std::vector<HandPoint> points;
+  for (const ScriptStroke& stroke : strokes) {
+    if (stroke.drive != Drive::hand) continue;
+    Part part;
+    part.tool = stroke.tool;
+    const Vec3d start = plan.workspace.toDevice(stroke.path.front().mm);
+    if (points.empty()) {
+      append(points, 0, start, 0);
+    } else {
+      const HandPoint from = points.back();
+      part.changeS = from.timeS;
+      const double travelS = std::max(kMinTravelS, (start - from.position).norm() / kTravelMms);
+      const HandPath travel = HandPath::line(from.position, start, travelS);
+      for (const HandPoint& point : travel.points()) {
+        append(points, from.timeS + point.timeS, point.position, 0);
+      }
+    }
+    const double beginS = points.back().timeS + kRestS;
+    for (const PathPoint& point : stroke.path) {
+      append(points, beginS + (point.timeS - stroke.path.front().timeS), plan.workspace.toDevice(point.mm), kButton);
+    }
+    append(points, points.back().timeS + kReleaseS, points.back().position, 0);
+    append(points, points.back().timeS + kRestS, points.back().position, 0);
+    part.endS = points.back().timeS;
+    plan.parts.push_back(part);
+  }
+  plan.path = HandPath(std::move(points));
+  return plan;
+}
+
+haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan) {
+  haptics::Scene scene;
+  scene.pieces.resize(1);
+  scene.pieces[0].version = session.version();
+  scene.workspace = plan.workspace;
+  scene.check();
+  return scene;
+}
+
+EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
+  EditLoop::Options options;
+  options.surfaceThreads = options_.surfaceThreads;
+  options.onSurface = options_.onSurface;
+  options.onSample = [this](const haptics::StylusSample& sample) { changeTool(sample.timeS); };
+  options.latency = &latency;
+  options.paced = options_.live;
+  return options;
+}
+
+HandRun::HandRun(Session& session, clay::Surface& surface, std::span<const ScriptStroke> strokes, const RunOptions& options,
+                 haptics::Histogram& latency)
+    : options_(options),
+      plan_(plan(strokes, haptics::deviceSheet(options.device))),
+      device_(haptics::deviceSheet(options.device), plan_.path),
+      servo_(device_, scene_, {.rateHz = options.rateHz}),
+      bare_(options.rateHz),
+      loop_(
+          session, surface, firstScene(session, plan_),
+          [this](std::unique_ptr<const haptics::Scene> scene) {
+            if (options_.live) {
+              scene_.publish(std::move(scene));
+            } else {
+              const auto delay = static_cast<uint64_t>(std::llround(options_.publishDelayS * options_.rateHz));
+              coming_.emplace_back(tick_ + delay, std::move(scene));
+            }
+          },
+          loopOptions(latency)) {
+  changeTool(0);
+}
+
+void HandRun::changeTool(double timeS) {
+  for (; tool_ < plan_.parts.size() && plan_.parts[tool_].changeS <= timeS; ++tool_) loop_.setTool(plan_.parts[tool_].tool);
+}
+
+void HandRun::walk(size_t count, double fromFraction, double toFraction) {
+  done_ = std::min(done_ + count, plan_.parts.size());
+  fromS_ = servo_.timeS();
+  untilS_ = plan_.parts[done_ - 1].endS;
+  fromFraction_ = fromFraction;
+  toFraction_ = toFraction;
+  if (options_.live) {
+    walkLive();
+  } else {
+    walkVirtual();
+  }
+}
+
+void HandRun::progress(double timeS) {
+  if (!options_.job) return;
+  const double share = std::clamp((timeS - fromS_) / (untilS_ - fromS_), 0.0, 1.0);
+  options_.job->step(fromFraction_ + share * (toFraction_ - fromFraction_));
+}
+
+void HandRun::walkVirtual() {
+  const auto turnTicks = static_cast<uint64_t>(std::max(1.0, std::round(kVirtualTurnS * options_.rateHz)));
+  const auto publishDue = [this](uint64_t tick) {
+    size_t due = 0;
+    for (; due < coming_.size() && coming_[due].first <= tick; ++due) scene_.publish(std::move(coming_[due].second));
+    coming_.erase(coming_.begin(), coming_.begin() + static_cast<std::ptrdiff_t>(due));
+  };
+  loop_.turn(servo_.samples());
+  publishDue(UINT64_MAX);
+  const auto ticks = static_cast<uint64_t>(std::ceil((untilS_ - fromS_) * options_.rateHz));
+  servo_.runVirtual(ticks, [&](uint64_t index, double timeS) {
+    tick_ = index;
+    publishDue(index);
+    if (index % turnTicks != 0) return;
+    loop_.turn(servo_.samples());
+    progress(timeS);
+  });
+  loop_.turn(servo_.samples());
+  loop_.finish();
+  publishDue(UINT64_MAX);
+}
+
+void HandRun::walkLive() {
+  loop_.restartClock();
+  loop_.turn(servo_.samples());
+  grant_ = servo_.start().sentence;
+  bare_.start();
+  {
+    // Left by an exception too, in this order: the servo stops, the edit thread takes what is left and ends the stroke.
+    EditThread edit(loop_, servo_.samples());
+    struct Stop {
+      HandRun& run;
+      ~Stop() {
+        run.servo_.stop();
+        run.bare_.stop();
+      }
+    };
+    {
+      const Stop stop{*this};
+      haptics::StylusSample now;
+      do {
+        std::this_thread::sleep_for(kLook);
+        servo_.latest().load(now);
+        progress(now.timeS);
+      } while (now.timeS < untilS_ && !edit.failed() && servo_.fault() == haptics::Fault::none);
+    }
+    edit.stop();
+  }
+}
+
+ServoReport HandRun::report() {
+  const haptics::ServoStatistics& s = servo_.statistics();
+  ServoReport report;
+  report.ticks = s.ticks;
+  report.cutting = s.cutting;
+  report.touching = s.touching;
+  report.overrun = s.overrun;
+  report.missed = s.missed;
+  report.dropped = servo_.samples().dropped();
+  report.clamped = s.clamped;
+  report.slewed = s.slewed;
+  report.stopped = s.stopped;
+  report.stale = s.stale;
+  report.compute = Timing::of(s.compute);
+  if (options_.live) {
+    report.lateness = Timing::of(s.lateness);
+    report.bareLateness = Timing::of(bare_.lateness());
+  }
+  report.peakForceN = s.peakForceN;
+  report.forceLimitN = device_.sheet().peakForceN;
+  report.grant = grant_;
+  if (servo_.fault() != haptics::Fault::none) report.fault = haptics::sentence(servo_.fault());
+  return report;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,68 @@
+#pragma once
+// Hand-driven strokes of a script: simulated hand and device, servo, edits. For runScript.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "clay/surface.h"
+#include "engine/edit_loop.h"
+#include "engine/run.h"
+#include "engine/script.h"
+#include "engine/session.h"
+#include "haptics/bare_loop.h"
+#include "haptics/devices/simulated.h"
+#include "haptics/published.h"
+#include "haptics/servo.h"
+
+namespace argil::engine {
+
+/// One simulated hand that walks through all hand-driven strokes it was given, in as many parts as wanted. One thread.
+class HandRun {
+ public:
+  /// Takes the hand-driven ones of `strokes`, in order. Throws Error for a tool that does not fit or an unknown device.
+  HandRun(Session& session, clay::Surface& surface, std::span<const ScriptStroke> strokes, const RunOptions& options,
+          haptics::Histogram& latency);
+
+  /// Walks through the next `count` strokes, in real or in virtual time, while the job's fraction goes from one value to the
+  /// other. Throws Error, Cancelled.
+  void walk(size_t count, double fromFraction, double toFraction);
+
+  [[nodiscard]] ServoReport report();
+  [[nodiscard]] uint64_t versions() const { return loop_.versions(); }
+
+ private:
+  struct Part {
+    Tool tool;
+    double changeS = 0;  // from here on the hand is on its way to this stroke, button released
+    double endS = 0;     // its button is released for good
+  };
+  struct Plan {
+    std::vector<Part> parts;
+    haptics::Workspace workspace;
+    haptics::HandPath path;
+  };
+  static Plan plan(std::span<const ScriptStroke> strokes, const haptics::DeviceSheet& sheet);
+  static haptics::Scene firstScene(const Session& session, const Plan& plan);
+  EditLoop::Options loopOptions(haptics::Histogram& latency);
+
+  void walkVirtual();
+  void walkLive();
+  void progress(double timeS);
+  void changeTool(double timeS);
+
+  const RunOptions& options_;
+  Plan plan_;
+  size_t done_ = 0, tool_ = 0;  // parts walked; parts whose tool was taken up
+  haptics::Published<haptics::Scene> scene_;
+  haptics::SimulatedDevice device_;
+  haptics::Servo servo_;
+  haptics::BareLoop bare_;
+  std::vector<std::pair<uint64_t, std::unique_ptr<const haptics::Scene>>> coming_;  // virtual time: with the tick that sees it
+  uint64_t tick_ = 0;
+  double fromS_ = 0, untilS_ = 0, fromFraction_ = 0, toFraction_ = 0;  // of this walk
+  std::string grant_;
+  EditLoop loop_;
+};
+
+}  // namespace argil::engine

@@ -1,0 +1,88 @@
+#include "engine/run.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "engine/hand_run.h"
+#include "haptics/clock.h"
+
+namespace argil::engine {
+
+Timing Timing::of(const haptics::Histogram& h) {
+  if (h.count() == 0) return {};
+  return {h.count(), h.quantileUs(0.5), h.quantileUs(0.99), h.quantileUs(0.999), h.maxUs()};
+}
+
+namespace {
+
+void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke, const RunOptions& options,
+            haptics::Histogram& latency, RunReport& report) {
+  const auto show = [&](const clay::Version& version, int64_t since) {
+    const clay::SurfaceDelta delta = surface.update(version, options.surfaceThreads);
+    if (options.onSurface) options.onSurface(delta);
+    latency.add(haptics::nowNs() - since);
+    ++report.versions;
+  };
+  session.beginStroke(stroke.tool);
+  int64_t since = haptics::nowNs();
+  size_t waiting = 0;
+  for (const PathPoint& point : stroke.path) {
+    if (waiting == 0) since = haptics::nowNs();
+    session.addPoint(point.timeS, point.mm);
+    if (++waiting < options.pointsPerVersion) continue;
+    show(session.publish(), since);
+    waiting = 0;
+  }
+  if (waiting == 0) since = haptics::nowNs();
+  show(session.endStroke(), since);
+}
+
+// However a run is left, no stroke stays open.
+struct EndStroke {
+  Session& session;
+  ~EndStroke() {
+    if (session.inStroke()) session.endStroke();
+  }
+};
+
+}  // namespace
+
+RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& options) {
+  RunReport report;
+  const EndStroke endStroke{session};
+  const Session::Counts before = session.counts();
+  const int64_t begin = haptics::nowNs();
+  surface.update(session.version(), options.surfaceThreads);
+  const auto latency = std::make_unique<haptics::Histogram>();
+  std::optional<HandRun> hand;  // one servo and one simulated hand for all of the script
+  const auto& strokes = script.strokes;
+  for (size_t i = 0; i < strokes.size();) {
+    if (options.job) options.job->step(double(i) / double(strokes.size()));
+    if (strokes[i].drive == Drive::tip) {
+      runTip(session, surface, strokes[i++], options, *latency, report);
+      continue;
+    }
+    size_t last = i;
+    while (last < strokes.size() && strokes[last].drive == Drive::hand) ++last;
+    if (!hand) hand.emplace(session, surface, std::span(strokes).subspan(i), options, *latency);
+    hand->walk(last - i, double(i) / double(strokes.size()), double(last) / double(strokes.size()));
+    i = last;
+  }
+  if (options.job) options.job->step(1);
+  if (hand) {
+    report.servo = hand->report();
+    report.versions += hand->versions();
+  }
+  const Session::Counts& after = session.counts();
+  report.strokes = after.strokes - before.strokes;
+  report.points = after.points - before.points;
+  report.stamps = after.stamps - before.stamps;
+  report.clay.bricksMade = after.clay.bricksMade - before.clay.bricksMade;
+  report.clay.nodesMade = after.clay.nodesMade - before.clay.nodesMade;
+  report.edit = Timing::of(*latency);
+  report.seconds = double(haptics::nowNs() - begin) * 1e-9;
+  return report;
+}
+
+}  // namespace argil::engine

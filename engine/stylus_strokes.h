@@ -1,0 +1,56 @@
+#pragma once
+// From the samples of a stylus to strokes of a session.
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <span>
+
+#include "engine/session.h"
+#include "haptics/pose.h"
+#include "haptics/sample_ring.h"
+
+namespace argil::engine {
+
+/// Reads samples in order and edits the session: clay is cut exactly at the servo's cut points. A stroke begins with the
+/// first sample that cuts and ends when its button is released or its tool changes; where cutting pauses the tool is lifted,
+/// unless it goes on at once and nearby. What happens depends on the samples alone, not on how many come at a time. The edit
+/// thread's; it touches the session between take() and finish() as well as its owner does.
+class StylusStrokes {
+ public:
+  /// `pose`: from the clay's millimetres to the world's, in which samples are. The session must outlive it.
+  explicit StylusStrokes(Session& session, const haptics::Pose& pose = {})
+      : session_(session), grid_(session.version().grid()), pose_(pose) {}
+
+  /// Samples that carry this tool's id use this tool. Throws Error when it does not fit the clay.
+  void setTool(uint32_t id, const Tool& tool);
+
+  void take(const haptics::StylusSample& sample);
+  /// No more samples: ends the stroke in work.
+  void finish();
+
+  /// Every sample with a smaller index is in what the session publishes next (haptics::Scene::samplesApplied).
+  [[nodiscard]] uint64_t samplesApplied() const { return pending_.empty() ? next_ : pending_.front(); }
+  /// Samples that should have cut and were refused: not a place in the clay's reach, or a tool that nobody set.
+  [[nodiscard]] uint64_t refused() const { return refused_; }
+
+ private:
+  void cut(const haptics::StylusSample& sample, const Vec3d& mm);
+  void forgetCovered();
+
+  Session& session_;
+  clay::Grid grid_;
+  haptics::Pose pose_;
+  std::map<uint32_t, Tool> tools_;
+  uint64_t next_ = 0, refused_ = 0;
+  // The stroke in work.
+  uint32_t tool_ = 0;
+  std::deque<uint64_t> pending_;  // indices of samples that the clay does not show yet
+  uint64_t shown_ = 0;            // points of the stroke that it does
+  bool lifted_ = true;
+  uint64_t lastIndex_ = 0;
+  double lastTimeS_ = 0;
+  Vec3d last_ = Vec3d::Zero();
+};
+
+}  // namespace argil::engine
