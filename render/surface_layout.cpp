@@ -40,28 +40,44 @@ void SurfaceLayout::clear() {
   *this = SurfaceLayout();
 }
 
-uint32_t SurfaceLayout::take(RangeAllocator& ranges, uint32_t count, UploadSink& sink) {
-  if (const auto begin = ranges.allocate(count)) return *begin;
-  const uint64_t wanted =
-      std::max<uint64_t>({kFirstCapacity, uint64_t(ranges.capacity()) * 3 / 2, uint64_t(ranges.end()) + count});
+void SurfaceLayout::reserve(RangeAllocator& ranges, uint64_t end, UploadSink& sink) {
+  if (end <= ranges.capacity()) return;
+  const uint64_t wanted = std::max<uint64_t>({kFirstCapacity, uint64_t(ranges.capacity()) * 3 / 2, end});
   if (wanted > kMaxUnits) {
     throw Error("the surface has more triangles than the renderer can address; use larger voxels", Error::Kind::work);
   }
   ranges.grow(uint32_t(wanted));
   sink.reserve(vertexRanges_.capacity(), quadRanges_.capacity() * kIndicesPerQuad);
+}
+
+uint32_t SurfaceLayout::take(RangeAllocator& ranges, uint32_t count, UploadSink& sink) {
+  if (const auto begin = ranges.allocate(count)) return *begin;
+  reserve(ranges, uint64_t(ranges.end()) + count, sink);
   return *ranges.allocate(count);
 }
 
 void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   grid_ = delta.grid;
 
-  // Chunks that will grow get their block at once: a first load packs each chunk a single time.
+  // Chunks that will grow get their block at once, and the buffers their size: a first load packs each chunk and makes
+  // each buffer a single time.
   std::map<Coord, int64_t> growth;
+  uint64_t newVertices = 0, newQuads = 0;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
     const auto it = bricks_.find(mesh->brick);
     const int64_t before = it == bricks_.end() ? 0 : int64_t(it->second.quadCapacity);
     growth[mesh->brick >> kChunkBits] += int64_t(withSlack(mesh->quads.size())) - before;
+    const uint32_t vertices = withSlack(mesh->positions.size());
+    if (it == bricks_.end() || vertices > it->second.vertexCapacity) newVertices += vertices;
   }
+  for (const auto& [coord, added] : growth) {
+    const auto it = chunks_.find(coord);
+    const int64_t used = it == chunks_.end() ? 0 : it->second.quads.used();
+    const int64_t capacity = it == chunks_.end() ? 0 : it->second.quads.capacity();
+    if (used + added > capacity) newQuads += withChunkSlack(uint64_t(used + added));
+  }
+  reserve(vertexRanges_, vertexRanges_.end() + newVertices, sink);
+  reserve(quadRanges_, quadRanges_.end() + newQuads, sink);
 
   std::set<Coord> rewrite;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
@@ -79,11 +95,12 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
     BrickEntry& brick = bricks_[coord];
     if (brick.mesh && brick.mesh->serial == mesh->serial) continue;
     quads_ += mesh->quads.size() - (brick.mesh ? brick.mesh->quads.size() : 0);
+    // Meshes that differ in quads alone share their vertices.
+    const bool sameVertices = brick.mesh && brick.mesh->positions.data() == mesh->positions.data() &&
+                              brick.mesh->positions.size() == mesh->positions.size();
     brick.mesh = mesh;
-    bool moved = false;
-    writeVertices(coord, brick, moved, sink);
     rewrite.insert(coord);
-    if (!moved) continue;
+    if (sameVertices || !writeVertices(coord, brick, sink)) continue;
     for (int n = 1; n < 8; ++n) {
       const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
       if (bricks_.count(neighbour) != 0) rewrite.insert(neighbour);
@@ -93,14 +110,18 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   for (const auto& [coord, added] : growth) {
     Chunk& chunk = chunks_[coord];
     const int64_t wanted = int64_t(chunk.quads.used()) + added;
-    if (wanted > int64_t(chunk.quads.capacity())) resizeChunk(coord, chunk, withChunkSlack(uint64_t(wanted)), sink);
+    if (wanted > int64_t(chunk.quads.capacity())) resizeChunk(chunk, withChunkSlack(uint64_t(wanted)), sink);
   }
   for (const Coord coord : rewrite) placeQuads(coord, bricks_.at(coord), sink);
   rebuildDraws();
 }
 
-void SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, bool& moved, UploadSink& sink) {
+bool SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, UploadSink& sink) {
   const clay::BrickMesh& mesh = *brick.mesh;
+  if (mesh.normals.size() != mesh.positions.size()) {
+    throw Error("the surface to be drawn has no normals; make it with normals", Error::Kind::work);
+  }
+  bool moved = false;
   const auto count = uint32_t(mesh.positions.size());
   if (count > brick.vertexCapacity || withSlack(count) < brick.vertexCapacity / 2) {
     vertexRanges_.release(brick.firstVertex, brick.vertexCapacity);
@@ -108,7 +129,7 @@ void SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, bool& moved, U
     brick.firstVertex = count > 0 ? take(vertexRanges_, brick.vertexCapacity, sink) : 0;
     moved = true;
   }
-  if (count == 0) return;
+  if (count == 0) return moved;
   brick.min = brick.max = mesh.positions[0];
   vertexScratch_.resize(count);
   for (uint32_t i = 0; i < count; ++i) {
@@ -119,6 +140,7 @@ void SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, bool& moved, U
                          fixedPoint(coord.z * clay::kBrickEdge, p.z()), mesh.normals[i]};
   }
   sink.writeVertices(brick.firstVertex, vertexScratch_);
+  return moved;
 }
 
 void SurfaceLayout::placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink) {
@@ -131,7 +153,7 @@ void SurfaceLayout::placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink)
     auto place = chunk.quads.allocate(capacity);
     if (!place) {
       // Enough room in all but not in one piece: pack the block anew.
-      resizeChunk(coord >> kChunkBits, chunk, withChunkSlack(uint64_t(chunk.quads.used()) + capacity), sink);
+      resizeChunk(chunk, withChunkSlack(uint64_t(chunk.quads.used()) + capacity), sink);
       place = chunk.quads.allocate(capacity);
     }
     brick.firstQuad = *place;
@@ -180,7 +202,7 @@ void SurfaceLayout::eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink)
   brick.quadCapacity = 0;
 }
 
-void SurfaceLayout::resizeChunk(Coord, Chunk& chunk, uint32_t capacity, UploadSink& sink) {
+void SurfaceLayout::resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink) {
   quadRanges_.release(chunk.firstQuad, chunk.quads.capacity());
   chunk.firstQuad = take(quadRanges_, capacity, sink);
   chunk.quads = RangeAllocator(capacity);

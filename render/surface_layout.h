@@ -51,8 +51,8 @@ struct ChunkDraw {
 /// thread.
 class SurfaceLayout {
  public:
-  /// Throws Error (work) when a quad names a vertex that no brick has, or past 4 G indices; the layout is unusable
-  /// then.
+  /// Throws Error (work) when a quad names a vertex that no brick has, for a mesh without normals, or past 4 G indices;
+  /// the layout is unusable then.
   void apply(const clay::SurfaceDelta& delta, UploadSink& sink);
   void clear();
 
@@ -87,11 +87,12 @@ class SurfaceLayout {
     size_t operator()(Coord c) const noexcept;
   };
 
-  void writeVertices(Coord coord, BrickEntry& brick, bool& moved, UploadSink& sink);
+  bool writeVertices(Coord coord, BrickEntry& brick, UploadSink& sink);  // true when the range is another one
   void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
   void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
   void eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
-  void resizeChunk(Coord chunkCoord, Chunk& chunk, uint32_t capacity, UploadSink& sink);
+  void resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink);
+  void reserve(RangeAllocator& ranges, uint64_t end, UploadSink& sink);
   uint32_t take(RangeAllocator& ranges, uint32_t count, UploadSink& sink);
   void rebuildDraws();
 

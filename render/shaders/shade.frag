@@ -10,9 +10,9 @@ layout(set = 0, binding = 4) uniform sampler2DShadow shadowMap;
 layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec4 colour;  // display-linear
 
-const vec3 kClay = vec3(0.43, 0.208, 0.132);
+const vec3 kClay = vec3(0.44, 0.200, 0.122);
 const vec3 kKey = vec3(1.0, 0.93, 0.82) * 1.55;
-const vec3 kFill = vec3(0.62, 0.78, 1.0) * 0.26;
+const vec3 kFill = vec3(0.62, 0.78, 1.0) * 0.22;
 const vec3 kSky = vec3(0.60, 0.70, 0.86) * 0.40;
 const vec3 kGroundLight = vec3(0.50, 0.38, 0.30) * 0.20;
 
@@ -138,7 +138,7 @@ vec3 shadeClay(vec3 rel, vec3 n, vec3 toEye, float z) {
   float gloss = pow(clamp(dot(n, h), 0.0, 1.0), 26.0) * 0.16 * shadow * step(0.0, nk);
   float fresnel = pow(1.0 - nv, 4.0);
   c += (gloss * kKey * 0.5 + fresnel * mix(kGroundLight, kSky, n.z * 0.5 + 0.5) * 0.55) * (1.0 - 0.6 * hollow);
-  return toneMap(c * 1.02);
+  return toneMap(c * 0.90);
 }
 
 // Coverage of lines `spacing` apart at a coordinate in mm; `footprint` is the mm that one sample spans.

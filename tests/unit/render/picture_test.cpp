@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
 
@@ -345,6 +346,28 @@ TEST_F(Picture, EverySizeAndViewWorksAlsoWithoutClay) {
       EXPECT_EQ(image.width, width);
       EXPECT_EQ(image.height, height);
     }
+  }
+}
+
+TEST(NoDriver, IsSaidWithWhatToInstall) {
+  // The loader reads these whenever an instance is made; a caller's own choice of driver comes back afterwards.
+  struct Setting {
+    explicit Setting(const char* variable) : name(variable) {
+      if (const char* value = std::getenv(name)) before = value;
+      ::setenv(name, "/nonexistent/driver.json", 1);
+    }
+    ~Setting() { before ? ::setenv(name, before->c_str(), 1) : ::unsetenv(name); }
+    const char* name;
+    std::optional<std::string> before;
+  };
+  const Setting icds("VK_ICD_FILENAMES"), drivers("VK_DRIVER_FILES");
+  EXPECT_TRUE(devices().empty());
+  try {
+    const Renderer renderer;
+    ADD_FAILURE() << "a renderer without a driver";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::work);
+    EXPECT_NE(std::string(error.what()).find("mesa-vulkan-drivers"), std::string::npos) << error.what();
   }
 }
 
