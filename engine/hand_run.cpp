@@ -34,39 +34,47 @@ void append(std::vector<HandPoint>& points, double timeS, const Vec3d& device, u
 
 }  // namespace
 
-HandRun::Plan HandRun::plan(std::span<const ScriptStroke> strokes, const haptics::DeviceSheet& sheet) {
+HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptics::DeviceSheet& sheet) {
   Plan plan;
   Eigen::AlignedBox3d box;
-  for (const ScriptStroke& stroke : strokes) {
-    if (stroke.drive != Drive::hand) continue;
-    for (const PathPoint& point : stroke.path) box.extend(point.mm);
+  for (const LaidStroke& laid : strokes) {
+    for (const PathPoint& point : laid.stroke.path) box.extend(point.mm);
+    if (laid.from) box.extend(*laid.from);
+    if (laid.to) box.extend(*laid.to);
   }
-  plan.workspace.pose.translation = box.center();
-  plan.workspace.scale = std::max(1.0, (box.sizes().array() / (kWorkspaceShare * sheet.workspaceMm.array())).maxCoeff());
+  if (!box.isEmpty()) {
+    plan.workspace.pose.translation = box.center();
+    plan.workspace.scale = std::max(1.0, (box.sizes().array() / (kWorkspaceShare * sheet.workspaceMm.array())).maxCoeff());
+  }
 
   std::vector<HandPoint> points;
-  for (const ScriptStroke& stroke : strokes) {
-    if (stroke.drive != Drive::hand) continue;
+  append(points, 0, Vec3d::Zero(), 0);
+  const auto travel = [&](const Vec3d& mm) {
+    const HandPoint from = points.back();
+    const Vec3d to = plan.workspace.toDevice(mm);
+    const double seconds = std::max(kMinTravelS, (to - from.position).norm() / kTravelMms);
+    const HandPath way = HandPath::line(from.position, to, seconds);
+    for (const HandPoint& point : way.points()) append(points, from.timeS + point.timeS, point.position, 0);
+  };
+  for (const LaidStroke& laid : strokes) {
+    const std::vector<PathPoint>& path = laid.stroke.path;
     Part part;
-    part.tool = stroke.tool;
-    const Vec3d start = plan.workspace.toDevice(stroke.path.front().mm);
-    if (points.empty()) {
-      append(points, 0, start, 0);
-    } else {
-      const HandPoint from = points.back();
-      part.changeS = from.timeS;
-      const double travelS = std::max(kMinTravelS, (start - from.position).norm() / kTravelMms);
-      const HandPath travel = HandPath::line(from.position, start, travelS);
-      for (const HandPoint& point : travel.points()) {
-        append(points, from.timeS + point.timeS, point.position, 0);
+    part.tool = laid.stroke.tool;
+    part.changeS = points.back().timeS;
+    if (!path.empty()) {
+      const Vec3d first = laid.from ? *laid.from : path.front().mm;
+      // The hand begins there; on its way it may be anywhere but in the clay.
+      if (points.size() == 1) points.back().position = plan.workspace.toDevice(first);
+      else travel(first);
+      if (laid.from) travel(path.front().mm);
+      const double beginS = points.back().timeS + kRestS;
+      for (const PathPoint& point : path) {
+        append(points, beginS + (point.timeS - path.front().timeS), plan.workspace.toDevice(point.mm), kButton);
       }
+      append(points, points.back().timeS + kReleaseS, points.back().position, 0);
+      append(points, points.back().timeS + kRestS, points.back().position, 0);
+      if (laid.to) travel(*laid.to);
     }
-    const double beginS = points.back().timeS + kRestS;
-    for (const PathPoint& point : stroke.path) {
-      append(points, beginS + (point.timeS - stroke.path.front().timeS), plan.workspace.toDevice(point.mm), kButton);
-    }
-    append(points, points.back().timeS + kReleaseS, points.back().position, 0);
-    append(points, points.back().timeS + kRestS, points.back().position, 0);
     part.endS = points.back().timeS;
     plan.parts.push_back(part);
   }
@@ -93,7 +101,7 @@ EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
   return options;
 }
 
-HandRun::HandRun(Session& session, clay::Surface& surface, std::span<const ScriptStroke> strokes, const RunOptions& options,
+HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const RunOptions& options,
                  haptics::Histogram& latency)
     : options_(options),
       plan_(plan(strokes, haptics::deviceSheet(options.device))),

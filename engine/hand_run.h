@@ -2,13 +2,12 @@
 // Hand-driven strokes of a script: simulated hand and device, servo, edits. For runScript.
 
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "clay/surface.h"
 #include "engine/edit_loop.h"
+#include "engine/lay.h"
 #include "engine/run.h"
-#include "engine/script.h"
 #include "engine/session.h"
 #include "haptics/bare_loop.h"
 #include "haptics/devices/simulated.h"
@@ -20,8 +19,9 @@ namespace argil::engine {
 /// One simulated hand that walks through all hand-driven strokes it was given, in as many parts as wanted. One thread.
 class HandRun {
  public:
-  /// Takes the hand-driven ones of `strokes`, in order. Throws Error for a tool that does not fit or an unknown device.
-  HandRun(Session& session, clay::Surface& surface, std::span<const ScriptStroke> strokes, const RunOptions& options,
+  /// `strokes` in order; one without points is a stroke that does nothing. Throws Error for a tool that does not fit or an
+  /// unknown device.
+  HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const RunOptions& options,
           haptics::Histogram& latency);
 
   /// Walks through the next `count` strokes, in real or in virtual time, while the job's fraction goes from one value to the
@@ -42,7 +42,7 @@ class HandRun {
     haptics::Workspace workspace;
     haptics::HandPath path;
   };
-  static Plan plan(std::span<const ScriptStroke> strokes, const haptics::DeviceSheet& sheet);
+  static Plan plan(const std::vector<LaidStroke>& strokes, const haptics::DeviceSheet& sheet);
   static haptics::Scene firstScene(const Session& session, const Plan& plan);
   EditLoop::Options loopOptions(haptics::Histogram& latency);
 

@@ -3,8 +3,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "engine/hand_run.h"
+#include "engine/lay.h"
 #include "haptics/clock.h"
 
 namespace argil::engine {
@@ -16,8 +18,9 @@ Timing Timing::of(const haptics::Histogram& h) {
 
 namespace {
 
-void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke, const RunOptions& options,
+void runTip(Session& session, clay::Surface& surface, const LaidStroke& laid, const RunOptions& options,
             haptics::Histogram& latency, RunReport& report) {
+  const ScriptStroke& stroke = laid.stroke;
   const auto show = [&](const clay::Version& version, int64_t since) {
     const clay::SurfaceDelta delta = surface.update(version, options.surfaceThreads);
     if (options.onSurface) options.onSurface(delta);
@@ -36,6 +39,15 @@ void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke
   }
   if (waiting == 0) since = haptics::nowNs();
   show(session.endStroke(), since);
+}
+
+// The hand plans its whole walk at once, on the clay as it is when it sets out.
+std::vector<LaidStroke> layHandStrokes(const clay::Version& version, std::span<const ScriptStroke> strokes) {
+  std::vector<LaidStroke> laid;
+  for (const ScriptStroke& stroke : strokes) {
+    if (stroke.drive == Drive::hand) laid.push_back(lay(version, stroke));
+  }
+  return laid;
 }
 
 // However a run is left, no stroke stays open.
@@ -60,12 +72,12 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   for (size_t i = 0; i < strokes.size();) {
     if (options.job) options.job->step(double(i) / double(strokes.size()));
     if (strokes[i].drive == Drive::tip) {
-      runTip(session, surface, strokes[i++], options, *latency, report);
+      runTip(session, surface, lay(session.version(), strokes[i++]), options, *latency, report);
       continue;
     }
     size_t last = i;
     while (last < strokes.size() && strokes[last].drive == Drive::hand) ++last;
-    if (!hand) hand.emplace(session, surface, std::span(strokes).subspan(i), options, *latency);
+    if (!hand) hand.emplace(session, surface, layHandStrokes(session.version(), std::span(strokes).subspan(i)), options, *latency);
     hand->walk(last - i, double(i) / double(strokes.size()), double(last) / double(strokes.size()));
     i = last;
   }

@@ -168,7 +168,7 @@ void readSetup(const Place& item, Script& script) {
 }
 
 ScriptStroke readStroke(const Place& place) {
-  place.keys({"tool", "radius_mm", "strength", "drive", "path"});
+  place.keys({"tool", "radius_mm", "strength", "drive", "onto", "press_mm", "path"});
   ScriptStroke stroke;
   stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kTools);
   stroke.tool.radiusMm = place.at("radius_mm").positive();
@@ -177,6 +177,10 @@ ScriptStroke readStroke(const Place& place) {
     stroke.tool.strength = static_cast<float>(strength->number(0, 1));
   }
   if (const auto drive = place.maybe("drive")) stroke.drive = drive->oneOf<Drive>(kDrives);
+  if (place.maybe("onto") || place.maybe("press_mm")) {
+    stroke.onto = Onto{place.at("onto").vector(), place.at("press_mm").number(-kMaxMm, kMaxMm)};
+    if (stroke.onto->direction.isZero()) place.at("onto").fail("is no direction; [0, 0, -1] is straight down");
+  }
   const auto rows = place.at("path").items();
   if (rows.empty()) place.at("path").fail("is empty; give at least one [t_s, x, y, z]");
   stroke.path.reserve(rows.size());
@@ -258,6 +262,11 @@ std::string formatScript(const Script& script) {
     line["radius_mm"] = stroke.tool.radiusMm;
     if (stroke.tool.operation == clay::Operation::smooth) line["strength"] = shortest(stroke.tool.strength);
     line["drive"] = stroke.drive == Drive::hand ? "hand" : "tip";
+    if (stroke.onto) {
+      checkFinite(stroke.onto->direction.allFinite() && std::isfinite(stroke.onto->pressMm));
+      line["onto"] = list(stroke.onto->direction);
+      line["press_mm"] = stroke.onto->pressMm;
+    }
     auto& path = line["path"] = nlohmann::ordered_json::array();
     for (const PathPoint& point : stroke.path) {
       checkFinite(std::isfinite(point.timeS) && point.mm.allFinite());

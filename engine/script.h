@@ -28,10 +28,20 @@ struct PathPoint {
   friend bool operator==(const PathPoint&, const PathPoint&) = default;
 };
 
+/// Lays a path onto whatever clay is there: each point moves along `direction` until the ball's front is `pressMm` below the
+/// first surface that it meets. Points that meet none are left out.
+struct Onto {
+  Vec3d direction = -Vec3d::UnitZ();  ///< Not zero; its length does not matter.
+  double pressMm = 0;                 ///< Negative: above the surface.
+
+  friend bool operator==(const Onto&, const Onto&) = default;
+};
+
 struct ScriptStroke {
   Tool tool;
   Drive drive = Drive::tip;
   std::vector<PathPoint> path;  ///< At least one point.
+  std::optional<Onto> onto = {};
 
   friend bool operator==(const ScriptStroke&, const ScriptStroke&) = default;
 };
@@ -58,7 +68,7 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
 /// `{"fit_mm": 100}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`. A stroke: `{"tool": "carve", "add" or
-/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "path": [[t_s, x, y, z], ...]}`.
+/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "path": [[t_s, x, y, z], ...]}`.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.

@@ -84,6 +84,10 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {withStroke(R"({"tool": "add", "radius_mm": 0, "path": [[0,0,0,0]]})"), "strokes[1].radius_mm: 0 is out of range"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "strength": 1, "path": [[0,0,0,0]]})"), "strokes[1].strength: only"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "drive": "foot", "path": [[0,0,0,0]]})"), "strokes[1].drive: unknown"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "onto": [0,0,-1], "path": [[0,0,0,0]]})"), "strokes[1]: \"press_mm\" is missing"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "press_mm": 1, "path": [[0,0,0,0]]})"), "strokes[1]: \"onto\" is missing"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "onto": [0,0,0], "press_mm": 1, "path": [[0,0,0,0]]})"),
+       "strokes[1].onto: is no direction"},
       {withStroke(R"({"tool": "add", "radius_mm": 1})"), "strokes[1]: \"path\" is missing"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "path": []})"), "strokes[1].path: is empty"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0]]})"), "strokes[1].path[0]: must be 4 numbers"},
@@ -109,6 +113,7 @@ TEST(Script, WhatIsWrittenReadsBackToTheBit) {
   script.voxelMm = 0.1;
   script.fitMm = 1.0 / 3;
   script.strokes[5].drive = Drive::hand;
+  script.strokes[6].onto = Onto{Vec3d(0.1, 0, -1), 1.5};
   for (const ClaySetup& clay :
        {ClaySetup(), ClaySetup(BlockSetup{Vec3d(1, 2.5, 1e3), 0.1, Vec3d(-7, 0.3, 0)}),
         ClaySetup(SphereSetup{0.7, Vec3d(1, 1e-9, 3)}), ClaySetup(ImportSetup{"a b/\"c\".stl"})}) {
