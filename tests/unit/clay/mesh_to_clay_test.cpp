@@ -1,0 +1,370 @@
+#include "clay/mesh_to_clay.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "clay/store.h"
+#include "clay/winding_number.h"
+#include "clay_checks.h"
+#include "test_meshes.h"
+
+namespace argil::clay {
+namespace {
+
+using testing::append;
+using testing::bandFaults;
+using testing::box;
+using testing::clayVolume;
+using testing::dataFile;
+using testing::expectProperBand;
+using testing::flip;
+using testing::icosphere;
+using testing::meshVolume;
+using testing::readMesh;
+using ::testing::HasSubstr;
+
+constexpr uint64_t kSeed = 42;
+/// Steepest allowed where distances are of first order: beside closed holes and folds.
+constexpr double kFirstOrder = 1.1;
+
+/// With unit voxels and the origin at zero, so that mesh coordinates are voxel coordinates.
+ImportOptions unitVoxels() {
+  ImportOptions options;
+  options.grid.voxelMm = 1;
+  options.placeOrigin = false;
+  return options;
+}
+
+Imported import(const TriangleMesh& mesh, const ImportOptions& options = unitVoxels()) {
+  return meshToClay(Store::make(), mesh, options);
+}
+
+std::string messageOf(const TriangleMesh& mesh, const ImportOptions& options) {
+  try {
+    (void)import(mesh, options);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::input);
+    return error.what();
+  }
+  return "no error";
+}
+
+/// Data scaled to 100 mm, so that sizes in files do not matter here.
+TriangleMesh dataMesh(const std::string& name) {
+  TriangleMesh mesh = readMesh(dataFile(name));
+  Vec3d low = mesh.positions[0], high = low;
+  for (const auto& p : mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  for (auto& p : mesh.positions) p = (p - low) * (100 / (high - low).maxCoeff());
+  return mesh;
+}
+
+double volumeMm3(const Imported& imported) {
+  return clayVolume(imported.version) * std::pow(imported.version.grid().voxelMm, 3);
+}
+
+Imported importData(const TriangleMesh& mesh, int voxels) {
+  ImportOptions options;
+  options.grid.voxelMm = suggestVoxelMm(mesh, voxels);
+  return import(mesh, options);
+}
+
+#define SKIP_WITHOUT_DATA() \
+  if (dataFile("").empty()) GTEST_SKIP() << "ARGIL_DATA is not set"
+
+TEST(MeshToClay, putsTheSurfaceOfASphereWhereTheMeshHasIt) {
+  ImportOptions options;
+  options.grid.voxelMm = 0.5;
+  const Vec3d centre(3.21, -7.77, 11.1);
+  const TriangleMesh mesh = icosphere(centre, 40, 6);
+  const Imported imported = import(mesh, options);
+  expectProperBand(imported.version);
+  EXPECT_TRUE(imported.report.sound());
+  EXPECT_FALSE(imported.report.windingUsed);
+  EXPECT_EQ(imported.report.closingEdges, 0u);
+
+  double sagitta = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sagitta = std::max(sagitta, 40 - ((mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3 - centre).norm());
+  }
+  const Grid& grid = imported.version.grid();
+  Sampler sampler(imported.version);
+  double squares = 0;
+  size_t count = 0;
+  imported.version.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Coord v = brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7};
+      for (const Coord step : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}}) {
+        const double p = brick.phi[i], q = sampler.voxel(v + step);
+        if ((p < 0) == (q < 0)) continue;
+        const Vec3d at = v.toVec3d() + step.toVec3d() * (p / (p - q));
+        const double error = (grid.toWorld(at) - centre).norm() - 40;
+        squares += error * error;
+        ++count;
+      }
+    }
+  });
+  ASSERT_GT(count, 100000u);
+  const double rms = std::sqrt(squares / double(count));
+  EXPECT_LE(rms, sagitta + 0.02 * grid.voxelMm);
+  RecordProperty("rms_voxels", std::to_string(rms / grid.voxelMm));
+  RecordProperty("sagitta_voxels", std::to_string(sagitta / grid.voxelMm));
+}
+
+TEST(MeshToClay, measuresExactDistances) {
+  const Imported imported = import(box({10, 10, 10}, {41.3, 30.7, 25.2}));
+  const Vec3d middle(25.65, 20.35, 17.6), half(15.65, 10.35, 7.6);
+  imported.version.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
+      const Vec3d q = (p - middle).cwiseAbs() - half;
+      const double exact = q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0);
+      ASSERT_NEAR(brick.phi[i], std::clamp(exact, -3.0, 3.0), 1e-5) << p.transpose();
+    }
+  });
+  EXPECT_NEAR(clayVolume(imported.version), 31.3 * 20.7 * 15.2, 5e-3 * 31.3 * 20.7 * 15.2);
+  EXPECT_LT(imported.version.find({3, 2, 2}).phi(0, 3), -2.9f) << "the middle is solid";
+}
+
+TEST(MeshToClay, takesFacesThatLieOnVoxels) {
+  const Imported imported = import(box({10, 10, 10}, {42, 30, 26}));
+  expectProperBand(imported.version);
+  EXPECT_EQ(imported.report.droppedVoxels, 0u);
+  Sampler sampler(imported.version);
+  EXPECT_EQ(sampler.voxel({20, 20, 10}), 0);
+  EXPECT_EQ(sampler.voxel({20, 20, 26}), 0);
+  EXPECT_EQ(sampler.voxel({20, 20, 11}), -1);
+  EXPECT_EQ(sampler.voxel({20, 20, 25}), -1);
+  EXPECT_EQ(sampler.voxel({42, 30, 26}), 0);
+}
+
+TEST(MeshToClay, closesAHoleWhereTheWindingNumberIsAHalf) {
+  // Of a box without its lid the level one half is the lid itself, exactly: from its plane the other faces fill half the view.
+  for (const double z : {30.0, 30.4}) {
+    TriangleMesh open = box({10, 10, 10}, {50, 50, z});
+    open.triangles.erase(open.triangles.begin() + 2, open.triangles.begin() + 4);
+    const Imported imported = import(open);
+    expectProperBand(imported.version, kFirstOrder);
+    EXPECT_TRUE(imported.report.windingUsed);
+    EXPECT_GT(imported.report.closingEdges, 1000u);
+    EXPECT_NEAR(clayVolume(imported.version), 40 * 40 * (z - 10), 0.01 * 40 * 40 * (z - 10));
+    double worst = 0;
+    for (int x = 16; x < 45; ++x) {
+      for (int y = 16; y < 45; ++y) {
+        Sampler sampler(imported.version);
+        for (int k = -2; k <= 3; ++k) worst = std::max(worst, std::abs(sampler.voxel({x, y, 30 + k}) - (30 + k - z)));
+      }
+    }
+    EXPECT_LT(worst, 0.1) << "the field over the closed hole is a distance";
+    EXPECT_THAT(imported.report.sentences().back(), HasSubstr("open along 4 edges"));
+  }
+}
+
+TEST(MeshToClay, unitesOverlappingBodies) {
+  TriangleMesh mesh = icosphere({30, 30, 30}, 15, 5);
+  append(mesh, icosphere({47, 30, 30}, 12, 5));
+  append(mesh, icosphere({28, 30, 30}, 6, 4));  // inside of the first
+  const Imported imported = import(mesh);
+  expectProperBand(imported.version, kFirstOrder);
+  EXPECT_EQ(imported.report.bodies, 3u);
+  EXPECT_GT(imported.report.droppedVoxels, 1000u);
+  // Two balls less their lens.
+  const double d = 17, R = 15, r = 12, pi = std::numbers::pi;
+  const double lens = pi * std::pow(R + r - d, 2) * (d * d + 2 * d * (R + r) - 3 * std::pow(R - r, 2)) / (12 * d);
+  const double volume = 4.0 / 3 * pi * (R * R * R + r * r * r) - lens;
+  EXPECT_NEAR(clayVolume(imported.version), volume, 0.01 * volume);
+
+  // Outside the distance is exact; inside no wall is left.
+  Sampler sampler(imported.version);
+  double worstOutside = 0, worstInside = 0;
+  for (int x = 10; x < 64; ++x) {
+    for (int y = 10; y < 50; ++y) {
+      for (int z = 10; z < 50; ++z) {
+        const Vec3d p(x, y, z);
+        const double exact = std::min((p - Vec3d(30, 30, 30)).norm() - R, (p - Vec3d(47, 30, 30)).norm() - r);
+        const double phi = sampler.voxel({x, y, z});
+        if (exact > 0) worstOutside = std::max(worstOutside, std::abs(phi - std::min(exact, 3.0)));
+        // The union of two distances is a bound inside: the true depth is no less.
+        if (exact < -0.1) worstInside = std::max(worstInside, phi - std::max(exact, -3.0));
+      }
+    }
+  }
+  EXPECT_LT(worstOutside, 0.1);  // and the facets of the mesh
+  EXPECT_LT(worstInside, 0.35);
+}
+
+TEST(MeshToClay, keepsCavitiesAndTurnsWhatIsInsideOut) {
+  const auto inverted = [](TriangleMesh mesh) {
+    for (auto& t : mesh.triangles) flip(t);
+    return mesh;
+  };
+  TriangleMesh hollow = icosphere({30, 30, 30}, 20, 4);
+  append(hollow, inverted(icosphere({30, 30, 30}, 10, 4)));
+  const double volume = meshVolume(hollow);
+  for (const TriangleMesh& mesh : {hollow, inverted(hollow)}) {
+    const Imported imported = import(mesh);
+    expectProperBand(imported.version);
+    EXPECT_NEAR(clayVolume(imported.version), volume, 0.005 * volume);
+    EXPECT_EQ(Sampler(imported.version).voxel({30, 30, 30}), 3);
+  }
+  EXPECT_TRUE(import(inverted(hollow)).report.flippedWhole);
+}
+
+TEST(MeshToClay, losesWallsThinnerThanAVoxelWithoutATrace) {
+  TriangleMesh mesh = icosphere({30, 30, 30}, 15, 4);
+  append(mesh, box({60.3, 20, 20}, {60.6, 40, 40}));  // between two layers of voxels
+  const Imported imported = import(mesh);
+  expectProperBand(imported.version);
+  EXPECT_EQ(imported.version.find(Coord{60, 30, 30} >> 3), Slot(Tile::outside));
+  EXPECT_THAT(messageOf(box({60.3, 20, 20}, {60.6, 40, 40}), unitVoxels()), HasSubstr("use a smaller voxel"));
+}
+
+TEST(MeshToClay, saysThatASheetHasNoInside) {
+  TriangleMesh sheet{{{0, 0, 0}, {50, 0, 0}, {50, 50, 3}, {0, 50, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  EXPECT_THAT(messageOf(sheet, unitVoxels()), HasSubstr("open sheet"));
+}
+
+TEST(MeshToClay, refusesWhatDoesNotFitAndNamesWhatWould) {
+  const TriangleMesh mesh = box({0, 0, 0}, {1000, 10, 10});
+  ImportOptions options;
+  options.grid.voxelMm = 0.01;
+  EXPECT_THAT(messageOf(mesh, options), HasSubstr("65536 is the most: use 0.0153 mm or more"));
+  options.grid.voxelMm = 0.0153;
+  EXPECT_THAT(messageOf(mesh, options), HasSubstr("268 million is the most: use 0.03 mm or more"));
+  options.grid.voxelMm = 0;
+  EXPECT_THAT(messageOf(mesh, options), HasSubstr("voxel size"));
+  options.grid.voxelMm = 1;
+  EXPECT_THAT(messageOf(box({4e6, 0, 0}, {4.001e6, 10, 10}), options), HasSubstr("1e6 mm"));
+  options.threads = 65;
+  EXPECT_THAT(messageOf(mesh, options), HasSubstr("65 threads"));
+  EXPECT_THAT(messageOf({}, unitVoxels()), HasSubstr("no triangle"));
+  EXPECT_THAT(messageOf({{{1, 2, 3}}, {{0, 0, 0}}}, unitVoxels()), HasSubstr("no triangle"));
+}
+
+TEST(MeshToClay, placesTheOrigin) {
+  ImportOptions options;
+  options.grid.voxelMm = 0.25;
+  const Imported imported = import(icosphere({-123, 456, 789}, 5, 3), options);
+  const Grid& grid = imported.version.grid();
+  const Vec3d low = grid.toVoxel(Vec3d(-128, 451, 784));
+  EXPECT_GE(low.minCoeff(), 16);
+  EXPECT_LT(low.maxCoeff(), 18);
+  EXPECT_LT(Sampler(imported.version).trilinear(grid.toVoxel({-123, 456, 789})), -2.9);
+}
+
+TEST(MeshToClay, suggestsAVoxelSize) {
+  EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {100, 10, 10})), 0.391);
+  EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {100, 10, 10}), 1000), 0.1);
+  EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {1e-3, 1e-3, 1e-3})), 1e-3);
+  EXPECT_THROW((void)suggestVoxelMm({}), Error);
+}
+
+TEST(MeshToClay, doesNotDependOnThreads) {
+  TriangleMesh mesh = icosphere({30, 30, 30}, 20, 4);
+  append(mesh, box({25, 25, 40}, {35, 35, 60}));
+  mesh.triangles.pop_back();
+  ImportOptions options = unitVoxels();
+  options.threads = 1;
+  const uint64_t hash = import(mesh, options).version.hash();
+  options.threads = 3;
+  EXPECT_EQ(import(mesh, options).version.hash(), hash);
+}
+
+TEST(MeshToClay, stopsWhenCancelled) {
+  const TriangleMesh mesh = icosphere({300, 300, 300}, 200, 6);
+  Job before;
+  before.cancel();
+  EXPECT_THROW((void)meshToClay(Store::make(), mesh, unitVoxels(), &before), Cancelled);
+  // In the middle: once some progress is seen. The store must be as before.
+  const auto store = Store::make();
+  Job job;
+  std::thread other([&] {
+    while (job.fraction() < 0.06) std::this_thread::yield();
+    job.cancel();
+  });
+  EXPECT_THROW((void)meshToClay(store, mesh, unitVoxels(), &job), Cancelled);
+  other.join();
+  while (store->collect()) {
+  }
+  EXPECT_EQ(store->usage().bricks, 0u);
+}
+
+TEST(MeshToClay, keepsTheVolumeOfSoundMeshes) {
+  SKIP_WITHOUT_DATA();
+  for (const char* name : {"mesh/nefertiti_lowres.obj", "mesh/fandisk.obj", "mesh/armadillo_29k.obj"}) {
+    SCOPED_TRACE(name);
+    const TriangleMesh mesh = dataMesh(name);
+    const Imported imported = importData(mesh, 160);
+    expectProperBand(imported.version);
+    EXPECT_NEAR(volumeMm3(imported) / meshVolume(mesh), 1, 0.005);
+    RecordProperty(std::string(name).substr(5, 4), std::to_string(volumeMm3(imported) / meshVolume(mesh)));
+  }
+}
+
+TEST(MeshToClay, closesTheBunny) {
+  SKIP_WITHOUT_DATA();
+  const TriangleMesh mesh = dataMesh("mesh/stanford-bunny.obj");
+  const double volume = meshVolume(testing::withHolesFanned(mesh));
+  const Imported imported = importData(mesh, 160);
+  expectProperBand(imported.version, kFirstOrder);
+  EXPECT_NEAR(volumeMm3(imported) / volume, 1, 0.01);
+  RecordProperty("ratio", std::to_string(volumeMm3(imported) / volume));
+}
+
+TEST(MeshToClay, repairsFlippedAndRepeatedFaces) {
+  SKIP_WITHOUT_DATA();
+  TriangleMesh mesh = dataMesh("mesh/armadillo_29k.obj");
+  const double volume = volumeMm3(importData(mesh, 128));
+  std::mt19937 random(kSeed);
+  const size_t count = mesh.triangles.size();
+  for (size_t i = 0; i < count; ++i) {
+    if (random() % 20 == 0) flip(mesh.triangles[i]);
+    if (random() % 10 == 0) mesh.triangles.push_back(mesh.triangles[i]);
+  }
+  const Imported imported = importData(mesh, 128);
+  expectProperBand(imported.version);
+  EXPECT_NEAR(volumeMm3(imported) / volume, 1, 1e-6) << "seed " << kSeed;
+  EXPECT_GT(imported.report.flippedFaces, 1000u);
+  EXPECT_GT(imported.report.duplicateFaces, 2000u);
+}
+
+TEST(MeshToClay, unitesAHundredBodies) {
+  SKIP_WITHOUT_DATA();
+  const TriangleMesh mesh = dataMesh("mesh/cycloidal.ply");
+  const Imported imported = importData(mesh, 160);
+  expectProperBand(imported.version, kFirstOrder);
+  EXPECT_EQ(imported.report.bodies, 100u);
+  // One random place in each cell of a lattice, decided by the sum of solid angles of all triangles' tree.
+  const WindingNumber winding(mesh);
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Vec3d high = mesh.positions[0];
+  for (const auto& p : mesh.positions) high = high.cwiseMax(p);
+  constexpr int kN = 24;
+  int inside = 0;
+  for (int i = 0; i < kN * kN * kN; ++i) {
+    const Vec3d p = (Vec3d(i % kN, i / kN % kN, i / kN / kN) + Vec3d(unit(random), unit(random), unit(random))) / kN;
+    inside += winding.at(p.cwiseProduct(high)) > 0.5;
+  }
+  const double volume = high.prod() * inside / (kN * kN * kN);
+  EXPECT_NEAR(volumeMm3(imported) / volume, 1, 0.02) << "seed " << kSeed;
+  RecordProperty("ratio", std::to_string(volumeMm3(imported) / volume));
+}
+
+TEST(MeshToClay, takesEveryTestMeshOrSaysWhyNot) {
+  SKIP_WITHOUT_DATA();
+  for (const char* name : {"dragon_vrip_res3.ply", "suzanne.obj", "teapot.obj", "featuretype.STL", "self_intersectA.obj",
+                           "thin_tray_1002_tray_bottom.STL", "goblet_vase.stl", "gebco7510_55cl_utm.stl"}) {
+    SCOPED_TRACE(name);
+    const Imported imported = importData(dataMesh(std::string("mesh/") + name), 96);
+    expectProperBand(imported.version, kFirstOrder);
+    EXPECT_GT(clayVolume(imported.version), 1000);
+  }
+  for (const char* name : {"many_small_holes.ply", "non_manif_hole.ply"}) {
+    EXPECT_THAT(messageOf(dataMesh(std::string("mesh/") + name), {}), HasSubstr("open sheet")) << name;
+  }
+}
+
+}  // namespace
+}  // namespace argil::clay
