@@ -61,20 +61,20 @@ HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptic
     Part part;
     part.tool = laid.stroke.tool;
     part.changeS = points.back().timeS;
-    if (!path.empty()) {
-      const Vec3d first = laid.from ? *laid.from : path.front().mm;
-      // The hand begins there; on its way it may be anywhere but in the clay.
-      if (points.size() == 1) points.back().position = plan.workspace.toDevice(first);
-      else travel(first);
-      if (laid.from) travel(path.front().mm);
-      const double beginS = points.back().timeS + kRestS;
-      for (const PathPoint& point : path) {
-        append(points, beginS + (point.timeS - path.front().timeS), plan.workspace.toDevice(point.mm), kButton);
-      }
-      append(points, points.back().timeS + kReleaseS, points.back().position, 0);
-      append(points, points.back().timeS + kRestS, points.back().position, 0);
-      if (laid.to) travel(*laid.to);
+    const Vec3d first = laid.from ? *laid.from : path.front().mm;
+    if (points.size() == 1) {
+      points.back().position = plan.workspace.toDevice(first);  // where the hand is at first
+    } else {
+      travel(first);
     }
+    if (laid.from) travel(path.front().mm);
+    const double beginS = points.back().timeS + kRestS;
+    for (const PathPoint& point : path) {
+      append(points, beginS + (point.timeS - path.front().timeS), plan.workspace.toDevice(point.mm), kButton);
+    }
+    append(points, points.back().timeS + kReleaseS, points.back().position, 0);
+    append(points, points.back().timeS + kRestS, points.back().position, 0);
+    if (laid.to) travel(*laid.to);
     part.endS = points.back().timeS;
     plan.parts.push_back(part);
   }

@@ -19,8 +19,7 @@ namespace argil::engine {
 /// One simulated hand that walks through all hand-driven strokes it was given, in as many parts as wanted. One thread.
 class HandRun {
  public:
-  /// `strokes` in order; one without points is a stroke that does nothing. Throws Error for a tool that does not fit or an
-  /// unknown device.
+  /// `strokes` in order, each with a point at least. Throws Error for a tool that does not fit or an unknown device.
   HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const RunOptions& options,
           haptics::Histogram& latency);
 

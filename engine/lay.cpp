@@ -11,6 +11,7 @@ namespace {
 constexpr double kShortestStep = 0.25;  // voxels: a march never stands still
 constexpr double kFarVoxels = 70000;    // beyond the largest model
 constexpr int kHalvings = 20;
+constexpr double kStepRadii = 2;        // a step in depth that is an edge, not a slope
 
 // Where the ray from `start` meets the surface, in voxels along it. Beyond the band the field says only "at least the
 // band", so the march takes that as its longest step and cannot miss a wall thicker than the shortest one.
@@ -41,30 +42,51 @@ Eigen::AlignedBox3d bounds(const clay::Version& version) {
   return box;
 }
 
+double length(const std::vector<PathPoint>& path) {
+  double sum = 0;
+  for (size_t i = 1; i < path.size(); ++i) sum += (path[i].mm - path[i - 1].mm).norm();
+  return sum;
+}
+
 }  // namespace
 
-LaidStroke lay(const clay::Version& version, const ScriptStroke& stroke) {
-  LaidStroke laid;
-  laid.stroke = stroke;
-  if (!stroke.onto) return laid;
-  laid.stroke.onto.reset();
-  laid.stroke.path.clear();
-  laid.from = stroke.path.front().mm;
-  laid.to = stroke.path.back().mm;
+std::vector<LaidStroke> lay(const clay::Version& version, const ScriptStroke& stroke) {
+  if (!stroke.onto) return {{stroke, {}, {}}};
   const Eigen::AlignedBox3d box = bounds(version);
-  if (box.isEmpty()) return laid;
+  if (box.isEmpty()) return {};
   clay::Sampler sampler(version);
   const clay::Grid& grid = version.grid();
   const Vec3d direction = stroke.onto->direction.normalized();
+  const double step = kStepRadii * stroke.tool.radiusMm;
+
+  std::vector<LaidStroke> parts;
+  double depth = 0;
+  bool open = false;
   for (const PathPoint& point : stroke.path) {
     const Vec3d start = grid.toVoxel(point.mm);
     const double end = std::min(box.exteriorDistance(start) + box.diagonal().norm(), kFarVoxels);
-    if (const auto hit = firstHit(sampler, start, direction, end)) {
-      const double mm = *hit * grid.voxelMm + stroke.onto->pressMm - stroke.tool.radiusMm;
-      laid.stroke.path.push_back({point.timeS, point.mm + mm * direction});
+    const std::optional<double> hit = firstHit(sampler, start, direction, end);
+    if (!hit) {
+      open = false;
+      continue;
     }
+    const double mm = *hit * grid.voxelMm + stroke.onto->pressMm - stroke.tool.radiusMm;
+    // Depth is measured from the plane through zero: paths need not be written in a plane.
+    const double at = point.mm.dot(direction) + mm;
+    if (!open || std::abs(at - depth) > step) {
+      parts.push_back({stroke, point.mm, {}});
+      parts.back().stroke.onto.reset();
+      parts.back().stroke.path.clear();
+    }
+    parts.back().stroke.path.push_back({point.timeS, point.mm + mm * direction});
+    parts.back().to = point.mm;
+    depth = at;
+    open = true;
   }
-  return laid;
+  if (parts.size() > 1) {
+    std::erase_if(parts, [step](const LaidStroke& part) { return length(part.stroke.path) < step; });
+  }
+  return parts;
 }
 
 }  // namespace argil::engine

@@ -2,6 +2,7 @@
 // Paths of a script laid onto the clay that is there.
 
 #include <optional>
+#include <vector>
 
 #include "clay/version.h"
 #include "engine/script.h"
@@ -10,12 +11,14 @@ namespace argil::engine {
 
 /// A stroke ready to run: its path lies where it is to be.
 struct LaidStroke {
-  ScriptStroke stroke;              ///< Without `onto`; its path is empty when it met no clay at all.
+  ScriptStroke stroke;              ///< Without `onto`.
   std::optional<Vec3d> from, to;    ///< Of a path that was laid: where it was written, outside; a hand comes and leaves there.
 };
 
-/// Lays a stroke onto a version; a stroke without `onto` comes back as it is. Deterministic. Cost: one march through the
-/// field a point.
-[[nodiscard]] LaidStroke lay(const clay::Version& version, const ScriptStroke& stroke);
+/// Lays a stroke onto a version; one without `onto` comes back as it is. Where the surface breaks off (a point that meets no
+/// clay, or a step in depth of more than twice the tool's radius) a new stroke begins, so that nothing is cut on the way;
+/// of a stroke that breaks, parts shorter than that are left out. None when nothing meets clay. Deterministic. Cost: a look
+/// at every brick, and one march through the field a point.
+[[nodiscard]] std::vector<LaidStroke> lay(const clay::Version& version, const ScriptStroke& stroke);
 
 }  // namespace argil::engine

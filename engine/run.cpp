@@ -18,9 +18,8 @@ Timing Timing::of(const haptics::Histogram& h) {
 
 namespace {
 
-void runTip(Session& session, clay::Surface& surface, const LaidStroke& laid, const RunOptions& options,
+void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke, const RunOptions& options,
             haptics::Histogram& latency, RunReport& report) {
-  const ScriptStroke& stroke = laid.stroke;
   const auto show = [&](const clay::Version& version, int64_t since) {
     const clay::SurfaceDelta delta = surface.update(version, options.surfaceThreads);
     if (options.onSurface) options.onSurface(delta);
@@ -42,13 +41,19 @@ void runTip(Session& session, clay::Surface& surface, const LaidStroke& laid, co
 }
 
 // The hand plans its whole walk at once, on the clay as it is when it sets out.
-std::vector<LaidStroke> layHandStrokes(const clay::Version& version, std::span<const ScriptStroke> strokes) {
+struct HandStrokes {
   std::vector<LaidStroke> laid;
-  for (const ScriptStroke& stroke : strokes) {
-    if (stroke.drive == Drive::hand) laid.push_back(lay(version, stroke));
+  std::vector<size_t> parts;  // how many of these each script stroke became
+
+  HandStrokes(const clay::Version& version, std::span<const ScriptStroke> strokes) {
+    for (const ScriptStroke& stroke : strokes) {
+      if (stroke.drive != Drive::hand) continue;
+      const std::vector<LaidStroke> some = lay(version, stroke);
+      laid.insert(laid.end(), some.begin(), some.end());
+      parts.push_back(some.size());
+    }
   }
-  return laid;
-}
+};
 
 // However a run is left, no stroke stays open.
 struct EndStroke {
@@ -67,18 +72,27 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const int64_t begin = haptics::nowNs();
   surface.update(session.version(), options.surfaceThreads);
   const auto latency = std::make_unique<haptics::Histogram>();
+  std::optional<HandStrokes> handStrokes;
   std::optional<HandRun> hand;  // one servo and one simulated hand for all of the script
+  size_t handDone = 0;
   const auto& strokes = script.strokes;
+  const auto fraction = [&](size_t done) { return double(done) / double(strokes.size()); };
   for (size_t i = 0; i < strokes.size();) {
-    if (options.job) options.job->step(double(i) / double(strokes.size()));
+    if (options.job) options.job->step(fraction(i));
     if (strokes[i].drive == Drive::tip) {
-      runTip(session, surface, lay(session.version(), strokes[i++]), options, *latency, report);
+      for (const LaidStroke& laid : lay(session.version(), strokes[i])) {
+        runTip(session, surface, laid.stroke, options, *latency, report);
+      }
+      ++i;
       continue;
     }
-    size_t last = i;
-    while (last < strokes.size() && strokes[last].drive == Drive::hand) ++last;
-    if (!hand) hand.emplace(session, surface, layHandStrokes(session.version(), std::span(strokes).subspan(i)), options, *latency);
-    hand->walk(last - i, double(i) / double(strokes.size()), double(last) / double(strokes.size()));
+    if (!hand) {
+      handStrokes.emplace(session.version(), std::span(strokes).subspan(i));
+      hand.emplace(session, surface, handStrokes->laid, options, *latency);
+    }
+    size_t last = i, parts = 0;
+    for (; last < strokes.size() && strokes[last].drive == Drive::hand; ++last) parts += handStrokes->parts[handDone++];
+    if (parts > 0) hand->walk(parts, fraction(i), fraction(last));
     i = last;
   }
   if (options.job) options.job->step(1);

@@ -25,6 +25,7 @@ constexpr int kMaxDepth = 16;            // of nested brackets; a script has 6
 // Names as in a script.
 constexpr std::pair<std::string_view, clay::Operation> kTools[] = {
     {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
+constexpr std::pair<std::string_view, Up> kUps[] = {{"z", Up::z}, {"y", Up::y}, {"custom", Up::custom}};
 constexpr std::pair<std::string_view, Drive> kDrives[] = {{"tip", Drive::tip}, {"hand", Drive::hand}};
 
 // A value in a script that knows where it stands.
@@ -142,7 +143,7 @@ ClaySetup readSphere(const Place& place) {
 }
 
 void readSetup(const Place& item, Script& script) {
-  item.keys({"voxel_mm", "fit_mm", "block", "sphere", "import"});
+  item.keys({"voxel_mm", "fit_mm", "up", "block", "sphere", "import"});
   if (item.value().size() != 1) item.fail("must hold exactly one key");
   const auto once = [&](bool already) {
     if (already) item.fail("is there twice; remove one");
@@ -153,6 +154,9 @@ void readSetup(const Place& item, Script& script) {
   } else if (const auto fit = item.maybe("fit_mm")) {
     once(script.fitMm.has_value());
     script.fitMm = fit->positive();
+  } else if (const auto up = item.maybe("up")) {
+    once(script.up != Up::z);
+    script.up = up->oneOf<Up>(kUps);
   } else {
     if (script.clay.index() != 0) item.fail("the clay is already chosen; keep one of block, sphere, import");
     if (const auto block = item.maybe("block")) {
@@ -200,9 +204,10 @@ ScriptStroke readStroke(const Place& place) {
 
 json list(const Vec3d& v) { return json::array({v.x(), v.y(), v.z()}); }
 
-std::string_view nameOf(clay::Operation operation) {
-  for (const auto& [name, value] : kTools) {
-    if (value == operation) return name;
+template <class T>
+std::string_view nameOf(std::span<const std::pair<std::string_view, T>> table, T wanted) {
+  for (const auto& [name, value] : table) {
+    if (value == wanted) return name;
   }
   return {};
 }
@@ -244,6 +249,7 @@ std::string formatScript(const Script& script) {
   json setup = json::array();
   if (script.voxelMm) setup.push_back({{"voxel_mm", *script.voxelMm}});
   if (script.fitMm) setup.push_back({{"fit_mm", *script.fitMm}});
+  if (script.up != Up::z) setup.push_back({{"up", nameOf<Up>(kUps, script.up)}});
   if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
     checkFinite(block->sizeMm.allFinite() && std::isfinite(block->roundMm) && block->centreMm.allFinite());
     setup.push_back(
@@ -257,11 +263,11 @@ std::string formatScript(const Script& script) {
   std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
   for (const ScriptStroke& stroke : script.strokes) {
     nlohmann::ordered_json line;
-    line["tool"] = nameOf(stroke.tool.operation);
+    line["tool"] = nameOf<clay::Operation>(kTools, stroke.tool.operation);
     checkFinite(std::isfinite(stroke.tool.radiusMm) && std::isfinite(stroke.tool.strength));
     line["radius_mm"] = stroke.tool.radiusMm;
     if (stroke.tool.operation == clay::Operation::smooth) line["strength"] = shortest(stroke.tool.strength);
-    line["drive"] = stroke.drive == Drive::hand ? "hand" : "tip";
+    line["drive"] = nameOf<Drive>(kDrives, stroke.drive);
     if (stroke.onto) {
       checkFinite(stroke.onto->direction.allFinite() && std::isfinite(stroke.onto->pressMm));
       line["onto"] = list(stroke.onto->direction);

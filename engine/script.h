@@ -62,16 +62,19 @@ struct ImportSetup {
   std::filesystem::path file;
   friend bool operator==(const ImportSetup&, const ImportSetup&) = default;
 };
+/// Which axis of a mesh points up; files do not say. custom: y for OBJ and OFF, z for the others.
+enum class Up : uint8_t { z, y, custom };
 /// monostate: the clay comes from elsewhere (`argil sculpt -i`).
 using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSetup>;
 
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
-/// `{"fit_mm": 100}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
+/// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`. A stroke: `{"tool": "carve", "add" or
 /// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "path": [[t_s, x, y, z], ...]}`.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
+  Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
   ClaySetup clay;
   std::vector<ScriptStroke> strokes;
 

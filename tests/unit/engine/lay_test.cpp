@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "clay/brush.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
 
@@ -21,7 +22,9 @@ ScriptStroke down(std::vector<PathPoint> path, double pressMm) {
 }
 
 TEST(Lay, PutsTheBallsFrontBelowTheSurface) {
-  const LaidStroke laid = lay(ball(), down({{0, {0, 0, 60}}, {1, {12, 0, 50}}}, 2));
+  const auto parts = lay(ball(), down({{0, {0, 0, 60}}, {1, {12, 0, 50}}}, 2));
+  ASSERT_EQ(parts.size(), 1u);
+  const LaidStroke& laid = parts[0];
   ASSERT_EQ(laid.stroke.path.size(), 2u);
   EXPECT_NEAR(laid.stroke.path[0].mm.z(), 20 - 2 + 3, 0.02);
   EXPECT_NEAR(laid.stroke.path[1].mm.z(), 16 - 2 + 3, 0.02);
@@ -33,18 +36,44 @@ TEST(Lay, PutsTheBallsFrontBelowTheSurface) {
 }
 
 TEST(Lay, LeavesOutWhatMeetsNoClay) {
-  const LaidStroke laid = lay(ball(), down({{0, {40, 0, 60}}, {1, {0, 0, 60}}, {2, {0, 21, 60}}, {3, {0, 0, -60}}}, 0));
-  ASSERT_EQ(laid.stroke.path.size(), 1u);
-  EXPECT_EQ(laid.stroke.path[0].timeS, 1);
+  const auto parts = lay(ball(), down({{0, {40, 0, 60}}, {1, {0, 0, 60}}, {2, {0, 21, 60}}, {3, {0, 0, -60}}}, 0));
+  ASSERT_EQ(parts.size(), 1u);
+  ASSERT_EQ(parts[0].stroke.path.size(), 1u);
+  EXPECT_EQ(parts[0].stroke.path[0].timeS, 1);
+  EXPECT_EQ(parts[0].to, Vec3d(0, 0, 60));
+  EXPECT_TRUE(lay(clay::Version::empty(clay::Store::make(), clay::Grid()), down({{0, {0, 0, 60}}}, 0)).empty());
+}
+
+TEST(Lay, LiftsTheToolAtEdges) {
+  // Two slabs, the lower one 12 mm below the upper: an edge at x = 0, and air beyond x = ±20.
   clay::Grid grid;
-  EXPECT_TRUE(lay(clay::Version::empty(clay::Store::make(), grid), down({{0, {0, 0, 60}}}, 0)).stroke.path.empty());
+  grid.voxelMm = 0.5;
+  const auto store = clay::Store::make();
+  const clay::Version upper = clay::makeBlock(store, grid, Vec3d(-10, 0, 20), Vec3d(20, 20, 8), 0);
+  clay::BrushStroke brush(upper);
+  clay::Stamp stamp;
+  stamp.operation = clay::Operation::add;
+  stamp.radius = 8;
+  stamp.a = grid.toVoxel({6, 0, 8});
+  stamp.b = grid.toVoxel({16, 0, 8});
+  brush.apply(stamp);
+  std::vector<PathPoint> path;
+  for (int x = -30; x <= 30; ++x) path.push_back({0.01 * x, Vec3d(x, 0, 60)});
+  const auto parts = lay(brush.finish(), down(path, 1));
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_NEAR(parts[0].from->x(), -20, 1);
+  EXPECT_NEAR(parts[0].to->x(), 0, 1);
+  for (const PathPoint& point : parts[0].stroke.path) EXPECT_NEAR(point.mm.z(), 24 - 1 + 3, 0.1);
+  EXPECT_NEAR(parts[1].from->x(), 2, 1);
+  for (const PathPoint& point : parts[1].stroke.path) EXPECT_LE(point.mm.z(), 12 - 1 + 3 + 0.1);
 }
 
 TEST(Lay, LeavesOtherStrokesAlone) {
   const ScriptStroke stroke{{clay::Operation::add, 3, 1}, Drive::tip, {{0, {1, 2, 3}}}};
-  const LaidStroke laid = lay(ball(), stroke);
-  EXPECT_EQ(laid.stroke, stroke);
-  EXPECT_FALSE(laid.from);
+  const auto parts = lay(ball(), stroke);
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_EQ(parts[0].stroke, stroke);
+  EXPECT_FALSE(parts[0].from);
 }
 
 }  // namespace

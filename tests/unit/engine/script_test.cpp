@@ -71,6 +71,7 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {withSetup("3"), "setup[0]: must be an object"},
       {withSetup("{}"), "setup[0]: must hold exactly one key"},
       {withSetup(R"({"voxel_mm": 0})"), "setup[0].voxel_mm: 0 is out of range"},
+      {withSetup(R"({"up": "x"})"), "setup[0].up: unknown \"x\"; known are z, y, custom"},
       {withSetup(R"({"voxel_mm": 1}, {"voxel_mm": 1})"), "setup[1]: is there twice"},
       {withSetup(R"({"sphere": {"radius_mm": 5}}, {"import": "a.stl"})"), "setup[1]: the clay is already chosen"},
       {withSetup(R"({"block": {"size_mm": [1, 2]}})"), "setup[0].block.size_mm: must be 3 numbers"},
@@ -112,6 +113,7 @@ TEST(Script, WhatIsWrittenReadsBackToTheBit) {
   Script script = randomScript(3);
   script.voxelMm = 0.1;
   script.fitMm = 1.0 / 3;
+  script.up = Up::custom;
   script.strokes[5].drive = Drive::hand;
   script.strokes[6].onto = Onto{Vec3d(0.1, 0, -1), 1.5};
   for (const ClaySetup& clay :

@@ -1,0 +1,80 @@
+#include "engine/prepare_clay.h"
+
+#include <fmt/format.h>
+
+#include "clay/error.h"
+#include "clay/primitives.h"
+#include "io/input.h"
+#include "io/mesh_file.h"
+
+namespace argil::engine {
+namespace {
+
+constexpr double kShapeVoxelMm = 0.5;
+constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
+
+// Centres the mesh at zero and scales its longest side to `fitMm`; says so.
+std::string fit(clay::TriangleMesh& mesh, double fitMm) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3d& position : mesh.positions) box.extend(position);
+  const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+  if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
+  const Vec3d centre = box.center();
+  const double scale = fitMm / longest;
+  for (Vec3d& position : mesh.positions) position = (position - centre) * scale;
+  return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
+}
+
+// Turns y up to z up; what looked along +z then looks along -y, to the front.
+void standUp(clay::TriangleMesh& mesh) {
+  for (Vec3d& position : mesh.positions) position = Vec3d(position.x(), -position.z(), position.y());
+}
+
+bool isYUp(const io::MeshFile& file, Up up) {
+  return up == Up::y || (up == Up::custom && (file.format.starts_with("OBJ") || file.format.starts_with("OFF")));
+}
+
+PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesystem::path& file, const Script& script,
+                        const std::optional<double>& voxelMm, Job* job) {
+  PreparedClay prepared;
+  io::MeshFile read = io::readMesh(file, job);
+  prepared.notes = std::move(read.notes);
+  if (isYUp(read, script.up)) {
+    standUp(read.mesh);
+    prepared.notes.push_back("Turned so that its y axis points up.");
+  }
+  if (script.fitMm) prepared.notes.push_back(fit(read.mesh, *script.fitMm));
+  clay::ImportOptions options;
+  options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(read.mesh, int(kFitVoxels));
+  clay::Imported imported = clay::meshToClay(std::move(store), read.mesh, options, job);
+  const auto sentences = imported.report.sentences();
+  prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
+  prepared.version = std::move(imported.version);
+  prepared.import = std::move(imported.report);
+  return prepared;
+}
+
+}  // namespace
+
+PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
+  const std::optional<double> voxelMm = options.voxelMm ? options.voxelMm : script.voxelMm;
+  if (!options.input.empty()) return importMesh(std::move(store), options.input, script, voxelMm, options.job);
+  if (const auto* import = std::get_if<ImportSetup>(&script.clay)) {
+    return importMesh(std::move(store), import->file, script, voxelMm, options.job);
+  }
+  PreparedClay prepared;
+  clay::Grid grid;
+  grid.voxelMm = voxelMm.value_or(kShapeVoxelMm);
+  if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
+    grid.originMm = block->centreMm;
+    prepared.version = clay::makeBlock(std::move(store), grid, block->centreMm, block->sizeMm, block->roundMm);
+  } else if (const auto* sphere = std::get_if<SphereSetup>(&script.clay)) {
+    grid.originMm = sphere->centreMm;
+    prepared.version = clay::makeSphere(std::move(store), grid, sphere->centreMm, sphere->radiusMm);
+  } else {
+    throw Error("the script sets up no clay: give it a block, a sphere or an import in \"setup\", or a mesh with -i");
+  }
+  return prepared;
+}
+
+}  // namespace argil::engine
