@@ -10,14 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <optional>
 #include <queue>
 #include <span>
 #include <unordered_set>
 
-#include "clay/winding_columns.h"
-#include "clay/winding_number.h"
+#include "clay/voxel_winding.h"
 
 namespace argil::clay {
 
@@ -73,74 +70,6 @@ struct Triangles {
     const Vec3d& q = mesh.positions[mesh.triangles[n][v]];
     p = {q.x(), q.y(), q.z()};
   }
-};
-
-/// Cones over the rims of all holes: with them the mesh is closed in the sense of WindingColumns.
-TriangleMesh capsOf(const RepairedMesh& repaired) {
-  const auto& positions = repaired.mesh.positions;
-  std::vector<uint32_t> set(positions.size());
-  for (uint32_t i = 0; i < set.size(); ++i) set[i] = i;
-  const auto find = [&](uint32_t i) {
-    while (set[i] != i) i = set[i] = set[set[i]];
-    return i;
-  };
-  for (const OpenEdge& e : repaired.openEdges) {
-    const uint32_t a = find(e.from), b = find(e.to);
-    set[std::max(a, b)] = std::min(a, b);
-  }
-  struct Rim {
-    Vec3d sum = Vec3d::Zero(), low, high;
-    size_t count = 0;
-    uint32_t apex = 0;
-  };
-  std::map<uint32_t, Rim> rims;
-  for (const OpenEdge& e : repaired.openEdges) {
-    Rim& rim = rims[find(e.from)];
-    const Vec3d& p = positions[e.from];
-    rim.low = rim.count ? Vec3d(rim.low.cwiseMin(p)) : p;
-    rim.high = rim.count ? Vec3d(rim.high.cwiseMax(p)) : p;
-    rim.sum += p;
-    ++rim.count;
-  }
-  TriangleMesh caps{positions, {}};
-  for (auto& [root, rim] : rims) {
-    rim.apex = uint32_t(caps.positions.size());
-    // Off the rim's own plane, which may be one of voxels: no voxel shall lie on a cap.
-    const double size = 1 + 0.1 * (rim.high - rim.low).norm();
-    caps.positions.push_back(rim.sum / double(rim.count) + size * Vec3d(0.3183098861, 0.5772156649, 0.7320508075));
-  }
-  for (const OpenEdge& e : repaired.openEdges) {
-    for (uint32_t k = 0; k < e.times; ++k) caps.triangles.push_back({e.to, e.from, rims[find(e.from)].apex});
-  }
-  return caps;
-}
-
-/// Winding numbers of the mesh at voxels: the integer of mesh and caps together, less the smooth share of the caps.
-class VoxelWinding {
- public:
-  explicit VoxelWinding(const RepairedMesh& repaired) : open_(!repaired.openEdges.empty()) {
-    if (!open_) {
-      columns_.emplace(repaired.mesh);
-      return;
-    }
-    TriangleMesh caps = capsOf(repaired);
-    caps_.emplace(caps);
-    caps.triangles.insert(caps.triangles.end(), repaired.mesh.triangles.begin(), repaired.mesh.triangles.end());
-    columns_.emplace(caps);
-  }
-  [[nodiscard]] bool open() const { return open_; }
-  [[nodiscard]] float at(const VdbCoord& v) const { return at(columns_->column(v.x(), v.y()), v); }
-  /// `column`: the one through the voxel.
-  [[nodiscard]] float at(std::span<const WindingColumns::Crossing> column, const VdbCoord& v) const {
-    const int whole = WindingColumns::at(column, v.z());
-    return open_ ? float(whole - caps_->at({double(v.x()), double(v.y()), double(v.z())})) : float(whole);
-  }
-  [[nodiscard]] std::span<const WindingColumns::Crossing> column(int x, int y) const { return columns_->column(x, y); }
-
- private:
-  bool open_;
-  std::optional<WindingNumber> caps_;
-  std::optional<WindingColumns> columns_;
 };
 
 /// Distances that grow from given voxels along their own side of the surface: label-correcting fast marching with Godunov's
@@ -285,7 +214,7 @@ class Builder {
           const auto column = winding_.column(o.x() + x, o.y() + y);
           for (int z = 0; z < 8; ++z) {
             const int at = Brick::offset(x, y, z);
-            if (leaf.isValueOn(openvdb::Index(at))) w[at] = winding_.at(column, o.offsetBy(x, y, z));
+            if (leaf.isValueOn(openvdb::Index(at))) w[at] = winding_.at(column, {o.x() + x, o.y() + y, o.z() + z});
           }
         }
       }
@@ -339,7 +268,7 @@ class Builder {
         }
       }
       std::vector<float> found(unknown.size());
-      tbb::parallel_for(size_t{0}, unknown.size(), [&](size_t i) { found[i] = winding_.at(unknown[i]); });
+      tbb::parallel_for(size_t{0}, unknown.size(), [&](size_t i) { found[i] = winding_.at({unknown[i].x(), unknown[i].y(), unknown[i].z()}); });
       for (size_t i = 0; i < unknown.size(); ++i) sign.setValue(unknown[i], found[i]);
       const std::vector<VdbCoord> now = std::move(cells);
       cells.clear();
