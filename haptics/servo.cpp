@@ -86,13 +86,12 @@ void Servo::runVirtual(uint64_t ticks, const std::function<void(uint64_t, double
 RealtimeGrant Servo::start() {
   if (running()) throw Error("servo: it runs already", Error::Kind::work);
   stop_.store(false);
-  RealtimeGrant grant;
-  std::atomic<int> ready{0};
+  ready_.store(false);
   heartbeat_.beat(double(nowNs()) * 1e-9 + 1.0);  // The watchdog is patient until the first tick.
-  thread_ = std::thread([&] { loop(ready, grant); });
-  ready.wait(0);
+  thread_ = std::thread([this] { loop(); });
+  ready_.wait(false);
   watchdog_ = std::thread([this] { watch(); });
-  return grant;
+  return grant_;
 }
 
 void Servo::stop() {
@@ -112,15 +111,15 @@ void Servo::reset() noexcept {
   tick_.reset();
 }
 
-void Servo::loop(std::atomic<int>& ready, RealtimeGrant& grant) {
-  if (options_.realtime) grant = becomeRealtime(options_.priority, true);
-  else grant.sentence = "real-time scheduling not asked for";
+void Servo::loop() {
+  if (options_.realtime) grant_ = becomeRealtime(options_.priority, true);
+  else grant_ = {false, false, "real-time scheduling not asked for"};
   const double periodNs = 1e9 / options_.rateHz;
   // Index nextIndex_ is due at `origin` + nextIndex_ · period, so that time goes on after a stop and never drifts.
   const int64_t first = nowNs() + kStartDelayNs;
   const auto origin = static_cast<int64_t>(double(first) - double(nextIndex_) * periodNs);
-  ready.store(1);
-  ready.notify_one();  // The last touch of the caller's variables.
+  ready_.store(true);
+  ready_.notify_one();
 
   while (!stop_.load(std::memory_order_relaxed)) {
     const auto due = origin + static_cast<int64_t>(double(nextIndex_) * periodNs);

@@ -76,7 +76,7 @@ class Servo {
 
  private:
   void count(uint32_t flags) ARGIL_REALTIME;
-  void loop(std::atomic<int>& ready, RealtimeGrant& grant);
+  void loop();
   void watch();
 
   Device& device_;
@@ -86,6 +86,8 @@ class Servo {
   std::unique_ptr<ServoStatistics> statistics_;
   uint64_t nextIndex_ = 0;
   std::thread thread_, watchdog_;
+  RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
+  std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
   std::atomic<bool> barked_{false};
   Heartbeat heartbeat_;

@@ -1,0 +1,119 @@
+// A tick allocates nothing, locks nothing, calls no system, faults no page: 10^6 of them while clay is carved. And the trap
+// that says so catches each of these when it is planted.
+
+#include "realtime_trap.h"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <mutex>
+#include <shared_mutex>
+
+#include "haptics/devices/sheets.h"
+#include "haptics/devices/simulated.h"
+#include "haptics/servo.h"
+#include "virtual_session.h"
+
+namespace argil::haptics {
+namespace {
+
+using testing::RealtimeTrap;
+using testing::VirtualSession;
+
+TEST(RealtimeTrap, catchesWhatIsPlanted) {
+  RealtimeTrap trap;
+  const auto breach = [&](auto&& what) {
+    trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;
+    trap.enter();
+    what();
+    trap.leave();
+  };
+  breach([] {});
+  EXPECT_EQ(trap.allocations + trap.locks + trap.systemCalls + trap.pageFaults, 0u);
+  if (RealtimeTrap::seesAllocationsAndLocks()) {
+    int* volatile kept = nullptr;
+    breach([&] { kept = new int(3); });
+    EXPECT_EQ(trap.allocations, 1u);
+    breach([&] { delete kept; });
+    EXPECT_EQ(trap.allocations, 1u);
+    void* volatile raw = nullptr;
+    breach([&] { raw = std::malloc(100); });
+    EXPECT_EQ(trap.allocations, 1u);
+    std::free(raw);
+    std::mutex mutex;
+    breach([&] { const std::lock_guard lock(mutex); });
+    EXPECT_GE(trap.locks, 1u);
+    std::shared_mutex shared;
+    breach([&] { const std::shared_lock lock(shared); });
+    EXPECT_GE(trap.locks, 1u);
+  }
+  if (trap.seesSystemCalls()) {
+    breach([] { (void)getppid(); });
+    EXPECT_EQ(trap.systemCalls, 1u);
+    breach([] { usleep(1); });
+    EXPECT_EQ(trap.systemCalls, 1u);
+    breach([] {
+      timespec t{};
+      clock_gettime(CLOCK_MONOTONIC, &t);
+    });
+    EXPECT_EQ(trap.systemCalls, 0u) << "the clock of this machine is a system call: statistics of a tick cost one";
+  } else {
+    std::printf("this kernel has no system call user dispatch: system calls are not trapped\n");
+  }
+  auto* page = static_cast<char*>(mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+  breach([&] { *static_cast<volatile char*>(page) = 1; });
+  EXPECT_EQ(trap.pageFaults, 1u);
+  munmap(page, 4096);
+}
+
+TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr uint64_t kTicks = 20'000;
+#else
+  constexpr uint64_t kTicks = 1'000'000;
+#endif
+  Tool tool;
+  tool.radiusMm = 3;
+  tool.operation = clay::Operation::carve;
+  VirtualSession session(0.5, tool);
+  SimulatedDevice device(deviceSheet("touch"), testing::scribble(double(kTicks) * 1e-3, tool.radiusMm, 1.2));
+  SampleRing ring(1000);
+  ServoTick tick(device, session.published(), ring, 1e-3);
+  RealtimeTrap trap;
+  uint64_t touching = 0, cutting = 0, stopped = 0;
+  double peak = 0;
+  for (uint64_t i = 0; i < kTicks; ++i) {
+    session.step(ring, i);
+    const double timeS = double(i) * 1e-3;
+    trap.enter();
+    const uint32_t flags = tick.run(timeS, false);
+    trap.leave();
+    if (i == 0) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;  // Its stack and code come in.
+    touching += (flags & kTouching) != 0;
+    cutting += (flags & kCutting) != 0;
+    stopped += (flags & kStopped) != 0;
+    peak = std::max(peak, tick.last().forceN.norm());
+  }
+  std::printf("%llu ticks, %llu touching, %llu cutting, %llu strokes, %llu stamps, peak force %.2f N: %llu allocations, %llu locks, %llu system "
+              "calls, %llu page faults\n",
+              static_cast<unsigned long long>(kTicks), static_cast<unsigned long long>(touching), static_cast<unsigned long long>(cutting),
+              static_cast<unsigned long long>(session.strokes), static_cast<unsigned long long>(session.stamps), peak,
+              static_cast<unsigned long long>(trap.allocations), static_cast<unsigned long long>(trap.locks),
+              static_cast<unsigned long long>(trap.systemCalls), static_cast<unsigned long long>(trap.pageFaults));
+  EXPECT_GT(touching, kTicks / 3);
+  EXPECT_GT(cutting, kTicks / 3);
+  EXPECT_EQ(stopped, 0u);
+  EXPECT_LE(peak, device.sheet().peakForceN);
+  EXPECT_EQ(ring.dropped(), 0u);
+  EXPECT_EQ(trap.allocations, 0u);
+  EXPECT_EQ(trap.locks, 0u);
+  EXPECT_EQ(trap.systemCalls, 0u);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_EQ(trap.pageFaults, 0u);
+#endif
+}
+
+}  // namespace
+}  // namespace argil::haptics

@@ -1,0 +1,300 @@
+// The servo in closed loop with a simulated device: limits that hold whatever the hand and the clay do.
+
+#include "haptics/servo.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "haptics/bare_loop.h"
+#include "haptics/devices/sheets.h"
+#include "haptics/devices/simulated.h"
+#include "virtual_session.h"
+
+namespace argil::haptics {
+namespace {
+
+using testing::VirtualSession;
+
+Tool toucher(double radiusMm = 3) {
+  Tool tool;
+  tool.radiusMm = radiusMm;
+  return tool;
+}
+
+struct Watch {
+  double peak = 0, steepest = 0;  // N; N a tick.
+  bool finite = true;
+  Vec3d last = Vec3d::Zero();
+  void see(const Vec3d& force) {
+    finite = finite && force.allFinite();
+    peak = std::max(peak, force.norm());
+    steepest = std::max(steepest, (force - last).norm());
+    last = force;
+  }
+};
+
+TEST(Servo, pressesBackWithTheSpringOfTheMaterial) {
+  VirtualSession session(0.5, toucher());
+  SimulatedDevice::Options options;
+  options.prescribed = true;
+  options.encoderSteps = false;
+  SimulatedDevice device(deviceSheet("touchx"), HandPath::line({1, 2, 6}, {1, 2, 1.5}, 1), options);
+  Servo servo(device, session.published());
+  servo.runVirtual(1200);
+  const StylusSample& sample = servo.tick().last();
+  EXPECT_NEAR(sample.proxy.z(), 3, 0.03);
+  EXPECT_NEAR(sample.forceN.z(), 1.5 * 1.0, 0.03) << "material stiffness 1 N/mm, 1.5 mm deep";
+  EXPECT_TRUE(sample.flags & kTouching);
+  EXPECT_EQ(servo.statistics().ticks, 1200u);
+  EXPECT_EQ(servo.samples().size(), 1200u);
+  EXPECT_EQ(servo.fault(), Fault::none);
+}
+
+TEST(Servo, aWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
+  VirtualSession session(0.5, toucher());
+  session.scene().workspace.scale = 0.5;
+  session.scene().workspace.pose.rotation = Eigen::AngleAxisd(M_PI / 2, Vec3d::UnitX());  // The device's −z is the world's y.
+  session.scene().workspace.pose.translation = {0, 0, 1};
+  session.publish();
+  SimulatedDevice::Options options;
+  options.prescribed = true;
+  options.encoderSteps = false;
+  // World z = 1 + 0.5 · device y: from 6 to 2, one world mm and two device mm deep.
+  SimulatedDevice device(deviceSheet("touchx"), HandPath::line({0, 10, 0}, {0, 2, 0}, 1), options);
+  Servo servo(device, session.published());
+  servo.runVirtual(1200);
+  EXPECT_NEAR(servo.tick().last().proxy.z(), 3, 0.03);
+  EXPECT_NEAR(servo.tick().last().forceN.z(), 2.0, 0.05);
+  EXPECT_NEAR(device.motorForce().y(), 2.0, 0.05);
+}
+
+TEST(Servo, runsTheSameTwiceInVirtualTime) {
+  const auto run = [] {
+    Tool tool = toucher();
+    tool.operation = clay::Operation::carve;
+    VirtualSession session(0.5, tool);
+    SimulatedDevice device(deviceSheet("touch"), testing::scribble(2, 3, 1.0));
+    Servo servo(device, session.published());
+    std::vector<Vec3d> points;
+    servo.runVirtual(2000, [&](uint64_t i, double) {
+      session.step(servo.samples(), i);
+      points.push_back(servo.tick().last().cutPoint);
+      points.push_back(servo.tick().last().forceN);
+    });
+    return std::pair(points, session.scene().pieces[0].version.hash());
+  };
+  const auto a = run(), b = run();
+  EXPECT_EQ(a.second, b.second);
+  ASSERT_EQ(a.first.size(), b.first.size());
+  for (size_t i = 0; i < a.first.size(); ++i) ASSERT_EQ(a.first[i], b.first[i]);
+}
+
+TEST(Servo, aWallThatAppearsAroundTheToolPushesGently) {
+  for (const DeviceSheet& sheet : deviceSheets()) {
+    for (double depth : {1.0, 4.0, 9.0}) {
+      // The hand holds still above the block; then the block is grown to `depth` mm above the ball's centre.
+      VirtualSession session(0.5, toucher());
+      SimulatedDevice device(sheet, HandPath::hold({0.3, 0.2, 5}, 10));
+      Servo servo(device, session.published());
+      clay::Grid grid;
+      grid.voxelMm = 0.5;
+      const clay::Version wall = clay::makeBlock(clay::Store::make(), grid, {0, 0, -10 + (5 + depth) / 2}, {80, 60, 20 + 5 + depth}, 1);
+      Watch watch;
+      std::vector<Vec3d> forces;
+      servo.runVirtual(1500, [&](uint64_t i, double) {
+        if (i == 100) {
+          session.scene().pieces[0].version = wall;
+          session.publish();
+        }
+        watch.see(servo.tick().last().forceN);
+        forces.push_back(servo.tick().last().forceN);
+      });
+      double change = 0;
+      for (size_t i = 10; i < forces.size(); ++i) change = std::max(change, (forces[i] - forces[i - 10]).norm());
+      std::printf("%-9s clay %.0f mm over the centre: peak %.2f N of %.1f, steepest change %.2f %% of peak per 10 ms\n", sheet.name.c_str(), depth,
+                  watch.peak, sheet.peakForceN, 100 * change / sheet.peakForceN);
+      EXPECT_TRUE(watch.finite);
+      EXPECT_LE(watch.peak, sheet.peakForceN);
+      EXPECT_GT(watch.peak, 0.1);
+      EXPECT_LE(change, 0.07 * sheet.peakForceN) << sheet.name << " " << depth;
+      EXPECT_EQ(servo.statistics().stopped, 0u);
+    }
+  }
+}
+
+TEST(Servo, holdsItsLimitsWhenThePathJumps) {
+  for (bool prescribed : {false, true})
+    for (const DeviceSheet& sheet : deviceSheets()) {
+      VirtualSession session(0.5, toucher());
+      // On the surface, then 20 mm away in no time: down into the clay, sideways, up.
+      HandPath path = HandPath::hold({0, 0, 2.5}, 0.3);
+      for (const Vec3d& to : {Vec3d(0, 0, -17.5), Vec3d(20, 0, -17.5), Vec3d(20, 0, 2.5), Vec3d(0, 0, 2.5), Vec3d(0, 0, 22.5)})
+        path = path.then(HandPath::hold(to, 0.3));
+      SimulatedDevice::Options options;
+      options.prescribed = prescribed;
+      SimulatedDevice device(sheet, path, options);
+      Servo servo(device, session.published());
+      Watch watch;
+      servo.runVirtual(2000, [&](uint64_t, double) {
+        watch.see(servo.tick().last().forceN);
+        ASSERT_LE(device.motorForce().norm(), sheet.peakForceN * (1 + 1e-12));
+      });
+      EXPECT_TRUE(watch.finite);
+      EXPECT_LE(watch.peak, sheet.peakForceN);
+      EXPECT_LE(watch.steepest, servo.tick().safety().slewStepN() * (1 + 1e-9)) << sheet.name;
+      if (prescribed) {
+        EXPECT_EQ(servo.fault(), Fault::tooFast) << "a stylus that jumps is a fault";
+        EXPECT_EQ(watch.last.norm(), 0);
+      }
+    }
+}
+
+TEST(Servo, stopsWhenThePathHoldsNotANumber) {
+  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    VirtualSession session(0.5, toucher());
+    std::vector<HandPoint> points(4);
+    for (size_t i = 0; i < 4; ++i) {
+      points[i].timeS = 0.3 * double(i);
+      points[i].position = {0, 0, i < 2 ? 6.0 - 4.0 * double(i) : 2.0};
+    }
+    points[2].position.x() = bad;
+    SimulatedDevice device(deviceSheet("touchx"), HandPath::unchecked(points));
+    Servo servo(device, session.published());
+    Watch watch;
+    int64_t stoppedAt = -1, zeroAt = -1;
+    servo.runVirtual(1000, [&](uint64_t i, double) {
+      watch.see(servo.tick().last().forceN);
+      ASSERT_TRUE(servo.tick().last().device.translation.allFinite());
+      ASSERT_TRUE(device.motorForce().allFinite());
+      if (stoppedAt < 0 && servo.tick().safety().fault() != Fault::none) stoppedAt = static_cast<int64_t>(i);
+      if (stoppedAt >= 0 && zeroAt < 0 && watch.last.norm() == 0) zeroAt = static_cast<int64_t>(i);
+    });
+    EXPECT_TRUE(watch.finite);
+    EXPECT_LE(watch.peak, device.sheet().peakForceN);
+    EXPECT_EQ(servo.fault(), Fault::notFinite);
+    ASSERT_GE(stoppedAt, 0);
+    ASSERT_GE(zeroAt, 0);
+    EXPECT_LE(zeroAt - stoppedAt, 20) << "zero within 20 ms";
+  }
+}
+
+TEST(Servo, clayThatVanishesAndComesBackNeverBreaksALimit) {
+  // Undo and redo under a pressing hand, every 50 ticks.
+  VirtualSession session(0.5, toucher());
+  const clay::Version block = session.scene().pieces[0].version;
+  const clay::Version none = clay::Version::empty(block.store(), block.grid());
+  SimulatedDevice device(deviceSheet("premium15"), HandPath::line({0, 0, 6}, {0, 0, 1.5}, 0.5).then(HandPath::hold({0, 0, 1.5}, 3)));
+  Servo servo(device, session.published());
+  Watch watch;
+  servo.runVirtual(3000, [&](uint64_t i, double) {
+    if (i > 500 && i % 50 == 0) {
+      session.scene().pieces[0].version = (i / 50) % 2 ? block : none;
+      session.publish();
+    }
+    watch.see(servo.tick().last().forceN);
+  });
+  EXPECT_TRUE(watch.finite);
+  EXPECT_LE(watch.steepest, servo.tick().safety().slewStepN() * (1 + 1e-9));
+  EXPECT_EQ(servo.fault(), Fault::none);
+}
+
+TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
+  Tool tool = toucher();
+  VirtualSession session(0.5, tool);
+  SimulatedDevice device(deviceSheet("touch"), HandPath::circle({0, 0, 2.5}, {10, 0, 2.5}, Vec3d::UnitZ(), 2, 2));
+  Servo servo(device, session.published());
+  BareLoop bare(1000);
+  bare.start();
+  const RealtimeGrant grant = servo.start();
+  EXPECT_FALSE(grant.sentence.empty());
+  EXPECT_THROW(servo.start(), Error);
+  EXPECT_THROW(servo.runVirtual(1), Error);
+  for (int i = 0; i < 100; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    session.publish();
+  }
+  servo.stop();
+  bare.stop();
+  const ServoStatistics& s = servo.statistics();
+  std::printf("%s\n%llu ticks, %llu missed; compute median %.2f us, p99 %.2f us; late p99 %.1f us, bare loop p99 %.1f us\n", grant.sentence.c_str(),
+              static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed), s.compute.quantileUs(0.5),
+              s.compute.quantileUs(0.99), s.lateness.quantileUs(0.99), bare.lateness().quantileUs(0.99));
+  EXPECT_NEAR(double(s.ticks + s.missed), 1000, 150);
+  EXPECT_EQ(session.published().reclaim(), 0u) << "parked";
+  EXPECT_EQ(device.motorForce().allFinite(), true);
+  // Virtual time goes on from there.
+  const double before = servo.timeS();
+  servo.runVirtual(10);
+  EXPECT_NEAR(servo.timeS() - before, 0.01, 1e-9);
+}
+
+TEST(Servo, refusesARateOutOfRange) {
+  VirtualSession session(0.5, toucher());
+  SimulatedDevice device(deviceSheet("touch"), HandPath::hold({0, 0, 6}, 1));
+  for (double rate : {0.0, 50.0, 9000.0, std::nan("")}) {
+    Servo::Options options;
+    options.rateHz = rate;
+    EXPECT_THROW(Servo(device, session.published(), options), Error) << rate;
+  }
+}
+
+/// Answers nothing for a while, then hangs in write().
+class SickDevice final : public Device {
+ public:
+  [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return deviceSheets()[0]; }
+  bool read(double, DeviceState& state) ARGIL_REALTIME override {
+    state.pose.translation = {0, 0, 2.5};
+    return !silent;
+  }
+  void write(double, const Vec3d& force) ARGIL_REALTIME override {
+    last = force;
+    while (hang.load() && !cutOff.load()) {
+    }
+  }
+  void cut() noexcept override { cutOff = true; }
+  void rearm() noexcept override { cutOff = false; }
+  bool silent = false;
+  Vec3d last = Vec3d::Zero();
+  std::atomic<bool> hang{false}, cutOff{false};
+};
+
+TEST(Servo, commandsZeroToADeviceThatDoesNotAnswer) {
+  VirtualSession session(0.5, toucher());
+  SickDevice device;
+  Servo servo(device, session.published());
+  servo.runVirtual(500);
+  const double before = device.last.norm();
+  device.silent = true;
+  servo.runVirtual(1);
+  EXPECT_EQ(device.last.norm(), 0);
+  EXPECT_TRUE(servo.tick().last().flags & kStale);
+  EXPECT_GE(before, 0);
+  EXPECT_EQ(servo.statistics().stale, 1u);
+}
+
+TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangs) {
+  VirtualSession session(0.5, toucher());
+  SickDevice device;
+  Servo servo(device, session.published());
+  (void)servo.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  EXPECT_FALSE(device.cutOff);
+  const auto begin = std::chrono::steady_clock::now();
+  device.hang = true;
+  while (!device.cutOff && std::chrono::steady_clock::now() - begin < std::chrono::seconds(2)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_TRUE(device.cutOff);
+  std::printf("cut after %.1f ms\n", ms);
+  EXPECT_LT(ms, 100) << "20 ms on a machine that is not loaded";
+  servo.stop();
+  EXPECT_EQ(servo.fault(), Fault::watchdog);
+  servo.reset();
+  EXPECT_EQ(servo.fault(), Fault::none);
+  EXPECT_FALSE(device.cutOff);
+}
+
+}  // namespace
+}  // namespace argil::haptics
