@@ -9,7 +9,7 @@ namespace argil::haptics {
 namespace {
 
 // Lengths in voxels of the finest piece.
-constexpr double kOverlap = 0.03;       // Of ball and clay that counts as touching: below what a search resolves.
+constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
 constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
 constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
 constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel.

@@ -12,7 +12,8 @@ constexpr int kCandidates = 4;     // Sign changes that are walked to the closes
 constexpr int kWalkSteps = 8;
 constexpr double kOnSurface = 2e-3;     // Voxels: a point this near to the zero surface is on it.
 constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distance then errs by its square over twice itself.
-constexpr double kSameWalk2 = 0.4 * 0.4;  // Voxels²: sign changes this near to a walked point lead there again.
+constexpr double kPatch2 = 1.5 * 1.5;    // Voxels²: how far a patch around a walked point reaches,
+constexpr double kPatchRise = 0.02;      // and how far a point of it may rise above the tangent plane, voxels.
 constexpr double kCellDiagonal2 = 0.75; // A cell's own sign change is within half a diagonal of its surface, squared.
 
 }  // namespace
@@ -63,50 +64,37 @@ void ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3
   const Slot beyondZ = sampler_.slot(coord + Coord{0, 0, 1});
   const Vec3d corner = (coord * clay::kBrickEdge).toVec3d();
   const Vec3f local = (p - corner).cast<float>();
+  float away2[3][clay::kBrickEdge];  // From p to the voxels along each axis, squared.
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < clay::kBrickEdge; ++i) away2[axis][i] = (float(i) - local[axis]) * (float(i) - local[axis]);
 
   for (int x = 0; x < clay::kBrickEdge; ++x) {
+    // Edges reach one voxel further than the voxel that owns them.
+    const float reach = std::sqrt(static_cast<float>(candidates.best2)) + 1.0f;
+    const float left = reach * reach - away2[0][x];
+    if (left < 0) continue;
     const uint64_t w = brick.inside[x];
     const uint64_t alongX = w ^ (x < 7 ? brick.inside[x + 1] : word(beyondX, 0));
     const uint64_t alongY = w ^ ((w >> 8) | (word(beyondY, x) << 56));
     const uint64_t alongZ = w ^ (((w >> 1) & ~(kLowZ << 7)) | ((word(beyondZ, x) & kLowZ) << 7));
-    const uint64_t any = alongX | alongY | alongZ;
-    if (!any) continue;
-    // Edges reach one voxel further than the voxel that owns them.
-    const float reach = std::sqrt(static_cast<float>(candidates.best2)) + 1.0f;
-    const float dx = float(x) - local.x();
-    const float left = reach * reach - dx * dx;
-    if (left < 0) continue;
-    for (int y = 0; y < clay::kBrickEdge; ++y) {
-      const auto row = static_cast<uint32_t>((any >> (8 * y)) & 0xff);
-      if (!row) continue;
-      const float dy = float(y) - local.y();
-      const float rest = left - dy * dy;
-      if (rest < 0) continue;
-      const float half = std::sqrt(rest);
-      const int first = std::max(0, static_cast<int>(std::ceil(std::max(-1.0f, local.z() - half))));
-      const int last = std::min(7, static_cast<int>(std::floor(std::min(9.0f, local.z() + half))));
-      if (first > last) continue;
-      uint32_t bits = row & (0xffu >> (7 - last)) & (0xffu << first);
-      while (bits) {
-        const int z = std::countr_zero(bits);
-        bits &= bits - 1;
-        const int bit = 8 * y + z;
-        const float a = brick.phi[clay::Brick::offset(x, y, z)];
-        const Vec3f base{float(x), float(y), float(z)};
-        const auto meet = [&](int axis, float b) {
-          const float t = a / (a - b);
-          Vec3f at = base;
-          at[axis] += t;
-          const float d2 = (at - local).squaredNorm();
-          if (double(d2) <= candidates.best2) candidates.add(d2, corner + at.cast<double>());
-        };
-        if ((alongX >> bit) & 1)
-          meet(0, x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_));
-        if ((alongY >> bit) & 1)
-          meet(1, y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_));
-        if ((alongZ >> bit) & 1)
-          meet(2, z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_));
-      }
+    for (uint64_t bits = alongX | alongY | alongZ; bits; bits &= bits - 1) {
+      const int bit = std::countr_zero(bits), y = bit >> 3, z = bit & 7;
+      if (away2[1][y] + away2[2][z] > left) continue;
+      const float a = brick.phi[clay::Brick::offset(x, y, z)];
+      const Vec3f base{float(x), float(y), float(z)};
+      const auto meet = [&](int axis, float b) {
+        const float t = a / (a - b);
+        Vec3f at = base;
+        at[axis] += t;
+        const float d2 = (at - local).squaredNorm();
+        if (double(d2) <= candidates.best2) candidates.add(d2, corner + at.cast<double>());
+      };
+      if ((alongX >> bit) & 1)
+        meet(0, x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_));
+      if ((alongY >> bit) & 1)
+        meet(1, y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_));
+      if ((alongZ >> bit) & 1)
+        meet(2, z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_));
     }
   }
 }
@@ -200,8 +188,11 @@ SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* 
     if (double(candidates.distance2[size_t(i)]) > candidates.best2) break;
     if (!result.found || double(candidates.distance2[size_t(i)]) < result.distance * result.distance)
       result = {true, candidates.point[size_t(i)], std::sqrt(double(candidates.distance2[size_t(i)]))};
-    // What was walked to already is the closest of this neighbourhood.
-    else if ((result.point - candidates.point[size_t(i)]).squaredNorm() < kSameWalk2) continue;
+    else {
+      // What was walked to is the closest of its neighbourhood; one that does not rise above its tangent plane is of that patch.
+      const Vec3d apart = candidates.point[size_t(i)] - result.point;
+      if (apart.squaredNorm() < kPatch2 && apart.dot(p - result.point) < kPatchRise * result.distance) continue;
+    }
     offer(candidates.point[size_t(i)]);
   }
   if (result.distance > reach) result.found = false;
