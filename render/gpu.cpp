@@ -124,6 +124,15 @@ VkInstance makeInstance(bool validation, const void* next) {
   return instance;
 }
 
+/// Opens the loader; false when there is none. One instance stays for as long as the process: without any, the loader
+/// would unload the drivers, whose threads and caches do not all end before that.
+bool openLoader() {
+  if (volkInitialize() != VK_SUCCESS) return false;
+  static const VkInstance anchor = makeInstance(false, nullptr);
+  static_cast<void>(anchor);
+  return true;
+}
+
 }  // namespace
 
 void check(VkResult result, const char* what) {
@@ -136,7 +145,7 @@ void check(VkResult result, const char* what) {
 std::vector<DeviceInfo> devices() {
   const std::lock_guard lock(loaderMutex());
   std::vector<DeviceInfo> result;
-  if (volkInitialize() != VK_SUCCESS) return result;
+  if (!openLoader()) return result;
   const VkInstance instance = makeInstance(false, nullptr);
   if (!instance) return result;
   volkLoadInstance(instance);
@@ -182,7 +191,7 @@ void Gpu::destroy() noexcept {
 }
 
 void Gpu::createInstance(bool validation) {
-  if (volkInitialize() != VK_SUCCESS) {
+  if (!openLoader()) {
     throw Error(std::string("no Vulkan on this machine; ") + kInstallHint, Error::Kind::work);
   }
   validation = validation && layerPresent();
