@@ -44,8 +44,15 @@ void readSigns(const Slot (&slots)[2][2][2], SignWords& signs) {
   signs.uniform = any == 0 || all == kAll;
 }
 
-void readSlots(Sampler& field, Coord brick, Slot (&slots)[2][2][2]) {
-  for (int i = 0; i < 8; ++i) slots[i >> 2][(i >> 1) & 1][i & 1] = field.slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
+// One sign in all eight: no cell is crossed. (The other way does not hold: readSigns decides.)
+bool surelyUniform(const Slot (&slots)[2][2][2]) {
+  bool inside = false, outside = false;
+  for (int i = 0; i < 8; ++i) {
+    const Slot slot = slots[i >> 2][(i >> 1) & 1][i & 1];
+    inside |= slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
+    outside |= slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
+  }
+  return !(inside && outside);
 }
 
 // Pattern of any cell, by way of the field: for the rare folded faces.
@@ -118,12 +125,13 @@ struct CellVertex {
 };
 constexpr uint32_t kSeveral = ~uint32_t{0};
 
+// VertexRef's bits 13 to 15 are x, y, z.
+uint32_t refBits(int lower) { return static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2) << kVertexRefBits; }
+
 CellVertex vertexAt(const VertexSource& source, int lower, uint32_t index) {
   const Vec3f& p = source.positions[index];
   const auto shift = [lower](int bit) { return (lower >> bit) & 1 ? 8.0f : 0.0f; };
-  // VertexRef's bits 13 to 15 are x, y, z.
-  const auto bits = static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2);
-  return {p.x() - shift(2), p.y() - shift(1), p.z() - shift(0), index | bits << kVertexRefBits};
+  return {p.x() - shift(2), p.y() - shift(1), p.z() - shift(0), index | refBits(lower)};
 }
 
 // Vertices of the cells that the quads of a brick share with the brick that is `lower` (dx·4 + dy·2 + dz) of it: all of its own,
@@ -135,16 +143,24 @@ void readVertices(const VertexSource& source, int lower, CellVertex* vertices) {
   if (lower & 2) mask &= uint64_t{0xff} << 56;
   if (lower & 1) mask &= kLowZ << 7;
   const int shift = (lower & 4 ? -8 * 81 : 0) + (lower & 2 ? -8 * 9 : 0) + (lower & 1 ? -8 : 0) + 81 + 9 + 1;
-  for (int x = lower & 4 ? 7 : 0; x < 8; ++x)
-    for (uint64_t left = table.active[x] & mask; left != 0; left &= left - 1) {
+  const float sx = lower & 4 ? 8.0f : 0.0f, sy = lower & 2 ? 8.0f : 0.0f, sz = lower & 1 ? 8.0f : 0.0f;
+  const uint32_t bits = refBits(lower);
+  for (int x = lower & 4 ? 7 : 0; x < 8; ++x) {
+    const uint64_t active = table.active[x];
+    CellVertex* row = vertices + x * 81 + shift;
+    uint32_t rank = table.before[x];
+    for (uint64_t left = active & mask; left != 0; left &= left - 1) {
       const int bit = std::countr_zero(left);
-      const uint64_t one = uint64_t{1} << bit;
-      CellVertex& out = vertices[x * 81 + (bit >> 3) * 9 + (bit & 7) + shift];
-      if (table.special[x] & one)
-        out.ref = kSeveral;
-      else
-        out = vertexAt(source, lower, table.before[x] + static_cast<uint32_t>(std::popcount(table.active[x] & (one - 1))));
+      if (lower & 3) rank = table.before[x] + static_cast<uint32_t>(std::popcount(active & ((uint64_t{1} << bit) - 1)));
+      const Vec3f& p = source.positions[rank];
+      row[(bit >> 3) * 9 + (bit & 7)] = {p.x() - sx, p.y() - sy, p.z() - sz, rank | bits};
+      ++rank;
     }
+    for (uint64_t left = table.special[x] & mask; left != 0; left &= left - 1) {
+      const int bit = std::countr_zero(left);
+      row[(bit >> 3) * 9 + (bit & 7)].ref = kSeveral;
+    }
+  }
 }
 
 CellVertex vertexOfEdge(const std::array<VertexSource, 8>& sources, int at, int edge) {
@@ -175,7 +191,8 @@ void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& t
                      std::vector<PackedNormal>& normals) {
   table = CellTable{};
   Slot slots[2][2][2];
-  readSlots(field, brick, slots);
+  field.corner(brick, slots);
+  if (surelyUniform(slots)) return;
   SignWords signs;
   readSigns(slots, signs);
   if (signs.uniform) return;
@@ -245,7 +262,8 @@ void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& t
 
 void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, std::vector<std::array<VertexRef, 4>>& quads) {
   Slot slots[2][2][2];
-  readSlots(field, brick, slots);
+  field.corner(brick, slots);
+  if (surelyUniform(slots)) return;
   SignWords signs;
   readSigns(slots, signs);
   if (signs.uniform) return;

@@ -176,6 +176,13 @@ void Editor::recycle(Brick* brick) {
 void Editor::link(Brick* brick, bool inBand) {
   const Coord coord = brick->coord;
   if (inBand) {
+    uint64_t any = 0, all = ~uint64_t{0};
+    for (const uint64_t word : brick->inside) {
+      any |= word;
+      all &= word;
+    }
+    brick->anyInside = any != 0;
+    brick->anyOutside = all != ~uint64_t{0};
     place(coord, reinterpret_cast<Link>(brick));
     return;
   }

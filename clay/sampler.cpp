@@ -60,6 +60,20 @@ Slot Sampler::slot(Coord brick) noexcept {
   return slotOf(isTile(region_) ? region_ : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1)]);
 }
 
+void Sampler::corner(Coord brick, Slot (&out)[2][2][2]) noexcept {
+  out[0][0][0] = slot(brick);
+  if ((brick.x & 7) < 7 && (brick.y & 7) < 7 && (brick.z & 7) < 7 && inReach(brick)) {
+    // All of one region: one node, neighbouring children.
+    for (int i = 1; i < 8; ++i) {
+      const int dx = i >> 2, dy = (i >> 1) & 1, dz = i & 1;
+      out[dx][dy][dz] =
+          slotOf(isTile(region_) ? region_ : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1) + (dx << 6) + (dy << 3) + dz]);
+    }
+    return;
+  }
+  for (int i = 1; i < 8; ++i) out[i >> 2][(i >> 1) & 1][i & 1] = slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
+}
+
 float Sampler::voxel(Coord v) noexcept { return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_); }
 
 // Copies n³ voxels from `first` on into out[x][y][z]; n ≤ 4, so at most eight bricks are met.

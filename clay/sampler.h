@@ -25,6 +25,9 @@ class Sampler {
   /// Brick or tile at a brick coordinate, through the cache.
   [[nodiscard]] Slot slot(Coord brick) noexcept;
 
+  /// What stands at a brick coordinate and one step higher along each axis, as [x][y][z].
+  void corner(Coord brick, Slot (&out)[2][2][2]) noexcept;
+
   /// Trilinear value in voxels; exact for linear fields.
   [[nodiscard]] float trilinear(const Vec3d& p) noexcept;
   /// Trilinear value and its gradient (voxels per voxel, pointing outwards).

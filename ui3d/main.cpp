@@ -1,1 +1,126 @@
-int main() { return 2; }
+// The command line: parses, calls a verb, turns what is thrown into one line and an exit code (0 done, 1 the work failed,
+// 2 the call or the input is wrong).
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "clay/error.h"
+#include "ui3d/cli/progress.h"
+#include "ui3d/cli/verbs.h"
+
+namespace {
+
+using namespace argil;
+
+// "1280x720"
+std::array<int, 2> parseSize(const std::string& text) {
+  int width = 0, height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 || width > 8192 || height > 8192)
+    throw Error(fmt::format("--size {}: give WIDTHxHEIGHT in pixels, 16 to 8192 each", text));
+  return {width, height};
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Argil: digital clay that you touch."};
+  app.set_version_flag("--version", ARGIL_VERSION);
+  app.require_subcommand(1);
+  Job& job = cli::interruptibleJob();
+
+  cli::SculptOptions sculpt;
+  std::string sculptSize = "1280x720";
+  auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes");
+  sculptVerb->add_option("script", sculpt.script, "Script (JSON)")->required();
+  sculptVerb->add_option("-i,--input", sculpt.input, "Mesh in place of the script's clay");
+  sculptVerb->add_option("-o,--output", sculpt.outputs, "Mesh to write (.stl, .obj, .ply); may be repeated");
+  sculptVerb->add_option("--png", sculpt.png, "Picture of the result");
+  sculptVerb->add_option("--before-png", sculpt.beforePng, "Picture of the clay before the first stroke");
+  sculptVerb->add_option("--report", sculpt.report, "Figures as JSON");
+  sculptVerb->add_option("--record", sculpt.record, "The strokes as they were cut, as a script that repeats them");
+  sculptVerb->add_flag("--live", sculpt.live, "Hand-driven strokes through the servo in real time");
+  sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
+  sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
+  sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
+  sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
+
+  cli::ConvertOptions convert;
+  auto* convertVerb = app.add_subcommand("convert", "Convert a mesh, straight or by way of clay");
+  convertVerb->add_option("input", convert.input, "Mesh (.stl, .obj, .ply, .off)")->required();
+  convertVerb->add_option("output", convert.output, "Mesh (.stl, .obj, .ply)")->required();
+  convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
+  convertVerb->add_option("--units", convert.units, "Units of the input: mm, um, cm, m, in, ft")->capture_default_str();
+
+  cli::InspectOptions inspect;
+  auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");
+  inspectVerb->add_option("file", inspect.input, "Mesh")->required();
+  inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
+  inspectVerb->add_flag("--json", inspect.json, "As JSON");
+
+  cli::RenderOptions render;
+  std::string renderSize = "1280x720";
+  auto* renderVerb = app.add_subcommand("render", "A picture of a mesh as clay");
+  renderVerb->add_option("file", render.input, "Mesh")->required();
+  renderVerb->add_option("-o,--output", render.output, "Picture (.png)")->required();
+  renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
+  renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
+  renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
+  renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
+
+  cli::BenchOptions bench;
+  auto* benchVerb = app.add_subcommand("bench", "Measure this machine: edit, surface, touch");
+  benchVerb->add_option("names", bench.names, "edit, surface, touch; all when left out");
+  benchVerb->add_option("--json", bench.json, "Figures as JSON");
+  benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
+  benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
+
+  cli::DevicesOptions devices;
+  auto* devicesVerb = app.add_subcommand("devices", "The force-feedback devices and what they can do");
+  devicesVerb->add_option("--test", devices.test, "Try this one for a few seconds");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::CallForVersion& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    fmt::print(stderr, "argil: {}; see argil --help\n", e.what());
+    return 2;
+  }
+
+  sculpt.job = convert.job = inspect.job = render.job = bench.job = &job;
+  if (*sculptVerb) {
+    sculpt.size = parseSize(sculptSize);
+    cli::sculpt(sculpt);
+  }
+  if (*convertVerb) cli::convert(convert);
+  if (*inspectVerb) cli::inspect(inspect);
+  if (*renderVerb) {
+    render.size = parseSize(renderSize);
+    cli::render(render);
+  }
+  if (*benchVerb) cli::bench(bench);
+  if (*devicesVerb) cli::devices(devices);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const argil::Error& e) {
+    fmt::print(stderr, "argil: {}\n", e.what());
+    return e.kind() == argil::Error::Kind::input ? 2 : 1;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "argil: out of memory: use a larger voxel or a smaller model\n");
+    return 1;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "argil: {}\n", e.what());
+    return 1;
+  }
+}

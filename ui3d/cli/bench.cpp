@@ -1,0 +1,117 @@
+#include "ui3d/cli/bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clay/error.h"
+#include "io/atomic_file.h"
+#include "ui3d/cli/verbs.h"
+
+namespace argil::cli {
+
+namespace {
+
+constexpr uint64_t kEnoughForP99 = 100, kEnoughForP999 = 1000;
+
+std::string machine() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0) return fmt::format("{}, {} cores", line.substr(line.find(':') + 2), std::thread::hardware_concurrency());
+  return fmt::format("{} cores", std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+double Samples::quantile(double q) const {
+  if (us_.empty()) return 0;
+  const auto at = static_cast<ptrdiff_t>(std::min(q * static_cast<double>(us_.size()), static_cast<double>(us_.size() - 1)));
+  std::nth_element(us_.begin(), us_.begin() + at, us_.end());
+  return us_[static_cast<size_t>(at)];
+}
+
+BenchResult Samples::result(std::string name) const {
+  BenchResult r;
+  r.name = std::move(name);
+  r.n = us_.size();
+  r.median = median();
+  if (r.n >= kEnoughForP99) r.p99 = quantile(0.99);
+  if (r.n >= kEnoughForP999) r.p999 = quantile(0.999);
+  return r;
+}
+
+void BenchReport::heading(const std::string& text) const { fmt::print("\n{}\n", text); }
+
+void BenchReport::add(BenchResult r) {
+  if (r.peer && !r.ratio && r.median > 0) r.ratio = *r.peer / r.median;
+  std::string line = fmt::format("  {:<30} median {:>11.2f} {}", r.name, r.median, r.unit);
+  if (r.p99) line += fmt::format("  p99 {:>9.2f}", *r.p99);
+  if (r.p999) line += fmt::format("  p99.9 {:>9.2f}", *r.p999);
+  line += fmt::format("  n {}", r.n);
+  if (r.threads != 1) line += fmt::format("  threads {}", r.threads);
+  if (r.peer) line += fmt::format("  | {} {:.2f}: {:.2f}×", r.peerName, *r.peer, *r.ratio);
+  if (r.bricks) line += fmt::format("  bricks {}", *r.bricks);
+  if (r.chunks) line += fmt::format("  nodes {}", *r.chunks);
+  if (r.triangles) line += fmt::format("  triangles {}", *r.triangles);
+  if (r.bytes) line += fmt::format("  bytes {}", *r.bytes);
+  if (r.hash) line += fmt::format("  hash {:016x}", *r.hash);
+  if (!r.note.empty()) line += "  " + r.note;
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+  results_.push_back(std::move(r));
+}
+
+void BenchReport::write(const std::filesystem::path& file, const std::string& bench) const {
+  nlohmann::ordered_json json;
+  json["bench"] = bench;
+  json["machine"] = machine();
+  json["results"] = nlohmann::ordered_json::array();
+  for (const BenchResult& r : results_) {
+    nlohmann::ordered_json row;
+    row["name"] = r.name;
+    row["unit"] = r.unit;
+    row["median"] = r.median;
+    if (r.p99) row["p99"] = *r.p99;
+    if (r.p999) row["p999"] = *r.p999;
+    row["n"] = r.n;
+    row["threads"] = r.threads;
+    if (r.peer) row["peer"] = *r.peer;
+    if (r.ratio) row["ratio"] = *r.ratio;
+    if (r.bricks) row["bricks"] = *r.bricks;
+    if (r.chunks) row["chunks"] = *r.chunks;
+    if (r.triangles) row["triangles"] = *r.triangles;
+    if (r.bytes) row["bytes"] = *r.bytes;
+    if (r.hash) row["hash"] = fmt::format("{:016x}", *r.hash);
+    json["results"].push_back(std::move(row));
+  }
+  const std::string text = json.dump(2) + "\n";
+  io::AtomicFile out(file);
+  out.write(std::as_bytes(std::span(text)));
+  out.commit();
+}
+
+void bench(const BenchOptions& options) {
+  const std::vector<std::string> known = {"edit", "surface", "touch"};
+  std::vector<std::string> names = options.names.empty() ? known : options.names;
+  for (const std::string& name : names)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(fmt::format("bench {}: there is no such benchmark; choose from edit, surface, touch", name));
+  if (!(options.largest >= 0.8 && options.largest <= 200)) throw Error("bench --largest: give 0.8 to 200 million active voxels");
+  if (!(options.seconds >= 1 && options.seconds <= 3600)) throw Error("bench --seconds: give 1 to 3600 s");
+  BenchReport report;
+  std::string all;
+  for (const std::string& name : names) {
+    all += (all.empty() ? "" : " ") + name;
+    if (name == "edit") benchEdit(report, options);
+    if (name == "surface") benchSurface(report, options);
+    if (name == "touch") benchTouch(report, options);
+  }
+  if (!options.json.empty()) report.write(options.json, all);
+}
+
+}  // namespace argil::cli

@@ -1,0 +1,262 @@
+// argil bench edit: what one dab of a ball costs, at any size of the model.
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Clip.h>
+#include <openvdb/tools/VolumeToMesh.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "clay/brush.h"
+#include "clay/brush_kernels.h"
+#include "clay/store.h"
+#include "clay/surface.h"
+#include "clay/vdb_bridge.h"
+#include "ui3d/cli/bench.h"
+#include "ui3d/cli/bench_models.h"
+
+namespace argil::cli {
+
+namespace {
+
+using namespace clay;
+
+constexpr double kRadius = 20;     // voxels
+constexpr int kFresh = 400, kPeerDabs = 20;
+constexpr int kWalk = 140;  // goes not quite once around the smallest sphere
+
+struct Model {
+  BenchModel sphere;
+  Surface surface;
+  Samples fresh, freshEdit, freshSurface, walk, walkEdit, kernel, copy, stroke;
+  uint64_t changed = 0, made = 0, nodes = 0, triangles = 0;
+  std::vector<Vec3d> places;
+};
+
+void collectAll(const Version& version) {
+  while (version.store()->collect()) {
+  }
+}
+
+Stamp dabAt(const Vec3d& at) { return {at, at, kRadius, Operation::carve, 1}; }
+
+// Points of the sphere no two of which lie within a dab of each other, in random order: fresh clay, cold memory.
+std::vector<Vec3d> freshPlaces(const Model& model, uint64_t seed, int count) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const Vec3d centre = model.sphere.version.grid().toVoxel(Vec3d(3, 5, 7));
+  std::vector<Vec3d> places;
+  while (static_cast<int>(places.size()) < count)
+    places.push_back(centre + Vec3d(normal(random), normal(random), normal(random)).normalized() * model.sphere.radiusVoxels);
+  return places;
+}
+
+// One dab on the untouched model: the edit, then the surface. Each is taken back before the next.
+void freshDab(Model& m, const Vec3d& at) {
+  const Version& base = m.sphere.version;
+  Stopwatch watch;
+  Version after;
+  Editor::Counts counts;
+  {
+    BrushStroke stroke(base);
+    stroke.apply(dabAt(at));
+    after = stroke.publish();
+    counts = stroke.counts();
+  }
+  const double edit = watch.us();
+  const SurfaceDelta delta = m.surface.update(after);
+  const double all = watch.us();
+  m.fresh.add(all);
+  m.freshEdit.add(edit);
+  m.freshSurface.add(all - edit);
+  m.made += counts.bricksMade;
+  m.nodes += counts.nodesMade;
+  for (const BrickMeshPtr& mesh : delta.changed) m.triangles += 2 * mesh->quads.size();
+
+  // The parts, on the bricks of this very dab: arithmetic into one scratch brick, then the plain copy of as many bricks
+  // into memory that the pool hands out anew each time.
+  struct Work {
+    const Brick *from, *to;
+  };
+  std::vector<Work> work;
+  Version::forEachDifference(base, after, [&](Coord, Slot a, Slot b) {
+    ++m.changed;
+    if (a.brick() && b.brick()) work.push_back({a.brick(), b.brick()});
+  });
+  Brick scratch;
+  Stopwatch kernelWatch;
+  for (const Work& w : work) {
+    const Vec3d a = at - (w.from->coord * kBrickEdge).toVec3d();
+    const SweptBall ball{static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z()), 0, 0, 0, 0, static_cast<float>(kRadius)};
+    carveBrick(ball, base.grid().band, w.from->phi, scratch);
+  }
+  m.kernel.add(kernelWatch.us());
+  std::vector<Brick> target(work.size());
+  Stopwatch copyWatch;
+  for (size_t i = 0; i < work.size(); ++i) std::memcpy(&target[i], work[i].from, sizeof(Brick));
+  m.copy.add(copyWatch.us());
+
+  m.surface.update(base);
+  after = Version();
+  collectAll(base);
+}
+
+// Dabs that overlap the last by 90 %, each on the clay that the last one left.
+void walk(Model& m, int count) {
+  const Version base = m.sphere.version;
+  const Vec3d centre = base.grid().toVoxel(Vec3d(3, 5, 7));
+  const double radius = m.sphere.radiusVoxels, step = 0.1 * 2 * kRadius / radius;
+  const auto at = [&](int i) { return Vec3d(centre + radius * Vec3d(std::cos(0.3 + i * step), std::sin(0.3 + i * step), 0.2).normalized()); };
+  Version version = base;
+  for (int i = 0; i < count; ++i) {
+    Stopwatch watch;
+    {
+      BrushStroke stroke(version);
+      stroke.apply(dabAt(at(i)));
+      version = stroke.publish();
+    }
+    m.walkEdit.add(watch.us());
+    m.surface.update(version);
+    m.walk.add(watch.us());
+    collectAll(version);
+  }
+  m.surface.update(base);
+  // The same walk as a stroke, whose redistancing trails.
+  BrushStroke stroke(base);
+  for (int i = 0; i < count; ++i) {
+    Stopwatch watch;
+    stroke.apply(dabAt(at(i)));
+    m.surface.update(stroke.publish());
+    m.stroke.add(watch.us());
+    collectAll(base);
+  }
+  Stopwatch watch;
+  m.surface.update(stroke.finish());
+  m.stroke.add(watch.us());
+  m.surface.update(base);
+  version = Version();
+  collectAll(base);
+}
+
+// The same by OpenVDB, on the same field: the dab by an accessor, volumeToMesh of the dab's box and of the whole.
+void peer(BenchReport& report, const Model& m) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const auto grid = std::static_pointer_cast<openvdb::FloatGrid>(toVdb(m.sphere.version).grid);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  const float band = m.sphere.version.grid().band;
+  Samples dab, box;
+  for (int i = 0; i < kPeerDabs; ++i) {
+    const Vec3d c = m.places[static_cast<size_t>(i)];
+    const int reach = static_cast<int>(kRadius + band) + 1;
+    const openvdb::Coord middle(static_cast<int>(std::lround(c.x())), static_cast<int>(std::lround(c.y())), static_cast<int>(std::lround(c.z())));
+    const openvdb::CoordBBox bounds(middle.offsetBy(-reach), middle.offsetBy(reach));
+    Stopwatch watch;
+    auto accessor = grid->getAccessor();
+    for (auto it = bounds.begin(); it; ++it) {
+      const openvdb::Coord& v = *it;
+      const double x = v.x() - c.x(), y = v.y() - c.y(), z = v.z() - c.z();
+      const float cut = static_cast<float>(kRadius - std::sqrt(x * x + y * y + z * z));
+      if (cut <= -band) continue;
+      const float old = accessor.getValue(v);
+      const float next = std::min(std::max(old, cut), band);
+      if (next != old) accessor.setValue(v, next);
+    }
+    dab.add(watch.us());
+    const auto part = openvdb::tools::clip(*grid, openvdb::BBoxd(bounds.min().asVec3d(), bounds.max().asVec3d()));
+    std::vector<openvdb::Vec3s> points;
+    std::vector<openvdb::Vec3I> triangles;
+    std::vector<openvdb::Vec4I> quads;
+    Stopwatch boxWatch;
+    openvdb::tools::volumeToMesh(*part, points, triangles, quads, 0, 0);
+    box.add(boxWatch.us());
+  }
+  BenchResult r = m.freshEdit.result("edit/ball20-edit/" + m.sphere.name);
+  r.peer = dab.median();
+  r.peerName = "OpenVDB accessor dab";
+  report.add(r);
+  r = m.freshSurface.result("edit/ball20-extract/" + m.sphere.name);
+  r.peer = box.median();
+  r.peerName = "volumeToMesh of the box";
+  report.add(r);
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  std::vector<openvdb::Vec4I> quads;
+  Stopwatch watch;
+  openvdb::tools::volumeToMesh(*grid, points, triangles, quads, 0, 0);
+  r = m.freshSurface.result("edit/ball20-extract-whole/" + m.sphere.name);
+  r.peer = watch.us();
+  r.peerName = "volumeToMesh of the whole";
+  report.add(r);
+}
+
+}  // namespace
+
+void benchEdit(BenchReport& report, const BenchOptions& options) {
+  report.heading(fmt::format("edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn", kRadius));
+  std::vector<Model> models;
+  for (const double size : benchSizes(options.largest)) {
+    Model m;
+    m.sphere = benchSphere(size);
+    m.surface.update(m.sphere.version, 2);
+    m.places = freshPlaces(m, 20261120, kFresh);
+    models.push_back(std::move(m));
+    if (options.job) options.job->step(0);
+  }
+  for (int warm = 0; warm < 20; ++warm)
+    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(warm)]);
+  for (Model& m : models) {
+    const Samples none;
+    m.fresh = m.freshEdit = m.freshSurface = m.kernel = m.copy = none;
+    m.changed = m.made = m.nodes = m.triangles = 0;
+  }
+  for (int i = 0; i < kFresh; ++i) {
+    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(i)]);
+    if (options.job) options.job->step(0.5 * i / kFresh);
+  }
+  for (Model& m : models) walk(m, kWalk);
+
+  const Model& smallest = models.front();
+  for (const Model& m : models) {
+    BenchResult r = m.fresh.result("edit/ball20/" + m.sphere.name);
+    // Changed bricks: those made anew and those that fell to a tile.
+    const auto perDab = [](uint64_t n) { return static_cast<double>(n) / kFresh; };
+    const double bytes = perDab(m.changed * sizeof(Brick) + (Editor::Counts{0, m.nodes}).bytes());
+    r.bricks = static_cast<uint64_t>(std::lround(perDab(m.changed)));
+    r.chunks = static_cast<uint64_t>(std::lround(perDab(m.nodes)));
+    r.bytes = static_cast<uint64_t>(bytes);
+    r.triangles = m.triangles / kFresh;
+    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks changed ({:.1f} made), {:.2f} nodes", m.fresh.median() / smallest.fresh.median(),
+                         perDab(m.changed), perDab(m.made), perDab(m.nodes));
+    report.add(r);
+  }
+  for (const Model& m : models) {
+    BenchResult r = m.walk.result("edit/ball20-walk/" + m.sphere.name);
+    r.note = fmt::format("{:.2f}× the smallest's time", m.walk.median() / smallest.walk.median());
+    report.add(r);
+  }
+  for (const Model& m : models) {
+    BenchResult r = m.stroke.result("edit/ball20-stroke/" + m.sphere.name);
+    r.note = "the walk as one stroke: redistancing trails";
+    report.add(r);
+  }
+  report.heading("parts of the fresh dab");
+  for (const Model& m : models) {
+    report.add(m.kernel.result("edit/ball20-kernel/" + m.sphere.name));
+    report.add(m.copy.result("edit/ball20-copy/" + m.sphere.name));
+    BenchResult tree;
+    tree.name = "edit/ball20-tree/" + m.sphere.name;
+    tree.median = m.freshEdit.median() - m.kernel.median();
+    tree.n = m.freshEdit.count();
+    tree.note = "edit less kernel: choosing bricks, cold reads, path copies, the version";
+    report.add(tree);
+    report.add(m.freshSurface.result("edit/ball20-extraction/" + m.sphere.name));
+  }
+  report.heading("OpenVDB beside it, one thread");
+  for (const Model& m : models) peer(report, m);
+}
+
+}  // namespace argil::cli

@@ -1,0 +1,31 @@
+#include "ui3d/cli/bench_models.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "clay/primitives.h"
+#include "clay/store.h"
+
+namespace argil::cli {
+
+BenchModel benchSphere(double millions) {
+  constexpr double kRadiusMm = 40;
+  BenchModel model;
+  model.name = fmt::format("{:g}M", millions);
+  // Active voxels: 4πr² · 6.
+  model.radiusVoxels = std::sqrt(millions * 1e6 / (24 * M_PI));
+  clay::Grid grid;
+  grid.voxelMm = kRadiusMm / model.radiusVoxels;
+  model.version = clay::makeSphere(clay::Store::make(), grid, Vec3d(3, 5, 7), kRadiusMm);
+  return model;
+}
+
+std::vector<double> benchSizes(double largest) {
+  std::vector<double> sizes;
+  for (const double size : {0.8, 3.0, 12.0, 48.0, 200.0})
+    if (size <= largest) sizes.push_back(size);
+  return sizes;
+}
+
+}  // namespace argil::cli

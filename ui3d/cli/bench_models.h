@@ -1,0 +1,22 @@
+#pragma once
+// The sphere of the benchmarks: the same in the world, re-voxelized to a count of active voxels.
+
+#include <string>
+#include <vector>
+
+#include "clay/version.h"
+
+namespace argil::cli {
+
+struct BenchModel {
+  std::string name;     ///< Such as 48M.
+  double radiusVoxels;
+  clay::Version version;
+};
+
+/// A sphere of 40 mm about (3, 5, 7) mm with about `millions` of active voxels (a band of 3 on each side).
+BenchModel benchSphere(double millions);
+/// 0.8, 3, 12, 48 and 200 million, up to `largest`.
+std::vector<double> benchSizes(double largest);
+
+}  // namespace argil::cli

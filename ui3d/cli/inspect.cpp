@@ -1,0 +1,79 @@
+// argil inspect: what a file holds, and what it costs as clay.
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clay/mesh_topology.h"
+#include "clay/surface.h"
+#include "ui3d/cli/mesh_input.h"
+#include "ui3d/cli/verbs.h"
+
+namespace argil::cli {
+
+namespace {
+
+nlohmann::ordered_json topologyJson(const clay::TopologyReport& t) {
+  nlohmann::ordered_json json;
+  json["triangles"] = t.triangles;
+  json["vertices"] = t.vertices;
+  json["bodies"] = t.bodies;
+  json["closed"] = t.closed();
+  json["boundary_edges"] = t.boundaryEdges;
+  json["non_manifold_edges"] = t.nonManifoldEdges;
+  json["flipped_edges"] = t.flippedEdges;
+  json["non_manifold_vertices"] = t.nonManifoldVertices;
+  json["degenerate_triangles"] = t.degenerateTriangles;
+  json["volume_mm3"] = t.volume;
+  json["area_mm2"] = t.area;
+  json["low_mm"] = {t.low.x(), t.low.y(), t.low.z()};
+  json["high_mm"] = {t.high.x(), t.high.y(), t.high.z()};
+  return json;
+}
+
+void printTopology(const clay::TopologyReport& t) {
+  const Vec3d size = t.high - t.low;
+  fmt::print("  size        {:.6g} × {:.6g} × {:.6g} mm\n", size.x(), size.y(), size.z());
+  fmt::print("  triangles   {} on {} vertices, {} bod{}\n", t.triangles, t.vertices, t.bodies, t.bodies == 1 ? "y" : "ies");
+  fmt::print("  closed      {}\n", t.closed() ? "yes: a 2-manifold" : "no");
+  if (!t.closed())
+    fmt::print("  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} degenerate triangles\n",
+               t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
+  fmt::print("  volume      {:.6g} mm³{}\n", t.volume, t.closed() ? "" : " (of an open mesh: about)");
+  fmt::print("  area        {:.6g} mm²\n", t.area);
+}
+
+}  // namespace
+
+void inspect(const InspectOptions& options) {
+  const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
+  const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
+  nlohmann::ordered_json json;
+  json["file"] = options.input.string();
+  json["format"] = file.format;
+  json["mesh"] = topologyJson(mesh);
+  if (!options.json) {
+    fmt::print("{}: {}\n", options.input.string(), file.format);
+    for (const std::string& note : file.notes) fmt::print("  note        {}\n", note);
+    printTopology(mesh);
+  }
+  if (options.voxelMm) {
+    const clay::Imported imported = meshAsClay(file.mesh, options.voxelMm, options.job);
+    clay::Surface surface;
+    surface.update(imported.version, 2);
+    const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
+    const clay::VersionStats stats = imported.version.stats();
+    const uint64_t active = imported.version.activeVoxels();
+    json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}};
+    json["surface"] = topologyJson(skin);
+    if (!options.json) {
+      fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);
+      fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; no channels\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active);
+      printTopology(skin);
+    }
+  }
+  if (options.json) fmt::print("{}\n", json.dump(2));
+}
+
+}  // namespace argil::cli

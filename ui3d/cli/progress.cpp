@@ -1,0 +1,46 @@
+#include "ui3d/cli/progress.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+
+namespace argil::cli {
+
+Job& interruptibleJob() {
+  static Job job;
+  static const bool installed = [] {
+    struct sigaction action {};
+    action.sa_handler = [](int) {
+      // The second Ctrl-C ends the program the hard way: files are still whole or absent.
+      if (job.cancelled()) _exit(1);
+      job.cancel();
+    };
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    return true;
+  }();
+  static_cast<void>(installed);
+  return job;
+}
+
+ProgressLine::ProgressLine(std::string what, const Job* job) {
+  if (!job || !isatty(STDERR_FILENO)) return;
+  thread_ = std::jthread([what = std::move(what), job](const std::stop_token& stop) {
+    int shown = 0;
+    for (int tenths = 0; !stop.stop_requested(); ++tenths) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      if (tenths < 3) continue;
+      shown = std::fprintf(stderr, "\r%s %3.0f %%", what.c_str(), 100 * job->fraction());
+      std::fflush(stderr);
+    }
+    if (shown > 0) std::fprintf(stderr, "\r%*s\r", shown, "");
+  });
+}
+
+ProgressLine::~ProgressLine() {
+  if (thread_.joinable()) thread_.request_stop();
+}
+
+}  // namespace argil::cli

@@ -1,0 +1,166 @@
+// argil sculpt: a script from clay to files, pictures and one table.
+
+#include <algorithm>
+#include <span>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clay/mesh_topology.h"
+#include "clay/store.h"
+#include "engine/prepare_clay.h"
+#include "engine/run.h"
+#include "io/atomic_file.h"
+#include "io/mesh_writer.h"
+#include "render/renderer.h"
+#include "ui3d/cli/progress.h"
+#include "ui3d/cli/verbs.h"
+
+namespace argil::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json timingJson(const engine::Timing& t) {
+  return {{"n", t.n}, {"median_us", t.median}, {"p99_us", t.p99}, {"p999_us", t.p999}, {"max_us", t.max}};
+}
+
+std::string timingText(const engine::Timing& t) { return fmt::format("{:8.1f} {:8.1f} {:8.1f} µs", t.median, t.p99, t.p999); }
+
+// The tool where the last stroke ended, so that the picture shows what made it.
+render::Cursor cursorAt(const engine::Script& strokes, const Vec3d& centreMm) {
+  render::Cursor cursor;
+  const engine::ScriptStroke& last = strokes.strokes.back();
+  cursor.radiusMm = last.tool.radiusMm;
+  cursor.positionMm = last.path.back().mm;
+  const Vec3d away = cursor.positionMm - centreMm;
+  if (away.norm() > 1e-9) cursor.shaft = away.normalized() + Vec3d(0, 0, 0.6);
+  cursor.contact = true;
+  return cursor;
+}
+
+void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version, const SculptOptions& options) {
+  const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<26} {}\n", what, value); };
+  fmt::print("  {:<26} {:>8} {:>8} {:>8}\n", "", "median", "p99", "p99.9");
+  row("strokes", fmt::format("{} ({} points, {} stamps, {} versions)", run.strokes, run.points, run.stamps, run.versions));
+  row("edit latency", timingText(run.edit));
+  if (run.servo) {
+    const engine::ServoReport& s = *run.servo;
+    row("servo compute", timingText(s.compute));
+    if (s.lateness) row("servo lateness", timingText(*s.lateness));
+    if (s.bareLateness) row("bare sleep loop", timingText(*s.bareLateness));
+    row("servo ticks", fmt::format("{} ({} touching, {} cutting; {} overrun, {} missed, {} samples dropped)", s.ticks, s.touching, s.cutting, s.overrun,
+                                   s.missed, s.dropped));
+    row("peak force", fmt::format("{:.2f} N of {:.2f} N ({})", s.peakForceN, s.forceLimitN, options.device));
+    if (!s.grant.empty()) row("real time", s.grant);
+    if (!s.fault.empty()) row("force stopped", s.fault);
+  }
+  row("triangles", fmt::format("{} on {} vertices", skin.triangles, skin.vertices));
+  row("closed", skin.closed() ? "yes: every edge in two faces, every vertex one fan"
+                              : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices", skin.boundaryEdges,
+                                            skin.nonManifoldEdges, skin.nonManifoldVertices));
+  row("volume", fmt::format("{:.1f} mm³", skin.volume));
+  row("clay", fmt::format("voxels of {:g} mm, {} bricks, {:.1f} MiB", version.grid().voxelMm, version.stats().bricks,
+                          static_cast<double>(version.stats().bytes()) / (1 << 20)));
+}
+
+ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version) {
+  ordered_json json;
+  json["strokes"] = run.strokes;
+  json["points"] = run.points;
+  json["stamps"] = run.stamps;
+  json["versions"] = run.versions;
+  json["edit_latency"] = timingJson(run.edit);
+  if (run.servo) {
+    const engine::ServoReport& s = *run.servo;
+    json["servo"] = {{"ticks", s.ticks},       {"touching", s.touching}, {"cutting", s.cutting},   {"overrun", s.overrun},
+                     {"missed", s.missed},     {"dropped", s.dropped},   {"clamped", s.clamped},   {"compute", timingJson(s.compute)},
+                     {"peak_force_n", s.peakForceN}, {"force_limit_n", s.forceLimitN}, {"fault", s.fault}};
+    if (s.lateness) json["servo"]["lateness"] = timingJson(*s.lateness);
+    if (s.bareLateness) json["servo"]["bare_lateness"] = timingJson(*s.bareLateness);
+    json["servo"]["real_time"] = s.grant;
+  }
+  json["surface"] = {{"triangles", skin.triangles},
+                     {"vertices", skin.vertices},
+                     {"boundary_edges", skin.boundaryEdges},
+                     {"non_manifold_edges", skin.nonManifoldEdges + skin.flippedEdges},
+                     {"non_manifold_vertices", skin.nonManifoldVertices},
+                     {"closed", skin.closed()},
+                     {"volume_mm3", skin.volume},
+                     {"area_mm2", skin.area}};
+  json["clay"] = {{"voxel_mm", version.grid().voxelMm}, {"bricks", version.stats().bricks}, {"bytes", version.stats().bytes()},
+                  {"hash", fmt::format("{:016x}", version.hash())}};
+  return json;
+}
+
+}  // namespace
+
+void sculpt(const SculptOptions& options) {
+  const engine::Script script = engine::readScript(options.script);
+  engine::PrepareOptions prepare;
+  prepare.input = options.input;
+  prepare.voxelMm = options.voxelMm;
+  prepare.job = options.job;
+  engine::PreparedClay clay = [&] {
+    const ProgressLine line("making clay", options.job);
+    return engine::prepareClay(clay::Store::make(), script, prepare);
+  }();
+  for (const std::string& note : clay.notes) fmt::print(stderr, "{}\n", note);
+  engine::Session session(clay.version);
+  clay.version = {};
+  clay::Surface surface;
+
+  const bool pictures = !options.png.empty() || !options.beforePng.empty();
+  std::optional<render::Renderer> renderer;
+  const clay::SurfaceDelta first = surface.update(session.version(), 2);
+  const double aspect = static_cast<double>(options.size[0]) / options.size[1];
+  render::View view;
+  uint64_t uploaded = 0;
+  if (pictures) {
+    renderer.emplace();
+    uploaded = renderer->update(first).bytes;
+    view = render::View::named(options.view, renderer->bounds(), aspect);
+    if (!options.beforePng.empty())
+      render::writePng(renderer->render(view, {}, options.size[0], options.size[1]), options.beforePng.string());
+  }
+
+  engine::RunOptions run;
+  run.live = options.live;
+  run.device = options.device;
+  run.job = options.job;
+  // The picture follows by what changed alone: the deltas are kept and sent to the device when it is taken.
+  std::vector<clay::SurfaceDelta> deltas;
+  if (!options.png.empty()) run.onSurface = [&](const clay::SurfaceDelta& delta) { deltas.push_back(delta); };
+  const engine::RunReport report = engine::runScript(session, surface, script, run);
+
+  const clay::TriangleMesh mesh = surface.toMesh();
+  const clay::TopologyReport skin = clay::checkTopology(mesh);
+  printTable(report, skin, session.version(), options);
+  if (!options.png.empty()) {
+    uint64_t bytes = 0;
+    for (const clay::SurfaceDelta& delta : deltas) bytes += renderer->update(delta).bytes;
+    render::Overlays overlays;
+    const engine::Script recorded = session.recording();
+    if (!recorded.strokes.empty()) overlays.cursor = cursorAt(recorded, renderer->bounds().centre());
+    render::writePng(renderer->render(view, overlays, options.size[0], options.size[1]), options.png.string());
+    fmt::print("  {:<26} {} of {} bytes of the whole model sent again, drawn by {}\n", "picture", bytes, uploaded, renderer->deviceName());
+  }
+  io::WriteOptions write;
+  write.tolerance = 0.1 * session.version().grid().voxelMm;
+  for (const std::filesystem::path& file : options.outputs) {
+    const ProgressLine line("writing " + file.filename().string(), options.job);
+    const io::WriteReport written = io::writeMesh(file, mesh, write, options.job);
+    if (!written.warning.empty()) fmt::print(stderr, "{}\n", written.warning);
+  }
+  if (!options.record.empty()) engine::writeScript(options.record, session.recording());
+  if (!options.report.empty()) {
+    const std::string text = reportJson(report, skin, session.version()).dump(2) + "\n";
+    io::AtomicFile out(options.report);
+    out.write(std::as_bytes(std::span(text)));
+    out.commit();
+  }
+  if (!skin.closed()) throw Error("the surface is not closed: this is a fault of Argil; please report it with the script", Error::Kind::work);
+}
+
+}  // namespace argil::cli

@@ -1,0 +1,65 @@
+#pragma once
+// The verbs of the command line: one function each, called by main with parsed options. All throw Error.
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clay/job.h"
+#include "ui3d/cli/bench.h"
+
+namespace argil::cli {
+
+struct SculptOptions {
+  std::filesystem::path script;
+  std::filesystem::path input;                  ///< A mesh in place of the script's clay.
+  std::vector<std::filesystem::path> outputs;
+  std::filesystem::path png, beforePng;
+  std::filesystem::path report;                 ///< JSON.
+  std::filesystem::path record;                 ///< The strokes as they were cut, as a script.
+  bool live = false;
+  std::optional<double> voxelMm;
+  std::string device = "touch";
+  std::string view = "iso";
+  std::array<int, 2> size{1280, 720};
+  Job* job = nullptr;
+};
+/// Sculpts a script, prints one table, writes what was asked for.
+void sculpt(const SculptOptions& options);
+
+struct ConvertOptions {
+  std::filesystem::path input, output;
+  std::optional<double> voxelMm;  ///< By way of clay, which closes and repairs; else triangle by triangle.
+  std::string units = "mm";       ///< Of the input.
+  Job* job = nullptr;
+};
+void convert(const ConvertOptions& options);
+
+struct InspectOptions {
+  std::filesystem::path input;
+  std::optional<double> voxelMm;  ///< Also say what it costs as clay.
+  bool json = false;
+  Job* job = nullptr;
+};
+void inspect(const InspectOptions& options);
+
+struct RenderOptions {
+  std::filesystem::path input, output;
+  std::optional<double> voxelMm;
+  std::string view = "iso";
+  bool orthographic = false;
+  std::array<int, 2> size{1280, 720};
+  Job* job = nullptr;
+};
+void render(const RenderOptions& options);
+
+struct DevicesOptions {
+  std::string test;  ///< Name of a device to try for a few seconds; empty: list only.
+};
+void devices(const DevicesOptions& options);
+
+void bench(const BenchOptions& options);
+
+}  // namespace argil::cli
