@@ -243,8 +243,7 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
   mode_ = wanted;
 }
 
-void BallContact::touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
-  (void)scene;
+void BallContact::touch(const Input& input, bool changed, Output& out) ARGIL_REALTIME {
   const double stiffness = input.topStiffnessNmm;
   if (changed) {
     // What was known of the surface is old: begin from the nearest point of the new one.
@@ -339,7 +338,7 @@ BallContact::Output BallContact::tick(const Scene& scene, const Input& input) AR
   switch (mode_) {
     case Mode::touch:
       missed_ = false;
-      touch(scene, in, changed, out);
+      touch(in, changed, out);
       if (input.operate && scene.tool.operation == clay::Operation::smooth) {
         // The harder it is pressed the deeper the smoothing ball reaches, to its centre at most.
         const Vec3d press = input.hand - proxy_;
@@ -358,6 +357,7 @@ BallContact::Output BallContact::tick(const Scene& scene, const Input& input) AR
       contactCount_ = 0;
       proxy_ = out.proxy = out.cutPoint = input.hand;
       out.flags |= kCutting;
+      if (!scene.pieces.empty()) out.force = -scene.materials[scene.pieces[0].material].dragNsmm / scene.workspace.scale * input.velocity;
       break;
   }
   // A spring that is stretched further than the motor can pull is not a fault: it saturates.

@@ -61,7 +61,7 @@ class BallContact {
   void leaveDepth(double step) ARGIL_REALTIME;
   void follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME;
   void changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME;
-  void touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
+  void touch(const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   void cut(const Scene& scene, const Input& input, Output& out) ARGIL_REALTIME;
 
   std::array<TouchableClay, kMaxPieces> pieces_;

@@ -200,6 +200,56 @@ TEST(BallContact, clayThatClosesInFromAllSidesHoldsIt) {
   EXPECT_LT(shake, 0.01 * 3.3);
 }
 
+TEST(BallContact, layingAndSmoothingSayWhereTheyWork) {
+  const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 4, kVoxel);
+  Scene scene = makeScene(version, 3);
+  BallContact contact;
+  BallContact::Input in = inputAt({0, 0, 5});
+  (void)contact.tick(scene, in);
+  // Smoothing: held at the surface, the ball of the operation sinks with the pressure.
+  scene.tool.operation = clay::Operation::smooth;
+  in.operate = true;
+  in.hand = {0, 0, 2};
+  BallContact::Output out;
+  for (int i = 0; i < 5; ++i) out = contact.tick(scene, in);
+  EXPECT_NEAR(out.proxy.z(), 3, 0.02);
+  EXPECT_NEAR(out.cutPoint.z(), 2, 1e-9);
+  EXPECT_TRUE(out.flags & kCutting);
+  in.hand = {0, 0, -20};
+  in.peakForceN = 3;
+  for (int i = 0; i < 5; ++i) out = contact.tick(scene, in);
+  EXPECT_NEAR(out.cutPoint.z(), 0, 0.03) << "no deeper than the centre on the surface";
+  EXPECT_NEAR(out.force.norm(), 3, 1e-9);
+  EXPECT_TRUE(out.flags & kClamped);
+  // Laying clay: the ball is where the hand is, with drag alone.
+  scene.tool.operation = clay::Operation::add;
+  in.hand = {1, 2, -1};
+  in.velocity = {50, 0, 0};
+  out = contact.tick(scene, in);
+  EXPECT_EQ(out.cutPoint, in.hand);
+  EXPECT_LT(out.force.x(), 0);
+  EXPECT_LT(out.force.norm(), 0.2);
+}
+
+TEST(BallContact, touchesSeveralPiecesEachAtItsPlaceAndVoxelSize) {
+  // Two halves of a corner: a floor of 0.5 mm voxels, a wall of 0.2 mm voxels turned by 30° about z and moved.
+  const clay::Version floor = makeClay(planeField({0, 0, 1}, 0), 5, 0.5);
+  const clay::Version wall = makeClay(planeField({1, 0, 0}, 0), 9, 0.2);
+  Scene scene = makeScene(floor, 2);
+  Pose pose;
+  pose.rotation = Eigen::AngleAxisd(0.5235987755982988, Vec3d::UnitZ());
+  pose.translation = {-4, 1, 0};
+  scene.pieces.push_back({wall, pose, 0});
+  scene.check();
+  const Vec3d normal = pose.rotation * Vec3d::UnitX();
+  BallContact contact;
+  BallContact::Output out;
+  for (int i = 0; i < 400; ++i) out = contact.tick(scene, inputAt(Vec3d(0, 0, 5) + i * 0.025 * Vec3d(-0.8, 0, -0.8)));
+  EXPECT_GE(out.planes, 2);
+  EXPECT_NEAR(out.proxy.z(), 2, 0.02);
+  EXPECT_NEAR((out.proxy - pose.translation).dot(normal), 2, 0.02);
+}
+
 TEST(BallContact, costOfATick) {
   // Figures for NOTES.md; the assertion only catches a blunder.
   const clay::Version version = makeClay(sphereField({0.3, 0.2, -60.4}, 61.3), 9, kVoxel);
