@@ -210,6 +210,10 @@ void Gpu::createInstance(bool validation) {
   features.enabledValidationFeatureCount = 1;
   features.pEnabledValidationFeatures = enabled;
 
+  if (validation) {
+    static const VkInstance layerAnchor = makeInstance(true, nullptr);  // as openLoader()'s, for the layer
+    static_cast<void>(layerAnchor);
+  }
   instance_ = makeInstance(validation, validation ? &features : nullptr);
   if (!instance_) throw Error(std::string("Vulkan finds no driver; ") + kInstallHint, Error::Kind::work);
   volkLoadInstance(instance_);
