@@ -1,6 +1,7 @@
 // argil sculpt: a script from clay to files, pictures and one table.
 
-#include <algorithm>
+#include <map>
+#include <optional>
 #include <span>
 
 #include <fmt/format.h>
@@ -28,17 +29,38 @@ ordered_json timingJson(const engine::Timing& t) {
 
 std::string timingText(const engine::Timing& t) { return fmt::format("{:8.1f} {:8.1f} {:8.1f} µs", t.median, t.p99, t.p999); }
 
-// The tool where the last stroke ended, so that the picture shows what made it.
-render::Cursor cursorAt(const engine::Script& strokes, const Vec3d& centreMm) {
-  render::Cursor cursor;
+// The tool just lifted from where the last stroke ended, so that the picture shows what made it, and where.
+render::Cursor cursorAfter(const engine::Script& strokes, const Vec3d& centreMm) {
   const engine::ScriptStroke& last = strokes.strokes.back();
+  const Vec3d end = last.path.back().mm, outwards = end - centreMm;
+  const Vec3d away = outwards.norm() > 1e-9 ? Vec3d(outwards.normalized()) : Vec3d(Vec3d::UnitZ());
+  render::Cursor cursor;
   cursor.radiusMm = last.tool.radiusMm;
-  cursor.positionMm = last.path.back().mm;
-  const Vec3d away = cursor.positionMm - centreMm;
-  if (away.norm() > 1e-9) cursor.shaft = away.normalized() + Vec3d(0, 0, 0.6);
-  cursor.contact = true;
+  cursor.positionMm = end + 4 * cursor.radiusMm * away;
+  cursor.shaft = away + Vec3d(0, 0, 0.6);
+  cursor.drop = -away;
   return cursor;
 }
+
+// What changed since the first picture: of each brick the newest mesh alone.
+class ChangedSurface {
+ public:
+  void add(const clay::SurfaceDelta& delta) {
+    grid_ = delta.grid;
+    for (const clay::BrickMeshPtr& mesh : delta.changed) newest_[mesh->brick] = mesh;
+  }
+  [[nodiscard]] clay::SurfaceDelta delta() const {
+    clay::SurfaceDelta all;
+    all.grid = grid_;
+    for (const auto& entry : newest_) all.changed.push_back(entry.second);
+    return all;
+  }
+  [[nodiscard]] bool empty() const { return newest_.empty(); }
+
+ private:
+  clay::Grid grid_;
+  std::map<Coord, clay::BrickMeshPtr> newest_;
+};
 
 void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version, const SculptOptions& options) {
   const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<26} {}\n", what, value); };
@@ -129,22 +151,21 @@ void sculpt(const SculptOptions& options) {
   run.live = options.live;
   run.device = options.device;
   run.job = options.job;
-  // The picture follows by what changed alone: the deltas are kept and sent to the device when it is taken.
-  std::vector<clay::SurfaceDelta> deltas;
-  if (!options.png.empty()) run.onSurface = [&](const clay::SurfaceDelta& delta) { deltas.push_back(delta); };
+  ChangedSurface changed;
+  if (!options.png.empty()) run.onSurface = [&](const clay::SurfaceDelta& delta) { changed.add(delta); };
   const engine::RunReport report = engine::runScript(session, surface, script, run);
 
   const clay::TriangleMesh mesh = surface.toMesh();
   const clay::TopologyReport skin = clay::checkTopology(mesh);
   printTable(report, skin, session.version(), options);
   if (!options.png.empty()) {
-    uint64_t bytes = 0;
-    for (const clay::SurfaceDelta& delta : deltas) bytes += renderer->update(delta).bytes;
+    const uint64_t bytes = changed.empty() ? 0 : renderer->update(changed.delta()).bytes;
     render::Overlays overlays;
     const engine::Script recorded = session.recording();
-    if (!recorded.strokes.empty()) overlays.cursor = cursorAt(recorded, renderer->bounds().centre());
+    if (!recorded.strokes.empty()) overlays.cursor = cursorAfter(recorded, renderer->bounds().centre());
     render::writePng(renderer->render(view, overlays, options.size[0], options.size[1]), options.png.string());
-    fmt::print("  {:<26} {} of {} bytes of the whole model sent again, drawn by {}\n", "picture", bytes, uploaded, renderer->deviceName());
+    fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture", static_cast<double>(uploaded) * 1e-6,
+               static_cast<double>(bytes) * 1e-6, renderer->deviceName());
   }
   io::WriteOptions write;
   write.tolerance = 0.1 * session.version().grid().voxelMm;
