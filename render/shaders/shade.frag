@@ -137,7 +137,7 @@ vec3 shadeClay(vec3 rel, vec3 n, vec3 toEye, float z) {
   vec3 h = normalize(toKey + toEye);
   float gloss = pow(clamp(dot(n, h), 0.0, 1.0), 26.0) * 0.16 * shadow * step(0.0, nk);
   float fresnel = pow(1.0 - nv, 4.0);
-  c += (gloss * kKey * 0.5 + fresnel * mix(kGroundLight, kSky, n.z * 0.5 + 0.5) * 0.36) * (1.0 - 0.6 * hollow);
+  c += (gloss * kKey * 0.5 + fresnel * mix(kGroundLight, kSky, n.z * 0.5 + 0.5) * vec3(0.36, 0.29, 0.24)) * (1.0 - 0.6 * hollow);
   return toneMap(c * 0.90);
 }
 
