@@ -33,6 +33,7 @@ void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke
     if (waiting == 0) since = haptics::nowNs();
     session.addPoint(point.timeS, point.mm);
     if (++waiting < options.pointsPerVersion) continue;
+    if (options.job && options.job->cancelled()) throw Cancelled();
     show(session.publish(), since);
     waiting = 0;
   }

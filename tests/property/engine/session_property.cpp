@@ -124,5 +124,32 @@ TEST_F(SessionProperty, TheRecordingReplaysToTheSameBits) {
   EXPECT_NE(replayed.version().hash(), ball().hash());
 }
 
+// An hour of work in small: strokes, all undone, other strokes, again and again.
+TEST(LongSession, MemoryDoesNotGrowWithWhatWasUndone) {
+  clay::Grid grid;
+  grid.voxelMm = 1;
+  const auto store = clay::Store::make();
+  Session session(clay::makeSphere(store, grid, Vec3d::Zero(), 25));
+  const uint64_t first = session.version().hash();
+  uint64_t most = 0;
+  for (uint64_t round = 0; round < 40; ++round) {
+    for (const ScriptStroke& stroke : randomScript(kSeed + round, {.strokes = 300, .reachMm = 28, .maxRadiusMm = 5}).strokes) {
+      session.beginStroke(stroke.tool);
+      for (const PathPoint& point : stroke.path) {
+        session.addPoint(point.timeS, point.mm);
+        session.publish();
+      }
+      session.endStroke();
+    }
+    while (session.undo()) {
+    }
+    ASSERT_EQ(session.version().hash(), first);
+    while (store->collect()) {
+    }
+    if (round < 5) most = std::max(most, store->usage().slabBytes);
+  }
+  EXPECT_LE(store->usage().slabBytes, most + most / 2);
+}
+
 }  // namespace
 }  // namespace argil::engine
