@@ -29,6 +29,8 @@ using Leaves = openvdb::tree::LeafManager<FloatTree>;
 constexpr float kFar = 1e9f;
 /// A triangle between two neighbours lies within one voxel of both together; rounding of float distances on top.
 constexpr float kExplained = 1.001f;
+/// Around a rim the winding number runs smoothly through a whole turn, one: between neighbours less than a half of it.
+constexpr float kHalfStep = 0.5f;
 /// Least distance given to a voxel beside the surface where it is estimated: keeps its sign.
 constexpr float kLeast = 1e-3f;
 /// Cosine beyond which a voxel is clearly before or behind its nearest triangle.
@@ -223,6 +225,12 @@ class Builder {
 
   [[nodiscard]] static bool crosses(float a, float b) { return isInside(a) != isInside(b); }
 
+  /// Whether the surface that closes holes, not a triangle, passes between two neighbours of different sides: no triangle is
+  /// near enough, or their winding numbers differ by less than the step of one across a triangle leaves beside a rim.
+  [[nodiscard]] static bool closes(float wa, float wb, float da, float db) {
+    return da + db > kExplained || std::abs(wa - wb) < kHalfStep;
+  }
+
   /// Follows the level 1/2 of the winding number where no triangle is, from the band outwards, and measures from it.
   void close() {
     struct Hash {
@@ -240,7 +248,7 @@ class Builder {
     const auto visitEdge = [&](const VdbCoord& a, int axis) {
       const VdbCoord b = a + unit(axis);
       const float wa = sign.getValue(a), wb = sign.getValue(b);
-      if (!crosses(wa, wb) || distance.getValue(a) + distance.getValue(b) <= kExplained) return;
+      if (!crosses(wa, wb) || !closes(wa, wb, distance.getValue(a), distance.getValue(b))) return;
       if (!seenEdges[axis].insert(a).second) return;
       const VdbCoord u = unit((axis + 1) % 3), v = unit((axis + 2) % 3);
       for (const VdbCoord& cell : {a, a - u, a - v, a - u - v}) {
@@ -370,7 +378,7 @@ class Builder {
           const float other = distance.getValue(n);
           if (sign.isValueOn(n) && crosses(sign.getValue(n), sign.getValue(v))) {
             const float w = sign.getValue(v);
-            if (distance.getValue(v) + other > kExplained) continue;
+            if (closes(w, sign.getValue(n), distance.getValue(v), other)) continue;
             best = std::min(best, isMasked.isValueOn(n) ? (0.5f - w) / (sign.getValue(n) - w) : 1 - other);
           } else if (distance.isValueOn(n) && !isMasked.isValueOn(n)) {
             march.seed(n, other);
