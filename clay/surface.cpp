@@ -38,13 +38,21 @@ Vec3f PackedNormal::unpack() const noexcept {
 namespace {
 
 struct Vertices {
-  std::vector<Vec3f> positions;
-  std::vector<PackedNormal> normals;
-  friend bool operator==(const Vertices& a, const Vertices& b) {
-    return a.positions.size() == b.positions.size() && a.normals == b.normals &&
-           std::memcmp(a.positions.data(), b.positions.data(), a.positions.size() * sizeof(Vec3f)) == 0;
+  Vertices(const std::shared_ptr<BlockPool>& pool, const std::vector<Vec3f>& p, const std::vector<PackedNormal>& n)
+      : positionStorage(pool, p.size()), normalStorage(pool, n.size()), positions(positionStorage.data(), p.size()), normals(normalStorage.data(), n.size()) {
+    std::uninitialized_copy(p.begin(), p.end(), positionStorage.data());
+    std::uninitialized_copy(n.begin(), n.end(), normalStorage.data());
   }
+  PoolArray<Vec3f> positionStorage;
+  PoolArray<PackedNormal> normalStorage;
+  std::span<const Vec3f> positions;
+  std::span<const PackedNormal> normals;
 };
+
+template <class T>
+bool sameBytes(std::span<const T> a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+}
 
 struct Entry {
   CellTable table;
@@ -101,13 +109,11 @@ struct Surface::State {
         if (entry) visit(*entry);
   }
 
-  struct QuadArray {
-    std::unique_ptr<std::array<VertexRef, 4>[]> data;
-    size_t count = 0;
-  };
+  using QuadArray = PoolArray<std::array<VertexRef, 4>>;
+  std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
 
   BrickMeshPtr makeMesh(Coord brick, std::shared_ptr<const Vertices> vertices, QuadArray quads) {
-    auto mesh = std::make_shared<BrickMesh>();
+    auto mesh = std::allocate_shared<BrickMesh>(PoolAllocator<BrickMesh>(pool));
     mesh->brick = brick;
     mesh->serial = nextSerial++;
     if (vertices) {
@@ -115,8 +121,8 @@ struct Surface::State {
       mesh->normals = vertices->normals;
       mesh->vertexStorage = std::move(vertices);
     }
-    mesh->quadStorage = std::move(quads.data);
-    mesh->quads = {mesh->quadStorage.get(), quads.count};
+    mesh->quadStorage = std::move(quads);
+    mesh->quads = {mesh->quadStorage.data(), mesh->quadStorage.size()};
     return mesh;
   }
 
@@ -159,19 +165,20 @@ void Surface::State::followVertices(std::span<const Coord> bricks, int threads, 
   parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(version);
     Cursor cursor(*this);
-    Vertices scratch;
+    std::vector<Vec3f> positions;
+    std::vector<PackedNormal> normalsHere;
     for (size_t i = begin; i < end; ++i) {
-      scratch.positions.clear();
-      scratch.normals.clear();
-      extractVertices(field, bricks[i], normals, found[i].table, scratch.positions, scratch.normals);
+      positions.clear();
+      normalsHere.clear();
+      extractVertices(field, bricks[i], normals, found[i].table, positions, normalsHere);
       const Entry* old = cursor.find(bricks[i]);
-      if (scratch.positions.empty()) {
+      if (positions.empty()) {
         found[i].changed = old != nullptr;
-      } else if (old && old->table == found[i].table && *old->vertices == scratch) {
+      } else if (old && old->table == found[i].table && sameBytes(old->vertices->positions, positions) && sameBytes(old->vertices->normals, normalsHere)) {
         found[i].vertices = old->vertices;
       } else {
         found[i].changed = true;
-        found[i].vertices = std::make_shared<const Vertices>(scratch);
+        found[i].vertices = std::allocate_shared<const Vertices>(PoolAllocator<Vertices>(pool), pool, positions, normalsHere);
       }
     }
   });
@@ -223,8 +230,8 @@ void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std
       const BrickMesh* old = entry->mesh.get();
       if (old && old->vertexStorage == entry->vertices && std::equal(scratch.begin(), scratch.end(), old->quads.begin(), old->quads.end())) continue;
       made[i].entry = entry;
-      made[i].quads = {std::make_unique_for_overwrite<std::array<VertexRef, 4>[]>(scratch.size()), scratch.size()};
-      std::copy(scratch.begin(), scratch.end(), made[i].quads.data.get());
+      made[i].quads = QuadArray(pool, scratch.size());
+      std::uninitialized_copy(scratch.begin(), scratch.end(), made[i].quads.data());
     }
   });
   const auto before = [](Coord a, Coord b) { return std::pair(a >> 3, a) < std::pair(b >> 3, b); };
@@ -236,7 +243,7 @@ void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std
     Entry* entry = made[i].entry;
     if (!entry) continue;
     if (entry->mesh) quadCount -= entry->mesh->quads.size();
-    quadCount += made[i].quads.count;
+    quadCount += made[i].quads.size();
     entry->mesh = makeMesh(bricks[i], entry->vertices, std::move(made[i].quads));
     delta.changed.push_back(entry->mesh);
   }

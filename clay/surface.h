@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "clay/block_pool.h"
 #include "clay/triangle_mesh.h"
 #include "clay/version.h"
 
@@ -37,7 +38,7 @@ struct BrickMesh {
   std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
 
   std::shared_ptr<const void> vertexStorage;  ///< Behind positions and normals; shared by meshes that differ in quads alone.
-  std::unique_ptr<std::array<VertexRef, 4>[]> quadStorage;
+  PoolArray<std::array<VertexRef, 4>> quadStorage;
 };
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
