@@ -15,6 +15,7 @@ constexpr double kHalfDiagonal = 0.87;   // Of a cell, voxels.
 constexpr double kRampLow = 0.2, kRampHigh = 0.8;  // Parts of kBeyond between which a probe counts by degrees.
 // Interpolation rounds the rim of a cut: what it makes the height read too low, voxels, measured over radii of 4 to 20.
 constexpr double kRimRounding = 0.05;
+constexpr size_t kDirections = 96;      // Probes on the half of the ball that faces the hand.
 constexpr int kSubsteps = 4;
 constexpr double kMaxStepVoxels = 0.5;  // Between two looks at the clay.
 constexpr double kFrozenHardness = 1e4; // Times the material's: does not yield.
@@ -24,8 +25,8 @@ constexpr double kHistorySpacing = 0.15;  // Of the radius: how far apart rememb
 
 // Directions of the probes about the axis (0, 0, 1): a golden spiral, denser towards the pole, where a shallow cap is.
 struct Pattern {
-  std::array<double, 128> u, v, w, solidAngle;
-  std::array<uint8_t, 128> zone;  // Three rings of eight.
+  std::array<double, kDirections> u, v, w, solidAngle;
+  std::array<uint8_t, kDirections> zone;  // Three rings of eight.
   Pattern() {
     const double golden = kPi * (3 - std::sqrt(5.0));
     const size_t n = u.size();
@@ -56,6 +57,7 @@ double restingDepth(double radiusMm, double hardnessNmm2, double forceN) noexcep
 
 void CutLaw::reset() noexcept {
   first_ = count_ = 0;
+  velocity_.setZero();
   patch_.count = 0;
 }
 
@@ -153,7 +155,7 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
 // Minimises resistance/2 · |v|² − force · v + Σ load · max(0, s · v), convex in v: clay bears its full load where the ball
 // presses into it and none where it leaves. The corner at zero is rounded over kStickMms and the minimum found by Newton's
 // method with a line search.
-Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME {
+Vec3d CutLaw::yield(const Vec3d& force, double resistance, const Vec3d& guess) const ARGIL_REALTIME {
   const auto n = size_t(patch_.count);
   // Most often the ball presses on all that it touches.
   Vec3d full = Vec3d::Zero();
@@ -172,8 +174,12 @@ Vec3d CutLaw::yield(const Vec3d& force, double resistance) const ARGIL_REALTIME 
     }
     return 0.5 * resistance * w.squaredNorm() - force.dot(w) + sum;
   };
-  v.setZero();
-  double value = 0;
+  v = guess;
+  double value = cost(v);
+  if (!(value < 0)) {  // Worse than standing still.
+    v.setZero();
+    value = 0;
+  }
   for (int step = 0; step < kNewtonSteps; ++step) {
     Vec3d gradient = resistance * v - force;
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * resistance;
@@ -232,11 +238,11 @@ CutLaw::Result CutLaw::advance(std::span<TouchableClay> pieces, const Scene& sce
       continue;
     }
     const double resistance = patch_.viscosity + patch_.drag + input.stiffnessNmm * left;
-    const Vec3d velocity = yield(input.stiffnessNmm * way, resistance);
-    const double speed = velocity.norm();
+    velocity_ = yield(input.stiffnessNmm * way, resistance, velocity_);
+    const double speed = velocity_.norm();
     const bool last = speed * left <= maxStep;
     const double time = last ? left : maxStep / speed;
-    result.centre += velocity * time;
+    result.centre += velocity_ * time;
     left -= time;
     if (last) break;
   }

@@ -50,7 +50,6 @@ class CutLaw {
   [[nodiscard]] bool pending() const noexcept { return count_ > 0; }
 
  private:
-  static constexpr int kDirections = 128;  // Probes on the half of the ball that faces the hand.
   static constexpr int kZones = 24;        // Parts of that half in which loads are summed.
   static constexpr int kHistory = 24;
 
@@ -68,13 +67,14 @@ class CutLaw {
 
   void measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm, const Vec3d& axis,
                bool frozen) ARGIL_REALTIME;
-  Vec3d yield(const Vec3d& force, double resistance) const ARGIL_REALTIME;
+  Vec3d yield(const Vec3d& force, double resistance, const Vec3d& guess) const ARGIL_REALTIME;
 
   Patch patch_;
   std::array<Vec3d, kZones> loads_;
   std::array<Cut, kHistory> cuts_;
   int first_ = 0, count_ = 0;
   Vec3d axis_ = -Vec3d::UnitZ();
+  Vec3d velocity_ = Vec3d::Zero();  // Of the last yielding: where the next search begins.
 };
 
 }  // namespace argil::haptics

@@ -1,6 +1,7 @@
 #include "haptics/servo_tick.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "clay/error.h"
@@ -10,6 +11,8 @@ namespace {
 
 constexpr double kVelocityCutoffHz = 40;  // Of the low-pass on encoder differences: above what a hand does on purpose.
 constexpr double kDampingFraction = 0.5;  // Of the sheet's top damping, left room for what the filter's lag costs.
+
+constexpr double kFarthestMm = 1e7;        // A device farther off is not a device.
 
 double checkedPeriod(double periodS) {
   if (!(periodS >= 1.0 / 8001 && periodS <= 0.01)) throw Error("servo: the rate must be 100 to 8000 Hz");
@@ -49,13 +52,14 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   const Scene* scene = scene_.enter();
   DeviceState state;
   const bool fresh = device_.read(timeS, state);
-  const bool finite = state.pose.translation.allFinite() && state.pose.rotation.coeffs().allFinite();
+  const bool sane = state.pose.translation.allFinite() && state.pose.translation.cwiseAbs().maxCoeff() < kFarthestMm &&
+                    state.pose.rotation.coeffs().allFinite();
 
   sample_.index = index_++;
   sample_.timeS = timeS;
   Vec3d raw = Vec3d::Zero();
   if (!scene) flags |= kNoScene;
-  if (fresh && finite && scene) {
+  if (fresh && sane && scene) {
     state_ = state;
     const Workspace& workspace = scene->workspace;
     sample_.device = workspace.toWorld(state.pose);
@@ -80,7 +84,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     sample_.tool = scene->tool.id;
   } else {
     moving_ = false;  // The last place is kept; no speed comes from a gap.
-    if (fresh && !finite) raw = state.pose.translation;  // Not finite: safety sees it.
+    if (fresh && !sane) raw.setConstant(std::numeric_limits<double>::quiet_NaN());  // Safety stops on it.
   }
 
   const Vec3d force = safety_.apply(raw, state, fresh, flags);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <random>
 #include <thread>
 
 #include "haptics/bare_loop.h"
@@ -321,6 +322,67 @@ TEST(Servo, commandsZeroToADeviceThatDoesNotAnswer) {
   EXPECT_TRUE(servo.tick().last().flags & kStale);
   EXPECT_GE(before, 0);
   EXPECT_EQ(servo.statistics().stale, 1u);
+}
+
+/// Says anything.
+class MadDevice final : public Device {
+ public:
+  explicit MadDevice(uint32_t seed) : random_(seed) {}
+  [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return deviceSheets()[1]; }
+  bool read(double, DeviceState& state) ARGIL_REALTIME override {
+    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+    const double odd[] = {0, 1e-300, -3, 1e9, -1e300, nan, inf, -inf, 40};
+    place_ += 0.3 * Vec3d(step_(random_), step_(random_), step_(random_) - 0.02);
+    if (place_.norm() > 60) place_ = {0, 0, 6};
+    state.pose.translation = place_;
+    if (random_() % 997 == 0) state.pose.translation[static_cast<int>(random_() % 3)] = odd[random_() % std::size(odd)];
+    if (random_() % 3001 == 0) state.pose.rotation.x() = odd[random_() % std::size(odd)];
+    state.buttons = (random_() >> 9) % 64 ? buttons_ : buttons_ = static_cast<uint32_t>(random_());
+    return random_() % 200 != 0;
+  }
+  void write(double, const Vec3d& force) ARGIL_REALTIME override {
+    bad += !force.allFinite();
+    peak = std::max(peak, force.norm());
+  }
+  void cut() noexcept override {}
+  void rearm() noexcept override {}
+  uint64_t bad = 0;
+  double peak = 0;
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> step_{0, 1};
+  Vec3d place_{0, 0, 6};
+  uint32_t buttons_ = 0;
+};
+
+TEST(Servo, nothingThatADeviceSaysBreaksALimit) {
+  constexpr uint32_t kSeed = 17;
+  for (auto operation : {clay::Operation::carve, clay::Operation::smooth, clay::Operation::add}) {
+    Tool tool = toucher(2);
+    tool.operation = operation;
+    VirtualSession session(0.5, tool);
+    MadDevice device(kSeed);
+    Servo servo(device, session.published());
+    uint64_t faults = 0, reversed = 0;
+    servo.runVirtual(30'000, [&](uint64_t i, double) {
+      if (operation == clay::Operation::carve) session.step(servo.samples(), i);
+      ASSERT_TRUE(servo.tick().last().forceN.allFinite()) << "seed " << kSeed;
+      ASSERT_TRUE(servo.tick().last().proxy.allFinite());
+      ASSERT_TRUE(servo.tick().last().cutPoint.allFinite());
+      if (servo.fault() != Fault::none && i % 50 == 0) {
+        ++faults;
+        servo.reset();
+      }
+      // Time that stands still or goes back.
+      if (i % 500 == 0) ++reversed, (void)servo.tick().run(-1.0, false);
+    });
+    EXPECT_EQ(device.bad, 0u);
+    EXPECT_LE(device.peak, device.sheet().peakForceN);
+    EXPECT_GT(device.peak, 0.1);
+    EXPECT_GT(faults, 10u);
+    EXPECT_GT(reversed, 10u);
+  }
 }
 
 TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangs) {
