@@ -22,6 +22,10 @@ void step(Job* job, double from, size_t done, size_t all) {
   if (job && done % kStepEvery == 0) job->step(from + (1 - from) * double(done) / double(std::max<size_t>(all, 1)));
 }
 
+Coord brickOf(const openvdb::Coord& voxel) {
+  return {voxel.x() >> kBrickBits, voxel.y() >> kBrickBits, voxel.z() >> kBrickBits};
+}
+
 /// Makes the bricks from low to high, exclusive, that lie in the given block of the tree inside: in blocks as large as fit.
 void fillBlock(Editor& editor, Coord low, Coord high, Coord block, int level) {
   const int edge = 1 << (3 * level);
@@ -102,7 +106,7 @@ Version fromVdb(std::shared_ptr<Store> store, const Grid& grid, const VdbGrid& l
     openvdb::CoordBBox box;
     if (!tile.getBoundingBox(box)) continue;
     requireReach(box);
-    fillCube(editor, Coord{box.min().x(), box.min().y(), box.min().z()} >> kBrickBits, box.dim().x() / kBrickEdge);
+    fillCube(editor, brickOf(box.min()), box.dim().x() / kBrickEdge);
   }
 
   size_t done = 0;
@@ -110,9 +114,7 @@ Version fromVdb(std::shared_ptr<Store> store, const Grid& grid, const VdbGrid& l
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     step(job, jobFrom, done++, all);
     requireReach(leaf->getNodeBoundingBox());
-    const openvdb::Coord o = leaf->origin();
-    editor.setVoxels(Coord{o.x(), o.y(), o.z()} >> kBrickBits,
-                     std::span<const float, kBrickVoxels>(leaf->buffer().data(), kBrickVoxels));
+    editor.setVoxels(brickOf(leaf->origin()), std::span<const float, kBrickVoxels>(leaf->buffer().data(), kBrickVoxels));
   }
   return editor.commit();
 }
