@@ -157,6 +157,14 @@ WriteReport MeshWriter::finish() {
   return s.report;
 }
 
+void requireWritable(const std::filesystem::path& path, const WriteOptions& options) {
+  static_cast<void>(formatFor(path, options));
+  std::error_code failed;
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, failed)) fail(displayName(path), "its folder is not there; make it first or name another");
+  if (std::filesystem::is_directory(path, failed)) fail(displayName(path), "is a folder; name a file");
+}
+
 WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh, const WriteOptions& options,
                       Job* job) {
   MeshWriter writer(path, {mesh.positions.size(), mesh.triangles.size()}, options, job);

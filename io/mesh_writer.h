@@ -18,6 +18,9 @@ struct WriteOptions {
   std::string extension = {};  ///< Chooses the format, such as ".stl"; empty: the ending of the path.
   bool text = false;           ///< STL only: text instead of binary.
   bool doubles = false;        ///< PLY only: 64-bit coordinates, which some readers do not know.
+  /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
+  /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
+  bool distinct = false;
   /// mm: what a coordinate may lose to 32-bit numbers before the report warns.
   double tolerance = std::numeric_limits<double>::infinity();
 };
@@ -38,7 +41,8 @@ struct WriteReport {
 
 /// Writes a mesh that need not exist as a whole: all vertices, in any number of pieces, then all triangles. The file
 /// appears at finish(), whole and on the disk; before, and after any error or cancel, there is nothing and an old file
-/// stands. Memory: STL keeps 12 bytes a vertex, the others a buffer. One thread.
+/// stands. Memory: STL keeps 12 bytes a vertex (about 60 when
+/// they are kept distinct), the others a buffer. One thread.
 class MeshWriter {
  public:
   /// Throws Error: an ending that is not supported, a place that cannot be written, no triangles, too many for the
@@ -60,6 +64,10 @@ class MeshWriter {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Throws the Error that MeshWriter would for an ending that is not supported or a folder that is not there: before long work, not
+/// after it.
+void requireWritable(const std::filesystem::path& path, const WriteOptions& options = {});
 
 /// A whole mesh at once, as MeshWriter does it.
 WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh,

@@ -157,7 +157,7 @@ MeshFile parseText(const Input& input) {
 /// STL repeats its vertices, so they are kept until their triangles come: as the floats that are written.
 class StlEncoder : public MeshEncoder {
  public:
-  explicit StlEncoder(bool text) : text_(text) {}
+  explicit StlEncoder(const WriteOptions& options) : text_(options.text), distinct_(options.distinct) {}
 
   void begin(ByteSink& sink, const MeshCounts& counts) override {
     positions_.reserve(counts.vertices);
@@ -174,7 +174,10 @@ class StlEncoder : public MeshEncoder {
   }
 
   void vertices(ByteSink&, std::span<const Vec3d> positions) override {
-    for (const Vec3d& p : positions) positions_.push_back(p.cast<float>());
+    for (const Vec3d& p : positions) {
+      positions_.push_back(p.cast<float>());
+      if (distinct_) moveApart(positions_.back());
+    }
   }
 
   void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
@@ -218,6 +221,17 @@ class StlEncoder : public MeshEncoder {
     return (cross / length).cast<float>();
   }
 
+  /// Until nobody was there before, axis by axis; the step is a few last digits, and not lost beside zero.
+  void moveApart(Vec3f& p) {
+    const auto count = [this] { return taken_.positions().size(); };
+    for (int axis = 0;; axis = (axis + 1) % 3) {
+      const size_t before = count();
+      taken_.add(p.cast<double>());
+      if (count() > before) return;
+      p[axis] += std::max(std::abs(p[axis]), 1e-2f) * 0x1p-22f;
+    }
+  }
+
   static void littles(ByteSink& sink, const Vec3f& v) {
     sink.little(v.x());
     sink.little(v.y());
@@ -230,8 +244,9 @@ class StlEncoder : public MeshEncoder {
     }
   }
 
-  bool text_;
+  bool text_, distinct_;
   std::vector<Vec3f> positions_;
+  clay::VertexWelder taken_;
 };
 
 }  // namespace
@@ -253,7 +268,7 @@ MeshFile parseStl(const Input& input) {
 }
 
 std::unique_ptr<MeshEncoder> makeStlEncoder(const WriteOptions& options) {
-  return std::make_unique<StlEncoder>(options.text);
+  return std::make_unique<StlEncoder>(options);
 }
 
 }  // namespace argil::io

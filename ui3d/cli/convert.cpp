@@ -13,15 +13,17 @@
 namespace argil::cli {
 
 void convert(const ConvertOptions& options) {
+  io::requireWritable(options.output);
   clay::TriangleMesh mesh = readMeshIn(options.input, options.units, options.job).mesh;
   io::WriteOptions write;
   if (options.voxelMm) {
-    const clay::Imported imported = meshAsClay(mesh, options.voxelMm, options.job);
+    const clay::Imported imported = meshAsClay(options.input, mesh, options.voxelMm, options.job);
     mesh = {};
     clay::Surface surface(false);
     surface.update(imported.version, 2);
     mesh = surface.toMesh();
     write.tolerance = 0.1 * *options.voxelMm;
+    write.distinct = true;
   } else {
     write.tolerance = 1e-3;
   }

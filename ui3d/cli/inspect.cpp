@@ -59,7 +59,7 @@ void inspect(const InspectOptions& options) {
     printTopology(mesh);
   }
   if (options.voxelMm) {
-    const clay::Imported imported = meshAsClay(file.mesh, options.voxelMm, options.job);
+    const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
     clay::Surface surface;
     surface.update(imported.version, 2);
     const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());

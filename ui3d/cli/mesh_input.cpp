@@ -32,13 +32,20 @@ io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& un
   return mesh;
 }
 
-clay::Imported meshAsClay(const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job) {
-  clay::ImportOptions options;
-  options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(mesh);
+clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job, bool tell) {
   const ProgressLine line("making clay", job);
-  clay::Imported imported = clay::meshToClay(clay::Store::make(), mesh, options, job);
-  for (const std::string& sentence : imported.report.sentences()) fmt::print(stderr, "{}\n", sentence);
-  return imported;
+  try {
+    clay::ImportOptions options;
+    options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(mesh);
+    clay::Imported imported = clay::meshToClay(clay::Store::make(), mesh, options, job);
+    if (tell)
+      for (const std::string& sentence : imported.report.sentences()) fmt::print("{}\n", sentence);
+    return imported;
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", file.string(), e.what()), e.kind());
+  }
 }
 
 }  // namespace argil::cli

@@ -12,7 +12,8 @@ namespace argil::cli {
 /// Reads a mesh, in mm.
 [[nodiscard]] io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& units, Job* job);
 
-/// Makes it clay, with `voxelMm` or 256 voxels along its longest side; prints what was repaired to stderr.
-[[nodiscard]] clay::Imported meshAsClay(const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job);
+/// Makes the mesh of a file clay, with `voxelMm` or 256 voxels along its longest side; with `tell` prints what was repaired. What is
+/// wrong is told with the file's name.
+[[nodiscard]] clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job, bool tell = true);
 
 }  // namespace argil::cli

@@ -10,8 +10,9 @@
 namespace argil::cli {
 
 void render(const RenderOptions& options) {
+  static_cast<void>(render::View::named(options.view, {}, 1));  // a wrong name is told before the work
   const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
-  const clay::Imported imported = meshAsClay(file.mesh, options.voxelMm, options.job);
+  const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job);
   clay::Surface surface;
   render::Renderer renderer;
   renderer.update(surface.update(imported.version, 2));

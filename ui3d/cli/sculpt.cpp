@@ -11,6 +11,7 @@
 #include "clay/store.h"
 #include "engine/prepare_clay.h"
 #include "engine/run.h"
+#include "haptics/devices/sheets.h"
 #include "io/atomic_file.h"
 #include "io/mesh_writer.h"
 #include "render/renderer.h"
@@ -119,6 +120,10 @@ ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport
 }  // namespace
 
 void sculpt(const SculptOptions& options) {
+  // What is wrong with the call is told before the work.
+  static_cast<void>(render::View::named(options.view, {}, 1));
+  static_cast<void>(haptics::deviceSheet(options.device));
+  for (const std::filesystem::path& file : options.outputs) io::requireWritable(file);
   const engine::Script script = engine::readScript(options.script);
   engine::PrepareOptions prepare;
   prepare.input = options.input;
@@ -128,7 +133,7 @@ void sculpt(const SculptOptions& options) {
     const ProgressLine line("making clay", options.job);
     return engine::prepareClay(clay::Store::make(), script, prepare);
   }();
-  for (const std::string& note : clay.notes) fmt::print(stderr, "{}\n", note);
+  for (const std::string& note : clay.notes) fmt::print("{}\n", note);
   engine::Session session(clay.version);
   clay.version = {};
   clay::Surface surface;
@@ -169,12 +174,19 @@ void sculpt(const SculptOptions& options) {
   }
   io::WriteOptions write;
   write.tolerance = 0.1 * session.version().grid().voxelMm;
+  write.distinct = true;
   for (const std::filesystem::path& file : options.outputs) {
     const ProgressLine line("writing " + file.filename().string(), options.job);
     const io::WriteReport written = io::writeMesh(file, mesh, write, options.job);
     if (!written.warning.empty()) fmt::print(stderr, "{}\n", written.warning);
   }
-  if (!options.record.empty()) engine::writeScript(options.record, session.recording());
+  if (!options.record.empty()) {
+    engine::Script recorded = script;
+    recorded.strokes = session.recording().strokes;
+    recorded.voxelMm = session.version().grid().voxelMm;
+    if (!options.input.empty()) recorded.clay = engine::ImportSetup{std::filesystem::absolute(options.input)};
+    engine::writeScript(options.record, recorded);
+  }
   if (!options.report.empty()) {
     const std::string text = reportJson(report, skin, session.version()).dump(2) + "\n";
     io::AtomicFile out(options.report);

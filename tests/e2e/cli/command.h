@@ -1,6 +1,7 @@
 #pragma once
 // Runs the command as a person would and keeps what it said.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
