@@ -18,6 +18,11 @@ constexpr size_t kStackBytes = 256 * 1024;      // Touched before the first tick
 constexpr int64_t kWatchPeriodNs = 3'000'000;   // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
 constexpr int64_t kStartDelayNs = 2'000'000;
 
+double checkedRate(double rateHz) {
+  if (!(rateHz >= 100 && rateHz <= 8000)) throw Error("servo: the rate must be 100 to 8000 Hz");
+  return rateHz;
+}
+
 [[gnu::noinline]] void touchStack() {
   char stack[kStackBytes];
   for (size_t i = 0; i < kStackBytes; i += 4096) static_cast<volatile char*>(stack)[i] = 0;
@@ -47,7 +52,7 @@ RealtimeGrant becomeRealtime(int priority, bool lockMemory) {
 Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
     : device_(device),
       options_(options),
-      samples_(std::clamp(options.rateHz, 1.0, 1e5)),
+      samples_(checkedRate(options.rateHz)),
       tick_(device, scene, samples_, 1.0 / options.rateHz),
       statistics_(std::make_unique<ServoStatistics>()) {}
 

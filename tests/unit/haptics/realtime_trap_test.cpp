@@ -64,7 +64,7 @@ TEST(RealtimeTrap, catchesWhatIsPlanted) {
   }
   auto* page = static_cast<char*>(mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
   breach([&] { *static_cast<volatile char*>(page) = 1; });
-  EXPECT_EQ(trap.pageFaults, 1u);
+  EXPECT_GE(trap.pageFaults, 1u);
   munmap(page, 4096);
 }
 

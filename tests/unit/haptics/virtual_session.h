@@ -84,13 +84,14 @@ class VirtualSession {
   uint64_t delay_, every_;
 };
 
-/// Strokes to and fro over the block's top, `depthMm` deep, button 1 down while moving.
+/// Strokes to and fro over the block's top, `depthMm` deep, each 0.03 mm deeper so that there is always clay to cut; button 1
+/// down while moving.
 inline HandPath scribble(double seconds, double radiusMm, double depthMm) {
   std::vector<HandPoint> points;
   double t = 0;
   for (int stroke = 0; t < seconds; ++stroke) {
     const double y = -20 + 40 * std::fmod(stroke * 0.381966, 1.0), x = stroke % 2 ? 30 : -30;
-    const double z = radiusMm - depthMm;
+    const double z = radiusMm - depthMm - 0.03 * stroke;
     const auto add = [&](double dt, double px, double pz, uint32_t buttons) {
       HandPoint p;
       p.timeS = t;
