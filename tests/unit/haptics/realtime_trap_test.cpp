@@ -8,12 +8,14 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <memory>
 #include <mutex>
 #include <shared_mutex>
 
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
 #include "haptics/servo.h"
+#include "haptics/touch_bench.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {
@@ -112,6 +114,58 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   EXPECT_EQ(trap.systemCalls, 0u);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_EQ(trap.pageFaults, 0u);
+#endif
+}
+
+/// Traps the servo's own thread from the device's reading to its writing: all of a tick but the sample's hand-over.
+class TrappedDevice final : public Device {
+ public:
+  explicit TrappedDevice(Device& device) : device_(device) {}
+  [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return device_.sheet(); }
+  bool read(double timeS, DeviceState& state) ARGIL_REALTIME override {
+    if (!trap) trap = std::make_unique<RealtimeTrap>();  // For the thread that ticks.
+    trap->enter();
+    return device_.read(timeS, state);
+  }
+  void write(double timeS, const Vec3d& force) ARGIL_REALTIME override {
+    device_.write(timeS, force);
+    if (!trap) return;
+    trap->leave();
+    if (++ticks == 100) trap->allocations = trap->locks = trap->systemCalls = trap->pageFaults = 0;  // Its code came in.
+  }
+  void cut() noexcept override { device_.cut(); }
+  void rearm() noexcept override { device_.rearm(); }
+  std::unique_ptr<RealtimeTrap> trap;
+  uint64_t ticks = 0;
+
+ private:
+  Device& device_;
+};
+
+TEST(Servo, keepsToTheRulesOfRealTimeWhenPaced) {
+  const char* wanted = std::getenv("ARGIL_PACED_SECONDS");
+  const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
+  Tool tool;
+  tool.radiusMm = 3;
+  tool.operation = clay::Operation::carve;
+  VirtualSession session(0.5, tool, 0, 1);
+  SimulatedDevice device(deviceSheet("touch"), testing::scribble(seconds + 1, 3, 1.2));
+  TrappedDevice trapped(device);
+  Servo servo(trapped, session.published());
+  const PacedFigures figures = measurePaced(servo, seconds, [&](double elapsed) { session.step(servo.samples(), static_cast<uint64_t>(elapsed * 1000)); });
+  const RealtimeTrap& trap = *trapped.trap;
+  std::printf("%llu paced ticks, %llu touching: %llu allocations, %llu locks, %llu system calls, %llu page faults (%s)\n",
+              static_cast<unsigned long long>(servo.statistics().ticks), static_cast<unsigned long long>(servo.statistics().touching),
+              static_cast<unsigned long long>(trap.allocations), static_cast<unsigned long long>(trap.locks),
+              static_cast<unsigned long long>(trap.systemCalls), static_cast<unsigned long long>(trap.pageFaults), figures.grant.sentence.c_str());
+  EXPECT_GT(servo.statistics().touching, servo.statistics().ticks / 4);
+  EXPECT_EQ(trap.allocations, 0u);
+  EXPECT_EQ(trap.locks, 0u);
+  EXPECT_EQ(trap.systemCalls, 0u);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (figures.grant.locked) {
+    EXPECT_EQ(trap.pageFaults, 0u);
+  }
 #endif
 }
 
