@@ -78,7 +78,6 @@ class BallContact {
   int searches_ = 0;
   int escapeRing_ = 0, escapeRay_ = -1;
   CutLaw law_;
-  uint64_t lastCut_ = 0;
   double settleS_ = 0;
   bool missed_ = false;
   bool giving_ = false;  // An overlap within the tolerance is given back in this step.

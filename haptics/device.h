@@ -61,7 +61,7 @@ class Device {
 
   /// Zero force from now on until rearm(), whatever write() says. Any thread: the watchdog calls it.
   virtual void cut() noexcept = 0;
-  /// Ends cut(). Not while a servo runs.
+  /// Ends cut(): the watchdog's thread once the servo lives again, or whoever restarts a servo.
   virtual void rearm() noexcept = 0;
 };
 

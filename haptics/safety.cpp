@@ -11,7 +11,6 @@ const char* sentence(Fault fault) noexcept {
     case Fault::notFinite: return "a force or a device position was not a finite number";
     case Fault::commandTooLarge: return "forces over twice the device's peak were asked for";
     case Fault::tooFast: return "the device moved faster than its sheet allows";
-    case Fault::watchdog: return "the servo fell silent";
   }
   return "unknown fault";
 }
@@ -24,15 +23,19 @@ Safety::Safety(const DeviceSheet& sheet, double periodS)
       // Two steps of the encoder on top: its own noise is no speed.
       fastMm_(sheet.topSpeedMms * periodS * (kSpeedTicks - 1) + 2 * sheet.resolutionMm) {}
 
-void Safety::reset() noexcept {
+void Safety::restart() ARGIL_REALTIME {
   last_.setZero();
   trailCount_ = trailNext_ = rawOver_ = 0;
   started_ = false;
-  fault_ = Fault::none;
+}
+
+void Safety::reset() noexcept {
+  restart();
+  fault_.store(Fault::none, std::memory_order_relaxed);
 }
 
 void Safety::trip(Fault fault) ARGIL_REALTIME {
-  if (fault_ == Fault::none) fault_ = fault;
+  if (this->fault() == Fault::none) fault_.store(fault, std::memory_order_relaxed);
 }
 
 bool Safety::tooFast(const Vec3d& position) ARGIL_REALTIME {
@@ -55,7 +58,7 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
     trailCount_ = 0;  // A gap in time is no speed.
   }
 
-  if (fault_ != Fault::none) {
+  if (fault() != Fault::none) {
     flags |= kStopped;
     const double size = last_.norm();
     if (!fresh || !(size > fadeStep_)) last_.setZero();

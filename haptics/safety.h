@@ -20,7 +20,7 @@ inline constexpr int kSpeedTicks = 8;              ///< Device speed is judged o
 inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
 
 /// Why the output is latched at zero.
-enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast, watchdog };
+enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast };
 [[nodiscard]] const char* sentence(Fault fault) noexcept;
 
 /// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes by no
@@ -36,7 +36,10 @@ class Safety {
   /// Fades to a latched stop for a reason found elsewhere.
   void trip(Fault fault) ARGIL_REALTIME;
 
-  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+  /// Any thread.
+  [[nodiscard]] Fault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
+  /// The output was zero for a while whatever was commanded: start gently again. Keeps a fault.
+  void restart() ARGIL_REALTIME;
   /// Leaves the latched stop: starts anew, waiting for a force in range. Not while the servo runs.
   void reset() noexcept;
 
@@ -52,7 +55,7 @@ class Safety {
   int trailCount_ = 0, trailNext_ = 0;
   int rawOver_ = 0;
   bool started_ = false;
-  Fault fault_ = Fault::none;
+  std::atomic<Fault> fault_{Fault::none};
 };
 
 /// Tells that a servo still lives. beat() from the servo, the rest from any thread.

@@ -105,13 +105,7 @@ void Servo::stop() {
   if (watchdog_.joinable()) watchdog_.join();
 }
 
-Fault Servo::fault() noexcept {
-  if (barked_.load()) return Fault::watchdog;
-  return running() ? Fault::none : tick_.safety().fault();
-}
-
 void Servo::reset() noexcept {
-  barked_.store(false);
   device_.rearm();
   tick_.reset();
 }
@@ -137,6 +131,8 @@ void Servo::loop() {
       statistics_->missed += skipped;
       nextIndex_ += skipped;
     }
+    // Away for so long the watchdog has cut the device: what it felt last was zero.
+    if (double(late) * 1e-9 > kWatchdogSeconds) tick_.safety().restart();
     const double timeS = double(nextIndex_) / options_.rateHz;
     count(tick_.run(timeS, overrun));
     statistics_->lateness.add(late);
@@ -156,15 +152,21 @@ void Servo::watch() {
     parameter.sched_priority = std::min(options_.priority + 1, 99);
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
   }
+  bool cut = false;
   int64_t next = nowNs();
   while (!stop_.load(std::memory_order_relaxed)) {
     next = std::max(next + kWatchPeriodNs, nowNs());
     sleepUntilNs(next);
-    if (!barked_.load(std::memory_order_relaxed) && heartbeat_.silent(double(nowNs()) * 1e-9)) {
+    const bool silent = heartbeat_.silent(double(nowNs()) * 1e-9);
+    if (silent && !cut) {
       device_.cut();
-      barked_.store(true);
+      cuts_.fetch_add(1);
+    } else if (!silent && cut) {
+      device_.rearm();
     }
+    cut = silent;
   }
+  if (cut) device_.rearm();
 }
 
 }  // namespace argil::haptics

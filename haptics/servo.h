@@ -66,8 +66,11 @@ class Servo {
   /// Only while the servo does not run.
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return *statistics_; }
   [[nodiscard]] ServoTick& tick() noexcept { return tick_; }
-  /// Why the force is latched at zero, if it is. While it runs the servo's own faults are seen after stop().
-  [[nodiscard]] Fault fault() noexcept;
+  /// Why the force is latched at zero, if it is. Any thread.
+  [[nodiscard]] Fault fault() const noexcept { return tick_.safety().fault(); }
+  /// How often the watchdog had to cut the device because no tick ended for kWatchdogSeconds. Once ticks come again the
+  /// device is armed again and forces start anew from zero. Any thread.
+  [[nodiscard]] uint64_t watchdogCuts() const noexcept { return cuts_.load(); }
   /// Leaves a latched stop. Only while the servo does not run.
   void reset() noexcept;
   [[nodiscard]] double rateHz() const noexcept { return options_.rateHz; }
@@ -89,7 +92,7 @@ class Servo {
   RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
   std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
-  std::atomic<bool> barked_{false};
+  std::atomic<uint64_t> cuts_{0};
   Heartbeat heartbeat_;
 };
 

@@ -29,6 +29,7 @@ class ServoTick {
   [[nodiscard]] const StylusSample& last() const noexcept { return sample_; }
   [[nodiscard]] const BallContact& contact() const noexcept { return contact_; }
   [[nodiscard]] Safety& safety() noexcept { return safety_; }
+  [[nodiscard]] const Safety& safety() const noexcept { return safety_; }
   /// The newest sample, for a cursor: one reader.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
 

@@ -215,17 +215,19 @@ TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
   EXPECT_FALSE(grant.sentence.empty());
   EXPECT_THROW(servo.start(), Error);
   EXPECT_THROW(servo.runVirtual(1), Error);
+  const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < 100; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     session.publish();
   }
   servo.stop();
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   bare.stop();
   const ServoStatistics& s = servo.statistics();
   std::printf("%s\n%llu ticks, %llu missed; compute median %.2f us, p99 %.2f us; late p99 %.1f us, bare loop p99 %.1f us\n", grant.sentence.c_str(),
               static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed), s.compute.quantileUs(0.5),
               s.compute.quantileUs(0.99), s.lateness.quantileUs(0.99), bare.lateness().quantileUs(0.99));
-  EXPECT_NEAR(double(s.ticks + s.missed), 1000, 150);
+  EXPECT_NEAR(double(s.ticks + s.missed), ms, 30) << "1 kHz";
   EXPECT_EQ(session.published().reclaim(), 0u) << "parked";
   EXPECT_EQ(device.motorForce().allFinite(), true);
   // Virtual time goes on from there.
@@ -385,25 +387,28 @@ TEST(Servo, nothingThatADeviceSaysBreaksALimit) {
   }
 }
 
-TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangs) {
+TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   VirtualSession session(0.5, toucher());
   SickDevice device;
   Servo servo(device, session.published());
   (void)servo.start();
   std::this_thread::sleep_for(std::chrono::milliseconds(30));
-  EXPECT_FALSE(device.cutOff);
+  const uint64_t before = servo.watchdogCuts();
   const auto begin = std::chrono::steady_clock::now();
   device.hang = true;
-  while (!device.cutOff && std::chrono::steady_clock::now() - begin < std::chrono::seconds(2)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  EXPECT_TRUE(device.cutOff);
+  const auto wait = [&](auto&& until) {
+    while (!until() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(5)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const double ms = wait([&] { return servo.watchdogCuts() > before; });
   std::printf("cut after %.1f ms\n", ms);
-  EXPECT_LT(ms, 100) << "20 ms on a machine that is not loaded";
+  EXPECT_GT(servo.watchdogCuts(), before);
+  EXPECT_LT(ms, 500) << "20 ms on a machine that is not loaded";
+  device.hang = false;
+  wait([&] { return !device.cutOff; });
+  EXPECT_FALSE(device.cutOff) << "it lives again";
   servo.stop();
-  EXPECT_EQ(servo.fault(), Fault::watchdog);
-  servo.reset();
   EXPECT_EQ(servo.fault(), Fault::none);
-  EXPECT_FALSE(device.cutOff);
 }
 
 }  // namespace
