@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "clay/cell_cases.h"
-#include "clay/surface_kernels.h"
 
 namespace argil::clay {
 
@@ -44,17 +43,6 @@ void readSigns(const Slot (&slots)[2][2][2], SignWords& signs) {
   signs.uniform = any == 0 || all == kAll;
 }
 
-// One sign in all eight: no cell is crossed. (The other way does not hold: readSigns decides.)
-bool surelyUniform(const Slot (&slots)[2][2][2]) {
-  bool inside = false, outside = false;
-  for (int i = 0; i < 8; ++i) {
-    const Slot slot = slots[i >> 2][(i >> 1) & 1][i & 1];
-    inside |= slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
-    outside |= slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
-  }
-  return !(inside && outside);
-}
-
 // Pattern of any cell, by way of the field: for the rare folded faces.
 int patternOf(Sampler& field, Coord cell) {
   int pattern = 0;
@@ -62,25 +50,37 @@ int patternOf(Sampler& field, Coord cell) {
   return pattern;
 }
 
-// The brick's values and those one step higher.
-void readCorners(const Slot (&slots)[2][2][2], float band, float* corners) {
-  for (int i = 0; i < 8; ++i) {
-    const int dx = i >> 2, dy = (i >> 1) & 1, dz = i & 1;
-    const Slot slot = slots[dx][dy][dz];
-    const int nx = dx ? 1 : 8, ny = dy ? 1 : 8, nz = dz ? 1 : 8;
-    const Brick* brick = slot.brick();
-    const float constant = brick ? 0 : slot.phi(0, band);
-    for (int x = 0; x < nx; ++x)
-      for (int y = 0; y < ny; ++y) {
-        float* row = corners + cornerOffset(dx * 8 + x, dy * 8 + y, dz * 8);
-        if (!brick)
-          std::fill(row, row + nz, constant);
-        else if (nz == 1)
-          *row = brick->phi[Brick::offset(x, y, 0)];
-        else
-          std::copy_n(brick->phi + Brick::offset(x, y, 0), 8, row);
-      }
+// Bit y: byte y of the word is not zero.
+unsigned rowsOf(uint64_t word) {
+  word |= word >> 4;
+  word |= word >> 2;
+  word |= word >> 1;
+  return static_cast<unsigned>(((word & kLowZ) * 0x0102040810204080ull) >> 56);
+}
+
+// The values at the corners of the active cells, from the brick and those one step higher; the rest stays unset. Rows that no
+// active cell touches are left in memory: a surface passes most bricks in few of them.
+void readCorners(const Slot (&slots)[2][2][2], const uint64_t (&active)[8], float band, float* corners) {
+  unsigned rows[9] = {}, ends[9] = {};  // bit y: the row, and its ninth value, is needed
+  for (int x = 0; x < 8; ++x) {
+    const unsigned any = rowsOf(active[x]), last = rowsOf(active[x] & (kLowZ << 7));
+    rows[x] |= any | any << 1;
+    rows[x + 1] |= any | any << 1;
+    ends[x] |= last | last << 1;
+    ends[x + 1] |= last | last << 1;
   }
+  for (int x = 0; x <= 8; ++x)
+    for (unsigned left = rows[x]; left != 0; left &= left - 1) {
+      const int y = std::countr_zero(left);
+      float* row = corners + cornerOffset(x, y, 0);
+      const Slot(&pair)[2] = slots[x >> 3][y >> 3];
+      const int offset = Brick::offset(x & 7, y & 7, 0);
+      if (const Brick* brick = pair[0].brick())
+        std::copy_n(brick->phi + offset, 8, row);
+      else
+        std::fill_n(row, 8, pair[0].phi(0, band));
+      if ((ends[x] >> y) & 1) row[8] = pair[1].phi(offset, band);
+    }
 }
 
 // The mean of a loop's edge crossings in cell coordinates, edges in their fixed order.
@@ -123,7 +123,12 @@ struct CellVertex {
   float x, y, z;
   uint32_t ref;
 };
-constexpr uint32_t kSeveral = ~uint32_t{0};
+constexpr uint32_t kSeveral = ~uint32_t{0}, kOneRef = 0xffff;
+
+float length2(const CellVertex& a, const CellVertex& b) {
+  const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
+  return (dx * dx + dy * dy) + dz * dz;
+}
 
 // VertexRef's bits 13 to 15 are x, y, z.
 uint32_t refBits(int lower) { return static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2) << kVertexRefBits; }
@@ -187,12 +192,11 @@ uint32_t CellTable::vertexOf(int cell, int edge) const {
   return loop == 0 ? rank : it->extraFirst + loop - 1;
 }
 
-void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, std::vector<Vec3f>& positions,
-                     std::vector<PackedNormal>& normals) {
+void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, VertexBuffer& out) {
   table = CellTable{};
+  out.count = 0;
   Slot slots[2][2][2];
   field.corner(brick, slots);
-  if (surelyUniform(slots)) return;
   SignWords signs;
   readSigns(slots, signs);
   if (signs.uniform) return;
@@ -210,20 +214,17 @@ void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& t
   if (count == 0) return;
 
   float corners[kCornerCount];
-  readCorners(slots, field.band(), corners);
+  readCorners(slots, table.active, field.band(), corners);
   // Active cells in order, then any valid cell up to a whole number of vectors.
   uint16_t cells[kBrickVoxels + kCellPadding];
-  int at = 0;
+  int listed = 0;
   for (int x = 0; x < 8; ++x)
-    for (uint64_t left = table.active[x]; left != 0; left &= left - 1) cells[at++] = static_cast<uint16_t>(x * 64 + std::countr_zero(left));
-  std::fill_n(cells + at, kCellPadding, cells[0]);
+    for (uint64_t left = table.active[x]; left != 0; left &= left - 1) cells[listed++] = static_cast<uint16_t>(x * 64 + std::countr_zero(left));
+  std::fill_n(cells + listed, kCellPadding, cells[0]);
   uint32_t patterns[kBrickVoxels + kCellPadding];
-  positions.resize(static_cast<size_t>(count + kCellPadding));
-  if (wantNormals) normals.resize(static_cast<size_t>(count + kCellPadding));
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
-  cellVertices(corners, cells, count, patterns, positions.data()->data(), wantNormals ? reinterpret_cast<uint32_t*>(normals.data()) : nullptr);
-  positions.resize(static_cast<size_t>(count));
-  if (wantNormals) normals.resize(static_cast<size_t>(count));
+  cellVertices(corners, cells, count, patterns, out.positions.data()->data(), wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
+  out.count = static_cast<size_t>(count);
 
   // Cells with several loops are rare; they are mended one by one.
   const CellCases& cases = cellCases();
@@ -242,28 +243,24 @@ void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& t
       c = &cases.joined[patterns[i]];
     }
     table.special[x] |= uint64_t{1} << (cell & 63);
-    table.specials.push_back({static_cast<uint16_t>(cell), static_cast<uint8_t>(patterns[i]), joined, static_cast<uint16_t>(positions.size())});
+    table.specials.push_back({static_cast<uint16_t>(cell), static_cast<uint8_t>(patterns[i]), joined, static_cast<uint16_t>(out.count)});
     const float* v = corners + cornerOffset(x, y, z);
     for (int loop = 0; loop < c->loops; ++loop) {
       const Vec3f within = loopCentre(v, *c, loop);
       const Vec3f position = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) + within;
       const PackedNormal normal = wantNormals ? PackedNormal::pack(cellNormal(v, within)) : PackedNormal{};
-      if (loop == 0) {
-        positions[static_cast<size_t>(i)] = position;
-        if (wantNormals) normals[static_cast<size_t>(i)] = normal;
-      } else {
-        positions.push_back(position);
-        if (wantNormals) normals.push_back(normal);
-      }
+      const size_t at = loop == 0 ? static_cast<size_t>(i) : out.count++;
+      out.positions[at] = position;
+      if (wantNormals) out.normals[at] = normal;
     }
   }
-  table.vertices = static_cast<uint16_t>(positions.size());
+  table.vertices = static_cast<uint16_t>(out.count);
 }
 
-void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, std::vector<std::array<VertexRef, 4>>& quads) {
+void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, QuadBuffer& out) {
+  out.count = 0;
   Slot slots[2][2][2];
   field.corner(brick, slots);
-  if (surelyUniform(slots)) return;
   SignWords signs;
   readSigns(slots, signs);
   if (signs.uniform) return;
@@ -280,24 +277,27 @@ void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>
     const int stepU = kStep[(axis + 1) % 3], stepV = kStep[(axis + 2) % 3];
     // Around an edge, counter-clockwise seen from its upper end: the cells one lower along the two axes after its own.
     const int around[4] = {-stepU - stepV, -stepV, 0, -stepU};
-    const int edgeOf[4] = {axis * 4 + 3, axis * 4 + 1, axis * 4, axis * 4 + 2};
     for (int x = 0; x < 8; ++x) {
       const uint64_t low = signs.word[x][0][0];
       for (uint64_t left = low ^ ends(x, axis); left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left);
         const CellVertex* cell = vertices + (x + 1) * 81 + ((bit >> 3) + 1) * 9 + (bit & 7) + 1;
-        CellVertex v[4] = {cell[around[0]], cell[around[1]], cell[around[2]], cell[around[3]]};
-        for (int i = 0; i < 4; ++i)
-          if (v[i].ref == kSeveral) v[i] = vertexOfEdge(sources, static_cast<int>(cell - vertices) + around[i], edgeOf[i]);
-        const auto length2 = [](const CellVertex& a, const CellVertex& b) {
-          const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
-          return (dx * dx + dy * dy) + dz * dz;
-        };
-        // The first corner is one of the shorter diagonal; outwards is up the edge when its lower voxel is inside.
-        const int first = length2(v[1], v[3]) < length2(v[0], v[2]);
-        const int turn = (low >> bit) & 1 ? 1 : 3;
-        const auto ref = [&](int i) { return static_cast<VertexRef>(v[(first + i * turn) & 3].ref); };
-        quads.push_back({ref(0), ref(1), ref(2), ref(3)});
+        CellVertex a = cell[around[0]], b = cell[around[1]], c = cell[around[2]], d = cell[around[3]];
+        if ((a.ref | b.ref | c.ref | d.ref) > kOneRef) {
+          const int at = static_cast<int>(cell - vertices);
+          if (a.ref == kSeveral) a = vertexOfEdge(sources, at + around[0], axis * 4 + 3);
+          if (b.ref == kSeveral) b = vertexOfEdge(sources, at + around[1], axis * 4 + 1);
+          if (c.ref == kSeveral) c = vertexOfEdge(sources, at + around[2], axis * 4);
+          if (d.ref == kSeveral) d = vertexOfEdge(sources, at + around[3], axis * 4 + 2);
+        }
+        // Outwards is up the edge when its lower voxel is inside; else the other way round.
+        const bool up = (low >> bit) & 1;
+        const uint32_t second = up ? b.ref : d.ref, fourth = up ? d.ref : b.ref;
+        // The first corner is one of the shorter diagonal.
+        const bool turned = length2(b, d) < length2(a, c);
+        const auto ref = [](uint32_t r) { return static_cast<VertexRef>(r); };
+        out.quads[out.count++] = turned ? std::array<VertexRef, 4>{ref(second), ref(c.ref), ref(fourth), ref(a.ref)}
+                                        : std::array<VertexRef, 4>{ref(a.ref), ref(second), ref(c.ref), ref(fourth)};
       }
     }
   }

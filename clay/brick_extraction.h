@@ -7,6 +7,7 @@
 
 #include "clay/sampler.h"
 #include "clay/surface.h"
+#include "clay/surface_kernels.h"
 
 namespace argil::clay {
 
@@ -35,10 +36,18 @@ struct CellTable {
   [[nodiscard]] uint32_t vertexOf(int cell, int edge) const;
 };
 
-/// Vertices of the cells of `brick` into `positions` and, when asked for, `normals` (both empty on entry; they stay empty where
-/// there is no surface).
-void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, std::vector<Vec3f>& positions,
-                     std::vector<PackedNormal>& normals);
+/// Vertices of one brick on their way: room for the most there can be, and for whole vectors past the last.
+struct VertexBuffer {
+  static constexpr size_t kMost = 4 * kBrickVoxels + kCellPadding;
+  std::array<Vec3f, kMost> positions;
+  std::array<PackedNormal, kMost> normals;
+  size_t count = 0;
+  [[nodiscard]] std::span<const Vec3f> usedPositions() const { return {positions.data(), count}; }
+  [[nodiscard]] std::span<const PackedNormal> usedNormals() const { return {normals.data(), count}; }
+};
+
+/// Vertices of the cells of `brick`, with normals when asked for; none where there is no surface.
+void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, VertexBuffer& out);
 
 /// What extractQuads needs of a brick coordinate and of its seven lower neighbours; null tables have no vertices.
 struct VertexSource {
@@ -46,8 +55,15 @@ struct VertexSource {
   const Vec3f* positions = nullptr;
 };
 
+/// Quads of one brick: three edges a voxel at the most.
+struct QuadBuffer {
+  std::array<std::array<VertexRef, 4>, 3 * kBrickVoxels> quads;
+  size_t count = 0;
+  [[nodiscard]] std::span<const std::array<VertexRef, 4>> used() const { return {quads.data(), count}; }
+};
+
 /// Quads of the voxel edges whose lower voxel is in `brick`; `sources[dx·4 + dy·2 + dz]` is the brick that is dx, dy, dz lower.
-/// Appends to `quads`, each split along its shorter diagonal.
-void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, std::vector<std::array<VertexRef, 4>>& quads);
+/// Each is split along its shorter diagonal.
+void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, QuadBuffer& out);
 
 }  // namespace argil::clay

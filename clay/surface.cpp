@@ -1,6 +1,7 @@
 #include "clay/surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <unordered_map>
@@ -38,7 +39,7 @@ Vec3f PackedNormal::unpack() const noexcept {
 namespace {
 
 struct Vertices {
-  Vertices(const std::shared_ptr<BlockPool>& pool, const std::vector<Vec3f>& p, const std::vector<PackedNormal>& n)
+  Vertices(const std::shared_ptr<BlockPool>& pool, std::span<const Vec3f> p, std::span<const PackedNormal> n)
       : positionStorage(pool, p.size()), normalStorage(pool, n.size()), positions(positionStorage.data(), p.size()), normals(normalStorage.data(), n.size()) {
     std::uninitialized_copy(p.begin(), p.end(), positionStorage.data());
     std::uninitialized_copy(n.begin(), n.end(), normalStorage.data());
@@ -50,7 +51,7 @@ struct Vertices {
 };
 
 template <class T>
-bool sameBytes(std::span<const T> a, const std::vector<T>& b) {
+bool sameBytes(std::span<const T> a, std::span<const T> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
@@ -59,8 +60,6 @@ struct Entry {
   std::shared_ptr<const Vertices> vertices;
   BrickMeshPtr mesh;
 };
-
-using Quads = std::vector<std::array<VertexRef, 4>>;
 
 }  // namespace
 
@@ -132,6 +131,57 @@ struct Surface::State {
   void follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta);
 };
 
+// Both signs among a brick and those one step higher.
+bool mayBeCrossed(Sampler& field, Coord brick) {
+  Slot slots[2][2][2];
+  field.corner(brick, slots);
+  bool inside = false, outside = false;
+  for (int i = 0; i < 8; ++i) {
+    const Slot slot = slots[i >> 2][(i >> 1) & 1][i & 1];
+    inside |= slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
+    outside |= slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
+  }
+  return inside && outside;
+}
+
+// Bricks of a whole model that can have a vertex: both signs among them and the bricks one step higher. By bits, region by
+// region: each brick is looked at once.
+std::vector<Coord> crossedBricks(const Version& version) {
+  std::vector<Coord> regions;
+  version.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < 8; ++i) {
+      const Coord region = (brick.coord - Coord{i >> 2, (i >> 1) & 1, i & 1}) >> 3;
+      if (regions.empty() || regions.back() != region) regions.push_back(region);
+    }
+  });
+  std::sort(regions.begin(), regions.end());
+  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+  std::vector<Coord> crossed;
+  Sampler field(version);
+  for (const Coord region : regions) {
+    // Bit z of [x][y]; first each brick, then together with those one step higher.
+    unsigned inside[9][9] = {}, outside[9][9] = {};
+    for (int x = 0; x < 9; ++x)
+      for (int y = 0; y < 9; ++y)
+        for (int z = 0; z < 9; ++z) {
+          const Slot slot = field.slot(region * 8 + Coord{x, y, z});
+          const bool in = slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
+          const bool out = slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
+          inside[x][y] |= static_cast<unsigned>(in) << z;
+          outside[x][y] |= static_cast<unsigned>(out) << z;
+        }
+    const auto together = [](unsigned (&bits)[9][9], int x, int y) {
+      const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
+      return all | all >> 1;
+    };
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y)
+        for (unsigned left = together(inside, x, y) & together(outside, x, y) & 0xff; left != 0; left &= left - 1)
+          crossed.push_back(region * 8 + Coord{x, y, std::countr_zero(left)});
+  }
+  return crossed;
+}
+
 // Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
 // face also reads the cell beyond.
 std::vector<Coord> Surface::State::changedBricks(const Version& next) {
@@ -147,11 +197,13 @@ std::vector<Coord> Surface::State::changedBricks(const Version& next) {
       if (entry && entry->table.folded) set.add(brick + step);
     }
   };
-  if (version)
-    Version::forEachDifference(version, next, [&](Coord brick, Slot, Slot) { add(brick); });
-  else
-    next.forEachBrick([&](const Brick& brick) { add(brick.coord); });
-  return set.sorted();
+  if (!version) return crossedBricks(next);
+  Version::forEachDifference(version, next, [&](Coord brick, Slot, Slot) { add(brick); });
+  // Most bricks of an edit see one sign only, then and now.
+  std::vector<Coord> changed = set.sorted();
+  Sampler field(next);
+  std::erase_if(changed, [&](Coord brick) { return !cursor.find(brick) && !mayBeCrossed(field, brick); });
+  return changed;
 }
 
 // Vertices of `bricks`; then `quadBricks` are those whose quads may be others now, `gone` those that lost their surface.
@@ -165,12 +217,11 @@ void Surface::State::followVertices(std::span<const Coord> bricks, int threads, 
   parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(version);
     Cursor cursor(*this);
-    std::vector<Vec3f> positions;
-    std::vector<PackedNormal> normalsHere;
+    const auto scratch = std::make_unique_for_overwrite<VertexBuffer>();
     for (size_t i = begin; i < end; ++i) {
-      positions.clear();
-      normalsHere.clear();
-      extractVertices(field, bricks[i], normals, found[i].table, positions, normalsHere);
+      extractVertices(field, bricks[i], normals, found[i].table, *scratch);
+      const std::span<const Vec3f> positions = scratch->usedPositions();
+      const std::span<const PackedNormal> normalsHere = normals ? scratch->usedNormals() : std::span<const PackedNormal>();
       const Entry* old = cursor.find(bricks[i]);
       if (positions.empty()) {
         found[i].changed = old != nullptr;
@@ -216,7 +267,7 @@ void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std
   parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(version);
     Cursor cursor(*this);
-    Quads scratch;
+    const auto buffer = std::make_unique_for_overwrite<QuadBuffer>();
     for (size_t i = begin; i < end; ++i) {
       Entry* entry = cursor.find(bricks[i]);
       if (!entry) continue;
@@ -225,8 +276,8 @@ void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std
         const Entry* lower = k == 0 ? entry : cursor.find(bricks[i] - Coord{k >> 2, (k >> 1) & 1, k & 1});
         if (lower) sources[static_cast<size_t>(k)] = {&lower->table, lower->vertices->positions.data()};
       }
-      scratch.clear();
-      extractQuads(field, bricks[i], sources, scratch);
+      extractQuads(field, bricks[i], sources, *buffer);
+      const std::span<const std::array<VertexRef, 4>> scratch = buffer->used();
       const BrickMesh* old = entry->mesh.get();
       if (old && old->vertexStorage == entry->vertices && std::equal(scratch.begin(), scratch.end(), old->quads.begin(), old->quads.end())) continue;
       made[i].entry = entry;
