@@ -5,6 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "clay/error.h"
 #include "haptics/devices/sheets.h"
 
 namespace argil::engine {
@@ -172,9 +175,9 @@ void HandRun::walkLive() {
   loop_.turn(servo_.samples());
   grant_ = servo_.start().sentence;
   bare_.start();
+  // Left by an exception too, in this order: the servo stops, the edit thread takes what is left and ends the stroke.
+  EditThread edit(loop_, servo_.samples());
   {
-    // Left by an exception too, in this order: the servo stops, the edit thread takes what is left and ends the stroke.
-    EditThread edit(loop_, servo_.samples());
     struct Stop {
       HandRun& run;
       ~Stop() {
@@ -182,16 +185,18 @@ void HandRun::walkLive() {
         run.bare_.stop();
       }
     };
-    {
-      const Stop stop{*this};
-      haptics::StylusSample now;
-      do {
-        std::this_thread::sleep_for(kLook);
-        servo_.latest().load(now);
-        progress(now.timeS);
-      } while (now.timeS < untilS_ && !edit.failed() && servo_.fault() == haptics::Fault::none);
-    }
-    edit.stop();
+    const Stop stop{*this};
+    haptics::StylusSample now;
+    do {
+      std::this_thread::sleep_for(kLook);
+      servo_.latest().load(now);
+      progress(now.timeS);
+    } while (now.timeS < untilS_ && !edit.failed() && servo_.fault() == haptics::Fault::none);
+  }
+  edit.stop();
+  if (const haptics::Fault fault = servo_.fault(); fault != haptics::Fault::none) {
+    throw Error(fmt::format("the force was stopped at {:.1f} s of {:.1f} s: {}", servo_.timeS(), untilS_, haptics::sentence(fault)),
+                Error::Kind::work);
   }
 }
 
@@ -216,6 +221,7 @@ ServoReport HandRun::report() {
   report.peakForceN = s.peakForceN;
   report.forceLimitN = device_.sheet().peakForceN;
   report.grant = grant_;
+  report.stalls = servo_.watchdogCuts();
   if (servo_.fault() != haptics::Fault::none) report.fault = haptics::sentence(servo_.fault());
   return report;
 }

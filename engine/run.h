@@ -29,6 +29,7 @@ struct ServoReport {
   std::optional<Timing> lateness, bareLateness;  ///< Live only; a loop that only sleeps ran beside it in the same seconds.
   double peakForceN = 0, forceLimitN = 0;        ///< On the hand, and the device's own limit.
   std::string grant;                             ///< Live: what the system granted, in plain words.
+  uint64_t stalls = 0;                           ///< Live: how often the machine stalled so long that the watchdog cut the force.
   std::string fault;                             ///< Why forces were stopped; empty when they were not.
 };
 
@@ -53,7 +54,8 @@ struct RunOptions {
 
 /// Runs the strokes on the session and keeps `surface` at its newest version. Tip-driven strokes and hand-driven ones in
 /// virtual time give the same clay in every run. Neighbouring hand-driven strokes are one walk of the hand: it travels from
-/// the end of a path to the beginning of the next with the button released. Throws Error, Cancelled; then the strokes so
+/// the end of a path to the beginning of the next with the button released. Throws Error (kind
+/// work when a live servo stopped the force for good), Cancelled; then the strokes so
 /// far are in the session, each whole.
 RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& options = {});
 
