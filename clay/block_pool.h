@@ -9,7 +9,7 @@
 
 namespace argil::clay {
 
-/// Free lists by size (128-byte steps up to 32 KiB; larger ones come from the heap) over slabs of 2 MiB, huge pages where the
+/// Free lists by size (64-byte steps up to 32 KiB; larger ones come from the heap) over slabs of 2 MiB, huge pages where the
 /// system grants them: a whole surface would otherwise take a page fault per few bricks (sharing one pool between
 /// models was slower: freed blocks come back in no order, and writing them misses the cache). Blocks are 64-byte aligned. Memory goes back to the system with the pool. Any thread.
 class BlockPool {
@@ -23,7 +23,7 @@ class BlockPool {
   void release(void* block, size_t bytes) noexcept;
 
  private:
-  static constexpr size_t kStep = 128, kLargest = size_t{32} << 10, kSlab = size_t{2} << 20;
+  static constexpr size_t kStep = 64, kLargest = size_t{32} << 10, kSlab = size_t{2} << 20;
   [[nodiscard]] static size_t classOf(size_t bytes) { return (bytes + kStep - 1) / kStep; }
 
   std::mutex mutex_;
