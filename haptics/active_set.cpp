@@ -30,11 +30,16 @@ class Search {
   }
   double wanted(int i) const noexcept { return wanted_[size_t(i)]; }
 
+  /// Whether planes may push that hard; asked before a candidate is made, for most are refused here.
+  bool pushes(double multiplier) const noexcept { return multiplier >= -tolerance_; }
+
   void consider(const Candidate& c) noexcept {
-    for (int i = 0; i < c.count; ++i)
-      if (!(c.multiplier[size_t(i)] >= -tolerance_)) return;
+    const double bound = std::max(best_, tolerance_);
     double violation = 0;
-    for (int i = 0; i < count_; ++i) violation = std::max(violation, wanted(i) - planes_[i].normal.dot(c.step));
+    for (int i = 0; i < count_; ++i) {
+      violation = std::max(violation, wanted(i) - planes_[i].normal.dot(c.step));
+      if (violation > bound) return;
+    }
     // Among candidates that are as good as feasible the shortest step is the nearest point.
     if (violation <= tolerance_) violation = 0;
     if (violation < best_ || (violation == best_ && c.step.squaredNorm() < chosen_.step.squaredNorm())) {
@@ -76,17 +81,22 @@ ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) 
       const double g = planes[i].normal.dot(planes[j].normal), det = 1 - g * g;
       if (det < kParallel) continue;
       const double a = (search.wanted(i) - g * search.wanted(j)) / det, b = (search.wanted(j) - g * search.wanted(i)) / det;
+      if (!search.pushes(a) || !search.pushes(b)) continue;
       search.consider({a * planes[i].normal + b * planes[j].normal, {i, j}, {a, b}, 2});
     }
   for (int i = 0; i < count && search.best() > 0; ++i)
     for (int j = i + 1; j < count; ++j)
       for (int k = j + 1; k < count; ++k) {
         const Vec3d &n = planes[i].normal, &m = planes[j].normal, &o = planes[k].normal;
-        const double volume = n.dot(m.cross(o));
+        const Vec3d mo = m.cross(o);
+        const double volume = n.dot(mo);
         if (volume * volume < kParallel) continue;
         // The corner where the three meet, and what each plane pays to hold it there.
-        const Vec3d step = (search.wanted(i) * m.cross(o) + search.wanted(j) * o.cross(n) + search.wanted(k) * n.cross(m)) / volume;
-        search.consider({step, {i, j, k}, {step.dot(m.cross(o)) / volume, step.dot(o.cross(n)) / volume, step.dot(n.cross(m)) / volume}, 3});
+        const Vec3d on = o.cross(n), nm = n.cross(m);
+        const Vec3d step = (search.wanted(i) * mo + search.wanted(j) * on + search.wanted(k) * nm) / volume;
+        const double a = step.dot(mo) / volume, b = step.dot(on) / volume, c = step.dot(nm) / volume;
+        if (!search.pushes(a) || !search.pushes(b) || !search.pushes(c)) continue;
+        search.consider({step, {i, j, k}, {a, b, c}, 3});
       }
 
   if (search.best() > 1e-6 * search.scale()) {
