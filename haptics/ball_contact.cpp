@@ -21,6 +21,7 @@ constexpr int kEscapeRings = 256;       // So many looks along each ray.
 constexpr int kSteps = 8;               // Of the proxy in a tick (methods, §12.1).
 constexpr int kAttempts = 3;            // To bring one step onto the surface before it is halved.
 constexpr int kHalvings = 4;
+constexpr int kAttemptsStuck = 2;       // After a tick in which none of them brought anything (a ball in a socket of its own size).
 constexpr int kSearches = 20;           // Bound of a tick's cost: then the proxy goes on in the next tick.
 constexpr double kStepRadii = 0.8;      // Longest step beyond free space, in radii: the centre cannot pass a surface.
 constexpr double kMergeCosine = 0.995;  // Contacts at rest whose normals are within 6° are one,
@@ -54,6 +55,7 @@ void BallContact::reset() noexcept {
   escapeRing_ = 0;
   escapeRay_ = -1;
   nearKnown_ = false;
+  stuck_ = false;
   law_.reset();
 }
 
@@ -182,11 +184,18 @@ void BallContact::leaveDepth(double step) ARGIL_REALTIME {
 
 // The proxy towards the hand, in straight steps that end at first contact, then along the surface (methods, §§1, 12).
 void BallContact::follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME {
+  const Vec3d before = proxy_;
+  const double wanted = (target(hand).x - proxy_).norm();
+  step(hand, stuck_ ? kAttemptsStuck : kAttempts + kHalvings, flags);
+  stuck_ = proxy_ == before && wanted >= kStill * voxel_;
+}
+
+void BallContact::step(const Vec3d& hand, int attempts, uint32_t& flags) ARGIL_REALTIME {
   const double allowed = std::max(kOverlap * voxel_, radius_ - clearance_);
   double still = kStill * voxel_;
-  for (int step = 0; step < kSteps; ++step, still *= kStillGrowth) {
+  for (int part = 0; part < kSteps; ++part, still *= kStillGrowth) {
     prune();
-    giving_ = step == 0;
+    giving_ = part == 0;
     Vec3d move = target(hand).x - proxy_;
     double length = move.norm();
     if (length < still) return;
@@ -198,7 +207,7 @@ void BallContact::follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME {
     }
     bool moved = false;
     int halvings = 0;
-    for (int attempt = 0; attempt < kAttempts + kHalvings && !moved; ++attempt) {
+    for (int attempt = 0; attempt < attempts && !moved; ++attempt) {
       if (searches_ >= kSearches) {
         flags |= kIncomplete;
         return;
@@ -246,6 +255,7 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
 void BallContact::touch(const Input& input, bool changed, Output& out) ARGIL_REALTIME {
   const double stiffness = input.topStiffnessNmm;
   if (changed) {
+    stuck_ = false;
     // What was known of the surface is old: begin from the nearest point of the new one.
     const Nearest here = search(proxy_);
     place(proxy_, here.distance);

@@ -60,6 +60,7 @@ class BallContact {
   bool leave(double periodS, double stiffness, double peakN) ARGIL_REALTIME;
   void leaveDepth(double step) ARGIL_REALTIME;
   void follow(const Vec3d& hand, uint32_t& flags) ARGIL_REALTIME;
+  void step(const Vec3d& hand, int attempts, uint32_t& flags) ARGIL_REALTIME;
   void changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME;
   void touch(const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   void cut(const Scene& scene, const Input& input, Output& out) ARGIL_REALTIME;
@@ -74,6 +75,7 @@ class BallContact {
   std::array<Vec3d, kMaxContacts> contacts_;  // Points of the surface that hold the ball or nearly do.
   int contactCount_ = 0;
   Vec3d near_ = Vec3d::Zero();  // What the last search found: the hint of the next.
+  bool stuck_ = false;  // The last tick moved nothing though the hand asked for it.
   bool nearKnown_ = false;
   int searches_ = 0;
   int escapeRing_ = 0, escapeRay_ = -1;
