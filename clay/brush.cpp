@@ -71,11 +71,11 @@ struct BrushStroke::State {
 
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
-  uint64_t stamps = 0;
+  uint64_t stamps = 0, touched = 0;
 
   // Redistancing: when a brick was last within the band of a stamp, in the order of stamps.
   std::unordered_map<Coord, uint64_t, CoordHash> lastTouch;  // kDone once it was redistanced
-  std::deque<std::pair<uint64_t, std::vector<Coord>>> touched;
+  std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
   std::vector<Coord> due;
 
   void carveOrAdd(const Stamp& s, std::vector<Coord>& influenced);
@@ -110,10 +110,14 @@ void BrushStroke::State::carveOrAdd(const Stamp& s, std::vector<Coord>& influenc
     if (centre - kHalfDiagonal - s.radius >= band) return;
     const Slot slot = editor->find(coord);
     if (centre + kHalfDiagonal - s.radius <= -band) {
-      if (slot != Slot(result)) editor->setTile(coord, result);
+      if (slot != Slot(result)) {
+        ++touched;
+        editor->setTile(coord, result);
+      }
       return;
     }
     if (slot == Slot(result)) return;
+    ++touched;
     const float* source = nullptr;
     if (slot.isTile()) {
       if (flatTile != slot.tile()) {
@@ -149,6 +153,7 @@ void BrushStroke::State::smooth(const Stamp& s, std::vector<Coord>& influenced) 
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal >= s.radius) return;
     if (editor->find(coord).isTile()) return;
+    ++touched;
     gatherPadded(*editor, coord, padded);
     Brick* brick = editor->newBrick(coord);
     const BrickChange change = smoothBrick(relativeTo(s, coord), editor->grid().band, s.strength, padded, *brick);
@@ -191,10 +196,10 @@ void BrushStroke::State::redistanceDue() {
 }
 
 void BrushStroke::State::trail(uint64_t upTo) {
-  while (!touched.empty() && touched.front().first <= upTo) {
-    for (const Coord c : touched.front().second)
-      if (lastTouch[c] == touched.front().first) due.push_back(c);
-    touched.pop_front();
+  while (!influencedBy.empty() && influencedBy.front().first <= upTo) {
+    for (const Coord c : influencedBy.front().second)
+      if (lastTouch[c] == influencedBy.front().first) due.push_back(c);
+    influencedBy.pop_front();
   }
 }
 
@@ -211,7 +216,7 @@ void BrushStroke::apply(const Stamp& stamp) {
     s.carveOrAdd(stamp, influenced);
   const uint64_t number = ++s.stamps;
   for (const Coord c : influenced) s.lastTouch[c] = number;
-  s.touched.emplace_back(number, std::move(influenced));
+  s.influencedBy.emplace_back(number, std::move(influenced));
   if (number > kTrail) s.trail(number - kTrail);
   if (s.due.size() >= kBatch) s.redistanceDue();
 }
@@ -230,6 +235,8 @@ Version BrushStroke::finish() {
   s.redistanceDue();
   return publish();
 }
+
+uint64_t BrushStroke::touched() const { return state_->touched; }
 
 Editor::Counts BrushStroke::counts() const {
   const Editor::Counts now = state_->editor->counts();

@@ -38,6 +38,8 @@ class BrushStroke {
 
   /// Bricks and nodes made so far.
   [[nodiscard]] Editor::Counts counts() const;
+  /// Bricks that stamps computed or turned into tiles so far, changed or not: what an edit's cost follows.
+  [[nodiscard]] uint64_t touched() const;
 
  private:
   struct State;

@@ -33,7 +33,7 @@ struct Model {
   BenchModel sphere;
   Surface surface;
   Samples fresh, freshEdit, freshSurface, walk, walkEdit, kernel, copy, stroke;
-  uint64_t changed = 0, made = 0, nodes = 0, triangles = 0;
+  uint64_t touched = 0, changed = 0, made = 0, nodes = 0, triangles = 0;
   std::vector<Vec3d> places;
 };
 
@@ -55,6 +55,21 @@ std::vector<Vec3d> freshPlaces(const Model& model, uint64_t seed, int count) {
   return places;
 }
 
+// Places on the cube's faces, clear of its edges.
+std::vector<Vec3d> flatPlaces(const Model& model, uint64_t seed, int count) {
+  std::mt19937_64 random(seed);
+  const double half = model.sphere.radiusVoxels, clear = half - kRadius - 10;
+  std::uniform_real_distribution<double> along(-clear, clear);
+  const Vec3d centre = model.sphere.version.grid().toVoxel(Vec3d(3, 5, 7));
+  std::vector<Vec3d> places;
+  while (static_cast<int>(places.size()) < count) {
+    const uint64_t face = random() % 6;
+    const double u = along(random), v = along(random), side = face % 2 ? half : -half;
+    places.push_back(centre + (face < 2 ? Vec3d(side, u, v) : face < 4 ? Vec3d(u, side, v) : Vec3d(u, v, side)));
+  }
+  return places;
+}
+
 // One dab on the untouched model: the edit, then the surface. Each is taken back before the next.
 void freshDab(Model& m, const Vec3d& at) {
   const Version& base = m.sphere.version;
@@ -66,6 +81,7 @@ void freshDab(Model& m, const Vec3d& at) {
     stroke.apply(dabAt(at));
     after = stroke.publish();
     counts = stroke.counts();
+    m.touched += stroke.touched();
   }
   const double edit = watch.us();
   const SurfaceDelta delta = m.surface.update(after);
@@ -193,6 +209,36 @@ void peer(BenchReport& report, const Model& m) {
   report.add(r);
 }
 
+// Fresh dabs over all models in turn, warmed up.
+void freshDabs(std::vector<Model>& models, Job* job) {
+  for (int warm = 0; warm < 20; ++warm)
+    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(warm)]);
+  for (Model& m : models) {
+    const Samples none;
+    m.fresh = m.freshEdit = m.freshSurface = m.kernel = m.copy = none;
+    m.touched = m.changed = m.made = m.nodes = m.triangles = 0;
+  }
+  for (int i = 0; i < kFresh; ++i) {
+    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(i)]);
+    if (job) job->step(0.5 * i / kFresh);
+  }
+}
+
+void reportFresh(BenchReport& report, const std::vector<Model>& models, const std::string& name) {
+  for (const Model& m : models) {
+    BenchResult r = m.fresh.result(name + m.sphere.name);
+    // Bricks touched: computed or turned into tiles. Bytes: those bricks read, the nodes copied, the bricks written.
+    const auto perDab = [](uint64_t n) { return static_cast<double>(n) / kFresh; };
+    r.bricks = static_cast<uint64_t>(std::lround(perDab(m.touched)));
+    r.chunks = static_cast<uint64_t>(std::lround(perDab(m.nodes)));
+    r.bytes = static_cast<uint64_t>(perDab(m.touched * sizeof(Brick) + Editor::Counts{m.made, m.nodes}.bytes()));
+    r.triangles = m.triangles / kFresh;
+    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks touched, {:.1f} changed, {:.1f} made, {:.2f} nodes",
+                         m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made), perDab(m.nodes));
+    report.add(r);
+  }
+}
+
 }  // namespace
 
 void benchEdit(BenchReport& report, const BenchOptions& options) {
@@ -206,33 +252,11 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
     models.push_back(std::move(m));
     if (options.job) options.job->step(0);
   }
-  for (int warm = 0; warm < 20; ++warm)
-    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(warm)]);
-  for (Model& m : models) {
-    const Samples none;
-    m.fresh = m.freshEdit = m.freshSurface = m.kernel = m.copy = none;
-    m.changed = m.made = m.nodes = m.triangles = 0;
-  }
-  for (int i = 0; i < kFresh; ++i) {
-    for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(i)]);
-    if (options.job) options.job->step(0.5 * i / kFresh);
-  }
+  freshDabs(models, options.job);
   for (Model& m : models) walk(m, kWalk);
 
   const Model& smallest = models.front();
-  for (const Model& m : models) {
-    BenchResult r = m.fresh.result("edit/ball20/" + m.sphere.name);
-    // Changed bricks: those made anew and those that fell to a tile.
-    const auto perDab = [](uint64_t n) { return static_cast<double>(n) / kFresh; };
-    const double bytes = perDab(m.changed * sizeof(Brick) + (Editor::Counts{0, m.nodes}).bytes());
-    r.bricks = static_cast<uint64_t>(std::lround(perDab(m.changed)));
-    r.chunks = static_cast<uint64_t>(std::lround(perDab(m.nodes)));
-    r.bytes = static_cast<uint64_t>(bytes);
-    r.triangles = m.triangles / kFresh;
-    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks changed ({:.1f} made), {:.2f} nodes", m.fresh.median() / smallest.fresh.median(),
-                         perDab(m.changed), perDab(m.made), perDab(m.nodes));
-    report.add(r);
-  }
+  reportFresh(report, models, "edit/ball20/");
   for (const Model& m : models) {
     BenchResult r = m.walk.result("edit/ball20-walk/" + m.sphere.name);
     r.note = fmt::format("{:.2f}× the smallest's time", m.walk.median() / smallest.walk.median());
@@ -257,6 +281,18 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   }
   report.heading("OpenVDB beside it, one thread");
   for (const Model& m : models) peer(report, m);
+  models.clear();
+
+  report.heading("the same fresh dab on the flat faces of a cube: what is left of the counts' differences when curvature is gone");
+  for (const double size : benchSizes(options.largest)) {
+    Model m;
+    m.sphere = benchCube(size);
+    m.surface.update(m.sphere.version, 2);
+    m.places = flatPlaces(m, 20261120, kFresh);
+    models.push_back(std::move(m));
+  }
+  freshDabs(models, options.job);
+  reportFresh(report, models, "edit/ball20-flat/");
 }
 
 }  // namespace argil::cli

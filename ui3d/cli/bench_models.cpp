@@ -21,6 +21,19 @@ BenchModel benchSphere(double millions) {
   return model;
 }
 
+BenchModel benchCube(double millions) {
+  constexpr double kSideMm = 80;
+  BenchModel model;
+  model.name = fmt::format("{:g}M", millions);
+  // Active voxels: 6a² · 6.
+  const double side = std::sqrt(millions * 1e6 / 36);
+  model.radiusVoxels = side / 2;
+  clay::Grid grid;
+  grid.voxelMm = kSideMm / side;
+  model.version = clay::makeBlock(clay::Store::make(), grid, Vec3d(3, 5, 7), Vec3d::Constant(kSideMm), 0);
+  return model;
+}
+
 std::vector<double> benchSizes(double largest) {
   std::vector<double> sizes;
   for (const double size : {0.8, 3.0, 12.0, 48.0, 200.0})

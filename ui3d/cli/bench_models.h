@@ -16,6 +16,9 @@ struct BenchModel {
 
 /// A sphere of 40 mm about (3, 5, 7) mm with about `millions` of active voxels (a band of 3 on each side).
 BenchModel benchSphere(double millions);
+/// A cube about (3, 5, 7) mm with about `millions` of active voxels; `radiusVoxels` is half its side. Its faces are flat at every
+/// size, where the sphere is the more curved the coarser it is.
+BenchModel benchCube(double millions);
 /// 0.8, 3, 12, 48 and 200 million, up to `largest`.
 std::vector<double> benchSizes(double largest);
 
