@@ -44,9 +44,16 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     prepared.notes.push_back("Turned so that its y axis points up.");
   }
   if (script.fitMm) prepared.notes.push_back(fit(read.mesh, *script.fitMm));
-  clay::ImportOptions options;
-  options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(read.mesh, int(kFitVoxels));
-  clay::Imported imported = clay::meshToClay(std::move(store), read.mesh, options, job);
+  clay::Imported imported;
+  try {
+    clay::ImportOptions options;
+    options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(read.mesh, int(kFitVoxels));
+    imported = clay::meshToClay(std::move(store), read.mesh, options, job);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what(), e.kind());
+  }
   const auto sentences = imported.report.sentences();
   prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
   prepared.version = std::move(imported.version);

@@ -76,6 +76,7 @@ void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, 
     row("servo ticks", fmt::format("{} ({} touching, {} cutting; {} overrun, {} missed, {} samples dropped)", s.ticks, s.touching, s.cutting, s.overrun,
                                    s.missed, s.dropped));
     row("peak force", fmt::format("{:.2f} N of {:.2f} N ({})", s.peakForceN, s.forceLimitN, options.device));
+    if (s.stalls > 0) row("stalls", fmt::format("{}: the machine stood still so long that the watchdog let go of the force", s.stalls));
     if (!s.grant.empty()) row("real time", s.grant);
     if (!s.fault.empty()) row("force stopped", s.fault);
   }
@@ -98,7 +99,7 @@ ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport
   if (run.servo) {
     const engine::ServoReport& s = *run.servo;
     json["servo"] = {{"ticks", s.ticks},       {"touching", s.touching}, {"cutting", s.cutting},   {"overrun", s.overrun},
-                     {"missed", s.missed},     {"dropped", s.dropped},   {"clamped", s.clamped},   {"compute", timingJson(s.compute)},
+                     {"missed", s.missed},     {"dropped", s.dropped},   {"clamped", s.clamped},   {"stalls", s.stalls},       {"compute", timingJson(s.compute)},
                      {"peak_force_n", s.peakForceN}, {"force_limit_n", s.forceLimitN}, {"fault", s.fault}};
     if (s.lateness) json["servo"]["lateness"] = timingJson(*s.lateness);
     if (s.bareLateness) json["servo"]["bare_lateness"] = timingJson(*s.bareLateness);
