@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/mesh_topology.h"
+#include "clay/sampler.h"
 #include "clay/store.h"
 #include "engine/prepare_clay.h"
 #include "engine/run.h"
@@ -30,17 +31,51 @@ ordered_json timingJson(const engine::Timing& t) {
 
 std::string timingText(const engine::Timing& t) { return fmt::format("{:8.1f} {:8.1f} {:8.1f} µs", t.median, t.p99, t.p999); }
 
-// The tool just lifted from where the last stroke ended, so that the picture shows what made it, and where.
-render::Cursor cursorAfter(const engine::Script& strokes, const Vec3d& centreMm) {
-  const engine::ScriptStroke& last = strokes.strokes.back();
+// A way out of the clay from a place that the tool has cut: of the 26 directions that are free for as long as the stylus,
+// the one that points most away from the middle.
+Vec3d freeDirection(const clay::Version& version, const Vec3d& fromMm, const Vec3d& outwards) {
+  constexpr int kLongVoxels = 120;
+  clay::Sampler field(version);
+  const Vec3d from = version.grid().toVoxel(fromMm);
+  Vec3d best = outwards;
+  double bestDot = -2;
+  for (int i = 0; i < 27; ++i) {
+    if (i == 13) continue;
+    const Vec3d way = Vec3d(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1).normalized();
+    if (way.dot(outwards) <= bestDot) continue;
+    bool isFree = true;
+    for (int step = 1; step <= kLongVoxels && isFree; ++step) isFree = field.trilinear(from + step * way) > 0;
+    if (!isFree) continue;
+    best = way;
+    bestDot = way.dot(outwards);
+  }
+  return best;
+}
+
+// The tool just lifted from where a stroke ended, so that the picture shows what made it, and where.
+render::Cursor cursorAfter(const engine::ScriptStroke& last, const clay::Version& version, const Vec3d& centreMm) {
   const Vec3d end = last.path.back().mm, outwards = end - centreMm;
-  const Vec3d away = outwards.norm() > 1e-9 ? Vec3d(outwards.normalized()) : Vec3d(Vec3d::UnitZ());
+  const Vec3d away = freeDirection(version, end, outwards.norm() > 1e-9 ? Vec3d(outwards.normalized()) : Vec3d(Vec3d::UnitZ()));
   render::Cursor cursor;
   cursor.radiusMm = last.tool.radiusMm;
-  cursor.positionMm = end + 4 * cursor.radiusMm * away;
-  cursor.shaft = away + Vec3d(0, 0, 0.6);
+  cursor.positionMm = end + 3 * cursor.radiusMm * away;
+  cursor.shaft = away;
   cursor.drop = -away;
   return cursor;
+}
+
+// The same for the last stroke whose end the picture shows; the very last when it shows none.
+std::optional<render::Cursor> shownCursor(const engine::Script& strokes, const clay::Version& version, const render::Renderer& renderer,
+                                          const render::View& view) {
+  std::optional<render::Cursor> first;
+  for (size_t i = strokes.strokes.size(); i-- > 0;) {
+    const render::Cursor cursor = cursorAfter(strokes.strokes[i], version, renderer.bounds().centre());
+    if (!first) first = cursor;
+    const Vec3d landing = cursor.positionMm + 2.5 * cursor.radiusMm * cursor.drop;
+    const auto seen = [&](const Vec3d& at) { return !renderer.raycast(at, view.position - at); };
+    if (seen(cursor.positionMm) && seen(landing)) return cursor;
+  }
+  return first;
 }
 
 // What changed since the first picture: of each brick the newest mesh alone.
@@ -167,8 +202,7 @@ void sculpt(const SculptOptions& options) {
   if (!options.png.empty()) {
     const uint64_t bytes = changed.empty() ? 0 : renderer->update(changed.delta()).bytes;
     render::Overlays overlays;
-    const engine::Script recorded = session.recording();
-    if (!recorded.strokes.empty()) overlays.cursor = cursorAfter(recorded, renderer->bounds().centre());
+    overlays.cursor = shownCursor(session.recording(), session.version(), *renderer, view);
     render::writePng(renderer->render(view, overlays, options.size[0], options.size[1]), options.png.string());
     fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture", static_cast<double>(uploaded) * 1e-6,
                static_cast<double>(bytes) * 1e-6, renderer->deviceName());
