@@ -7,9 +7,7 @@
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/run.h"
-#include "haptics/devices/sheets.h"
-#include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/touch_bench.h"
 #include "ui3d/cli/bench.h"
 #include "ui3d/cli/bench_models.h"
 
@@ -18,7 +16,7 @@ namespace argil::cli {
 namespace {
 
 constexpr double kVoxelMm = 0.25;
-constexpr uint64_t kWarmTicks = 2000, kTicks = 50000;
+constexpr uint64_t kTicks = 50000;
 
 BenchResult fromHistogram(const haptics::Histogram& h, std::string name) {
   BenchResult r;
@@ -30,32 +28,19 @@ BenchResult fromHistogram(const haptics::Histogram& h, std::string name) {
   return r;
 }
 
-// A ball slides over a sphere, pressed in by 1 mm, on a prescribed path: ticks in virtual time, one after the other.
+// A ball slides over a sphere at 30 mm/s, pressed in by 1 mm, on a prescribed path: ticks in virtual time, warm.
 void slide(BenchReport& report, double millions, double ballVoxels) {
-  const double radius = std::sqrt(millions * 1e6 / (24 * M_PI)) * kVoxelMm, ball = ballVoxels * kVoxelMm;
+  const double radius = std::sqrt(millions * 1e6 / (24 * M_PI)) * kVoxelMm, ball = ballVoxels * kVoxelMm, seconds = kTicks / 1000.0;
   clay::Grid grid;
   grid.voxelMm = kVoxelMm;
   haptics::Scene scene;
   scene.pieces.push_back({clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius), {}, 0});
   scene.tool.radiusMm = ball;
-  haptics::Published<haptics::Scene> published;
-  published.publish(std::make_unique<const haptics::Scene>(scene));
-  const double around = 10, height = std::sqrt(std::max(1.0, (radius + ball - 1) * (radius + ball - 1) - around * around));
-  const haptics::HandPath path = haptics::HandPath::circle(Vec3d(0, 0, height), Vec3d(around, 0, height), Vec3d::UnitZ(), 25, 52);
-  haptics::SimulatedDevice::Options options;
-  options.prescribed = true;
-  options.encoderSteps = false;
-  haptics::SimulatedDevice device(haptics::deviceSheet("touch"), path, options);
-  haptics::Servo servo(device, published);
-  std::vector<haptics::StylusSample> samples(64);
-  const auto drain = [&](uint64_t, double) { servo.samples().pop(samples); };
-  servo.runVirtual(kWarmTicks, drain);
-  const uint64_t before = servo.statistics().compute.count();
-  servo.runVirtual(kTicks, drain);
-  const haptics::ServoStatistics& s = servo.statistics();
-  BenchResult r = fromHistogram(s.compute, fmt::format("touch/ball{:g}v/{:g}M", ballVoxels, millions));
-  r.n = s.compute.count() - before;
-  r.note = fmt::format("ball of {:g} voxels; {} of {} ticks in contact; simulated device included", ballVoxels, s.touching, s.ticks);
+  const double turns = 30 * seconds / (2 * M_PI * radius);
+  const haptics::HandPath path = haptics::glideOnBall(Vec3d::Zero(), radius, ball, 1, turns, seconds);
+  const haptics::TickFigures figures = haptics::measureTicks(scene, path, kTicks);
+  BenchResult r = fromHistogram(figures.compute, fmt::format("touch/ball{:g}v/{:g}M", ballVoxels, millions));
+  r.note = fmt::format("ball of {:g} voxels; {} of {} ticks in contact; simulated device included", ballVoxels, figures.touching, figures.ticks);
   report.add(r);
 }
 
