@@ -22,6 +22,8 @@ constexpr double kReachVoxels = 8.0 * kBrickReach - 8 * kMaxRadius;
 // From the centre of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
 // decided without looking at their voxels, with the same result.
 const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
+// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
+const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 
 // Redistancing follows this many stamps behind the last one that touched a brick: the tool has moved on by then.
 constexpr uint64_t kTrail = 2;
@@ -83,19 +85,23 @@ struct BrushStroke::State {
   void trail(uint64_t upTo);
   void redistanceDue();
 
-  template <class Visit>
-  void forBricks(const Stamp& s, double margin, const Visit& visit) {
+  // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first, with the
+  // region's first brick and the distance of its middle to the segment.
+  template <class Enter, class Visit>
+  void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
     const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
     Coord first, last;
     first = {static_cast<int32_t>(std::floor(low.x() / 8)), static_cast<int32_t>(std::floor(low.y() / 8)), static_cast<int32_t>(std::floor(low.z() / 8))};
     last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)), static_cast<int32_t>(std::floor(high.z() / 8))};
-    // Region by region, so that consecutive bricks share a node.
     for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
       for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
-        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz)
-          for (int x = std::max(first.x, rx * 8); x <= std::min(last.x, rx * 8 + 7); ++x)
-            for (int y = std::max(first.y, ry * 8); y <= std::min(last.y, ry * 8 + 7); ++y)
-              for (int z = std::max(first.z, rz * 8); z <= std::min(last.z, rz * 8 + 7); ++z) visit(Coord{x, y, z});
+        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
+          const Coord region = Coord{rx, ry, rz} * 8;
+          if (!enter(region, segmentDistance(s, (region * kBrickEdge).toVec3d() + Vec3d::Constant(31.5)))) continue;
+          for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
+            for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
+              for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z) visit(Coord{x, y, z});
+        }
   }
 };
 
@@ -105,7 +111,13 @@ void BrushStroke::State::carveOrAdd(const Stamp& s, std::vector<Coord>& influenc
   const Tile result = carving ? Tile::outside : Tile::inside;
   float flat[kBrickVoxels];
   std::optional<Tile> flatTile;
-  forBricks(s, s.radius + band, [&](Coord coord) {
+  const auto enter = [&](Coord region, double middle) {
+    if (middle - kRegionHalfDiagonal - s.radius >= band) return false;
+    if (middle + kRegionHalfDiagonal - s.radius > -band) return true;
+    touched += editor->setBlock(region, 1, result);
+    return false;
+  };
+  forBricks(s, s.radius + band, enter, [&](Coord coord) {
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal - s.radius >= band) return;
     const Slot slot = editor->find(coord);
@@ -149,7 +161,8 @@ void BrushStroke::State::smooth(const Stamp& s, std::vector<Coord>& influenced) 
   std::vector<Result> results;
   float padded[kPaddedSize];
   std::fill(std::begin(padded), std::end(padded), 0.0f);
-  forBricks(s, s.radius, [&](Coord coord) {
+  const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal < s.radius; };
+  forBricks(s, s.radius, enter, [&](Coord coord) {
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal >= s.radius) return;
     if (editor->find(coord).isTile()) return;

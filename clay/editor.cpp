@@ -116,15 +116,19 @@ void Editor::setTile(Coord brick, Tile tile) {
   place(brick, linkOf(tile));
 }
 
-void Editor::setBlock(Coord brick, int level, Tile tile) {
+bool Editor::setBlock(Coord brick, int level, Tile tile) {
   requireReach(brick);
-  if (level == 0) return setTile(brick, tile);
-  if (descend(root_, brick, level) == linkOf(tile)) return;
+  if (descend(root_, brick, level) == linkOf(tile)) return false;
+  if (level == 0) {
+    setTile(brick, tile);
+    return true;
+  }
   Link* link = writableLink(brick, level);
   release(*link, level);
   *link = linkOf(tile);
   cachedRegion_ = {INT32_MIN, 0, 0};
   mayCollapse_.push_back(brick);
+  return true;
 }
 
 void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {

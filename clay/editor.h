@@ -32,9 +32,9 @@ class Editor {
   /// Makes a brick coordinate a tile. Throws Error out of reach.
   void setTile(Coord brick, Tile tile);
   /// Makes the tree's block of 8^level bricks along each axis that holds `brick` one tile (level 0 to kTreeLevels). Blocks of
-  /// level 1 start at multiples of eight bricks, larger ones where blockFirst() says. Cost follows what stood there. Throws
-  /// Error out of reach.
-  void setBlock(Coord brick, int level, Tile tile);
+  /// level 1 start at multiples of eight bricks, larger ones where blockFirst() says. Cost follows what stood there. False
+  /// when it was that tile already. Throws Error out of reach.
+  bool setBlock(Coord brick, int level, Tile tile);
   /// The first brick coordinate of that block; it may lie out of reach.
   [[nodiscard]] static Coord blockFirst(Coord brick, int level);
 
