@@ -62,6 +62,7 @@ if $long; then
   runTests asan
   # The system's TBB is not instrumented: the test programs run it on one thread, and the command line is left out.
   buildPreset tsan
+  export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp"
   runTests tsan -E '^e2e'
 else
   # Suites named Long... are the soaks.
