@@ -302,16 +302,16 @@ void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std
 
 void Surface::State::follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta) {
   // In slices, so that what passes between the steps stays in the cache.
-  constexpr size_t kSlice = 4096;
+  const size_t slice = 1024 * static_cast<size_t>(threads);
   BrickSet quadSet;
   std::vector<Coord> gone;
-  for (size_t at = 0; at < bricks.size(); at += kSlice)
-    followVertices(bricks.subspan(at, std::min(kSlice, bricks.size() - at)), threads, quadSet, gone);
+  for (size_t at = 0; at < bricks.size(); at += slice)
+    followVertices(bricks.subspan(at, std::min(slice, bricks.size() - at)), threads, quadSet, gone);
   const std::vector<Coord> quadBricks = quadSet.sorted();
   std::span<const Coord> goneLeft(gone);
   delta.changed.reserve(delta.changed.size() + gone.size() + quadBricks.size());
-  for (size_t at = 0; at < quadBricks.size(); at += kSlice)
-    followQuads(std::span(quadBricks).subspan(at, std::min(kSlice, quadBricks.size() - at)), threads, goneLeft, delta);
+  for (size_t at = 0; at < quadBricks.size(); at += slice)
+    followQuads(std::span(quadBricks).subspan(at, std::min(slice, quadBricks.size() - at)), threads, goneLeft, delta);
   for (const Coord brick : goneLeft) delta.changed.push_back(makeMesh(brick, nullptr, {}));
 }
 
