@@ -2,10 +2,7 @@
 // Stamps on clay: what a stroke does to a version.
 
 #include <cstdint>
-#include <deque>
 #include <memory>
-#include <span>
-#include <vector>
 
 #include "clay/editor.h"
 

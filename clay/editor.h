@@ -49,8 +49,6 @@ class Editor {
   /// The brick at a coordinate if this transaction made it, so that it may be written in place; else null.
   [[nodiscard]] Brick* own(Coord brick) noexcept;
 
-  [[nodiscard]] uintptr_t root() const noexcept { return root_; }  ///< For Sampler.
-
   /// The new version; the editor is finished. Without any change: the base itself.
   [[nodiscard]] Version commit();
 

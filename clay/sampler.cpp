@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/editor.h"
 #include "clay/tree.h"
 
 namespace argil::clay {
@@ -41,8 +40,6 @@ void cubicWeights(float t, float w[4], float d[4]) noexcept {
 }
 
 }  // namespace
-
-Sampler::Sampler(const Editor& editor) noexcept : root_(editor.root()), band_(editor.grid().band) {}
 
 void Sampler::reset(const Version& version) noexcept {
   root_ = version.record()->root;

@@ -5,16 +5,13 @@
 
 namespace argil::clay {
 
-class Editor;
-
-/// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each other skip the tree. One
-/// thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while it is used.
+/// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each other
+/// skip the tree. One thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while
+/// it is used.
 /// Where the field is not known (outside of the band) values are ±band and gradients fall to zero.
 class Sampler {
  public:
   explicit Sampler(const Version& version) noexcept { reset(version); }
-  /// Reads the edits so far; void after the next one.
-  explicit Sampler(const Editor& editor) noexcept;
   Sampler() noexcept = default;
   /// Reads another version from now on.
   void reset(const Version& version) noexcept;
