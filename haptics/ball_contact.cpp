@@ -318,7 +318,7 @@ void BallContact::cut(const Scene& scene, const Input& input, Output& out) ARGIL
   out.force = input.topStiffnessNmm * (proxy_ - input.hand);
 }
 
-BallContact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
+Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Output out;
   searches_ = 0;
   if (!begun_) {

@@ -6,9 +6,8 @@
 #include <span>
 
 #include "haptics/active_set.h"
+#include "haptics/contact.h"
 #include "haptics/cutting.h"
-#include "haptics/device.h"
-#include "haptics/scene.h"
 #include "haptics/touchable.h"
 
 namespace argil::haptics {
@@ -17,31 +16,10 @@ namespace argil::haptics {
 /// Invariants: the proxy's ball never overlaps the clay by more than a few hundredths of a voxel, unless a new version left it inside
 /// (then it moves out at a bounded speed); a tick without a new version never increases |proxy − hand| by more than
 /// rounding of that overlap, 0.01 voxels. One thread, the servo's. Recipe, tolerances and figures: NOTES.md, "Ball contact".
-class BallContact {
+class BallContact final : public Contact {
  public:
-  struct Input {
-    Vec3d hand = Vec3d::Zero();       ///< Device position in the world, mm; finite.
-    Vec3d velocity = Vec3d::Zero();   ///< Its filtered velocity, mm/s.
-    double periodS = 1e-3;
-    double topStiffnessNmm = 1;       ///< The device's limits, from its sheet.
-    double dampingNsmm = 0;           ///< Along the normal of a touched surface.
-    double peakForceN = 3;
-    bool operate = false;             ///< The tool's operation is on.
-    uint64_t sampleIndex = 0;         ///< Of this tick.
-  };
-  struct Output {
-    Vec3d proxy = Vec3d::Zero();
-    Vec3d cutPoint = Vec3d::Zero();
-    Vec3d force = Vec3d::Zero();      ///< On the hand, N, world directions; no longer than the peak.
-    double depthMm = 0;
-    double areaMm2 = 0;               ///< Engaged area while cutting.
-    int planes = 0;                   ///< Active planes.
-    uint32_t flags = 0;               ///< TickFlag: kTouching, kLeaving, kCutting, kClamped, kIncomplete.
-  };
-
-  /// Forgets everything: the next tick begins with the proxy at the hand.
-  void reset() noexcept;
-  Output tick(const Scene& scene, const Input& input) ARGIL_REALTIME;
+  void reset() noexcept override;
+  Output tick(const Scene& scene, const Input& input) ARGIL_REALTIME override;
 
   /// Distance from the proxy's centre to the surface as the contact knows it: a lower bound, mm; exact while touching.
   [[nodiscard]] double clearanceMm() const noexcept { return clearance_; }

@@ -27,12 +27,24 @@ void Scene::check() const {
     require(rigid(piece.pose), "the pose of a piece is not finite or its quaternion not of unit length");
     require(piece.material < materials.size(), "a piece names a material that is not there");
   }
+  require(parts.size() <= kMaxParts, "more than 64 parts");
+  for (const Part& part : parts) {
+    require(part.mesh != nullptr, "a part holds no mesh");
+    require(rigid(part.pose), "the pose of a part is not finite or its quaternion not of unit length");
+    require(part.material < materials.size(), "a part names a material that is not there");
+  }
+  require(guides.size() <= kMaxGuides, "more than 64 guides");
+  for (const Guide& guide : guides) guide.check();
   for (const Material& m : materials) {
     require(positive(m.stiffnessNmm, 1e4), "a stiffness must be above 0 and at most 10 000 N/mm");
     require(positive(m.hardnessNmm2, 1e6), "a hardness must be above 0 and at most 1e6 N/mm²");
     require(positive(m.viscosityNsmm, 1e6), "a viscosity must be above 0 and at most 1e6 N·s/mm");
     require(std::isfinite(m.dragNsmm) && m.dragNsmm >= 0, "drag must not be negative");
-    require(std::isfinite(m.friction) && m.friction >= 0, "friction must not be negative");
+    require(m.dynamicFriction >= 0 && m.dynamicFriction <= m.staticFriction && m.staticFriction <= 4,
+            "friction must be 0 to 4, sliding no more than sticking");
+    require(std::isfinite(m.viscousFrictionNsmm) && m.viscousFrictionNsmm >= 0, "viscous friction must not be negative");
+    require(m.texture < static_cast<int64_t>(textures.size()) && (m.texture < 0 || textures[size_t(m.texture)]),
+            "a material names a texture that is not there");
   }
   require(positive(tool.radiusMm, 1e6), "the tool's radius must be above 0");
   require(rigid(workspace.pose) && positive(workspace.scale, 1e6), "the workspace mapping is not finite");

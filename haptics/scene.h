@@ -2,14 +2,19 @@
 // All that the servo reads in a tick: published whole, never changed.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "clay/brush.h"
 #include "clay/version.h"
+#include "haptics/guide.h"
 #include "haptics/pose.h"
 
 namespace argil::haptics {
+
+class PartMesh;  // haptics/part_mesh.h
+class Texture;   // haptics/texture.h
 
 /// How a piece of clay feels. A row of a table.
 struct Material {
@@ -17,7 +22,10 @@ struct Material {
   double hardnessNmm2 = 0.05;    ///< σ: pressure at which it yields to a cut, N/mm².
   double viscosityNsmm = 0.01;   ///< η: how slowly it yields, N·s/mm.
   double dragNsmm = 0.002;       ///< Against the motion of a tool that cuts, N·s/mm at full engagement.
-  double friction = 0;           ///< μ of touch; read by nobody yet.
+  double staticFriction = 0;     ///< μ_s: a ball at rest stays while |f_t| ≤ μ_s |f_n|. 0 to 4.
+  double dynamicFriction = 0;    ///< μ_d of a ball that slides; at most μ_s.
+  double viscousFrictionNsmm = 0;  ///< b: drag of sliding on top, N·s/mm.
+  int32_t texture = -1;          ///< Index into Scene::textures; none below zero.
 };
 
 /// A clay model at its place in the world.
@@ -25,6 +33,13 @@ struct Piece {
   clay::Version version;         ///< Held by the scene: it lives as long as a reader can see it.
   Pose pose;                     ///< From the version's millimetres to the world's.
   uint32_t material = 0;         ///< Index into Scene::materials.
+};
+
+/// A mesh that is touched as it is, without being clay.
+struct Part {
+  std::shared_ptr<const PartMesh> mesh;  ///< Held by the scene; the publisher frees it.
+  Pose pose;                     ///< From the mesh's millimetres to the world's.
+  uint32_t material = 0;         ///< Index into Scene::materials; hardness and viscosity mean nothing here.
 };
 
 /// What the hand holds: a ball.
@@ -49,7 +64,10 @@ struct Workspace {
 
 struct Scene {
   std::vector<Piece> pieces;
+  std::vector<Part> parts;
+  std::vector<Guide> guides;
   std::vector<Material> materials{1};
+  std::vector<std::shared_ptr<const Texture>> textures;
   Tool tool;
   Workspace workspace;
   /// Every sample with a smaller index was carved into the pieces as they stand here (StylusSample::index).
@@ -60,5 +78,7 @@ struct Scene {
 };
 
 inline constexpr size_t kMaxPieces = 64;  ///< In one scene.
+inline constexpr size_t kMaxParts = 64;
+inline constexpr size_t kMaxGuides = 64;
 
 }  // namespace argil::haptics

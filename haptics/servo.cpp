@@ -53,7 +53,7 @@ Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
     : device_(device),
       options_(options),
       samples_(checkedRate(options.rateHz)),
-      tick_(device, scene, samples_, 1.0 / options.rateHz),
+      tick_(device, scene, samples_, 1.0 / options.rateHz, options.contact),
       statistics_(std::make_unique<ServoStatistics>()) {}
 
 Servo::~Servo() { stop(); }

@@ -40,6 +40,7 @@ class Servo {
     double rateHz = 1000;        ///< 100 to 8000.
     bool realtime = true;        ///< Ask for SCHED_FIFO and locked memory in start().
     int priority = 80;
+    std::string contact = "proxy";  ///< One of contactNames().
     bool measureCompute = true;  ///< Also in virtual time.
   };
 

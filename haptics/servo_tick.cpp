@@ -21,16 +21,17 @@ double checkedPeriod(double periodS) {
 
 }  // namespace
 
-ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS)
+ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact)
     : device_(device),
       scene_(scene),
       samples_(samples),
+      contact_(makeContact(contact)),
       safety_(device.sheet(), checkedPeriod(periodS)),
       periodS_(periodS),
       smoothing_(1 - std::exp(-2 * std::numbers::pi * kVelocityCutoffHz * periodS)) {}
 
 void ServoTick::reset() noexcept {
-  contact_.reset();
+  contact_->reset();
   safety_.reset();
   moving_ = false;
 }
@@ -64,7 +65,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     const Workspace& workspace = scene->workspace;
     sample_.device = workspace.toWorld(state.pose);
     estimateVelocity(sample_.device.translation);
-    BallContact::Input in;
+    Contact::Input in;
     in.hand = sample_.device.translation;
     in.velocity = velocity_;
     in.periodS = periodS_;
@@ -73,7 +74,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.peakForceN = device_.sheet().peakForceN;
     in.operate = scene->tool.operation && (state.buttons & scene->tool.buttons) != 0;
     in.sampleIndex = sample_.index;
-    const BallContact::Output out = contact_.tick(*scene, in);
+    const Contact::Output out = contact_->tick(*scene, in);
     flags |= out.flags;
     raw = workspace.pose.rotation.conjugate() * out.force;
     sample_.proxy = out.proxy;

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "haptics/ball_contact.h"
+#include "haptics/contact.h"
 #include "haptics/device.h"
 #include "haptics/latest_value.h"
 #include "haptics/published.h"
@@ -16,8 +16,8 @@ namespace argil::haptics {
 /// The same code in real and in virtual time. All its memory is its own; made and destroyed off the servo's thread.
 class ServoTick {
  public:
-  /// All three must outlive it. `periodS`: 1/8000 to 1/100 s.
-  ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS);
+  /// All three references must outlive it. `periodS`: 1/8000 to 1/100 s. `contact`: one of contactNames().
+  ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact = "proxy");
 
   /// Runs one tick at servo time `timeS`; TickFlag bits of what happened. `late`: this tick began a whole period late.
   uint32_t run(double timeS, bool late) ARGIL_REALTIME;
@@ -27,7 +27,6 @@ class ServoTick {
   void reset() noexcept;
 
   [[nodiscard]] const StylusSample& last() const noexcept { return sample_; }
-  [[nodiscard]] const BallContact& contact() const noexcept { return contact_; }
   [[nodiscard]] Safety& safety() noexcept { return safety_; }
   [[nodiscard]] const Safety& safety() const noexcept { return safety_; }
   /// The newest sample, for a cursor: one reader.
@@ -40,7 +39,7 @@ class ServoTick {
   Published<Scene>::Reader scene_;
   SampleRing& samples_;
   LatestValue<StylusSample> latest_;
-  BallContact contact_;
+  std::unique_ptr<Contact> contact_;
   Safety safety_;
   double periodS_, smoothing_;
   DeviceState state_;

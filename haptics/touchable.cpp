@@ -27,4 +27,11 @@ Nearest TouchableClay::nearest(const Vec3d& p, double reachMm, const Vec3d* hint
   return {true, toWorld(found.point), sign * found.distance * voxelMm_};
 }
 
+Vec3d TouchableClay::normal(const Vec3d& point) ARGIL_REALTIME {
+  Vec3f gradient;
+  surface_.sampler().tricubic(toVoxel(point), gradient);
+  const double length = double(gradient.norm());
+  return length > 1e-3 ? Vec3d(pose_.rotation * (gradient.cast<double>() / length)) : Vec3d::Zero();
+}
+
 }  // namespace argil::haptics

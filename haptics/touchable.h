@@ -13,12 +13,18 @@ struct Nearest {
   double distance = 0;           ///< Negative when the place asked for is inside.
 };
 
-/// A thing that contact works on: clay now, meshes and guides beside it later. Servo thread only.
+/// A thing that contact works on: a piece of clay, a mesh part, a keep-out. Servo thread only.
 class Touchable {
  public:
   virtual ~Touchable() = default;
-  /// Nearest point within `reachMm` of `p`; `hint`: where it was last time, or null.
+  /// Nearest point within `reachMm` of `p`, exact to `resolutionMm` / 50; `hint`: where it was last time, or null. What has
+  /// no inside (a mesh part: both faces count) never answers with a negative distance.
   virtual Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME = 0;
+  /// Smooth unit normal of the surface at a point that nearest() gave, for the direction of the force alone (methods, §1, force
+  /// shading); its sign does not matter. Zero: take the direction to the point.
+  virtual Vec3d normal(const Vec3d& point) ARGIL_REALTIME = 0;
+  /// The smallest length that it tells apart, mm: a voxel; what tolerances of contact are counted in.
+  [[nodiscard]] virtual double resolutionMm() const ARGIL_REALTIME = 0;
 };
 
 /// A piece of a scene as a touchable.
@@ -27,6 +33,9 @@ class TouchableClay final : public Touchable {
   /// Reads `piece` from now on; the scene that holds it is held by the caller. True when it is not what was read before.
   bool reset(const Piece& piece) ARGIL_REALTIME;
   Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
+
+  Vec3d normal(const Vec3d& point) ARGIL_REALTIME override;
+  [[nodiscard]] double resolutionMm() const ARGIL_REALTIME override { return voxelMm_; }
 
   [[nodiscard]] double voxelMm() const noexcept { return voxelMm_; }
   [[nodiscard]] Vec3d toVoxel(const Vec3d& world) const noexcept { return (pose_.applyInverse(world) - origin_) / voxelMm_; }

@@ -1,0 +1,7 @@
+#include "haptics/guide.h"
+
+namespace argil::haptics {
+
+void Guide::check() const {}
+
+}  // namespace argil::haptics
