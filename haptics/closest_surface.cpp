@@ -15,6 +15,19 @@ constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distanc
 constexpr double kPatch2 = 1.5 * 1.5;    // Voxels²: how far a patch around a walked point reaches,
 constexpr double kPatchRise = 0.02;      // and how far a point of it may rise above the tangent plane, voxels.
 constexpr double kCellDiagonal2 = 0.75; // A cell's own sign change is within half a diagonal of its surface, squared.
+constexpr double kAhead = 3;       // Voxels that the bricks around are gathered for beyond what is asked,
+constexpr double kLook = 1;        // and that a brick is looked through beyond it: so far the next calls need not look again.
+
+// From p to the box of the sign changes that a brick owns, squared: its last edges end at the next brick's first voxels.
+double gap2(Coord brick, const Vec3d& p) noexcept {
+  double sum = 0;
+  const double low[3] = {8.0 * brick.x, 8.0 * brick.y, 8.0 * brick.z};
+  for (int a = 0; a < 3; ++a) {
+    const double gap = std::max({0.0, low[a] - p[a], p[a] - low[a] - clay::kBrickEdge});
+    sum += gap * gap;
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -51,9 +64,16 @@ struct ClosestSurface::Candidates {
 void ClosestSurface::reset(const clay::Version& version) ARGIL_REALTIME {
   sampler_.reset(version);
   band_ = version.grid().band;
+  // Addresses of records are reused, ids are per store: both together name a version.
+  if (version_ == version.record() && versionId_ == version.id()) return;
+  version_ = version.record();
+  versionId_ = version.id();
+  covered_ = -1;
 }
 
-void ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates) ARGIL_REALTIME {
+// Offers the brick's sign changes; no other of its own is nearer to p than what it returns, which is at most `look`.
+double ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates,
+                                 double look) ARGIL_REALTIME {
   using clay::Slot;
   constexpr uint64_t kLowZ = 0x0101010101010101ull;
   const auto word = [](Slot s, int x) -> uint64_t {
@@ -68,9 +88,10 @@ void ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < clay::kBrickEdge; ++i) away2[axis][i] = (float(i) - local[axis]) * (float(i) - local[axis]);
 
+  // Edges reach one voxel further than the voxel that owns them.
+  const float reach = static_cast<float>(look) + 1.0f;
+  float nearest2 = static_cast<float>(look * look);
   for (int x = 0; x < clay::kBrickEdge; ++x) {
-    // Edges reach one voxel further than the voxel that owns them.
-    const float reach = std::sqrt(static_cast<float>(candidates.best2)) + 1.0f;
     const float left = reach * reach - away2[0][x];
     if (left < 0) continue;
     const uint64_t w = brick.inside[x];
@@ -79,24 +100,30 @@ void ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Vec3
     const uint64_t alongZ = w ^ (((w >> 1) & ~(kLowZ << 7)) | ((word(beyondZ, x) & kLowZ) << 7));
     for (uint64_t bits = alongX | alongY | alongZ; bits; bits &= bits - 1) {
       const int bit = std::countr_zero(bits), y = bit >> 3, z = bit & 7;
-      if (away2[1][y] + away2[2][z] > left) continue;
+      const float awayX = away2[0][x], awayY = away2[1][y], awayZ = away2[2][z];
+      if (awayY + awayZ > left) continue;
       const float a = brick.phi[clay::Brick::offset(x, y, z)];
-      const Vec3f base{float(x), float(y), float(z)};
-      const auto meet = [&](int axis, float b) {
-        const float t = a / (a - b);
-        Vec3f at = base;
-        at[axis] += t;
-        const float d2 = (at - local).squaredNorm();
-        if (double(d2) <= candidates.best2) candidates.add(d2, corner + at.cast<double>());
+      // Where the edge meets the surface, and how far from p that is.
+      const auto meet = [&](int axis, float b, float others, float from) {
+        const float t = a / (a - b), away = from + t, d2 = others + away * away;
+        if (d2 < nearest2) nearest2 = d2;
+        if (double(d2) > candidates.best2) return;
+        Vec3d at = corner + Vec3d(x, y, z);
+        at[axis] += double(t);
+        candidates.add(d2, at);
       };
       if ((alongX >> bit) & 1)
-        meet(0, x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_));
+        meet(0, x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_), awayY + awayZ,
+             float(x) - local.x());
       if ((alongY >> bit) & 1)
-        meet(1, y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_));
+        meet(1, y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_), awayX + awayZ,
+             float(y) - local.y());
       if ((alongZ >> bit) & 1)
-        meet(2, z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_));
+        meet(2, z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_), awayX + awayY,
+             float(z) - local.z());
     }
   }
+  return std::sqrt(double(nearest2));
 }
 
 // From a point near the surface to the closest one of its neighbourhood: along the tangent plane towards the foot of p, back
@@ -142,6 +169,64 @@ bool ClosestSurface::walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_
   return true;
 }
 
+// Calls visit for every brick that the sphere about p meets, row by row; the sphere may shrink meanwhile.
+template <class Visit>
+void ClosestSurface::eachBrick(const Vec3d& p, const double& reach2, Visit visit) ARGIL_REALTIME {
+  const double edge = clay::kBrickEdge;
+  const auto cell = [edge](double v) { return static_cast<int32_t>(std::floor(v / edge)); };
+  const auto gap = [edge](int32_t brick, double v) { return std::max({0.0, double(brick) * edge - v, v - double(brick + 1) * edge}); };
+  const double radius = std::sqrt(reach2);
+  // A brick lower than the sphere may own an edge that ends in it.
+  for (int32_t bx = cell(p.x() - radius - 1); bx <= cell(p.x() + radius); ++bx) {
+    const double gx = gap(bx, p.x());
+    const double leftX = reach2 - gx * gx;
+    if (leftX < 0) continue;
+    const double halfY = std::sqrt(leftX);
+    for (int32_t by = cell(p.y() - halfY - 1); by <= cell(p.y() + halfY); ++by) {
+      const double gy = gap(by, p.y());
+      const double leftY = leftX - gy * gy;
+      if (leftY < 0) continue;
+      const double halfZ = std::sqrt(leftY);
+      const int32_t lastZ = cell(p.z() + halfZ);
+      for (int32_t bz = cell(p.z() - halfZ - 1); bz <= lastZ; ++bz) {
+        const Coord c{bx, by, bz};
+        if (gap2(c, p) > reach2) continue;
+        const clay::Slot slot = sampler_.slot(c);
+        if (!slot.isTile()) visit(*slot.brick(), c);
+      }
+    }
+  }
+}
+
+// Looks through the bricks that may hold something nearer than the best answer so far. Bricks around, and how far each one's
+// nearest sign change was from where it was looked for, are kept while the version stays and p moves little.
+void ClosestSurface::scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME {
+  const double radius = std::sqrt(candidates.best2);
+  if (!(covered_ >= 0 && (p - centre_).norm() + radius <= covered_)) {
+    centre_ = p;
+    covered_ = radius + kAhead;
+    knownCount_ = 0;
+    eachBrick(p, covered_ * covered_, [&](const clay::Brick& brick, Coord c) {
+      if (knownCount_ < kKnown) known_[knownCount_] = {&brick, c, 0, p};
+      ++knownCount_;
+    });
+    if (knownCount_ > kKnown) covered_ = -1;
+  }
+  if (covered_ < 0) {  // More than can be kept.
+    eachBrick(p, candidates.best2,
+              [&](const clay::Brick& brick, Coord c) { scanBrick(brick, c, p, candidates, std::sqrt(candidates.best2)); });
+    return;
+  }
+  for (size_t i = 0; i < knownCount_; ++i) {
+    Known& k = known_[i];
+    const double limit = std::sqrt(candidates.best2);
+    // Nothing is nearer than k.bound to k.from, so nothing is nearer than this to p.
+    if (k.bound - (p - k.from).norm() > limit || gap2(k.coord, p) > candidates.best2) continue;
+    k.bound = scanBrick(*k.brick, k.coord, p, candidates, limit + kLook);
+    k.from = p;
+  }
+}
+
 SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* hint) ARGIL_REALTIME {
   SurfacePoint result;
   if (!p.allFinite()) return result;
@@ -157,33 +242,7 @@ SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* 
   };
   if (hint) offer(*hint);
 
-  // Bricks that the sphere of the best answer meets, row by row.
-  const double edge = clay::kBrickEdge;
-  const auto cell = [edge](double v) { return static_cast<int32_t>(std::floor(v / edge)); };
-  const auto gap = [edge](int32_t brick, double v) {
-    return std::max({0.0, double(brick) * edge - v, v - double(brick + 1) * edge});
-  };
-  const auto consider = [&](Coord c) {
-    const double gx = gap(c.x, p.x()), gy = gap(c.y, p.y()), gz = gap(c.z, p.z());
-    if (gx * gx + gy * gy + gz * gz > candidates.best2) return;
-    const clay::Slot slot = sampler_.slot(c);
-    if (!slot.isTile()) scanBrick(*slot.brick(), c, p, candidates);
-  };
-  const double radius = std::sqrt(candidates.best2);
-  for (int32_t bx = cell(p.x() - radius); bx <= cell(p.x() + radius); ++bx) {
-    const double gx = gap(bx, p.x());
-    const double leftX = candidates.best2 - gx * gx;
-    if (leftX < 0) continue;
-    const double halfY = std::sqrt(leftX);
-    for (int32_t by = cell(p.y() - halfY); by <= cell(p.y() + halfY); ++by) {
-      const double gy = gap(by, p.y());
-      const double leftY = candidates.best2 - gx * gx - gy * gy;
-      if (leftY < 0) continue;
-      const double halfZ = std::sqrt(leftY);
-      const int32_t lastZ = cell(p.z() + halfZ);
-      for (int32_t bz = cell(p.z() - halfZ); bz <= lastZ; ++bz) consider({bx, by, bz});
-    }
-  }
+  scan(p, candidates);
   for (int i = 0; i < candidates.count; ++i) {
     if (double(candidates.distance2[size_t(i)]) > candidates.best2) break;
     if (!result.found || double(candidates.distance2[size_t(i)]) < result.distance * result.distance)

@@ -1,6 +1,7 @@
 #pragma once
 // The point of the clay's surface that is closest to a place, whatever the distance.
 
+#include <array>
 #include <cstdint>
 
 #include "clay/sampler.h"
@@ -25,7 +26,8 @@ class ClosestSurface {
   void reset(const clay::Version& version) ARGIL_REALTIME;
 
   /// Nearest point within `reach` voxels of `p` (at most kMaxReach; more is cut). `hint`: a place near the answer makes it
-  /// cheaper, never different by more than the accuracy. Cost: about a microsecond for a ball of 12 voxels that touches.
+  /// cheaper, never different by more than the accuracy. Cost: about half a microsecond for a ball of 12 voxels that touches
+  /// and moves less than a voxel between calls, 3 µs where nothing is known yet; it grows with the surface within the reach.
   SurfacePoint nearest(const Vec3d& p, double reach, const Vec3d* hint = nullptr) ARGIL_REALTIME;
 
   /// True when `p` is in the clay.
@@ -37,11 +39,29 @@ class ClosestSurface {
 
  private:
   struct Candidates;
-  void scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates) ARGIL_REALTIME;
+  // A brick of the version, and what earlier calls learnt: no sign change that it owns is nearer than `bound` to `from`.
+  struct Known {
+    const clay::Brick* brick = nullptr;
+    Coord coord;
+    double bound = 0;
+    Vec3d from = Vec3d::Zero();
+  };
+  static constexpr size_t kKnown = 512;
+
+  double scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates, double look) ARGIL_REALTIME;
   bool walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_REALTIME;
+  template <class Visit>
+  void eachBrick(const Vec3d& p, const double& reach2, Visit visit) ARGIL_REALTIME;
+  void scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME;
 
   clay::Sampler sampler_;
   float band_ = 3;
+  const void* version_ = nullptr;  // Of what is known,
+  uint64_t versionId_ = 0;
+  Vec3d centre_ = Vec3d::Zero();   // all bricks that a sphere of
+  double covered_ = -1;            // this radius meets.
+  size_t knownCount_ = 0;
+  std::array<Known, kKnown> known_{};
 };
 
 }  // namespace argil::haptics

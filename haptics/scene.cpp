@@ -46,6 +46,8 @@ void Scene::check() const {
     require(m.texture < static_cast<int64_t>(textures.size()) && (m.texture < 0 || textures[size_t(m.texture)]),
             "a material names a texture that is not there");
   }
+  require(quality.contactSteps >= 1 && quality.contactSteps <= 64, "contact steps must be 1 to 64");
+  require(quality.contactSearches >= 4 && quality.contactSearches <= 200, "contact searches must be 4 to 200");
   require(positive(tool.radiusMm, 1e6), "the tool's radius must be above 0");
   require(rigid(workspace.pose) && positive(workspace.scale, 1e6), "the workspace mapping is not finite");
 }

@@ -62,6 +62,13 @@ struct Workspace {
   }
 };
 
+/// Where touch trades accuracy for speed.
+struct Quality {
+  int contactSteps = 8;          ///< Straight parts of the proxy's way in a tick, 1 to 64.
+  int contactSearches = 20;      ///< Nearest-point searches in a tick, 4 to 200: bounds its cost; what is left is done in the next.
+  bool smoothNormals = true;     ///< Force directions from smooth normals instead of the facets between voxels or of triangles.
+};
+
 struct Scene {
   std::vector<Piece> pieces;
   std::vector<Part> parts;
@@ -70,6 +77,7 @@ struct Scene {
   std::vector<std::shared_ptr<const Texture>> textures;
   Tool tool;
   Workspace workspace;
+  Quality quality;
   /// Every sample with a smaller index was carved into the pieces as they stand here (StylusSample::index).
   uint64_t samplesApplied = 0;
 

@@ -68,7 +68,7 @@ TEST(BallContact, restsAtItsRadiusFromTheSurface) {
         const double s = std::min(1.0, i / 400.0);
         const Vec3d hand = kVoxel * (from + s * (to - from));
         const auto out = contact.tick(scene, inputAt(hand));
-        most = std::max(most, contact.searches());
+        most = std::max(most, contact.proxy().searches());
         if (out.flags & kTouching) ++touching;
         else if (touching) ++lost;
         const bool rest = i > 590;

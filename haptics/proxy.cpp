@@ -1,0 +1,320 @@
+#include "haptics/proxy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace argil::haptics {
+namespace {
+
+// Lengths in voxels of the finest piece.
+constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
+constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
+constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
+constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel,
+constexpr double kStillPart = 0.05;     // or this part of the tick's whole way: curvature that a flat plane does not know.
+constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten.
+constexpr double kLookAhead = 4;        // How far beyond the ball free space is measured: later ticks need no search.
+constexpr double kEscapeStep = 4;       // Between two looks along a ray out of deep clay.
+constexpr int kEscapeRings = 256;       // So many looks along each ray.
+
+constexpr int kAttempts = 3;            // To bring one step onto the surface before it is halved.
+constexpr int kHalvings = 4;
+constexpr int kAttemptsStuck = 2;       // After a tick in which none of them brought anything (a ball in a socket of its own size).
+constexpr double kStepRadii = 0.8;      // Longest step beyond free space, in radii: the centre cannot pass a surface.
+constexpr double kMergeCosine = 0.995;  // Contacts at rest whose normals are within 6° are one,
+constexpr double kSameCosine = 0.99998; // and within 0.4° while a step is tried: dropping one would let it in again.
+
+// A smooth normal stands for the true one up to 10°, fades out until 20°: beyond that it is an edge, and edges are felt.
+constexpr double kSmoothCosine = 0.9848, kEdgeCosine = 0.9397;
+
+// nearestAllowed, the most frequent case first: a single plane.
+ActiveSet solve(const Vec3d& goal, const HalfSpace* planes, int count) noexcept {
+  if (count != 1) return nearestAllowed(goal, planes, count);
+  ActiveSet result;
+  const double wanted = planes[0].offset - planes[0].normal.dot(goal);
+  result.count = wanted > 0;
+  result.multiplier[0] = wanted;
+  result.x = wanted > 0 ? Vec3d(goal + wanted * planes[0].normal) : goal;
+  return result;
+}
+
+// Directions to look for a way out of deep clay: faces, edges and corners of a cube.
+struct EscapeRays {
+  std::array<Vec3d, 26> direction;
+  EscapeRays() {
+    size_t n = 0;
+    for (int size = 1; size <= 3; ++size)
+      for (int i = 0; i < 27; ++i) {
+        const Vec3d d(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+        if (static_cast<int>(d.squaredNorm()) == size) direction[n++] = d.normalized();
+      }
+  }
+};
+const EscapeRays kEscape;
+
+}  // namespace
+
+void Proxy::reset(const Vec3d& at) noexcept {
+  proxy_ = at;
+  contactCount_ = 0;
+  clearance_ = 0;
+  escapeRing_ = 0;
+  escapeRay_ = -1;
+  stuck_ = false;
+}
+
+void Proxy::begin(Surroundings& around, const Quality& quality, double radiusMm) ARGIL_REALTIME {
+  around_ = &around;
+  voxel_ = around.empty() ? radiusMm : around.resolutionMm();
+  radius_ = radiusMm;
+  giving_ = true;
+  steps_ = quality.contactSteps;
+  mostSearches_ = quality.contactSearches;
+  smoothNormals_ = quality.smoothNormals;
+  searches_ = 0;
+  prune();
+}
+
+void Proxy::moveTo(const Vec3d& at) noexcept {
+  proxy_ = at;
+  contactCount_ = 0;
+  clearance_ = 0;
+}
+
+bool Proxy::caught() const noexcept { return radius_ - clearance_ > 1.2 * kOverlap * voxel_; }
+
+// The nearest surface of all things within the radius and kLookAhead.
+Around Proxy::search(const Vec3d& p) ARGIL_REALTIME {
+  ++searches_;
+  return around_->nearest(p, radius_ + kLookAhead * voxel_);
+}
+
+void Proxy::refresh() ARGIL_REALTIME {
+  stuck_ = false;
+  // What was known of the surface is old: begin from the nearest point of the new one.
+  const Around here = search(proxy_);
+  place(proxy_, here.distance);
+  int kept = 0;
+  for (int i = 0; i < contactCount_; ++i) {
+    const ContactPoint c = contacts_[size_t(i)];
+    if (!around_->holds(c.thing, c.point)) continue;
+    contacts_[size_t(kept)] = c;
+    contacts_[size_t(kept++)].smoothKnown = false;
+  }
+  contactCount_ = kept;
+  if (here.distance < radius_ + kKeep * voxel_) note(here, kMergeCosine);
+}
+
+// A point that holds the ball, in place of those that say the same: their normals differ by less than the angle.
+void Proxy::note(const Around& found, double mergeCosine) ARGIL_REALTIME {
+  if (!found.found) return;
+  const Vec3d normal = (proxy_ - found.point).normalized();
+  int kept = 0, farthest = 0;
+  for (int i = 0; i < contactCount_; ++i) {
+    const ContactPoint old = contacts_[size_t(i)];
+    if ((proxy_ - old.point).normalized().dot(normal) > mergeCosine) continue;
+    contacts_[size_t(kept)] = old;
+    if ((proxy_ - old.point).squaredNorm() > (proxy_ - contacts_[size_t(farthest)].point).squaredNorm()) farthest = kept;
+    ++kept;
+  }
+  const size_t slot = size_t(kept == kMaxContacts ? farthest : kept++);
+  contacts_[slot].point = found.point;
+  contacts_[slot].thing = found.thing;
+  contacts_[slot].smoothKnown = false;
+  contactCount_ = kept;
+}
+
+void Proxy::place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME {
+  // Seen from the other side of a surface its points push the other way.
+  if ((clearanceMm < 0) != (clearance_ < 0)) contactCount_ = 0;
+  proxy_ = p;
+  clearance_ = clearanceMm;
+}
+
+void Proxy::prune() ARGIL_REALTIME {
+  int kept = 0;
+  for (int i = 0; i < contactCount_; ++i)
+    if ((proxy_ - contacts_[size_t(i)].point).norm() < radius_ + kKeep * voxel_) contacts_[size_t(kept++)] = contacts_[size_t(i)];
+  contactCount_ = kept;
+}
+
+// The surface's own normal at the contact, as far as it says the same as the direction to the ball.
+void Proxy::smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME {
+  if (!contact.smoothKnown) {
+    contact.smooth = around_->normal(contact.thing, contact.point);
+    contact.smoothKnown = true;
+  }
+  if (contact.smooth.dot(normal) < 0) contact.smooth = -contact.smooth;
+}
+
+// Nearest place to the goal under the planes of all contacts, as seen from the proxy: each touches the ball of radius r around
+// a point of the surface, so nothing that the point forbids is allowed, and the proxy itself always is. An overlap within the
+// tolerance is given back little by little: that only restores what the tolerance took from the spring before, and without it
+// the proxy would creep to the tolerance's end and search in vain there.
+// Two passes (Ruspini, §5): under planes turned to the smooth normals first, then from there under the true ones.
+Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
+  Holding result;
+  std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
+  std::array<int, kMaxHalfSpaces> thing;
+  const double side = clearance_ < 0 ? -1.0 : 1.0;
+  int count = 0;
+  bool turned = false;
+  for (int i = 0; i < contactCount_; ++i) {
+    ContactPoint& contact = contacts_[size_t(i)];
+    const Vec3d away = proxy_ - contact.point;
+    const double distance = away.norm();
+    if (!(distance > 1e-12)) continue;
+    const Vec3d normal = away * (side / distance);
+    const double apart = side * distance;
+    const double giveBack = giving_ && apart > radius_ - 2 * kOverlap * voxel_ ? kGiveBack * voxel_ : 0.0;
+    const double offset = normal.dot(contact.point) + std::min(radius_, apart + giveBack);
+    const size_t k = size_t(count++);
+    planes[k] = smooth[k] = {normal, offset};
+    thing[k] = contact.thing;
+    if (!smoothNormals_ || side < 0) continue;
+    smoothen(contact, normal);
+    const double cosine = contact.smooth.dot(normal);
+    if (cosine <= kEdgeCosine) continue;
+    const double weight = std::min(1.0, (cosine - kEdgeCosine) / (kSmoothCosine - kEdgeCosine));
+    const Vec3d n = (normal + weight * (contact.smooth - normal)).normalized();
+    // Leaves the proxy as much room as the true plane does.
+    smooth[k] = {n, n.dot(proxy_) - (normal.dot(proxy_) - offset)};
+    turned = true;
+  }
+  ActiveSet active;
+  if (turned) {
+    active = solve(goal, smooth.data(), count);
+    Vec3d sub = active.x;
+    if (active.feasible && active.count > 0) {
+      // Above all true planes it would hover: back onto the nearest of them.
+      double least = planes[0].normal.dot(sub) - planes[0].offset;
+      int nearest = 0;
+      for (int i = 1; i < count; ++i) {
+        const double above = planes[size_t(i)].normal.dot(sub) - planes[size_t(i)].offset;
+        if (above < least) least = above, nearest = i;
+      }
+      if (least > 0) sub -= least * planes[size_t(nearest)].normal;
+    }
+    result.place = solve(active.feasible ? sub : goal, planes.data(), count).x;
+    // The smooth normals may lead away from the goal, up to where they hold it: little by little.
+    const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(), most = giving_ ? kGiveBack * voxel_ : 0.0;
+    if (farther > most) result.place = proxy_ + (result.place - proxy_) * (most / farther);
+  }
+  if (!turned || !active.feasible) {
+    active = solve(goal, planes.data(), count);
+    result.place = active.x;
+  }
+  result.push = active.x - goal;
+  result.count = active.count;
+  for (int i = 0; i < active.count; ++i) {
+    result.thing[size_t(i)] = thing[size_t(active.active[size_t(i)])];
+    result.share[size_t(i)] = active.multiplier[size_t(i)];
+  }
+  return result;
+}
+
+// Clay grew around the ball: out along the nearest surface; where that brings nothing (held from all sides) it rests. False
+// while it is so deep that no surface is in reach: then it does not follow the hand either.
+bool Proxy::leave(double stepMm) ARGIL_REALTIME {
+  const double length = std::min(stepMm, radius_ - clearance_);
+  const Around here = search(proxy_);
+  place(proxy_, here.distance);
+  if (!here.found) {
+    if (clearance_ < 0) leaveDepth(length);
+    return clearance_ >= 0;
+  }
+  escapeRing_ = 0;
+  escapeRay_ = -1;
+  const double side = here.distance < 0 ? -1.0 : 1.0;
+  Vec3d way = proxy_ - here.point;
+  if (!(way.norm() > 1e-9 * voxel_)) return true;
+  way *= side / way.norm();
+  // The other contacts hold it off where they can.
+  const Vec3d before = proxy_;
+  Vec3d goal = holding(proxy_ + way * length).place;
+  if (const double far = (goal - before).norm(); far > length) goal = before + (goal - before) * (length / far);
+  const Around there = search(goal);
+  if (there.distance > here.distance + 1e-3 * length) {
+    place(goal, there.distance);
+    prune();
+    note(there, kMergeCosine);
+  } else {
+    note(there, kMergeCosine);
+    note(here, kMergeCosine);
+  }
+  return true;
+}
+
+// Too deep for a search: along the first of 26 rays that leaves the clay, looked for in a few places a tick.
+void Proxy::leaveDepth(double length) ARGIL_REALTIME {
+  if (escapeRay_ < 0) {
+    if (escapeRing_ >= kEscapeRings) escapeRing_ = 0;
+    const double reach = (escapeRing_ + 1) * kEscapeStep * voxel_;
+    for (size_t i = 0; i < kEscape.direction.size() && escapeRay_ < 0; ++i)
+      if (!around_->inside(proxy_ + reach * kEscape.direction[i])) escapeRay_ = static_cast<int>(i);
+    ++escapeRing_;
+    if (escapeRay_ < 0) return;
+  }
+  proxy_ += length * kEscape.direction[size_t(escapeRay_)];
+  contactCount_ = 0;
+}
+
+bool Proxy::follow(const Vec3d& goal, const Holding& held) ARGIL_REALTIME {
+  const Vec3d before = proxy_;
+  const double wanted = (held.place - proxy_).norm();
+  const bool whole = step(goal, held, stuck_ ? kAttemptsStuck : kAttempts + kHalvings);
+  stuck_ = proxy_ == before && wanted >= kStill * voxel_;
+  return whole;
+}
+
+bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REALTIME {
+  const double allowed = std::max(kOverlap * voxel_, radius_ - clearance_);
+  double still = kStill * voxel_;
+  Vec3d move = held.place - proxy_;
+  for (int part = 0; part < steps_; ++part, still *= kStillGrowth) {
+    if (part > 0) {
+      prune();
+      giving_ = false;
+      move = holding(goal).place - proxy_;
+    }
+    double length = move.norm();
+    if (length < still) return true;
+    if (part == 0) still = std::max(still, kStillPart / kStillGrowth * length);
+    const double open = clearance_ - radius_;
+    if (length <= open) {  // Nothing is in between.
+      proxy_ += move;
+      clearance_ -= length;
+      return true;
+    }
+    bool moved = false;
+    int halvings = 0;
+    for (int attempt = 0; attempt < attempts && !moved; ++attempt) {
+      if (searches_ >= mostSearches_) return false;
+      const double longest = std::max(open, 0.0) + kStepRadii * radius_;
+      if (length > longest) move *= longest / length;
+      const Vec3d candidate = proxy_ + move;
+      const Around there = search(candidate);
+      if (radius_ - there.distance <= allowed) {
+        place(candidate, there.distance);
+        if (there.distance < radius_ + kKeep * voxel_) note(there, kMergeCosine);
+        moved = true;
+        break;
+      }
+      note(there, kSameCosine);
+      const Vec3d again = holding(goal).place - proxy_;
+      if (attempt + 1 < kAttempts && (again - move).norm() > still) {
+        move = again;
+      } else {
+        // The same step again, or no end of new planes: a straight part of the way, which is always nearer to the goal.
+        move = 0.4 * (again.norm() < move.norm() ? again : move);
+        if (++halvings > kHalvings) return true;
+      }
+      length = move.norm();
+      if (length < still) return true;
+    }
+    if (!moved) return true;
+  }
+  return true;
+}
+
+}  // namespace argil::haptics

@@ -1,0 +1,81 @@
+#pragma once
+// The constraint proxy: a ball that follows a goal as far as what is around lets it.
+
+#include <array>
+#include <cstdint>
+
+#include "haptics/active_set.h"
+#include "haptics/surroundings.h"
+
+namespace argil::haptics {
+
+/// A ball of any radius on the surfaces around it (Ruspini). Invariants: it never overlaps them by more than a few hundredths of
+/// a voxel, unless something new left it inside (then leave() moves it out at a bounded speed); follow() never increases
+/// |proxy − goal| by more than rounding of that overlap, 0.01 voxels. One thread, the servo's. Recipe, tolerances and figures:
+/// NOTES.md, "Ball contact".
+class Proxy {
+ public:
+  /// Forgets everything; the ball is free at `at`.
+  void reset(const Vec3d& at) noexcept;
+  /// At the beginning of a tick: what is around, how large the ball is; lengths are counted in around.resolutionMm().
+  void begin(Surroundings& around, const Quality& quality, double radiusMm) ARGIL_REALTIME;
+  /// What is around is new: keeps the contacts that still hold.
+  void refresh() ARGIL_REALTIME;
+
+  /// What holds the ball from going straight to a goal, as it stands now.
+  struct Holding {
+    Vec3d place = Vec3d::Zero();         ///< Nearest to the goal that the planes of all contacts allow.
+    Vec3d push = Vec3d::Zero();          ///< From the goal to where the planes' smooth normals hold it, mm: along the normal force.
+    std::array<int, 3> thing{};          ///< What each active plane belongs to.
+    std::array<double, 3> share{};       ///< Length of each one's part of `push`, mm.
+    int count = 0;                       ///< Active planes, 0 to 3.
+  };
+  [[nodiscard]] Holding holding(const Vec3d& goal) ARGIL_REALTIME;
+
+  /// True when something new overlaps the ball.
+  [[nodiscard]] bool caught() const noexcept;
+  /// Out along the nearest surface by at most `stepMm`; false while so deep that no surface is in reach.
+  bool leave(double stepMm) ARGIL_REALTIME;
+  /// Towards the goal in straight steps that end at first contact, then along the surfaces. `held`: holding(goal) as it is now.
+  /// False when a limit of the search was met: the next tick goes on.
+  bool follow(const Vec3d& goal, const Holding& held) ARGIL_REALTIME;
+  /// Somebody else moved it (a cut); contacts are forgotten.
+  void moveTo(const Vec3d& at) noexcept;
+
+  [[nodiscard]] const Vec3d& at() const noexcept { return proxy_; }
+  /// Lower bound of the distance from the centre to what is around, mm; exact while touching.
+  [[nodiscard]] double clearanceMm() const noexcept { return clearance_; }
+  /// Nearest-point searches since begin().
+  [[nodiscard]] int searches() const noexcept { return searches_; }
+
+ private:
+  static constexpr int kMaxContacts = kMaxHalfSpaces;
+  struct ContactPoint {
+    Vec3d point = Vec3d::Zero();   // Of a surface that holds the ball or nearly does,
+    Vec3d smooth = Vec3d::Zero();  // its smooth normal, zero when there is none,
+    int thing = -1;
+    bool smoothKnown = false;
+  };
+
+  Around search(const Vec3d& p) ARGIL_REALTIME;
+  void note(const Around& found, double mergeCosine) ARGIL_REALTIME;
+  void place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME;
+  void prune() ARGIL_REALTIME;
+  void smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME;
+  void leaveDepth(double step) ARGIL_REALTIME;
+  bool step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REALTIME;
+
+  Surroundings* around_ = nullptr;
+  Vec3d proxy_ = Vec3d::Zero();
+  double radius_ = 1, voxel_ = 1;
+  double clearance_ = 0;
+  std::array<ContactPoint, kMaxContacts> contacts_;
+  int contactCount_ = 0;
+  bool stuck_ = false;   // The last tick moved nothing though the goal asked for it.
+  bool giving_ = false;  // An overlap within the tolerance is given back in this step.
+  bool smoothNormals_ = true;
+  int steps_ = 8, mostSearches_ = 20, searches_ = 0;
+  int escapeRing_ = 0, escapeRay_ = -1;
+};
+
+}  // namespace argil::haptics

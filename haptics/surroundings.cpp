@@ -1,0 +1,69 @@
+#include "haptics/surroundings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kOnSurface = 0.05;  // Of the resolution: a point this near to a surface lies on it.
+
+}  // namespace
+
+void Surroundings::clear() noexcept {
+  count_ = clayCount_ = 0;
+  for (Thing& thing : things_) thing = {};
+}
+
+void Surroundings::use(Touchable& touchable, uint32_t material, bool changed) ARGIL_REALTIME {
+  Thing& thing = things_[count_++];
+  changed = changed || thing.touchable != &touchable;
+  thing.touchable = &touchable;
+  thing.material = material;
+  if (changed) thing.bound = -1;  // Where it was is still the best guess of where it is.
+  changed_ = changed_ || changed;
+  const double resolution = touchable.resolutionMm();
+  resolution_ = count_ == 1 ? resolution : std::min(resolution_, resolution);
+}
+
+bool Surroundings::reset(const Scene& scene) ARGIL_REALTIME {
+  countBefore_ = count_;
+  count_ = 0;
+  changed_ = false;
+  resolution_ = 1;
+  clayCount_ = std::min(scene.pieces.size(), kMaxPieces);
+  for (size_t i = 0; i < clayCount_; ++i) {
+    const bool changed = clay_[i].reset(scene.pieces[i]);
+    use(clay_[i], scene.pieces[i].material, changed);
+  }
+  return changed_ || count_ != countBefore_;
+}
+
+Around Surroundings::nearest(const Vec3d& p, double reachMm) ARGIL_REALTIME {
+  Around best{{false, p, reachMm}, -1};
+  for (size_t i = 0; i < count_; ++i) {
+    Thing& thing = things_[i];
+    // A surface comes nearer by no more than the way; from outside, that is: inside, bounds are not kept.
+    if (thing.bound - (p - thing.from).norm() >= best.distance) continue;
+    const Nearest n = thing.touchable->nearest(p, reachMm, thing.nearKnown ? &thing.near : nullptr);
+    thing.from = p;
+    thing.bound = n.distance;
+    thing.nearKnown = n.found;
+    if (n.found) thing.near = n.point;
+    if (n.distance < best.distance) best = {n, static_cast<int>(i)};
+  }
+  return best;
+}
+
+bool Surroundings::inside(const Vec3d& p) ARGIL_REALTIME {
+  for (TouchableClay& piece : clay())
+    if (piece.surface().inside(piece.toVoxel(p))) return true;
+  return false;
+}
+
+bool Surroundings::holds(int thing, const Vec3d& point) ARGIL_REALTIME {
+  Touchable& touchable = *things_[size_t(thing)].touchable;
+  return touchable.nearest(point, kOnSurface * touchable.resolutionMm(), &point).found;
+}
+
+}  // namespace argil::haptics

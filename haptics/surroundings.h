@@ -1,0 +1,63 @@
+#pragma once
+// All that a ball can touch in a scene, as one.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "haptics/scene.h"
+#include "haptics/touchable.h"
+
+namespace argil::haptics {
+
+/// Nearest point of anything, and of what.
+struct Around : Nearest {
+  int thing = -1;                ///< Index, or -1.
+};
+
+/// The touchables of the scene that is read now: pieces of clay first. Each keeps where its surface was last time, so a search
+/// asks only those that can be near. One thread, the servo's; everything is allocated with it.
+class Surroundings {
+ public:
+  /// Reads `scene` from now on; the caller holds it. True when something of it is not what was read before.
+  bool reset(const Scene& scene) ARGIL_REALTIME;
+  /// Forgets all.
+  void clear() noexcept;
+
+  /// Nearest point within `reachMm`; inside of anything counts as inside, the deepest first.
+  Around nearest(const Vec3d& p, double reachMm) ARGIL_REALTIME;
+  /// True when `p` is in clay.
+  bool inside(const Vec3d& p) ARGIL_REALTIME;
+  /// True when `point` still lies on the surface of that thing.
+  bool holds(int thing, const Vec3d& point) ARGIL_REALTIME;
+  /// Touchable::normal of that thing.
+  Vec3d normal(int thing, const Vec3d& point) ARGIL_REALTIME { return things_[size_t(thing)].touchable->normal(point); }
+  /// Of the finest thing, mm; a ball of clay of 1 mm voxels when there is nothing.
+  [[nodiscard]] double resolutionMm() const noexcept { return resolution_; }
+  /// Index into Scene::materials.
+  [[nodiscard]] uint32_t material(int thing) const noexcept { return things_[size_t(thing)].material; }
+  [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
+  /// Pieces of clay, in the scene's order.
+  [[nodiscard]] std::span<TouchableClay> clay() noexcept { return std::span(clay_).first(clayCount_); }
+
+ private:
+  struct Thing {
+    Touchable* touchable = nullptr;
+    uint32_t material = 0;
+    Vec3d from = Vec3d::Zero();  // Where it was searched from last,
+    double bound = -1;           // and that nothing of it was nearer; negative: nothing is known.
+    Vec3d near = Vec3d::Zero();  // What was found there.
+    bool nearKnown = false;
+  };
+  void use(Touchable& touchable, uint32_t material, bool changed) ARGIL_REALTIME;
+
+  static constexpr size_t kMaxThings = kMaxPieces;
+  std::array<TouchableClay, kMaxPieces> clay_;
+  size_t clayCount_ = 0;
+  std::array<Thing, kMaxThings> things_;
+  size_t count_ = 0, countBefore_ = 0;
+  double resolution_ = 1;
+  bool changed_ = false;
+};
+
+}  // namespace argil::haptics
