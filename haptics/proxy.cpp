@@ -9,9 +9,10 @@ namespace {
 // Lengths in voxels of the finest piece.
 constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
 constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
+constexpr double kAway[] = {0.0035, 0.0015, 0};  // How far smooth normals may lead away from the goal in the steps of a tick.
 constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
-constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel,
-constexpr double kStillPart = 0.05;     // or this part of the tick's whole way: curvature that a flat plane does not know.
+constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel.
+constexpr double kTrust = 0.015;        // After a step that was searched so little more needs no search: what curvature left over.
 constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten.
 constexpr double kLookAhead = 4;        // How far beyond the ball free space is measured: later ticks need no search.
 constexpr double kEscapeStep = 4;       // Between two looks along a ray out of deep clay.
@@ -67,7 +68,7 @@ void Proxy::begin(Surroundings& around, const Quality& quality, double radiusMm)
   around_ = &around;
   voxel_ = around.empty() ? radiusMm : around.resolutionMm();
   radius_ = radiusMm;
-  giving_ = true;
+  part_ = 0;
   steps_ = quality.contactSteps;
   mostSearches_ = quality.contactSearches;
   smoothNormals_ = quality.smoothNormals;
@@ -166,7 +167,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     if (!(distance > 1e-12)) continue;
     const Vec3d normal = away * (side / distance);
     const double apart = side * distance;
-    const double giveBack = giving_ && apart > radius_ - 2 * kOverlap * voxel_ ? kGiveBack * voxel_ : 0.0;
+    const double giveBack = part_ == 0 && apart > radius_ - 2 * kOverlap * voxel_ ? kGiveBack * voxel_ : 0.0;
     const double offset = normal.dot(contact.point) + std::min(radius_, apart + giveBack);
     const size_t k = size_t(count++);
     planes[k] = smooth[k] = {normal, offset};
@@ -197,7 +198,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     }
     result.place = solve(active.feasible ? sub : goal, planes.data(), count).x;
     // The smooth normals may lead away from the goal, up to where they hold it: little by little.
-    const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(), most = giving_ ? kGiveBack * voxel_ : 0.0;
+    const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(), most = kAway[std::min(part_, 2)] * voxel_;
     if (farther > most) result.place = proxy_ + (result.place - proxy_) * (most / farther);
   }
   if (!turned || !active.feasible) {
@@ -272,14 +273,18 @@ bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REA
   double still = kStill * voxel_;
   Vec3d move = held.place - proxy_;
   for (int part = 0; part < steps_; ++part, still *= kStillGrowth) {
+    part_ = part;
     if (part > 0) {
       prune();
-      giving_ = false;
       move = holding(goal).place - proxy_;
     }
     double length = move.norm();
     if (length < still) return true;
-    if (part == 0) still = std::max(still, kStillPart / kStillGrowth * length);
+    if (part > 0 && length < kTrust * voxel_ && radius_ - clearance_ + length < kOverlap * voxel_) {
+      proxy_ += move;
+      clearance_ -= length;
+      return true;
+    }
     const double open = clearance_ - radius_;
     if (length <= open) {  // Nothing is in between.
       proxy_ += move;

@@ -72,7 +72,7 @@ class Proxy {
   std::array<ContactPoint, kMaxContacts> contacts_;
   int contactCount_ = 0;
   bool stuck_ = false;   // The last tick moved nothing though the goal asked for it.
-  bool giving_ = false;  // An overlap within the tolerance is given back in this step.
+  int part_ = 0;         // Step of the tick; in the first one an overlap within the tolerance is given back.
   bool smoothNormals_ = true;
   int steps_ = 8, mostSearches_ = 20, searches_ = 0;
   int escapeRing_ = 0, escapeRay_ = -1;
