@@ -47,7 +47,18 @@ class ClosestSurface {
     Vec3d from = Vec3d::Zero();
   };
   static constexpr size_t kKnown = 512;
+  // Where the edges that a brick owns cross the surface, from the brick's corner, voxels; lanes beyond `count` are far away.
+  static constexpr size_t kCrossings = 192, kCrossingSets = 32;
+  struct alignas(64) Crossings {
+    std::array<float, kCrossings> x{}, y{}, z{};
+    const clay::Brick* of = nullptr;
+    uint64_t generation = 0;
+    size_t count = 0;  // Above kCrossings: too many to keep.
+  };
 
+  template <class Meet>
+  void eachCrossing(const clay::Brick& brick, Coord coord, const Vec3f& from, float reach, Meet meet) ARGIL_REALTIME;
+  const Crossings& crossings(const clay::Brick& brick, Coord coord) ARGIL_REALTIME;
   double scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates, double look) ARGIL_REALTIME;
   bool walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_REALTIME;
   template <class Visit>
@@ -62,6 +73,8 @@ class ClosestSurface {
   double covered_ = -1;            // this radius meets.
   size_t knownCount_ = 0;
   std::array<Known, kKnown> known_{};
+  uint64_t generation_ = 1;        // Of the version, for what is kept of its bricks.
+  std::array<Crossings, kCrossingSets> kept_{};
 };
 
 }  // namespace argil::haptics
