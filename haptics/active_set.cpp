@@ -11,6 +11,10 @@ namespace {
 constexpr double kRelativeTolerance = 1e-10;
 // Two planes closer than this (sine squared of the angle) are one.
 constexpr double kParallel = 1e-14;
+// A plane whose normal leans less than this (sine) into a locked set can only be met or not met as a whole,
+constexpr double kAcross = 1e-9;
+// and is met up to rounding of places some metres away, mm.
+constexpr double kMet = 1e-9;
 
 struct Candidate {
   Vec3d step;
@@ -61,6 +65,40 @@ class Search {
   Candidate chosen_{Vec3d::Zero(), {}, {}, 0};
 };
 
+ActiveSet solveWithin(const Vec3d& foot, const HalfSpace* planes, int count, const Subspace& within) noexcept {
+  ActiveSet result;
+  result.x = foot;
+  // Seen from within, each plane is one whose unit normal lies along the set: the free solve then never leaves it.
+  std::array<HalfSpace, kMaxHalfSpaces> seen;
+  std::array<int, kMaxHalfSpaces> index{};
+  std::array<double, kMaxHalfSpaces> lean{};
+  int used = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d along = within.along(planes[i].normal);
+    const double lack = planes[i].offset - planes[i].normal.dot(foot), sine = along.norm();
+    if (!(sine > kAcross)) {
+      if (lack > kMet) result.feasible = false;
+      continue;
+    }
+    const Vec3d normal = along / sine;
+    seen[size_t(used)] = {normal, normal.dot(foot) + lack / sine};
+    lean[size_t(used)] = sine;
+    index[size_t(used++)] = i;
+  }
+  if (!result.feasible) return result;
+  const ActiveSet solved = nearestAllowed(foot, seen.data(), used);
+  result.feasible = solved.feasible;
+  if (!solved.feasible) return result;
+  result.x = within.nearest(solved.x);
+  result.count = solved.count;
+  for (int i = 0; i < solved.count; ++i) {
+    const size_t s = size_t(solved.active[size_t(i)]);
+    result.active[size_t(i)] = index[s];
+    result.multiplier[size_t(i)] = solved.multiplier[size_t(i)] / lean[s];
+  }
+  return result;
+}
+
 }  // namespace
 
 ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) ARGIL_REALTIME {
@@ -107,6 +145,17 @@ ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) 
   result.active = search.chosen().active;
   result.multiplier = search.chosen().multiplier;
   result.count = search.chosen().count;
+  return result;
+}
+
+ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count, const Subspace& within, int hard) ARGIL_REALTIME {
+  count = std::min(count, kMaxHalfSpaces);
+  const bool locked = within.dimension < 3;
+  const Vec3d foot = within.nearest(goal);
+  ActiveSet result = locked ? solveWithin(foot, planes, count, within) : nearestAllowed(goal, planes, count);
+  if (result.feasible || hard <= 0 || hard >= count) return result;
+  result = locked ? solveWithin(foot, planes, hard, within) : nearestAllowed(goal, planes, hard);
+  result.feasible = false;
   return result;
 }
 

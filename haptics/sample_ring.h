@@ -25,6 +25,7 @@ enum TickFlag : uint32_t {
   kCutting = 1u << 9,    ///< Clay is to be changed at this sample's cut point.
   kNoScene = 1u << 10,   ///< Nothing published yet.
   kIncomplete = 1u << 11,  ///< A limit of the contact search was met; the nearest contacts were kept.
+  kGuideConflict = 1u << 12,  ///< Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
 };
 
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.

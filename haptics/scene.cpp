@@ -34,7 +34,11 @@ void Scene::check() const {
     require(part.material < materials.size(), "a part names a material that is not there");
   }
   require(guides.size() <= kMaxGuides, "more than 64 guides");
-  for (const Guide& guide : guides) guide.check();
+  for (size_t i = 0; i < guides.size(); ++i) {
+    guides[i].check();
+    require(guides[i].piece() < static_cast<int64_t>(pieces.size()), "a guide names a piece that is not there");
+    for (size_t j = 0; j < i; ++j) require(guides[j].id != guides[i].id, "two guides have the same id");
+  }
   for (const Material& m : materials) {
     require(positive(m.stiffnessNmm, 1e4), "a stiffness must be above 0 and at most 10 000 N/mm");
     require(positive(m.hardnessNmm2, 1e6), "a hardness must be above 0 and at most 1e6 N/mm²");

@@ -73,6 +73,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.dampingNsmm = kDampingFraction * device_.sheet().topDampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
     in.operate = scene->tool.operation && (state.buttons & scene->tool.buttons) != 0;
+    in.buttons = state.buttons;
     in.sampleIndex = sample_.index;
     const Contact::Output out = contact_->tick(*scene, in);
     flags |= out.flags;

@@ -1,0 +1,159 @@
+#include "haptics/guides.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "haptics/sample_ring.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kForceShare = 0.5;      // Of the peak, for all soft guides: clay stays felt.
+constexpr double kStiffnessShare = 0.5;  // Of the sheet's top, for one soft guide.
+constexpr double kRiseS = 0.05;          // A soft guide comes to full strength in no less.
+constexpr double kLeap = 0.001;          // Of the peak: a change of force that is larger than this and than twice what the way explains is a leap.
+
+}  // namespace
+
+void Guides::reset() noexcept {
+  stateCount_ = 0;
+  locks_.reset();
+  keepOutCount_ = 0;
+  keepOutsChanged_ = false;
+  force_.setZero();
+  carry_.setZero();
+  begun_ = false;
+}
+
+uint32_t Guides::flags() const noexcept { return locks_.conflict() ? uint32_t{kGuideConflict} : 0u; }
+
+// A guide stops to work or is gone.
+void Guides::drop(State& state, bool& lostHold) ARGIL_REALTIME {
+  carry_ += state.force;
+  state.force.setZero();
+  state.weight = 0;
+  state.caught = state.held = false;
+  if (state.works && Guide::roleOf(state.kind) == GuideRole::keepOut) keepOutsChanged_ = lostHold = true;
+  state.works = false;
+}
+
+// Brings the states into the order of the scene's guides, found by id; those of guides that are gone are dropped.
+void Guides::match(const Scene& scene, bool& lostHold) ARGIL_REALTIME {
+  const size_t count = std::min(scene.guides.size(), kMaxGuides);
+  size_t known = stateCount_;
+  for (size_t i = 0; i < count; ++i) {
+    const Guide& guide = scene.guides[i];
+    size_t j = i;
+    while (j < known && states_[j].id != guide.id) ++j;
+    if (j >= known) {
+      // New: its place is made free at the end. There is room for as many again as a scene may hold.
+      j = known++;
+      states_[j] = State();
+      states_[j].id = guide.id;
+      states_[j].kind = guide.shape.index();
+    }
+    if (j != i) {
+      std::swap(states_[i], states_[j]);
+      keepOutsChanged_ = true;
+    }
+    if (states_[i].kind != guide.shape.index()) {
+      drop(states_[i], lostHold);
+      states_[i].kind = guide.shape.index();
+    }
+  }
+  for (size_t i = count; i < known; ++i) drop(states_[i], lostHold);
+  stateCount_ = count;
+}
+
+void Guides::addLock(const Guide& guide, State& state, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME {
+  if (const auto* point = std::get_if<LockToPoint>(&guide.shape)) {
+    locks_.add(guide.id, Subspace::at(point->point));
+  } else if (const auto* line = std::get_if<LockToLine>(&guide.shape)) {
+    locks_.add(guide.id, Subspace::line(line->point, line->direction));
+  } else if (const auto* plane = std::get_if<LockToPlane>(&guide.shape)) {
+    locks_.add(guide.id, Subspace::plane(plane->point, plane->normal));
+  } else if (const auto* curve = std::get_if<LockToCurve>(&guide.shape)) {
+    locks_.add(guide.id, *curve->curve);
+  } else {
+    if (!state.held && !touchNormal.isZero(0)) {
+      state.held = true;
+      state.point = proxy;
+      state.normal = touchNormal;
+    }
+    if (state.held) locks_.add(guide.id, Subspace::line(state.point, state.normal));
+  }
+}
+
+// Strength rises slowly where a guide begins, so its energy is paid before it can be given out; a leap of its force (another point, another
+// strand, other data) goes into what is let go little by little (carry_).
+void Guides::addForce(const Guide& guide, State& state, const Scene& scene, const Contact::Input& input,
+                      const SoftLimits& limits) ARGIL_REALTIME {
+  const Pull pull = softPull(guide, scene, input.hand, input.velocity, limits, state.memory);
+  const double rate = kGuideForcePerS * input.peakForceN * input.periodS;
+  state.caught = pull.within && (state.caught || pull.caught);
+  if (!state.caught) state.weight = 0;
+  Vec3d force = state.weight * pull.force;
+  const double way = begun_ ? (input.hand - at_).norm() : 0.0;
+  if (std::isfinite(pull.stiffnessNmm) &&
+      (force - state.force).norm() > kLeap * input.peakForceN + 2 * pull.stiffnessNmm * way)
+    carry_ += state.force - force;
+  if (state.caught && state.weight < 1) {
+    ++risingNow_;
+    const double most = rate / (std::max(pull.mostN, 1e-9) * rising_);
+    state.weight = std::min(1.0, state.weight + std::min(most, input.periodS / kRiseS));
+    force = state.weight * pull.force;
+  }
+  state.force = force;
+  force_ += force;
+}
+
+void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME {
+  keepOutsChanged_ = false;
+  keepOutCount_ = 0;
+  force_.setZero();
+  locks_.begin();
+  if (scene.guides.empty() && stateCount_ == 0 && carry_.isZero(0) && locks_.settled()) {
+    begun_ = false;
+    return;
+  }
+  bool lostHold = false;
+  match(scene, lostHold);
+
+  const double scale = scene.workspace.scale;
+  const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale, input.dampingNsmm / scale};
+  rising_ = std::max(1, std::exchange(risingNow_, 0));
+  for (size_t i = 0; i < stateCount_; ++i) {
+    const Guide& guide = scene.guides[i];
+    State& state = states_[i];
+    const bool worked = state.works;
+    if (guide.whileButtons != 0 && (guide.whileButtons & input.buttons) == 0) {
+      if (worked) drop(state, lostHold);
+      continue;
+    }
+    state.works = true;
+    switch (guide.role()) {
+      case GuideRole::lock: addLock(guide, state, proxy, touchNormal); break;
+      case GuideRole::keepOut:
+        keepOutsChanged_ = state.keepOut.reset(guide, scene) || !worked || keepOutsChanged_;
+        keepOuts_[size_t(keepOutCount_++)] = &state.keepOut;
+        break;
+      case GuideRole::soft: addForce(guide, state, scene, input, limits); break;
+    }
+  }
+  // Through the stiffest coupling that there may be the set's speed is a speed of force as well.
+  double slide = kSlideMms;
+  if (input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
+  locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
+
+  const double letGo = kGuideForcePerS * input.peakForceN * input.periodS, carried = carry_.norm();
+  if (carried > letGo) carry_ *= (carried - letGo) / carried;
+  else carry_.setZero();
+  force_ += carry_;
+  if (const double size = force_.norm(), most = kForceShare * input.peakForceN; size > most) force_ *= most / size;
+  at_ = input.hand;
+  begun_ = true;
+}
+
+}  // namespace argil::haptics
