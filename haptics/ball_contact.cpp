@@ -18,12 +18,14 @@ constexpr double kEaseS = 0.02;             // From one material's stiffness to 
 void BallContact::reset() noexcept {
   begun_ = false;
   mode_ = Mode::touch;
+  guides_.reset();
   around_.clear();
   proxy_.reset(Vec3d::Zero());
   friction_.reset();
   law_.reset();
   stiffness_ = 0;
   touched_ = -1;
+  touchNormal_.setZero();
 }
 
 void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME {
@@ -43,18 +45,30 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
 
 // The material's, as far as the device renders it. Eased while touching: where two materials meet the force has no step.
 double BallContact::stiffness(const Scene& scene, const Input& input) ARGIL_REALTIME {
-  if (around_.empty()) return input.topStiffnessNmm;
-  const uint32_t material = around_.material(touched_ >= 0 ? touched_ : 0);
+  const uint32_t material = around_.there(touched_) ? around_.material(touched_) : scene.pieces.empty() ? 0 : scene.pieces[0].material;
   const double wanted = std::min(scene.materials[material].stiffnessNmm, input.topStiffnessNmm);
   if (touched_ < 0 || stiffness_ <= 0) stiffness_ = wanted;
   else stiffness_ += (wanted - stiffness_) * std::min(1.0, input.periodS / kEaseS);
   return stiffness_;
 }
 
+// Towards the goal; out of what grew around the ball first, at a bounded speed.
+void BallContact::go(const Vec3d& goal, const Input& input, const Proxy::Holding& held, Output& out) ARGIL_REALTIME {
+  if (proxy_.caught()) {
+    out.flags |= kLeaving;
+    const double speed = std::min(kLeaveSpeedMms, kLeaveForcePerS * input.peakForceN / input.topStiffnessNmm);
+    if (proxy_.leave(speed * input.periodS) && !proxy_.follow(goal, proxy_.holding(goal))) out.flags |= kIncomplete;
+  } else if (!proxy_.follow(goal, held)) {
+    out.flags |= kIncomplete;
+  }
+}
+
 void BallContact::touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
   if (changed) proxy_.refresh();
   const double stiffness = input.topStiffnessNmm;
-  const Proxy::Holding before = proxy_.holding(input.hand);
+  const Vec3d hand = guides_.goal(input.hand);
+  const Proxy::Holding before = proxy_.holding(hand);
+  if (!before.feasible) out.flags |= kGuideConflict;
   Friction::Touch rub;
   rub.push = before.push;
   rub.stiffnessNmm = stiffness;
@@ -65,52 +79,63 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
     rub.dynamicMm += material.dynamicFriction * before.share[size_t(i)];
     rub.viscousNsmm += material.viscousFrictionNsmm;
   }
-  const Vec3d goal = friction_.goal(proxy_.at(), input.hand, rub);
-  if (proxy_.caught()) {
-    out.flags |= kLeaving;
-    const double speed = std::min(kLeaveSpeedMms, kLeaveForcePerS * input.peakForceN / stiffness);
-    if (proxy_.leave(speed * input.periodS) && !proxy_.follow(goal, proxy_.holding(goal))) out.flags |= kIncomplete;
-  } else if (!proxy_.follow(goal, goal == input.hand ? before : proxy_.holding(goal))) {
-    out.flags |= kIncomplete;
-  }
-  const Proxy::Holding after = proxy_.holding(input.hand);
+  const Subspace within = guides_.locked() ? guides_.lockAt(proxy_.at()) : Subspace();
+  const Vec3d goal = before.count > 0 ? friction_.goal(proxy_.at(), within.nearest(hand), rub) : hand;
+  go(goal, input, goal == hand ? before : proxy_.holding(goal), out);
+
+  const Proxy::Holding after = proxy_.holding(hand);
   out.planes = after.count;
   if (after.count > 0 || (out.flags & kLeaving)) out.flags |= kTouching;
   touched_ = after.count > 0 ? after.thing[0] : -1;
   out.proxy = out.cutPoint = proxy_.at();
   const Vec3d stretch = proxy_.at() - input.hand;
   out.depthMm = stretch.norm();
-  if (!(out.flags & kTouching)) return;
-  out.force = stiffness * stretch;
   const double depth = after.push.norm();
-  if (depth > 1e-9) {
-    // Damping along the normal pushes outwards or less outwards, never inwards.
-    const Vec3d normal = after.push / depth;
-    out.force -= normal * std::min(input.dampingNsmm * input.velocity.dot(normal), stiffness * depth);
-  }
+  const bool pushed = depth > 1e-9;
+  touchNormal_ = pushed ? Vec3d(after.push / depth) : Vec3d::Zero();
+  if (!(out.flags & kTouching) && !guides_.locked() && !guides_.settling()) return;
+  out.force = stiffness * stretch;
+  // Damping along the normal pushes outwards or less outwards, never inwards; across a lock it holds from both sides.
+  if (pushed) out.force -= touchNormal_ * std::min(input.dampingNsmm * input.velocity.dot(touchNormal_), stiffness * depth);
+  if (guides_.locked()) out.force -= input.dampingNsmm * (input.velocity - within.along(input.velocity));
 }
 
-void BallContact::cut(const Scene& scene, const Input& input, Output& out) ARGIL_REALTIME {
+void BallContact::cut(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
+  if (changed) proxy_.refresh();
   law_.forget(scene.samplesApplied);
   CutLaw::Input in;
   in.centre = proxy_.at();
-  in.hand = input.hand;
+  in.hand = guides_.snap(guides_.goal(input.hand));
   in.stiffnessNmm = input.topStiffnessNmm;
   in.radiusMm = radius_;
   in.periodS = input.periodS;
   in.frozen = mode_ == Mode::settle;
   const CutLaw::Result result = law_.advance(around_.clay(), scene, in);
-  proxy_.moveTo(result.centre);
-  out.proxy = out.cutPoint = result.centre;
+  // Through clay as the law says, but not through what cannot be cut, and not off a lock.
+  go(result.centre, input, proxy_.holding(result.centre), out);
+  out.proxy = out.cutPoint = proxy_.at();
   out.depthMm = result.depthMm;
   out.areaMm2 = result.areaMm2;
   if (mode_ == Mode::cut) {
-    law_.remember(result.centre, radius_, input.sampleIndex);
+    law_.remember(proxy_.at(), radius_, input.sampleIndex);
     out.flags |= kCutting;
   }
-  if (!result.engaged) return;
-  out.flags |= kTouching;
-  out.force = input.topStiffnessNmm * (result.centre - input.hand);
+  const bool held = result.engaged || proxy_.holding(in.hand).count > 0;
+  if (held) out.flags |= kTouching;
+  if (held || guides_.locked() || guides_.settling()) out.force = input.topStiffnessNmm * (proxy_.at() - input.hand);
+}
+
+// Clay that the tool itself lays must not push it away: only drag is felt until the button is let go, and what is no clay.
+void BallContact::lay(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
+  if (changed) proxy_.refresh();
+  const Vec3d goal = guides_.goal(input.hand);
+  go(goal, input, proxy_.holding(goal), out);
+  out.proxy = out.cutPoint = proxy_.at();
+  out.flags |= kCutting;
+  const bool held = proxy_.holding(goal).count > 0;
+  if (held) out.flags |= kTouching;
+  if (held || guides_.locked() || guides_.settling()) out.force = input.topStiffnessNmm * (proxy_.at() - input.hand);
+  if (!scene.pieces.empty()) out.force -= scene.materials[scene.pieces[0].material].dragNsmm / scene.workspace.scale * input.velocity;
 }
 
 Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
@@ -120,23 +145,23 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
     begun_ = true;
     missed_ = true;
   }
+  changeMode(scene, input);
+  // Stiffness is kept at the hand when the workspace is scaled.
+  Input in = input;
+  in.topStiffnessNmm = (stiffness_ > 0 ? stiffness_ : input.topStiffnessNmm) / scene.workspace.scale;
+  in.dampingNsmm = input.dampingNsmm / scene.workspace.scale;
+  guides_.begin(scene, in, proxy_.at(), touchNormal_);
   // Anything new makes what is known of the surface old.
   bool changed = missed_ || radius_ != scene.tool.radiusMm;
   missed_ = false;
   radius_ = scene.tool.radiusMm;
-  changed = around_.reset(scene) || changed;
-  proxy_.begin(around_, scene.quality, radius_);
-  changeMode(scene, input);
-  changed = changed || missed_;
-
-  // Kept at the hand when the workspace is scaled.
-  Input in = input;
+  changed = around_.reset(scene, mode_ == Mode::touch, guides_.keepOuts(), guides_.keepOutsChanged()) || changed;
+  proxy_.begin(around_, guides_, scene.quality, radius_);
   in.topStiffnessNmm = stiffness(scene, input) / scene.workspace.scale;
-  in.dampingNsmm = input.dampingNsmm / scene.workspace.scale;
+  out.flags |= guides_.flags();
 
   switch (mode_) {
     case Mode::touch:
-      missed_ = false;
       touch(scene, in, changed, out);
       if (input.operate && scene.tool.operation == clay::Operation::smooth) {
         // The harder it is pressed the deeper the smoothing ball reaches, to its centre at most.
@@ -147,17 +172,10 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
       }
       break;
     case Mode::cut:
-    case Mode::settle:
-      cut(scene, in, out);
-      break;
-    case Mode::add:
-      // Clay that the tool itself lays must not push it away: only drag is felt until the button is let go.
-      proxy_.moveTo(input.hand);
-      out.proxy = out.cutPoint = input.hand;
-      out.flags |= kCutting;
-      if (!scene.pieces.empty()) out.force = -scene.materials[scene.pieces[0].material].dragNsmm / scene.workspace.scale * input.velocity;
-      break;
+    case Mode::settle: cut(scene, in, changed, out); break;
+    case Mode::add: lay(scene, in, changed, out); break;
   }
+  out.force += guides_.force();
   // A spring that is stretched further than the motor can pull is not a fault: it saturates.
   if (const double size = out.force.norm(); size > input.peakForceN) {
     out.force *= input.peakForceN / size;

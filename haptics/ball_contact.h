@@ -4,6 +4,7 @@
 #include "haptics/contact.h"
 #include "haptics/cutting.h"
 #include "haptics/friction.h"
+#include "haptics/guides.h"
 #include "haptics/proxy.h"
 #include "haptics/surroundings.h"
 
@@ -24,8 +25,11 @@ class BallContact final : public Contact {
   void changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME;
   double stiffness(const Scene& scene, const Input& input) ARGIL_REALTIME;
   void touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
-  void cut(const Scene& scene, const Input& input, Output& out) ARGIL_REALTIME;
+  void cut(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
+  void lay(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
+  void go(const Vec3d& goal, const Input& input, const Proxy::Holding& held, Output& out) ARGIL_REALTIME;
 
+  Guides guides_;
   Surroundings around_;
   Proxy proxy_;
   Friction friction_;
@@ -36,6 +40,7 @@ class BallContact final : public Contact {
   double radius_ = 1;
   double stiffness_ = 0;   // Of what is touched, N/mm at the hand; eased from one material to the next.
   int touched_ = -1;       // Thing that was touched last.
+  Vec3d touchNormal_ = Vec3d::Zero();  // Of the last tick; zero when nothing was touched.
   double settleS_ = 0;
 };
 

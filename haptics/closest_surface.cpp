@@ -119,8 +119,8 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
 }
 
 const ClosestSurface::Crossings& ClosestSurface::crossings(const clay::Brick& brick, Coord coord) ARGIL_REALTIME {
-  // Neighbours in any direction fall into different sets.
-  Crossings& kept = kept_[size_t((coord.x & 3) + 4 * (coord.y & 3) + 16 * (coord.z & 1))];
+  // Neighbours along any axis fall into different sets.
+  Crossings& kept = memory_->crossings[size_t((coord.x & 3) + 4 * ((coord.y + 2 * coord.z) & 3))];
   if (kept.of == &brick && kept.generation == generation_) return kept;
   kept.of = &brick;
   kept.generation = generation_;
@@ -251,20 +251,20 @@ void ClosestSurface::scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME
   if (!(covered_ >= 0 && (p - centre_).norm() + radius <= covered_)) {
     centre_ = p;
     covered_ = radius + kAhead;
-    knownCount_ = 0;
+    memory_->knownCount = 0;
     eachBrick(p, covered_ * covered_, [&](const clay::Brick& brick, Coord c) {
-      if (knownCount_ < kKnown) known_[knownCount_] = {&brick, c, 0, p};
-      ++knownCount_;
+      if (memory_->knownCount < kKnown) memory_->known[memory_->knownCount] = {&brick, c, 0, p};
+      ++memory_->knownCount;
     });
-    if (knownCount_ > kKnown) covered_ = -1;
+    if (memory_->knownCount > kKnown) covered_ = -1;
   }
   if (covered_ < 0) {  // More than can be kept.
     eachBrick(p, candidates.best2,
               [&](const clay::Brick& brick, Coord c) { scanBrick(brick, c, p, candidates, std::sqrt(candidates.best2)); });
     return;
   }
-  for (size_t i = 0; i < knownCount_; ++i) {
-    Known& k = known_[i];
+  for (size_t i = 0; i < memory_->knownCount; ++i) {
+    Known& k = memory_->known[i];
     const double limit = std::sqrt(candidates.best2);
     // Nothing is nearer than k.bound to k.from, so nothing is nearer than this to p.
     if (k.bound - (p - k.from).norm() > limit || gap2(k.coord, p) > candidates.best2) continue;

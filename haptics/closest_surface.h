@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
 #include "clay/sampler.h"
 #include "haptics/realtime.h"
@@ -19,7 +20,7 @@ struct SurfacePoint {
 /// Finds closest points of the trilinear zero surface of a version. It never trusts a distance read from the field (known
 /// only within the band, and near a cut only a bound), only the surface itself: sign changes found by bit operations in the
 /// bricks that the sphere of the best answer so far meets, then walked along the surface. Exact to about 0.01 voxel.
-/// Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version.
+/// Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version, and 50 kB of memory.
 class ClosestSurface {
  public:
   /// Reads `version` from now on; somebody else holds it.
@@ -46,9 +47,9 @@ class ClosestSurface {
     double bound = 0;
     Vec3d from = Vec3d::Zero();
   };
-  static constexpr size_t kKnown = 512;
+  static constexpr size_t kKnown = 256;
   // Where the edges that a brick owns cross the surface, from the brick's corner, voxels; lanes beyond `count` are far away.
-  static constexpr size_t kCrossings = 192, kCrossingSets = 32;
+  static constexpr size_t kCrossings = 192, kCrossingSets = 16;
   struct alignas(64) Crossings {
     std::array<float, kCrossings> x{}, y{}, z{};
     const clay::Brick* of = nullptr;
@@ -71,10 +72,13 @@ class ClosestSurface {
   uint64_t versionId_ = 0;
   Vec3d centre_ = Vec3d::Zero();   // all bricks that a sphere of
   double covered_ = -1;            // this radius meets.
-  size_t knownCount_ = 0;
-  std::array<Known, kKnown> known_{};
   uint64_t generation_ = 1;        // Of the version, for what is kept of its bricks.
-  std::array<Crossings, kCrossingSets> kept_{};
+  struct Memory {
+    std::array<Known, kKnown> known{};
+    size_t knownCount = 0;
+    std::array<Crossings, kCrossingSets> crossings{};
+  };
+  std::unique_ptr<Memory> memory_ = std::make_unique<Memory>();
 };
 
 }  // namespace argil::haptics

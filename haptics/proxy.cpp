@@ -28,8 +28,9 @@ constexpr double kSameCosine = 0.99998; // and within 0.4° while a step is trie
 // A smooth normal stands for the true one up to 10°, fades out until 20°: beyond that it is an edge, and edges are felt.
 constexpr double kSmoothCosine = 0.9848, kEdgeCosine = 0.9397;
 
-// nearestAllowed, the most frequent case first: a single plane.
-ActiveSet solve(const Vec3d& goal, const HalfSpace* planes, int count) noexcept {
+// nearestAllowed, the most frequent case first: a single plane and no lock.
+ActiveSet solve(const Vec3d& goal, const HalfSpace* planes, int count, const Subspace& within, int hard) noexcept {
+  if (within.dimension < 3 || hard > 0) return nearestAllowed(goal, planes, count, within, hard);
   if (count != 1) return nearestAllowed(goal, planes, count);
   ActiveSet result;
   const double wanted = planes[0].offset - planes[0].normal.dot(goal);
@@ -64,7 +65,7 @@ void Proxy::reset(const Vec3d& at) noexcept {
   stuck_ = false;
 }
 
-void Proxy::begin(Surroundings& around, const Quality& quality, double radiusMm) ARGIL_REALTIME {
+void Proxy::begin(Surroundings& around, const Guides& guides, const Quality& quality, double radiusMm) ARGIL_REALTIME {
   around_ = &around;
   voxel_ = around.empty() ? radiusMm : around.resolutionMm();
   radius_ = radiusMm;
@@ -73,8 +74,17 @@ void Proxy::begin(Surroundings& around, const Quality& quality, double radiusMm)
   mostSearches_ = quality.contactSearches;
   smoothNormals_ = quality.smoothNormals;
   searches_ = 0;
+  guides_ = &guides;
+  locked_ = guides.locked();
+  if (locked_) {
+    const Vec3d before = proxy_;
+    proxy_ = guides.snap(proxy_);
+    clearance_ -= (proxy_ - before).norm();
+  }
   prune();
 }
+
+Vec3d Proxy::snapped(const Vec3d& p) const ARGIL_REALTIME { return locked_ ? guides_->snap(p) : p; }
 
 void Proxy::moveTo(const Vec3d& at) noexcept {
   proxy_ = at;
@@ -158,13 +168,12 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
   std::array<int, kMaxHalfSpaces> thing;
   const double side = clearance_ < 0 ? -1.0 : 1.0;
-  int count = 0;
+  int count = 0, hard = 0;
   bool turned = false;
-  for (int i = 0; i < contactCount_; ++i) {
-    ContactPoint& contact = contacts_[size_t(i)];
+  const auto take = [&](ContactPoint& contact) {
     const Vec3d away = proxy_ - contact.point;
     const double distance = away.norm();
-    if (!(distance > 1e-12)) continue;
+    if (!(distance > 1e-12)) return;
     const Vec3d normal = away * (side / distance);
     const double apart = side * distance;
     const double giveBack = part_ == 0 && apart > radius_ - 2 * kOverlap * voxel_ ? kGiveBack * voxel_ : 0.0;
@@ -172,21 +181,29 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     const size_t k = size_t(count++);
     planes[k] = smooth[k] = {normal, offset};
     thing[k] = contact.thing;
-    if (!smoothNormals_ || side < 0) continue;
+    if (!smoothNormals_ || side < 0) return;
     smoothen(contact, normal);
     const double cosine = contact.smooth.dot(normal);
-    if (cosine <= kEdgeCosine) continue;
+    if (cosine <= kEdgeCosine) return;
     const double weight = std::min(1.0, (cosine - kEdgeCosine) / (kSmoothCosine - kEdgeCosine));
     const Vec3d n = (normal + weight * (contact.smooth - normal)).normalized();
     // Leaves the proxy as much room as the true plane does.
     smooth[k] = {n, n.dot(proxy_) - (normal.dot(proxy_) - offset)};
     turned = true;
-  }
+  };
+  // The harder first.
+  for (int i = 0; i < contactCount_; ++i)
+    if (around_->hard(contacts_[size_t(i)].thing)) take(contacts_[size_t(i)]);
+  hard = count;
+  for (int i = 0; i < contactCount_; ++i)
+    if (!around_->hard(contacts_[size_t(i)].thing)) take(contacts_[size_t(i)]);
+
+  const Subspace within = locked_ ? guides_->lockAt(proxy_) : Subspace();
   ActiveSet active;
   if (turned) {
-    active = solve(goal, smooth.data(), count);
+    active = solve(goal, smooth.data(), count, within, hard);
     Vec3d sub = active.x;
-    if (active.feasible && active.count > 0) {
+    if (active.feasible && active.count > 0 && !locked_) {
       // Above all true planes it would hover: back onto the nearest of them.
       double least = planes[0].normal.dot(sub) - planes[0].offset;
       int nearest = 0;
@@ -196,16 +213,17 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
       }
       if (least > 0) sub -= least * planes[size_t(nearest)].normal;
     }
-    result.place = solve(active.feasible ? sub : goal, planes.data(), count).x;
+    result.place = solve(active.feasible ? sub : goal, planes.data(), count, within, hard).x;
     // The smooth normals may lead away from the goal, up to where they hold it: little by little.
     const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(), most = kAway[std::min(part_, 2)] * voxel_;
-    if (farther > most) result.place = proxy_ + (result.place - proxy_) * (most / farther);
+    if (farther > most && !locked_) result.place = proxy_ + (result.place - proxy_) * (most / farther);
   }
   if (!turned || !active.feasible) {
-    active = solve(goal, planes.data(), count);
+    active = solve(goal, planes.data(), count, within, hard);
     result.place = active.x;
   }
-  result.push = active.x - goal;
+  result.feasible = active.feasible;
+  result.push = active.x - within.nearest(goal);
   result.count = active.count;
   for (int i = 0; i < active.count; ++i) {
     result.thing[size_t(i)] = thing[size_t(active.active[size_t(i)])];
@@ -234,6 +252,7 @@ bool Proxy::leave(double stepMm) ARGIL_REALTIME {
   const Vec3d before = proxy_;
   Vec3d goal = holding(proxy_ + way * length).place;
   if (const double far = (goal - before).norm(); far > length) goal = before + (goal - before) * (length / far);
+  goal = snapped(goal);
   const Around there = search(goal);
   if (there.distance > here.distance + 1e-3 * length) {
     place(goal, there.distance);
@@ -279,15 +298,12 @@ bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REA
       move = holding(goal).place - proxy_;
     }
     double length = move.norm();
-    if (length < still) return true;
-    if (part > 0 && length < kTrust * voxel_ && radius_ - clearance_ + length < kOverlap * voxel_) {
-      proxy_ += move;
-      clearance_ -= length;
-      return true;
-    }
     const double open = clearance_ - radius_;
-    if (length <= open) {  // Nothing is in between.
-      proxy_ += move;
+    // Nothing is in between; or hardly anything is left to do.
+    const bool little = part > 0 && length < kTrust * voxel_ && length - open < kOverlap * voxel_;
+    if (length < still && length > open) return true;
+    if (length <= open || little) {
+      proxy_ = snapped(proxy_ + move);
       clearance_ -= length;
       return true;
     }
@@ -297,7 +313,7 @@ bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REA
       if (searches_ >= mostSearches_) return false;
       const double longest = std::max(open, 0.0) + kStepRadii * radius_;
       if (length > longest) move *= longest / length;
-      const Vec3d candidate = proxy_ + move;
+      const Vec3d candidate = snapped(proxy_ + move);
       const Around there = search(candidate);
       if (radius_ - there.distance <= allowed) {
         place(candidate, there.distance);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "haptics/active_set.h"
+#include "haptics/guides.h"
 #include "haptics/surroundings.h"
 
 namespace argil::haptics {
@@ -17,15 +18,17 @@ class Proxy {
  public:
   /// Forgets everything; the ball is free at `at`.
   void reset(const Vec3d& at) noexcept;
-  /// At the beginning of a tick: what is around, how large the ball is; lengths are counted in around.resolutionMm().
-  void begin(Surroundings& around, const Quality& quality, double radiusMm) ARGIL_REALTIME;
+  /// At the beginning of a tick: what is around, what locks it, how large the ball is; lengths are counted in around.resolutionMm().
+  /// A ball that locks hold somewhere else is there from now on, whatever is in the way.
+  void begin(Surroundings& around, const Guides& guides, const Quality& quality, double radiusMm) ARGIL_REALTIME;
   /// What is around is new: keeps the contacts that still hold.
   void refresh() ARGIL_REALTIME;
 
   /// What holds the ball from going straight to a goal, as it stands now.
   struct Holding {
     Vec3d place = Vec3d::Zero();         ///< Nearest to the goal that the planes of all contacts allow.
-    Vec3d push = Vec3d::Zero();          ///< From the goal to where the planes' smooth normals hold it, mm: along the normal force.
+    Vec3d push = Vec3d::Zero();          ///< From the goal (its nearest place on the locks) to where the planes' smooth normals hold it, mm: along the normal force.
+    bool feasible = true;                ///< False: locks, keep-outs and clay leave no place in common; the harder held.
     std::array<int, 3> thing{};          ///< What each active plane belongs to.
     std::array<double, 3> share{};       ///< Length of each one's part of `push`, mm.
     int count = 0;                       ///< Active planes, 0 to 3.
@@ -65,7 +68,11 @@ class Proxy {
   void leaveDepth(double step) ARGIL_REALTIME;
   bool step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REALTIME;
 
+  [[nodiscard]] Vec3d snapped(const Vec3d& p) const ARGIL_REALTIME;
+
   Surroundings* around_ = nullptr;
+  const Guides* guides_ = nullptr;
+  bool locked_ = false;
   Vec3d proxy_ = Vec3d::Zero();
   double radius_ = 1, voxel_ = 1;
   double clearance_ = 0;

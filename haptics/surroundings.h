@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "haptics/scene.h"
 #include "haptics/touchable.h"
@@ -12,15 +13,17 @@ namespace argil::haptics {
 
 /// Nearest point of anything, and of what.
 struct Around : Nearest {
-  int thing = -1;                ///< Index, or -1.
+  int thing = -1;                ///< Index, or -1. The same from scene to scene.
 };
 
 /// The touchables of the scene that is read now: pieces of clay first. Each keeps where its surface was last time, so a search
 /// asks only those that can be near. One thread, the servo's; everything is allocated with it.
 class Surroundings {
  public:
-  /// Reads `scene` from now on; the caller holds it. True when something of it is not what was read before.
-  bool reset(const Scene& scene) ARGIL_REALTIME;
+  /// Reads `scene` from now on; the caller holds it. `withClay` false: a tool that changes clay is not held by it, only by
+  /// what cannot be cut. `keepOuts`: of the guides; `keepOutsChanged`: they are not what they were. True when something is not what was
+  /// read before.
+  bool reset(const Scene& scene, bool withClay, std::span<Touchable* const> keepOuts, bool keepOutsChanged) ARGIL_REALTIME;
   /// Forgets all.
   void clear() noexcept;
 
@@ -36,6 +39,10 @@ class Surroundings {
   [[nodiscard]] double resolutionMm() const noexcept { return resolution_; }
   /// Index into Scene::materials.
   [[nodiscard]] uint32_t material(int thing) const noexcept { return things_[size_t(thing)].material; }
+  /// It is there, and holds the ball.
+  [[nodiscard]] bool there(int thing) const noexcept { return thing >= 0 && things_[size_t(thing)].touchable != nullptr; }
+  /// Goes before clay and parts where not all can hold.
+  [[nodiscard]] bool hard(int thing) const noexcept { return things_[size_t(thing)].hard; }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   /// Pieces of clay, in the scene's order.
   [[nodiscard]] std::span<TouchableClay> clay() noexcept { return std::span(clay_).first(clayCount_); }
@@ -44,17 +51,20 @@ class Surroundings {
   struct Thing {
     Touchable* touchable = nullptr;
     uint32_t material = 0;
+    bool hard = false;
     Vec3d from = Vec3d::Zero();  // Where it was searched from last,
     double bound = -1;           // and that nothing of it was nearer; negative: nothing is known.
     Vec3d near = Vec3d::Zero();  // What was found there.
     bool nearKnown = false;
   };
-  void use(Touchable& touchable, uint32_t material, bool changed) ARGIL_REALTIME;
+  void use(size_t index, Touchable& touchable, uint32_t material, bool hard, bool changed) ARGIL_REALTIME;
 
-  static constexpr size_t kMaxThings = kMaxPieces;
-  std::array<TouchableClay, kMaxPieces> clay_;
+  // A thing keeps its index from scene to scene: pieces from 0, keep-outs behind them.
+  static constexpr size_t kFirstKeepOut = kMaxPieces, kMaxThings = kFirstKeepOut + kMaxGuides;
+  std::vector<TouchableClay> clay_ = std::vector<TouchableClay>(kMaxPieces);
   size_t clayCount_ = 0;
-  std::array<Thing, kMaxThings> things_;
+  std::array<Thing, kMaxThings> things_{};
+  std::array<int, kMaxThings> used_{};  // Indices of those that are there.
   size_t count_ = 0, countBefore_ = 0;
   double resolution_ = 1;
   bool changed_ = false;
