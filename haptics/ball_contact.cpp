@@ -78,6 +78,8 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
     rub.staticMm += material.staticFriction * before.share[size_t(i)];
     rub.dynamicMm += material.dynamicFriction * before.share[size_t(i)];
     rub.viscousNsmm += material.viscousFrictionNsmm;
+    // A tool that smears drags the clay along: what the ball slides on is as thick as what it would cut.
+    if (input.operate && scene.tool.operation == clay::Operation::smooth) rub.viscousNsmm += material.viscosityNsmm;
   }
   const Subspace within = guides_.locked() ? guides_.lockAt(proxy_.at()) : Subspace();
   const Vec3d goal = before.count > 0 ? friction_.goal(proxy_.at(), within.nearest(hand), rub) : hand;
