@@ -1,8 +1,10 @@
 #include "haptics/touchable_part.h"
 
+#include <algorithm>
+
 namespace argil::haptics {
 
-bool TouchablePart::reset(const Part& part) ARGIL_REALTIME {
+bool TouchablePart::reset(const Part& part, double radiusMm) ARGIL_REALTIME {
   const PartMesh* mesh = part.mesh.get();
   const bool sameMesh = mesh_ == mesh && number_ == mesh->number();
   const bool same = sameMesh && pose_.translation == part.pose.translation && pose_.rotation.coeffs() == part.pose.rotation.coeffs();
@@ -10,6 +12,7 @@ bool TouchablePart::reset(const Part& part) ARGIL_REALTIME {
   mesh_ = mesh;
   number_ = mesh->number();
   pose_ = part.pose;
+  resolution_ = std::min(mesh->resolutionMm(), radiusMm / 8);
   return !same;
 }
 

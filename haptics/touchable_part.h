@@ -12,18 +12,21 @@ namespace argil::haptics {
 /// its centre is never let nearer to the rims than its radius. Servo thread only.
 class TouchablePart final : public Touchable {
  public:
-  /// Reads `part` from now on; the scene that holds it is held by the caller. True when it is not what was read before.
-  bool reset(const Part& part) ARGIL_REALTIME;
+  /// Reads `part` from now on, touched by a ball of that radius; the scene that holds it is held by the caller. True when it is
+  /// not what was read before.
+  bool reset(const Part& part, double radiusMm) ARGIL_REALTIME;
   Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
 
   /// Zero at a crease (edges sharper than 40°, borders, edges of more than two triangles).
   Vec3d normal(const Vec3d& point) ARGIL_REALTIME override;
-  [[nodiscard]] double resolutionMm() const ARGIL_REALTIME override { return mesh_ ? mesh_->resolutionMm() : 1.0; }
+  /// The mesh's, but no more than an eighth of the ball's radius: a small ball on a large coarse part sinks in no deeper for it.
+  [[nodiscard]] double resolutionMm() const ARGIL_REALTIME override { return resolution_; }
 
  private:
   const PartMesh* mesh_ = nullptr;
   uint64_t number_ = 0;  // Addresses of meshes are reused.
   Pose pose_;
+  double resolution_ = 1;
   uint32_t last_ = PartMesh::kNone;  // The triangle of the last answer: a better hint than any point.
 };
 

@@ -94,7 +94,7 @@ TEST(PartBuilder, theOldMeshServesUntilNoReaderCanSeeIt) {
   Published<Scene>::Reader reader(published);
   TouchablePart part;
   const Scene* seen = reader.enter();
-  part.reset(seen->parts[0]);
+  part.reset(seen->parts[0], 3);
   EXPECT_NEAR(part.nearest({0, 43, 0}, 4, nullptr).distance, 3, 0.1);
 
   builder.request(shared(icosphere(38, 5)));
@@ -108,7 +108,7 @@ TEST(PartBuilder, theOldMeshServesUntilNoReaderCanSeeIt) {
   EXPECT_EQ(published.reclaim(), 1u);
 
   seen = reader.enter();
-  EXPECT_TRUE(part.reset(seen->parts[0]));
+  EXPECT_TRUE(part.reset(seen->parts[0], 3));
   EXPECT_NEAR(part.nearest({0, 43, 0}, 6, nullptr).distance, 5, 0.1);
   EXPECT_EQ(published.reclaim(), 0u);
   EXPECT_TRUE(old.expired());
@@ -127,7 +127,7 @@ TEST(PartBuilder, aReaderOnAnotherThreadAlwaysSeesAWholePart) {
     TouchablePart part;
     while (!stop) {
       const Scene* now = reader.enter();
-      if (part.reset(now->parts[0])) ++swaps;
+      if (part.reset(now->parts[0], 3)) ++swaps;
       // The tool's radius tells which ball it is.
       const double distance = part.nearest({0, 0, 60}, 50, nullptr).distance;
       wrong += std::abs(distance - (60 - now->tool.radiusMm)) > 0.7;

@@ -197,7 +197,7 @@ TEST(TouchablePart, breaksNoRuleOfRealTime) {
     for (int i = 0; i < 20000; ++i) {
       const double a = 0.001 * i, height = 43 + 3 * std::sin(0.01 * i);
       const Vec3d p = height * Vec3d(std::cos(a), std::sin(a) * 0.8, std::sin(a) * 0.6);
-      part.reset(scene.parts[0]);
+      part.reset(scene.parts[0], 3);
       const Nearest n = part.nearest(p, 4, nullptr);
       sum += n.distance;
       if (n.found) sum += part.normal(n.point).x();
@@ -225,8 +225,8 @@ TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
   part.pose.translation = {100, 0, 0};
   part.pose.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 4, Vec3d::UnitZ()));
   TouchablePart touchable;
-  EXPECT_TRUE(touchable.reset(part));
-  EXPECT_FALSE(touchable.reset(part));
+  EXPECT_TRUE(touchable.reset(part, 3));
+  EXPECT_FALSE(touchable.reset(part, 3));
   // An edge of the cube points to -x now.
   const double edge = 100 - 5 * std::sqrt(2.0);
   const Nearest n = touchable.nearest({edge - 2, 0, 1}, 3, nullptr);
@@ -243,9 +243,9 @@ TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
   EXPECT_FALSE(touchable.nearest({100, 0, 0}, 3, nullptr).found);
 
   part.pose.translation.x() = 101;
-  EXPECT_TRUE(touchable.reset(part));
+  EXPECT_TRUE(touchable.reset(part, 3));
   part.mesh = std::make_shared<const PartMesh>(cube(5));
-  EXPECT_TRUE(touchable.reset(part)) << "another mesh of the same shape";
+  EXPECT_TRUE(touchable.reset(part, 3)) << "another mesh of the same shape";
 }
 
 }  // namespace
