@@ -36,6 +36,10 @@ bool Surroundings::reset(const Scene& scene) ARGIL_REALTIME {
     const bool changed = clay_[i].reset(scene.pieces[i]);
     use(clay_[i], scene.pieces[i].material, changed);
   }
+  for (size_t i = 0; i < std::min(scene.parts.size(), kMaxParts); ++i) {
+    const bool changed = parts_[i].reset(scene.parts[i], scene.tool.radiusMm);
+    use(parts_[i], scene.parts[i].material, changed);
+  }
   return changed_ || count_ != countBefore_;
 }
 

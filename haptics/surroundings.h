@@ -7,6 +7,7 @@
 
 #include "haptics/scene.h"
 #include "haptics/touchable.h"
+#include "haptics/touchable_part.h"
 
 namespace argil::haptics {
 
@@ -15,7 +16,7 @@ struct Around : Nearest {
   int thing = -1;                ///< Index, or -1.
 };
 
-/// The touchables of the scene that is read now: pieces of clay first. Each keeps where its surface was last time, so a search
+/// The touchables of the scene that is read now: pieces of clay first, then parts. Each keeps where its surface was last time, so a search
 /// asks only those that can be near. One thread, the servo's; everything is allocated with it.
 class Surroundings {
  public:
@@ -51,8 +52,9 @@ class Surroundings {
   };
   void use(Touchable& touchable, uint32_t material, bool changed) ARGIL_REALTIME;
 
-  static constexpr size_t kMaxThings = kMaxPieces;
+  static constexpr size_t kMaxThings = kMaxPieces + kMaxParts;
   std::array<TouchableClay, kMaxPieces> clay_;
+  std::array<TouchablePart, kMaxParts> parts_;
   size_t clayCount_ = 0;
   std::array<Thing, kMaxThings> things_;
   size_t count_ = 0, countBefore_ = 0;
