@@ -34,15 +34,22 @@ bool Surroundings::reset(const Scene& scene, bool withClay, std::span<Touchable*
   changed_ = false;
   resolution_ = 1;
   clayCount_ = std::min(scene.pieces.size(), kMaxPieces);
+  const size_t partCount = std::min(scene.parts.size(), kMaxParts);
   const size_t keepOutCount = std::min(keepOuts.size(), kMaxGuides);
   for (size_t i = 0; i < countBefore_; ++i) {
     const auto index = size_t(used_[i]);
-    const bool stays = index < kFirstKeepOut ? withClay && index < clayCount_ : index - kFirstKeepOut < keepOutCount;
+    const bool stays = index < kFirstPart      ? withClay && index < clayCount_
+                       : index < kFirstKeepOut ? index - kFirstPart < partCount
+                                               : index - kFirstKeepOut < keepOutCount;
     if (!stays) things_[index] = {};
   }
   for (size_t i = 0; i < clayCount_; ++i) {
     const bool changed = clay_[i].reset(scene.pieces[i]);
     if (withClay) use(i, clay_[i], scene.pieces[i].material, false, changed);
+  }
+  for (size_t i = 0; i < partCount; ++i) {
+    const bool changed = parts_[i].reset(scene.parts[i], scene.tool.radiusMm);
+    use(kFirstPart + i, parts_[i], scene.parts[i].material, false, changed);
   }
   for (size_t i = 0; i < keepOutCount; ++i) use(kFirstKeepOut + i, *keepOuts[i], 0, true, keepOutsChanged);
   return changed_ || count_ != countBefore_;

@@ -8,6 +8,7 @@
 
 #include "haptics/scene.h"
 #include "haptics/touchable.h"
+#include "haptics/touchable_part.h"
 
 namespace argil::haptics {
 
@@ -59,10 +60,11 @@ class Surroundings {
   };
   void use(size_t index, Touchable& touchable, uint32_t material, bool hard, bool changed) ARGIL_REALTIME;
 
-  // A thing keeps its index from scene to scene: pieces from 0, keep-outs behind them.
-  static constexpr size_t kFirstKeepOut = kMaxPieces, kMaxThings = kFirstKeepOut + kMaxGuides;
+  // A thing keeps its index from scene to scene: pieces from 0, then parts, then keep-outs.
+  static constexpr size_t kFirstPart = kMaxPieces, kFirstKeepOut = kFirstPart + kMaxParts, kMaxThings = kFirstKeepOut + kMaxGuides;
   std::vector<TouchableClay> clay_ = std::vector<TouchableClay>(kMaxPieces);
   size_t clayCount_ = 0;
+  std::array<TouchablePart, kMaxParts> parts_;
   std::array<Thing, kMaxThings> things_{};
   std::array<int, kMaxThings> used_{};  // Indices of those that are there.
   size_t count_ = 0, countBefore_ = 0;
