@@ -22,7 +22,8 @@ constexpr double kPeakN = 3.3, kTopNmm = 1.0;
 /// A tool that guides alone hold: the proxy is where they let it be.
 struct Felt {
   Scene scene;
-  Guides guides;
+  std::unique_ptr<Guides> owned = std::make_unique<Guides>();
+  Guides& guides = *owned;
   Contact::Input in;
   Vec3d proxy = Vec3d::Zero();
   bool begun = false;
@@ -269,8 +270,8 @@ TEST(KeepOut, answersWithTheNearestPlaceOfItsSurface) {
                                {5, KeepOutPlane{{1, 2, 3}, {0, 3, 4}}, 0}};
   for (const Guide& guide : all) {
     KeepOut keepOut;
-    EXPECT_TRUE(keepOut.reset(guide, scene));
-    EXPECT_FALSE(keepOut.reset(guide, scene));
+    EXPECT_TRUE(keepOut.reset(guide, scene, nullptr));
+    EXPECT_FALSE(keepOut.reset(guide, scene, nullptr));
     for (int round = 0; round < 2000; ++round) {
       const Vec3d p(normal(random), normal(random), normal(random));
       const Nearest n = keepOut.nearest(p, 100, nullptr);
