@@ -43,6 +43,7 @@ struct Viscosity { double dragNsmm = 0.002; };                                  
 struct AmbientPlane { Vec3d point = Vec3d::Zero(), normal = Vec3d::UnitZ(); double stiffnessNmm = 0.1, mostN = 1; };  ///< Draws to a plane from both sides.
 
 inline constexpr size_t kMaxWellPoints = 256;
+inline constexpr size_t kMaxPieceGuides = 4;  ///< In one scene: each searches its piece in every tick.
 
 /// Hard ones hold the proxy, soft ones only pull.
 enum class GuideRole : uint8_t { lock, keepOut, soft };

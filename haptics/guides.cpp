@@ -88,9 +88,9 @@ void Guides::addLock(const Guide& guide, State& state, const Vec3d& proxy, const
 
 // Strength rises slowly where a guide begins, so its energy is paid before it can be given out; a leap of its force (another point, another
 // strand, other data) goes into what is let go little by little (carry_).
-void Guides::addForce(const Guide& guide, State& state, const Scene& scene, const Contact::Input& input,
+void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
                       const SoftLimits& limits) ARGIL_REALTIME {
-  const Pull pull = softPull(guide, scene, input.hand, input.velocity, limits, state.memory);
+  const Pull pull = softPull(guide, scene, clay, input.hand, input.velocity, limits, state.memory);
   const double rate = kGuideForcePerS * input.peakForceN * input.periodS;
   state.caught = pull.within && (state.caught || pull.caught);
   if (!state.caught) state.weight = 0;
@@ -124,10 +124,13 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   const double scale = scene.workspace.scale;
   const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale, input.dampingNsmm / scale};
   rising_ = std::max(1, std::exchange(risingNow_, 0));
+  size_t clays = 0;
   for (size_t i = 0; i < stateCount_; ++i) {
     const Guide& guide = scene.guides[i];
     State& state = states_[i];
     const bool worked = state.works;
+    TouchableClay* clay = nullptr;
+    if (guide.piece() >= 0 && clays < clays_.size()) clay = &clays_[clays++];
     if (guide.whileButtons != 0 && (guide.whileButtons & input.buttons) == 0) {
       if (worked) drop(state, lostHold);
       continue;
@@ -136,10 +139,10 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
     switch (guide.role()) {
       case GuideRole::lock: addLock(guide, state, proxy, touchNormal); break;
       case GuideRole::keepOut:
-        keepOutsChanged_ = state.keepOut.reset(guide, scene) || !worked || keepOutsChanged_;
+        keepOutsChanged_ = state.keepOut.reset(guide, scene, clay) || !worked || keepOutsChanged_;
         keepOuts_[size_t(keepOutCount_++)] = &state.keepOut;
         break;
-      case GuideRole::soft: addForce(guide, state, scene, input, limits); break;
+      case GuideRole::soft: addForce(guide, state, scene, clay, input, limits); break;
     }
   }
   // Through the stiffest coupling that there may be the set's speed is a speed of force as well.

@@ -13,7 +13,7 @@ namespace argil::haptics {
 
 /// Locks, keep-outs and forces of Scene::guides from tick to tick. Whatever begins, ends, moves or contradicts, the tool does not jump:
 /// every such change is spread over time, within kGuideForcePerS. Costs nothing where there are no guides. Servo thread only; all
-/// memory is its own. Method: NOTES.md, "Guides".
+/// memory is its own, half a megabyte: not for the stack. Method: NOTES.md, "Guides".
 class Guides {
  public:
   /// Forgets everything: the next scene's guides begin anew.
@@ -68,10 +68,12 @@ class Guides {
   void match(const Scene& scene, bool& lostHold) ARGIL_REALTIME;
   void drop(State& state, bool& lostHold) ARGIL_REALTIME;
   void addLock(const Guide& guide, State& state, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME;
-  void addForce(const Guide& guide, State& state, const Scene& scene, const Contact::Input& input, const SoftLimits& limits) ARGIL_REALTIME;
+  void addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
+                const SoftLimits& limits) ARGIL_REALTIME;
 
   std::array<State, 2 * kMaxGuides> states_;  // The first stateCount_ as the scene's guides; room for those just gone.
   size_t stateCount_ = 0;
+  std::array<TouchableClay, kMaxPieceGuides> clays_;  // The n-th for the n-th guide that names a piece.
   LockSet locks_;
   std::array<Touchable*, kMaxGuides> keepOuts_{};
   int keepOutCount_ = 0;

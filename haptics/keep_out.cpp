@@ -11,10 +11,11 @@ constexpr double kPlay = 1.02;
 
 }  // namespace
 
-bool KeepOut::reset(const Guide& guide, const Scene& scene) ARGIL_REALTIME {
+bool KeepOut::reset(const Guide& guide, const Scene& scene, TouchableClay* clay) ARGIL_REALTIME {
   radius_ = scene.tool.radiusMm;
   Region region;
-  bool changed = false;
+  bool changed = clay != clay_;
+  clay_ = clay;
   if (const auto* box = std::get_if<KeepOutBox>(&guide.shape)) {
     region = {Kind::box, box->inside, box->pose.translation, box->halfMm, box->pose.rotation};
     if (box->inside) region.size = region.size.cwiseMax(kPlay * radius_);
@@ -23,9 +24,9 @@ bool KeepOut::reset(const Guide& guide, const Scene& scene) ARGIL_REALTIME {
     if (ball->inside) region.size.x() = std::max(region.size.x(), kPlay * radius_);
   } else if (const auto* plane = std::get_if<KeepOutPlane>(&guide.shape)) {
     region = {Kind::plane, false, plane->point, plane->normal.normalized(), Eigen::Quaterniond::Identity()};
-  } else if (const auto* piece = std::get_if<KeepOutPiece>(&guide.shape); piece && piece->piece < scene.pieces.size()) {
+  } else if (const auto* piece = std::get_if<KeepOutPiece>(&guide.shape); piece && clay && piece->piece < scene.pieces.size()) {
     region.kind = Kind::piece;
-    changed = clay_.reset(scene.pieces[piece->piece]);
+    changed = clay->reset(scene.pieces[piece->piece]) || changed;
   }
   changed = changed || !(region == region_);
   region_ = region;
@@ -58,7 +59,7 @@ Nearest KeepOut::nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGI
   Nearest answer;
   switch (region_.kind) {
     case Kind::none: return {false, p, reachMm};
-    case Kind::piece: return clay_.nearest(p, reachMm, hint);
+    case Kind::piece: return clay_->nearest(p, reachMm, hint);
     case Kind::box: answer = toBox(p); break;
     case Kind::ball: answer = toBall(p, hint); break;
     case Kind::plane:
@@ -73,9 +74,9 @@ Nearest KeepOut::nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGI
 }
 
 Vec3d KeepOut::normal(const Vec3d& point) ARGIL_REALTIME {
-  return region_.kind == Kind::piece ? clay_.normal(point) : Vec3d::Zero();
+  return region_.kind == Kind::piece ? clay_->normal(point) : Vec3d::Zero();
 }
 
-double KeepOut::resolutionMm() const ARGIL_REALTIME { return region_.kind == Kind::piece ? clay_.resolutionMm() : radius_ / 4; }
+double KeepOut::resolutionMm() const ARGIL_REALTIME { return region_.kind == Kind::piece ? clay_->resolutionMm() : radius_ / 4; }
 
 }  // namespace argil::haptics

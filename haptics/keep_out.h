@@ -10,9 +10,9 @@ namespace argil::haptics {
 /// tool in is never smaller than the ball. Servo thread only.
 class KeepOut final : public Touchable {
  public:
-  /// What it is from now on. `guide` is a keep-out; `scene`, which holds its piece, outlives the use. True when that is
-  /// not what it was before.
-  bool reset(const Guide& guide, const Scene& scene) ARGIL_REALTIME;
+  /// What it is from now on. `guide` is a keep-out; `scene`, which holds its piece, outlives the use, as does `clay`, which searches
+  /// a piece for it (null for other kinds). True when it is not what it was before.
+  bool reset(const Guide& guide, const Scene& scene, TouchableClay* clay) ARGIL_REALTIME;
 
   Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
   Vec3d normal(const Vec3d& point) ARGIL_REALTIME override;
@@ -36,7 +36,7 @@ class KeepOut final : public Touchable {
 
   Region region_;
   double radius_ = 1;
-  TouchableClay clay_;
+  TouchableClay* clay_ = nullptr;
 };
 
 }  // namespace argil::haptics

@@ -1,12 +1,12 @@
 #include "haptics/lock_set.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace argil::haptics {
 namespace {
 
-constexpr int kNewton = 12;         // Steps to where a curve meets another lock.
-constexpr double kMetMm = 1e-11;
+constexpr double kBeadLead = 4;     // A bead moves by so many times the hand's way: as it does when the hand is within 3/4 of the bend's radius.
 
 void shorten(Vec3d& v, double by) noexcept {
   const double length = v.norm();
@@ -18,6 +18,7 @@ void shorten(Vec3d& v, double by) noexcept {
 
 void LockSet::reset() noexcept {
   count_ = countBefore_ = 0;
+  curve_ = nullptr;
   conflict_ = false;
   aside_.setZero();
   back_.setZero();
@@ -42,86 +43,68 @@ void LockSet::add(uint32_t id, const Polyline& curve) ARGIL_REALTIME {
   locks_[size_t(count_ - 1)].curveId = curve.id();
 }
 
-// The affine sets of all locks at a place, met one after the other. `foot`: that of p on the curves, if there are any. Without
-// `works` only those that work are met; with it each is tried and told of.
-Subspace LockSet::common(const Vec3d& p, Vec3d* foot, std::array<bool, kMostLocks>* works) const ARGIL_REALTIME {
-  Subspace all;
-  for (int i = 0; i < count_; ++i) {
-    const Lock& lock = locks_[size_t(i)];
-    if (!works && !lock.works) continue;
-    bool met = false;
-    if (lock.curve) {
-      const Polyline::Place place = lock.curve->slide(p, lock.place);
-      met = all.intersect(Subspace::line(place.point, place.tangent));
-      if (met && foot) *foot = place.point;
-    } else {
-      met = all.intersect(lock.set);
-    }
-    if (works) (*works)[size_t(i)] = met;
-  }
-  return all;
-}
-
-Vec3d LockSet::snapTrue(const Vec3d& p) const ARGIL_REALTIME {
-  if (!curved_) return flat_.nearest(p);
-  Vec3d x = p;
-  for (int i = 0; i < kNewton; ++i) {
-    Vec3d foot = x;
-    const Subspace all = common(x, &foot, nullptr);
-    if (all.dimension > 0) return all.nearest(foot);
-    const double step = (all.origin - x).norm();
-    x = all.origin;
-    if (step < kMetMm) break;
-  }
-  return x;
-}
-
-void LockSet::finish(const Vec3d& proxy, const Vec3d& hand, double slideMm, bool lostHold) ARGIL_REALTIME {
-  const bool was = countBefore_ > 0;
-  if (count_ == 0 && !was && !lostHold && settled()) return;
-  const Vec3d on = proxy - aside_;
-  curved_ = false;
-  for (int i = 0; i < count_; ++i) {
-    Lock& lock = locks_[size_t(i)];
-    if (!lock.curve) continue;
-    curved_ = true;
-    const Lock* old = nullptr;
-    for (int j = 0; j < countBefore_; ++j)
-      if (before_[size_t(j)].id == lock.id && before_[size_t(j)].curveId == lock.curveId) old = &before_[size_t(j)];
-    lock.place = old ? lock.curve->slide(on, old->place) : lock.curve->nearest(proxy);
-  }
-  std::array<bool, kMostLocks> works{};
-  flat_ = common(on, nullptr, &works);
+// Meets the locks in their order. True when they are those of the last tick.
+bool LockSet::meet() ARGIL_REALTIME {
+  flat_ = Subspace();
+  curve_ = count_ > 0 ? locks_[0].curve : nullptr;
   bool same = count_ == countBefore_;
   for (int i = 0; i < count_; ++i) {
-    Lock& lock = locks_[size_t(i)];
-    lock.works = works[size_t(i)];
-    conflict_ = conflict_ || !lock.works;
+    const Lock& lock = locks_[size_t(i)];
     same = same && lock.same(before_[size_t(i)]);
+    if (curve_ || lock.curve) conflict_ = conflict_ || i > 0;
+    else conflict_ = !flat_.intersect(lock.set) || conflict_;
   }
+  return same;
+}
+
+Vec3d LockSet::snapTrue(const Vec3d& p) const ARGIL_REALTIME { return curve_ ? curve_->slide(p, bead_).point : flat_.nearest(p); }
+
+void LockSet::finish(const Vec3d& proxy, const Vec3d& hand, double slideMm, bool lostHold) ARGIL_REALTIME {
+  if (count_ == 0 && countBefore_ == 0 && !lostHold && settled()) return;
+  const bool same = meet();
   if (!same || lostHold) {
+    const bool known = curve_ && countBefore_ > 0 && before_[0].curveId == curve_->id();
+    if (curve_) bead_ = known ? curve_->slide(proxy, bead_) : curve_->nearest(proxy);
     aside_.setZero();
     if (count_ > 0) aside_ = proxy - snapTrue(proxy);
-    back_ = at(proxy).along(proxy - hand);
+    // Of a curve all of it: what is square to it here moves the bead elsewhere.
+    back_ = curve_ ? Vec3d(proxy - hand) : at(proxy).along(proxy - hand);
+  } else if (curve_) {
+    bead_ = curve_->slide(proxy - aside_, bead_);
   }
   // Both at once change the force by no more than one would.
   const double part = aside_.isZero(0) || back_.isZero(0) ? 1.0 : 0.7;
   shorten(aside_, part * slideMm);
   shorten(back_, part * slideMm);
+  runMm_ = slideMm + (same ? kBeadLead * (hand - hand_).norm() : 0.0);
+  hand_ = hand;
   for (int i = 0; i < count_; ++i) before_[size_t(i)] = locks_[size_t(i)];
   countBefore_ = count_;
 }
 
 Vec3d LockSet::goal(const Vec3d& hand) const ARGIL_REALTIME {
   const Vec3d wanted = hand + back_;
-  return curved_ && count_ > 0 ? snap(wanted) : wanted;
+  if (!curve_) return wanted;
+  // Inside of a bend, farther from it than its radius, the nearest place leaps: the bead runs there.
+  const Polyline::Place there = curve_->slide(wanted - aside_, bead_);
+  const double from = curve_->arcLengthMm(bead_), length = curve_->lengthMm();
+  double way = curve_->arcLengthMm(there) - from;
+  if (curve_->closed()) way = std::remainder(way, length);
+  if (std::abs(way) <= runMm_) return there.point + aside_;
+  double to = from + std::copysign(runMm_, way);
+  if (curve_->closed()) to -= std::floor(to / length) * length;
+  return curve_->at(to).point + aside_;
 }
 
 Subspace LockSet::at(const Vec3d& p) const ARGIL_REALTIME {
   if (count_ == 0) return Subspace();
-  Subspace set = curved_ ? common(p - aside_, nullptr, nullptr) : flat_;
-  set.origin += aside_;
-  return set;
+  if (!curve_) {
+    Subspace set = flat_;
+    set.origin += aside_;
+    return set;
+  }
+  const Polyline::Place place = curve_->slide(p - aside_, bead_);
+  return Subspace::line(place.point + aside_, place.tangent);
 }
 
 Vec3d LockSet::snap(const Vec3d& p) const ARGIL_REALTIME {

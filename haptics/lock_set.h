@@ -9,7 +9,8 @@
 
 namespace argil::haptics {
 
-/// The common places of several locks, the earlier first. When what they are changes, the set as a whole is moved aside to pass through the
+/// The common places of several locks; one that leaves no place in common with earlier ones does not work. A curve holds alone: with
+/// another lock the earlier of the two works. When what they are changes, the set as a whole is moved aside to pass through the
 /// proxy and slides back at a bounded speed; what the hand was held back by is let go as slowly. Servo thread only; method: NOTES.md,
 /// "Guides".
 class LockSet {
@@ -46,19 +47,21 @@ class LockSet {
     Subspace set;
     const Polyline* curve = nullptr;
     uint64_t curveId = 0;
-    Polyline::Place place;  // Of the proxy on the curve.
-    bool works = true;      // Has a place in common with the earlier ones.
-    [[nodiscard]] bool same(const Lock& o) const noexcept { return id == o.id && curveId == o.curveId && works == o.works && set == o.set; }
+    [[nodiscard]] bool same(const Lock& o) const noexcept { return id == o.id && curveId == o.curveId && set == o.set; }
   };
-  [[nodiscard]] Subspace common(const Vec3d& p, Vec3d* foot, std::array<bool, kMostLocks>* works) const ARGIL_REALTIME;
+  bool meet() ARGIL_REALTIME;
   [[nodiscard]] Vec3d snapTrue(const Vec3d& p) const ARGIL_REALTIME;
 
   std::array<Lock, kMostLocks> locks_, before_;
   int count_ = 0, countBefore_ = 0;
-  bool curved_ = false, conflict_ = false;
-  Subspace flat_;                   // The whole set where no lock is a curve.
+  bool conflict_ = false;
+  Subspace flat_;                   // The common places, unless it is a curve that holds.
+  const Polyline* curve_ = nullptr;
+  Polyline::Place bead_;            // Of the proxy on the curve.
+  double runMm_ = 0;                // How far along the curve the proxy goes in this tick, at most.
   Vec3d aside_ = Vec3d::Zero();     // How far the set is from where it belongs.
   Vec3d back_ = Vec3d::Zero();      // From the hand to where it is taken to be.
+  Vec3d hand_ = Vec3d::Zero();
 };
 
 }  // namespace argil::haptics

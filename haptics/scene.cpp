@@ -34,9 +34,12 @@ void Scene::check() const {
     require(part.material < materials.size(), "a part names a material that is not there");
   }
   require(guides.size() <= kMaxGuides, "more than 64 guides");
+  size_t atPieces = 0;
   for (size_t i = 0; i < guides.size(); ++i) {
     guides[i].check();
     require(guides[i].piece() < static_cast<int64_t>(pieces.size()), "a guide names a piece that is not there");
+    atPieces += guides[i].piece() >= 0;
+    require(atPieces <= kMaxPieceGuides, "more than 4 guides name a piece");
     for (size_t j = 0; j < i; ++j) require(guides[j].id != guides[i].id, "two guides have the same id");
   }
   for (const Material& m : materials) {

@@ -18,6 +18,7 @@ Pull inRange(bool within) noexcept {
 
 struct Puller {
   const Scene& scene;
+  TouchableClay* clay;
   const Vec3d& at;
   const Vec3d& velocity;
   const SoftLimits& limits;
@@ -44,10 +45,10 @@ struct Puller {
     return wellPull(n * n.dot(g.point - at), g.shape, limits);
   }
   Pull operator()(const WellAtPiece& g) const noexcept {
-    if (g.piece >= scene.pieces.size()) return inRange(false);
-    memory.clay.reset(scene.pieces[g.piece]);
+    if (!clay || g.piece >= scene.pieces.size()) return inRange(false);
+    clay->reset(scene.pieces[g.piece]);
     const double radius = scene.tool.radiusMm;
-    const Nearest n = memory.clay.nearest(at, radius + g.shape.rangeMm, memory.nearKnown ? &memory.near : nullptr);
+    const Nearest n = clay->nearest(at, radius + g.shape.rangeMm, memory.nearKnown ? &memory.near : nullptr);
     memory.nearKnown = n.found;
     if (!n.found) return inRange(false);
     memory.near = n.point;
@@ -104,9 +105,9 @@ Pull wellPull(const Vec3d& d, const WellShape& shape, const SoftLimits& limits) 
 
 double wellDepthNmm(const WellShape& shape, double forceN) noexcept { return forceN * shape.rangeMm / (6 * kTop); }
 
-Pull softPull(const Guide& guide, const Scene& scene, const Vec3d& at, const Vec3d& velocity, const SoftLimits& limits,
-              SoftMemory& memory) ARGIL_REALTIME {
-  return std::visit(Puller{scene, at, velocity, limits, memory}, guide.shape);
+Pull softPull(const Guide& guide, const Scene& scene, TouchableClay* clay, const Vec3d& at, const Vec3d& velocity,
+              const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME {
+  return std::visit(Puller{scene, clay, at, velocity, limits, memory}, guide.shape);
 }
 
 }  // namespace argil::haptics

@@ -37,11 +37,11 @@ struct SoftMemory {
   uint64_t curve = 0;           ///< The curve that `place` belongs to; 0: none.
   Vec3d near = Vec3d::Zero();
   bool nearKnown = false;
-  TouchableClay clay;
 };
 
-/// The pull of a well or an ambient guide on the tool's centre `at`; none for guides of another kind.
-[[nodiscard]] Pull softPull(const Guide& guide, const Scene& scene, const Vec3d& at, const Vec3d& velocity, const SoftLimits& limits,
-                            SoftMemory& memory) ARGIL_REALTIME;
+/// The pull of a well or an ambient guide on the tool's centre `at`; none for guides of another kind. `clay` searches a piece for it, null
+/// for guides that name none.
+[[nodiscard]] Pull softPull(const Guide& guide, const Scene& scene, TouchableClay* clay, const Vec3d& at, const Vec3d& velocity,
+                            const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME;
 
 }  // namespace argil::haptics
