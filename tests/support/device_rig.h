@@ -10,7 +10,7 @@ namespace argil::haptics::testing {
 /// What an emulator does wrong on command. `split` is allowed: a driver must cope with it.
 enum class Misbehaviour { none, split, garbage, notFinite, shortAnswers, wrongEcho, late, silent };
 
-/// One device of a kind, at the other end of its emulator. All calls from the test's thread.
+/// One device of a kind, at the other end of its emulator. All calls from the test's thread. Has a constant Traits kTraits.
 class DeviceRig {
  public:
   virtual ~DeviceRig() = default;
@@ -20,10 +20,10 @@ class DeviceRig {
     bool force = false;          ///< It has motors: forceN() tells what they were told.
     bool cable = false;          ///< It can be unplugged and plugged in again.
     bool follows = false;        ///< hand() moves it to a place; otherwise it is where place() says.
+    bool bytes = false;          ///< It speaks bytes, right or wrong: misbehave() does something.
     bool silenceIsRest = false;  ///< It says nothing while it is at rest (HID).
     double resolutionMm = 1e-3;
   };
-  [[nodiscard]] virtual Traits traits() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Device> open() = 0;
 
   /// Puts the emulated hand there, in the device's frame.

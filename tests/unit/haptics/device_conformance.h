@@ -14,12 +14,13 @@ namespace argil::haptics::testing {
 
 struct RigMaker {
   std::string name;
+  DeviceRig::Traits traits;
   std::function<std::unique_ptr<DeviceRig>()> make;
 };
 
 inline void PrintTo(const RigMaker& maker, std::ostream* out) { *out << maker.name; }
 
-/// Of every driver there is.
-[[nodiscard]] std::vector<RigMaker> deviceRigs();
+/// Of every driver there is, or of those whose trait is set.
+[[nodiscard]] std::vector<RigMaker> deviceRigs(bool DeviceRig::Traits::*trait = nullptr);
 
 }  // namespace argil::haptics::testing
