@@ -23,7 +23,7 @@ class HidSource {
 };
 
 struct SpaceMouseOptions {
-  std::string node;             ///< Such as /dev/hidraw3; empty: the first that is plugged in.
+  std::string node = {};        ///< Such as /dev/hidraw3; empty: the first that is plugged in.
   double topSpeedMms = 120;     ///< At full deflection, mm/s: 1 to 1000.
   double topTurnRads = 1.5;     ///< At full deflection, rad/s: 0 to 20.
   double deadZone = 0.03;       ///< Part of full deflection that counts as rest: 0 to 0.5.

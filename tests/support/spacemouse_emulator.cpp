@@ -98,6 +98,7 @@ void SpaceMouseEmulator::send(std::vector<uint8_t> report) {
       for (size_t i = 1; i < report.size(); ++i) report[i] = static_cast<uint8_t>(0x70 + i);  // Far beyond the range.
       break;
     case Misbehaviour::shortAnswers: report.resize(report.size() / 2); break;
+    case Misbehaviour::silent: return;
     default: break;
   }
   if (far_ >= 0) (void)!::send(far_, report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
