@@ -54,7 +54,8 @@ class Device {
   /// Constant for the life of the device.
   [[nodiscard]] virtual const DeviceSheet& sheet() const noexcept = 0;
 
-  /// State at servo time `timeS`; false when nothing new came since the last call (the servo then commands zero).
+  /// State at servo time `timeS`; false when nothing new came (the servo then commands zero). A device that answers at its own
+  /// rate is new until its next answer is late; one that is unplugged, faulty or silent never is.
   virtual bool read(double timeS, DeviceState& state) ARGIL_REALTIME = 0;
   /// Commands a force on the hand in the device's frame, N. Finite, within the sheet.
   virtual void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME = 0;
@@ -63,6 +64,9 @@ class Device {
   virtual void cut() noexcept = 0;
   /// Ends cut(): the watchdog's thread once the servo lives again, or whoever restarts a servo.
   virtual void rearm() noexcept = 0;
+
+  /// What it does or what ails it and what to do, one sentence for the person. Any thread but the servo's: it allocates.
+  [[nodiscard]] virtual std::string status() const { return sheet().name + ": ready"; }
 };
 
 }  // namespace argil::haptics

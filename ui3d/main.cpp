@@ -78,7 +78,8 @@ int run(int argc, char** argv) {
   benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
 
   cli::DevicesOptions devices;
-  auto* devicesVerb = app.add_subcommand("devices", "The force-feedback devices and what they can do");
+  auto* devicesVerb = app.add_subcommand("devices", "The devices that are plugged in or simulated, and what they can do");
+  devicesVerb->add_option("--sheet", devices.sheet, "All that is known of this one");
   devicesVerb->add_option("--test", devices.test, "Try this one for a few seconds");
 
   try {

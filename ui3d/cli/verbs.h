@@ -56,7 +56,8 @@ struct RenderOptions {
 void render(const RenderOptions& options);
 
 struct DevicesOptions {
-  std::string test;  ///< Name of a device to try for a few seconds; empty: list only.
+  std::string sheet;  ///< Name of a device whose sheet to print.
+  std::string test;   ///< Name of a device to try for a few seconds. Neither: list them.
 };
 void devices(const DevicesOptions& options);
 

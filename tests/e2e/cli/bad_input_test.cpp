@@ -81,6 +81,10 @@ TEST(BadInput, CallsThatCannotBeMeantAreRefused) {
       {"render", mesh, "-o", (scratch / "a.png").string(), "--view", "sideways"},
       {"bench", "speed"},
       {"devices", "--test", "teapot"},
+      {"devices", "--sheet", "teapot"},
+      {"devices", "--sheet", "simulated:"},
+      {"devices", "--sheet", "recorded:"},
+      {"devices", "--test", "recorded:" + (scratch / "missing.csv").string()},
       {"sculpt", (scratch / "missing.json").string()},
   };
   for (const auto& call : calls) {

@@ -1,0 +1,109 @@
+#pragma once
+// What all drivers of hardware share: a thread for each device, states, reconnecting, zero force when anything is wrong.
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <semaphore>
+#include <string>
+#include <thread>
+
+#include "haptics/device.h"
+#include "haptics/latest_value.h"
+
+namespace argil::haptics {
+
+/// One kind of hardware at the other end of a cable. Only the device's thread calls it; it may wait, on its own I/O alone, and
+/// never throws.
+class DeviceLink {
+ public:
+  virtual ~DeviceLink() = default;
+  DeviceLink() = default;
+  DeviceLink(const DeviceLink&) = delete;
+  DeviceLink& operator=(const DeviceLink&) = delete;
+
+  enum class Opened { ready, absent, refused };
+  /// Finds the device and greets it. Anything but `ready` leaves nothing open and says in `sentence` what is wrong and what to
+  /// do; with `ready` the sentence says where it is. May take a second.
+  virtual Opened open(std::string& sentence) = 0;
+
+  enum class Exchanged { state, nothing, garbage, gone };
+  /// Sends `forceN` (N, device's frame, finite, within the sheet) and waits for an answer until `deadlineNs` of nowNs().
+  /// `nothing`: no answer in time; `garbage`: one that cannot be one; `gone`: unplugged. `state` counts only with `state`.
+  virtual Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept = 0;
+
+  /// Sends zero force as well as it still can and closes. Idempotent.
+  virtual void close() noexcept = 0;
+};
+
+enum class DeviceCondition : uint8_t { absent, opening, ready, faulted, unplugged };
+
+/// A device behind a link. Its thread exchanges at the device's rate, above the servo's priority where that is granted. It sends
+/// zero until the first good answer; while cut; after a bad or missing answer until the next good one; when the servo wrote
+/// nothing for kWatchdogSeconds; and on the way out. Commands from before a cut never return. No force is longer than
+/// the sheet's peak. Nothing good for kSilentSeconds: closed and opened anew; one that was unplugged is looked for every
+/// kRetrySeconds.
+class ThreadedDevice final : public Device {
+ public:
+  static constexpr double kRetrySeconds = 0.1;
+  static constexpr double kSilentSeconds = 0.1;
+
+  struct Options {
+    double lateSeconds = 0;   ///< An answer older than this is late; 0: four exchanges at the sheet's rate.
+    bool realtime = true;     ///< Ask for SCHED_FIFO.
+    int priority = 85;        ///< Above the servo and its watchdog.
+  };
+
+  /// Starts at once; a device that is not there yet is used as soon as it is.
+  ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> link, const Options& options);
+  ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> link) : ThreadedDevice(std::move(sheet), std::move(link), Options()) {}
+  /// Zero force, then closed.
+  ~ThreadedDevice() override;
+
+  [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return sheet_; }
+  bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
+  void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
+  void cut() noexcept override;
+  void rearm() noexcept override { cut_.store(false); }
+  [[nodiscard]] std::string status() const override;
+
+  // Any thread.
+  [[nodiscard]] DeviceCondition condition() const noexcept { return condition_.load(); }
+  [[nodiscard]] uint64_t exchanges() const noexcept { return exchanges_.load(std::memory_order_relaxed); }  ///< Good ones.
+  [[nodiscard]] uint64_t failures() const noexcept { return failures_.load(std::memory_order_relaxed); }    ///< Bad or missing answers.
+
+ private:
+  struct Answer {
+    DeviceState state;
+    int64_t atNs = 0;
+  };
+  struct Command {
+    Vec3d forceN = Vec3d::Zero();
+    uint32_t epoch = 0;
+  };
+  struct Sentence {
+    char text[240] = {};
+  };
+
+  void run();
+  void serve(const std::string& where);
+  void tell(DeviceCondition condition, const std::string& sentence);
+
+  DeviceSheet sheet_;
+  std::unique_ptr<DeviceLink> link_;
+  Options options_;
+  int64_t periodNs_, lateNs_;
+  LatestValue<Answer> answers_;    // Device thread to servo.
+  LatestValue<Command> commands_;  // Servo to device thread.
+  mutable LatestValue<Sentence> sentence_;
+  mutable std::mutex readers_;     // Of the sentence, among themselves: the device's thread never waits for them.
+  Answer answer_;                  // The servo's.
+  std::atomic<bool> live_{false}, cut_{false}, stop_{false};
+  std::atomic<uint32_t> epoch_{0};  // Counts cuts: a command from before one is void.
+  std::atomic<DeviceCondition> condition_{DeviceCondition::opening};
+  std::atomic<uint64_t> exchanges_{0}, failures_{0};
+  std::binary_semaphore stopping_{0};
+  std::thread thread_;
+};
+
+}  // namespace argil::haptics

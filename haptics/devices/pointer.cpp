@@ -1,0 +1,84 @@
+#include "haptics/devices/pointer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/error.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kSpeedFraction = 0.5;  // Of the speed that the sheet calls a fault.
+constexpr double kSteepest = 1.5;       // Of a pen's tilt, rad.
+
+bool within(double value, double least, double most) { return value >= least && value <= most; }
+
+}  // namespace
+
+PointerDevice::PointerDevice(const PointerOptions& options) : options_(options) {
+  if (!within(options.wheelStepMm, 0, 100)) throw Error("pointer: a click of the wheel must be 0 to 100 mm");
+  if (!within(options.penDepthMm, 0, 100)) throw Error("pointer: the depth of full pressure must be 0 to 100 mm");
+  if (!within(options.smoothSeconds, 0, 0.1)) throw Error("pointer: the smoothing must be 0 to 0.1 s");
+  sheet_.name = "pointer";
+  sheet_.like = "mouse or pen";
+  sheet_.dofIn = 6;
+  sheet_.dofOut = 0;  // What the sheet says of forces is what contact reckons with.
+  sheet_.workspaceMm = {400, 300, 300};
+  sheet_.resolutionMm = 0.1;
+  sheet_.topSpeedMms = 4000;  // A wrist on a mouse is faster than an arm in a mechanism.
+  sheet_.buttons = 5;
+}
+
+bool PointerDevice::feed(const PointerSample& s) noexcept {
+  const double length = s.direction.norm();
+  if (!s.origin.allFinite() || !(length > 1e-9) || !std::isfinite(length) || !within(s.wheel, -1e6, 1e6) || !(s.pressure <= 1) ||
+      !within(s.tiltX, -kSteepest, kSteepest) || !within(s.tiltY, -kSteepest, kSteepest))
+    return false;
+  if (std::isfinite(s.surfaceMm)) surfaceMm_ = s.surfaceMm;
+  const Vec3d direction = s.direction / length;
+  const double pressed = std::max(0.0f, s.pressure);
+  DeviceState state;
+  state.pose.translation = s.origin + (surfaceMm_ + s.wheel * options_.wheelStepMm + pressed * options_.penDepthMm) * direction;
+  if (!state.pose.translation.allFinite()) return false;
+  // The stylus' own z looks back at the person; tilt leans it.
+  state.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -direction) * Eigen::AngleAxisd(s.tiltX, Vec3d::UnitY()) *
+                        Eigen::AngleAxisd(s.tiltY, Vec3d::UnitX());
+  state.pressure = s.pressure >= 0 ? s.pressure : (s.buttons ? 1.0f : 0.0f);
+  state.buttons = s.buttons;
+  fed_.store(state);
+  present_.store(true);
+  return true;
+}
+
+bool PointerDevice::read(double timeS, DeviceState& state) ARGIL_REALTIME {
+  DeviceState wanted;
+  fed_.load(wanted);
+  if (!present_.load()) {
+    moving_ = false;
+    return false;
+  }
+  const double dt = std::clamp(timeS - lastS_, 0.0, 0.05);
+  lastS_ = timeS;
+  if (!moving_) {
+    now_ = wanted;  // Where it came back is where it is.
+    moving_ = true;
+  } else {
+    const double part = options_.smoothSeconds > 0 ? 1 - std::exp(-dt / options_.smoothSeconds) : 1;
+    Vec3d step = part * (wanted.pose.translation - now_.pose.translation);
+    const double longest = kSpeedFraction * sheet_.topSpeedMms * dt;
+    if (const double size = step.norm(); size > longest) step *= longest / size;
+    const Vec3d place = now_.pose.translation + step;
+    const Eigen::Quaterniond rotation = now_.pose.rotation.slerp(part, wanted.pose.rotation);
+    now_ = wanted;
+    now_.pose.translation = place;
+    now_.pose.rotation = rotation;
+  }
+  state = now_;
+  return true;
+}
+
+std::string PointerDevice::status() const {
+  return present_.load() ? "pointer: ready" : "pointer: waiting for the mouse or the pen; move it over the window";
+}
+
+}  // namespace argil::haptics

@@ -1,0 +1,52 @@
+#pragma once
+// 3Dconnexion SpaceMouse: a puck that is pushed and turned, six degrees of freedom in, none out.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/devices/device_thread.h"
+
+namespace argil::haptics {
+
+/// Where HID reports come from: a hidraw node, or an emulator. The device's thread only.
+class HidSource {
+ public:
+  virtual ~HidSource() = default;
+  [[nodiscard]] virtual DeviceLink::Opened open(std::string& sentence) = 0;
+  [[nodiscard]] virtual std::span<const uint8_t> descriptor() const noexcept = 0;  ///< While open.
+  /// Readable without waiting, one whole report a read; -1 while closed.
+  [[nodiscard]] virtual int fd() const noexcept = 0;
+  virtual void close() noexcept = 0;
+};
+
+struct SpaceMouseOptions {
+  std::string node = {};        ///< Such as /dev/hidraw3; empty: the first that is plugged in.
+  double topSpeedMms = 120;     ///< At full deflection, mm/s: 1 to 1000.
+  double topTurnRads = 1.5;     ///< At full deflection, rad/s: 0 to 20.
+  double deadZone = 0.03;       ///< Part of full deflection that counts as rest: 0 to 0.5.
+  Vec3d boxMm = {200, 200, 200};  ///< The stylus stays in this box around its origin.
+};
+
+/// The puck's deflection is a velocity: its place is what that adds up to. x to the right, y away from the person, z up.
+/// Throws Error for options out of range; a device that is not there yet is used as soon as it is.
+[[nodiscard]] std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options);
+/// The same from elsewhere than a hidraw node.
+[[nodiscard]] std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options, std::unique_ptr<HidSource> source);
+
+[[nodiscard]] const DeviceSheet& spaceMouseSheet();
+/// Whether these USB ids are those of a SpaceMouse or one of its kin.
+[[nodiscard]] bool isSpaceMouse(uint16_t vendor, uint16_t product) noexcept;
+
+/// A HID node of the system.
+struct HidNode {
+  std::string node;  ///< /dev/hidrawN.
+  std::string name;  ///< As the device calls itself.
+  uint16_t vendor = 0, product = 0;
+};
+/// All of them, by sysfs; needs no rights. Empty where there are none.
+[[nodiscard]] std::vector<HidNode> hidNodes(const std::string& sys = "/sys", const std::string& dev = "/dev");
+
+}  // namespace argil::haptics

@@ -1,0 +1,132 @@
+#include "spacemouse_emulator.h"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+
+namespace argil::haptics::testing {
+
+using namespace std::chrono_literals;
+
+std::span<const uint8_t> SpaceMouseEmulator::descriptor(Layout layout) {
+  // As read from the devices by lsusb and kin; the parts that follow (vendor features) add nothing to the input.
+  static const uint8_t two[] = {0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xA1, 0x00, 0x85, 0x01, 0x16, 0xA2, 0xFE, 0x26, 0x5E, 0x01, 0x36, 0x88,
+                                0xFA, 0x46, 0x78, 0x05, 0x55, 0x0C, 0x65, 0x11, 0x09, 0x30, 0x09, 0x31, 0x09, 0x32, 0x75, 0x10, 0x95, 0x03,
+                                0x81, 0x06, 0xC0, 0xA1, 0x00, 0x85, 0x02, 0x09, 0x33, 0x09, 0x34, 0x09, 0x35, 0x75, 0x10, 0x95, 0x03, 0x81,
+                                0x06, 0xC0, 0xA1, 0x02, 0x85, 0x03, 0x05, 0x01, 0x05, 0x09, 0x19, 0x01, 0x29, 0x02, 0x15, 0x00, 0x25, 0x01,
+                                0x35, 0x00, 0x45, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02, 0x95, 0x0E, 0x81, 0x03, 0xC0, 0xA1, 0x02, 0x85,
+                                0x04, 0x05, 0x08, 0x09, 0x4B, 0x15, 0x00, 0x25, 0x01, 0x95, 0x01, 0x75, 0x01, 0x91, 0x02, 0x95, 0x01, 0x75,
+                                0x07, 0x91, 0x03, 0xC0, 0xC0};
+  static const uint8_t one[] = {0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xA1, 0x00, 0x85, 0x01, 0x16, 0xA2, 0xFE, 0x26, 0x5E, 0x01, 0x36, 0x88, 0xFA,
+                                0x46, 0x78, 0x05, 0x55, 0x0C, 0x65, 0x11, 0x09, 0x30, 0x09, 0x31, 0x09, 0x32, 0x09, 0x33, 0x09, 0x34, 0x09, 0x35,
+                                0x75, 0x10, 0x95, 0x06, 0x81, 0x02, 0xC0, 0xA1, 0x02, 0x85, 0x03, 0x05, 0x01, 0x05, 0x09, 0x19, 0x01, 0x29, 0x02,
+                                0x15, 0x00, 0x25, 0x01, 0x35, 0x00, 0x45, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02, 0x95, 0x0E, 0x81, 0x03, 0xC0,
+                                0xA1, 0x02, 0x85, 0x17, 0x15, 0x00, 0x25, 0x64, 0x55, 0x00, 0x65, 0x00, 0x05, 0x06, 0x09, 0x20, 0x75, 0x08, 0x95,
+                                0x01, 0x81, 0x02, 0xC0, 0xC0};
+  return layout == Layout::twoReports ? std::span<const uint8_t>(two) : std::span<const uint8_t>(one);
+}
+
+class SpaceMouseEmulator::Source final : public HidSource {
+ public:
+  explicit Source(SpaceMouseEmulator& emulator) : emulator_(emulator) {}
+  ~Source() override { close(); }
+  DeviceLink::Opened open(std::string& sentence) override {
+    close();
+    fd_ = emulator_.connect();
+    sentence = fd_ >= 0 ? "emulated" : "not plugged in";
+    return fd_ >= 0 ? DeviceLink::Opened::ready : DeviceLink::Opened::absent;
+  }
+  std::span<const uint8_t> descriptor() const noexcept override { return SpaceMouseEmulator::descriptor(emulator_.layout_); }
+  int fd() const noexcept override { return fd_; }
+  void close() noexcept override {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+  }
+
+ private:
+  SpaceMouseEmulator& emulator_;
+  int fd_ = -1;
+};
+
+SpaceMouseEmulator::SpaceMouseEmulator(Layout layout) : layout_(layout), thread_([this] { run(); }) {}
+
+SpaceMouseEmulator::~SpaceMouseEmulator() {
+  stop_.store(true);
+  thread_.join();
+  unplug();
+}
+
+std::unique_ptr<HidSource> SpaceMouseEmulator::source() { return std::make_unique<Source>(*this); }
+
+int SpaceMouseEmulator::connect() {
+  const std::scoped_lock lock(mutex_);
+  if (!plugged_) return -1;
+  if (far_ >= 0) close(far_);
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0) return -1;
+  far_ = ends[0];
+  return ends[1];
+}
+
+void SpaceMouseEmulator::deflect(const std::array<int, 6>& counts) {
+  const std::scoped_lock lock(mutex_);
+  counts_ = counts;
+}
+
+void SpaceMouseEmulator::buttons(uint32_t held) {
+  const std::scoped_lock lock(mutex_);
+  held_ = held;
+}
+
+void SpaceMouseEmulator::plug() {
+  const std::scoped_lock lock(mutex_);
+  plugged_ = true;
+}
+
+void SpaceMouseEmulator::unplug() {
+  const std::scoped_lock lock(mutex_);
+  plugged_ = false;
+  if (far_ >= 0) close(far_);
+  far_ = -1;
+}
+
+void SpaceMouseEmulator::send(std::vector<uint8_t> report) {
+  switch (misbehaviour_.load()) {
+    case Misbehaviour::garbage:
+      for (size_t i = 1; i < report.size(); ++i) report[i] = static_cast<uint8_t>(0x70 + i);  // Far beyond the range.
+      break;
+    case Misbehaviour::shortAnswers: report.resize(report.size() / 2); break;
+    case Misbehaviour::silent: return;
+    default: break;
+  }
+  if (far_ >= 0) (void)!::send(far_, report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+void SpaceMouseEmulator::run() {
+  std::array<int, 6> last{};
+  uint32_t lastHeld = 0;
+  while (!stop_.load()) {
+    std::this_thread::sleep_for(8ms);
+    const std::scoped_lock lock(mutex_);
+    const bool moved = counts_ != std::array<int, 6>{} || last != counts_ || misbehaviour_.load() != Misbehaviour::none;
+    last = counts_;
+    if (moved) {
+      std::vector<uint8_t> report{1};
+      for (size_t a = 0; a < 6; ++a) {
+        if (a == 3 && layout_ == Layout::twoReports) {
+          send(report);
+          report = {2};
+        }
+        report.push_back(static_cast<uint8_t>(counts_[a]));
+        report.push_back(static_cast<uint8_t>(counts_[a] >> 8));
+      }
+      send(report);
+    }
+    if (held_ != lastHeld) send({3, static_cast<uint8_t>(held_), 0});
+    lastHeld = held_;
+  }
+}
+
+}  // namespace argil::haptics::testing

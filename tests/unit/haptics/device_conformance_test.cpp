@@ -1,0 +1,285 @@
+// What every driver must do, against an emulator that misbehaves on command.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "device_conformance.h"
+#include "haptics/clock.h"
+#include "haptics/safety.h"
+#include "realtime_trap.h"
+
+namespace argil::haptics {
+namespace {
+
+using testing::DeviceRig;
+using testing::Misbehaviour;
+using testing::RigMaker;
+
+constexpr double kReconnectSeconds = 1.0;    // Asked: replug within one second.
+constexpr double kZeroSeconds = 0.060;       // The device's own lateness, a tick, and a shared machine's hiccups.
+constexpr double kPatienceSeconds = 3.0;     // Anything longer is broken.
+
+/// Plays the servo: one turn a millisecond.
+class Hands {
+ public:
+  explicit Hands(Device& device) : device_(device) {}
+
+  /// One tick: true when the device was new.
+  bool tick(const Vec3d& force) {
+    const double now = double(nowNs()) * 1e-9;
+    fresh = device_.read(now, state);
+    device_.write(now, fresh ? force : Vec3d(0, 0, 0));  // As the servo does.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return fresh;
+  }
+  /// Ticks until `done`; seconds that it took, or infinity.
+  double until(const Vec3d& force, const std::function<bool()>& done, double patience = kPatienceSeconds) {
+    const int64_t begin = nowNs();
+    while (double(nowNs() - begin) * 1e-9 < patience) {
+      tick(force);
+      if (done()) return double(nowNs() - begin) * 1e-9;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+  bool ready() { return until(Vec3d::Zero(), [this] { return fresh; }) < kPatienceSeconds; }
+
+  DeviceState state;
+  bool fresh = false;
+
+ private:
+  Device& device_;
+};
+
+class DeviceConformance : public ::testing::TestWithParam<RigMaker> {
+ protected:
+  void SetUp() override {
+    rig = GetParam().make();
+    traits = GetParam().traits;
+    device = rig->open();
+    hands = std::make_unique<Hands>(*device);
+  }
+  [[nodiscard]] Vec3d half(int axis) const { return 0.5 * device->sheet().peakForceN * Vec3d::Unit(axis); }
+  void feelHalf() {
+    ASSERT_TRUE(hands->ready()) << device->status();
+    ASSERT_LT(hands->until(half(2), [&] { return (rig->forceN() - half(2)).norm() < 1e-2; }), kPatienceSeconds) << device->status();
+  }
+  [[nodiscard]] bool motorsOff() const { return rig->forceN().norm() == 0; }
+
+  std::unique_ptr<DeviceRig> rig;
+  DeviceRig::Traits traits;
+  std::unique_ptr<Device> device;
+  std::unique_ptr<Hands> hands;
+};
+
+class FollowingDevice : public DeviceConformance {};
+class ForceDevice : public DeviceConformance {};
+class DeviceOfBytes : public DeviceConformance {};
+class DeviceOnACable : public DeviceConformance {};
+
+TEST_P(DeviceConformance, hasASheetThatCanBe) {
+  const DeviceSheet& s = device->sheet();
+  EXPECT_FALSE(s.name.empty());
+  EXPECT_TRUE(s.dofIn == 3 || s.dofIn == 6) << s.dofIn;
+  EXPECT_TRUE(s.dofOut == 0 || s.dofOut == 3 || s.dofOut == 6) << s.dofOut;
+  EXPECT_TRUE(s.dofOut > 0 || !traits.force);
+  EXPECT_GT(s.workspaceMm.minCoeff(), 0);
+  EXPECT_GE(s.peakForceN, s.continuousForceN);
+  EXPECT_GT(s.continuousForceN, 0);
+  EXPECT_GT(s.resolutionMm, 0);
+  EXPECT_GT(s.topStiffnessNmm, 0);
+  EXPECT_GT(s.rateHz, 0);
+  EXPECT_LE(s.buttons, 32);
+}
+
+TEST_P(DeviceConformance, beginsWithoutForceAndSaysHowItIs) {
+  EXPECT_TRUE(motorsOff());
+  EXPECT_EQ(device->status().rfind(device->sheet().name, 0), 0u) << device->status() << ": begins with its name";
+  ASSERT_TRUE(hands->ready()) << device->status();
+  EXPECT_NE(device->status().find("ready"), std::string::npos) << device->status();
+  EXPECT_TRUE(motorsOff());
+  EXPECT_LT((hands->state.pose.translation - rig->place()).norm(), traits.resolutionMm) << hands->state.pose.translation.transpose();
+  EXPECT_NEAR(hands->state.pose.rotation.norm(), 1, 1e-5);
+}
+
+TEST_P(FollowingDevice, followsTheHandInMillimetresAndItsOwnAxes) {
+  ASSERT_TRUE(hands->ready()) << device->status();
+  for (const Vec3d& place : {Vec3d(10, 0, 0), Vec3d(0, -20, 0), Vec3d(0, 0, 30), Vec3d(-7.5, 12.25, -3)}) {
+    rig->hand(place, 1);
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return (hands->state.pose.translation - place).norm() <= traits.resolutionMm; }), kPatienceSeconds)
+        << place.transpose() << " but it is at " << hands->state.pose.translation.transpose();
+  }
+  if (device->sheet().buttons > 0) {
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->state.buttons == 1; }), kPatienceSeconds);
+    rig->hand({0, 0, 0}, 0);
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->state.buttons == 0; }), kPatienceSeconds);
+  }
+}
+
+TEST_P(ForceDevice, pushesAsToldInNewtonsAndItsOwnAxes) {
+  ASSERT_TRUE(hands->ready()) << device->status();
+  for (int axis = 0; axis < 3; ++axis)
+    for (double sign : {1.0, -1.0}) {
+      const Vec3d force = sign * half(axis);
+      int ticks = 0;
+      EXPECT_LT(hands->until(force, [&] { return ++ticks, (rig->forceN() - force).norm() < 0.01 * force.norm(); }), kPatienceSeconds)
+          << force.transpose() << " but its motors push " << rig->forceN().transpose();
+      EXPECT_LE(ticks, 50) << "within a few exchanges";
+    }
+  EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return motorsOff(); }), kPatienceSeconds);
+}
+
+TEST_P(ForceDevice, neverPushesHarderThanItsSheet) {
+  ASSERT_TRUE(hands->ready()) << device->status();
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const double peak = device->sheet().peakForceN;
+  for (const Vec3d& force : {Vec3d(peak, peak, peak), Vec3d(-100 * peak, 0, 0), Vec3d(0, nan, 0), Vec3d(inf, 0, 0), Vec3d(1e300, 1e300, 0)})
+    for (int i = 0; i < 10; ++i) hands->tick(force);
+  EXPECT_GT(rig->peakN(), 0.5 * peak) << "the test felt something";
+  EXPECT_LE(rig->peakN(), peak * (1 + 1e-6));
+}
+
+TEST_P(ForceDevice, isAtZeroWhenCutAndKeepsNothingFromBefore) {
+  feelHalf();
+  device->cut();
+  EXPECT_LT(hands->until(half(2), [&] { return motorsOff(); }), kZeroSeconds);
+  for (int i = 0; i < 20; ++i) {
+    hands->tick(half(2));
+    ASSERT_TRUE(motorsOff()) << "whatever write() says";
+  }
+  EXPECT_NE(device->status().find("cut"), std::string::npos) << device->status();
+  device->rearm();
+  feelHalf();
+  device->cut();
+  device->rearm();
+  std::this_thread::sleep_for(std::chrono::milliseconds(8));  // Shorter than the servo may be silent.
+  EXPECT_TRUE(motorsOff()) << "a force from before the cut does not come back";
+}
+
+TEST_P(ForceDevice, isAtZeroWhenTheServoFallsSilent) {
+  feelHalf();
+  const int64_t begin = nowNs();
+  while (!motorsOff() && nowNs() - begin < 1'000'000'000) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_LT(double(nowNs() - begin) * 1e-9, kWatchdogSeconds + kZeroSeconds);
+}
+
+TEST_P(ForceDevice, isAtZeroWhenItIsClosed) {
+  feelHalf();
+  hands.reset();
+  device.reset();
+  const int64_t begin = nowNs();
+  while (!motorsOff() && nowNs() - begin < 1'000'000'000) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(motorsOff()) << rig->forceN().transpose();
+}
+
+TEST_P(DeviceOfBytes, isAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
+  for (Misbehaviour what : {Misbehaviour::garbage, Misbehaviour::notFinite, Misbehaviour::shortAnswers, Misbehaviour::wrongEcho,
+                            Misbehaviour::late, Misbehaviour::silent}) {
+    SCOPED_TRACE(static_cast<int>(what));
+    if (what == Misbehaviour::silent && traits.silenceIsRest) continue;
+    if (traits.force) feelHalf();
+    ASSERT_TRUE(hands->ready()) << device->status();
+    if (!rig->misbehave(what)) continue;
+    EXPECT_LT(hands->until(half(2), [&] { return !hands->fresh; }), kZeroSeconds) << device->status();
+    EXPECT_LT(hands->until(half(2), [&] { return motorsOff(); }), kZeroSeconds) << device->status();
+    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("ready") == std::string::npos; }), kZeroSeconds) << device->status();
+    for (int i = 0; i < 40; ++i) {
+      hands->tick(half(2));
+      EXPECT_TRUE(motorsOff() || hands->fresh) << i << " " << device->status();
+    }
+    rig->misbehave(Misbehaviour::none);
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->fresh && device->status().find("ready") != std::string::npos; }), kReconnectSeconds)
+        << device->status();
+  }
+}
+
+TEST_P(DeviceOfBytes, copesWithSplitAnswers) {
+  if (!rig->misbehave(Misbehaviour::split)) return;  // It speaks in packets that the system keeps whole.
+  ASSERT_TRUE(hands->ready()) << device->status();
+  int fresh = 0;
+  for (int i = 0; i < 100; ++i) fresh += hands->tick(Vec3d::Zero());
+  EXPECT_GT(fresh, 90);
+  EXPECT_LT((hands->state.pose.translation - rig->place()).norm(), traits.resolutionMm);
+}
+
+TEST_P(DeviceOnACable, noticesThatItIsUnpluggedAndGoesOnWhenItIsBack) {
+  for (int round = 0; round < 2; ++round) {
+    if (traits.force) feelHalf();
+    ASSERT_TRUE(hands->ready()) << device->status();
+    rig->unplug();
+    EXPECT_LT(hands->until(half(2), [&] { return !hands->fresh; }), kZeroSeconds);
+    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("unplugged") != std::string::npos; }), kReconnectSeconds) << device->status();
+    for (int i = 0; i < 30; ++i) EXPECT_FALSE(hands->tick(half(2)));
+    rig->replug();
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->fresh; }), kReconnectSeconds) << device->status();
+    EXPECT_TRUE(motorsOff()) << "nothing from before comes back";
+    EXPECT_NE(device->status().find("ready"), std::string::npos) << device->status();
+  }
+}
+
+TEST_P(DeviceOnACable, waitsForADeviceThatIsNotThereYet) {
+  hands.reset();
+  device.reset();
+  rig->unplug();
+  device = rig->open();
+  hands = std::make_unique<Hands>(*device);
+  for (int i = 0; i < 30; ++i) EXPECT_FALSE(hands->tick(half(2)));
+  EXPECT_NE(device->status().find("not plugged in"), std::string::npos) << device->status();
+  rig->replug();
+  EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->fresh; }), kReconnectSeconds) << device->status();
+}
+
+TEST_P(DeviceConformance, knowsNothingOfAnotherOfItsKind) {
+  const auto otherRig = GetParam().make();
+  const auto other = otherRig->open();
+  Hands otherHands(*other);
+  ASSERT_TRUE(hands->ready());
+  ASSERT_TRUE(otherHands.ready()) << other->status();
+  if (traits.follows) {
+    rig->hand({5, 0, 0}, 0);
+    otherRig->hand({0, 6, 0}, 0);
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return (hands->state.pose.translation - Vec3d(5, 0, 0)).norm() <= traits.resolutionMm; }), kPatienceSeconds);
+    EXPECT_LT(otherHands.until(Vec3d::Zero(), [&] { return (otherHands.state.pose.translation - Vec3d(0, 6, 0)).norm() <= traits.resolutionMm; }), kPatienceSeconds);
+  }
+  if (traits.cable) {
+    rig->unplug();
+    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return !hands->fresh; }), kZeroSeconds);
+    EXPECT_TRUE(otherHands.ready()) << "the other goes on";
+    if (traits.force) {
+      EXPECT_LT(otherHands.until(half(0), [&] { return (otherRig->forceN() - half(0)).norm() < 1e-2; }), kPatienceSeconds);
+      EXPECT_TRUE(motorsOff());
+    }
+  }
+}
+
+TEST_P(DeviceConformance, keepsToTheRulesOfRealTime) {
+  ASSERT_TRUE(hands->ready()) << device->status();
+  testing::RealtimeTrap trap;
+  for (int i = 0; i < 300; ++i) {
+    if (i == 100) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;  // Its code came in.
+    DeviceState state;
+    const double now = double(nowNs()) * 1e-9;
+    trap.enter();
+    device->read(now, state);
+    device->write(now, {0, 0, 0.01});
+    trap.leave();
+    std::this_thread::sleep_for(std::chrono::microseconds(300));
+  }
+  EXPECT_EQ(trap.allocations, 0u);
+  EXPECT_EQ(trap.locks, 0u);
+  EXPECT_EQ(trap.systemCalls, 0u);
+}
+
+std::string nameOf(const ::testing::TestParamInfo<RigMaker>& rig) { return rig.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(Drivers, DeviceConformance, ::testing::ValuesIn(testing::deviceRigs()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Drivers, FollowingDevice, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::follows)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Drivers, ForceDevice, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::force)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOfBytes, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::bytes)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOnACable, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::cable)), nameOf);
+
+}  // namespace
+}  // namespace argil::haptics

@@ -1,0 +1,171 @@
+// Report descriptors, and what a SpaceMouse makes of its reports.
+
+#include "haptics/devices/spacemouse.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include "../../support/spacemouse_emulator.h"
+#include "clay/error.h"
+#include "haptics/clock.h"
+#include "haptics/devices/hid_descriptor.h"
+
+namespace argil::haptics {
+namespace {
+
+using testing::SpaceMouseEmulator;
+using Layout = SpaceMouseEmulator::Layout;
+using namespace std::chrono_literals;
+
+TEST(HidDescriptor, tellsWhereEachAxisAndButtonLies) {
+  for (Layout layout : {Layout::twoReports, Layout::oneReport}) {
+    std::string sentence;
+    const auto inputs = parseHidDescriptor(SpaceMouseEmulator::descriptor(layout), sentence);
+    ASSERT_TRUE(inputs) << sentence;
+    EXPECT_TRUE(inputs->numbered);
+    int axes = 0, buttons = 0;
+    for (const HidField& f : inputs->fields) {
+      if (f.page == 1) {
+        const int axis = f.usage - 0x30;
+        EXPECT_EQ(f.report, layout == Layout::twoReports && axis >= 3 ? 2 : 1);
+        EXPECT_EQ(f.bit, 16u * static_cast<unsigned>(layout == Layout::twoReports ? axis % 3 : axis));
+        EXPECT_EQ(f.bits, 16);
+        EXPECT_EQ(f.least, -350);
+        EXPECT_EQ(f.most, 350);
+        ++axes;
+      }
+      if (f.page == 9) {
+        EXPECT_EQ(f.report, 3);
+        EXPECT_EQ(f.bit, f.usage - 1u);
+        EXPECT_EQ(f.bits, 1);
+        ++buttons;
+      }
+    }
+    EXPECT_EQ(axes, 6);
+    EXPECT_EQ(buttons, 2) << "padding is no button";
+  }
+}
+
+TEST(HidDescriptor, readsValuesOfAnyWidthAtAnyBit) {
+  const uint8_t payload[] = {0b10110100, 0xFF, 0x7F, 0x80};
+  EXPECT_EQ(hidValue({0, 2, 3, 1, 1, 0, 7}, payload), 5);
+  EXPECT_EQ(hidValue({0, 2, 3, 1, 1, -4, 3}, payload), -3) << "signed where the range is";
+  EXPECT_EQ(hidValue({0, 8, 16, 1, 1, -32768, 32767}, payload), 32767);
+  EXPECT_EQ(hidValue({0, 16, 16, 1, 1, -32768, 32767}, payload), -32641);
+  EXPECT_EQ(hidValue({0, 0, 32, 1, 1, -1, 1}, payload), static_cast<int32_t>(0x807FFFB4));
+  EXPECT_FALSE(hidValue({0, 17, 16, 1, 1, -1, 1}, payload)) << "beyond the end";
+}
+
+TEST(HidDescriptor, survivesWhateverItIsGiven) {
+  std::string sentence;
+  const auto whole = SpaceMouseEmulator::descriptor(Layout::twoReports);
+  for (size_t n = 0; n < whole.size(); ++n) (void)parseHidDescriptor(whole.first(n), sentence);
+  EXPECT_FALSE(parseHidDescriptor({}, sentence));
+  EXPECT_FALSE(sentence.empty());
+  const uint32_t seed = 20261120;
+  std::mt19937 random(seed);
+  int parsed = 0;
+  for (int round = 0; round < 20000; ++round) {
+    std::vector<uint8_t> bytes(whole.begin(), whole.end());
+    for (unsigned i = 0; i < 1 + random() % 4; ++i) bytes[random() % bytes.size()] = static_cast<uint8_t>(random());
+    const auto inputs = parseHidDescriptor(bytes, sentence);
+    if (!inputs) continue;
+    ++parsed;
+    for (const HidField& f : inputs->fields) {
+      ASSERT_GE(f.bits, 1) << seed;
+      ASSERT_LE(f.bits, 32) << seed;
+      ASSERT_LE(f.bit + f.bits, 8u * 4096) << seed;
+      (void)hidValue(f, std::span<const uint8_t>(bytes).first(7));
+    }
+  }
+  EXPECT_GT(parsed, 1000);
+}
+
+/// Reads until `seconds` have gone.
+DeviceState after(Device& device, double seconds) {
+  DeviceState state;
+  const int64_t end = nowNs() + static_cast<int64_t>(seconds * 1e9);
+  while (nowNs() < end) {
+    device.read(0, state);
+    std::this_thread::sleep_for(1ms);
+  }
+  return state;
+}
+
+TEST(SpaceMouse, goesWhereItIsPushedAndTurned) {
+  for (Layout layout : {Layout::twoReports, Layout::oneReport}) {
+    for (int axis = 0; axis < 6; ++axis) {
+      SpaceMouseEmulator puck(layout);
+      const auto device = openSpaceMouse({}, puck.source());
+      after(*device, 0.03);
+      std::array<int, 6> counts{};
+      counts[static_cast<size_t>(axis)] = 350;
+      puck.deflect(counts);
+      const DeviceState state = after(*device, 0.25);
+      puck.deflect({});
+      const double sign = axis % 3 == 0 ? 1 : -1;  // Its y is towards the person, its z down.
+      const Vec3d moved = state.pose.translation;
+      const Eigen::AngleAxisd turned(state.pose.rotation);
+      if (axis < 3) {
+        EXPECT_NEAR(moved.norm(), 120 * 0.25, 12) << "full deflection is top speed";
+        EXPECT_GT(sign * moved[axis], 0.999 * moved.norm()) << axis;
+        EXPECT_LT(turned.angle(), 1e-9);
+      } else {
+        EXPECT_LT(moved.norm(), 1e-9);
+        EXPECT_NEAR(turned.angle(), 1.5 * 0.25, 0.15);
+        EXPECT_GT(sign * turned.axis()[axis - 3], 0.999) << axis;
+      }
+      const DeviceState rest = after(*device, 0.05), later = after(*device, 0.05);
+      EXPECT_EQ((rest.pose.translation - later.pose.translation).norm(), 0) << "let go, it stays";
+    }
+  }
+}
+
+TEST(SpaceMouse, staysInItsBoxAndTellsItsButtons) {
+  SpaceMouseEmulator puck(Layout::twoReports);
+  SpaceMouseOptions options;
+  options.boxMm = {20, 20, 20};
+  const auto device = openSpaceMouse(options, puck.source());
+  after(*device, 0.02);
+  puck.deflect({350, 0, 0, 0, 0, 0});
+  puck.buttons(2);
+  const DeviceState state = after(*device, 0.3);
+  EXPECT_EQ(state.pose.translation, Vec3d(10, 0, 0));
+  EXPECT_EQ(state.buttons, 2u);
+  EXPECT_EQ(state.pressure, 1);
+}
+
+TEST(SpaceMouse, doesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
+  SpaceMouseEmulator puck(Layout::oneReport);
+  const auto device = openSpaceMouse({}, puck.source());
+  after(*device, 0.02);
+  puck.deflect({10, -10, 5, 0, 10, 0});
+  EXPECT_EQ(after(*device, 0.1).pose.translation.norm(), 0);
+  puck.deflect({350, 0, 0, 0, 0, 0});
+  EXPECT_GT(after(*device, 0.1).pose.translation.x(), 1);
+  puck.misbehave(testing::Misbehaviour::silent);  // Deflected, and never heard of again.
+  const DeviceState stopped = after(*device, 0.2), later = after(*device, 0.05);
+  EXPECT_LT(stopped.pose.translation.x(), 120 * 0.35);
+  EXPECT_EQ(stopped.pose.translation, later.pose.translation);
+  EXPECT_TRUE(device->read(0, *std::make_unique<DeviceState>())) << "a puck at rest is no fault";
+}
+
+TEST(SpaceMouse, refusesSettingsAndThingsThatAreNone) {
+  for (SpaceMouseOptions bad : {SpaceMouseOptions{.topSpeedMms = 0}, SpaceMouseOptions{.topTurnRads = -1}, SpaceMouseOptions{.deadZone = 0.9},
+                                SpaceMouseOptions{.boxMm = {0, 1, 1}}})
+    EXPECT_THROW((void)openSpaceMouse(bad), Error);
+  const auto device = openSpaceMouse({.node = "/dev/null"});
+  std::this_thread::sleep_for(50ms);
+  DeviceState state;
+  EXPECT_FALSE(device->read(0, state));
+  EXPECT_NE(device->status().find("report descriptor"), std::string::npos) << device->status();
+  EXPECT_TRUE(isSpaceMouse(0x046D, 0xC626));
+  EXPECT_TRUE(isSpaceMouse(0x256F, 0xC652));
+  EXPECT_FALSE(isSpaceMouse(0x046D, 0xC077)) << "a mouse of the same maker";
+}
+
+}  // namespace
+}  // namespace argil::haptics
