@@ -8,7 +8,8 @@ namespace argil::haptics {
 namespace {
 
 constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
-constexpr double kDampingFraction = 0.5;  // Of the sheet's top damping; the other half is passivity control's.
+constexpr double kStepReserve = 0.9;      // Of what friction could hold.
+constexpr double kDampingFraction = 0.1;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
 
 }  // namespace
 
@@ -28,7 +29,7 @@ Coupling coupleTo(const DeviceSheet& sheet, double periodS, double delayS, bool 
   const CouplingBounds bounds = couplingBounds(sheet, periodS, delayS);
   const double stable = controlled ? kReserve * bounds.controlledNmm : bounds.colgateBrownNmm;
   Coupling coupling;
-  coupling.stiffnessNmm = std::min({sheet.topStiffnessNmm, stable, bounds.quantizationNmm});
+  coupling.stiffnessNmm = std::min({sheet.topStiffnessNmm, stable, kStepReserve * bounds.quantizationNmm});
   coupling.dampingNsmm = controlled ? kDampingFraction * sheet.topDampingNsmm : 0;
   return coupling;
 }

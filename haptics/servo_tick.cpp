@@ -29,9 +29,10 @@ ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& sample
       coupling_(coupleTo(device.sheet(), periodS)),
       passivity_(device.sheet(), periodS) {}
 
-void ServoTick::couple(const Coupling& coupling, bool controlled) noexcept {
+void ServoTick::couple(const Coupling& coupling, bool controlled, double delayS) {
   coupling_ = coupling;
   controlled_ = controlled;
+  passivity_ = Passivity(device_.sheet(), periodS_, delayS);
 }
 
 void ServoTick::reset() noexcept {

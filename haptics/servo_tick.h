@@ -29,8 +29,9 @@ class ServoTick {
   /// Begins anew after park(): the proxy at the hand, no fault, forces from zero.
   void reset() noexcept;
 
-  /// Instead of what coupleTo() gives, to measure stability; `controlled`: with passivity control. Not while the servo runs.
-  void couple(const Coupling& coupling, bool controlled) noexcept;
+  /// Instead of what coupleTo() gives, to measure stability; `controlled`: with passivity control, which knows of `delayS` from
+  /// command to motor. Not while the servo runs.
+  void couple(const Coupling& coupling, bool controlled, double delayS = 0);
   [[nodiscard]] const Coupling& coupling() const noexcept { return coupling_; }
   [[nodiscard]] const Passivity& passivity() const noexcept { return passivity_; }
 

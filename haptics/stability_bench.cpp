@@ -65,9 +65,17 @@ HandPoint at(double timeS, double x, double z, double fx, double fz) {
   return p;
 }
 
+// How hard to press: what would hold the tool midway between two encoder steps, the worst place (Diolaiti).
+double pressOf(const StabilityCase& c) {
+  const double wanted = kPress * c.sheet.peakForceN, step = c.sheet.resolutionMm;
+  if (!c.encoderSteps) return wanted;
+  const double stretch = kToolMm - (std::floor((kToolMm - wanted / c.coupling.stiffnessNmm) / step) + 0.5) * step;
+  return c.coupling.stiffnessNmm * (stretch > 0 ? stretch : stretch + step);
+}
+
 // Where the hand goes: `deep` is where its spring pulls with the force that it presses with.
 Plan planOf(const StabilityCase& c) {
-  const double press = kPress * c.sheet.peakForceN, touch = kToolMm, free = touch + kRestMm;
+  const double press = pressOf(c), touch = kToolMm, free = touch + kRestMm;
   const bool pushes = none(c.hand);
   const double deep = pushes ? 0 : touch - press / c.hand.stiffnessNmm - press / c.coupling.stiffnessNmm;
   Plan plan;
@@ -139,7 +147,7 @@ class Loop {
  public:
   Loop(const StabilityCase& c, const HandPath& path)
       : device_(c.sheet, path, optionsOf(c)), sheet_(c.sheet), ring_(4), tick_(start(device_, published_), published_, ring_, 1 / c.rateHz), rate_(c.rateHz) {
-    tick_.couple(c.coupling, c.controlled);
+    tick_.couple(c.coupling, c.controlled, c.delayS);
   }
   Published<Scene>& published() { return published_; }
   void turn() {
