@@ -289,7 +289,7 @@ ContactEnergy energyOfContacts(const StabilityCase& what, uint64_t contacts) {
         const double done = loop.work - workAtStart, given = done - (loop.lost - lostAtStart);
         energy.workNmm += done;
         energy.givenNmm += std::max(0.0, given);
-        energy.worstNmm = std::max(energy.worstNmm, given);
+        energy.worstNmm = std::max(energy.worstNmm, done);
       }
       touching = now;
     }

@@ -59,9 +59,9 @@ inline constexpr double kQuietCycleMm = 0.010, kQuietJump = 0.01, kJudgedS = 0.4
 /// Contacts one after another: a hand taps `contacts` times.
 struct ContactEnergy {
   uint64_t contacts = 0;
-  double givenNmm = 0;            ///< Sum over the contacts that gave energy to the hand of what they gave: motor's work less mechanism's losses.
-  double workNmm = 0;             ///< Motor's work on the tool, all contacts; below zero: the hand paid.
-  double worstNmm = 0;            ///< The largest of one contact.
+  double workNmm = 0;             ///< Σ f·Δx of the motor over all contacts; below zero: the hand paid.
+  double givenNmm = 0;            ///< What reached the hand in those contacts that gave: the motor's work less the mechanism's losses.
+  double worstNmm = 0;            ///< The largest work of the motor in one contact.
 };
 [[nodiscard]] ContactEnergy energyOfContacts(const StabilityCase& what, uint64_t contacts);
 
