@@ -1,16 +1,13 @@
 #include "haptics/servo_tick.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "clay/error.h"
 
 namespace argil::haptics {
 namespace {
-
-constexpr double kVelocityCutoffHz = 40;  // Of the low-pass on encoder differences: above what a hand does on purpose.
-constexpr double kDampingFraction = 0.5;  // Of the sheet's top damping, left room for what the filter's lag costs.
 
 constexpr double kFarthestMm = 1e7;        // A device farther off is not a device.
 
@@ -28,24 +25,26 @@ ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& sample
       contact_(makeContact(contact)),
       safety_(device.sheet(), checkedPeriod(periodS)),
       periodS_(periodS),
-      smoothing_(1 - std::exp(-2 * std::numbers::pi * kVelocityCutoffHz * periodS)) {}
+      velocity_(periodS, device.sheet().resolutionMm),
+      coupling_(coupleTo(device.sheet(), periodS)),
+      passivity_(device.sheet(), periodS) {}
+
+void ServoTick::couple(const Coupling& coupling, bool controlled, double delayS) {
+  coupling_ = coupling;
+  controlled_ = controlled;
+  passivity_ = Passivity(device_.sheet(), periodS_, delayS);
+}
 
 void ServoTick::reset() noexcept {
   contact_->reset();
   safety_.reset();
-  moving_ = false;
+  velocity_.reset();
+  passivity_.reset();
 }
 
 void ServoTick::park(double timeS) ARGIL_REALTIME {
   device_.write(timeS, Vec3d::Zero());
   scene_.park();
-}
-
-void ServoTick::estimateVelocity(const Vec3d& position) ARGIL_REALTIME {
-  if (moving_) velocity_ += smoothing_ * ((position - position_) / periodS_ - velocity_);
-  else velocity_.setZero();
-  position_ = position;
-  moving_ = true;
 }
 
 uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
@@ -64,13 +63,13 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     state_ = state;
     const Workspace& workspace = scene->workspace;
     sample_.device = workspace.toWorld(state.pose);
-    estimateVelocity(sample_.device.translation);
+    const Vec3d velocity = velocity_.add(state.pose.translation);
     Contact::Input in;
     in.hand = sample_.device.translation;
-    in.velocity = velocity_;
+    in.velocity = workspace.pose.rotation * (workspace.scale * velocity);
     in.periodS = periodS_;
-    in.topStiffnessNmm = device_.sheet().topStiffnessNmm;
-    in.dampingNsmm = kDampingFraction * device_.sheet().topDampingNsmm;
+    in.topStiffnessNmm = coupling_.stiffnessNmm;
+    in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
     in.operate = scene->tool.operation && (state.buttons & scene->tool.buttons) != 0;
     in.buttons = state.buttons;
@@ -78,6 +77,17 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     const Contact::Output out = contact_->tick(*scene, in);
     flags |= out.flags;
     raw = workspace.pose.rotation.conjugate() * out.force;
+    if (controlled_) {
+      Passivity::Input energy;
+      energy.position = state.pose.translation;
+      energy.velocity = velocity;
+      energy.force = raw;
+      // Half of force times stretch: right for a spring of any stiffness. Device millimetres.
+      if (out.flags & kTouching) energy.storedNmm = std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace.scale);
+      if ((out.flags & (kTouching | kCutting)) == kTouching) energy.dampingNsmm = coupling_.dampingNsmm;
+      energy.active = (out.flags & kLeaving) != 0;
+      raw = passivity_.apply(energy);
+    }
     sample_.proxy = out.proxy;
     sample_.cutPoint = out.cutPoint;
     sample_.depthMm = out.depthMm;
@@ -85,11 +95,13 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     sample_.buttons = state.buttons;
     sample_.tool = scene->tool.id;
   } else {
-    moving_ = false;  // The last place is kept; no speed comes from a gap.
+    velocity_.reset();  // No speed comes from a gap.
+    passivity_.interrupt();
     if (fresh && !sane) raw.setConstant(std::numeric_limits<double>::quiet_NaN());  // Safety stops on it.
   }
 
   const Vec3d force = safety_.apply(raw, state, fresh, flags);
+  passivity_.commanded(force);
   device_.write(timeS, force);
   sample_.forceN = scene ? Vec3d(scene->workspace.pose.rotation * force) : force;
   // A faulty tick never cuts.

@@ -4,12 +4,15 @@
 #include <cstdint>
 
 #include "haptics/contact.h"
+#include "haptics/coupling.h"
 #include "haptics/device.h"
 #include "haptics/latest_value.h"
+#include "haptics/passivity.h"
 #include "haptics/published.h"
 #include "haptics/safety.h"
 #include "haptics/sample_ring.h"
 #include "haptics/scene.h"
+#include "haptics/velocity_filter.h"
 
 namespace argil::haptics {
 
@@ -26,6 +29,12 @@ class ServoTick {
   /// Begins anew after park(): the proxy at the hand, no fault, forces from zero.
   void reset() noexcept;
 
+  /// Instead of what coupleTo() gives, to measure stability; `controlled`: with passivity control, which knows of `delayS` from
+  /// command to motor. Not while the servo runs.
+  void couple(const Coupling& coupling, bool controlled, double delayS = 0);
+  [[nodiscard]] const Coupling& coupling() const noexcept { return coupling_; }
+  [[nodiscard]] const Passivity& passivity() const noexcept { return passivity_; }
+
   [[nodiscard]] const StylusSample& last() const noexcept { return sample_; }
   [[nodiscard]] Safety& safety() noexcept { return safety_; }
   [[nodiscard]] const Safety& safety() const noexcept { return safety_; }
@@ -33,20 +42,20 @@ class ServoTick {
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
 
  private:
-  void estimateVelocity(const Vec3d& position) ARGIL_REALTIME;
-
   Device& device_;
   Published<Scene>::Reader scene_;
   SampleRing& samples_;
   LatestValue<StylusSample> latest_;
   std::unique_ptr<Contact> contact_;
   Safety safety_;
-  double periodS_, smoothing_;
+  double periodS_;
+  VelocityFilter velocity_;
+  Coupling coupling_;
+  Passivity passivity_;
+  bool controlled_ = true;
   DeviceState state_;
   StylusSample sample_;
   uint64_t index_ = 0;
-  Vec3d position_ = Vec3d::Zero(), velocity_ = Vec3d::Zero();
-  bool moving_ = false;
 };
 
 }  // namespace argil::haptics

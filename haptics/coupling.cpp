@@ -1,0 +1,37 @@
+#include "haptics/coupling.h"
+
+#include <algorithm>
+
+#include "clay/error.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
+constexpr double kStepReserve = 0.9;      // Of what friction could hold.
+constexpr double kDampingFraction = 0.1;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
+
+}  // namespace
+
+CouplingBounds couplingBounds(const DeviceSheet& sheet, double periodS, double delayS) {
+  if (!(periodS >= 1.0 / 8001 && periodS <= 0.01)) throw Error("coupling: the rate must be 100 to 8000 Hz");
+  if (!(delayS >= 0 && delayS <= 0.015)) throw Error("coupling: the delay must be 0 to 0.015 s");
+  // A force held for T acts half a period late on average, and by the delay later than that.
+  const double lateS = 0.5 * periodS + delayS;
+  CouplingBounds bounds;
+  bounds.colgateBrownNmm = sheet.dampingNsmm / lateS;
+  bounds.quantizationNmm = sheet.resolutionMm > 0 ? 2 * sheet.frictionN / sheet.resolutionMm : 1e9;
+  bounds.controlledNmm = (sheet.dampingNsmm + sheet.topDampingNsmm) / lateS;
+  return bounds;
+}
+
+Coupling coupleTo(const DeviceSheet& sheet, double periodS, double delayS, bool controlled) {
+  const CouplingBounds bounds = couplingBounds(sheet, periodS, delayS);
+  const double stable = controlled ? kReserve * bounds.controlledNmm : bounds.colgateBrownNmm;
+  Coupling coupling;
+  coupling.stiffnessNmm = std::min({sheet.topStiffnessNmm, stable, kStepReserve * bounds.quantizationNmm});
+  coupling.dampingNsmm = controlled ? kDampingFraction * sheet.topDampingNsmm : 0;
+  return coupling;
+}
+
+}  // namespace argil::haptics

@@ -1,0 +1,116 @@
+#include "haptics/passivity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/error.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kHoldS = 0.02;           // Damping that was needed goes slowly: one that comes and goes with each encoder step chatters.
+constexpr double kMostNeeded = 2.0;       // Times what a held force leaks: slow motion takes up little and must not ask for all there is.
+constexpr double kForgetS = 0.2;          // Old leaks are let go: a hand that glides cannot pay them back along the normal.
+constexpr double kMostLackingTicks = 20;  // No more is remembered than the damper takes up in so many ticks at kReferenceMms.
+constexpr double kReferenceMms = 100;
+constexpr double kTrickleS = 4;           // Fills the tank in so long: about a milliwatt.
+
+}  // namespace
+
+Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
+    : periodS_(periodS),
+      lateS_(0.5 * periodS + delayS),
+      most_(sheet.topDampingNsmm),
+      mostLacking_(kMostLackingTicks * sheet.topDampingNsmm * kReferenceMms * kReferenceMms * periodS),
+      hold_(std::exp(-periodS / kHoldS)),
+      forget_(std::exp(-periodS / kForgetS)),
+      // A spring stretched to the peak: one full push out of clay that grew.
+      tank_(0.5 * sheet.peakForceN * sheet.peakForceN / sheet.topStiffnessNmm,
+            0.5 * sheet.peakForceN * sheet.peakForceN / sheet.topStiffnessNmm / kTrickleS) {
+  if (!(delayS >= 0 && delayS <= 0.015)) throw Error("passivity control: the delay must be 0 to 0.015 s");
+  const double late = delayS / periodS;
+  lateTicks_ = static_cast<size_t>(late);
+  lateRest_ = late - std::floor(late);
+  reset();
+}
+
+void Passivity::reset() noexcept {
+  for (Vec3d& c : commands_) c.setZero();
+  tank_.reset();
+  known_ = owing_ = false;
+  paid_ = lacking_ = added_ = 0;
+}
+
+void Passivity::commanded(const Vec3d& force) ARGIL_REALTIME {
+  newest_ = (newest_ + 1) % kHistory;
+  commands_[newest_] = force;
+}
+
+// Mean force on the hand since the last tick.
+Vec3d Passivity::acted() const ARGIL_REALTIME {
+  const Vec3d& then = commands_[(newest_ + kHistory - lateTicks_) % kHistory];
+  if (lateRest_ == 0) return then;
+  return (1 - lateRest_) * then + lateRest_ * commands_[(newest_ + kHistory - lateTicks_ - 1) % kHistory];
+}
+
+double Passivity::speedAlong(const Input& in) ARGIL_REALTIME {
+  const double push = in.force.norm();
+  return push > 1e-9 ? in.velocity.dot(in.force) / push : 0.0;
+}
+
+// Less push while the hand gives way, more while it comes on; never turned round.
+Vec3d Passivity::damped(const Input& in) const ARGIL_REALTIME {
+  const double damping = in.dampingNsmm + added_, push = in.force.norm();
+  if (damping == 0 || push < 1e-9) return in.force;
+  return in.force * std::max(0.0, 1 - damping * speedAlong(in) / push);
+}
+
+// Damping for what is lacking, from now on.
+void Passivity::control(const Input& in, double spring) ARGIL_REALTIME {
+  added_ *= hold_;
+  if (lacking_ > 0) {
+    const double speed = speedAlong(in), most = std::min(most_, kMostNeeded * spring * lateS_);
+    added_ = std::max(added_, std::min(most, lacking_ / (periodS_ * std::max(speed * speed, 1e-12))));
+  }
+  if (added_ < 1e-3 * most_) added_ = 0;
+}
+
+Vec3d Passivity::apply(const Input& in) ARGIL_REALTIME {
+  const Vec3d moved = in.position - position_;
+  position_ = in.position;
+  tank_.pass(periodS_);
+  if (!known_) {
+    known_ = true;
+    paid_ = in.storedNmm;
+    owing_ = false;
+    lacking_ = added_ = 0;
+    return damped(in);
+  }
+  paid_ -= acted().dot(moved);
+  double shortage = in.storedNmm - paid_;
+  if (shortage <= 0) {
+    tank_.fill(-shortage);
+    shortage = 0;
+    owing_ = false;
+  } else if (in.active || owing_) {
+    shortage -= tank_.draw(shortage);
+    owing_ = shortage > 0;
+  }
+  paid_ = std::max(0.0, in.storedNmm - shortage);
+  Input asked = in;
+  if (owing_) {
+    // The tank is empty: the spring pushes as one that holds what was paid.
+    asked.force *= in.storedNmm > 0 ? std::sqrt(paid_ / in.storedNmm) : 0.0;
+    shortage = 0;
+  }
+  const double spring = in.storedNmm > 0 ? in.force.squaredNorm() / (2 * in.storedNmm) : 0.0;
+  // A step of an encoder looks like a motion of a whole step in one tick, though most of it was made before.
+  const double push = in.force.norm(), step = push > 0 ? std::abs(moved.dot(in.force)) / push : 0.0;
+  const double seen = std::min(step, std::abs(speedAlong(in)) * periodS_);
+  lacking_ = std::clamp(forget_ * (shortage - 0.5 * spring * step * (step - seen)), 0.0, mostLacking_);
+  if (!owing_) paid_ = in.storedNmm - lacking_;
+  control(in, spring);
+  return damped(asked);
+}
+
+}  // namespace argil::haptics
