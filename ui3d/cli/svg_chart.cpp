@@ -79,7 +79,7 @@ class Scale {
   void ticksOfSteps() {
     const double rough = (hi_ - lo_) / 6, decade = std::pow(10, std::floor(std::log10(rough)));
     const double step = decade * (rough / decade > 5 ? 10 : rough / decade > 2 ? 5 : rough / decade > 1 ? 2 : 1);
-    for (double i = std::ceil(lo_ / step - 1e-9); i * step <= hi_ + 1e-9 * step; ++i) ticks_.push_back({i * step, fmt::format("{:.6g}", i * step)});
+    for (double i = std::ceil(lo_ / step - 1e-9); i * step <= hi_ + 1e-9 * step; ++i) ticks_.push_back({i * step, fmt::format("{:.6g}", i * step + 0.0)});
   }
   void ticksOfDecades() {
     // Few decades: 1, 2, 5 are named; many: only their beginnings.
