@@ -1,11 +1,8 @@
 #include "haptics/hand_path.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <span>
 
 #include "clay/error.h"
 
@@ -15,31 +12,6 @@ namespace {
 bool finite(const HandPoint& p) {
   return std::isfinite(p.timeS) && p.position.allFinite() && p.rotation.coeffs().allFinite() && p.forceN.allFinite() &&
          std::isfinite(p.pressure);
-}
-
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> cells;
-  while (true) {
-    const size_t comma = line.find(',');
-    std::string_view cell = line.substr(0, comma);
-    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
-    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t' || cell.back() == '\r')) cell.remove_suffix(1);
-    cells.push_back(cell);
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-constexpr std::array<std::string_view, 13> kColumns = {"t_s", "x_mm", "y_mm", "z_mm", "qx",       "qy",     "qz",
-                                                       "qw",  "fx_n", "fy_n", "fz_n", "pressure", "buttons"};
-
-void assign(HandPoint& p, size_t column, double value) {
-  if (column == 0) p.timeS = value;
-  else if (column <= 3) p.position[static_cast<int>(column) - 1] = value;
-  else if (column <= 7) p.rotation.coeffs()[static_cast<int>(column) - 4] = value;  // Eigen's order: x, y, z, w.
-  else if (column <= 10) p.forceN[static_cast<int>(column) - 8] = value;
-  else if (column == 11) p.pressure = static_cast<float>(value);
-  else p.buttons = static_cast<uint32_t>(value);
 }
 
 }  // namespace
@@ -57,49 +29,6 @@ HandPath HandPath::unchecked(std::vector<HandPoint> points) {
   HandPath path;
   path.points_ = std::move(points);
   return path;
-}
-
-HandPath HandPath::fromCsv(std::string_view text, const std::string& name) {
-  std::vector<size_t> columns;
-  std::vector<HandPoint> points;
-  size_t lineNumber = 0;
-  const auto where = [&] { return name + ", line " + std::to_string(lineNumber); };
-  while (!text.empty()) {
-    const size_t end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    ++lineNumber;
-    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
-    const auto cells = split(line);
-    if (columns.empty()) {
-      for (std::string_view cell : cells) {
-        const auto found = std::find(kColumns.begin(), kColumns.end(), cell);
-        if (found == kColumns.end())
-          throw Error(where() + ": unknown column '" + std::string(cell) + "'; a hand path has the columns t_s, x_mm, y_mm, z_mm");
-        columns.push_back(static_cast<size_t>(found - kColumns.begin()));
-      }
-      for (size_t needed = 0; needed < 4; ++needed)
-        if (std::find(columns.begin(), columns.end(), needed) == columns.end())
-          throw Error(where() + ": the column " + std::string(kColumns[needed]) + " is missing");
-      continue;
-    }
-    if (cells.size() != columns.size())
-      throw Error(where() + ": " + std::to_string(cells.size()) + " values where the header names " + std::to_string(columns.size()));
-    HandPoint point;
-    for (size_t i = 0; i < cells.size(); ++i) {
-      double value = 0;
-      const auto [rest, code] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
-      if (code != std::errc() || rest != cells[i].data() + cells[i].size() || !std::isfinite(value))
-        throw Error(where() + ": '" + std::string(cells[i]) + "' is not a finite number");
-      if (columns[i] == 12 && (value < 0 || value > 4294967295.0)) throw Error(where() + ": buttons must be 0 or a sum of powers of two");
-      assign(point, columns[i], value);
-    }
-    if (!points.empty() && point.timeS <= points.back().timeS) throw Error(where() + ": the time is not after the one before it");
-    if (point.rotation.norm() < 1e-6) throw Error(where() + ": the quaternion is zero");
-    points.push_back(point);
-  }
-  if (points.empty()) throw Error(name + ": no points of a hand path in it");
-  return HandPath(std::move(points));
 }
 
 double HandPath::durationS() const noexcept { return points_.empty() ? 0 : points_.back().timeS; }
