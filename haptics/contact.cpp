@@ -5,6 +5,8 @@
 
 #include "clay/error.h"
 #include "haptics/ball_contact.h"
+#include "haptics/god_object_contact.h"
+#include "haptics/penalty_contact.h"
 
 namespace argil::haptics {
 namespace {
@@ -19,6 +21,8 @@ std::unique_ptr<Contact> make() {
 }
 constexpr std::array kRows = {
     Row{"proxy", make<BallContact>},
+    Row{"god-object", make<GodObjectContact>},
+    Row{"penalty", make<PenaltyContact>},
 };
 
 }  // namespace
