@@ -22,6 +22,7 @@ void BallContact::reset() noexcept {
   around_.clear();
   proxy_.reset(Vec3d::Zero());
   friction_.reset();
+  texture_.reset();
   law_.reset();
   stiffness_ = 0;
   touched_ = -1;
@@ -39,7 +40,10 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
   }
   if (wanted == Mode::touch && mode_ != Mode::touch) missed_ = true;
   if (wanted != Mode::cut && wanted != Mode::settle) law_.reset();
-  if (wanted != Mode::touch) friction_.reset();
+  if (wanted != Mode::touch) {
+    friction_.reset();
+    texture_.reset();
+  }
   mode_ = wanted;
 }
 
@@ -61,6 +65,24 @@ void BallContact::go(const Vec3d& goal, const Input& input, const Proxy::Holding
   } else if (!proxy_.follow(goal, held)) {
     out.flags |= kIncomplete;
   }
+}
+
+// How far the hand has stretched the spring to where the ball is held, on whatever texture lies there.
+Vec3d BallContact::spring(const Scene& scene, const Vec3d& hand, const Proxy::Holding& held, Output& out) ARGIL_REALTIME {
+  std::array<TexturedPlane, 3> planes;
+  bool textured = false;
+  for (size_t i = 0; i < size_t(held.count); ++i) {
+    const int32_t texture = scene.materials[around_.material(held.thing[i])].texture;
+    planes[i] = {held.plane[i], texture < 0 ? nullptr : scene.textures[size_t(texture)].get(), &around_.pose(held.thing[i]), held.point[i]};
+    textured = textured || texture >= 0;
+  }
+  if (!textured) {
+    texture_.reset();
+    return proxy_.at() - hand;
+  }
+  const TexturePath::Place place = texture_.advance(proxy_.at(), hand, planes.data(), held.count);
+  out.proxy = place.proxy;
+  return place.stretch;
 }
 
 void BallContact::touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
@@ -90,7 +112,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   if (after.count > 0 || (out.flags & kLeaving)) out.flags |= kTouching;
   touched_ = after.count > 0 ? after.thing[0] : -1;
   out.proxy = out.cutPoint = proxy_.at();
-  const Vec3d stretch = proxy_.at() - input.hand;
+  const Vec3d stretch = spring(scene, hand, after, out) + (hand - input.hand);
   out.depthMm = stretch.norm();
   const double depth = after.push.norm();
   const bool pushed = depth > 1e-9;

@@ -7,6 +7,7 @@
 #include "haptics/guides.h"
 #include "haptics/proxy.h"
 #include "haptics/surroundings.h"
+#include "haptics/texture_path.h"
 
 namespace argil::haptics {
 
@@ -27,12 +28,14 @@ class BallContact final : public Contact {
   void touch(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   void cut(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   void lay(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
+  Vec3d spring(const Scene& scene, const Vec3d& hand, const Proxy::Holding& held, Output& out) ARGIL_REALTIME;
   void go(const Vec3d& goal, const Input& input, const Proxy::Holding& held, Output& out) ARGIL_REALTIME;
 
   Guides guides_;
   Surroundings around_;
   Proxy proxy_;
   Friction friction_;
+  TexturePath texture_;
   CutLaw law_;
   Mode mode_ = Mode::touch;
   bool begun_ = false;

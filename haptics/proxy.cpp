@@ -166,7 +166,7 @@ void Proxy::smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME 
 Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   Holding result;
   std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
-  std::array<int, kMaxHalfSpaces> thing;
+  std::array<int, kMaxHalfSpaces> source;
   const double side = clearance_ < 0 ? -1.0 : 1.0;
   int count = 0, hard = 0;
   bool turned = false;
@@ -180,7 +180,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     const double offset = normal.dot(contact.point) + std::min(radius_, apart + giveBack);
     const size_t k = size_t(count++);
     planes[k] = smooth[k] = {normal, offset};
-    thing[k] = contact.thing;
+    source[k] = static_cast<int>(&contact - contacts_.data());
     if (!smoothNormals_ || side < 0) return;
     smoothen(contact, normal);
     const double cosine = contact.smooth.dot(normal);
@@ -225,9 +225,13 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   result.feasible = active.feasible;
   result.push = active.x - within.nearest(goal);
   result.count = active.count;
-  for (int i = 0; i < active.count; ++i) {
-    result.thing[size_t(i)] = thing[size_t(active.active[size_t(i)])];
-    result.share[size_t(i)] = active.multiplier[size_t(i)];
+  for (size_t i = 0; i < size_t(active.count); ++i) {
+    const auto k = size_t(active.active[i]);
+    const ContactPoint& contact = contacts_[size_t(source[k])];
+    result.thing[i] = contact.thing;
+    result.point[i] = contact.point;
+    result.plane[i] = turned ? smooth[k] : planes[k];
+    result.share[i] = active.multiplier[i];
   }
   return result;
 }

@@ -31,6 +31,8 @@ class Proxy {
     bool feasible = true;                ///< False: locks, keep-outs and clay leave no place in common; the harder held.
     std::array<int, 3> thing{};          ///< What each active plane belongs to.
     std::array<double, 3> share{};       ///< Length of each one's part of `push`, mm.
+    std::array<HalfSpace, 3> plane;      ///< Each one, for the ball's centre, turned to its smooth normal.
+    std::array<Vec3d, 3> point;          ///< Where each one touches the ball.
     int count = 0;                       ///< Active planes, 0 to 3.
   };
   [[nodiscard]] Holding holding(const Vec3d& goal) ARGIL_REALTIME;

@@ -6,6 +6,7 @@
 namespace argil::haptics {
 namespace {
 
+const Pose kWorld;
 constexpr double kOnSurface = 0.05;  // Of the resolution: a point this near to a surface lies on it.
 
 }  // namespace
@@ -15,10 +16,11 @@ void Surroundings::clear() noexcept {
   for (Thing& thing : things_) thing = {};
 }
 
-void Surroundings::use(size_t index, Touchable& touchable, uint32_t material, bool hard, bool changed) ARGIL_REALTIME {
+void Surroundings::use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard, bool changed) ARGIL_REALTIME {
   Thing& thing = things_[index];
   changed = changed || thing.touchable != &touchable;
   thing.touchable = &touchable;
+  thing.pose = &pose;
   thing.material = material;
   thing.hard = hard;
   if (changed) thing.bound = -1;  // Where it was is still the best guess of where it is.
@@ -45,13 +47,13 @@ bool Surroundings::reset(const Scene& scene, bool withClay, std::span<Touchable*
   }
   for (size_t i = 0; i < clayCount_; ++i) {
     const bool changed = clay_[i].reset(scene.pieces[i]);
-    if (withClay) use(i, clay_[i], scene.pieces[i].material, false, changed);
+    if (withClay) use(i, clay_[i], scene.pieces[i].pose, scene.pieces[i].material, false, changed);
   }
   for (size_t i = 0; i < partCount; ++i) {
     const bool changed = parts_[i].reset(scene.parts[i], scene.tool.radiusMm);
-    use(kFirstPart + i, parts_[i], scene.parts[i].material, false, changed);
+    use(kFirstPart + i, parts_[i], scene.parts[i].pose, scene.parts[i].material, false, changed);
   }
-  for (size_t i = 0; i < keepOutCount; ++i) use(kFirstKeepOut + i, *keepOuts[i], 0, true, keepOutsChanged);
+  for (size_t i = 0; i < keepOutCount; ++i) use(kFirstKeepOut + i, *keepOuts[i], kWorld, 0, true, keepOutsChanged);
   return changed_ || count_ != countBefore_;
 }
 

@@ -40,6 +40,8 @@ class Surroundings {
   [[nodiscard]] double resolutionMm() const noexcept { return resolution_; }
   /// Index into Scene::materials.
   [[nodiscard]] uint32_t material(int thing) const noexcept { return things_[size_t(thing)].material; }
+  /// From its own frame to the world's; valid until the next reset().
+  [[nodiscard]] const Pose& pose(int thing) const noexcept { return *things_[size_t(thing)].pose; }
   /// It is there, and holds the ball.
   [[nodiscard]] bool there(int thing) const noexcept { return thing >= 0 && things_[size_t(thing)].touchable != nullptr; }
   /// Goes before clay and parts where not all can hold.
@@ -52,13 +54,14 @@ class Surroundings {
   struct Thing {
     Touchable* touchable = nullptr;
     uint32_t material = 0;
+    const Pose* pose = nullptr;
     bool hard = false;
     Vec3d from = Vec3d::Zero();  // Where it was searched from last,
     double bound = -1;           // and that nothing of it was nearer; negative: nothing is known.
     Vec3d near = Vec3d::Zero();  // What was found there.
     bool nearKnown = false;
   };
-  void use(size_t index, Touchable& touchable, uint32_t material, bool hard, bool changed) ARGIL_REALTIME;
+  void use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard, bool changed) ARGIL_REALTIME;
 
   // A thing keeps its index from scene to scene: pieces from 0, then parts, then keep-outs.
   static constexpr size_t kFirstPart = kMaxPieces, kFirstKeepOut = kFirstPart + kMaxParts, kMaxThings = kFirstKeepOut + kMaxGuides;
