@@ -21,6 +21,7 @@ struct DeviceSheet {
   Vec3d workspaceMm = {100, 100, 100};    ///< Edges of the reachable box, centred on the device's origin.
   double peakForceN = 3;                  ///< Largest force that may be commanded, as a vector's length.
   double continuousForceN = 1;            ///< What it holds without overheating.
+  double thermalSeconds = 10;             ///< Time constant of its motors' heat; no maker says it: a guess of the usual size.
   double resolutionMm = 0.05;             ///< One encoder step at the tip.
   double topStiffnessNmm = 1;             ///< Largest stiffness that it renders at 1 kHz.
   double topDampingNsmm = 0.002;          ///< Largest damping that it renders at 1 kHz, N·s/mm.

@@ -4,6 +4,13 @@
 #include <cmath>
 
 namespace argil::haptics {
+namespace {
+
+constexpr double kLeastFarthestMm = 1000;  // For sheets of tiny or no workspace: a mouse, a pen.
+
+bool finite(const DeviceState& state) { return state.pose.translation.allFinite() && state.pose.rotation.coeffs().allFinite(); }
+
+}  // namespace
 
 const char* sentence(Fault fault) noexcept {
   switch (fault) {
@@ -11,6 +18,7 @@ const char* sentence(Fault fault) noexcept {
     case Fault::notFinite: return "a force or a device position was not a finite number";
     case Fault::commandTooLarge: return "forces over twice the device's peak were asked for";
     case Fault::tooFast: return "the device moved faster than its sheet allows";
+    case Fault::implausible: return "the device told a place far outside of its reach";
   }
   return "unknown fault";
 }
@@ -21,7 +29,12 @@ Safety::Safety(const DeviceSheet& sheet, double periodS)
       // One tick to spare, so that the fade is over within its time whatever the rounding.
       fadeStep_(sheet.peakForceN / std::max(1.0, std::floor(kFadeSeconds / periodS) - 1.0)),
       // Two steps of the encoder on top: its own noise is no speed.
-      fastMm_(sheet.topSpeedMms * periodS * (kSpeedTicks - 1) + 2 * sheet.resolutionMm) {}
+      fastMm_(sheet.topSpeedMms * periodS * (kSpeedTicks - 1) + 2 * sheet.resolutionMm),
+      farthestMm_(std::max(kLeastFarthestMm, kFarthestReaches * sheet.workspaceMm.norm())) {}
+
+bool Safety::plausible(const DeviceState& state) const ARGIL_REALTIME {
+  return finite(state) && state.pose.translation.norm() <= farthestMm_;
+}
 
 void Safety::restart() ARGIL_REALTIME {
   last_.setZero();
@@ -46,9 +59,11 @@ bool Safety::tooFast(const Vec3d& position) ARGIL_REALTIME {
   return (position - trail_[static_cast<size_t>(trailNext_)]).norm() > fastMm_;
 }
 
-Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags) ARGIL_REALTIME {
+Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags, double mostN) ARGIL_REALTIME {
+  const bool there = fresh && plausible(state);
   if (fresh) {
-    if (!raw.allFinite() || !state.pose.translation.allFinite() || !state.pose.rotation.coeffs().allFinite()) trip(Fault::notFinite);
+    if (!there) trip(finite(state) ? Fault::implausible : Fault::notFinite);
+    else if (!raw.allFinite()) trip(Fault::notFinite);
     else {
       rawOver_ = raw.norm() > kRawOverFactor * peak_ ? rawOver_ + 1 : 0;
       if (rawOver_ >= kRawOverTicks) trip(Fault::commandTooLarge);
@@ -61,7 +76,7 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   if (fault() != Fault::none) {
     flags |= kStopped;
     const double size = last_.norm();
-    if (!fresh || !(size > fadeStep_)) last_.setZero();
+    if (!there || !(size > fadeStep_)) last_.setZero();
     else last_ *= (size - fadeStep_) / size;
     return last_;
   }
@@ -81,9 +96,9 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   }
 
   Vec3d force = raw;
-  if (const double size = force.norm(); size > peak_) {
-    force *= peak_ / size;
-    flags |= kClamped;
+  if (const double size = force.norm(), most = std::min(peak_, std::max(0.0, mostN)); size > most) {
+    force *= most / size;
+    flags |= most < peak_ ? kWarm : kClamped;
   }
   const Vec3d change = force - last_;
   if (const double size = change.norm(); size > slewStep_) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 
 #include "haptics/device.h"
 #include "haptics/realtime.h"
@@ -17,10 +18,11 @@ inline constexpr double kRawOverFactor = 2.0;
 inline constexpr double kSlewPeakSeconds = 0.002;  ///< Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
 inline constexpr double kStartFraction = 0.1;      ///< Forces begin once the command is below this part of the peak.
 inline constexpr int kSpeedTicks = 8;              ///< Device speed is judged over so many ticks: one glitch is not a speed.
+inline constexpr double kFarthestReaches = 10;     ///< A device that says it is farther away, in diagonals of its workspace, says garbage.
 inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
 
 /// Why the output is latched at zero.
-enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast };
+enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast, implausible };
 [[nodiscard]] const char* sentence(Fault fault) noexcept;
 
 /// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes by no
@@ -30,9 +32,13 @@ class Safety {
   /// `periodS`: time between ticks.
   Safety(const DeviceSheet& sheet, double periodS);
 
-  /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kSlewed, kStale, kStopped,
-  /// kWaiting). `fresh`: the device answered in this tick; if not, zero at once.
-  Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags) ARGIL_REALTIME;
+  /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kWarm, kSlewed, kStale, kStopped,
+  /// kWaiting). `fresh`: the device answered in this tick; if not, or if what it answered is no place, zero at once.
+  /// `mostN`: a limit below the peak, that of the heat budget.
+  Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags,
+              double mostN = std::numeric_limits<double>::infinity()) ARGIL_REALTIME;
+  /// Whether the device can be there: finite, and no farther than kFarthestReaches.
+  [[nodiscard]] bool plausible(const DeviceState& state) const ARGIL_REALTIME;
   /// Fades to a latched stop for a reason found elsewhere.
   void trip(Fault fault) ARGIL_REALTIME;
 
@@ -49,7 +55,7 @@ class Safety {
  private:
   bool tooFast(const Vec3d& position) ARGIL_REALTIME;
 
-  double peak_, slewStep_, fadeStep_, fastMm_;
+  double peak_, slewStep_, fadeStep_, fastMm_, farthestMm_;
   Vec3d last_ = Vec3d::Zero();
   std::array<Vec3d, kSpeedTicks> trail_;
   int trailCount_ = 0, trailNext_ = 0;

@@ -26,6 +26,9 @@ enum TickFlag : uint32_t {
   kNoScene = 1u << 10,   ///< Nothing published yet.
   kIncomplete = 1u << 11,  ///< A limit of the contact search was met; the nearest contacts were kept.
   kGuideConflict = 1u << 12,  ///< Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
+  kWarm = 1u << 13,      ///< Force held below the peak: the motors have used up their heat budget.
+  kPanning = 1u << 14,   ///< A wall of the workspace is pressed and moves it.
+  kClutched = 1u << 15,  ///< The clutch is held: the hand moves, the tip stays.
 };
 
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.

@@ -56,7 +56,7 @@ void Scene::check() const {
   require(quality.contactSteps >= 1 && quality.contactSteps <= 64, "contact steps must be 1 to 64");
   require(quality.contactSearches >= 4 && quality.contactSearches <= 200, "contact searches must be 4 to 200");
   require(positive(tool.radiusMm, 1e6), "the tool's radius must be above 0");
-  require(rigid(workspace.pose) && positive(workspace.scale, 1e6), "the workspace mapping is not finite");
+  workspace.check();
 }
 
 }  // namespace argil::haptics

@@ -10,6 +10,7 @@
 #include "clay/version.h"
 #include "haptics/guide.h"
 #include "haptics/pose.h"
+#include "haptics/workspace.h"
 
 namespace argil::haptics {
 
@@ -48,18 +49,6 @@ struct Tool {
   double radiusMm = 3;
   std::optional<clay::Operation> operation;  ///< None: only touches.
   uint32_t buttons = 1;          ///< The operation works while one of these buttons is down.
-};
-
-/// From the device's frame to the world: world = pose · (scale · device).
-struct Workspace {
-  Pose pose;
-  double scale = 1;              ///< World mm per device mm. Stiffness is kept at the hand.
-
-  [[nodiscard]] Vec3d toWorld(const Vec3d& device) const noexcept { return pose.apply(scale * device); }
-  [[nodiscard]] Vec3d toDevice(const Vec3d& world) const noexcept { return pose.applyInverse(world) / scale; }
-  [[nodiscard]] Pose toWorld(const Pose& device) const noexcept {
-    return {toWorld(device.translation), pose.rotation * device.rotation};
-  }
 };
 
 /// Where touch trades accuracy for speed.

@@ -16,6 +16,7 @@ namespace {
 
 constexpr size_t kStackBytes = 256 * 1024;      // Touched before the first tick; a tick uses far less.
 constexpr int64_t kWatchPeriodNs = 3'000'000;   // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
+constexpr double kStallSeconds = 0.012;         // A servo late by this may find its device zeroed, by the watchdog or by the guard process.
 constexpr int64_t kStartDelayNs = 2'000'000;
 
 double checkedRate(double rateHz) {
@@ -49,6 +50,29 @@ RealtimeGrant becomeRealtime(int priority, bool lockMemory) {
   return grant;
 }
 
+const char* sentence(ServoState state) noexcept {
+  switch (state) {
+    case ServoState::running: return "the device is felt";
+    case ServoState::warm: return "the device's motors are warm: forces are weaker until they have cooled";
+    case ServoState::waiting: return "forces wait: move the stylus away from what it touches";
+    case ServoState::noScene: return "there is nothing to feel yet";
+    case ServoState::silent: return "the device does not answer: check its plug and its power; forces come back gently once it does";
+    case ServoState::hung: return "the machine is too busy for steady forces: the device was let go until it keeps up";
+    case ServoState::stopped: return "forces are off after a fault: let the stylus rest, then reset the device";
+  }
+  return "unknown state";
+}
+
+ServoState Servo::state() const noexcept {
+  if (fault() != Fault::none) return ServoState::stopped;
+  if (hung_.load(std::memory_order_relaxed)) return ServoState::hung;
+  const uint32_t flags = lastFlags_.load(std::memory_order_relaxed);
+  if (flags & kStale) return ServoState::silent;
+  if (flags & kNoScene) return ServoState::noScene;
+  if (flags & kWaiting) return ServoState::waiting;
+  return flags & kWarm ? ServoState::warm : ServoState::running;
+}
+
 Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
     : device_(device),
       options_(options),
@@ -59,6 +83,7 @@ Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
 Servo::~Servo() { stop(); }
 
 void Servo::count(uint32_t flags) ARGIL_REALTIME {
+  lastFlags_.store(flags, std::memory_order_relaxed);
   ServoStatistics& s = *statistics_;
   ++s.ticks;
   const auto add = [flags](TickFlag flag, uint64_t& counter) { counter += (flags & flag) != 0; };
@@ -131,8 +156,7 @@ void Servo::loop() {
       statistics_->missed += skipped;
       nextIndex_ += skipped;
     }
-    // Away for so long the watchdog has cut the device: what it felt last was zero.
-    if (double(late) * 1e-9 > kWatchdogSeconds) tick_.safety().restart();
+    if (double(late) * 1e-9 > kStallSeconds) tick_.safety().restart();
     const double timeS = double(nextIndex_) / options_.rateHz;
     count(tick_.run(timeS, overrun));
     statistics_->lateness.add(late);
@@ -165,8 +189,10 @@ void Servo::watch() {
       device_.rearm();
     }
     cut = silent;
+    hung_.store(cut, std::memory_order_relaxed);
   }
   if (cut) device_.rearm();
+  hung_.store(false, std::memory_order_relaxed);
 }
 
 }  // namespace argil::haptics

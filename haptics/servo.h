@@ -33,6 +33,19 @@ struct RealtimeGrant {
 /// locked; pre-touches the stack. Never throws for a refusal.
 [[nodiscard]] RealtimeGrant becomeRealtime(int priority, bool lockMemory);
 
+/// What a person is told about a servo.
+enum class ServoState : uint8_t {
+  running,
+  warm,       ///< Runs; forces are held below the peak until the motors have cooled.
+  waiting,    ///< Forces begin once they are small.
+  noScene,    ///< Nothing published yet.
+  silent,     ///< The device does not answer; zero force until it does.
+  hung,       ///< The watchdog has cut the device: no tick ended for kWatchdogSeconds.
+  stopped,    ///< Latched at zero by a fault, until reset().
+};
+/// What it is and what to do about it. A fault's own sentence says more.
+[[nodiscard]] const char* sentence(ServoState state) noexcept;
+
 /// A device, its tick and the thread that turns it. Made and used by one thread.
 class Servo {
  public:
@@ -69,6 +82,8 @@ class Servo {
   [[nodiscard]] ServoTick& tick() noexcept { return tick_; }
   /// Why the force is latched at zero, if it is. Any thread.
   [[nodiscard]] Fault fault() const noexcept { return tick_.safety().fault(); }
+  /// What the last tick ended with. Any thread.
+  [[nodiscard]] ServoState state() const noexcept;
   /// How often the watchdog had to cut the device because no tick ended for kWatchdogSeconds. Once ticks come again the
   /// device is armed again and forces start anew from zero. Any thread.
   [[nodiscard]] uint64_t watchdogCuts() const noexcept { return cuts_.load(); }
@@ -93,6 +108,8 @@ class Servo {
   RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
   std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
+  std::atomic<uint32_t> lastFlags_{kNoScene};
+  std::atomic<bool> hung_{false};
   std::atomic<uint64_t> cuts_{0};
   Heartbeat heartbeat_;
 };

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "clay/error.h"
 
 namespace argil::haptics {
 namespace {
-
-constexpr double kFarthestMm = 1e7;        // A device farther off is not a device.
 
 double checkedPeriod(double periodS) {
   if (!(periodS >= 1.0 / 8001 && periodS <= 0.01)) throw Error("servo: the rate must be 100 to 8000 Hz");
@@ -23,7 +20,8 @@ ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& sample
       scene_(scene),
       samples_(samples),
       contact_(makeContact(contact)),
-      safety_(device.sheet(), checkedPeriod(periodS)),
+      heat_(device.sheet(), checkedPeriod(periodS)),
+      safety_(device.sheet(), periodS),
       periodS_(periodS),
       velocity_(periodS, device.sheet().resolutionMm),
       coupling_(coupleTo(device.sheet(), periodS)),
@@ -44,6 +42,7 @@ void ServoTick::reset() noexcept {
 
 void ServoTick::park(double timeS) ARGIL_REALTIME {
   device_.write(timeS, Vec3d::Zero());
+  safety_.restart();
   scene_.park();
 }
 
@@ -52,21 +51,21 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   const Scene* scene = scene_.enter();
   DeviceState state;
   const bool fresh = device_.read(timeS, state);
-  const bool sane = state.pose.translation.allFinite() && state.pose.translation.cwiseAbs().maxCoeff() < kFarthestMm &&
-                    state.pose.rotation.coeffs().allFinite();
+  const bool sane = fresh && safety_.plausible(state);
 
   sample_.index = index_++;
   sample_.timeS = timeS;
   Vec3d raw = Vec3d::Zero();
   if (!scene) flags |= kNoScene;
-  if (fresh && sane && scene) {
+  if (sane && scene) {
     state_ = state;
-    const Workspace& workspace = scene->workspace;
-    sample_.device = workspace.toWorld(state.pose);
+    const Vec3d* held = sample_.flags & kTouching ? &sample_.proxy : nullptr;
+    sample_.device = workspace_.toWorld(scene->workspace, device_.sheet(), state.pose, state.buttons, periodS_, held);
+    flags |= (workspace_.panning() ? uint32_t{kPanning} : 0u) | (workspace_.clutched() ? uint32_t{kClutched} : 0u);
     const Vec3d velocity = velocity_.add(state.pose.translation);
     Contact::Input in;
     in.hand = sample_.device.translation;
-    in.velocity = workspace.pose.rotation * (workspace.scale * velocity);
+    in.velocity = workspace_.velocityToWorld(velocity);
     in.periodS = periodS_;
     in.topStiffnessNmm = coupling_.stiffnessNmm;
     in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
@@ -76,16 +75,25 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.sampleIndex = sample_.index;
     const Contact::Output out = contact_->tick(*scene, in);
     flags |= out.flags;
-    raw = workspace.pose.rotation.conjugate() * out.force;
+    raw = workspace_.toDevice(out.force);
+    // Walls on top of a contact that takes the whole peak saturate, which is no fault; a contact over the peak is for safety to judge.
+    if (scene->workspace.walls.on && raw.norm() <= in.peakForceN) {
+      raw += workspace_.wallForce();
+      if (const double size = raw.norm(); size > in.peakForceN) {
+        raw *= in.peakForceN / size;
+        flags |= kClamped;
+      }
+    }
     if (controlled_) {
       Passivity::Input energy;
       energy.position = state.pose.translation;
       energy.velocity = velocity;
       energy.force = raw;
+      energy.storedNmm = workspace_.wallEnergyNmm();
       // Half of force times stretch: right for a spring of any stiffness. Device millimetres.
-      if (out.flags & kTouching) energy.storedNmm = std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace.scale);
+      if (out.flags & kTouching) energy.storedNmm += workspace_.grip() * std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace_.scale());
       if ((out.flags & (kTouching | kCutting)) == kTouching) energy.dampingNsmm = coupling_.dampingNsmm;
-      energy.active = (out.flags & kLeaving) != 0;
+      energy.active = (out.flags & kLeaving) != 0 || workspace_.panning() || workspace_.grip() < 1;
       raw = passivity_.apply(energy);
     }
     sample_.proxy = out.proxy;
@@ -97,13 +105,13 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   } else {
     velocity_.reset();  // No speed comes from a gap.
     passivity_.interrupt();
-    if (fresh && !sane) raw.setConstant(std::numeric_limits<double>::quiet_NaN());  // Safety stops on it.
   }
 
-  const Vec3d force = safety_.apply(raw, state, fresh, flags);
+  const Vec3d force = safety_.apply(raw, state, fresh, flags, heat_.limitN());
   passivity_.commanded(force);
+  heat_.felt(force);
   device_.write(timeS, force);
-  sample_.forceN = scene ? Vec3d(scene->workspace.pose.rotation * force) : force;
+  sample_.forceN = workspace_.turnToWorld(force);
   // A faulty tick never cuts.
   if (flags & (kStopped | kStale | kNoScene)) flags &= ~uint32_t{kCutting};
   sample_.flags = flags;

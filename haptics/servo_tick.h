@@ -6,6 +6,7 @@
 #include "haptics/contact.h"
 #include "haptics/coupling.h"
 #include "haptics/device.h"
+#include "haptics/heat_budget.h"
 #include "haptics/latest_value.h"
 #include "haptics/passivity.h"
 #include "haptics/published.h"
@@ -26,7 +27,8 @@ class ServoTick {
   uint32_t run(double timeS, bool late) ARGIL_REALTIME;
   /// The servo stops: zero force, the scene is let go.
   void park(double timeS) ARGIL_REALTIME;
-  /// Begins anew after park(): the proxy at the hand, no fault, forces from zero.
+  /// Begins anew after park(): the proxy at the hand, no fault, forces from zero. The workspace stays where it was panned to, and
+  /// the motors as warm as they are.
   void reset() noexcept;
 
   /// Instead of what coupleTo() gives, to measure stability; `controlled`: with passivity control, which knows of `delayS` from
@@ -38,6 +40,9 @@ class ServoTick {
   [[nodiscard]] const StylusSample& last() const noexcept { return sample_; }
   [[nodiscard]] Safety& safety() noexcept { return safety_; }
   [[nodiscard]] const Safety& safety() const noexcept { return safety_; }
+  [[nodiscard]] const HeatBudget& heat() const noexcept { return heat_; }
+  /// The mapping as it stands; to reset() it (the tip jumps home) the servo must not run.
+  [[nodiscard]] WorkspaceMap& workspace() noexcept { return workspace_; }
   /// The newest sample, for a cursor: one reader.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
 
@@ -47,6 +52,8 @@ class ServoTick {
   SampleRing& samples_;
   LatestValue<StylusSample> latest_;
   std::unique_ptr<Contact> contact_;
+  WorkspaceMap workspace_;
+  HeatBudget heat_;
   Safety safety_;
   double periodS_;
   VelocityFilter velocity_;

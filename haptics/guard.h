@@ -1,0 +1,65 @@
+#pragma once
+// A second process that zeroes the devices when this one dies.
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "haptics/realtime.h"
+
+namespace argil::haptics {
+
+/// A device that keeps its last force until told otherwise must not be left pushing by a program that is killed, aborts or
+/// hangs. The guard is a process forked before any thread exists. It holds a duplicate of each registered device's file and the
+/// bytes that mean zero force there; it sends them when Argil's end of a socket closes (however Argil died) and when a device's
+/// heartbeat is older than kGuardSilenceSeconds (memory of many gigabytes is freed before files are closed, a core is written before
+/// either; a stopped or starved program closes nothing). It ends with Argil, ignores the terminal's signals, and leaves no zombie.
+///
+/// First line of main():  `const argil::haptics::Guard guard;`
+/// A driver, once its file is open: `id = Guard::registerDevice(fd, zeroPacket)`; after each force written: `Guard::beat(id)`;
+/// when it stops driving: zero force, `Guard::rest(id)`; before it closes the file: `Guard::unregister(id)`.
+/// Without a guard (tools, tests) all of these do nothing. Recipe: NOTES.md, "Guard".
+class Guard {
+ public:
+  /// How the bytes travel.
+  enum class Transport : uint8_t {
+    write,    ///< write(): serial lines, hidraw.
+    usbBulk,  ///< The file is one of /dev/bus/usb with its interface claimed; a bulk transfer to an endpoint.
+  };
+  static constexpr int kUnguarded = -1;
+  static constexpr size_t kMaxDevices = 8;
+  static constexpr size_t kMaxZeroBytes = 64;
+
+  /// Forks. One at a time; the process must have a single thread, else Error. A system that refuses another process leaves
+  /// running() false: forces are then guarded by the watchdog alone.
+  Guard();
+  /// Zeroes what is still registered, and waits until the guard has ended (a few ms).
+  ~Guard();
+  Guard(const Guard&) = delete;
+  Guard& operator=(const Guard&) = delete;
+
+  [[nodiscard]] bool running() const noexcept { return child_ > 0; }
+  [[nodiscard]] pid_t process() const noexcept { return child_; }
+
+  /// From now on `zero` is sent to a duplicate of `fd` when Argil dies; at most kMaxZeroBytes, one whole packet (it is sent three times).
+  /// The id for the calls below, or kUnguarded without a guard. Throws Error when there are too many devices or bytes, or the
+  /// guard does not answer. Any thread but the servo's: it waits for the guard.
+  static int registerDevice(int fd, std::span<const std::byte> zero, Transport transport = Transport::write, uint8_t endpoint = 0);
+  /// The duplicate is closed. kUnguarded and unknown ids are passed over. Same threads.
+  static void unregister(int id) noexcept;
+
+  /// The device was just given a force: after kGuardSilenceSeconds without the next beat it is sent zero, once. Begins with the first
+  /// beat. Any thread, the servo's included.
+  static void beat(int id) ARGIL_REALTIME;
+  /// No force is driven until the next beat. Any thread.
+  static void rest(int id) ARGIL_REALTIME;
+
+ private:
+  pid_t child_ = -1;
+};
+
+inline constexpr double kGuardSilenceSeconds = 0.014;  ///< With the guard's own period and a busy machine, zero within 20 ms.
+
+}  // namespace argil::haptics

@@ -1,0 +1,36 @@
+#include "haptics/heat_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kFallShare = 0.2;  // Of the heat: over so much of it the limit falls, until then the whole peak is given.
+constexpr double kSteepest = 0.75;  // Of kLimitStep: how steeply the limit may be planned to fall.
+
+}  // namespace
+
+// limit² = continuous² · (1 + slope · (1 − heat)): the peak's square while the heat is 1 − fall or less, the continuous force's at 1.
+// At the limit the heat left shrinks like e^(−(1 + slope) t/τ), so it never runs out, and no memory of past forces is needed. The
+// limit falls fastest where it leaves the peak; slow servos get a wider fall so that this is below kLimitStep.
+HeatBudget::HeatBudget(const DeviceSheet& sheet, double periodS)
+    : peak_(sheet.peakForceN),
+      continuous_(std::min(sheet.continuousForceN, sheet.peakForceN)),
+      blend_(1 - std::exp(-periodS / sheet.thermalSeconds)),
+      limit_(peak_) {
+  if (!(continuous_ > 0)) return;
+  const double ratio = peak_ * peak_ / (continuous_ * continuous_);
+  const double fall = blend_ * (ratio - 1) * (ratio - 1) / (2 * ratio) / (kSteepest * kLimitStep);
+  slope_ = (ratio - 1) / std::clamp(fall, kFallShare, 1.0);
+}
+
+void HeatBudget::felt(const Vec3d& commandedN) ARGIL_REALTIME {
+  if (!(continuous_ > 0)) return;  // No motors.
+  heat_ += blend_ * (commandedN.squaredNorm() / (continuous_ * continuous_) - heat_);
+  const double wanted = std::min(peak_, continuous_ * std::sqrt(1 + slope_ * std::max(0.0, 1 - heat_)));
+  const double step = kLimitStep * peak_;
+  limit_ = std::clamp(wanted, limit_ - step, limit_ + step);
+}
+
+}  // namespace argil::haptics

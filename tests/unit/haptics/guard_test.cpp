@@ -1,0 +1,339 @@
+// Argil dies in the middle of pushing, against a device that keeps its last force for ever: the guard zeroes it.
+
+#include "haptics/guard.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <thread>
+
+#include "clay/error.h"
+#include "haptics/clock.h"
+#include "haptics/devices/sheets.h"
+#include "haptics/devices/simulated.h"
+#include "haptics/servo.h"
+#include "virtual_session.h"
+
+namespace argil::haptics {
+namespace {
+
+constexpr double kWithinMs = 20;
+constexpr size_t kPacketBytes = 13;  // An opcode and three floats, as a serial device takes them.
+using Packet = std::array<std::byte, kPacketBytes>;
+
+Packet packet(const Vec3d& force) {
+  Packet p{std::byte{0x2a}};
+  const std::array<float, 3> f = {float(force.x()), float(force.y()), float(force.z())};
+  std::memcpy(p.data() + 1, f.data(), sizeof f);
+  return p;
+}
+
+/// Pushes as it is told over a serial line; its place is that of a hand that presses on.
+class SerialDevice final : public Device {
+ public:
+  SerialDevice(int fd, bool guarded, bool beats)
+      : fd_(fd), beats_(beats), hand_(deviceSheet("touchx"), HandPath::line({0, 0, 6}, {0, 0, 1}, 0.2), prescribed()) {
+    if (guarded) id_ = Guard::registerDevice(fd, packet(Vec3d::Zero()));
+  }
+  [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return hand_.sheet(); }
+  bool read(double timeS, DeviceState& state) ARGIL_REALTIME override { return hand_.read(timeS, state); }
+  void write(double, const Vec3d& force) ARGIL_REALTIME override {
+    const Packet p = packet(cut_ ? Vec3d::Zero() : force);
+    (void)!::write(fd_, p.data(), p.size());
+    if (beats_) Guard::beat(id_);
+  }
+  void cut() noexcept override { cut_ = true; }
+  void rearm() noexcept override { cut_ = false; }
+  [[nodiscard]] int id() const { return id_; }
+
+ private:
+  static SimulatedDevice::Options prescribed() {
+    SimulatedDevice::Options options;
+    options.prescribed = true;
+    return options;
+  }
+  int fd_, id_ = Guard::kUnguarded;
+  bool beats_;
+  std::atomic<bool> cut_{false};
+  SimulatedDevice hand_;
+};
+
+/// The motor at the other end: whatever it was told last.
+class Emulator {
+ public:
+  explicit Emulator(int master) : master_(master) { (void)fcntl(master, F_SETFL, O_NONBLOCK); }
+  /// Reads what came within `ms`; false once the line is closed by all who held it.
+  bool pump(int ms) {
+    pollfd wait{master_, POLLIN, 0};
+    if (poll(&wait, 1, ms) <= 0) return true;
+    std::array<std::byte, 4096> buffer;
+    const ssize_t got = ::read(master_, buffer.data(), buffer.size());
+    if (got < 0) return errno == EAGAIN || errno == EINTR;
+    for (ssize_t i = 0; i < got; ++i) {
+      bytes_[filled_++] = buffer[size_t(i)];
+      if (filled_ < kPacketBytes) continue;
+      filled_ = 0;
+      std::array<float, 3> f;
+      std::memcpy(f.data(), bytes_.data() + 1, sizeof f);
+      force = std::hypot(f[0], f[1], f[2]);
+      opcode = bytes_[0];
+      ++packets;
+    }
+    return true;
+  }
+  /// Pumps until the force is (not) zero; ms that it took, or none within `mostMs`.
+  std::optional<double> until(bool zero, double mostMs) {
+    const int64_t begin = nowNs();
+    while ((force == 0) != zero || packets == 0) {
+      const double ms = double(nowNs() - begin) * 1e-6;
+      if (ms > mostMs || !pump(1)) return std::nullopt;
+    }
+    return double(nowNs() - begin) * 1e-6;
+  }
+  float force = 0;
+  std::byte opcode{0x2a};
+  uint64_t packets = 0;
+
+ private:
+  int master_;
+  Packet bytes_{};
+  size_t filled_ = 0;
+};
+
+struct Mode {
+  bool guarded = true, beats = true;
+  double runS = 30;      // Then it ends by itself.
+  size_t megabytes = 0;  // Of memory that must be freed before files are closed.
+};
+
+/// Argil in a process of its own, with its guard, pushing.
+class Victim {
+ public:
+  explicit Victim(const Mode& mode) {
+    int slave = -1;
+    if (openpty(&master_, &slave, nullptr, nullptr, nullptr) != 0) std::abort();
+    termios raw{};
+    tcgetattr(slave, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(slave, TCSANOW, &raw);
+    pid_ = fork();
+    if (pid_ == 0) run(slave, mode);
+    close(slave);
+  }
+  ~Victim() {
+    kill(pid_, SIGKILL);
+    if (!waited_) waitpid(pid_, nullptr, 0);
+    close(master_);
+  }
+  [[nodiscard]] int master() const { return master_; }
+  [[nodiscard]] pid_t pid() const { return pid_; }
+  /// Its exit code, or −signal.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    waited_ = true;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+ private:
+  [[noreturn]] void run(int slave, const Mode& mode) {
+    close(master_);
+    (void)setpgid(0, 0);
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const rlimit noCore{0, 0};
+    (void)setrlimit(RLIMIT_CORE, &noCore);
+    int code = 0;
+    {
+      const Guard guard;
+      std::vector<char> memory(mode.megabytes << 20, 1);
+      testing::VirtualSession session(0.5, Tool());
+      SerialDevice device(slave, mode.guarded, mode.beats);
+      Servo::Options options;
+      options.realtime = false;
+      Servo servo(device, session.published(), options);
+      (void)servo.start();
+      std::this_thread::sleep_for(std::chrono::duration<double>(mode.runS));
+      servo.stop();
+      Guard::rest(device.id());
+      Guard::unregister(device.id());
+      code = memory.empty() || memory.back() == 1 ? 0 : 9;
+    }
+    // The guard is over and was waited for: there is no child left, dead or alive.
+    if (waitpid(-1, nullptr, WNOHANG) != -1 || errno != ECHILD) code = 8;
+    _exit(code);
+  }
+  int master_ = -1;
+  pid_t pid_ = -1;
+  bool waited_ = false;
+};
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+#if defined(__SANITIZE_THREAD__)
+#define NO_FORK_UNDER_TSAN() GTEST_SKIP() << "ThreadSanitizer allows no threads in a forked process"
+#else
+#define NO_FORK_UNDER_TSAN() (void)0
+#endif
+
+/// Kills a pushing program so many times; ms until zero each time.
+std::vector<double> kill(int signal, const Mode& mode, int rounds) {
+  std::vector<double> times;
+  for (int round = 0; round < rounds; ++round) {
+    Victim victim(mode);
+    Emulator device(victim.master());
+    EXPECT_TRUE(device.until(false, 10'000)) << "it never pushed";
+    for (int i = 0; i < 30; ++i) (void)device.pump(2);  // Well into pushing.
+    EXPECT_GT(device.force, 0.1f);
+    ::kill(signal == SIGTERM || signal == SIGINT ? -victim.pid() : victim.pid(), signal);
+    const std::optional<double> ms = device.until(true, 1000);
+    EXPECT_TRUE(ms) << "still pushing with " << device.force << " N a second later";
+    EXPECT_EQ(device.opcode, std::byte{0x2a}) << "packets are whole";
+    times.push_back(ms.value_or(1000));
+    EXPECT_EQ(victim.wait(), -signal);
+    // The guard lets the line go and is gone.
+    const int64_t begin = nowNs();
+    while (device.pump(1) && nowNs() - begin < 2'000'000'000) {
+    }
+    EXPECT_LT(double(nowNs() - begin) * 1e-9, 1.0) << "a guard is left";
+    EXPECT_EQ(device.force, 0.f);
+  }
+  return times;
+}
+
+void expectSoon(const char* what, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  std::printf("%s: zero force after %.1f to %.1f ms, median %.1f (%zu times)\n", what, times.front(), times.back(), median(times), times.size());
+  EXPECT_LE(median(times), kWithinMs);
+}
+
+TEST(Guard, zeroesTheDeviceOfAProgramThatIsKilled) {
+  NO_FORK_UNDER_TSAN();
+  Mode mode;
+  if (const char* megabytes = std::getenv("ARGIL_GUARD_MB")) mode.megabytes = std::strtoul(megabytes, nullptr, 10);
+  expectSoon("kill -9", kill(SIGKILL, mode, 20));
+}
+
+TEST(Guard, zeroesItWithoutAHeartbeatToo) {
+  NO_FORK_UNDER_TSAN();
+  Mode mode;
+  mode.beats = false;
+  if (const char* megabytes = std::getenv("ARGIL_GUARD_MB")) mode.megabytes = std::strtoul(megabytes, nullptr, 10);
+  expectSoon("kill -9, no heartbeat", kill(SIGKILL, mode, 5));
+}
+
+TEST(Guard, outlivesAbortAndSignalsToTheWholeGroup) {
+  NO_FORK_UNDER_TSAN();
+  expectSoon("abort", kill(SIGABRT, Mode(), 3));
+  expectSoon("SIGTERM to the group", kill(SIGTERM, Mode(), 3));
+  expectSoon("SIGINT to the group", kill(SIGINT, Mode(), 3));
+}
+
+TEST(Guard, isWhatMakesTheDifference) {
+  NO_FORK_UNDER_TSAN();
+  Mode mode;
+  mode.guarded = false;
+  Victim victim(mode);
+  Emulator device(victim.master());
+  ASSERT_TRUE(device.until(false, 10'000));
+  for (int i = 0; i < 30; ++i) (void)device.pump(2);
+  ::kill(victim.pid(), SIGKILL);
+  EXPECT_FALSE(device.until(true, 100)) << "the emulator has a watchdog of its own";
+  EXPECT_GT(device.force, 0.1f);
+}
+
+TEST(Guard, zeroesTheDeviceOfAProgramThatHangsAndLetsItComeBack) {
+  NO_FORK_UNDER_TSAN();
+  std::vector<double> times;
+  for (int round = 0; round < 5; ++round) {
+    Victim victim{Mode()};
+    Emulator device(victim.master());
+    ASSERT_TRUE(device.until(false, 10'000));
+    for (int i = 0; i < 30; ++i) (void)device.pump(2);
+    ::kill(victim.pid(), SIGSTOP);
+    const std::optional<double> ms = device.until(true, 1000);
+    ASSERT_TRUE(ms);
+    times.push_back(*ms);
+    for (int i = 0; i < 20; ++i) (void)device.pump(1);
+    EXPECT_EQ(device.force, 0.f);
+    const uint64_t before = device.packets;
+    ::kill(victim.pid(), SIGCONT);
+    for (int i = 0; i < 200 && device.packets < before + 20; ++i) (void)device.pump(5);
+    EXPECT_GE(device.packets, before + 20) << "it is driven again";
+  }
+  expectSoon("SIGSTOP", times);
+}
+
+TEST(Guard, endsWithItsProgramAndLeavesNoZombie) {
+  NO_FORK_UNDER_TSAN();
+  Mode mode;
+  mode.runS = 0.4;
+  Victim victim(mode);
+  Emulator device(victim.master());
+  EXPECT_TRUE(device.until(false, 10'000));
+  EXPECT_EQ(victim.wait(), 0) << "8: a child was left";
+  const int64_t begin = nowNs();
+  while (device.pump(1) && nowNs() - begin < 2'000'000'000) {
+  }
+  EXPECT_LT(double(nowNs() - begin) * 1e-9, 1.0) << "the line is still held";
+}
+
+TEST(Guard, refusesWhatItCannotGuard) {
+  NO_FORK_UNDER_TSAN();
+  const std::byte zero[1] = {};
+  EXPECT_EQ(Guard::registerDevice(0, zero), Guard::kUnguarded) << "none runs";
+  Guard::beat(Guard::kUnguarded);
+  Guard::unregister(3);
+  const pid_t child = fork();
+  if (child == 0) {
+    int bad = 0;
+    const auto refused = [&bad](auto&& call) {
+      try {
+        call();
+        ++bad;
+      } catch (const Error&) {
+      }
+    };
+    {
+      const Guard guard;
+      refused([] { const Guard second; });
+      refused([] { (void)Guard::registerDevice(0, {}); });
+      const std::byte many[65] = {};
+      refused([&] { (void)Guard::registerDevice(0, many); });
+      refused([&] { (void)Guard::registerDevice(-1, zero); });  // No such file.
+      // The guard lives on, and a place that was given back is free again.
+      for (int i = 0; i < 30; ++i) {
+        const int id = Guard::registerDevice(0, zero);
+        bad += id != 0;
+        Guard::unregister(id);
+      }
+      for (size_t i = 0; i < Guard::kMaxDevices; ++i) bad += Guard::registerDevice(0, zero) != int(i);
+      refused([&] { (void)Guard::registerDevice(0, zero); });
+    }
+    std::thread other([] { usleep(100'000); });
+    refused([] { const Guard late; });
+    other.join();
+    _exit(bad);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace argil::haptics
