@@ -59,7 +59,7 @@ Vec3d onTriangle(const Vec3d& p, const PartTriangle& t) {
 }
 
 struct Entry {
-  float distance = 0;
+  float distance2 = 0;
   int32_t child = 0;
 };
 
@@ -127,23 +127,25 @@ PartMesh::Hit PartMesh::nearest(const Vec3d& p, double reachMm, uint32_t hint) c
   if (hint < triangles_.size()) look(hint);
 
   const double rounding = kRounding * (at.cwiseAbs().maxCoeff() + diagonal_);
+  // What is farther, squared, holds nothing better.
   const auto bound = [&] {
     const double impatience = std::min(kImpatience * double(hit.looked / kPatience), kMostImpatience) * resolution_;
-    return static_cast<float>(best * (1 + kRounding) + rounding - impatience);
+    const auto most = static_cast<float>(std::max(0.0, best * (1 + kRounding) + rounding - impatience));
+    return most * most;
   };
   const Four px = Four::Constant(static_cast<float>(at.x())), py = Four::Constant(static_cast<float>(at.y())),
              pz = Four::Constant(static_cast<float>(at.z()));
   std::array<Entry, 3 * kMaxPartDepth + 4> stack;
   size_t height = 0;
   stack[height++] = {0, 0};
-  float most = bound();
+  float most2 = bound();
   while (height > 0) {
     const Entry entry = stack[--height];
-    if (entry.distance > most) continue;
+    if (entry.distance2 > most2) continue;
     if (entry.child < 0) {
       const auto run = static_cast<uint32_t>(~entry.child);
       for (uint32_t t = run / 4, end = t + run % 4 + 1; t < end; ++t) look(t);
-      most = bound();
+      most2 = bound();
       continue;
     }
     ++hit.nodes;
@@ -154,14 +156,14 @@ PartMesh::Hit PartMesh::nearest(const Vec3d& p, double reachMm, uint32_t hint) c
     const Four wx = vx - along * node.axis[0], wy = vy - along * node.axis[1], wz = vz - along * node.axis[2];
     const Four over = (along.abs() - node.half).max(0.0f);
     const Four beyond = ((wx * wx + wy * wy + wz * wz).sqrt() - node.radius).max(0.0f);
-    const Four distance = (over * over + beyond * beyond).sqrt();
+    const Four distance2 = over * over + beyond * beyond;
     // Nearest on top.
     const size_t base = height;
     for (int i = 0; i < 4; ++i) {
-      if (!(distance[i] <= most) || node.radius[i] < 0) continue;
+      if (!(distance2[i] <= most2) || node.radius[i] < 0) continue;
       size_t k = height++;
-      for (; k > base && stack[k - 1].distance < distance[i]; --k) stack[k] = stack[k - 1];
-      stack[k] = {distance[i], node.child[size_t(i)]};
+      for (; k > base && stack[k - 1].distance2 < distance2[i]; --k) stack[k] = stack[k - 1];
+      stack[k] = {distance2[i], node.child[size_t(i)]};
     }
   }
   hit.distance = best;

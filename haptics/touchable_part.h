@@ -1,6 +1,7 @@
 #pragma once
 // A mesh part of a scene as something to touch.
 
+#include <array>
 #include <cstdint>
 
 #include "haptics/part_mesh.h"
@@ -27,7 +28,14 @@ class TouchablePart final : public Touchable {
   uint64_t number_ = 0;  // Addresses of meshes are reused.
   Pose pose_;
   double resolution_ = 1;
-  uint32_t last_ = PartMesh::kNone;  // The triangle of the last answer: a better hint than any point.
+  // The triangles of the last answers. The very last is a better hint than any point, and contacts ask for the normal of what was
+  // found some searches ago.
+  struct Answer {
+    Vec3d point = Vec3d::Zero();
+    uint32_t triangle = PartMesh::kNone;
+  };
+  std::array<Answer, 16> answers_;
+  size_t last_ = 0;
 };
 
 }  // namespace argil::haptics

@@ -8,6 +8,8 @@
 #include <limits>
 #include <random>
 
+#include "haptics/ball_contact.h"
+#include "haptics/sample_ring.h"
 #include "haptics/touch_bench.h"
 #include "haptics/touchable_part.h"
 #include "realtime_trap.h"
@@ -189,7 +191,8 @@ TEST(TouchablePart, breaksNoRuleOfRealTime) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer touches pages of its own and delivers signals late: nothing can be trapped under it";
 #endif
-  const Scene scene = partScene(40, 6, 3);
+  Scene scene = partScene(40, 6, 3);
+  scene.materials[0].staticFriction = scene.materials[0].dynamicFriction = 0.3;
   TouchablePart part;
   RealtimeTrap trap;
   double sum = 0;
@@ -203,11 +206,25 @@ TEST(TouchablePart, breaksNoRuleOfRealTime) {
       if (n.found) sum += part.normal(n.point).x();
     }
   };
+  // The contact that uses it, friction and all, pressed in by 1 mm half of the time.
+  BallContact contact;
+  int touching = 0;
+  const auto press = [&] {
+    for (int i = 0; i < 20000; ++i) {
+      BallContact::Input input;
+      const double a = 0.001 * i;
+      input.hand = (43 + std::sin(0.01 * i)) * Vec3d(std::cos(a), std::sin(a) * 0.8, std::sin(a) * 0.6);
+      touching += (contact.tick(scene, input).flags & kTouching) != 0;
+    }
+  };
   glide();
+  press();
   trap.enter();
   glide();
+  press();
   trap.leave();
   EXPECT_GT(sum, 0);
+  EXPECT_GT(touching, 10000);
   if (RealtimeTrap::seesAllocationsAndLocks()) {
     EXPECT_EQ(trap.allocations, 0u);
     EXPECT_EQ(trap.locks, 0u);
@@ -242,8 +259,15 @@ TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
   EXPECT_NEAR(touchable.nearest({100, 0, 4}, 3, nullptr).distance, 1, 1e-5);
   EXPECT_FALSE(touchable.nearest({100, 0, 0}, 3, nullptr).found);
 
+  // Older answers are found again.
+  const Nearest other = touchable.nearest(Vec3d(100, 0, 1) + 7 * Vec3d(1, -1, 0).normalized(), 3, nullptr);
+  for (int i = 0; i < 30; ++i) (void)touchable.nearest(Vec3d(100, 0, 0.1 * i) - 7 * faceNormal, 3, nullptr);
+  EXPECT_LT(angleDeg(touchable.normal(other.point), Vec3d(1, -1, 0)), 0.005);
+  EXPECT_LT(angleDeg(touchable.normal(face.point), faceNormal), 0.005);
+
   part.pose.translation.x() = 101;
   EXPECT_TRUE(touchable.reset(part, 3));
+  EXPECT_NEAR(touchable.nearest(Vec3d(101, 0, 1) + 7 * faceNormal, 3, nullptr).distance, 2, 1e-5);
   part.mesh = std::make_shared<const PartMesh>(cube(5));
   EXPECT_TRUE(touchable.reset(part, 3)) << "another mesh of the same shape";
 }
