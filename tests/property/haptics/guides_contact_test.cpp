@@ -120,6 +120,91 @@ TEST(GuidesInContact, eightOfThemNeverJump) {
   EXPECT_GT(touching, 10'000);
 }
 
+TEST(GuidesInContact, locksComeBeforeKeepOutsAndTheseBeforeClay) {
+  const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 6, kVoxel);
+  const auto contact = std::make_unique<BallContact>();
+  BallContact::Input in;
+  in.topStiffnessNmm = 1;
+  in.peakForceN = kPeakN;
+  BallContact::Output out;
+  // A ball held in by a box that dips into the clay: the box holds it where the clay alone would leave more room.
+  Scene scene = bareScene(version);
+  Pose pose;
+  pose.translation = {0, 0, 6};
+  scene.guides = {{1, KeepOutBox{pose, {4, 4, 4}, true}, 0}};
+  in.hand = {0, 0, 6};
+  for (int tick = 0; tick < 200; ++tick) out = contact->tick(scene, in);
+  in.hand = {7, 6, -4};
+  for (int tick = 0; tick < 2000; ++tick) out = contact->tick(scene, in);
+  EXPECT_NEAR((out.proxy - Vec3d(1, 1, 5)).norm(), 0, 0.05) << out.proxy.transpose();
+  EXPECT_EQ(out.planes, 3);
+  EXPECT_FALSE(out.flags & kGuideConflict);
+  // A lock in the midst of the clay: it holds, and says that the clay could not.
+  scene.guides.push_back({2, LockToPlane{{0, 0, 1}, {0, 0, 1}}, 0});
+  uint32_t flags = 0;
+  for (int tick = 0; tick < 2000; ++tick) {
+    out = contact->tick(scene, in);
+    flags |= out.flags;
+  }
+  EXPECT_NEAR(out.proxy.z(), 1, 1e-9);
+  EXPECT_TRUE(flags & kGuideConflict);
+}
+
+TEST(GuidesInContact, aToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
+  const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 6, kVoxel);
+  Scene scene = bareScene(version);
+  scene.tool.operation = clay::Operation::carve;
+  scene.guides = {{1, LockToPlane{kLockPoint, kLockNormal}, 0}};
+  double off = 0, deepest = 0, deepestKept = 0;
+  for (const bool kept : {false, true}) {
+    if (kept) scene.guides.push_back({2, KeepOutPiece{0}, 0});
+    scene.check();
+    const auto contact = std::make_unique<BallContact>();
+    for (int tick = 0; tick < 4000; ++tick) {
+      BallContact::Input in = inputAt(0);
+      in.hand = Vec3d(-8 + 0.004 * tick, 0.5, 6 - std::min(0.003 * tick, 4.5));
+      in.operate = true;
+      in.sampleIndex = static_cast<uint64_t>(tick);
+      const BallContact::Output out = contact->tick(scene, in);
+      if (tick < 500) continue;
+      off = std::max(off, std::abs((out.proxy - kLockPoint).dot(kLockNormal)));
+      (kept ? deepestKept : deepest) = std::max(kept ? deepestKept : deepest, kRadius - out.proxy.z());
+    }
+  }
+  std::printf("off the lock by at most %.1e mm while cutting; %.3f mm deep, %.3f in a piece that is kept\n", off, deepest, deepestKept);
+  EXPECT_LE(off, 1e-3);
+  EXPECT_GT(deepest, 0.3);
+  EXPECT_LE(deepestKept, 0.05 * kVoxel);
+}
+
+TEST(GuidesInContact, aWellAtAPieceDrawsTheBallOntoIt) {
+  const clay::Version version = makeClay(sphereField({0, 0, 0}, 20), 6, kVoxel);  // r 10 mm
+  Scene scene = bareScene(version);
+  scene.guides = {{1, WellAtPiece{0, {6, 1}}, 0}};
+  scene.check();
+  const auto contact = std::make_unique<BallContact>();
+  BallContact::Input in;
+  in.topStiffnessNmm = 1;
+  in.peakForceN = kPeakN;
+  const Vec3d out = Vec3d(1, 2, 3).normalized();
+  Vec3d before = Vec3d::Zero();
+  double most = 0, jump = 0;
+  for (double gap = 8; gap > 0; gap -= 0.005) {
+    in.hand = out * (10 + kRadius + gap);
+    const Vec3d force = contact->tick(scene, in).force;
+    EXPECT_LE(force.cross(out).norm(), 0.02) << "gap " << gap;
+    if (gap > 4.3) {
+      EXPECT_EQ(force, Vec3d::Zero()) << "gap " << gap;
+    }
+    most = std::max(most, -force.dot(out));
+    jump = std::max(jump, (force - before).norm() / kPeakN);
+    before = force;
+  }
+  EXPECT_GT(most, 0.8);
+  EXPECT_LE(jump, 0.02);
+  EXPECT_LE(before.norm(), 0.01) << "at the surface contact alone is felt";
+}
+
 // Figures to read, not limits: the machine is shared. The same hand in the locked plane and away from keep-outs, so that clay is touched alike.
 TEST(GuidesInContact, eightOfThemCostLittle) {
   const clay::Version version = slopes();
