@@ -95,10 +95,11 @@ void Guides::addForce(const Guide& guide, State& state, const Scene& scene, Touc
   state.caught = pull.within && (state.caught || pull.caught);
   if (!state.caught) state.weight = 0;
   Vec3d force = state.weight * pull.force;
-  const double way = begun_ ? (input.hand - at_).norm() : 0.0;
-  if (std::isfinite(pull.stiffnessNmm) &&
-      (force - state.force).norm() > kLeap * input.peakForceN + 2 * pull.stiffnessNmm * way)
-    carry_ += state.force - force;
+  if (std::isfinite(pull.stiffnessNmm)) {
+    const double explained = pull.stiffnessNmm * (begun_ ? (input.hand - at_).norm() : 0.0);
+    explained_ = std::max(explained_, explained);
+    if ((force - state.force).norm() > kLeap * input.peakForceN + 2 * explained) carry_ += state.force - force;
+  }
   if (state.caught && state.weight < 1) {
     ++risingNow_;
     const double most = rate / (std::max(pull.mostN, 1e-9) * rising_);
@@ -124,6 +125,7 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   const double scale = scene.workspace.scale;
   const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale, input.dampingNsmm / scale};
   rising_ = std::max(1, std::exchange(risingNow_, 0));
+  explained_ = 0;
   size_t clays = 0;
   for (size_t i = 0; i < stateCount_; ++i) {
     const Guide& guide = scene.guides[i];
@@ -150,7 +152,8 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   if (input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
   locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
 
-  const double letGo = kGuideForcePerS * input.peakForceN * input.periodS, carried = carry_.norm();
+  // With the hand's way it fades faster, as fast as guides change along it: what it can give out is bounded however fast that is.
+  const double letGo = kGuideForcePerS * input.peakForceN * input.periodS + explained_, carried = carry_.norm();
   if (carried > letGo) carry_ *= (carried - letGo) / carried;
   else carry_.setZero();
   force_ += carry_;

@@ -19,7 +19,7 @@ class Guides {
   /// Forgets everything: the next scene's guides begin anew.
   void reset() noexcept;
 
-  /// Once a tick and before the rest: which guides work, and what they do. `proxy`: where the last tick left it (the hand, in the first). `touchNormal`:
+  /// Once a tick and before the rest: which guides work, and what they do. `input`: with the device's own limits, at the hand. `proxy`: where the last tick left it (the hand, in the first). `touchNormal`:
   /// unit normal of the surface that the ball touches, zero when it touches none; a lock to the normal begins there.
   /// Cost: some 0.03 µs a lock or force; a well at a curve about 0.2 µs, one at a piece a search of its surface.
   void begin(const Scene& scene, const Contact::Input& input, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME;
@@ -80,7 +80,8 @@ class Guides {
   bool keepOutsChanged_ = false;
   Vec3d force_ = Vec3d::Zero();
   Vec3d carry_ = Vec3d::Zero();   // What guides gave that are gone or leapt: let go little by little.
-  Vec3d at_ = Vec3d::Zero();
+  Vec3d at_ = Vec3d::Zero();      // Of the hand in the last tick.
+  double explained_ = 0;          // Change of force that the hand's way explains, of any one soft guide, N.
   bool begun_ = false;
   int rising_ = 1, risingNow_ = 0;  // Soft guides that were on their way to full strength in the last tick, in this one.
 };

@@ -87,6 +87,8 @@ Vec3d LockSet::goal(const Vec3d& hand) const ARGIL_REALTIME {
   if (!curve_) return wanted;
   // Inside of a bend, farther from it than its radius, the nearest place leaps: the bead runs there.
   const Polyline::Place there = curve_->slide(wanted - aside_, bead_);
+  // On the same piece the way is hardly longer than straight: no need to measure it.
+  if (there.piece == bead_.piece && 1.2 * (there.point - bead_.point).norm() <= runMm_) return there.point + aside_;
   const double from = curve_->arcLengthMm(bead_), length = curve_->lengthMm();
   double way = curve_->arcLengthMm(there) - from;
   if (curve_->closed()) way = std::remainder(way, length);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFarthestMm = 1e6;
 constexpr double kSameMm = 1e-9;      // Points closer than this are one.
-constexpr double kTurnCosine = 0.9;   // A piece turns by less than 26° from control leg to control leg: then Newton finds its nearest place.
+constexpr double kTurnCosine = 0.9;   // A piece turns by less than 26° between control legs: downhill from anywhere on it leads to its nearest place.
 constexpr int kMostHalvings = 8;      // Of a segment that turns more.
 constexpr size_t kGroup = 4;          // Pieces in a box.
 constexpr int kNewton = 24;
@@ -92,7 +92,10 @@ void Polyline::addPieces(const std::array<Vec3d, 4>& b, int depth) {
     addPieces({middle, bcd, cd, b[3]}, depth + 1);
     return;
   }
-  pieces_.push_back({{b[0], 3 * leg[0], 3 * (leg[1] - leg[0]), b[3] - b[0] - 3 * leg[1]}});
+  // The hull of the control points bounds the bulge; the outer two lie on the chord.
+  const Vec3d chord = b[3] - b[0];
+  const auto off = [&](const Vec3d& p) { return (p - b[0] - chord * std::clamp(chord.dot(p - b[0]) / chord.squaredNorm(), 0.0, 1.0)).norm(); };
+  pieces_.push_back({{b[0], 3 * leg[0], 3 * (leg[1] - leg[0]), b[3] - b[0] - 3 * leg[1]}, std::max(off(b[1]), off(b[2]))});
 }
 
 void Polyline::buildBoxes() {
@@ -199,9 +202,12 @@ Polyline::Place Polyline::nearest(const Vec3d& p, const Place* hint) const ARGIL
       const size_t first = (node - leaves_) * kGroup, end = std::min(first + kGroup, pieces_.size());
       for (size_t i = first; i < end; ++i) {
         const Piece& piece = pieces_[i];
-        // From the foot on the chord; the ends belong to the neighbours as well, so one start is enough.
-        const Vec3d chord = piece.point(1) - piece.c[0];
-        const double t = descend(piece, p, std::clamp(chord.dot(p - piece.c[0]) / chord.squaredNorm(), 0.0, 1.0));
+        if (i == bestPiece && hint) continue;
+        const Vec3d chord = piece.c[1] + piece.c[2] + piece.c[3], from = p - piece.c[0];
+        const double foot = std::clamp(chord.dot(from) / chord.squaredNorm(), 0.0, 1.0);
+        const double least = (from - foot * chord).norm() - piece.bulge;
+        if (least > 0 && least * least >= best2) continue;
+        const double t = descend(piece, p, foot);
         const double d2 = (piece.point(t) - p).squaredNorm();
         if (d2 < best2) {
           best2 = d2;

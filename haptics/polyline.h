@@ -52,6 +52,7 @@ class Polyline {
  private:
   struct Piece {
     std::array<Vec3d, 4> c;  // c0 + t c1 + t² c2 + t³ c3
+    double bulge = 0;        // No place of it is farther from its chord, mm.
     [[nodiscard]] Vec3d point(double t) const noexcept { return c[0] + t * (c[1] + t * (c[2] + t * c[3])); }
     [[nodiscard]] Vec3d first(double t) const noexcept { return c[1] + t * (2 * c[2] + 3 * t * c[3]); }
     [[nodiscard]] Vec3d second(double t) const noexcept { return 2 * c[2] + 6 * t * c[3]; }

@@ -80,6 +80,26 @@ TEST(Subspace, intersectionsAreWhatGeometrySays) {
   EXPECT_NEAR((line.origin - Vec3d(3, 3, 0)).norm(), 0, 1e-12);
 }
 
+TEST(Subspace, holdsAllThatWasMet) {
+  constexpr uint32_t kSeed = 8;
+  std::mt19937 random(kSeed);
+  std::normal_distribution<double> normal(0, 1);
+  const auto vector = [&] { return Vec3d(normal(random), normal(random), normal(random)); };
+  for (int round = 0; round < 3000; ++round) {
+    const Vec3d common = 10 * vector();
+    Subspace all;
+    std::vector<Subspace> met;
+    for (int i = 0; i < 3; ++i) {
+      met.push_back((round >> i) % 2 ? Subspace::plane(common, vector()) : Subspace::line(common, vector()));
+      ASSERT_TRUE(all.intersect(met.back())) << "seed " << kSeed << " round " << round;
+      const Vec3d there = all.nearest(10 * vector());
+      for (const Subspace& set : met) ASSERT_NEAR((set.nearest(there) - there).norm(), 0, 1e-7) << "seed " << kSeed << " round " << round;
+      ASSERT_NEAR((all.nearest(common) - common).norm(), 0, 1e-7);
+    }
+    ASSERT_EQ(all.dimension, 0);
+  }
+}
+
 TEST(Guides, everyLockHoldsExactlyOnceItIsThere) {
   const Vec3d hand(3, 4, 5);
   const auto held = [&](auto shape, auto&& off) {
@@ -202,6 +222,24 @@ TEST(Guides, aLockComesAtABoundedSpeed) {
   } while (felt.guides.settling() && ticks < 5000);
   EXPECT_EQ(felt.proxy, Vec3d(10, 0, 0));
   EXPECT_GE(ticks, 10 / 0.0198 - 2);
+}
+
+TEST(Guides, aBeadRunsThroughABendAtABoundedSpeed) {
+  std::vector<Vec3d> ring;
+  for (int i = 0; i < 60; ++i) ring.push_back(5 * Vec3d(std::cos(i * std::numbers::pi / 30), std::sin(i * std::numbers::pi / 30), 0));
+  Felt felt;
+  felt.add(1, LockToCurve{std::make_shared<Polyline>(ring, true)});
+  felt.settle({4, 0.02, 0});
+  Vec3d before = felt.proxy;
+  double most = 0;
+  for (int tick = 0; tick <= 4000; ++tick) {  // Past the ring's middle, where the nearest place is now here, now there.
+    (void)felt.tick({4 - 0.002 * tick, 0.02, 0});
+    most = std::max(most, (felt.proxy - before).norm());
+    before = felt.proxy;
+  }
+  EXPECT_LE(most, 0.0198 + 4 * 0.002 + 1e-9);
+  EXPECT_GT(most, 0.02) << "it never had to run";
+  EXPECT_LT(felt.proxy.x(), -4.9);
 }
 
 TEST(Guides, wellsCatchLateAndLetGoEarly) {
