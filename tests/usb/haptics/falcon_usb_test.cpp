@@ -104,6 +104,20 @@ TEST(FalconUsb, loadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
   std::filesystem::remove(path);
 }
 
+TEST(FalconUsb, isAtZeroOnceCut) {
+  FalconEmulator falcon({});
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  const auto device = openAt("");
+  const Vec3d push(0, 0, 4);
+  ASSERT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
+  device->cut();
+  EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() == 0; }, 0.5));
+  EXPECT_FALSE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 0; }, 0.05)) << "whatever write() says";
+  device->rearm();
+  EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
+}
+
 TEST(FalconUsb, copesWithSplitAndLitteredAnswers) {
   FalconEmulator falcon({});
   EmulatedUsb usb;
