@@ -15,4 +15,7 @@ list(REMOVE_ITEM CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake
 find_package(Vulkan REQUIRED COMPONENTS glslc)
 pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
 
+pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET libusb-1.0)
+
 find_package(GTest REQUIRED)
+pkg_check_modules(UMOCKDEV REQUIRED IMPORTED_TARGET umockdev-1.0)

@@ -16,14 +16,15 @@ function(argil_room name)
   target_link_libraries(argil_${name} PUBLIC ${ROOM_LIBRARIES} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
 endfunction()
 
-# argil_tests(KIND ROOM LIBRARIES libs...): tests/KIND/ROOM/*.cpp becomes the program KIND_ROOM and the CTest of that name.
+# argil_tests(KIND ROOM LIBRARIES libs... UNDER wrapper...): tests/KIND/ROOM/*.cpp becomes the program KIND_ROOM and the CTest of
+# that name, started by the wrapper if one is given.
 function(argil_tests kind room)
-  cmake_parse_arguments(TESTS "" "" "LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TESTS "" "" "LIBRARIES;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${kind}/${room}/*.cpp)
   if(NOT sources)
     return()
   endif()
   add_executable(${kind}_${room} ${sources})
   target_link_libraries(${kind}_${room} PRIVATE ${TESTS_LIBRARIES} GTest::gmock GTest::gtest_main)
-  add_test(NAME ${kind}_${room} COMMAND ${kind}_${room})
+  add_test(NAME ${kind}_${room} COMMAND ${TESTS_UNDER} $<TARGET_FILE:${kind}_${room}>)
 endfunction()

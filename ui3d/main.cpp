@@ -81,6 +81,7 @@ int run(int argc, char** argv) {
   auto* devicesVerb = app.add_subcommand("devices", "The devices that are plugged in or simulated, and what they can do");
   devicesVerb->add_option("--sheet", devices.sheet, "All that is known of this one");
   devicesVerb->add_option("--test", devices.test, "Try this one for a few seconds");
+  devicesVerb->add_option("--firmware", devices.firmware, "Firmware file of a Novint Falcon, loaded where it is missing");
 
   try {
     app.parse(argc, argv);

@@ -1,13 +1,17 @@
 #include "haptics/devices/registry.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "clay/error.h"
+#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/recorded.h"
 #include "haptics/devices/sheets.h"
@@ -64,6 +68,20 @@ bool isArm(const SerialNode& n) {
                         (n.vendorId == "16c0" && n.productId == "0483"));
 }
 
+void findFalcons(const std::string& sys, const std::string& dev, std::vector<FoundDevice>& found) {
+  std::vector<fs::path> usb;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(fs::path(sys) / "bus" / "usb" / "devices", none)) usb.push_back(entry.path());
+  std::sort(usb.begin(), usb.end());
+  for (const fs::path& path : usb) {
+    if (firstLine(path / "idVendor") != fmt::format("{:04x}", kFalconVendor) || firstLine(path / "idProduct") != fmt::format("{:04x}", kFalconProduct)) continue;
+    const int bus = std::atoi(firstLine(path / "busnum").c_str()), address = std::atoi(firstLine(path / "devnum").c_str());
+    const std::string node = (fs::path(dev) / "bus" / "usb" / fmt::format("{:03}", bus) / fmt::format("{:03}", address)).string();
+    // The folder's name is the bus and its ports, as FalconOptions::where.
+    found.push_back({"falcon:" + path.filename().string(), "Novint Falcon", node, refusal(node)});
+  }
+}
+
 void findHaply(const std::string& sys, const std::string& dev, std::vector<FoundDevice>& found) {
   const auto nodes = serialNodes(sys, dev);
   const auto grip = std::find_if(nodes.begin(), nodes.end(), isGrip);
@@ -105,6 +123,13 @@ std::unique_ptr<Device> recorded(const std::string& file, const OpenDeviceOption
   return std::make_unique<RecordedDevice>(std::move(path), RecordedDevice::Options{"recorded", options.loop});
 }
 
+std::unique_ptr<Device> falcon(const std::string& where, const OpenDeviceOptions& options) {
+  FalconOptions falcon;
+  falcon.where = where;
+  falcon.firmware = options.falconFirmware;
+  return openFalcon(falcon);
+}
+
 std::unique_ptr<Device> haply(const std::string& rest, const OpenDeviceOptions&) {
   HaplyOptions options;
   std::string lines = rest;
@@ -130,7 +155,7 @@ std::unique_ptr<Device> simulated(const std::string& sheet, const OpenDeviceOpti
 }
 
 const Kind kKinds[] = {
-    // JOIN falcon: {"falcon", true, sheet, openFalcon} here, and findFalcons() in findDevices().
+    {"falcon", true, [](const std::string&, const OpenDeviceOptions&) { return deviceSheet("falcon"); }, falcon},
     {"haply", true, [](const std::string&, const OpenDeviceOptions&) { return haplySheet(); }, haply},
     {"spacemouse", true, [](const std::string&, const OpenDeviceOptions&) { return spaceMouseSheet(); }, spaceMouse},
     {"recorded", false, [](const std::string& file, const OpenDeviceOptions& o) { return recorded(file, o)->sheet(); }, recorded},
@@ -146,15 +171,16 @@ std::pair<const Kind*, std::string> kindOf(const std::string& name) {
   std::string names;
   for (const DeviceSheet& sheet : deviceSheets()) {
     if (sheet.name == name) return {&kKinds[std::size(kKinds) - 1], name};
-    names += ", " + sheet.name;
+    names += ", simulated:" + sheet.name;
   }
-  throw Error("no device is called '" + name + "': choose one of haply, haply:PORT, spacemouse, recorded:FILE, or a simulated one" + names);
+  throw Error("no device is called '" + name + "': choose one of falcon, haply, haply:PORT, spacemouse, recorded:FILE" + names);
 }
 
 }  // namespace
 
 std::vector<FoundDevice> findDevices(const std::string& sys, const std::string& dev) {
   std::vector<FoundDevice> found;
+  findFalcons(sys, dev, found);
   findHaply(sys, dev, found);
   findSpaceMice(sys, dev, found);
   return found;

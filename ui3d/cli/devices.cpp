@@ -26,14 +26,14 @@ constexpr double kClearMm = 10;           // The block of a test lies so far und
 
 void list() {
   const auto found = haptics::findDevices();
-  if (found.empty()) fmt::print("Plugged in: nothing that Argil drives (Haply Inverse3, 3Dconnexion SpaceMouse)\n");
+  if (found.empty()) fmt::print("Plugged in: nothing that Argil drives (Novint Falcon, Haply Inverse3, 3Dconnexion SpaceMouse)\n");
   else fmt::print("Plugged in:\n");
   for (const haptics::FoundDevice& d : found)
     fmt::print("  {:<28} {}{}\n", d.name, d.what, d.problem.empty() ? "" : " — " + d.problem);
   fmt::print("\nRecorded: recorded:FILE, a hand path (CSV)\n\nSimulated:\n");
-  fmt::print("  {:<10} {:>12} {:>14} {:>10} {:>10} {:>9}  {}\n", "name", "peak N", "continuous N", "step mm", "top N/mm", "rate Hz", "like");
+  fmt::print("  {:<20} {:>8} {:>14} {:>10} {:>10} {:>9}  {}\n", "name", "peak N", "continuous N", "step mm", "top N/mm", "rate Hz", "like");
   for (const haptics::DeviceSheet& s : haptics::deviceSheets())
-    fmt::print("  {:<10} {:>12.2f} {:>14.2f} {:>10.3f} {:>10.2f} {:>9.0f}  {}\n", s.name, s.peakForceN, s.continuousForceN, s.resolutionMm,
+    fmt::print("  {:<20} {:>8.2f} {:>14.2f} {:>10.3f} {:>10.2f} {:>9.0f}  {}\n", "simulated:" + s.name, s.peakForceN, s.continuousForceN, s.resolutionMm,
                s.topStiffnessNmm, s.rateHz, s.like);
   fmt::print("\nAll of a sheet: argil devices --sheet NAME; a live test: argil devices --test NAME\n");
 }
@@ -101,16 +101,18 @@ haptics::DeviceState firstState(haptics::Device& device) {
 
 // A block 10 mm under the hand of a real device, forces at a tenth of its peak; or a simulated hand that presses into a block and
 // leaves it. In real time.
-void test(const std::string& name) {
+void test(const std::string& name, const std::string& firmware) {
   const bool hardware = haptics::isHardware(name);
   const haptics::DeviceSheet sheet = haptics::sheetOfDevice(name);
   const bool simulated = !hardware && sheet.dofOut > 0;
   const Vec3d above(0, 0, 5), pressed(5, 0, -6);
   std::unique_ptr<haptics::Device> device;
+  haptics::OpenDeviceOptions options;
+  options.falconFirmware = firmware;
   if (simulated)
     device = std::make_unique<haptics::SimulatedDevice>(sheet, haptics::HandPath::line(above, pressed, 1.5).then(haptics::HandPath::line(pressed, above, 1.5)));
   else
-    device = haptics::openDevice(name);
+    device = haptics::openDevice(name, options);
   const double seconds = 3;
   Vec3d top(0, 0, -5);  // Middle of the block's upper face.
   if (hardware) top = firstState(*device).pose.translation - Vec3d(0, 0, kClearMm);
@@ -155,7 +157,7 @@ void test(const std::string& name) {
 
 void devices(const DevicesOptions& options) {
   if (!options.sheet.empty()) printSheet(options.sheet);
-  if (!options.test.empty()) test(options.test);
+  if (!options.test.empty()) test(options.test, options.firmware);
   if (options.sheet.empty() && options.test.empty()) list();
 }
 

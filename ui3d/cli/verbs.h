@@ -58,6 +58,7 @@ void render(const RenderOptions& options);
 struct DevicesOptions {
   std::string sheet;  ///< Name of a device whose sheet to print.
   std::string test;   ///< Name of a device to try for a few seconds. Neither: list them.
+  std::string firmware;  ///< File of a Falcon's firmware, which is loaded where it is missing.
 };
 void devices(const DevicesOptions& options);
 

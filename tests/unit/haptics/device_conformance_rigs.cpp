@@ -1,10 +1,12 @@
 // The drivers that the conformance suite runs, each against its emulator.
 
+#include "../../support/falcon_emulator.h"
 #include "../../support/haply_emulator.h"
 #include "../../support/spacemouse_emulator.h"
 #include "../../support/template_emulator.h"
 #include "device_conformance.h"
 #include "haptics/devices/driver_template.h"
+#include "haptics/devices/falcon.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/pointer.h"
 #include "haptics/devices/recorded.h"
@@ -122,6 +124,21 @@ class RecordedRig final : public DeviceRig {
   Vec3d place() const override { return {4, 5, 6}; }
 };
 
+class FalconRig final : public DeviceRig {
+ public:
+  static constexpr Traits kTraits = {.force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061};
+  std::unique_ptr<Device> open() override { return openFalcon(FalconOptions(), std::make_unique<FalconLine>(falcon_)); }
+  void hand(const Vec3d& positionMm, uint32_t buttons) override { falcon_.hand(positionMm, buttons & 1 ? 4 : 0); }
+  Vec3d forceN() const override { return falcon_.forceN(); }
+  double peakN() const override { return falcon_.peakN(); }
+  bool misbehave(Misbehaviour what) override { return testing::misbehave(falcon_, what); }
+  void unplug() override { falcon_.unplug(); }
+  void replug() override { falcon_.replug(); }
+
+ private:
+  FalconEmulator falcon_{{}};
+};
+
 template <class Rig, class... Arguments>
 RigMaker maker(const char* name, Arguments... arguments) {
   return {name, Rig::kTraits, [arguments...] { return std::make_unique<Rig>(arguments...); }};
@@ -139,6 +156,7 @@ std::vector<RigMaker> deviceRigs(bool DeviceRig::Traits::*trait) {
       maker<HaplyRig>("haply", false),
       maker<HaplyRig>("haplyWithGrip", true),
       maker<TemplateRig>("driverTemplate"),
+      maker<FalconRig>("falcon"),
   };
   if (trait) std::erase_if(rigs, [trait](const RigMaker& rig) { return !(rig.traits.*trait); });
   return rigs;

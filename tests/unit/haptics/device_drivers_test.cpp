@@ -223,13 +223,35 @@ TEST_F(Sysfs, listsWhatIsPluggedIn) {
   EXPECT_NE(found()[1].problem.find("99-argil.rules"), std::string::npos);
 }
 
+TEST_F(Sysfs, listsFalconsByTheirSockets) {
+  const auto usb = [&](const std::string& place, const std::string& vendor, const std::string& product, int address) {
+    plant("sys/bus/usb/devices/" + place + "/idVendor", vendor + "\n");
+    plant("sys/bus/usb/devices/" + place + "/idProduct", product + "\n");
+    plant("sys/bus/usb/devices/" + place + "/busnum", "1\n");
+    plant("sys/bus/usb/devices/" + place + "/devnum", std::to_string(address) + "\n");
+  };
+  usb("1-1", "0403", "6001", 2);  // Another chip of the same maker.
+  usb("1-2.3", "0403", "cb48", 17);
+  usb("1-4", "0403", "cb48", 5);
+  plant("dev/bus/usb/001/017", "");
+  const auto devices = found();
+  ASSERT_EQ(devices.size(), 2u);
+  EXPECT_EQ(devices[0].name, "falcon:1-2.3");
+  EXPECT_EQ(devices[0].node, dev("bus/usb/001/017"));
+  EXPECT_EQ(devices[0].problem, "");
+  EXPECT_EQ(devices[1].name, "falcon:1-4");
+  EXPECT_NE(devices[1].problem.find("99-argil.rules"), std::string::npos);
+}
+
 TEST(Registry, opensByNameAndNamesWhatThereIs) {
-  for (const char* name : {"touch", "simulated:falcon", "spacemouse", "haply", "haply:/dev/ttyNeverThere"}) {
+  for (const char* name : {"touch", "falcon", "falcon:9-9", "simulated:falcon", "spacemouse", "haply", "haply:/dev/ttyNeverThere"}) {
     const auto device = openDevice(name);
     ASSERT_NE(device, nullptr);
     EXPECT_EQ(device->sheet().name, sheetOfDevice(name).name);
   }
   EXPECT_TRUE(isHardware("haply:/dev/ttyACM3"));
+  EXPECT_TRUE(isHardware("falcon"));
+  EXPECT_FALSE(isHardware("simulated:falcon"));
   EXPECT_FALSE(isHardware("omega3"));
   DeviceState state;
   EXPECT_TRUE(openDevice("omega3")->read(0, state));

@@ -1,0 +1,166 @@
+// What the Falcon's driver does on a USB bus beyond the conformance suite: being found, loaded, shared, taken over by a guard.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "../../support/emulated_usb.h"
+#include "haptics/clock.h"
+#include "haptics/devices/falcon.h"
+
+namespace argil::haptics {
+namespace {
+
+using testing::EmulatedUsb;
+using testing::FalconEmulator;
+using testing::FalconFault;
+using ::testing::HasSubstr;
+
+std::unique_ptr<Device> openAt(const std::string& where, const std::string& firmware = "") {
+  FalconOptions options;
+  options.where = where;
+  options.firmware = firmware;
+  options.realtime = false;
+  return openFalcon(options);
+}
+
+/// Turns of a servo, a millisecond each, until `done`.
+bool until(Device& device, const Vec3d& force, const std::function<bool(bool fresh)>& done, double seconds = 5) {
+  const int64_t end = nowNs() + int64_t(seconds * 1e9);
+  while (nowNs() < end) {
+    DeviceState state;
+    const double now = double(nowNs()) * 1e-9;
+    const bool fresh = device.read(now, state);
+    device.write(now, fresh ? force : Vec3d(0, 0, 0));
+    if (done(fresh)) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+bool ready(Device& device) {
+  return until(device, Vec3d::Zero(), [](bool fresh) { return fresh; });
+}
+
+TEST(FalconUsb, findsNothingWhereNothingIs) {
+  EmulatedUsb usb;
+  EXPECT_TRUE(findFalcons().empty());
+  EXPECT_EQ(zeroFalcons(), 0);
+  const auto device = openAt("");
+  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) { return device->status().find("not plugged in") != std::string::npos; })) << device->status();
+}
+
+TEST(FalconUsb, findsEachByItsSocket) {
+  FalconEmulator one({}), two({});
+  EmulatedUsb usb;
+  usb.plug(one, "1");
+  usb.plug(two, "4");
+  const auto found = findFalcons();
+  ASSERT_EQ(found.size(), 2u);
+  std::vector<std::string> places = {found[0].where, found[1].where};
+  EXPECT_THAT(places, ::testing::UnorderedElementsAre("1-1", "1-4"));
+  EXPECT_TRUE(found[0].usable) << found[0].sentence;
+  one.hand({10, 0, 0}, 0);
+  two.hand({0, 10, 0}, 0);
+  const auto device = openAt("1-4");
+  DeviceState state;
+  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) { return device->read(0, state) && (state.pose.translation - Vec3d(0, 10, 0)).norm() < 0.1; }));
+  EXPECT_THAT(device->status(), HasSubstr("1-4"));
+}
+
+TEST(FalconUsb, twoDriversTakeTwoFalconsAndAThirdIsToldWhy) {
+  FalconEmulator one({}), two({});
+  EmulatedUsb usb;
+  usb.plug(one, "1");
+  usb.plug(two, "2");
+  const auto first = openAt("");
+  ASSERT_TRUE(ready(*first)) << first->status();
+  const auto second = openAt("");
+  ASSERT_TRUE(ready(*second)) << second->status();
+  EXPECT_GT(one.packets(), 0u);
+  EXPECT_GT(two.packets(), 0u);
+  const auto third = openAt("");
+  EXPECT_TRUE(until(*third, Vec3d::Zero(), [&](bool) { return third->status().find("another program uses it") != std::string::npos; })) << third->status();
+}
+
+TEST(FalconUsb, loadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
+  std::vector<uint8_t> firmware(500);
+  for (size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<uint8_t>(7 * i + i / 100);
+  const auto path = std::filesystem::temp_directory_path() / ("argil-falcon-usb-" + std::to_string(::getpid()));
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(firmware.data()), std::streamsize(firmware.size()));
+  FalconEmulator falcon(firmware);
+  falcon.powerCycle();
+  falcon.setHomed(true);
+  falcon.wrongEchoes(1);
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  const auto device = openAt("", path.string());
+  EXPECT_TRUE(ready(*device)) << device->status();
+  std::filesystem::remove(path);
+}
+
+TEST(FalconUsb, isAtZeroOnceCut) {
+  FalconEmulator falcon({});
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  const auto device = openAt("");
+  const Vec3d push(0, 0, 4);
+  ASSERT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
+  device->cut();
+  EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() == 0; }, 0.5));
+  EXPECT_FALSE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 0; }, 0.05)) << "whatever write() says";
+  device->rearm();
+  EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
+}
+
+TEST(FalconUsb, copesWithSplitAndLitteredAnswers) {
+  FalconEmulator falcon({});
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  const auto device = openAt("");
+  for (const FalconFault fault : {FalconFault::split, FalconFault::littered}) {
+    falcon.misbehave(fault);
+    int count = 0;
+    EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool fresh) { return (count += fresh) == 100; })) << device->status();
+  }
+}
+
+TEST(FalconUsb, isAtZeroAfterAStallAndGoesOn) {
+  FalconEmulator falcon({});
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  const auto device = openAt("");
+  const Vec3d push(0, 0, 4);
+  ASSERT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
+  falcon.misbehave(FalconFault::stall);
+  EXPECT_TRUE(until(*device, push, [](bool fresh) { return !fresh; }));
+  falcon.misbehave(FalconFault::none);
+  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool fresh) { return fresh && falcon.forceN().norm() == 0; }, 1)) << device->status();
+}
+
+TEST(FalconUsb, aGuardFindsItAndPutsItToZero) {
+  FalconEmulator falcon({});
+  EmulatedUsb usb;
+  usb.plug(falcon, "2");
+  {
+    UsbTransport held(0x0403, 0xcb48, "");  // A driver that dies: its last word was a force.
+    ASSERT_EQ(held.open(), ByteTransport::Opening::opened) << held.sentence();
+    const std::string packet = "<BBAABBAABBAAAA>";
+    ASSERT_EQ(held.write({reinterpret_cast<const uint8_t*>(packet.data()), packet.size()}, 100'000'000), Transfer::ok);
+    EXPECT_GT(falcon.forceN().norm(), 0);
+    EXPECT_EQ(zeroFalcons(), 0) << "held by a program that lives";
+    EXPECT_GT(falcon.forceN().norm(), 0);
+  }
+  const int64_t begin = nowNs();
+  EXPECT_EQ(zeroFalcons(), 1);
+  std::printf("zeroed in %.1f ms\n", double(nowNs() - begin) * 1e-6);
+  EXPECT_EQ(falcon.forceN().norm(), 0);
+}
+
+}  // namespace
+}  // namespace argil::haptics
