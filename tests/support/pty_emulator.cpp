@@ -10,6 +10,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "haptics/servo.h"
+
 namespace argil::haptics::testing {
 
 using namespace std::chrono_literals;
@@ -94,6 +96,7 @@ void PtyEmulator::send(int master, std::vector<uint8_t> bytes) {
 }
 
 void PtyEmulator::run(int master) {
+  (void)becomeRealtime(90, false);  // A device answers whatever else this machine does.
   std::vector<uint8_t> in;
   while (!stop_.load()) {
     pollfd p{master, POLLIN, 0};

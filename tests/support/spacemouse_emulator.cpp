@@ -6,6 +6,8 @@
 
 #include <chrono>
 
+#include "haptics/servo.h"
+
 namespace argil::haptics::testing {
 
 using namespace std::chrono_literals;
@@ -105,6 +107,7 @@ void SpaceMouseEmulator::send(std::vector<uint8_t> report) {
 }
 
 void SpaceMouseEmulator::run() {
+  (void)becomeRealtime(90, false);  // A device reports whatever else this machine does.
   std::array<int, 6> last{};
   uint32_t lastHeld = 0;
   while (!stop_.load()) {

@@ -21,7 +21,7 @@ namespace argil::cli {
 namespace {
 
 constexpr double kGentle = 0.1;           // Of a device's peak: what a test may push with. Nobody was asked to hold on.
-constexpr double kPatienceSeconds = 3;    // For a device to be ready.
+constexpr double kPatienceSeconds = 2;    // For a device to be ready.
 constexpr double kClearMm = 10;           // The block of a test lies so far under the hand.
 
 void list() {

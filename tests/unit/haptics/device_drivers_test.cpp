@@ -61,7 +61,9 @@ TEST(Haply, handsItsLineToAGuardAndTurnsWithItsGrip) {
     std::this_thread::sleep_for(1ms);
   }
   EXPECT_EQ(state.buttons, 0u);
-  EXPECT_TRUE(device->read(0, state)) << device->status();
+  bool fresh = false;
+  for (int i = 0; i < 2000 && !(fresh = device->read(0, state)); ++i) std::this_thread::sleep_for(1ms);
+  EXPECT_TRUE(fresh) << device->status();
   EXPECT_LT(state.pose.rotation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))), 1e-6);
   arm.unplug();
   for (int i = 0; i < 2000 && closing == 0; ++i) std::this_thread::sleep_for(1ms);

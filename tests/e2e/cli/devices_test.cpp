@@ -1,0 +1,55 @@
+// argil devices, with and without something plugged in.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "../../support/haply_emulator.h"
+#include "command.h"
+#include "haptics/devices/haply.h"
+
+namespace argil::tests {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Devices, listsSheetsOfAllThatCanBeHeld) {
+  const Outcome list = argil({"devices"});
+  EXPECT_EQ(list.code, 0) << list.err;
+  for (const char* name : {"touch", "falcon", "omega3", "Plugged in"}) EXPECT_NE(list.out.find(name), std::string::npos) << list.out;
+  for (const char* name : {"touch", "haply", "spacemouse", "simulated:falcon"}) {
+    const Outcome sheet = argil({"devices", "--sheet", name});
+    EXPECT_EQ(sheet.code, 0) << sheet.err;
+    EXPECT_NE(sheet.out.find("degrees of freedom"), std::string::npos) << sheet.out;
+  }
+}
+
+TEST(Devices, triesAnArmGentlyAndLeavesItAtZero) {
+  haptics::testing::HaplyArmEmulator arm(haptics::HaplyOptions().centreMm);
+  arm.plug();
+  arm.hand({3, 4, 5}, 0);
+  Outcome o;
+  std::thread run([&] { o = argil({"devices", "--test", "haply:" + arm.path()}); });
+  std::this_thread::sleep_for(1500ms);
+  for (int i = 0; i <= 200; ++i) {  // The hand goes 20 mm down: far into the block.
+    arm.hand({3, 4, 5 - 0.1 * i}, 0);
+    std::this_thread::sleep_for(2ms);
+  }
+  run.join();
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_NE(o.out.find("ready (" + arm.path() + ")"), std::string::npos) << o.out;
+  EXPECT_GT(arm.peakN(), 0.05) << "the block was felt\n" << o.out;
+  EXPECT_LE(arm.peakN(), 0.1 * haptics::haplySheet().peakForceN * (1 + 1e-6)) << o.out;
+  EXPECT_EQ(arm.forceN().norm(), 0) << "zero in the end";
+}
+
+TEST(Devices, saysWhyADeviceCannotBeTried) {
+  const Outcome o = argil({"devices", "--test", "haply:/dev/ttyNeverThere"});
+  EXPECT_EQ(o.code, 1);
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  EXPECT_NE(o.err.find("not plugged in (/dev/ttyNeverThere)"), std::string::npos) << o.err;
+}
+
+}  // namespace
+}  // namespace argil::tests
