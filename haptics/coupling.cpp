@@ -8,8 +8,8 @@ namespace argil::haptics {
 namespace {
 
 constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
-constexpr double kStepReserve = 0.9;      // Of what friction could hold.
-constexpr double kDampingFraction = 0.1;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
+constexpr double kStepReserve = 0.75;     // Of what friction could hold at rest: along the clay it holds less across it.
+constexpr double kDampingFraction = 0.2;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
 
 }  // namespace
 

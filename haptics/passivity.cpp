@@ -8,6 +8,7 @@
 namespace argil::haptics {
 namespace {
 
+constexpr double kStepS = 0.008;          // A tool that hovers at the edge of an encoder step seems to move by a step in this time.
 constexpr double kHoldS = 0.02;           // Damping that was needed goes slowly: one that comes and goes with each encoder step chatters.
 constexpr double kMostNeeded = 2.0;       // Times what a held force leaks: slow motion takes up little and must not ask for all there is.
 constexpr double kForgetS = 0.2;          // Old leaks are let go: a hand that glides cannot pay them back along the normal.
@@ -19,6 +20,7 @@ constexpr double kTrickleS = 4;           // Fills the tank in so long: about a 
 
 Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
     : periodS_(periodS),
+      slow_(sheet.resolutionMm / kStepS),
       lateS_(0.5 * periodS + delayS),
       most_(sheet.topDampingNsmm),
       mostLacking_(kMostLackingTicks * sheet.topDampingNsmm * kReferenceMms * kReferenceMms * periodS),
@@ -62,7 +64,9 @@ double Passivity::speedAlong(const Input& in) ARGIL_REALTIME {
 Vec3d Passivity::damped(const Input& in) const ARGIL_REALTIME {
   const double damping = in.dampingNsmm + added_, push = in.force.norm();
   if (damping == 0 || push < 1e-9) return in.force;
-  return in.force * std::max(0.0, 1 - damping * speedAlong(in) / push);
+  // A speed that the steps of the encoders may have made up is no speed.
+  const double along = speedAlong(in), speed = along - std::clamp(along, -slow_, slow_);
+  return in.force * std::max(0.0, 1 - damping * speed / push);
 }
 
 // Damping for what is lacking, from now on.

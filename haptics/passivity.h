@@ -73,7 +73,7 @@ class Passivity {
   void control(const Input& in, double spring) ARGIL_REALTIME;
 
   static constexpr size_t kHistory = 128;  // 15 ms at 8 kHz.
-  double periodS_, lateS_, most_, mostLacking_, hold_, forget_;
+  double periodS_, slow_, lateS_, most_, mostLacking_, hold_, forget_;
   size_t lateTicks_;
   double lateRest_;
   std::array<Vec3d, kHistory> commands_;

@@ -20,7 +20,7 @@ constexpr double kGlideMms = 20;
 constexpr double kRestMm = 2;         // Above the clay, before and between.
 constexpr double kWindowS = 0.1;
 constexpr double kSide = 16, kDeep = 4;  // Of the clay, mm.
-constexpr double kLeast = 0.5, kMost = 200;
+constexpr double kLeast = 0.5, kMost = 200, kRung = 1.25;  // N/mm; of the ladder.
 
 struct Blocks {
   clay::Version flat, grown;
@@ -68,7 +68,7 @@ HandPoint at(double timeS, double x, double z, double fx, double fz) {
 // How hard to press: what would hold the tool midway between two encoder steps, the worst place (Diolaiti).
 double pressOf(const StabilityCase& c) {
   const double wanted = kPress * c.sheet.peakForceN, step = c.sheet.resolutionMm;
-  if (!c.encoderSteps) return wanted;
+  if (!(step > 0)) return wanted;
   const double stretch = kToolMm - (std::floor((kToolMm - wanted / c.coupling.stiffnessNmm) / step) + 0.5) * step;
   return c.coupling.stiffnessNmm * (stretch > 0 ? stretch : stretch + step);
 }
@@ -210,7 +210,9 @@ const char* name(StabilityTask task) noexcept {
   return "?";
 }
 
-StabilityFigures runStability(const StabilityCase& what) {
+StabilityFigures runStability(const StabilityCase& asked) {
+  StabilityCase what = asked;
+  if (!what.encoderSteps) what.sheet.resolutionMm = 0;
   const Plan plan = planOf(what);
   Loop loop(what, plan.path);
   const auto ticks = static_cast<uint64_t>(plan.endS * what.rateHz);
@@ -245,7 +247,7 @@ double largestQuietStiffness(StabilityCase what) {
     return runStability(what).quiet;
   };
   double good = 0, bad = 0;
-  for (double k = kLeast; k <= kMost; k *= 1.6) {
+  for (double k = kLeast; k <= kMost; k *= kRung) {
     if (!quiet(k)) {
       bad = k;
       break;

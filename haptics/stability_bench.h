@@ -33,7 +33,7 @@ struct StabilityCase {
   Coupling coupling;              ///< Of any size, whatever the sheet's top.
   bool controlled = true;         ///< With passivity control.
   double delayS = 0;              ///< From command to motor.
-  bool encoderSteps = true;
+  bool encoderSteps = true;       ///< False: positions are exact, and the servo knows that.
 };
 
 /// Quiet: the tool swings by no more than kQuietCycleMm across the clay, and the force changes by no more than kQuietJump of the peak
