@@ -40,6 +40,7 @@ struct StylusSample {
   Vec3d cutPoint = Vec3d::Zero();  ///< Centre of the ball that changes the clay; valid with kCutting.
   Vec3d forceN = Vec3d::Zero();    ///< On the hand, as commanded after safety.
   double depthMm = 0;       ///< Engaged depth of a cut, else depth of the device below the proxy.
+  uint32_t planes = 0;      ///< Active ones that hold the proxy.
   float pressure = 0;       ///< 0 to 1.
   uint32_t buttons = 0;     ///< Bit a button.
   uint32_t tool = 0;        ///< Scene::Tool::id at that tick.

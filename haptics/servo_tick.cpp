@@ -99,6 +99,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     sample_.proxy = out.proxy;
     sample_.cutPoint = out.cutPoint;
     sample_.depthMm = out.depthMm;
+    sample_.planes = static_cast<uint32_t>(out.planes);
     sample_.pressure = state.pressure;
     sample_.buttons = state.buttons;
     sample_.tool = scene->tool.id;

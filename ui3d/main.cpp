@@ -70,6 +70,30 @@ int run(int argc, char** argv) {
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
 
+  cli::FeelOptions feel;
+  auto* feelVerb = app.add_subcommand("feel", "What a hand feels along a recorded path: forces tick by tick");
+  feelVerb->add_option("file", feel.input, "Mesh, made clay")->required();
+  feelVerb->add_option("--path", feel.path, "Hand path (CSV: t_s,x_mm,y_mm,z_mm; other layouts with --units)")->required();
+  feelVerb->add_option("-o,--output", feel.output, "Every tick as CSV");
+  feelVerb->add_option("--contact", feel.contact, "proxy, god-object or penalty")->capture_default_str();
+  feelVerb->add_option("--device", feel.device, "Whose limits hold (argil devices lists them)")->capture_default_str();
+  feelVerb->add_option("--radius", feel.radiusMm, "Radius of the ball in mm")->capture_default_str();
+  feelVerb->add_option("--voxel", feel.voxelMm, "Voxel size in mm");
+  feelVerb->add_option("--size", feel.sizeMm, "Centre the mesh at zero and scale it until its longest side is this, mm");
+  feelVerb->add_option("--stiffness", feel.stiffnessNmm, "Of the surface in N/mm; 1 when left out, never above the device's own");
+  feelVerb->add_option("--friction", feel.friction, "Coefficient, sticking and sliding")->capture_default_str();
+  feelVerb->add_option("--texture", feel.texture,
+                       "ridges:WAVELENGTH:AMPLITUDE, bumps:WAVELENGTH:AMPLITUDE, grain:WAVELENGTH:AMPLITUDE or image:FILE:MM_PER_PIXEL:AMPLITUDE, in mm");
+  feelVerb->add_option("--rate", feel.rateHz, "Ticks a second")->capture_default_str();
+  feelVerb->add_flag("--free", feel.freeHand, "A simulated hand and device in closed loop; else the hand is on the path whatever the force");
+  feelVerb->add_option("--units", feel.layout.units, "Of the path: mm, um, cm, m, in, ft; columns are then found by their usual names");
+  feelVerb->add_option("--columns", feel.layout.columns, "Which column is which: t=clock,x=tip_x,...");
+  feelVerb->add_option("--rows", feel.layout.rows, "Only rows whose column holds this: demo=3");
+  feelVerb->add_flag("--fit", feel.fit, "Centre the path on the model and scale it down until it is no larger");
+  feelVerb->add_option("--move", feel.move, "Then move it by X,Y,Z mm");
+  feelVerb->add_option("--onto", feel.onto, "Then lay it onto the surface along this direction X,Y,Z");
+  feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
+
   cli::BenchOptions bench;
   auto* benchVerb = app.add_subcommand("bench", "Measure this machine: edit, surface, touch");
   benchVerb->add_option("names", bench.names, "edit, surface, touch; all when left out");
@@ -94,7 +118,7 @@ int run(int argc, char** argv) {
     return 2;
   }
 
-  sculpt.job = convert.job = inspect.job = render.job = bench.job = &job;
+  sculpt.job = convert.job = inspect.job = render.job = feel.job = bench.job = &job;
   if (*sculptVerb) {
     sculpt.size = parseSize(sculptSize);
     cli::sculpt(sculpt);
@@ -105,6 +129,7 @@ int run(int argc, char** argv) {
     render.size = parseSize(renderSize);
     cli::render(render);
   }
+  if (*feelVerb) cli::feel(feel);
   if (*benchVerb) cli::bench(bench);
   if (*devicesVerb) cli::devices(devices);
   return 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clay/job.h"
+#include "haptics/hand_path.h"
 #include "ui3d/cli/bench.h"
 
 namespace argil::cli {
@@ -54,6 +55,27 @@ struct RenderOptions {
   Job* job = nullptr;
 };
 void render(const RenderOptions& options);
+
+struct FeelOptions {
+  std::filesystem::path input;
+  std::filesystem::path path;                   ///< CSV of a hand path.
+  std::filesystem::path output;                 ///< CSV, a row a tick; empty: the summary alone.
+  haptics::HandPathLayout layout;               ///< Of a file that is not in the project's own layout; else empty.
+  std::string contact = "proxy", device = "touch";
+  double radiusMm = 3;
+  std::optional<double> voxelMm, stiffnessNmm;
+  std::optional<double> sizeMm;                 ///< The mesh is centred at zero and scaled until its longest side is this.
+  double friction = 0;
+  std::string texture;                          ///< As engine::parseTexture reads it.
+  double rateHz = 1000;
+  bool freeHand = false;
+  bool fit = false;
+  std::string move, onto;                       ///< "x,y,z"; empty: not.
+  double pressMm = 1;
+  Job* job = nullptr;
+};
+/// Feels a mesh, made clay, along a recorded hand path; prints a summary, writes every tick.
+void feel(const FeelOptions& options);
 
 struct DevicesOptions {
   std::string sheet;  ///< Name of a device whose sheet to print.
