@@ -214,6 +214,7 @@ ServoReport HandRun::report() {
   report.stopped = s.stopped;
   report.stale = s.stale;
   report.compute = Timing::of(s.compute);
+  report.editToFeel = Timing::of(s.editToFeel);
   if (options_.live) {
     report.lateness = Timing::of(s.lateness);
     report.bareLateness = Timing::of(bare_.lateness());

@@ -1,12 +1,14 @@
 // argil bench touch: what a servo tick costs, back to back and paced while clay is cut.
 
 #include <cmath>
+#include <memory>
 
 #include <fmt/format.h>
 
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/run.h"
+#include "haptics/texture.h"
 #include "haptics/touch_bench.h"
 #include "ui3d/cli/bench.h"
 #include "ui3d/cli/bench_models.h"
@@ -28,20 +30,44 @@ BenchResult fromHistogram(const haptics::Histogram& h, std::string name) {
   return r;
 }
 
+// Friction and a texture, as a carved wooden piece may have: nothing of contact is left out.
+void roughen(haptics::Scene& scene) {
+  haptics::Material& material = scene.materials[0];
+  material.staticFriction = 0.3;
+  material.dynamicFriction = 0.2;
+  scene.textures.push_back(std::make_shared<const haptics::Texture>(haptics::Bumps{0.8, 0.02}));
+  material.texture = 0;
+}
+
+void add(BenchReport& report, std::string name, const haptics::TickFigures& figures, std::string note) {
+  BenchResult r = fromHistogram(figures.compute, std::move(name));
+  r.note = fmt::format("{}{} of {} ticks in contact; simulated device included", note, figures.touching, figures.ticks);
+  report.add(r);
+}
+
 // A ball slides over a sphere at 30 mm/s, pressed in by 1 mm, on a prescribed path: ticks in virtual time, warm.
-void slide(BenchReport& report, double millions, double ballVoxels) {
+void slide(BenchReport& report, double millions, double ballVoxels, bool rough) {
   const double radius = std::sqrt(millions * 1e6 / (24 * M_PI)) * kVoxelMm, ball = ballVoxels * kVoxelMm, seconds = kTicks / 1000.0;
   clay::Grid grid;
   grid.voxelMm = kVoxelMm;
   haptics::Scene scene;
   scene.pieces.push_back({clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius), {}, 0});
   scene.tool.radiusMm = ball;
+  if (rough) roughen(scene);
   const double turns = 30 * seconds / (2 * M_PI * radius);
-  const haptics::HandPath path = haptics::glideOnBall(Vec3d::Zero(), radius, ball, 1, turns, seconds);
-  const haptics::TickFigures figures = haptics::measureTicks(scene, path, kTicks);
-  BenchResult r = fromHistogram(figures.compute, fmt::format("touch/ball{:g}v/{:g}M", ballVoxels, millions));
-  r.note = fmt::format("ball of {:g} voxels; {} of {} ticks in contact; simulated device included", ballVoxels, figures.touching, figures.ticks);
-  report.add(r);
+  const haptics::HandPath path = haptics::glideOnBall(Vec3d::Zero(), radius, ball, std::min(1.0, ball), turns, seconds);
+  add(report, fmt::format("touch/ball{:g}v{}/{:g}M", ballVoxels, rough ? "-rough" : "", millions), haptics::measureTicks(scene, path, kTicks),
+      fmt::format("ball of {:g} voxels{}; ", ballVoxels, rough ? ", friction and texture" : ""));
+}
+
+// The same over a ball of 1.3 million triangles touched as it is.
+void slideOnPart(BenchReport& report, bool rough) {
+  constexpr double kRadius = 40, kBall = 3, kSeconds = kTicks / 1000.0;
+  haptics::Scene scene = haptics::partScene(kRadius, 8, kBall);
+  if (rough) roughen(scene);
+  const haptics::HandPath path = haptics::glideOnBall(scene.parts[0].pose.translation, kRadius, kBall, 1, 30 * kSeconds / (2 * M_PI * kRadius), kSeconds);
+  add(report, fmt::format("touch/ball3{}/1M-tri", rough ? "-rough" : ""), haptics::measureTicks(scene, path, kTicks),
+      fmt::format("mesh part of 1.3 M triangles{}; ", rough ? ", friction and texture" : ""));
 }
 
 // Strokes pressed 2 mm into the top of a block, for about `seconds`.
@@ -71,9 +97,12 @@ engine::Script strokes(double seconds) {
 }  // namespace
 
 void benchTouch(BenchReport& report, const BenchOptions& options) {
-  report.heading("touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm");
-  for (const double millions : benchSizes(options.largest)) slide(report, millions, 12);
-  for (const double ball : {2.0, 4.0, 8.0, 24.0}) slide(report, 0.8, ball);
+  report.heading("touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm (a 3 mm ball is 12 voxels)");
+  for (const double millions : benchSizes(options.largest)) slide(report, millions, 12, true);
+  slide(report, 0.8, 12, false);
+  for (const double ball : {0.5, 1.0, 3.0, 6.0, 24.0}) slide(report, 0.8, ball, true);
+  slideOnPart(report, false);
+  slideOnPart(report, true);
 
   report.heading(fmt::format("touch: paced at 1 kHz for about {:g} s while the clay is cut, smoothed and built up", options.seconds));
   const engine::Script script = strokes(options.seconds);
@@ -85,7 +114,7 @@ void benchTouch(BenchReport& report, const BenchOptions& options) {
   run.job = options.job;
   const engine::RunReport done = engine::runScript(session, surface, script, run);
   const engine::ServoReport& servo = done.servo.value();
-  const auto add = [&](const char* name, const engine::Timing& t, const engine::Timing* peer, std::string note) {
+  const auto row = [&](const char* name, const engine::Timing& t, const engine::Timing* peer, std::string note) {
     BenchResult r;
     r.name = name;
     r.n = t.n;
@@ -100,9 +129,10 @@ void benchTouch(BenchReport& report, const BenchOptions& options) {
     r.note = std::move(note);
     report.add(r);
   };
-  add("touch/paced-compute", servo.compute, nullptr, fmt::format("peak force {:.2f} of {:.2f} N", servo.peakForceN, servo.forceLimitN));
-  add("touch/paced-lateness", servo.lateness.value(), &servo.bareLateness.value(), "");
-  add("touch/paced-edit", done.edit, nullptr,
+  row("touch/paced-compute", servo.compute, nullptr, fmt::format("peak force {:.2f} of {:.2f} N", servo.peakForceN, servo.forceLimitN));
+  row("touch/paced-lateness", servo.lateness.value(), &servo.bareLateness.value(), "");
+  row("touch/edit-to-feel", servo.editToFeel, nullptr, "from a sample that cuts to the tick that feels the clay without it; whole ticks");
+  row("touch/paced-edit", done.edit, nullptr,
       fmt::format("sample to changed triangles; {} ticks, {} cutting, {} overrun, {} missed, {} dropped", servo.ticks, servo.cutting, servo.overrun,
                   servo.missed, servo.dropped));
   if (!servo.grant.empty()) report.heading(servo.grant);
