@@ -79,6 +79,7 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--device", feel.device, "Whose limits hold (argil devices lists them)")->capture_default_str();
   feelVerb->add_option("--radius", feel.radiusMm, "Radius of the ball in mm")->capture_default_str();
   feelVerb->add_option("--voxel", feel.voxelMm, "Voxel size in mm");
+  feelVerb->add_flag("--part", feel.part, "Touch the mesh as it is, without making it clay");
   feelVerb->add_option("--size", feel.sizeMm, "Centre the mesh at zero and scale it until its longest side is this, mm");
   feelVerb->add_option("--stiffness", feel.stiffnessNmm, "Of the surface in N/mm; 1 when left out, never above the device's own");
   feelVerb->add_option("--friction", feel.friction, "Coefficient, sticking and sliding")->capture_default_str();
