@@ -13,18 +13,6 @@ namespace {
 constexpr double kShapeVoxelMm = 0.5;
 constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
 
-// Centres the mesh at zero and scales its longest side to `fitMm`; says so.
-std::string fit(clay::TriangleMesh& mesh, double fitMm) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3d& position : mesh.positions) box.extend(position);
-  const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
-  if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
-  const Vec3d centre = box.center();
-  const double scale = fitMm / longest;
-  for (Vec3d& position : mesh.positions) position = (position - centre) * scale;
-  return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
-}
-
 // Turns y up to z up; what looked along +z then looks along -y, to the front.
 void standUp(clay::TriangleMesh& mesh) {
   for (Vec3d& position : mesh.positions) position = Vec3d(position.x(), -position.z(), position.y());
@@ -43,7 +31,7 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     standUp(read.mesh);
     prepared.notes.push_back("Turned so that its y axis points up.");
   }
-  if (script.fitMm) prepared.notes.push_back(fit(read.mesh, *script.fitMm));
+  if (script.fitMm) prepared.notes.push_back(fitMesh(read.mesh, *script.fitMm));
   clay::Imported imported;
   try {
     clay::ImportOptions options;
@@ -62,6 +50,17 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
 }
 
 }  // namespace
+
+std::string fitMesh(clay::TriangleMesh& mesh, double fitMm) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3d& position : mesh.positions) box.extend(position);
+  const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+  if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
+  const Vec3d centre = box.center();
+  const double scale = fitMm / longest;
+  for (Vec3d& position : mesh.positions) position = (position - centre) * scale;
+  return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
+}
 
 PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
   const std::optional<double> voxelMm = options.voxelMm ? options.voxelMm : script.voxelMm;

@@ -29,4 +29,7 @@ struct PrepareOptions {
 /// when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
 [[nodiscard]] PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options = {});
 
+/// Centres a mesh at zero and scales its longest side to `fitMm`, as prepareClay does; says so in a sentence.
+std::string fitMesh(clay::TriangleMesh& mesh, double fitMm);
+
 }  // namespace argil::engine

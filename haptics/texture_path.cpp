@@ -26,15 +26,16 @@ ActiveSet nearest(const Vec3d& hand, const HalfSpace* planes, int count) ARGIL_R
 
 }  // namespace
 
-// Each textured plane with the place where its texture was touched last: the nearest one of the same texture.
-int TexturePath::match(const TexturedPlane* planes, int count, Walk* walks) const ARGIL_REALTIME {
+// Each textured plane with the place where its texture was touched last: the nearest one of the same texture. What is touched is the
+// place below the ball along the smooth normal: the nearest point itself jumps from facet to facet.
+int TexturePath::match(const Vec3d& proxy, const TexturedPlane* planes, int count, Walk* walks) const ARGIL_REALTIME {
   bool taken[kMaxHalfSpaces] = {};
   int walking = 0;
   for (int i = 0; i < count; ++i) {
     if (!planes[i].texture) continue;
     Walk& walk = walks[walking++];
     walk.plane = i;
-    walk.to = walk.from = planes[i].pose->applyInverse(planes[i].at);
+    walk.to = walk.from = planes[i].pose->applyInverse(proxy - (proxy - planes[i].at).norm() * planes[i].plane.normal);
     walk.normal = planes[i].pose->rotation.conjugate() * planes[i].plane.normal;
     int nearest = -1;
     for (int s = 0; s < slotCount_; ++s) {
@@ -62,7 +63,7 @@ TexturePath::Place TexturePath::advance(const Vec3d& proxy, const Vec3d& hand, c
     hand_ = hand;
   }
   Walk walks[kMaxHalfSpaces];
-  const int walking = match(planes, count, walks);
+  const int walking = match(proxy, planes, count, walks);
   begun_ = walking > 0;
   if (!begun_) return place;
 

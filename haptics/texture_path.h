@@ -49,7 +49,7 @@ class TexturePath {
     int plane;
     Vec3d from, to, normal;
   };
-  int match(const TexturedPlane* planes, int count, Walk* walks) const ARGIL_REALTIME;
+  int match(const Vec3d& proxy, const TexturedPlane* planes, int count, Walk* walks) const ARGIL_REALTIME;
 
   bool begun_ = false;
   std::array<Slot, kMaxHalfSpaces> slots_;

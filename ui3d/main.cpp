@@ -79,6 +79,7 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--device", feel.device, "Whose limits hold (argil devices lists them)")->capture_default_str();
   feelVerb->add_option("--radius", feel.radiusMm, "Radius of the ball in mm")->capture_default_str();
   feelVerb->add_option("--voxel", feel.voxelMm, "Voxel size in mm");
+  feelVerb->add_flag("--part", feel.part, "Touch the mesh as it is, without making it clay");
   feelVerb->add_option("--size", feel.sizeMm, "Centre the mesh at zero and scale it until its longest side is this, mm");
   feelVerb->add_option("--stiffness", feel.stiffnessNmm, "Of the surface in N/mm; 1 when left out, never above the device's own");
   feelVerb->add_option("--friction", feel.friction, "Coefficient, sticking and sliding")->capture_default_str();
@@ -95,9 +96,10 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
 
   cli::BenchOptions bench;
-  auto* benchVerb = app.add_subcommand("bench", "Measure this machine: edit, surface, touch");
-  benchVerb->add_option("names", bench.names, "edit, surface, touch; all when left out");
+  auto* benchVerb = app.add_subcommand("bench", "Measure this machine: edit, surface, touch, buzz");
+  benchVerb->add_option("names", bench.names, "edit, surface, touch, buzz; all when left out");
   benchVerb->add_option("--json", bench.json, "Figures as JSON");
+  benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz)");
   benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
   benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
 

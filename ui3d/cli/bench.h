@@ -62,8 +62,9 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, touch; empty: all.
+  std::vector<std::string> names;   ///< edit, surface, touch, buzz; empty: all.
   std::filesystem::path json;
+  std::filesystem::path figure;     ///< SVG, of the benchmarks that draw one.
   double largest = 48;              ///< Million active voxels of the largest model.
   double seconds = 60;              ///< Of the paced servo.
   Job* job = nullptr;
@@ -72,5 +73,6 @@ struct BenchOptions {
 void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchTouch(BenchReport& report, const BenchOptions& options);
+void benchBuzz(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::cli

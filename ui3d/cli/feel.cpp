@@ -1,5 +1,6 @@
 // argil feel: what a hand feels along a recorded path.
 
+#include <memory>
 #include <optional>
 #include <span>
 
@@ -12,9 +13,11 @@
 #include "engine/texture_text.h"
 #include "haptics/contact.h"
 #include "haptics/devices/sheets.h"
+#include "haptics/part_mesh.h"
 #include "haptics/sample_ring.h"
 #include "io/atomic_file.h"
 #include "io/input.h"
+#include "io/mesh_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 
@@ -40,6 +43,32 @@ haptics::Material material(const FeelOptions& options) {
   return material;
 }
 
+clay::Version makeClay(const FeelOptions& options) {
+  const ProgressLine line("making clay", options.job);
+  engine::PrepareOptions prepare;
+  prepare.input = options.input;
+  prepare.voxelMm = options.voxelMm;
+  prepare.job = options.job;
+  engine::Script script;
+  script.fitMm = options.sizeMm;
+  engine::PreparedClay clay = engine::prepareClay(clay::Store::make(), script, prepare);
+  for (const std::string& note : clay.notes) fmt::print("{}\n", note);
+  return clay.version;
+}
+
+std::shared_ptr<const haptics::PartMesh> makePart(const FeelOptions& options) {
+  const ProgressLine line("reading the part", options.job);
+  io::MeshFile file = io::readMesh(options.input, options.job);
+  if (options.sizeMm) fmt::print("{}\n", engine::fitMesh(file.mesh, *options.sizeMm));
+  try {
+    return std::make_shared<const haptics::PartMesh>(file.mesh, options.job);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", io::displayName(options.input), e.what()), e.kind());
+  }
+}
+
 void print(const engine::FeelSummary& s, const FeelOptions& options, const haptics::DeviceSheet& sheet, double stiffness) {
   const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<18} {}\n", what, value); };
   row("contact", fmt::format("{}, ball of {:g} mm, {:g} N/mm, {} ({:g} N)", options.contact, options.radiusMm, std::min(stiffness, sheet.topStiffnessNmm),
@@ -60,6 +89,7 @@ void feel(const FeelOptions& options) {
   static_cast<void>(haptics::makeContact(options.contact));
   const haptics::DeviceSheet& sheet = haptics::deviceSheet(options.device);
   if (!(options.radiusMm > 0 && options.radiusMm <= 1e4)) throw Error(fmt::format("--radius {:g}: give more than 0 and at most 10 000 mm", options.radiusMm));
+  if (options.part && options.contact != "proxy") throw Error(fmt::format("--part: only the proxy touches a mesh as it is, not {}", options.contact));
   haptics::Scene scene;
   scene.materials[0] = material(options);
   if (!options.texture.empty()) {
@@ -79,20 +109,12 @@ void feel(const FeelOptions& options) {
   std::optional<io::AtomicFile> out;
   if (!options.output.empty()) out.emplace(options.output);
 
-  engine::PrepareOptions prepare;
-  prepare.input = options.input;
-  prepare.voxelMm = options.voxelMm;
-  prepare.job = options.job;
-  engine::Script script;
-  script.fitMm = options.sizeMm;
-  engine::PreparedClay clay = [&] {
-    const ProgressLine line("making clay", options.job);
-    return engine::prepareClay(clay::Store::make(), script, prepare);
-  }();
-  for (const std::string& note : clay.notes) fmt::print("{}\n", note);
-  scene.pieces.push_back({clay.version, {}, 0});
+  clay::Version clay;
+  if (!options.part || placement.fit || placement.onto) clay = makeClay(options);
+  if (options.part) scene.parts.push_back({makePart(options), {}, 0});
+  else scene.pieces.push_back({clay, {}, 0});
   scene.tool.radiusMm = options.radiusMm;
-  path = engine::placePath(path, clay.version, options.radiusMm, placement);
+  path = engine::placePath(path, clay, options.radiusMm, placement);
 
   engine::FeelOptions how;
   how.contact = options.contact;

@@ -69,12 +69,13 @@ struct FeelOptions {
   std::string texture;                          ///< As engine::parseTexture reads it.
   double rateHz = 1000;
   bool freeHand = false;
+  bool part = false;                            ///< The mesh as it is, not made clay.
   bool fit = false;
   std::string move, onto;                       ///< "x,y,z"; empty: not.
   double pressMm = 1;
   Job* job = nullptr;
 };
-/// Feels a mesh, made clay, along a recorded hand path; prints a summary, writes every tick.
+/// Feels a mesh, made clay or as it is, along a recorded hand path; prints a summary, writes every tick.
 void feel(const FeelOptions& options);
 
 struct DevicesOptions {

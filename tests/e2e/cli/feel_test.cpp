@@ -65,6 +65,29 @@ TEST_F(Feel, TheProxySlidesOverABall) {
   }
 }
 
+// Of a texture of ±0.1 mm, one ridge a millimetre, the clay and the mesh itself give the same force.
+TEST_F(Feel, TexturesOnClayAndOnTheMeshAsItIs) {
+  std::vector<double> felt[3];
+  const std::vector<std::string> ways[3] = {{"--texture", "ridges:1:0.1"}, {"--texture", "ridges:1:0.1", "--part"}, {}};
+  for (int way = 0; way < 3; ++way) {
+    std::vector<std::string> more = ways[way];
+    more.insert(more.end(), {"-o", csv()});
+    const Outcome o = feel(more);
+    ASSERT_EQ(o.code, 0) << o.err;
+    const auto all = rows();
+    for (size_t i = 600; i < all.size(); ++i) felt[way].push_back(std::hypot(all[i][4], all[i][5], all[i][6]));
+  }
+  double apart = 0, low = 1e9, high = 0;
+  for (size_t i = 0; i < felt[0].size(); ++i) {
+    apart = std::max(apart, std::abs(felt[0][i] - felt[1][i]));
+    low = std::min(low, felt[2][i] - felt[0][i]);
+    high = std::max(high, felt[2][i] - felt[0][i]);
+  }
+  EXPECT_LT(apart, 0.08);
+  EXPECT_GT(high, 0.12);
+  EXPECT_LT(low, 0.01);
+}
+
 TEST_F(Feel, EveryContactAndAFreeHand) {
   for (const char* contact : {"proxy", "god-object", "penalty"}) {
     const Outcome o = feel({"--contact", contact, "--move", "0,0,-2", "-o", csv()});
@@ -110,6 +133,7 @@ TEST_F(Feel, WhatIsWrongIsOneLineAndNothingIsLeft) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> calls = {
       {{"--contact", "fancy"}, "fancy"},
       {{"--device", "teapot"}, "teapot"},
+      {{"--part", "--contact", "penalty"}, "part"},
       {{"--radius", "0"}, "radius"},
       {{"--stiffness", "-1"}, "stiffness"},
       {{"--friction", "9"}, "friction"},
