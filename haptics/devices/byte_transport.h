@@ -41,6 +41,8 @@ class ByteTransport {
   virtual Transfer write(std::span<const uint8_t> bytes, int64_t timeoutNs) = 0;
   /// Waits for at least one byte; `count` of them are in `into` when ok, none otherwise.
   virtual Transfer read(std::span<uint8_t> into, size_t& count, int64_t timeoutNs) = 0;
+  /// The open file of /dev/bus/usb, for a guard that outlives this program; −1 where there is none.
+  [[nodiscard]] virtual int file() const noexcept { return -1; }
   /// The clear-to-send line, as of the last packet read.
   [[nodiscard]] virtual bool clearToSend() const noexcept = 0;
 };

@@ -7,12 +7,14 @@
 #include <cmath>
 #include <exception>
 #include <optional>
+#include <span>
 
 #include "haptics/clock.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/falcon_kinematics.h"
 #include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/sheets.h"
+#include "haptics/guard.h"
 
 namespace argil::haptics {
 namespace {
@@ -55,12 +57,15 @@ class FalconLink final : public DeviceLink {
   Opened load(int64_t deadlineNs, std::string& sentence);
   Opened home(int64_t deadlineNs, std::string& sentence);
   Opened unplugged(std::string& sentence);
+  /// From now on the guard, if there is one, zeroes the motors when this program dies. What keeps it from doing so, or nothing.
+  [[nodiscard]] std::string beGuarded();
   [[nodiscard]] std::array<int, 3> motors(Vec3d forceN) const noexcept;
 
   std::unique_ptr<ByteTransport> transport_;
   std::vector<uint8_t> firmware_;
   double mostN_;
   bool open_ = false;
+  int guarded_ = Guard::kUnguarded;
   std::optional<FalconLoader> loader_;
   int64_t loadingSinceNs_ = 0;
   FalconDecoder decoder_;
@@ -131,7 +136,7 @@ DeviceLink::Opened FalconLink::home(int64_t deadlineNs, std::string& sentence) {
     FalconReply reply;
     const bool answered = talk(kAskHoming, nowNs() + kAnswerNs, reply) == Exchanged::state;
     if (answered && reply.homed == kFalconAllHomed) {
-      sentence = transport_->sentence();
+      sentence = transport_->sentence() + beGuarded();
       pose_.jacobian.setZero();
       return Opened::ready;
     }
@@ -143,6 +148,15 @@ DeviceLink::Opened FalconLink::home(int64_t deadlineNs, std::string& sentence) {
   } while (nowNs() < deadlineNs);
   sentence = "not homed: pull its grip out as far as it goes, then push it in once";
   return Opened::refused;
+}
+
+std::string FalconLink::beGuarded() try {
+  const FalconPacket zero = encodeFalcon({});
+  if (guarded_ == Guard::kUnguarded && transport_->file() >= 0)
+    guarded_ = Guard::registerDevice(transport_->file(), std::as_bytes(std::span(zero)), Guard::Transport::usbBulk, kUsbOutEndpoint);
+  return "";
+} catch (const std::exception& error) {
+  return std::string("; not guarded against the end of this program: ") + error.what();
 }
 
 DeviceLink::Exchanged FalconLink::ask(int64_t deadlineNs) {
@@ -182,6 +196,8 @@ DeviceLink::Exchanged FalconLink::talk(const FalconCommand& command, int64_t dea
     ++owed_;
     heardNs_ = nowNs();
     resting_ = command.motors == FalconCommand().motors;
+    if (resting_) Guard::rest(guarded_);
+    else Guard::beat(guarded_);
   }
   bool any = false;
   for (;;) {
@@ -229,6 +245,8 @@ DeviceLink::Exchanged FalconLink::exchange(const Vec3d& forceN, int64_t deadline
 void FalconLink::close() noexcept {
   if (!open_) return;
   if (!loader_) (void)transport_->write(encodeFalcon({}), kLastWriteNs);
+  Guard::unregister(guarded_);
+  guarded_ = Guard::kUnguarded;
   loader_.reset();
   transport_->close();
   open_ = false;

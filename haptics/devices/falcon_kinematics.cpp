@@ -15,7 +15,7 @@ constexpr double kHinges = 2 * kG.hinge, kHingesSquare = kHinges * kHinges;
 // A leg's joint on the grip and its arm's axis on the base differ by a constant, so the grip can be shrunk to a point.
 constexpr double kAxisU = kG.baseU - kG.gripU, kAxisV = kG.baseV - kG.gripV;
 // How far the rods lean sideways, for the first guess: (kLean[0] + kLean[1] · sum of the arms' angles) × the difference of the
-// other two arms' angles, mm. Least squares over the ball of 100 mm about the centre, 1.8 mm rms: the guess is then 0.1 mm off.
+// other two arms' angles, mm. Least squares over the ball of 100 mm about the centre, 1.8 mm rms; the guess of the place is then 0.15 mm off.
 constexpr std::array<double, 2> kLean = {36.1, 10.5};
 constexpr double kStepDoneMm = 0.3;  // Newton squares the error: less than 0.003 mm is left after such a step.
 constexpr int kMostSteps = 8;        // One or two within the workspace, more where the linkage is nearly stretched.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <libusb.h>
+#include <poll.h>
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,7 @@
 namespace argil::haptics {
 namespace {
 
-constexpr uint8_t kOut = 0x02, kIn = 0x81, kVendorRequest = 0x40;
+constexpr uint8_t kOut = kUsbOutEndpoint, kIn = 0x81, kVendorRequest = 0x40;
 constexpr int kInterface = 0;
 constexpr size_t kPacket = 64;        // A full-speed bulk packet; a longer read would hold status bytes in its midst.
 constexpr size_t kReads = 2;          // One is handled while the other listens.
@@ -276,6 +277,17 @@ Transfer UsbTransport::read(std::span<uint8_t> into, size_t& count, int64_t time
     last = left <= 0;  // Looks at least once, so that a time of zero takes what is there.
     usb.handleEvents(left);
   }
+}
+
+int UsbTransport::file() const noexcept {
+  if (!usb_->handle) return -1;
+  // Of the files that libusb waits for, a device's is the one that it waits to write to.
+  int file = -1;
+  const libusb_pollfd** files = libusb_get_pollfds(usb_->context);
+  for (size_t i = 0; files && files[i]; ++i)
+    if (files[i]->events & POLLOUT) file = files[i]->fd;
+  libusb_free_pollfds(files);
+  return file;
 }
 
 bool UsbTransport::clearToSend() const noexcept { return usb_->clearToSend; }

@@ -15,6 +15,8 @@ struct UsbPlace {
   std::string sentence;   ///< Why not, otherwise.
 };
 
+inline constexpr uint8_t kUsbOutEndpoint = 0x02;
+
 /// Devices of that kind that are plugged in now. Throws Error when USB itself cannot be used.
 [[nodiscard]] std::vector<UsbPlace> findUsb(uint16_t vendor, uint16_t product);
 
@@ -32,6 +34,7 @@ class UsbTransport final : public ByteTransport {
   Transfer control(FtdiRequest request, uint16_t value) override;
   Transfer write(std::span<const uint8_t> bytes, int64_t timeoutNs) override;
   Transfer read(std::span<uint8_t> into, size_t& count, int64_t timeoutNs) override;
+  [[nodiscard]] int file() const noexcept override;
   [[nodiscard]] bool clearToSend() const noexcept override;
 
  private:

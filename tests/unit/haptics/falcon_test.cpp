@@ -82,11 +82,12 @@ TEST(FalconProtocol, findsAnswersAgainAfterGarbageOfAnyLength) {
     for (uint8_t& b : stream) b = static_cast<uint8_t>(random());
     if (round % 2) stream.assign(good.begin(), good.begin() + long(random() % good.size()));  // An answer torn off.
     for (const uint8_t b : stream) (void)decoder.feed(b, reply);
-    // One answer may be swallowed by what came before, where that ended in the filler; never two.
+    // One answer may be swallowed by what came before, where that reached the filler; never two.
+    const bool torn = round % 2 && stream.size() < 14;
     int whole = 0;
     for (int twice = 0; twice < 2; ++twice)
       for (const uint8_t b : good) whole += decoder.feed(b, reply);
-    ASSERT_GE(whole, 1) << round;
+    ASSERT_GE(whole, torn ? 2 : 1) << round;
     EXPECT_THAT(reply.counts, ElementsAre(1, -2, 3));
   }
 }
@@ -295,13 +296,13 @@ TEST_F(FalconDriver, namesItsButtonsFromTheCentre) {
 }
 
 TEST_F(FalconDriver, keepsTheDirectionOfAForceThatItsMotorsCannotReach) {
-  falcon.hand({0, 0, -20}, 0);
+  falcon.hand({0, 0, 30}, 0);
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
   const Vec3d force = device->sheet().peakForceN * Vec3d(0.8, 0.6, 0);
   EXPECT_TRUE(until([&] { return falcon.forceN().norm() > 4; }, force));
   EXPECT_TRUE(until([&] { return falcon.forceN().normalized().dot(force.normalized()) > 0.9999; }, force)) << falcon.forceN().transpose();
-  EXPECT_LT(falcon.forceN().norm(), force.norm()) << "the limit of the motors is the nearer one here";
+  EXPECT_LT(falcon.forceN().norm(), 0.9 * force.norm()) << "the limit of the motors is the nearer one here";
 }
 
 TEST_F(FalconDriver, findsAnswersAmongLitter) {

@@ -150,6 +150,7 @@ TEST(FalconUsb, aGuardFindsItAndPutsItToZero) {
   {
     UsbTransport held(0x0403, 0xcb48, "");  // A driver that dies: its last word was a force.
     ASSERT_EQ(held.open(), ByteTransport::Opening::opened) << held.sentence();
+    EXPECT_GE(held.file(), 0) << "for a guard";
     const std::string packet = "<BBAABBAABBAAAA>";
     ASSERT_EQ(held.write({reinterpret_cast<const uint8_t*>(packet.data()), packet.size()}, 100'000'000), Transfer::ok);
     EXPECT_GT(falcon.forceN().norm(), 0);
