@@ -13,6 +13,7 @@
 #include "haptics/devices/falcon_kinematics.h"
 #include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/sheets.h"
+#include "haptics/guard.h"
 
 namespace argil::haptics {
 namespace {
@@ -61,6 +62,7 @@ class FalconLink final : public DeviceLink {
   std::vector<uint8_t> firmware_;
   double mostN_;
   bool open_ = false;
+  int guarded_ = Guard::kUnguarded;
   std::optional<FalconLoader> loader_;
   int64_t loadingSinceNs_ = 0;
   FalconDecoder decoder_;
@@ -84,6 +86,7 @@ DeviceLink::Opened FalconLink::open(std::string& sentence) {
       return opening == ByteTransport::Opening::absent ? Opened::absent : Opened::refused;
     }
     open_ = true;
+    guarded_ = Guard::registerCall(zeroFalcons);
   }
   const int64_t end = nowNs() + kOpenNs;
   if (!loader_) {
@@ -231,6 +234,8 @@ void FalconLink::close() noexcept {
   if (!loader_) (void)transport_->write(encodeFalcon({}), kLastWriteNs);
   loader_.reset();
   transport_->close();
+  Guard::unregister(guarded_);
+  guarded_ = Guard::kUnguarded;
   open_ = false;
 }
 

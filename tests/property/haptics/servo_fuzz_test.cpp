@@ -148,7 +148,8 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
   const auto store = clay::Store::make();
   clay::Grid grid;
   grid.voxelMm = 1;
-  const std::vector<clay::Version> versions = {clay::makeBlock(store, grid, {0, 0, -8}, {30, 30, 16}, 1), clay::makeBlock(store, grid, {0, 0, -2}, {30, 30, 16}, 1),
+  const std::vector<clay::Version> versions = {clay::makeBlock(store, grid, {0, 0, -8}, {30, 30, 16}, 1),
+                                               clay::makeBlock(store, grid, {0, 0, -2}, {30, 30, 16}, 1),
                                                clay::Version::empty(store, grid)};
   Published<Scene> scenes;
   MadDevice device(sheet, random);
