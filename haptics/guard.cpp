@@ -29,6 +29,7 @@ namespace {
 constexpr int kPollMs = 1;             // With devices to look after; without, the guard sleeps.
 constexpr int kRepeats = 3;            // Of the zero packet once Argil is gone: one may meet the tail of a broken one.
 constexpr int kRepeatMs = 2;
+constexpr int kCallRepeats = 5;        // Of a call that reached no device: Argil's files may be closed a moment after its socket.
 constexpr int kAnswerMs = 500;         // A guard that does not answer a registration for so long is not there.
 constexpr int kPriority = 85;          // Above the servo, where the system grants it.
 constexpr unsigned kUsbTimeoutMs = 5;
@@ -40,15 +41,16 @@ struct Shared {
 static_assert(std::atomic<int64_t>::is_always_lock_free, "shared between processes");
 
 struct Message {
-  enum class Kind : uint8_t { add, remove } kind = Kind::add;
+  enum class Kind : uint8_t { add, addCall, remove } kind = Kind::add;
   Guard::Transport transport = Guard::Transport::write;
   uint8_t endpoint = 0;
   uint8_t slot = 0;
   uint8_t size = 0;
   std::array<std::byte, Guard::kMaxZeroBytes> zero{};
+  int (*call)() noexcept = nullptr;  // The guard is a fork of the same program: the same address is the same function.
 };
 
-// ---- The guard's process: no allocation, no exception, plain system calls.
+// ---- The guard's process: no allocation, no exception, plain system calls; but for the calls at its end.
 
 struct Guarded {
   int fd = -1;
@@ -88,6 +90,7 @@ bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
   Guarded& device = devices[message.slot];
   if (device.fd >= 0) close(device.fd);
   device = Guarded();
+  if (message.kind == Message::Kind::addCall) device.message = message;
   if (message.kind == Message::Kind::add) {
     const cmsghdr* c = CMSG_FIRSTHDR(&header);
     if (c && c->cmsg_type == SCM_RIGHTS) std::memcpy(&device.fd, CMSG_DATA(c), sizeof(int));
@@ -118,6 +121,10 @@ bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
     for (const Guarded& device : devices)
       if (device.fd >= 0) sendZero(device);
     if (repeat + 1 < kRepeats) (void)poll(nullptr, 0, kRepeatMs);
+  }
+  for (const Guarded& device : devices) {
+    if (!device.message.call) continue;
+    for (int repeat = 0; repeat < kCallRepeats && device.message.call() == 0; ++repeat) (void)poll(nullptr, 0, kRepeatMs);
   }
   _exit(0);
 }
@@ -184,6 +191,21 @@ bool exchange(int socket, const Message& message, int fd) {
   return ready == 1 && recv(socket, &done, 1, 0) == 1;
 }
 
+int add(Message& message, int fd) noexcept {
+  Link& link = theLink();
+  const std::lock_guard lock(link.mutex);
+  if (link.socket < 0) return Guard::kUnguarded;
+  size_t slot = 0;
+  while (slot < link.used.size() && link.used[slot]) ++slot;
+  if (slot == link.used.size()) return Guard::kUnguarded;
+  message.slot = static_cast<uint8_t>(slot);
+  const int id = static_cast<int>(slot);
+  Guard::rest(id);
+  if (!exchange(link.socket, message, fd)) return Guard::kUnguarded;
+  link.used[slot] = true;
+  return id;
+}
+
 size_t threads() {
   size_t count = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) ++count;
@@ -233,26 +255,22 @@ Guard::~Guard() {
   }
 }
 
-int Guard::registerDevice(int fd, std::span<const std::byte> zero, Transport transport, uint8_t endpoint) {
-  Link& link = theLink();
-  const std::lock_guard lock(link.mutex);
-  if (link.socket < 0) return kUnguarded;
-  if (fcntl(fd, F_GETFD) < 0) throw system("the device's file is not open");
-  if (zero.empty() || zero.size() > kMaxZeroBytes) throw Error("guard process: the packet of zero force must have 1 to 64 bytes", Error::Kind::work);
-  size_t slot = 0;
-  while (slot < kMaxDevices && link.used[slot]) ++slot;
-  if (slot == kMaxDevices) throw Error("guard process: it looks after 8 devices at most; close one first", Error::Kind::work);
+int Guard::registerDevice(int fd, std::span<const std::byte> zero, Transport transport, uint8_t endpoint) noexcept {
+  if (fcntl(fd, F_GETFD) < 0 || zero.empty() || zero.size() > kMaxZeroBytes) return kUnguarded;
   Message message;
   message.transport = transport;
   message.endpoint = endpoint;
-  message.slot = static_cast<uint8_t>(slot);
   message.size = static_cast<uint8_t>(zero.size());
   std::memcpy(message.zero.data(), zero.data(), zero.size());
-  const int id = static_cast<int>(slot);
-  rest(id);
-  if (!exchange(link.socket, message, fd)) throw system("it does not take the device; start Argil anew");
-  link.used[slot] = true;
-  return id;
+  return add(message, fd);
+}
+
+int Guard::registerCall(int (*zero)() noexcept) noexcept {
+  if (!zero) return kUnguarded;
+  Message message;
+  message.kind = Message::Kind::addCall;
+  message.call = zero;
+  return add(message, -1);
 }
 
 void Guard::unregister(int id) noexcept {

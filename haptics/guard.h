@@ -20,6 +20,7 @@ namespace argil::haptics {
 /// First line of main():  `const argil::haptics::Guard guard;`
 /// A driver, once its file is open: `id = Guard::registerDevice(fd, zeroPacket)`; after each force written: `Guard::beat(id)`;
 /// when it stops driving: zero force, `Guard::rest(id)`; before it closes the file: `Guard::unregister(id)`.
+/// A device whose bus needs more than bytes to a file gives a function that opens it anew: registerCall().
 /// Without a guard (tools, tests) all of these do nothing. Recipe: NOTES.md, "Guard".
 class Guard {
  public:
@@ -44,9 +45,13 @@ class Guard {
   [[nodiscard]] pid_t process() const noexcept { return child_; }
 
   /// From now on `zero` is sent to a duplicate of `fd` when Argil dies; at most kMaxZeroBytes, one whole packet (it is sent three times).
-  /// The id for the calls below, or kUnguarded without a guard. Throws Error when there are too many devices or bytes, or the
-  /// guard does not answer. Any thread but the servo's: it waits for the guard.
-  static int registerDevice(int fd, std::span<const std::byte> zero, Transport transport = Transport::write, uint8_t endpoint = 0);
+  /// The id for the calls below, or kUnguarded: there is no guard, it does not answer, it has kMaxDevices, or what it was given cannot be
+  /// guarded; watchdogs alone stand between a fault and the hand then. Any thread but the servo's: it waits for the guard.
+  static int registerDevice(int fd, std::span<const std::byte> zero, Transport transport = Transport::write, uint8_t endpoint = 0) noexcept;
+  /// For a device that must be opened anew: `zero` is called in the guard's process, whose memory is that of Argil when the guard was
+  /// made, once Argil is gone and the kernel has closed its files; again a few times while it answers 0, the number of devices zeroed.
+  /// It has no heartbeat: the device is still Argil's while Argil hangs. Same threads and answers.
+  static int registerCall(int (*zero)() noexcept) noexcept;
   /// The duplicate is closed. kUnguarded and unknown ids are passed over. Same threads.
   static void unregister(int id) noexcept;
 

@@ -6,8 +6,6 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kLeastFarthestMm = 1000;  // For sheets of tiny or no workspace: a mouse, a pen.
-
 bool finite(const DeviceState& state) { return state.pose.translation.allFinite() && state.pose.rotation.coeffs().allFinite(); }
 
 }  // namespace
@@ -29,11 +27,10 @@ Safety::Safety(const DeviceSheet& sheet, double periodS)
       // One tick to spare, so that the fade is over within its time whatever the rounding.
       fadeStep_(sheet.peakForceN / std::max(1.0, std::floor(kFadeSeconds / periodS) - 1.0)),
       // Two steps of the encoder on top: its own noise is no speed.
-      fastMm_(sheet.topSpeedMms * periodS * (kSpeedTicks - 1) + 2 * sheet.resolutionMm),
-      farthestMm_(std::max(kLeastFarthestMm, kFarthestReaches * sheet.workspaceMm.norm())) {}
+      fastMm_(sheet.topSpeedMms * periodS * (kSpeedTicks - 1) + 2 * sheet.resolutionMm) {}
 
 bool Safety::plausible(const DeviceState& state) const ARGIL_REALTIME {
-  return finite(state) && state.pose.translation.norm() <= farthestMm_;
+  return finite(state) && state.pose.translation.norm() <= kFarthestMm;
 }
 
 void Safety::restart() ARGIL_REALTIME {

@@ -18,7 +18,7 @@ inline constexpr double kRawOverFactor = 2.0;
 inline constexpr double kSlewPeakSeconds = 0.002;  ///< Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
 inline constexpr double kStartFraction = 0.1;      ///< Forces begin once the command is below this part of the peak.
 inline constexpr int kSpeedTicks = 8;              ///< Device speed is judged over so many ticks: one glitch is not a speed.
-inline constexpr double kFarthestReaches = 10;     ///< A device that says it is farther away, in diagonals of its workspace, says garbage.
+inline constexpr double kFarthestMm = 10'000;      ///< From its origin (a recorded path has its own): a device that says more says garbage.
 inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
 
 /// Why the output is latched at zero.
@@ -37,7 +37,7 @@ class Safety {
   /// `mostN`: a limit below the peak, that of the heat budget.
   Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags,
               double mostN = std::numeric_limits<double>::infinity()) ARGIL_REALTIME;
-  /// Whether the device can be there: finite, and no farther than kFarthestReaches.
+  /// Whether the device can be there: finite, and no farther than kFarthestMm.
   [[nodiscard]] bool plausible(const DeviceState& state) const ARGIL_REALTIME;
   /// Fades to a latched stop for a reason found elsewhere.
   void trip(Fault fault) ARGIL_REALTIME;
@@ -55,7 +55,7 @@ class Safety {
  private:
   bool tooFast(const Vec3d& position) ARGIL_REALTIME;
 
-  double peak_, slewStep_, fadeStep_, fastMm_, farthestMm_;
+  double peak_, slewStep_, fadeStep_, fastMm_;
   Vec3d last_ = Vec3d::Zero();
   std::array<Vec3d, kSpeedTicks> trail_;
   int trailCount_ = 0, trailNext_ = 0;

@@ -39,7 +39,7 @@ double touchableDepthMm(const Workspace& workspace, const DeviceSheet& sheet, st
   for (const Eigen::AlignedBox3d& box : world) {
     if (box.isEmpty()) continue;
     for (int corner = 0; corner < 8; ++corner)
-      nearest = std::max(nearest, workspace.pose.applyInverse(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))).z());
+      nearest = std::max(nearest, workspace.pose.applyInverse(box.corner(Eigen::AlignedBox3d::CornerType(corner))).z());
   }
   if (!std::isfinite(nearest)) return 0;
   const double front = workspace.scale * sheet.workspaceMm.z() * (0.5 - kFrontMargin);

@@ -28,7 +28,8 @@ struct Workspace {
   Handedness frame = Handedness::either;  ///< Of the device's axes: `left` mirrors x; `either` as the sheet says.
   double depthMm = 0;              ///< World mm along the device's z (towards the person): touchableDepthMm() or the person's own choice.
   uint32_t clutchButtons = 0;      ///< While one of these is down the hand moves and the tip stays: to re-centre. 0: no clutch.
-  double glideMms = 100;           ///< After a change of pose or depth the tip glides to its new place at so many mm of hand a second while it touches nothing. 0: never.
+  /// After a change of pose or depth the tip glides to its new place at so many mm of hand a second while it touches nothing. 0: never.
+  double glideMms = 100;
   PanWalls walls;
 
   /// Plans of hand paths. `either` counts as right-handed here.

@@ -89,6 +89,7 @@ DeviceLink::Opened FalconLink::open(std::string& sentence) {
       return opening == ByteTransport::Opening::absent ? Opened::absent : Opened::refused;
     }
     open_ = true;
+    guarded_ = Guard::registerCall(zeroFalcons);
   }
   const int64_t end = nowNs() + kOpenNs;
   if (!loader_) {
@@ -249,6 +250,8 @@ void FalconLink::close() noexcept {
   guarded_ = Guard::kUnguarded;
   loader_.reset();
   transport_->close();
+  Guard::unregister(guarded_);
+  guarded_ = Guard::kUnguarded;
   open_ = false;
 }
 

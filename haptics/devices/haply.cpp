@@ -12,6 +12,7 @@
 #include "haptics/clock.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/serial_port.h"
+#include "haptics/guard.h"
 
 namespace argil::haptics {
 namespace {
@@ -142,6 +143,7 @@ class ArmLink final : public DeviceLink {
   Opened open(std::string& sentence) override {
     const Opened opened = openAndWake(port_, options_.port, sentence);
     if (opened != Opened::ready) return opened;
+    guarded_ = Guard::registerDevice(port_.fd(), haplyZeroPacket());
     if (options_.opened) options_.opened(port_.fd(), haplyZeroPacket());
     return opened;
   }
@@ -149,6 +151,7 @@ class ArmLink final : public DeviceLink {
   Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept override {
     port_.discardInput();  // Of an exchange that was late: every answer after it would be one behind.
     const int written = port_.write(haplyForcePacket(forceN));
+    Guard::beat(guarded_);
     if (written != 1) return written < 0 ? Exchanged::gone : Exchanged::nothing;
     std::array<uint8_t, kStateBytes> answer;
     const int got = port_.readAll(answer, deadlineNs);
@@ -173,11 +176,14 @@ class ArmLink final : public DeviceLink {
     if (!port_.isOpen()) return;
     (void)port_.write(haplyForcePacket(Vec3d::Zero()));
     if (options_.closing) options_.closing();
+    Guard::unregister(guarded_);
+    guarded_ = Guard::kUnguarded;
     port_.close();
   }
 
   HaplyOptions options_;
   SerialPort port_;
+  int guarded_ = Guard::kUnguarded;
   std::unique_ptr<ThreadedDevice> grip_;
   DeviceState held_;  // The newest grip that was heard.
 };

@@ -22,7 +22,7 @@ using Random = std::mt19937_64;
 double unit(Random& random) { return 2 * double(random() >> 11) * 0x1p-53 - 1; }
 double odd(Random& random) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  constexpr double kOdd[] = {std::numeric_limits<double>::quiet_NaN(), kInf, -kInf, 1e300, -1e300, 1e155, 1e9, -1e7, 2000, 5e-324, -0.0, 0};
+  constexpr double kOdd[] = {std::numeric_limits<double>::quiet_NaN(), kInf, -kInf, 1e300, -1e300, 1e155, 1e9, -1e7, 2e4, 2000, 5e-324, -0.0, 0};
   return kOdd[random() % std::size(kOdd)];
 }
 
@@ -56,7 +56,7 @@ class MadDevice final : public Device {
       default: break;
     }
     garbage = !state.pose.translation.allFinite() || !state.pose.rotation.coeffs().allFinite() ||
-              state.pose.translation.norm() > kFarthestReaches * sheet_.workspaceMm.norm();
+              state.pose.translation.norm() > kFarthestMm;
     return answered;
   }
   void write(double, const Vec3d& force) ARGIL_REALTIME override {
@@ -101,6 +101,30 @@ Scene anyScene(Random& random, std::span<const clay::Version> versions) {
   }
   scene.tool.radiusMm = 3 * spread(0.7);
   if (random() % 2) scene.tool.operation = std::array{clay::Operation::carve, clay::Operation::add, clay::Operation::smooth}[random() % 3];
+  for (uint32_t id = 1; id <= 6; ++id) {
+    const Vec3d point = 10 * Vec3d(unit(random), unit(random), unit(random));
+    const Vec3d normal = Vec3d(unit(random), unit(random), 0.5).normalized();
+    const WellShape well{5, 3};
+    Guide guide;
+    guide.id = id;
+    guide.whileButtons = random() % 2 ? 16u << (random() % 3) : 0;
+    switch (random() % 24) {
+      case 0: guide.shape = LockToPoint{point}; break;
+      case 1: guide.shape = LockToLine{point, normal}; break;
+      case 2: guide.shape = LockToPlane{point, normal}; break;
+      case 3: guide.shape = LockToNormal{}; break;
+      case 4: guide.shape = KeepOutBox{Pose{point, Eigen::Quaterniond::Identity()}, Vec3d(3, 4, 5), random() % 2 == 0}; break;
+      case 5: guide.shape = KeepOutBall{point, 8, random() % 2 == 0}; break;
+      case 6: guide.shape = WellAtPoints{{point, -point}, well}; break;
+      case 7: guide.shape = WellAtPlane{point, normal, well}; break;
+      case 8: guide.shape = Gravity{2 * normal}; break;
+      case 9: guide.shape = Viscosity{0.01}; break;
+      case 10: guide.shape = AmbientPlane{point, normal, 0.5, 4}; break;
+      case 11: guide.shape = Buoyancy{point, normal, 2, 5}; break;
+      default: continue;
+    }
+    scene.guides.push_back(guide);
+  }
   Workspace& w = scene.workspace;
   if (random() % 2) {
     w.scale = spread(random() % 4 ? 0.3 : 6);
@@ -124,7 +148,8 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
   const auto store = clay::Store::make();
   clay::Grid grid;
   grid.voxelMm = 1;
-  const std::vector<clay::Version> versions = {clay::makeBlock(store, grid, {0, 0, -8}, {30, 30, 16}, 1), clay::makeBlock(store, grid, {0, 0, -2}, {30, 30, 16}, 1),
+  const std::vector<clay::Version> versions = {clay::makeBlock(store, grid, {0, 0, -8}, {30, 30, 16}, 1),
+                                               clay::makeBlock(store, grid, {0, 0, -2}, {30, 30, 16}, 1),
                                                clay::Version::empty(store, grid)};
   Published<Scene> scenes;
   MadDevice device(sheet, random);

@@ -100,7 +100,8 @@ TEST(ServoStates, aGapOfOneTickComesBackGently) {
 
 TEST(ServoStates, everySentenceIsItsOwn) {
   std::vector<std::string> seen;
-  for (ServoState s : {ServoState::running, ServoState::warm, ServoState::waiting, ServoState::noScene, ServoState::silent, ServoState::hung, ServoState::stopped})
+  for (ServoState s : {ServoState::running, ServoState::warm, ServoState::waiting, ServoState::noScene, ServoState::silent,
+                       ServoState::hung, ServoState::stopped})
     seen.emplace_back(sentence(s));
   for (Fault f : {Fault::none, Fault::notFinite, Fault::commandTooLarge, Fault::tooFast, Fault::implausible}) seen.emplace_back(sentence(f));
   for (size_t i = 0; i < seen.size(); ++i)

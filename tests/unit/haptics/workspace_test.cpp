@@ -193,7 +193,8 @@ TEST(Workspace, depthBringsTheNearestWithinReachAndGlidesThere) {
   workspace.scale = 2;
   const Vec3d person = workspace.pose.rotation * Vec3d::UnitZ();
   // Two small boxes, one much nearer to the person.
-  const std::vector<Eigen::AlignedBox3d> boxes = {{Vec3d(-1, -1, -1), Vec3d(1, 1, 1)}, {Vec3d(300 * person - Vec3d::Ones()), Vec3d(300 * person + Vec3d::Ones())}};
+  const std::vector<Eigen::AlignedBox3d> boxes = {{Vec3d(-1, -1, -1), Vec3d(1, 1, 1)},
+                                                  {Vec3d(300 * person - Vec3d::Ones()), Vec3d(300 * person + Vec3d::Ones())}};
   WorkspaceMap map;
   const Vec3d first = map.toWorld(workspace, sheet(), at(Vec3d::Zero()), 0, kPeriod).translation;
   workspace.depthMm = touchableDepthMm(workspace, sheet(), boxes);
