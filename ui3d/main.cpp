@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
+#include "haptics/guard.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 
@@ -141,6 +142,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    const argil::haptics::Guard guard;  // Before any thread: it zeroes the devices should this process die.
     return run(argc, argv);
   } catch (const argil::Error& e) {
     fmt::print(stderr, "argil: {}\n", e.what());
