@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kForceShare = 0.5;      // Of the peak, for all soft guides: clay stays felt.
 constexpr double kStiffnessShare = 0.5;  // Of the sheet's top, for one soft guide.
+constexpr double kSoftPerS = 4;          // In peaks a second: how fast soft guides rise and are let go; with locks that move at once it stays unfelt.
 constexpr double kRiseS = 0.05;          // A soft guide comes to full strength in no less.
 constexpr double kLeap = 0.001;          // Of the peak: a change of force that is larger than this and than twice what the way explains is a leap.
 
@@ -91,7 +92,7 @@ void Guides::addLock(const Guide& guide, State& state, const Vec3d& proxy, const
 void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
                       const SoftLimits& limits) ARGIL_REALTIME {
   const Pull pull = softPull(guide, scene, clay, input.hand, input.velocity, limits, state.memory);
-  const double rate = kGuideForcePerS * input.peakForceN * input.periodS;
+  const double rate = kSoftPerS * input.peakForceN * input.periodS;
   state.caught = pull.within && (state.caught || pull.caught);
   if (!state.caught) state.weight = 0;
   Vec3d force = state.weight * pull.force;
@@ -153,7 +154,7 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
 
   // With the hand's way it fades faster, as fast as guides change along it: what it can give out is bounded however fast that is.
-  const double letGo = kGuideForcePerS * input.peakForceN * input.periodS + explained_, carried = carry_.norm();
+  const double letGo = kSoftPerS * input.peakForceN * input.periodS + explained_, carried = carry_.norm();
   if (carried > letGo) carry_ *= (carried - letGo) / carried;
   else carry_.setZero();
   force_ += carry_;

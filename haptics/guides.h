@@ -12,7 +12,7 @@
 namespace argil::haptics {
 
 /// Locks, keep-outs and forces of Scene::guides from tick to tick. Whatever begins, ends, moves or contradicts, the tool does not jump:
-/// every such change is spread over time, within kGuideForcePerS. Costs nothing where there are no guides. Servo thread only; all
+/// every such change is spread over time. Costs nothing where there are no guides. Servo thread only; all
 /// memory is its own, half a megabyte: not for the stack. Method: NOTES.md, "Guides".
 class Guides {
  public:
@@ -46,7 +46,7 @@ class Guides {
   /// kGuideConflict or nothing.
   [[nodiscard]] uint32_t flags() const noexcept;
 
-  static constexpr double kGuideForcePerS = 6;  ///< In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
+  static constexpr double kGuideForcePerS = 6;  ///< Of locks, in peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
   static constexpr double kSlideMms = 30;       ///< Of locked sets, at the hand.
 
  private:

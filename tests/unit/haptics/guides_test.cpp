@@ -163,16 +163,15 @@ TEST(Guides, aLockToTheNormalBeginsWhereTheToolTouches) {
 
 // Locks that come, go, move and change their partners, keep-outs beside them, wells that appear under the tool: from tick to tick the force
 // changes by what the hand's own way explains, and little more.
-TEST(Guides, nothingThatHappensToThemJumps) {
-  constexpr uint32_t kSeed = 21;
-  std::mt19937 random(kSeed);
+void changeAtRandom(uint32_t seed, double& worst) {
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> spread(-6, 6);
   const auto place = [&] { return Vec3d(spread(random), spread(random), spread(random)); };
   const auto curve = wave();
   Felt felt;
   Vec3d before = felt.tick(Vec3d::Zero());
-  double worst = 0, slides = 0;
-  for (int tick = 0; tick < 60'000; ++tick) {
+  int slides = 0;
+  for (int tick = 0; tick < 30'000; ++tick) {
     if (tick % 150 == 0) {
       const uint32_t id = random() % 8;
       std::erase_if(felt.scene.guides, [&](const Guide& g) { return g.id == id; });
@@ -200,11 +199,16 @@ TEST(Guides, nothingThatHappensToThemJumps) {
     const double jump = (force - before).norm() / kPeakN;
     worst = std::max(worst, jump);
     slides += felt.guides.settling();
-    ASSERT_LE(jump, 0.02) << "seed " << kSeed << " tick " << tick;
+    ASSERT_LE(jump, 0.02) << "seed " << seed << " tick " << tick;
     before = force;
   }
-  std::printf("seed %u: 400 changes of guides, hand at rest: the force changes by at most %.2f %% of the peak a tick\n", kSeed, 100 * worst);
-  EXPECT_GT(slides, 5000) << "nothing had to slide: the test shows nothing";
+  EXPECT_GT(slides, 5000) << "nothing had to slide: the test shows nothing; seed " << seed;
+}
+
+TEST(Guides, nothingThatHappensToThemJumps) {
+  double worst = 0;
+  for (uint32_t seed = 1; seed <= 30; ++seed) changeAtRandom(seed, worst);
+  std::printf("seeds 1 to 30, 200 changes of guides each, hand at rest: the force changes by at most %.2f %% of the peak a tick\n", 100 * worst);
 }
 
 TEST(Guides, aLockComesAtABoundedSpeed) {
