@@ -81,7 +81,7 @@ Vec3d BallContact::spring(const Scene& scene, const Vec3d& hand, const Proxy::Ho
     return proxy_.at() - hand;
   }
   const TexturePath::Place place = texture_.advance(proxy_.at(), hand, planes.data(), held.count);
-  out.proxy = place.proxy;
+  if (!guides_.locked()) out.proxy = place.proxy;  // A lock holds the ball itself; the texture is felt all the same.
   return place.stretch;
 }
 
@@ -96,6 +96,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   rub.stiffnessNmm = stiffness;
   rub.periodS = input.periodS;
   for (int i = 0; i < before.count; ++i) {
+    if (around_.hard(before.thing[size_t(i)])) continue;  // A keep-out is no matter: it has no friction.
     const Material& material = scene.materials[around_.material(before.thing[size_t(i)])];
     rub.staticMm += material.staticFriction * before.share[size_t(i)];
     rub.dynamicMm += material.dynamicFriction * before.share[size_t(i)];
@@ -170,18 +171,17 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
     missed_ = true;
   }
   changeMode(scene, input);
-  // Stiffness is kept at the hand when the workspace is scaled.
-  Input in = input;
-  in.topStiffnessNmm = (stiffness_ > 0 ? stiffness_ : input.topStiffnessNmm) / scene.workspace.scale;
-  in.dampingNsmm = input.dampingNsmm / scene.workspace.scale;
-  guides_.begin(scene, in, proxy_.at(), touchNormal_);
+  guides_.begin(scene, input, proxy_.at(), touchNormal_);
   // Anything new makes what is known of the surface old.
   bool changed = missed_ || radius_ != scene.tool.radiusMm;
   missed_ = false;
   radius_ = scene.tool.radiusMm;
   changed = around_.reset(scene, mode_ == Mode::touch, guides_.keepOuts(), guides_.keepOutsChanged()) || changed;
   proxy_.begin(around_, guides_, scene.quality, radius_);
+  // Stiffness is kept at the hand when the workspace is scaled.
+  Input in = input;
   in.topStiffnessNmm = stiffness(scene, input) / scene.workspace.scale;
+  in.dampingNsmm = input.dampingNsmm / scene.workspace.scale;
   out.flags |= guides_.flags();
 
   switch (mode_) {
