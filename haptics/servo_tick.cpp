@@ -100,8 +100,10 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
       energy.force = raw;
       energy.storedNmm = workspace_.wallEnergyNmm();
       // Half of force times stretch: right for a spring of any stiffness. Device millimetres.
-      if (out.flags & kTouching) energy.storedNmm += workspace_.grip() * std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace_.scale());
-      if ((out.flags & (kTouching | kCutting)) == kTouching) energy.dampingNsmm = coupling_.dampingNsmm;
+      const double stretched = workspace_.grip() * std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace_.scale());
+      energy.storedNmm += stretched;
+      // What is cut damps by itself.
+      if (stretched > 0 && !(out.flags & kCutting)) energy.dampingNsmm = coupling_.dampingNsmm;
       energy.active = (out.flags & kLeaving) != 0 || workspace_.panning() || workspace_.grip() < 1;
       raw = passivity_.apply(energy);
     }

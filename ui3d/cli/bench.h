@@ -54,6 +54,7 @@ class Stopwatch {
 class BenchReport {
  public:
   void add(BenchResult result);
+  void keep(BenchResult result) { results_.push_back(std::move(result)); }  ///< For the JSON alone.
   void heading(const std::string& text) const;
   void write(const std::filesystem::path& file, const std::string& bench) const;
 
@@ -62,9 +63,9 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, touch, buzz; empty: all.
+  std::vector<std::string> names;   ///< edit, surface, touch, buzz, stability; empty: all but the last.
   std::filesystem::path json;
-  std::filesystem::path figure;     ///< SVG, of the benchmarks that draw one.
+  std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;              ///< Million active voxels of the largest model.
   double seconds = 60;              ///< Of the paced servo.
   Job* job = nullptr;
@@ -74,5 +75,6 @@ void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchBuzz(BenchReport& report, const BenchOptions& options);
+void benchStability(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::cli

@@ -121,6 +121,8 @@ TEST(Passivity, anActiveScenePushesNoHarderThanTheTankPays) {
   double top = 0, drawn = 0;
   for (int growth = 0; growth < 4; ++growth) {
     double steepest = 0, last = 0;
+    (void)passivity.apply(wall(0, 0, stiffness, false, -1));
+    const double paid = passivity.tank().levelNmm() + 300 * kPeriod * passivity.tank().trickleNmmS();
     for (int i = 0; i < 300; ++i) {
       const bool active = i < 200;
       if (active) top = 0.01 * (i + 1);
@@ -137,12 +139,16 @@ TEST(Passivity, anActiveScenePushesNoHarderThanTheTankPays) {
     }
     if (growth == 0) {
       EXPECT_NEAR(last, stiffness * 2, 1e-9) << "the first is paid in full";
+    } else {
+      EXPECT_LT(last, 0.7 * stiffness * 2);
     }
+    EXPECT_LE(0.5 * last * last / stiffness, paid * (1 + 1e-9)) << "the hand does not move: all that the spring holds came from the tank";
+    EXPECT_GT(last, 0.1);
     // Afterwards the clay is gone: what the spring held is lost to the scene, and the person gets nothing of it. Empty the tank.
     const Passivity::Input gone = wall(0, 0, stiffness, false, -1);
     passivity.commanded(passivity.apply(gone));
     passivity.interrupt();
-    while (passivity.tank().levelNmm() > 0.1 * full) {
+    while (passivity.tank().levelNmm() > 0.02 * full) {
       Passivity::Input drain = wall(0, 0, stiffness, true, 0.5);
       (void)passivity.apply(gone);
       (void)passivity.apply(drain);
