@@ -199,7 +199,8 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
     case Mode::settle: cut(scene, in, changed, out); break;
     case Mode::add: lay(scene, in, changed, out); break;
   }
-  out.force += guides_.force();
+  out.ambient = guides_.force();
+  out.force += out.ambient;
   // A spring that is stretched further than the motor can pull is not a fault: it saturates.
   if (const double size = out.force.norm(); size > input.peakForceN) {
     out.force *= input.peakForceN / size;

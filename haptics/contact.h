@@ -29,6 +29,7 @@ class Contact {
     Vec3d proxy = Vec3d::Zero();      ///< Centre of the ball as the scene holds it, world mm.
     Vec3d cutPoint = Vec3d::Zero();
     Vec3d force = Vec3d::Zero();      ///< On the hand, N, world directions; no longer than the peak.
+    Vec3d ambient = Vec3d::Zero();    ///< The part of `force` that no spring to the proxy gives: wells, gravity.
     double depthMm = 0;
     double areaMm2 = 0;               ///< Engaged area while cutting.
     int planes = 0;                   ///< Active planes.

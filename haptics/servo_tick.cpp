@@ -100,7 +100,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
       energy.force = raw;
       energy.storedNmm = workspace_.wallEnergyNmm();
       // Half of force times stretch: right for a spring of any stiffness. Device millimetres.
-      const double stretched = workspace_.grip() * std::max(0.0, 0.5 * out.force.dot(out.proxy - in.hand) / workspace_.scale());
+      const double stretched = workspace_.grip() * std::max(0.0, 0.5 * (out.force - out.ambient).dot(out.proxy - in.hand) / workspace_.scale());
       energy.storedNmm += stretched;
       // What is cut damps by itself.
       if (stretched > 0 && !(out.flags & kCutting)) energy.dampingNsmm = coupling_.dampingNsmm;
