@@ -16,7 +16,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <mutex>
 #include <string>
 
@@ -206,18 +205,11 @@ int add(Message& message, int fd) noexcept {
   return id;
 }
 
-size_t threads() {
-  size_t count = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) ++count;
-  return count;
-}
-
 }  // namespace
 
 Guard::Guard() {
   Link& link = theLink();
   if (link.socket >= 0) throw Error("guard process: there is one already", Error::Kind::work);
-  if (threads() != 1) throw Error("guard process: it must be started before any thread", Error::Kind::work);
   int pair[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0) throw system("no socket to it");
   void* memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

@@ -12,7 +12,7 @@
 namespace argil::haptics {
 
 /// A device that keeps its last force until told otherwise must not be left pushing by a program that is killed, aborts or
-/// hangs. The guard is a process forked before any thread exists. It holds a duplicate of each registered device's file and the
+/// hangs. The guard is a process forked before Argil starts a thread (those that libraries start while they are loaded may sleep on). It holds a duplicate of each registered device's file and the
 /// bytes that mean zero force there; it sends them when Argil's end of a socket closes (however Argil died) and when a device's
 /// heartbeat is older than kGuardSilenceSeconds (memory of many gigabytes is freed before files are closed, a core is written before
 /// either; a stopped or starved program closes nothing). It ends with Argil, ignores the terminal's signals, and leaves no zombie.
@@ -33,7 +33,7 @@ class Guard {
   static constexpr size_t kMaxDevices = 8;
   static constexpr size_t kMaxZeroBytes = 64;
 
-  /// Forks. One at a time; the process must have a single thread, else Error. A system that refuses another process leaves
+  /// Forks. One at a time, else Error. A system that refuses another process leaves
   /// running() false: forces are then guarded by the watchdog alone.
   Guard();
   /// Zeroes what is still registered, and waits until the guard has ended (a few ms).

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kGentle = 0.1;           // Of a device's peak: what a test may push with. Nobody was asked to hold on.
 constexpr double kPatienceSeconds = 2;    // For a device to be ready.
-constexpr double kClearMm = 10;           // The block of a test lies so far under the hand.
+constexpr double kClearMm = 10;           // The block of a test lies so far from the hand.
 
 void list() {
   const auto found = haptics::findDevices();
@@ -99,8 +99,8 @@ haptics::DeviceState firstState(haptics::Device& device) {
   return state;
 }
 
-// A block 10 mm under the hand of a real device, forces at a tenth of its peak; or a simulated hand that presses into a block and
-// leaves it. In real time.
+// A block 10 mm from the hand of a real device, down the device's z, forces at a tenth of its peak; or a simulated hand that presses
+// into a block and leaves it. In real time.
 void test(const std::string& name, const std::string& firmware) {
   const bool hardware = haptics::isHardware(name);
   const haptics::DeviceSheet sheet = haptics::sheetOfDevice(name);
@@ -129,7 +129,7 @@ void test(const std::string& name, const std::string& firmware) {
   haptics::Servo servo(felt, published);
   haptics::BareLoop bare(servo.rateHz());
   fmt::print("{}: {:.0f} s at {:.0f} Hz against a block{}\n", name, seconds, servo.rateHz(),
-             hardware ? fmt::format(" {:.0f} mm under the stylus; forces stay below {:.2f} N", kClearMm, felt.sheet().peakForceN) : "");
+             hardware ? fmt::format(" {:.0f} mm from the stylus, down its own z; forces stay below {:.2f} N", kClearMm, felt.sheet().peakForceN) : "");
   const haptics::RealtimeGrant grant = servo.start();
   bare.start();
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
