@@ -41,6 +41,7 @@ void EditLoop::setTool(const Tool& tool) {
 bool EditLoop::turn(haptics::SampleRing& ring) {
   const int64_t begin = haptics::nowNs();
   double oldestS = 0;
+  uint64_t oldest = UINT64_MAX;
   bool cutting = false;
   for (size_t count = ring.pop(batch_); count > 0; count = ring.pop(batch_)) {
     zeroNs_ = std::min(zeroNs_, haptics::nowNs() - nanoseconds(batch_[count - 1].timeS));
@@ -49,17 +50,19 @@ bool EditLoop::turn(haptics::SampleRing& ring) {
       strokes_.take(sample);
       if ((sample.flags & haptics::kCutting) == 0) continue;
       cutsBefore_ = sample.index + 1;
-      if (!std::exchange(cutting, true)) oldestS = sample.timeS;
+      if (std::exchange(cutting, true)) continue;
+      oldestS = sample.timeS;
+      oldest = sample.index;
     }
   }
-  const bool published = publish();
+  const bool published = publish(oldest);
   if (cutting && published && options_.latency) {
     options_.latency->add(haptics::nowNs() - (options_.paced ? zeroNs_ + nanoseconds(oldestS) : begin));
   }
   return published;
 }
 
-bool EditLoop::publish() {
+bool EditLoop::publish(uint64_t oldest) {
   const clay::Version before = scene_.pieces[0].version;
   const clay::Version now = session_.inStroke() ? session_.publish() : session_.version();
   // A scene is due too when the clay shows more cuts without having changed: the servo waits to hear it.
@@ -68,6 +71,7 @@ bool EditLoop::publish() {
   if (now == before && !toolChanged_ && !awaited) return false;
   scene_.pieces[0].version = now;
   scene_.samplesApplied = applied;
+  if (now != before) scene_.editedFrom = oldest;
   toolChanged_ = false;
   ++versions_;
   publish_(std::make_unique<const haptics::Scene>(scene_));
@@ -80,7 +84,7 @@ bool EditLoop::publish() {
 
 void EditLoop::finish() {
   strokes_.finish();
-  publish();
+  publish(UINT64_MAX);
 }
 
 EditThread::EditThread(EditLoop& loop, haptics::SampleRing& ring) : thread_([this, &loop, &ring] { run(loop, ring); }) {}

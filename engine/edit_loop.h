@@ -50,7 +50,7 @@ class EditLoop {
   [[nodiscard]] const StylusStrokes& strokes() const { return strokes_; }
 
  private:
-  bool publish();
+  bool publish(uint64_t oldest);  // `oldest`: sample of this turn that cuts.
 
   Session& session_;
   clay::Surface& surface_;

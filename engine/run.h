@@ -26,7 +26,7 @@ struct ServoReport {
   uint64_t ticks = 0, cutting = 0, touching = 0;
   uint64_t overrun = 0, missed = 0, dropped = 0, clamped = 0, slewed = 0, stopped = 0, stale = 0;
   Timing compute;
-  Timing editToFeel;                             ///< From a sample that cuts to the tick that feels the clay without it; whole ticks.
+  Timing editToFeel;                             ///< From a sample to the tick that feels the clay as it changed it, the oldest of each edit; whole ticks.
   std::optional<Timing> lateness, bareLateness;  ///< Live only; a loop that only sleeps ran beside it in the same seconds.
   double peakForceN = 0, forceLimitN = 0;        ///< On the hand, and the device's own limit.
   std::string grant;                             ///< Live: what the system granted, in plain words.

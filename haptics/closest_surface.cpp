@@ -120,7 +120,7 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
 
 const ClosestSurface::Crossings& ClosestSurface::crossings(const clay::Brick& brick, Coord coord) ARGIL_REALTIME {
   // Neighbours along any axis fall into different sets.
-  Crossings& kept = memory_->crossings[size_t((coord.x & 3) + 4 * ((coord.y + 2 * coord.z) & 3))];
+  Crossings& kept = memory_->crossings[size_t((coord.x & 3) + 4 * (coord.y & 3) + 16 * ((coord.z ^ (coord.x >> 2)) & 1))];
   if (kept.of == &brick && kept.generation == generation_) return kept;
   kept.of = &brick;
   kept.generation = generation_;
@@ -266,8 +266,9 @@ void ClosestSurface::scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME
   for (size_t i = 0; i < memory_->knownCount; ++i) {
     Known& k = memory_->known[i];
     const double limit = std::sqrt(candidates.best2);
-    // Nothing is nearer than k.bound to k.from, so nothing is nearer than this to p.
-    if (k.bound - (p - k.from).norm() > limit || gap2(k.coord, p) > candidates.best2) continue;
+    // Nothing is nearer than k.bound to k.from, so nothing of it is nearer to p than that less the way.
+    const double spare = k.bound - limit;
+    if ((spare > 0 && (p - k.from).squaredNorm() < spare * spare) || gap2(k.coord, p) > candidates.best2) continue;
     k.bound = scanBrick(*k.brick, k.coord, p, candidates, limit + kLook);
     k.from = p;
   }

@@ -49,7 +49,7 @@ class ClosestSurface {
   };
   static constexpr size_t kKnown = 256;
   // Where the edges that a brick owns cross the surface, from the brick's corner, voxels; lanes beyond `count` are far away.
-  static constexpr size_t kCrossings = 192, kCrossingSets = 16;
+  static constexpr size_t kCrossings = 192, kCrossingSets = 32;
   struct alignas(64) Crossings {
     std::array<float, kCrossings> x{}, y{}, z{};
     const clay::Brick* of = nullptr;

@@ -186,7 +186,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     const double cosine = contact.smooth.dot(normal);
     if (cosine <= kEdgeCosine) return;
     const double weight = std::min(1.0, (cosine - kEdgeCosine) / (kSmoothCosine - kEdgeCosine));
-    const Vec3d n = (normal + weight * (contact.smooth - normal)).normalized();
+    const Vec3d n = weight >= 1 ? contact.smooth : Vec3d((normal + weight * (contact.smooth - normal)).normalized());
     // Leaves the proxy as much room as the true plane does.
     smooth[k] = {n, n.dot(proxy_) - (normal.dot(proxy_) - offset)};
     turned = true;

@@ -69,6 +69,8 @@ struct Scene {
   Quality quality;
   /// Every sample with a smaller index was carved into the pieces as they stand here (StylusSample::index).
   uint64_t samplesApplied = 0;
+  /// The oldest sample that waited when clay was changed to what stands here; UINT64_MAX when no sample changed it. From edit to feel.
+  uint64_t editedFrom = UINT64_MAX;
 
   /// Throws Error when a number is not finite or out of range, or an index points nowhere. Call before publishing.
   void check() const;

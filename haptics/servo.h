@@ -16,7 +16,7 @@ namespace argil::haptics {
 struct ServoStatistics {
   Histogram compute;    ///< Duration of a tick.
   Histogram lateness;   ///< Of its beginning after its time; paced only.
-  Histogram editToFeel; ///< From a sample that cuts to the tick that feels the clay without it, the oldest of each scene; whole ticks.
+  Histogram editToFeel; ///< From a sample to the tick that feels the clay as it changed it, the oldest of each edit; whole ticks.
   uint64_t ticks = 0, touching = 0, leaving = 0, cutting = 0;
   uint64_t overrun = 0, stale = 0, clamped = 0, slewed = 0, queueFull = 0, stopped = 0, incomplete = 0;
   uint64_t missed = 0;  ///< Ticks that never were because one before them was late.

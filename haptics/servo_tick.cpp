@@ -46,14 +46,6 @@ void ServoTick::park(double timeS) ARGIL_REALTIME {
   scene_.park();
 }
 
-void ServoTick::noteFelt(const Scene& scene) ARGIL_REALTIME {
-  feltAfter_ = 0;
-  if (cutFrom_ >= scene.samplesApplied) return;  // Also when there is none.
-  feltAfter_ = sample_.index - cutFrom_;
-  // The next one waits from there on, if the stroke went on so far.
-  cutFrom_ = (sample_.flags & kCutting) && scene.samplesApplied < sample_.index ? scene.samplesApplied : UINT64_MAX;
-}
-
 uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   uint32_t flags = late ? uint32_t{kOverrun} : 0u;
   const Scene* scene = scene_.enter();
@@ -63,7 +55,9 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
 
   sample_.index = index_++;
   sample_.timeS = timeS;
-  if (scene) noteFelt(*scene);
+  const uint64_t editedFrom = scene ? scene->editedFrom : editedFrom_;
+  feltAfter_ = editedFrom != editedFrom_ && editedFrom < sample_.index ? sample_.index - editedFrom : 0;
+  editedFrom_ = editedFrom;
   Vec3d raw = Vec3d::Zero();
   if (!scene) flags |= kNoScene;
   if (sane && scene) {
@@ -126,7 +120,6 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   sample_.forceN = workspace_.turnToWorld(force);
   // A faulty tick never cuts.
   if (flags & (kStopped | kStale | kNoScene)) flags &= ~uint32_t{kCutting};
-  if ((flags & kCutting) && cutFrom_ == UINT64_MAX) cutFrom_ = sample_.index;
   sample_.flags = flags;
   if (!samples_.push(sample_)) flags |= kQueueFull;
   latest_.store(sample_);

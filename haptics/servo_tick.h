@@ -43,14 +43,13 @@ class ServoTick {
   [[nodiscard]] const HeatBudget& heat() const noexcept { return heat_; }
   /// The mapping as it stands; to reset() it (the tip jumps home) the servo must not run.
   [[nodiscard]] WorkspaceMap& workspace() noexcept { return workspace_; }
-  /// In the last tick a scene was read that holds samples which cut: how many ticks ago the oldest of them was; else 0. From edit to feel.
+  /// In the last tick clay was read for the first time that samples had changed: how many ticks ago the oldest of them was (Scene::editedFrom);
+  /// else 0.
   [[nodiscard]] uint64_t feltAfterTicks() const noexcept { return feltAfter_; }
   /// The newest sample, for a cursor: one reader.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
 
  private:
-  void noteFelt(const Scene& scene) ARGIL_REALTIME;
-
   Device& device_;
   Published<Scene>::Reader scene_;
   SampleRing& samples_;
@@ -67,8 +66,7 @@ class ServoTick {
   DeviceState state_;
   StylusSample sample_;
   uint64_t index_ = 0;
-  uint64_t cutFrom_ = UINT64_MAX;  // The oldest sample that cut and that no scene held yet.
-  uint64_t feltAfter_ = 0;
+  uint64_t editedFrom_ = UINT64_MAX, feltAfter_ = 0;
 };
 
 }  // namespace argil::haptics

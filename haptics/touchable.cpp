@@ -14,6 +14,12 @@ bool TouchableClay::reset(const Piece& piece) ARGIL_REALTIME {
   voxelMm_ = grid.voxelMm;
   origin_ = grid.originMm;
   pose_ = piece.pose;
+  if (!same) {
+    const Eigen::Matrix3d turn = pose_.rotation.toRotationMatrix();
+    toVoxel_ = turn.transpose() / voxelMm_;
+    toWorld_ = turn * voxelMm_;
+    offset_ = origin_ / voxelMm_;
+  }
   return !same;
 }
 
@@ -31,7 +37,7 @@ Vec3d TouchableClay::normal(const Vec3d& point) ARGIL_REALTIME {
   Vec3f gradient;
   surface_.sampler().tricubic(toVoxel(point), gradient);
   const double length = double(gradient.norm());
-  return length > 1e-3 ? Vec3d(pose_.rotation * (gradient.cast<double>() / length)) : Vec3d::Zero();
+  return length > 1e-3 ? Vec3d(toWorld_ * gradient.cast<double>() / (length * voxelMm_)) : Vec3d::Zero();
 }
 
 }  // namespace argil::haptics

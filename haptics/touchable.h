@@ -38,16 +38,18 @@ class TouchableClay final : public Touchable {
   [[nodiscard]] double resolutionMm() const ARGIL_REALTIME override { return voxelMm_; }
 
   [[nodiscard]] double voxelMm() const noexcept { return voxelMm_; }
-  [[nodiscard]] Vec3d toVoxel(const Vec3d& world) const noexcept { return (pose_.applyInverse(world) - origin_) / voxelMm_; }
-  [[nodiscard]] Vec3d toWorld(const Vec3d& voxel) const noexcept { return pose_.apply(origin_ + voxelMm_ * voxel); }
+  [[nodiscard]] Vec3d toVoxel(const Vec3d& world) const noexcept { return toVoxel_ * (world - pose_.translation) - offset_; }
+  [[nodiscard]] Vec3d toWorld(const Vec3d& voxel) const noexcept { return toWorld_ * (voxel + offset_) + pose_.translation; }
   /// A world direction in the frame of the voxels.
-  [[nodiscard]] Vec3d turnToVoxel(const Vec3d& direction) const noexcept { return pose_.rotation.conjugate() * direction; }
+  [[nodiscard]] Vec3d turnToVoxel(const Vec3d& direction) const noexcept { return toVoxel_ * direction * voxelMm_; }
   [[nodiscard]] ClosestSurface& surface() noexcept { return surface_; }
 
  private:
   ClosestSurface surface_;
   Pose pose_;
   Vec3d origin_ = Vec3d::Zero();
+  Eigen::Matrix3d toVoxel_ = Eigen::Matrix3d::Identity(), toWorld_ = Eigen::Matrix3d::Identity();  // Of pose and voxel size,
+  Vec3d offset_ = Vec3d::Zero();                                                                   // and the origin in voxels.
   double voxelMm_ = 1;
   const clay::VersionRecord* record_ = nullptr;
   uint64_t id_ = 0;

@@ -11,6 +11,15 @@ constexpr double kLongestS = 0.016;    // A window longer than this lags behind 
 constexpr double kSmoothingHz = 150;   // Of the low-pass on the slope: it halves the noise for a millisecond of lag.
 constexpr double kMarginSteps = 1.0;   // Both ends of a line are off by half a step at most.
 
+// A division is most of what a step back costs.
+struct Inverses {
+  double of[VelocityFilter::kWindow + 1];
+  Inverses() {
+    for (int i = 0; i <= VelocityFilter::kWindow; ++i) of[i] = i ? 1.0 / i : 0.0;
+  }
+};
+const Inverses kInverse;
+
 }  // namespace
 
 VelocityFilter::VelocityFilter(double periodS, double stepMm)
@@ -32,12 +41,12 @@ Vec3d VelocityFilter::add(const Vec3d& position) ARGIL_REALTIME {
     int at = newest_;
     for (int back = 1; back <= reach; ++back) {
       at = at ? at - 1 : kWindow;
-      const double gone = position[axis] - ring_[static_cast<size_t>(at)][axis];
-      const double candidate = gone / back;
+      const double gone = position[axis] - ring_[static_cast<size_t>(at)][axis], inverse = kInverse.of[back];
+      const double candidate = gone * inverse;
       if (candidate < least || candidate > most) break;
       slope = candidate;
-      least = std::max(least, (gone - margin_) / back);
-      most = std::min(most, (gone + margin_) / back);
+      least = std::max(least, (gone - margin_) * inverse);
+      most = std::min(most, (gone + margin_) * inverse);
     }
     velocity_[axis] += smoothing_ * (slope / periodS_ - velocity_[axis]);
   }

@@ -131,7 +131,7 @@ void benchTouch(BenchReport& report, const BenchOptions& options) {
   };
   row("touch/paced-compute", servo.compute, nullptr, fmt::format("peak force {:.2f} of {:.2f} N", servo.peakForceN, servo.forceLimitN));
   row("touch/paced-lateness", servo.lateness.value(), &servo.bareLateness.value(), "");
-  row("touch/edit-to-feel", servo.editToFeel, nullptr, "from a sample that cuts to the tick that feels the clay without it; whole ticks");
+  row("touch/edit-to-feel", servo.editToFeel, nullptr, "from the oldest sample of an edit to the tick that feels the clay as it changed it; whole ticks");
   row("touch/paced-edit", done.edit, nullptr,
       fmt::format("sample to changed triangles; {} ticks, {} cutting, {} overrun, {} missed, {} dropped", servo.ticks, servo.cutting, servo.overrun,
                   servo.missed, servo.dropped));
