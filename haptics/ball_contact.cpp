@@ -90,7 +90,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   const double stiffness = input.topStiffnessNmm;
   const Vec3d hand = guides_.goal(input.hand);
   const Proxy::Holding before = proxy_.holding(hand);
-  if (!before.feasible) out.flags |= kGuideConflict;
+  if (!before.feasible && guides_.locked()) out.flags |= kGuideConflict;
   Friction::Touch rub;
   rub.push = before.push;
   rub.stiffnessNmm = stiffness;
@@ -110,7 +110,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
 
   const Proxy::Holding after = proxy_.holding(hand);
   out.planes = after.count;
-  if (after.count > 0 || (out.flags & kLeaving)) out.flags |= kTouching;
+  if (after.count > 0 || !after.feasible || (out.flags & kLeaving)) out.flags |= kTouching;
   touched_ = after.count > 0 ? after.thing[0] : -1;
   out.proxy = out.cutPoint = proxy_.at();
   const Vec3d stretch = spring(scene, hand, after, out) + (hand - input.hand);

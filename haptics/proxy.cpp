@@ -167,6 +167,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   Holding result;
   std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
   std::array<int, kMaxHalfSpaces> source;
+  std::array<double, kMaxHalfSpaces> given{};
   const double side = clearance_ < 0 ? -1.0 : 1.0;
   int count = 0, hard = 0;
   bool turned = false;
@@ -181,6 +182,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     const size_t k = size_t(count++);
     planes[k] = smooth[k] = {normal, offset};
     source[k] = static_cast<int>(&contact - contacts_.data());
+    given[k] = giveBack;
     if (!smoothNormals_ || side < 0) return;
     smoothen(contact, normal);
     const double cosine = contact.smooth.dot(normal);
@@ -220,7 +222,13 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   }
   if (!turned || !active.feasible) {
     active = solve(goal, planes.data(), count, within, hard);
-    result.place = active.x;
+    if (!active.feasible) {
+      // In a socket opposite planes cannot all give back. Without that the proxy's own place is always allowed.
+      for (size_t i = 0; i < size_t(count); ++i) planes[i].offset -= given[i];
+      turned = false;
+      active = solve(goal, planes.data(), count, within, hard);
+    }
+    result.place = active.feasible || locked_ ? active.x : proxy_;
   }
   result.feasible = active.feasible;
   result.push = active.x - within.nearest(goal);
@@ -318,6 +326,8 @@ bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REA
       const double longest = std::max(open, 0.0) + kStepRadii * radius_;
       if (length > longest) move *= longest / length;
       const Vec3d candidate = snapped(proxy_ + move);
+      // Contacts that contradict each other by rounding may ask for a step away.
+      if (!locked_ && (candidate - goal).norm() > (proxy_ - goal).norm() + 2 * kGiveBack * voxel_) return true;
       const Around there = search(candidate);
       if (radius_ - there.distance <= allowed) {
         place(candidate, there.distance);
