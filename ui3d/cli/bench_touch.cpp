@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kVoxelMm = 0.25;
 constexpr uint64_t kTicks = 50000;
+const Vec3d kBlock(80, 80, 40);  // mm; its top is at z = 20
 
 BenchResult fromHistogram(const haptics::Histogram& h, std::string name) {
   BenchResult r;
@@ -73,8 +74,6 @@ void slideOnPart(BenchReport& report, bool rough) {
 // Strokes pressed 2 mm into the top of a block, for about `seconds`.
 engine::Script strokes(double seconds) {
   engine::Script script;
-  script.voxelMm = 0.5;
-  script.clay = engine::BlockSetup{Vec3d(80, 80, 40), 3, Vec3d::Zero()};
   const int count = std::max(1, static_cast<int>(std::lround(seconds / 3)));
   for (int s = 0; s < count; ++s) {
     engine::ScriptStroke stroke;
@@ -94,29 +93,18 @@ engine::Script strokes(double seconds) {
   return script;
 }
 
-}  // namespace
-
-void benchTouch(BenchReport& report, const BenchOptions& options) {
-  report.heading("touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm (a 3 mm ball is 12 voxels)");
-  for (const double millions : benchSizes(options.largest)) slide(report, millions, 12, true);
-  slide(report, 0.8, 12, false);
-  for (const double ball : {0.5, 1.0, 3.0, 6.0, 24.0}) slide(report, 0.8, ball, true);
-  slideOnPart(report, false);
-  slideOnPart(report, true);
-
-  report.heading(fmt::format("touch: paced at 1 kHz for about {:g} s while the clay is cut, smoothed and built up", options.seconds));
-  const engine::Script script = strokes(options.seconds);
-  clay::Grid grid;
-  engine::Session session(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), Vec3d(80, 80, 40), 3));
+// Hand-driven strokes in real time, edits on their own thread, a bare sleep loop beside it in the same seconds.
+void paced(BenchReport& report, const std::string& suffix, const clay::Grid& grid, const Vec3d& blockMm, double seconds, Job* job) {
+  engine::Session session(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), blockMm, 3));
   clay::Surface surface;
   engine::RunOptions run;
   run.live = true;
-  run.job = options.job;
-  const engine::RunReport done = engine::runScript(session, surface, script, run);
+  run.job = job;
+  const engine::RunReport done = engine::runScript(session, surface, strokes(seconds), run);
   const engine::ServoReport& servo = done.servo.value();
   const auto row = [&](const char* name, const engine::Timing& t, const engine::Timing* peer, std::string note) {
     BenchResult r;
-    r.name = name;
+    r.name = name + suffix;
     r.n = t.n;
     r.median = t.median;
     r.p99 = t.p99;
@@ -136,6 +124,26 @@ void benchTouch(BenchReport& report, const BenchOptions& options) {
       fmt::format("sample to changed triangles; {} ticks, {} cutting, {} overrun, {} missed, {} dropped", servo.ticks, servo.cutting, servo.overrun,
                   servo.missed, servo.dropped));
   if (!servo.grant.empty()) report.heading(servo.grant);
+}
+
+}  // namespace
+
+void benchTouch(BenchReport& report, const BenchOptions& options) {
+  report.heading("touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm (a 3 mm ball is 12 voxels)");
+  for (const double millions : benchSizes(options.largest)) slide(report, millions, 12, true);
+  slide(report, 0.8, 12, false);
+  for (const double ball : {0.5, 1.0, 3.0, 6.0, 24.0}) slide(report, 0.8, ball, true);
+  slideOnPart(report, false);
+  slideOnPart(report, true);
+
+  report.heading(fmt::format("touch: paced at 1 kHz for about {:g} s while the clay is cut, smoothed and built up", options.seconds));
+  paced(report, "", clay::Grid(), kBlock, options.seconds, options.job);
+  // A block of the same height as wide as it takes; voxels in the band of all six sides.
+  const double side = std::sqrt(options.largest * 1e6 / 12) * kVoxelMm;
+  clay::Grid fine;
+  fine.voxelMm = kVoxelMm;
+  report.heading(fmt::format("touch: the same for 10 s on a block of {:g} M active voxels", options.largest));
+  paced(report, fmt::format("/{:g}M", options.largest), fine, Vec3d(side, side, kBlock.z()), 10, options.job);
 }
 
 }  // namespace argil::cli

@@ -135,6 +135,7 @@ ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport
     const engine::ServoReport& s = *run.servo;
     json["servo"] = {{"ticks", s.ticks},       {"touching", s.touching}, {"cutting", s.cutting},   {"overrun", s.overrun},
                      {"missed", s.missed},     {"dropped", s.dropped},   {"clamped", s.clamped},   {"stalls", s.stalls},       {"compute", timingJson(s.compute)},
+                     {"edit_to_feel", timingJson(s.editToFeel)},
                      {"peak_force_n", s.peakForceN}, {"force_limit_n", s.forceLimitN}, {"fault", s.fault}};
     if (s.lateness) json["servo"]["lateness"] = timingJson(*s.lateness);
     if (s.bareLateness) json["servo"]["bare_lateness"] = timingJson(*s.bareLateness);
