@@ -85,11 +85,13 @@ HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptic
   return plan;
 }
 
-haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan) {
+haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan, const Script& script) {
   haptics::Scene scene;
   scene.pieces.resize(1);
   scene.pieces[0].version = session.version();
   scene.workspace = plan.workspace;
+  scene.materials[0] = script.material;
+  scene.guides = sceneGuides(script.guides);
   scene.check();
   return scene;
 }
@@ -104,15 +106,15 @@ EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
   return options;
 }
 
-HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const RunOptions& options,
-                 haptics::Histogram& latency)
+HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const Script& script,
+                 const RunOptions& options, haptics::Histogram& latency)
     : options_(options),
       plan_(plan(strokes, haptics::deviceSheet(options.device))),
       device_(haptics::deviceSheet(options.device), plan_.path),
       servo_(device_, scene_, {.rateHz = options.rateHz}),
       bare_(options.rateHz),
       loop_(
-          session, surface, firstScene(session, plan_),
+          session, surface, firstScene(session, plan_, script),
           [this](std::unique_ptr<const haptics::Scene> scene) {
             if (options_.live) {
               scene_.publish(std::move(scene));

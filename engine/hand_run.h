@@ -20,7 +20,8 @@ namespace argil::engine {
 class HandRun {
  public:
   /// `strokes` in order, each with a point at least. Throws Error for a tool that does not fit or an unknown device.
-  HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const RunOptions& options,
+  /// `script`: whose material and guides are felt.
+  HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const Script& script, const RunOptions& options,
           haptics::Histogram& latency);
 
   /// Walks through the next `count` strokes, in real or in virtual time, while the job's fraction goes from one value to the
@@ -42,7 +43,7 @@ class HandRun {
     haptics::HandPath path;
   };
   static Plan plan(const std::vector<LaidStroke>& strokes, const haptics::DeviceSheet& sheet);
-  static haptics::Scene firstScene(const Session& session, const Plan& plan);
+  static haptics::Scene firstScene(const Session& session, const Plan& plan, const Script& script);
   EditLoop::Options loopOptions(haptics::Histogram& latency);
 
   void walkVirtual();

@@ -89,7 +89,7 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
     }
     if (!hand) {
       handStrokes.emplace(session.version(), std::span(strokes).subspan(i));
-      hand.emplace(session, surface, handStrokes->laid, options, *latency);
+      hand.emplace(session, surface, handStrokes->laid, script, options, *latency);
     }
     size_t last = i, parts = 0;
     for (; last < strokes.size() && strokes[last].drive == Drive::hand; ++last) parts += handStrokes->parts[handDone++];

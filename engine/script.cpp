@@ -9,6 +9,7 @@
 
 #include "clay/error.h"
 #include "engine/random.h"
+#include "engine/script_place.h"
 #include "io/atomic_file.h"
 #include "io/input.h"
 
@@ -17,7 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMaxMm = 1e6;           // where clay may be, as clay::Grid has it
 constexpr double kMaxSeconds = 1e6;
 constexpr double kMinVoxelMm = 1e-3, kMaxVoxelMm = 1e3;
 constexpr int kMaxDepth = 16;            // of nested brackets; a script has 6
@@ -27,75 +27,6 @@ constexpr std::pair<std::string_view, clay::Operation> kTools[] = {
     {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
 constexpr std::pair<std::string_view, Up> kUps[] = {{"z", Up::z}, {"y", Up::y}, {"custom", Up::custom}};
 constexpr std::pair<std::string_view, Drive> kDrives[] = {{"tip", Drive::tip}, {"hand", Drive::hand}};
-
-// A value in a script that knows where it stands.
-class Place {
- public:
-  Place(const json& value, std::string name, std::string path)
-      : value_(value), name_(std::move(name)), path_(std::move(path)) {}
-
-  [[noreturn]] void fail(const std::string& wrong) const {
-    throw Error(path_.empty() ? name_ + ": " + wrong : name_ + ": " + path_ + ": " + wrong);
-  }
-  [[nodiscard]] Place at(const char* key) const {
-    if (!value_.contains(key)) fail(fmt::format("\"{}\" is missing", key));
-    return {value_[key], name_, path_.empty() ? key : path_ + "." + key};
-  }
-  [[nodiscard]] std::optional<Place> maybe(const char* key) const {
-    return value_.contains(key) ? std::optional(at(key)) : std::nullopt;
-  }
-  [[nodiscard]] std::vector<Place> items() const {
-    if (!value_.is_array()) fail("must be a list [...]");
-    std::vector<Place> places;
-    places.reserve(value_.size());
-    for (size_t i = 0; i < value_.size(); ++i) places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i)});
-    return places;
-  }
-  // Of an object: its keys must be among these.
-  void keys(std::initializer_list<std::string_view> known) const {
-    if (!value_.is_object()) fail("must be an object {...}");
-    for (const auto& [key, value] : value_.items()) {
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        fail(fmt::format("unknown key {}; known are {}", io::shown(key), fmt::join(known, ", ")));
-      }
-    }
-  }
-  [[nodiscard]] double number(double low, double high) const {
-    if (!value_.is_number()) fail("must be a number");
-    const double number = value_.get<double>();
-    if (!(number >= low && number <= high)) fail(fmt::format("{} is out of range; use {} to {}", number, low, high));
-    return number;
-  }
-  [[nodiscard]] double positive() const {
-    if (!value_.is_number()) fail("must be a number");
-    const double number = value_.get<double>();
-    if (!(number > 0 && number <= kMaxMm)) fail(fmt::format("{} is out of range; use more than 0, at most {}", number, kMaxMm));
-    return number;
-  }
-  [[nodiscard]] Vec3d vector() const {
-    const auto places = items();
-    if (places.size() != 3) fail(fmt::format("must be 3 numbers [x, y, z], and has {}", places.size()));
-    return {places[0].number(-kMaxMm, kMaxMm), places[1].number(-kMaxMm, kMaxMm), places[2].number(-kMaxMm, kMaxMm)};
-  }
-  [[nodiscard]] const std::string& text() const {
-    if (!value_.is_string()) fail("must be a text \"...\"");
-    return value_.get_ref<const std::string&>();
-  }
-  template <class T>
-  [[nodiscard]] T oneOf(std::span<const std::pair<std::string_view, T>> table) const {
-    std::string known;
-    for (const auto& [name, value] : table) {
-      if (text() == name) return value;
-      known += (known.empty() ? "" : ", ") + std::string(name);
-    }
-    fail(fmt::format("unknown {}; known are {}", io::shown(text()), known));
-  }
-  [[nodiscard]] const json& value() const { return value_; }
-
- private:
-  const json& value_;
-  std::string name_, path_;
-};
 
 // A key twice in an object would silently win over the first; a deep nest would only exhaust the stack.
 json parseJson(std::string_view text, const std::string& name) {
@@ -143,7 +74,7 @@ ClaySetup readSphere(const Place& place) {
 }
 
 void readSetup(const Place& item, Script& script) {
-  item.keys({"voxel_mm", "fit_mm", "up", "block", "sphere", "import"});
+  item.keys({"voxel_mm", "fit_mm", "up", "block", "sphere", "import", "material", "guides"});
   if (item.value().size() != 1) item.fail("must hold exactly one key");
   const auto once = [&](bool already) {
     if (already) item.fail("is there twice; remove one");
@@ -157,6 +88,13 @@ void readSetup(const Place& item, Script& script) {
   } else if (const auto up = item.maybe("up")) {
     once(script.up != Up::z);
     script.up = up->oneOf<Up>(kUps);
+  } else if (const auto material = item.maybe("material")) {
+    once(!(script.material == haptics::Material()));
+    script.material = readMaterial(*material);
+  } else if (const auto guides = item.maybe("guides")) {
+    once(!script.guides.empty());
+    for (const Place& guide : guides->items()) script.guides.push_back(readGuide(guide));
+    if (script.guides.size() > haptics::kMaxGuides) guides->fail(fmt::format("more than {} guides", haptics::kMaxGuides));
   } else {
     if (script.clay.index() != 0) item.fail("the clay is already chosen; keep one of block, sphere, import");
     if (const auto block = item.maybe("block")) {
@@ -259,6 +197,12 @@ std::string formatScript(const Script& script) {
     setup.push_back({{"sphere", {{"radius_mm", sphere->radiusMm}, {"centre_mm", list(sphere->centreMm)}}}});
   } else if (const auto* import = std::get_if<ImportSetup>(&script.clay)) {
     setup.push_back({{"import", import->file.string()}});
+  }
+  if (!(script.material == haptics::Material())) setup.push_back({{"material", materialJson(script.material)}});
+  if (!script.guides.empty()) {
+    json guides = json::array();
+    for (const GuideSetup& guide : script.guides) guides.push_back(guideJson(guide));
+    setup.push_back({{"guides", guides}});
   }
   std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
   for (const ScriptStroke& stroke : script.strokes) {

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "clay/vec.h"
+#include "engine/guide_setup.h"
 #include "engine/tool.h"
+#include "haptics/scene.h"
 
 namespace argil::engine {
 
@@ -69,13 +71,16 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
 /// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
-/// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`. A stroke: `{"tool": "carve", "add" or
+/// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`; for hand-driven strokes `{"material": {"stiffness_nmm": 1, ...}}`
+/// and `{"guides": [{"guide": "lock_to_plane", "at": [0, 0, 20], "direction": [0, 0, 1]}, ...]}` (engine/guide_setup.h). A stroke: `{"tool": "carve", "add" or
 /// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "path": [[t_s, x, y, z], ...]}`.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
   Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
   ClaySetup clay;
+  haptics::Material material;         ///< How the clay feels to a hand.
+  std::vector<GuideSetup> guides;     ///< What a hand is held by.
   std::vector<ScriptStroke> strokes;
 
   friend bool operator==(const Script&, const Script&) = default;

@@ -27,6 +27,8 @@ struct Material {
   double dynamicFriction = 0;    ///< μ_d of a ball that slides; at most μ_s.
   double viscousFrictionNsmm = 0;  ///< b: drag of sliding on top, N·s/mm.
   int32_t texture = -1;          ///< Index into Scene::textures; none below zero.
+
+  friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// A clay model at its place in the world.
