@@ -90,7 +90,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   const double stiffness = input.topStiffnessNmm;
   const Vec3d hand = guides_.goal(input.hand);
   const Proxy::Holding before = proxy_.holding(hand);
-  if (!before.feasible && guides_.locked()) out.flags |= kGuideConflict;
+  if (before.conflict) out.flags |= kGuideConflict;
   Friction::Touch rub;
   rub.push = before.push;
   rub.stiffnessNmm = stiffness;

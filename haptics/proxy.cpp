@@ -223,6 +223,7 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   if (!turned || !active.feasible) {
     active = solve(goal, planes.data(), count, within, hard);
     if (!active.feasible) {
+      result.conflict = locked_ || hard > 0;
       // In a socket opposite planes cannot all give back. Without that the proxy's own place is always allowed.
       for (size_t i = 0; i < size_t(count); ++i) planes[i].offset -= given[i];
       turned = false;

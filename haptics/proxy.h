@@ -28,7 +28,8 @@ class Proxy {
   struct Holding {
     Vec3d place = Vec3d::Zero();         ///< Nearest to the goal that the planes of all contacts allow.
     Vec3d push = Vec3d::Zero();          ///< From the goal (its nearest place on the locks) to where the planes' smooth normals hold it, mm: along the normal force.
-    bool feasible = true;                ///< False: locks, keep-outs and clay leave no place in common; the harder held.
+    bool feasible = true;                ///< False: the planes leave no place in common; the harder held.
+    bool conflict = false;               ///< Locks or keep-outs contradict each other or what is softer.
     std::array<int, 3> thing{};          ///< What each active plane belongs to.
     std::array<double, 3> share{};       ///< Length of each one's part of `push`, mm.
     std::array<HalfSpace, 3> plane;      ///< Each one, for the ball's centre, turned to its smooth normal.

@@ -68,6 +68,7 @@ double PtyEmulator::peakN() const {
 }
 
 void PtyEmulator::motors(const Vec3d& forceN) {
+  told_.fetch_add(1);
   const std::scoped_lock lock(mutex_);
   forceN_ = forceN;
   peakN_ = std::max(peakN_, forceN.allFinite() ? forceN.norm() : 1e9);

@@ -33,6 +33,8 @@ class PtyEmulator {
   void hand(const Vec3d& positionMm, uint32_t buttons);
   [[nodiscard]] Vec3d forceN() const;
   [[nodiscard]] double peakN() const;
+  /// Forces that it was told so far, zero included: somebody drives it.
+  [[nodiscard]] uint64_t told() const noexcept { return told_.load(); }
 
  protected:
   struct Hand {
@@ -54,6 +56,7 @@ class PtyEmulator {
   std::filesystem::path path_;
   int master_ = -1, slave_ = -1;
   std::atomic<bool> stop_{false};
+  std::atomic<uint64_t> told_{0};
   std::atomic<Misbehaviour> misbehaviour_{Misbehaviour::none};
   mutable std::mutex mutex_;
   Hand hand_;

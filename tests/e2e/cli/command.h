@@ -53,6 +53,14 @@ class Scratch {
   fs::path folder_;
 };
 
+/// True when the process has a handler for that signal.
+inline bool catches(pid_t pid, int signal) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.rfind("SigCgt:", 0) == 0) return ((std::stoull(line.substr(7), nullptr, 16) >> (signal - 1)) & 1) != 0;
+  return false;
+}
+
 /// Runs argil with these arguments; `interruptAfterMs` ≥ 0 sends Ctrl-C then.
 inline Outcome argil(const std::vector<std::string>& arguments, int interruptAfterMs = -1) {
   static int number = 0;
@@ -73,6 +81,9 @@ inline Outcome argil(const std::vector<std::string>& arguments, int interruptAft
   if (posix_spawn(&pid, ARGIL_COMMAND, &actions, nullptr, argv.data(), environ) != 0) throw std::runtime_error("cannot run " ARGIL_COMMAND);
   posix_spawn_file_actions_destroy(&actions);
   if (interruptAfterMs >= 0) {
+    // Not before it listens: a program takes its time to start on a busy machine.
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!catches(pid, SIGINT) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     std::this_thread::sleep_for(std::chrono::milliseconds(interruptAfterMs));
     kill(pid, SIGINT);
   }

@@ -25,13 +25,19 @@ TEST(Devices, listsSheetsOfAllThatCanBeHeld) {
   }
 }
 
+// A program takes its time to start on a busy machine, and forces begin only while the hand is free of the block.
+void untilDriven(const haptics::testing::HaplyArmEmulator& arm) {
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (arm.told() < 100 && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(2ms);
+}
+
 TEST(Devices, triesAnArmGentlyAndLeavesItAtZero) {
   haptics::testing::HaplyArmEmulator arm(haptics::HaplyOptions().centreMm);
   arm.plug();
   arm.hand({3, 4, 5}, 0);
   Outcome o;
   std::thread run([&] { o = argil({"devices", "--test", "haply:" + arm.path()}); });
-  std::this_thread::sleep_for(1500ms);
+  untilDriven(arm);
   for (int i = 0; i <= 200; ++i) {  // The hand goes 20 mm down: far into the block.
     arm.hand({3, 4, 5 - 0.1 * i}, 0);
     std::this_thread::sleep_for(2ms);
@@ -57,11 +63,12 @@ TEST(Devices, killedItLeavesTheArmAtZero) {
   ASSERT_EQ(posix_spawn(&pid, ARGIL_COMMAND, &quiet, nullptr, argv, environ), 0);
   posix_spawn_file_actions_destroy(&quiet);
   const auto now = [] { return std::chrono::steady_clock::now(); };
+  untilDriven(arm);
   const auto begin = now();
   double down = 0;
   while (arm.forceN().norm() < 0.1 && now() - begin < 5s) {
     std::this_thread::sleep_for(2ms);
-    if (now() - begin > 1s && down < 20) arm.hand({0, 0, -(down += 0.1)}, 0);
+    if (down < 20) arm.hand({0, 0, -(down += 0.1)}, 0);
   }
   ASSERT_GE(arm.forceN().norm(), 0.1) << "it pushed";
   kill(pid, SIGKILL);
