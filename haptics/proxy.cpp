@@ -13,7 +13,8 @@ constexpr double kAway[] = {0.0035, 0.0015, 0};  // How far smooth normals may l
 constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
 constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel.
 constexpr double kTrust = 0.015;        // After a step that was searched so little more needs no search: what curvature left over.
-constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten.
+constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten,
+constexpr double kKeepRadii = 0.08;     // or than this part of the radius: a small ball would drag along all that it touched.
 constexpr double kLookAhead = 4;        // How far beyond the ball free space is measured: later ticks need no search.
 constexpr double kEscapeStep = 4;       // Between two looks along a ray out of deep clay.
 constexpr int kEscapeRings = 256;       // So many looks along each ray.
@@ -69,6 +70,7 @@ void Proxy::begin(Surroundings& around, const Guides& guides, const Quality& qua
   around_ = &around;
   voxel_ = around.empty() ? radiusMm : around.resolutionMm();
   radius_ = radiusMm;
+  keep_ = std::min(kKeep * voxel_, kKeepRadii * radiusMm + kOverlap * voxel_);
   part_ = 0;
   steps_ = quality.contactSteps;
   mostSearches_ = quality.contactSearches;
@@ -113,7 +115,7 @@ void Proxy::refresh() ARGIL_REALTIME {
     contacts_[size_t(kept++)].smoothKnown = false;
   }
   contactCount_ = kept;
-  if (here.distance < radius_ + kKeep * voxel_) note(here, kMergeCosine);
+  if (here.distance < radius_ + keep_) note(here, kMergeCosine);
 }
 
 // A point that holds the ball, in place of those that say the same: their normals differ by less than the angle.
@@ -145,7 +147,7 @@ void Proxy::place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME {
 void Proxy::prune() ARGIL_REALTIME {
   int kept = 0;
   for (int i = 0; i < contactCount_; ++i)
-    if ((proxy_ - contacts_[size_t(i)].point).norm() < radius_ + kKeep * voxel_) contacts_[size_t(kept++)] = contacts_[size_t(i)];
+    if ((proxy_ - contacts_[size_t(i)].point).norm() < radius_ + keep_) contacts_[size_t(kept++)] = contacts_[size_t(i)];
   contactCount_ = kept;
 }
 
@@ -332,7 +334,7 @@ bool Proxy::step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REA
       const Around there = search(candidate);
       if (radius_ - there.distance <= allowed) {
         place(candidate, there.distance);
-        if (there.distance < radius_ + kKeep * voxel_) note(there, kMergeCosine);
+        if (there.distance < radius_ + keep_) note(there, kMergeCosine);
         moved = true;
         break;
       }

@@ -77,7 +77,7 @@ class Proxy {
   const Guides* guides_ = nullptr;
   bool locked_ = false;
   Vec3d proxy_ = Vec3d::Zero();
-  double radius_ = 1, voxel_ = 1;
+  double radius_ = 1, voxel_ = 1, keep_ = 0;
   double clearance_ = 0;
   std::array<ContactPoint, kMaxContacts> contacts_;
   int contactCount_ = 0;
