@@ -199,6 +199,7 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
     case Mode::settle: cut(scene, in, changed, out); break;
     case Mode::add: lay(scene, in, changed, out); break;
   }
+  out.active = (out.flags & kLeaving) != 0 || guides_.settling();
   out.ambient = guides_.force();
   out.force += out.ambient;
   // A spring that is stretched further than the motor can pull is not a fault: it saturates.

@@ -20,7 +20,7 @@ struct SurfacePoint {
 /// Finds closest points of the trilinear zero surface of a version. It never trusts a distance read from the field (known
 /// only within the band, and near a cut only a bound), only the surface itself: sign changes found by bit operations in the
 /// bricks that the sphere of the best answer so far meets, then walked along the surface. Exact to about 0.01 voxel.
-/// Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version, and 50 kB of memory.
+/// Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version, and 90 kB of memory.
 class ClosestSurface {
  public:
   /// Reads `version` from now on; somebody else holds it.

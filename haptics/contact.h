@@ -30,6 +30,7 @@ class Contact {
     Vec3d cutPoint = Vec3d::Zero();
     Vec3d force = Vec3d::Zero();      ///< On the hand, N, world directions; no longer than the peak.
     Vec3d ambient = Vec3d::Zero();    ///< The part of `force` that no spring to the proxy gives: wells, gravity.
+    bool active = false;              ///< What holds the ball moves by itself: its work is not the hand's.
     double depthMm = 0;
     double areaMm2 = 0;               ///< Engaged area while cutting.
     int planes = 0;                   ///< Active planes.

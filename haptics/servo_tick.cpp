@@ -98,7 +98,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
       energy.storedNmm += stretched;
       // What is cut damps by itself.
       if (stretched > 0 && !(out.flags & kCutting)) energy.dampingNsmm = coupling_.dampingNsmm;
-      energy.active = (out.flags & kLeaving) != 0 || workspace_.panning() || workspace_.grip() < 1;
+      energy.active = out.active || workspace_.panning() || workspace_.grip() < 1;
       raw = passivity_.apply(energy);
     }
     sample_.proxy = out.proxy;
