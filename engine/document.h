@@ -1,0 +1,132 @@
+#pragma once
+// All that a person makes: pieces of clay, parts, guides, symmetry. A value: a change makes a new one that shares the clay of the old.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clay/triangle_mesh.h"
+#include "clay/version.h"
+#include "haptics/scene.h"
+
+namespace argil::haptics {
+class PartMesh;
+}
+
+namespace argil::engine {
+
+/// Names an object for the life of its document; 0 is none, and no number is used twice.
+using Id = uint32_t;
+
+/// What every object of a document has.
+struct Thing {
+  Id id = 0;
+  std::string name;
+  bool visible = true;   ///< Hidden things are not felt either.
+  bool locked = false;   ///< Neither edited nor moved; still felt.
+};
+
+/// A clay of its own voxel size and place.
+struct Piece : Thing {
+  clay::Version version;
+  haptics::Pose pose;                              ///< From the piece's millimetres to the world's.
+  std::array<float, 3> colour{0.80f, 0.62f, 0.50f};  ///< sRGB.
+  haptics::Material material;                      ///< How it feels; Material::texture is not used here.
+};
+
+/// A mesh that stays as it is: seen and felt, not edited.
+struct Part : Thing {
+  std::shared_ptr<const clay::TriangleMesh> mesh;  ///< mm.
+  std::shared_ptr<const haptics::PartMesh> felt;   ///< Null until it has been built in the background: seen, not yet felt.
+  haptics::Pose pose;
+  std::array<float, 3> colour{0.55f, 0.60f, 0.68f};
+  haptics::Material material;
+};
+
+/// Construction geometry and measures, world mm.
+struct Guide : Thing {
+  enum class Kind : uint8_t {
+    plane,       ///< Through the pose's place, normal to its z.
+    line,        ///< Through the pose's place along its z.
+    point,       ///< The pose's place.
+    curve,       ///< Smooth through pointsMm.
+    keepOutBox,  ///< Centred on the pose, edges sizeMm.
+    ruler,       ///< From pointsMm[0] to [1]: shows the distance.
+    angle,       ///< At pointsMm[1] between [0] and [2].
+  };
+  enum class Feel : uint8_t {
+    seen,     ///< Not felt. Rulers and angles always are.
+    lock,     ///< Holds the tool's centre on it.
+    well,     ///< Attracts the tool within rangeMm.
+    keepOut,  ///< The tool's ball may not enter (box) or go below (plane).
+  };
+  Kind kind = Kind::plane;
+  Feel feel = Feel::seen;
+  haptics::Pose pose;
+  Vec3d sizeMm{40, 40, 40};      ///< What is drawn of a plane (x, y) or a line (z); edges of a box.
+  std::vector<Vec3d> pointsMm;   ///< Of curve (2 at least), ruler (2), angle (3).
+  bool closed = false;           ///< Of a curve.
+  double rangeMm = 5, forceN = 1;  ///< Of a well.
+
+  [[nodiscard]] Vec3d axis() const { return pose.rotation * Vec3d::UnitZ(); }
+};
+
+/// Strokes are repeated as mirror images, once for each plane, twice more for both, and so on.
+struct Symmetry {
+  bool x = false, y = false, z = false;  ///< Planes normal to the pose's axes, through its place.
+  haptics::Pose pose;
+  [[nodiscard]] bool any() const { return x || y || z; }
+};
+
+/// A mirror plane, world mm; the normal's length does not matter.
+struct MirrorPlane {
+  Vec3d pointMm = Vec3d::Zero(), normal = Vec3d::UnitX();
+  friend bool operator==(const MirrorPlane&, const MirrorPlane&) = default;
+};
+
+struct Document {
+  std::vector<Piece> pieces;   ///< In the order of the list that the person sees.
+  std::vector<Part> parts;
+  std::vector<Guide> guides;
+  Symmetry symmetry;
+  Id active = 0;               ///< The piece that is worked on; 0: none.
+  Id nextId = 1;
+
+  /// Null when there is none of that id.
+  [[nodiscard]] const Piece* piece(Id id) const;
+  [[nodiscard]] Piece* piece(Id id);
+  [[nodiscard]] const Part* part(Id id) const;
+  [[nodiscard]] Part* part(Id id);
+  [[nodiscard]] const Guide* guide(Id id) const;
+  [[nodiscard]] Guide* guide(Id id);
+  [[nodiscard]] const Thing* thing(Id id) const;
+  [[nodiscard]] Thing* thing(Id id);
+  /// The piece that strokes work on: active, visible and not locked; else null.
+  [[nodiscard]] const Piece* workedOn() const;
+
+  /// Give a new id and, where the name is empty, a name such as "Plane 2"; a first piece becomes the active one. Return the id.
+  Id add(Piece piece);
+  Id add(Part part);
+  Id add(Guide guide);
+  /// Whatever it is. Another piece becomes active when the active one goes. False when there was none.
+  bool remove(Id id);
+  /// Moves a thing up (−1) or down (+1) in its list. False at the ends.
+  bool reorder(Id id, int by);
+
+  [[nodiscard]] std::vector<MirrorPlane> mirrors() const;
+
+  /// A document of one piece named "Clay".
+  static Document of(clay::Version version);
+};
+using DocumentPtr = std::shared_ptr<const Document>;
+
+/// Fills pieces, parts, guides and materials of a scene from a document: what is visible. Pieces that are not worked on are kept
+/// out of (felt, never cut). Guides of `base` stay before the document's. Throws Error for what haptics refuses.
+[[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base);
+
+/// What a guide is to the hand; nothing when it is only seen.
+[[nodiscard]] std::vector<haptics::Guide> felt(const Guide& guide, uint32_t firstId);
+
+}  // namespace argil::engine

@@ -1,0 +1,162 @@
+#pragma once
+// A document in work: the thread that edits it, the servo that feels it, the jobs beside it, and what a face needs to show it.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clay/surface.h"
+#include "engine/document.h"
+#include "engine/tool.h"
+#include "haptics/device.h"
+#include "haptics/devices/pointer.h"
+#include "haptics/sample_ring.h"
+#include "haptics/servo.h"
+
+namespace argil::engine {
+
+/// All that a face shows of the model: immutable, of one moment.
+struct Snapshot {
+  uint64_t sequence = 0;       ///< Grows with every change.
+  DocumentPtr document;
+  std::shared_ptr<const std::vector<std::string>> history;  ///< Labels of steps, oldest first, undone ones too.
+  size_t done = 0;             ///< So many of them are done; the next is what redo would do.
+  bool inStroke = false;
+  Tool tool;                   ///< As the edit thread has it.
+  uint64_t strokes = 0, points = 0, versions = 0;
+  uint64_t clayBytes = 0;      ///< Of the pieces and their undo steps.
+  double editP50Us = 0, editP99Us = 0;  ///< From a sample that cuts to its changed triangles.
+};
+
+/// Changed surface since the last time it was taken. Several changes of a brick are one.
+struct SurfaceChange {
+  Id piece = 0;
+  bool whole = false;    ///< Forget what was there before: the delta is the whole piece.
+  bool removed = false;  ///< The piece is gone; no delta.
+  clay::SurfaceDelta delta;
+};
+struct SurfaceChanges {
+  std::vector<SurfaceChange> pieces;
+  /// The oldest sample whose cut is shown with these for the first time: its time on CLOCK_MONOTONIC, ns; 0: none.
+  int64_t oldestSampleNs = 0;
+};
+
+/// What the person sees of touch.
+struct TouchState {
+  std::string device;                  ///< As it was opened: "pointer", "haply", "simulated:touch".
+  haptics::DeviceSheet sheet;
+  std::string deviceStatus;            ///< One sentence.
+  haptics::ServoState state = haptics::ServoState::noScene;
+  std::string sentence;                ///< What the servo does or why it stopped, and what to do.
+  std::string grant;                   ///< What the system granted the servo.
+  double rateHz = 1000;
+  haptics::StylusSample latest;
+  std::vector<float> forceN;           ///< Size of the force of the last 2 s, oldest first, 500 a second.
+  haptics::ServoStatistics statistics; ///< At most half a second old while somebody asks.
+  uint64_t droppedSamples = 0, watchdogCuts = 0;
+};
+
+struct JobView {
+  uint64_t id = 0;
+  std::string name;       ///< "Exporting bunny.stl".
+  double fraction = 0;    ///< 0 to 1.
+  double seconds = 0;     ///< Since it began.
+};
+
+struct Message {
+  enum class Level : uint8_t { done, warning, error };
+  Level level = Level::done;
+  std::string text;       ///< One sentence, and what to do where something is wrong.
+};
+
+struct ExportOptions {
+  std::vector<std::filesystem::path> files;  ///< The ending says the format: .stl, .obj, .ply.
+  bool visibleOnly = true;                   ///< Else every piece.
+  Id piece = 0;                              ///< This one alone; 0: all that count.
+};
+
+/// Members may be called from the thread that shows it, one thread; none waits for edits, files or devices. What goes wrong later
+/// comes as a message. The destructor ends the stroke in work, cancels jobs, stops the servo (force zero) and waits.
+class Workbench {
+ public:
+  struct Options {
+    std::string device = "pointer";
+    bool realtime = true;
+    std::string falconFirmware;
+    int surfaceThreads = 1;
+  };
+  explicit Workbench(const Options& options);
+  Workbench() : Workbench(Options()) {}
+  ~Workbench();
+  Workbench(const Workbench&) = delete;
+  Workbench& operator=(const Workbench&) = delete;
+
+  [[nodiscard]] std::shared_ptr<const Snapshot> snapshot() const;
+  [[nodiscard]] SurfaceChanges takeSurfaces();
+  /// Everything anew with the next takeSurfaces(): the renderer lost it.
+  void resendSurfaces();
+  [[nodiscard]] std::vector<Message> takeMessages();
+  /// Into the list of messages.
+  void tell(Message::Level level, std::string text);
+
+  // Edits. Each is one undo step, named by its label; refused with a message while it cannot be done.
+
+  /// Any change of the document but of clay in a stroke. A step with the same `merge` as the last one joins it (dragging a slider or
+  /// a widget is one step); empty: never joins. `change` runs on the edit thread on a copy: capture by value. It may throw Error.
+  void edit(std::string label, std::function<void(Document&)> change, std::string merge = {});
+  /// From now on edits with this merge key begin a new step: the drag has ended.
+  void endMerge();
+  void undo();
+  void redo();
+  /// So many steps done: 0 is the beginning.
+  void goTo(size_t done);
+
+  // Clay that comes and goes, as jobs.
+
+  void newDocument();
+  void addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm = Vec3d::Zero());
+  void addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm = Vec3d::Zero());
+  struct ImportOptions {
+    std::string units = "mm";
+    std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.
+    std::optional<double> fitMm;     ///< Centred and scaled to this.
+    bool asPart = false;             ///< Kept as a mesh: seen and felt, not clay.
+    bool replace = false;            ///< A new document of it.
+  };
+  void import(const std::filesystem::path& file, const ImportOptions& options);
+  /// A script's clay and strokes (.json) or a mesh, as a new document.
+  void open(const std::filesystem::path& file);
+  void exportTo(const ExportOptions& options);
+
+  [[nodiscard]] std::vector<JobView> jobs() const;
+  void cancelJob(uint64_t id);
+
+  // The hand
+
+  /// From the next tick on. Sizes that this clay cannot have are brought within its limits.
+  void setTool(const Tool& tool);
+  void setWorkspace(const haptics::Workspace& workspace);
+  void setTouchQuality(const haptics::Quality& quality);
+  /// By the names of `argil devices`; "pointer": mouse and pen. Closes the one before.
+  void useDevice(const std::string& name);
+  /// Zero force until resumeForces(). At once, from the calling thread.
+  void stopForces();
+  void resumeForces();
+  /// The mouse or the pen, while the device is "pointer".
+  void feedPointer(const haptics::PointerSample& sample);
+  void pointerLeft();
+  [[nodiscard]] bool usesPointer() const;
+  /// Cheap: the newest tick.
+  [[nodiscard]] haptics::StylusSample latest();
+  /// `statistics` asks for histograms too.
+  [[nodiscard]] TouchState touch(bool statistics);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::engine
