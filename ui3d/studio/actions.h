@@ -1,0 +1,44 @@
+#pragma once
+// Everything that can be asked of the studio by name: menus, shortcuts and the palette are made from this table.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ui3d/studio/context.h"
+#include "ui3d/studio/event.h"
+
+namespace argil::studio {
+
+struct Shortcut {
+  Key key = Key::none;
+  uint8_t modifiers = 0;
+  friend bool operator==(const Shortcut&, const Shortcut&) = default;
+};
+/// "Ctrl+Shift+Z", "[", "F1". Nothing for a text that is none.
+[[nodiscard]] std::optional<Shortcut> parseShortcut(std::string_view text);
+[[nodiscard]] std::string format(const Shortcut& shortcut);
+
+struct Action {
+  std::string id, name, help;   ///< "edit.undo", "Undo", one sentence.
+  std::string group;            ///< Menu: File, Edit, Clay, Tool, Guides, View, Touch, Window, Help.
+  std::string shortcut;         ///< As it ships; the person's own are in StudioState::keys.
+  void (*run)(Context&, std::string_view argument) = nullptr;
+  std::string argument;         ///< Given to run: one function serves several rows.
+  bool (*enabled)(const Context&) = nullptr;                                ///< Null: always.
+  bool (*checked)(const Context&, std::string_view argument) = nullptr;     ///< Null: not a switch.
+};
+
+/// One row for each tool of engine::toolTable(), each named view, each panel among them.
+[[nodiscard]] const std::vector<Action>& actions();
+[[nodiscard]] const Action* findAction(std::string_view id);
+/// The shortcut in force, after the person's changes.
+[[nodiscard]] std::string shortcutOf(const Action& action, const StudioState& state);
+/// Runs what the key stands for; false when nothing does. Not called while a text field has the keyboard.
+bool runShortcut(Context& context, const Shortcut& shortcut);
+/// Rows whose name, group or help match what was typed, best first: letters in order, beginnings of words count more.
+[[nodiscard]] std::vector<const Action*> searchActions(std::string_view typed);
+
+}  // namespace argil::studio

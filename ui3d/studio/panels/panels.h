@@ -1,0 +1,32 @@
+#pragma once
+// Everything flat in the studio, drawn with Dear ImGui. Knows no window: between ImGui::NewFrame() and ImGui::Render().
+
+#include <memory>
+
+#include "ui3d/studio/context.h"
+
+namespace argil::studio {
+
+/// Made after ImGui's context; one thread.
+class Panels {
+ public:
+  Panels();
+  ~Panels();
+  Panels(const Panels&) = delete;
+  Panels& operator=(const Panels&) = delete;
+
+  /// Menus, panels, dialogs, status line, messages that pop up, progress of jobs. Changes `state` and sends edits to the bench.
+  void draw(Context& context);
+  /// A file came by drag and drop: asks for units where it has to.
+  void dropped(Context& context, const std::string& path);
+  /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's picture anew.
+  static void applyTheme(Theme theme, float scale);
+  /// The middle part that no panel covers, in interface units: left, top, right, bottom. Of the last draw().
+  [[nodiscard]] std::array<float, 4> free() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::studio
