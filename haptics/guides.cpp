@@ -149,7 +149,7 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
     }
   }
   // Through the stiffest coupling that there may be the set's speed is a speed of force as well.
-  double slide = kSlideMms;
+  double slide = input.pointing ? kPointingSlideMms : kSlideMms;
   if (input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
   locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
 
