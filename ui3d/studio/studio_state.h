@@ -31,6 +31,12 @@ struct FrameFigures {
   std::vector<render::PassTime> passes;
 };
 
+/// What an action or a panel asks of another part of the studio. Who serves it empties it.
+struct Wishes {
+  std::string place;    ///< A kind of guide, to be placed by clicks: Widgets::place().
+  std::string dialog;   ///< Of the panels: "open", "import", "part", "export", "clay"; "export.stl" names a format.
+};
+
 struct StudioState {
   // In hand
   std::string toolId = "carve";
@@ -58,7 +64,9 @@ struct StudioState {
   std::vector<std::string> recentFiles;
 
   FrameFigures figures;
-  bool quit = false;
+  Wishes wishes;
+  bool fullScreen = false;       ///< The window follows.
+  bool quit = false;             ///< The person wants to leave.
 
   /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never taken.
   engine::Tool& tool();

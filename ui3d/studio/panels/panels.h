@@ -1,7 +1,9 @@
 #pragma once
 // Everything flat in the studio, drawn with Dear ImGui. Knows no window: between ImGui::NewFrame() and ImGui::Render().
 
+#include <array>
 #include <memory>
+#include <string>
 
 #include "ui3d/studio/context.h"
 

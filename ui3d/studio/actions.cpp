@@ -1,0 +1,354 @@
+#include "ui3d/studio/actions.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "ui3d/studio/camera.h"
+#include "ui3d/studio/panels/panel_table.h"
+
+namespace argil::studio {
+namespace {
+
+using Text = std::string_view;
+
+// What a first block and a first ball are: a hand's size, fine enough to show a tool of 2 mm.
+constexpr double kClayMm = 60, kClayHeightMm = 40, kClayRoundMm = 4, kClayRadiusMm = 30, kClayVoxelMm = 0.5;
+constexpr double kRadiusStep = 1.15;  // Of a tool, for each press of a key.
+
+const engine::Thing* selected(const Context& c) { return c.now.document->thing(c.state.selected); }
+bool hasSelected(const Context& c) { return selected(c) != nullptr; }
+bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
+
+// Document
+
+void addBlock(Context& c, Text) {
+  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, kClayVoxelMm);
+  c.state.shown.firstStart = false;
+}
+void addSphere(Context& c, Text) {
+  c.bench.addSphere(kClayRadiusMm, kClayVoxelMm);
+  c.state.shown.firstStart = false;
+}
+void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
+
+void changeSelected(Context& c, const char* verb, void (*change)(engine::Thing&)) {
+  const engine::Thing* thing = selected(c);
+  if (!thing) return;
+  c.bench.edit(verb + (" " + thing->name), [id = thing->id, change](engine::Document& d) {
+    if (engine::Thing* t = d.thing(id)) change(*t);
+  });
+}
+void hideSelected(Context& c, Text) {
+  const engine::Thing* thing = selected(c);
+  if (thing && thing->visible) changeSelected(c, "Hide", [](engine::Thing& t) { t.visible = false; });
+  else changeSelected(c, "Show", [](engine::Thing& t) { t.visible = true; });
+}
+void lockSelected(Context& c, Text) {
+  const engine::Thing* thing = selected(c);
+  if (thing && !thing->locked) changeSelected(c, "Lock", [](engine::Thing& t) { t.locked = true; });
+  else changeSelected(c, "Unlock", [](engine::Thing& t) { t.locked = false; });
+}
+void removeSelected(Context& c, Text) {
+  const engine::Thing* thing = selected(c);
+  if (!thing) return;
+  c.bench.edit("Delete " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
+  c.state.selected = 0;
+}
+void showAll(Context& c, Text) {
+  c.bench.edit("Show everything", [](engine::Document& d) {
+    for (auto& t : d.pieces) t.visible = true;
+    for (auto& t : d.parts) t.visible = true;
+    for (auto& t : d.guides) t.visible = true;
+  });
+}
+
+// Tools
+
+void takeTool(Context& c, Text id) { c.state.toolId = id; }
+bool isTool(const Context& c, Text id) { return c.state.toolId == id; }
+void scaleRadius(Context& c, double factor) {
+  const engine::ToolRow* row = engine::findTool(c.state.toolId);
+  if (!row) return;
+  for (const auto& parameter : row->parameters) {
+    if (parameter.id == "radius") parameter.change(c.state.tool(), parameter.get(c.state.tool()) * factor);
+  }
+}
+void takeOpposite(Context& c, Text) {
+  if (const engine::ToolRow* row = engine::findTool(c.state.toolId)) c.state.toolId = row->opposite;
+}
+bool hasOpposite(const Context& c) {
+  const engine::ToolRow* row = engine::findTool(c.state.toolId);
+  return row && !row->opposite.empty() && row->opposite != row->id;
+}
+
+bool engine::Symmetry::* planeOf(Text axis) {
+  return axis == "x" ? &engine::Symmetry::x : axis == "y" ? &engine::Symmetry::y : &engine::Symmetry::z;
+}
+void switchSymmetry(Context& c, Text axis) {
+  const auto plane = planeOf(axis);
+  const bool on = !(c.now.document->symmetry.*plane);
+  c.bench.edit("Symmetry " + std::string(axis) + (on ? " on" : " off"), [plane, on](engine::Document& d) { d.symmetry.*plane = on; });
+}
+bool isSymmetric(const Context& c, Text axis) { return c.now.document->symmetry.*planeOf(axis); }
+
+void setGizmo(Context& c, Text mode) {
+  const GizmoMode wanted = mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale;
+  c.state.gizmo = c.state.gizmo == wanted ? GizmoMode::none : wanted;
+}
+bool isGizmo(const Context& c, Text mode) {
+  return c.state.gizmo == (mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale);
+}
+
+// View
+
+double aspect(const Context& c) { return double(c.width) / std::max(1.0, double(c.height)); }
+void look(Context& c, Text view) { c.camera.look(std::string(view), render::Box(), aspect(c)); }
+void focusAll(Context& c, Text) { c.camera.focus(c.renderer.bounds(), aspect(c)); }
+void focusSelected(Context& c, Text) {
+  render::Box box;
+  const engine::Id id = c.state.selected ? c.state.selected : c.now.document->active;
+  if (const engine::Guide* guide = c.now.document->guide(id)) {
+    for (const Vec3d& point : guide->pointsMm) box.add(point);
+    if (guide->pointsMm.empty()) {
+      const double reach = 0.5 * std::max(1.0, guide->sizeMm.norm());
+      box.add(guide->pose.translation - Vec3d::Constant(reach));
+      box.add(guide->pose.translation + Vec3d::Constant(reach));
+    }
+  } else if (c.now.document->thing(id)) {
+    box = c.renderer.bounds(id);
+  }
+  c.camera.focus(box.empty() ? c.renderer.bounds() : box, aspect(c));
+}
+void switchProjection(Context& c, Text) { c.camera.toggleProjection(); }
+bool isOrthographic(const Context& c, Text) { return c.camera.view().projection == render::Projection::orthographic; }
+void switchSection(Context& c, Text) {
+  if (c.state.look.section) {
+    c.state.section = c.state.look.section;
+    c.state.look.section.reset();
+    return;
+  }
+  if (!c.state.section) {  // The first time: the front half away, as the front view sees it.
+    const render::Box box = c.renderer.bounds();
+    c.state.section = render::Section{box.empty() ? Vec3d(Vec3d::Zero()) : box.centre(), -Vec3d::UnitY()};
+  }
+  c.state.look.section = c.state.section;
+}
+bool hasSection(const Context& c, Text) { return c.state.look.section.has_value(); }
+
+struct NamedShading { Text id, name, help; render::Shading shading; };
+constexpr std::array kShadings{
+    NamedShading{"matcap", "Shade as a material ball", "Form at a glance, without lights.", render::Shading::matcap},
+    NamedShading{"lit", "Shade by lights", "Key, fill and dome light on each piece's colour.", render::Shading::lit},
+    NamedShading{"material", "Shade as a material", "Lit, with roughness and gloss.", render::Shading::material},
+};
+void setShading(Context& c, Text id) {
+  for (const auto& row : kShadings) {
+    if (row.id == id) c.state.look.shading = row.shading;
+  }
+}
+bool isShading(const Context& c, Text id) {
+  return std::any_of(kShadings.begin(), kShadings.end(), [&](const auto& row) { return row.id == id && row.shading == c.state.look.shading; });
+}
+
+struct NamedStereo { Text id, name, help; render::StereoMode mode; };
+constexpr std::array kStereo{
+    NamedStereo{"mono", "Stereo off", "One picture for both eyes.", render::StereoMode::mono},
+    NamedStereo{"anaglyph", "Stereo: red and cyan", "For red and cyan glasses.", render::StereoMode::anaglyph},
+    NamedStereo{"sideBySide", "Stereo: side by side", "Left eye in the left half.", render::StereoMode::sideBySide},
+    NamedStereo{"topBottom", "Stereo: top and bottom", "Left eye in the upper half.", render::StereoMode::topBottom},
+    NamedStereo{"leftEye", "Stereo: left eye alone", "For pairs of pictures.", render::StereoMode::leftEye},
+    NamedStereo{"rightEye", "Stereo: right eye alone", "For pairs of pictures.", render::StereoMode::rightEye},
+};
+void setStereo(Context& c, Text id) {
+  for (const auto& row : kStereo) {
+    if (row.id == id) c.state.stereo.mode = row.mode;
+  }
+}
+bool isStereo(const Context& c, Text id) {
+  return std::any_of(kStereo.begin(), kStereo.end(), [&](const auto& row) { return row.id == id && row.mode == c.state.stereo.mode; });
+}
+
+// Panels
+
+void switchPanel(Context& c, Text id) {
+  if (const PanelRow* row = findPanel(id)) showPanel(c.state.shown, *row, !(c.state.shown.*row->shown));
+}
+bool isPanel(const Context& c, Text id) {
+  const PanelRow* row = findPanel(id);
+  return row && c.state.shown.*row->shown;
+}
+void setTheme(Context& c, Text id) {
+  c.state.theme = id == "dark" ? Theme::dark : id == "light" ? Theme::light : c.state.theme == Theme::dark ? Theme::light : Theme::dark;
+  c.state.look.lightBackground = c.state.theme == Theme::light;
+}
+
+std::string capital(Text text) {
+  std::string result(text);
+  if (!result.empty()) result[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(result[0])));
+  return result;
+}
+
+void addDocumentRows(std::vector<Action>& rows) {
+  rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", [](Context& c, Text) { c.bench.newDocument(); }});
+  rows.push_back({"file.open", "Open…", "A script or a mesh as a new document.", "File", "Ctrl+O", openDialog, "open"});
+  rows.push_back({"file.import", "Import as clay…", "A mesh becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
+  rows.push_back({"file.part", "Import as part…", "A mesh that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});
+  rows.push_back({"file.export", "Export…", "Writes the clay as STL, OBJ or PLY.", "File", "Ctrl+E", openDialog, "export", hasClay});
+  rows.push_back({"file.export.stl", "Export STL…", "For printers.", "File", "", openDialog, "export.stl", hasClay});
+  rows.push_back({"file.export.obj", "Export OBJ…", "For other modellers.", "File", "", openDialog, "export.obj", hasClay});
+  rows.push_back({"file.export.ply", "Export PLY…", "For scanners' and researchers' programs.", "File", "", openDialog, "export.ply", hasClay});
+  rows.push_back({"file.quit", "Quit", "Leaves Argil.", "File", "Ctrl+Q", [](Context& c, Text) { c.state.quit = true; }});
+
+  rows.push_back({"edit.undo", "Undo", "One step back.", "Edit", "Ctrl+Z", [](Context& c, Text) { c.bench.undo(); }, "",
+                  [](const Context& c) { return c.now.done > 0; }});
+  rows.push_back({"edit.redo", "Redo", "One step forward.", "Edit", "Ctrl+Shift+Z Ctrl+Y", [](Context& c, Text) { c.bench.redo(); }, "",
+                  [](const Context& c) { return c.now.history && c.now.done < c.now.history->size(); }});
+  rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected, "", hasSelected});
+  rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
+  rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L", lockSelected, "", hasSelected});
+  rows.push_back({"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
+  rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "", [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
+
+  rows.push_back({"clay.block", "Add a block", "A block of clay, 60 × 60 × 40 mm.", "Clay", "", addBlock});
+  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay, 60 mm across.", "Clay", "", addSphere});
+  rows.push_back({"clay.add", "Add clay…", "A block or a ball of the size that is wanted.", "Clay", "", openDialog, "clay"});
+}
+
+void addHandRows(std::vector<Action>& rows) {
+  for (const engine::ToolRow& tool : engine::toolTable()) {
+    rows.push_back({"tool." + std::string(tool.id), std::string(tool.name), std::string(tool.help), "Tool", std::string(tool.key), takeTool,
+                    std::string(tool.id), nullptr, isTool});
+  }
+  rows.push_back({"tool.smaller", "Smaller tool", "By an eighth; also F and a drag.", "Tool", "[", [](Context& c, Text) { scaleRadius(c, 1 / kRadiusStep); }});
+  rows.push_back({"tool.larger", "Larger tool", "By an eighth; also F and a drag.", "Tool", "]", [](Context& c, Text) { scaleRadius(c, kRadiusStep); }});
+  rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.", "Tool", "I", takeOpposite, "", hasOpposite});
+  for (const char* axis : {"x", "y", "z"}) {
+    const std::string name = capital(axis);
+    rows.push_back({std::string("symmetry.") + axis, "Symmetry " + name, "Strokes are repeated as mirror images along " + name + ".", "Tool",
+                    name, switchSymmetry, axis, nullptr, isSymmetric});
+  }
+
+  struct Row { const char *kind, *name, *help; };
+  for (const Row& row : {Row{"plane", "Plane", "A plane to snap to, by eye and by touch."}, Row{"line", "Line", "Between two clicks."},
+                         Row{"point", "Point", "At a click."}, Row{"curve", "Curve", "Through clicks on the clay; Enter ends it."},
+                         Row{"box", "Keep-out box", "The tool may not enter it."}, Row{"ruler", "Ruler", "The distance of two clicks."},
+                         Row{"angle", "Angle", "The angle of three clicks."}}) {
+    rows.push_back({std::string("guides.") + row.kind, std::string("Add ") + (row.kind[0] == 'a' ? "an " : "a ") + (row.name[0] == 'K' ? "keep-out box" : row.kind),
+                    row.help, "Guides", "", [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
+  }
+  struct Mode { const char *mode, *name, *key; };
+  for (const Mode& m : {Mode{"move", "Move", "G"}, Mode{"rotate", "Rotate", "R"}, Mode{"scale", "Scale", "T"}}) {
+    rows.push_back({std::string("gizmo.") + m.mode, std::string(m.name) + " selected", "Handles on the selected thing.", "Guides", m.key, setGizmo,
+                    m.mode, nullptr, isGizmo});
+  }
+  rows.push_back({"guides.snap", "Snap", "Dragged widgets snap to guides, clay and grid.", "Guides", "N",
+                  [](Context& c, Text) { c.state.snapWidgets = !c.state.snapWidgets; }, "", nullptr, [](const Context& c, Text) { return c.state.snapWidgets; }});
+}
+
+void addViewRows(std::vector<Action>& rows) {
+  struct Row { const char *view, *key; };
+  for (const Row& row : {Row{"front", "1"}, Row{"back", "Ctrl+1"}, Row{"right", "3"}, Row{"left", "Ctrl+3"}, Row{"top", "7"}, Row{"bottom", "Ctrl+7"}, Row{"iso", "0"}}) {
+    rows.push_back({std::string("view.") + row.view, Text(row.view) == "iso" ? "Corner view" : capital(row.view) + " view", "Looks from there at the same size.",
+                    "View", row.key, look, row.view});
+  }
+  rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "", nullptr, isOrthographic});
+  rows.push_back({"view.focus", "Focus on selected", "Fills the picture with it; with a drag the key sizes the tool.", "View", "F", focusSelected});
+  rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View", "Home Shift+F", focusAll});
+  rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "", nullptr, hasSection});
+  for (const auto& row : kShadings) {
+    rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setShading, std::string(row.id), nullptr, isShading});
+  }
+  for (const auto& row : kStereo) {
+    rows.push_back({"stereo." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setStereo, std::string(row.id), nullptr, isStereo});
+  }
+
+  rows.push_back({"touch.stop", "Stop forces", "Zero force at once, until they are resumed.", "Touch", "Ctrl+.", [](Context& c, Text) { c.bench.stopForces(); }});
+  rows.push_back({"touch.resume", "Resume forces", "Forces begin anew, from zero.", "Touch", "Ctrl+Shift+.", [](Context& c, Text) { c.bench.resumeForces(); }});
+  rows.push_back({"touch.pointer", "Use mouse or pen", "Works without a force device.", "Touch", "", [](Context& c, Text) { c.bench.useDevice("pointer"); }});
+  rows.push_back({"touch.workspaceBox", "Show the device's reach", "The box that the hand can reach.", "Touch", "",
+                  [](Context& c, Text) { c.state.showWorkspaceBox = !c.state.showWorkspaceBox; }, "", nullptr,
+                  [](const Context& c, Text) { return c.state.showWorkspaceBox; }});
+}
+
+void addWindowRows(std::vector<Action>& rows) {
+  for (const PanelRow& panel : panelTable()) {
+    const bool help = panel.id == "shortcuts" || panel.id == "firstStart";
+    rows.push_back({"panel." + std::string(panel.id), std::string(panel.name), std::string(panel.help), help ? "Help" : "Window", std::string(panel.shortcut),
+                    switchPanel, std::string(panel.id), nullptr, isPanel});
+  }
+  rows.push_back({"window.theme", "Light or dark", "Changes the theme.", "Window", "", setTheme});
+  rows.push_back({"window.fullScreen", "Full screen", "The window alone on the screen.", "Window", "F11",
+                  [](Context& c, Text) { c.state.fullScreen = !c.state.fullScreen; }, "", nullptr, [](const Context& c, Text) { return c.state.fullScreen; }});
+}
+
+// How well one typed word is met by a text: 0: not at all. Letters in order; beginnings of words and letters that follow each other count more.
+int match(Text typed, Text text) {
+  int score = 1;
+  size_t at = 0;
+  bool following = false;
+  for (const char letter : typed) {
+    const auto wanted = std::tolower(static_cast<unsigned char>(letter));
+    size_t best = Text::npos;
+    for (size_t i = at; i < text.size(); ++i) {
+      if (std::tolower(static_cast<unsigned char>(text[i])) != wanted) continue;
+      if (best == Text::npos) best = i;
+      const bool begins = i == 0 || text[i - 1] == ' ';
+      if ((following && i == at) || begins) {
+        best = i;
+        break;
+      }
+    }
+    if (best == Text::npos) return 0;
+    const bool begins = best == 0 || text[best - 1] == ' ';
+    score += (begins ? 8 : 0) + (following && best == at ? 6 : 0) + (best == 0 ? 4 : 0);
+    at = best + 1;
+    following = true;
+  }
+  return score;
+}
+
+}  // namespace
+
+const std::vector<Action>& actions() {
+  static const std::vector<Action> table = [] {
+    std::vector<Action> rows;
+    addDocumentRows(rows);
+    addHandRows(rows);
+    addViewRows(rows);
+    addWindowRows(rows);
+    return rows;
+  }();
+  return table;
+}
+
+const Action* findAction(std::string_view id) {
+  const auto& rows = actions();
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const Action& each) { return each.id == id; });
+  return row == rows.end() ? nullptr : &*row;
+}
+
+std::vector<const Action*> searchActions(std::string_view typed) {
+  std::vector<std::pair<int, const Action*>> found;
+  for (const Action& action : actions()) {
+    int score = 1;
+    for (size_t begin = 0; begin < typed.size();) {
+      const size_t end = std::min(typed.find(' ', begin), typed.size());
+      if (const Text word = typed.substr(begin, end - begin); !word.empty()) {
+        // A name counts four times a group; help counts only for a word that stands in it as it was typed.
+        const int inHelp = word.size() >= 3 && Text(action.help).find(word) != Text::npos ? 2 : 0;
+        const int best = std::max({4 * match(word, action.name), match(word, action.group), inHelp});
+        score = best == 0 ? 0 : score * best;
+        if (score == 0) break;
+      }
+      begin = end + 1;
+    }
+    if (score > 0) found.emplace_back(score, &action);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<const Action*> rows;
+  for (const auto& [score, action] : found) rows.push_back(action);
+  return rows;
+}
+
+}  // namespace argil::studio
