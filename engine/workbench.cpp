@@ -89,21 +89,23 @@ void Workbench::newDocument() {
 }
 
 void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm) {
-  state_->begin("Making a block", [=, s = state_.get()](Job&) -> std::function<void()> {
+  state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
     clay::Grid grid;
     grid.voxelMm = voxelMm;
     grid.originMm = centreMm;
-    const clay::Version version = clay::makeBlock(clay::Store::make(), grid, centreMm, sizeMm, roundMm);
+    const clay::Version version = clay::makeBlock(clay::Store::make(), grid, centreMm, sizeMm, roundMm, &job);
+    s->surfaces.prepare(version);
     return [=] { s->addPiece("Add block", "Block", version); };
   });
 }
 
 void Workbench::addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm) {
-  state_->begin("Making a sphere", [=, s = state_.get()](Job&) -> std::function<void()> {
+  state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
     clay::Grid grid;
     grid.voxelMm = voxelMm;
     grid.originMm = centreMm;
-    const clay::Version version = clay::makeSphere(clay::Store::make(), grid, centreMm, radiusMm);
+    const clay::Version version = clay::makeSphere(clay::Store::make(), grid, centreMm, radiusMm, &job);
+    s->surfaces.prepare(version);
     return [=] { s->addPiece("Add sphere", "Sphere", version); };
   });
 }
@@ -117,6 +119,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     given.fitMm = how.fitMm;
     given.asPart = how.asPart;
     auto imported = std::make_shared<ImportedThing>(importMesh(file, given, &job));
+    if (imported->version) s->surfaces.prepare(imported->version);
     return [=] {
       Document document;
       const auto add = [&](Document& to) {
@@ -163,6 +166,7 @@ void Workbench::open(const std::filesystem::path& file) {
     run.job = &job;
     runScript(session, surface, script, run);
     const DocumentPtr made = session.document();
+    for (const Piece& piece : made->pieces) s->surfaces.prepare(piece.version);
     return [=] {
       s->begin(*made);
       for (const std::string& note : clay.notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);
