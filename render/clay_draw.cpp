@@ -37,7 +37,7 @@ void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, 
     const Vec3f rel = (grid.toWorld(draw.firstVoxel.toVec3d()) - plan.eye).cast<float>();
     const Coord corner = draw.firstVoxel * kUnitsPerVoxel;
     const ChunkConstants constants{
-        {corner.x, corner.y, corner.z}, float(grid.voxelMm / kUnitsPerVoxel), {rel.x(), rel.y(), rel.z()}};
+        {corner.x, corner.y, corner.z}, float(grid.voxelMm / kUnitsPerVoxel), {rel.x(), rel.y(), rel.z()}, 0, surfaceOf(PieceLook{})};
     push(commands, pipelines.layout(), constants);
     vkCmdDrawIndexed(commands, draw.indexCount, 1, draw.firstIndex, 0, 0);
   }
