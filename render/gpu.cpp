@@ -403,6 +403,13 @@ Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkI
     view.format = format;
     view.subresourceRange = {aspect(), 0, 1, 0, info.arrayLayers};
     check(vkCreateImageView(gpu.device(), &view, nullptr, &view_), "making an image view");
+    for (uint32_t i = 0; layers == 2 && i < 2; ++i) {
+      auto layer = view;
+      layer.viewType = VK_IMAGE_VIEW_TYPE_2D;
+      layer.subresourceRange.baseArrayLayer = i;
+      layer.subresourceRange.layerCount = 1;
+      check(vkCreateImageView(gpu.device(), &layer, nullptr, &layerViews_[i]), "making an image view");
+    }
     if (alias != VK_FORMAT_UNDEFINED) {
       view.format = alias;
       check(vkCreateImageView(gpu.device(), &view, nullptr, &aliasView_), "making an image view");
@@ -419,6 +426,7 @@ Texture& Texture::operator=(Texture&& other) noexcept {
   std::swap(memory_, other.memory_);
   std::swap(view_, other.view_);
   std::swap(aliasView_, other.aliasView_);
+  std::swap(layerViews_, other.layerViews_);
   std::swap(format_, other.format_);
   std::swap(extent_, other.extent_);
   return *this;
@@ -428,6 +436,7 @@ void Texture::reset() {
   if (!gpu_) return;
   vkDestroyImageView(gpu_->device(), view_, nullptr);
   vkDestroyImageView(gpu_->device(), aliasView_, nullptr);
+  for (VkImageView& each : layerViews_) vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
   vkDestroyImage(gpu_->device(), image_, nullptr);
   vkFreeMemory(gpu_->device(), memory_, nullptr);
   gpu_ = nullptr;

@@ -3,6 +3,7 @@
 
 #include <volk.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -66,6 +67,8 @@ class Texture {
   [[nodiscard]] VkImage image() const { return image_; }
   [[nodiscard]] VkImageView view() const { return view_; }
   [[nodiscard]] VkImageView aliasView() const { return aliasView_; }
+  /// One of two layers.
+  [[nodiscard]] VkImageView layerView(uint32_t layer) const { return layerViews_[layer]; }
   [[nodiscard]] VkFormat format() const { return format_; }
   [[nodiscard]] VkExtent2D extent() const { return extent_; }
   [[nodiscard]] VkImageAspectFlags aspect() const;
@@ -75,6 +78,7 @@ class Texture {
   VkImage image_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
   VkImageView view_ = VK_NULL_HANDLE, aliasView_ = VK_NULL_HANDLE;
+  std::array<VkImageView, 2> layerViews_{};
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   VkExtent2D extent_{};
 };

@@ -44,12 +44,16 @@ VkRenderingAttachmentInfo colourAttachment(VkImageView view, VkAttachmentLoadOp 
   return attachment(view, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, load, clear);
 }
 
-void beginPass(VkCommandBuffer commands, VkExtent2D extent, bool bothEyes, std::span<const VkRenderingAttachmentInfo> colours,
+VkRenderingAttachmentInfo depthAttachment(VkImageView view, VkAttachmentLoadOp load, VkClearValue clear = {}) {
+  return attachment(view, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, load, clear);
+}
+
+void beginPass(VkCommandBuffer commands, VkExtent2D extent, int turn, std::span<const VkRenderingAttachmentInfo> colours,
                const VkRenderingAttachmentInfo* depth) {
   auto info = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea.extent = extent;
   info.layerCount = 1;
-  info.viewMask = bothEyes ? 3 : 0;
+  info.viewMask = turn == kBothEyes ? 3 : 0;
   info.colorAttachmentCount = uint32_t(colours.size());
   info.pColorAttachments = colours.data();
   info.pDepthAttachment = depth;
@@ -107,12 +111,21 @@ void Renderer::State::bind(VkCommandBuffer commands, Pass pass) {
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.get(pass, variant));
 }
 
-void Renderer::State::fullscreen(VkCommandBuffer commands, Pass pass, const Texture& target, VkImageView view) {
-  const auto colour = colourAttachment(view, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
-  beginPass(commands, target.extent(), pass != Pass::resolve && targets.eyes == 2, {&colour, 1}, nullptr);
+void Renderer::State::fullscreen(VkCommandBuffer commands, Pass pass) {
   bind(commands, pass);
   vkCmdDraw(commands, 3, 1, 0, 0);
-  vkCmdEndRendering(commands);
+}
+
+std::span<const int> Renderer::State::turns() const {
+  static constexpr int kOne[] = {0}, kTogether[] = {kBothEyes}, kApart[] = {0, 1};
+  if (targets.eyes == 1) return kOne;
+  if (eyesTogether) return kTogether;
+  return kApart;
+}
+
+VkImageView Renderer::State::viewFor(const Texture& texture, int turn) const {
+  if (&texture == &targets.picture) return texture.aliasView();
+  return targets.eyes == 1 || turn == kBothEyes ? texture.view() : texture.layerView(uint32_t(turn));
 }
 
 void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count) {
@@ -165,41 +178,75 @@ void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& pla
   VkClearValue far{}, none{}, noCode{};
   far.depthStencil.depth = 0;  // reversed
   noCode.color.float32[3] = 1;
-  const bool both = targets.eyes == 2;
   transition(commands, targets.depth, kUnused, kDrawDepth);
   transition(commands, targets.normal, kUnused, kDrawColour);
   transition(commands, targets.albedo, kUnused, kDrawColour);
-  const VkRenderingAttachmentInfo colours[] = {colourAttachment(targets.normal.view(), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
-                                               colourAttachment(targets.albedo.view(), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
-  auto depth = attachment(targets.depth.view(), VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR, far);
-  beginPass(commands, targets.depth.extent(), both, colours, &depth);
-  drawClay(commands, plan, false);
-  vkCmdEndRendering(commands);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    stats = {};  // an eye alone counts like both
+    const VkRenderingAttachmentInfo colours[] = {
+        colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
+        colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
+    const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, far);
+    beginPass(commands, targets.depth.extent(), turn, colours, &depth);
+    drawClay(commands, plan, false);
+    vkCmdEndRendering(commands);
+  }
   transition(commands, targets.normal, kDrawColour, kRead);
   transition(commands, targets.albedo, kDrawColour, kRead);
   if (plan.look.section) {
     transition(commands, targets.depth, kDrawDepth, kDrawDepth);
-    depth.loadOp = VK_ATTACHMENT_LOAD_OP_LOAD;
-    beginPass(commands, targets.depth.extent(), both, {}, &depth);
-    bind(commands, Pass::cap);
-    vkCmdDraw(commands, 3, 1, 0, 0);
-    vkCmdEndRendering(commands);
+    for (const int turn : turns()) {
+      variant.eye = turn;
+      const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+      beginPass(commands, targets.depth.extent(), turn, {}, &depth);
+      fullscreen(commands, Pass::cap);
+      vkCmdEndRendering(commands);
+    }
   }
   transition(commands, targets.depth, kDrawDepth, kTestDepth);
+}
+
+/// Background, clay and ground, which only test depth; then what may hide each other.
+void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& plan, const Texture& target) {
+  transition(commands, target, kUnused, kDrawColour);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    const auto colour = colourAttachment(viewFor(target, turn), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+    auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    depth.imageLayout = kTestDepth.layout;
+    depth.storeOp = VK_ATTACHMENT_STORE_OP_NONE;
+    beginPass(commands, target.extent(), turn, {&colour, 1}, &depth);
+    fullscreen(commands, Pass::backdrop);
+    fullscreen(commands, Pass::shade);
+    if (plan.ground != FramePlan::Ground::none) {
+      bind(commands, Pass::ground);
+      vkCmdDraw(commands, 6, 1, 0, 0);
+    }
+    vkCmdEndRendering(commands);
+  }
+  transition(commands, targets.depth, kTestDepth, kDrawDepth);
+  transition(commands, target, kDrawColour, kDrawColour);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    const auto colour = colourAttachment(viewFor(target, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    beginPass(commands, target.extent(), turn, {&colour, 1}, &depth);
+    drawOverlays(commands, plan);
+    vkCmdEndRendering(commands);
+  }
 }
 
 void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& plan) {
   const VkDescriptorSet set = pipelines.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.layout(), 0, 1, &set, 0, nullptr);
-  const bool both = targets.eyes == 2;
 
   if (plan.look.keyShadow) {
     VkClearValue lit{};
     lit.depthStencil.depth = 1;
     transition(commands, targets.shadow, kUnused, kDrawDepth);
-    const auto depth =
-        attachment(targets.shadow.view(), VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR, lit);
-    beginPass(commands, targets.shadow.extent(), false, {}, &depth);
+    const auto depth = depthAttachment(targets.shadow.view(), VK_ATTACHMENT_LOAD_OP_CLEAR, lit);
+    beginPass(commands, targets.shadow.extent(), 0, {}, &depth);
     drawClay(commands, plan, true);
     vkCmdEndRendering(commands);
     transition(commands, targets.shadow, kDrawDepth, kRead);
@@ -211,44 +258,26 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
 
   if (plan.look.cavity) {
     transition(commands, targets.cavity, kUnused, kDrawColour);
-    fullscreen(commands, Pass::cavity, targets.cavity, targets.cavity.view());
+    for (const int turn : turns()) {
+      variant.eye = turn;
+      const auto cavity = colourAttachment(viewFor(targets.cavity, turn), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+      beginPass(commands, targets.cavity.extent(), turn, {&cavity, 1}, nullptr);
+      fullscreen(commands, Pass::cavity);
+      vkCmdEndRendering(commands);
+    }
     transition(commands, targets.cavity, kDrawColour, kRead);
   } else {
     transition(commands, targets.cavity, kUnused, kRead);
   }
 
-  const Texture& target = targets.direct() ? targets.picture : targets.colour;
-  const VkImageView view = targets.direct() ? targets.picture.aliasView() : targets.colour.view();
-  transition(commands, target, kUnused, kDrawColour);
-  {
-    const auto colour = colourAttachment(view, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
-    auto depth = attachment(targets.depth.view(), kTestDepth.layout, VK_ATTACHMENT_LOAD_OP_LOAD);
-    depth.storeOp = VK_ATTACHMENT_STORE_OP_NONE;
-    beginPass(commands, target.extent(), both, {&colour, 1}, &depth);
-    for (const Pass pass : {Pass::backdrop, Pass::shade}) {
-      bind(commands, pass);
-      vkCmdDraw(commands, 3, 1, 0, 0);
-    }
-    if (plan.ground != FramePlan::Ground::none) {
-      bind(commands, Pass::ground);
-      vkCmdDraw(commands, 6, 1, 0, 0);
-    }
-    vkCmdEndRendering(commands);
-  }
-
-  transition(commands, targets.depth, kTestDepth, kDrawDepth);
-  transition(commands, target, kDrawColour, kDrawColour);
-  {
-    const auto colour = colourAttachment(view, VK_ATTACHMENT_LOAD_OP_LOAD);
-    const auto depth = attachment(targets.depth.view(), VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_LOAD);
-    beginPass(commands, target.extent(), both, {&colour, 1}, &depth);
-    drawOverlays(commands, plan);
-    vkCmdEndRendering(commands);
-  }
+  recordColours(commands, plan, targets.direct() ? targets.picture : targets.colour);
   if (targets.direct()) return;
   transition(commands, targets.colour, kDrawColour, kRead);
   transition(commands, targets.picture, kUnused, kDrawColour);
-  fullscreen(commands, Pass::resolve, targets.picture, targets.picture.aliasView());
+  const auto picture = colourAttachment(targets.picture.aliasView(), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+  beginPass(commands, targets.picture.extent(), 0, {&picture, 1}, nullptr);
+  fullscreen(commands, Pass::resolve);
+  vkCmdEndRendering(commands);
 }
 
 void Renderer::State::recordReadback(VkCommandBuffer commands) {

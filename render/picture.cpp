@@ -14,7 +14,6 @@ constexpr int kLeastEdge = 16, kMostEdge = 8192;
 Variant variantOf(const FramePlan& plan, int samples) {
   const Look& look = plan.look;
   Variant v;
-  v.stereo = plan.eyes() == 2;
   v.perspective = plan.perspective;
   v.shading = int32_t(look.shading);
   v.matcap = look.shading == Shading::matcap ? int32_t(look.matcap) : 0;
@@ -25,7 +24,7 @@ Variant variantOf(const FramePlan& plan, int samples) {
   v.depthFade = look.depthFade;
   v.section = look.section.has_value();
   v.facingGrid = plan.ground == FramePlan::Ground::facing;
-  v.stereoMode = v.stereo ? int32_t(plan.stereo) : 0;
+  v.stereoMode = plan.eyes() == 2 ? int32_t(plan.stereo) : 0;
   v.samples = samples;
   return v;
 }

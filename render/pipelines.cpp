@@ -83,7 +83,7 @@ enum class Blend : uint8_t { none, over, premultiplied };
 
 /// Numbers of the specialisation constants, as bits.
 enum Uses : uint32_t {
-  kUseStereo = 1 << 0,
+  kUseEye = 1 << 0,
   kUsePerspective = 1 << 1,
   kUseShading = 1 << 2,
   kUseMatcap = 1 << 3,
@@ -107,7 +107,7 @@ struct Recipe {
   VkCompareOp depthTest;  ///< NEVER: no depth buffer.
   bool depthWrite;
   Blend blend;
-  uint32_t uses;  ///< Which constants its shaders read. A pass over both eyes uses `stereo`.
+  uint32_t uses;  ///< Which constants its shaders read. A pass over both eyes uses `eye`.
 };
 
 constexpr VkFormat kNo = VK_FORMAT_UNDEFINED;
@@ -116,22 +116,22 @@ constexpr VkCompareOp kNearer = VK_COMPARE_OP_GREATER, kBehind = VK_COMPARE_OP_L
 /// Against the far end, where full-screen triangles are drawn: where there is clay, where there is none.
 constexpr VkCompareOp kOnClay = VK_COMPARE_OP_LESS, kOffClay = VK_COMPARE_OP_GREATER_OR_EQUAL;
 
-constexpr uint32_t kEyes = kUseStereo | kUsePerspective, kLights = kUseKeyShadow | kUseCursor | kUseCursorShadow | kUseDepthFade;
+constexpr uint32_t kEyes = kUseEye | kUsePerspective, kLights = kUseKeyShadow | kUseCursor | kUseCursorShadow | kUseDepthFade;
 
 constexpr Recipe kRecipes[] = {
     {Pass::shadow, kShadowVert, kShadowFrag, Vertices::clayShadow, {kNo, kNo}, VK_COMPARE_OP_LESS, true, Blend::none, kUseSection},
-    {Pass::clay, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseStereo | kUseSection},
-    {Pass::part, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseStereo | kUseSection},
+    {Pass::clay, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
+    {Pass::part, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
     {Pass::cap, kFullscreenVert, kCapFrag, Vertices::none, {kNo, kNo}, kAlways, true, Blend::none, kEyes},
     {Pass::cavity, kFullscreenVert, kCavityFrag, Vertices::none, {kCavityFormat, kNo}, kNoTest, false, Blend::none, kEyes},
-    {Pass::backdrop, kFullscreenVert, kBackdropFrag, Vertices::none, {kColourFormat, kNo}, kOffClay, false, Blend::none, kUseStereo},
+    {Pass::backdrop, kFullscreenVert, kBackdropFrag, Vertices::none, {kColourFormat, kNo}, kOffClay, false, Blend::none, kUseEye},
     {Pass::shade, kFullscreenVert, kShadeFrag, Vertices::none, {kColourFormat, kNo}, kOnClay, false, Blend::none,
      kEyes | kLights | kUseShading | kUseMatcap | kUseCavity | kUseSection},
     {Pass::ground, kGroundVert, kGroundFrag, Vertices::none, {kColourFormat, kNo}, kNearer, false, Blend::premultiplied,
      kEyes | kLights | kUseFacingGrid},
-    {Pass::fills, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kNearer, false, Blend::over, kUseStereo},
-    {Pass::fillsBehind, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kBehind, false, Blend::over, kUseStereo},
-    {Pass::fillsOnTop, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kAlways, false, Blend::over, kUseStereo},
+    {Pass::fills, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kNearer, false, Blend::over, kUseEye},
+    {Pass::fillsBehind, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kBehind, false, Blend::over, kUseEye},
+    {Pass::fillsOnTop, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kAlways, false, Blend::over, kUseEye},
     {Pass::shaft, kShaftVert, kShaftFrag, Vertices::none, {kColourFormat, kNo}, kNearer, true, Blend::none, kEyes},
     {Pass::lines, kLineVert, kLineFrag, Vertices::line, {kColourFormat, kNo}, kNearer, false, Blend::over, kEyes | kUseDepthFade},
     {Pass::linesBehind, kLineVert, kLineFrag, Vertices::line, {kColourFormat, kNo}, kBehind, false, Blend::over, kEyes | kUseDepthFade},
@@ -255,7 +255,7 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe,
   dynamics.dynamicStateCount = 2;
   dynamics.pDynamicStates = dynamic;
   auto rendering = structure<VkPipelineRenderingCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO);
-  rendering.viewMask = variant.stereo ? 3 : 0;
+  rendering.viewMask = variant.eye == kBothEyes ? 3 : 0;
   rendering.colorAttachmentCount = colourCount;
   rendering.pColorAttachmentFormats = recipe.colours.data();
   rendering.depthAttachmentFormat = hasDepth ? kDepthFormat : VK_FORMAT_UNDEFINED;

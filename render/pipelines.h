@@ -60,9 +60,12 @@ enum class Pass : size_t {
 /// What shaders are specialised for, so that what a picture does not use costs nothing. Mirrors the constants of
 /// shaders/frame.glsl, by their numbers.
 struct Variant {
-  int32_t stereo = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursor = 0, cursorShadow = 0,
+  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursor = 0, cursorShadow = 0,
           depthFade = 0, section = 0, facingGrid = 0, stereoMode = 0, samples = 1;
 };
+
+/// Variant::eye of a multiview pass.
+inline constexpr int kBothEyes = 2;
 
 /// Bindings of the one descriptor set.
 enum Binding : uint32_t { kFrame, kDepth, kNormal, kCavity, kShadow, kColour, kAlbedo, kBindingCount };

@@ -1,6 +1,7 @@
 #pragma once
 // What a renderer is made of. Only for the .cpp files of render/.
 
+#include <span>
 #include <string>
 
 #include "render/frame.h"
@@ -34,7 +35,11 @@ struct Renderer::State {
         pipelines(gpu),
         surface(gpu),
         uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, Buffer::Memory::upload),
-        name(gpu.properties().deviceName) {}
+        name(gpu.properties().deviceName),
+        // Mesa 22.3's llvmpipe draws triangles over whole tiles of the second view into the first.
+        eyesTogether(options.eyes == RendererOptions::Eyes::together ||
+                     (options.eyes == RendererOptions::Eyes::automatic &&
+                      gpu.properties().deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)) {}
 
   // Pictures (picture.cpp, passes.cpp)
 
@@ -55,7 +60,11 @@ struct Renderer::State {
   void drawOverlays(VkCommandBuffer commands, const FramePlan& plan);
   void drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count);
   void drawFills(VkCommandBuffer commands, const FramePlan& plan);
-  void fullscreen(VkCommandBuffer commands, Pass pass, const Texture& target, VkImageView view);
+  void recordColours(VkCommandBuffer commands, const FramePlan& plan, const Texture& target);
+  void fullscreen(VkCommandBuffer commands, Pass pass);
+  /// How often a pass is recorded and for whom: Variant::eye of each turn.
+  [[nodiscard]] std::span<const int> turns() const;
+  [[nodiscard]] VkImageView viewFor(const Texture& texture, int turn) const;
   void bind(VkCommandBuffer commands, Pass pass);
 
   Quality quality;
@@ -69,6 +78,7 @@ struct Renderer::State {
 
   // Of the picture that is being recorded
   Variant variant;
+  bool eyesTogether;  ///< In one multiview pass.
   Buffer lines;              ///< World lines by depth, screen lines, then fills.
   VkDeviceSize fillsAt = 0;  ///< Where fills begin there, bytes.
 };

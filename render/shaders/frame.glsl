@@ -3,7 +3,7 @@
 #extension GL_EXT_multiview : require
 
 // Mirrors Variant (render/pipelines.h): what a picture does not use is not even compiled.
-layout(constant_id = 0) const bool kStereo = false;  // two eyes, one layer each
+layout(constant_id = 0) const int kEye = 0;  // whose picture; 2: both, a view each
 layout(constant_id = 1) const bool kPerspective = true;
 layout(constant_id = 2) const int kShading = 1;  // as Shading
 layout(constant_id = 3) const int kMatcap = 0;   // as Matcap
@@ -48,11 +48,11 @@ layout(set = 0, binding = 0, std140) uniform Frame {
   vec4 minorLine, majorLine;  // w: cover
 } frame;
 
-int eyeIndex() { return kStereo ? gl_ViewIndex : 0; }
+int eyeIndex() { return kEye == 2 ? gl_ViewIndex : kEye; }
 // Chosen by value: an index that is not constant makes some drivers gather.
 Eye eye() {
   Eye e = frame.eyes[0];
-  if (kStereo && gl_ViewIndex == 1) e = frame.eyes[1];
+  if (kEye == 1 || (kEye == 2 && gl_ViewIndex == 1)) e = frame.eyes[1];
   return e;
 }
 

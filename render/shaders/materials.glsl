@@ -67,7 +67,7 @@ vec3 litClay(Point p) {
   vec3 toKey = frame.keyLight.xyz;
   float nk = dot(p.n, toKey), nv = clamp(dot(p.n, p.toEye), 0.0, 1.0);
   // Clay scatters a little under its skin: light wraps around the edge, and is redder there.
-  vec3 wrap = vec3(0.22, 0.10, 0.06);
+  vec3 wrap = vec3(0.17, 0.10, 0.075);
   vec3 key = clamp((vec3(nk) + wrap) / (1.0 + wrap), 0.0, 1.0) * p.shadow * kKey;
   vec3 toFill = normalize(frame.cameraRight.xyz * 0.85 + frame.cameraUp.xyz * 0.1 - frame.cameraForward.xyz * 0.55);
   vec3 fill = clamp(dot(p.n, toFill) * 0.75 + 0.25, 0.0, 1.0) * kFill;

@@ -72,9 +72,9 @@ void main() {
     c *= mix(vec3(1.0), vec3(0.30, 0.24, 0.22), p.hollow) * (1.0 + 0.45 * p.ridge) * (shadow * mix(0.45, 1.0, p.cursor) * p.sky);
   } else {
     p.shadow = keyVisible(rel, p.n) * p.cursor;
-    c = toneMap((kShading == 1 ? litClay(p) : made(p)) * 0.90);
+    c = toneMap((kShading == 1 ? litClay(p) : made(p)) * 0.62);
   }
-  if (kSection && surface.a < 0.002) c = p.albedo * 0.62 * mix(0.5, 1.0, p.cursor);
+  if (kSection && surface.a < 0.002) c = p.albedo * vec3(0.50, 0.33, 0.30) * mix(0.5, 1.0, p.cursor);
   vec3 back = backdrop(ndc);
   if (dimmed) c = mix(mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.5), back, 0.45);
   float beneath;
