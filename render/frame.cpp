@@ -235,7 +235,9 @@ class Planner {
     Vec3d middle = view_.target - plan_.eye + axes_.forward * (0.98 * farthest_ - view_.distance());
     middle += axes_.up * (ground_ - (middle + plan_.eye).z()) / axes_.up.z();
     const Colour colour = look().lightBackground ? Colour{0.25f, 0.27f, 0.30f, 0.8f} : Colour{0.80f, 0.83f, 0.87f, 0.8f};
-    return line(middle - half * axes_.right, middle + half * axes_.right, colour, 1.5 * unit());
+    LineInstance ground = line(middle - half * axes_.right, middle + half * axes_.right, colour, 1.5 * unit());
+    ground.ends = 4;
+    return ground;
   }
 
   double mmPerPixelAt(const Vec3d& rel) const {
@@ -330,7 +332,7 @@ class Planner {
     };
     for (size_t i = 0; i + 1 < p.size(); ++i) {
       out.push_back(line(p[i] - plan_.eye, p[i + 1] - plan_.eye, path.colour, width));
-      out.back().flatEnds = float((smooth(i) ? 1 : 0) + (smooth(i + 1) ? 2 : 0));
+      out.back().ends = float((smooth(i) ? 1 : 0) + (smooth(i + 1) ? 2 : 0));
     }
   }
 

@@ -31,7 +31,7 @@ static_assert(sizeof(FrameUniforms) == 35 * 16);
 /// A segment as shaders/line.vert reads it.
 struct LineInstance {
   float a[3], widthSamples;
-  float b[3], flatEnds = 0;  ///< 1: at a, 2: at b, 3: both; else round.
+  float b[3], ends = 0;  ///< 1: flat at a, 2: at b, 3: both, else round; 4 more: does not fade with depth.
   float colour[4];  ///< Display-linear, alpha.
 };
 static_assert(sizeof(LineInstance) == 48);

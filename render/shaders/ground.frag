@@ -22,7 +22,7 @@ void main() {
   vec3 normal = cross(frame.gridU.xyz, frame.gridV.xyz);
   bool below = kPerspective ? dot(normal, rel - eye().place.xyz) > 0.0 : dot(normal, eye().forward.xyz) > 0.0;
   float fade = kFacingGrid ? 1.0 : 1.0 - smoothstep(0.35, 1.0, length(rel - frame.gridFade.xyz) / frame.gridFade.w);
-  if (kDepthFade) fade *= 1.0 - fadeAt(dot(eye().forward.xyz, rel - eye().place.xyz));
+  if (kDepthFade && !kFacingGrid) fade *= 1.0 - fadeAt(dot(eye().forward.xyz, rel - eye().place.xyz));
   bool solid = !kFacingGrid && !below;
   vec4 c = vec4(0.0);
   if (solid) {

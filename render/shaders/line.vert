@@ -6,7 +6,7 @@
 layout(push_constant) uniform Mode { float onScreen, strength; } mode;  // onScreen 1: positions are samples from the top left corner
 
 layout(location = 0) in vec4 a;       // xyz rel (or screen xy), w: width in samples
-layout(location = 1) in vec4 b;       // xyz, w: 1: flat at a, 2: flat at b, 3: both; else round
+layout(location = 1) in vec4 b;       // xyz, w: 1: flat at a, 2: flat at b, 3: both, else round; 4 more: does not fade
 layout(location = 2) in vec4 colour;  // display-linear, alpha
 layout(location = 0) out vec4 tint;
 layout(location = 1) out vec2 place;          // samples from the segment's start: along, aside
@@ -24,7 +24,7 @@ void main() {
     float za = dot(forward, a.xyz), zb = dot(forward, b.xyz);
     ca = toClip(a.xyz - forward * (4.0 * mmPerSample(za)));
     cb = toClip(b.xyz - forward * (4.0 * mmPerSample(zb)));
-    strength *= 1.0 - fadeAt(0.5 * (za + zb));
+    if (b.w < 4.0) strength *= 1.0 - fadeAt(0.5 * (za + zb));
     // Cut at a plane before the eye, where the projection turns over.
     float least = 1e-4 * max(abs(ca.w), abs(cb.w));
     if (ca.w < least && cb.w < least) {
@@ -48,6 +48,6 @@ void main() {
   vec2 offset = along * (corner.x > 0.5 ? reach : -reach) + aside * corner.y * reach;
   gl_Position = c + vec4(offset / (0.5 * frame.size.xy) * c.w, 0.0, 0.0);
   place = vec2(corner.x > 0.5 ? len + reach : -reach, corner.y * reach);
-  lengthWidthEnds = vec3(len, a.w, b.w);
+  lengthWidthEnds = vec3(len, a.w, mod(b.w, 4.0));
   tint = vec4(colour.rgb, colour.a * strength);
 }
