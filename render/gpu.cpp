@@ -257,6 +257,9 @@ void Gpu::createDevice() {
   features.pNext = &multiview;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   info.pNext = &features;
+  VkPhysicalDeviceFeatures core{};
+  core.multiDrawIndirect = VK_TRUE;  // every 1.3 driver of a desktop has it
+  info.pEnabledFeatures = &core;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "opening the device");

@@ -225,6 +225,7 @@ void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& p
     }
     vkCmdEndRendering(commands);
   }
+  timer.mark(commands, "shade");
   transition(commands, targets.depth, kTestDepth, kDrawDepth);
   transition(commands, target, kDrawColour, kDrawColour);
   for (const int turn : turns()) {
@@ -235,11 +236,13 @@ void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& p
     drawOverlays(commands, plan);
     vkCmdEndRendering(commands);
   }
+  timer.mark(commands, "overlays");
 }
 
 void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& plan) {
   const VkDescriptorSet set = pipelines.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.layout(), 0, 1, &set, 0, nullptr);
+  timer.begin(commands);
 
   if (plan.look.keyShadow) {
     VkClearValue lit{};
@@ -253,8 +256,10 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
   } else {
     transition(commands, targets.shadow, kUnused, kRead);
   }
+  timer.mark(commands, "shadow");
 
   recordScene(commands, plan);
+  timer.mark(commands, "clay");
 
   if (plan.look.cavity) {
     transition(commands, targets.cavity, kUnused, kDrawColour);
@@ -269,6 +274,7 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
   } else {
     transition(commands, targets.cavity, kUnused, kRead);
   }
+  timer.mark(commands, "cavity");
 
   recordColours(commands, plan, targets.direct() ? targets.picture : targets.colour);
   if (targets.direct()) return;
@@ -278,6 +284,7 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
   beginPass(commands, targets.picture.extent(), 0, {&picture, 1}, nullptr);
   fullscreen(commands, Pass::resolve);
   vkCmdEndRendering(commands);
+  timer.mark(commands, "resolve");
 }
 
 void Renderer::State::recordReadback(VkCommandBuffer commands) {

@@ -33,11 +33,11 @@ Variant variantOf(const FramePlan& plan, int samples) {
 
 Subject Renderer::State::subject(const Shot& shot) const {
   Subject subject;
-  subject.bounds = surface.layout().bounds();
+  subject.bounds = model.bounds();
   if (!shot.overlays.cursor || !shot.look.beam) return subject;
   const Cursor& cursor = *shot.overlays.cursor;
   const Vec3d drop = cursor.drop.normalized(), from = cursor.positionMm;
-  const auto hit = surface.layout().raycast(from, drop);
+  const auto hit = model.pick(from, drop, shot.look.section);
   if (hit) {
     // From within the clay there is nothing to fall onto.
     if (hit->fromOutside) subject.beamLengthMm = hit->distanceMm;
@@ -78,6 +78,7 @@ FramePlan Renderer::State::prepare(const Shot& shot, int width, int height) {
   uploadOverlays(plan);
   variant = variantOf(plan, used.supersample);
   stats = {};
+  model.prepare(sight(plan));
   return plan;
 }
 

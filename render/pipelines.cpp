@@ -338,7 +338,7 @@ void Pipelines::createLayout() {
   allocate.pSetLayouts = &setLayout_;
   check(vkAllocateDescriptorSets(device, &allocate, &set_), "making a descriptor set");
 
-  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(ChunkConstants)};
+  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(PieceConstants)};
   auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   layout.setLayoutCount = 1;
   layout.pSetLayouts = &setLayout_;

@@ -17,14 +17,15 @@ inline constexpr VkFormat kColourFormat = VK_FORMAT_R8G8B8A8_SRGB;
 inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< The finished picture's bytes, which are sRGB.
 
 /// Push constants of shaders/chunk.glsl.
-struct ChunkConstants {
-  int32_t corner[3];
+struct PieceConstants {
+  int32_t anchor[3];
   float unit;
-  float cornerRel[3];
-  float unused = 0;
+  float anchorRel[3];
+  float unused;
+  float rotation[4];
   std::array<float, 4> surface;  ///< surfaceOf().
 };
-static_assert(sizeof(ChunkConstants) == 48);
+static_assert(sizeof(PieceConstants) == 64);
 
 /// What shaders/clay.frag needs of a piece: display-linear colour, the code of its material (negative: its back is drawn too).
 [[nodiscard]] std::array<float, 4> surfaceOf(const PieceLook& look, bool bothSides = false);

@@ -40,7 +40,7 @@ const std::string& Renderer::deviceName() const {
   return state_->name;
 }
 uint64_t Renderer::deviceBytes() const {
-  return state_->surface.bytes() + state_->targets.bytes();
+  return state_->model.bytes() + state_->targets.bytes();
 }
 Renderer::DrawStats Renderer::drawStats() const {
   return state_->stats;

@@ -5,9 +5,10 @@
 #include <string>
 
 #include "render/frame.h"
+#include "render/model.h"
+#include "render/pass_timer.h"
 #include "render/pipelines.h"
 #include "render/renderer.h"
-#include "render/surface_buffers.h"
 
 namespace argil::render {
 
@@ -33,7 +34,8 @@ struct Renderer::State {
       : quality(options.quality),
         gpu(options.device, options.validation),
         pipelines(gpu),
-        surface(gpu),
+        model(gpu),
+        timer(gpu),
         uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, Buffer::Memory::upload),
         name(gpu.properties().deviceName),
         // Mesa 22.3's llvmpipe draws triangles over whole tiles of the second view into the first.
@@ -56,6 +58,7 @@ struct Renderer::State {
   void uploadOverlays(const FramePlan& plan);
   Subject subject(const Shot& shot) const;
   void recordScene(VkCommandBuffer commands, const FramePlan& plan);
+  Sight sight(const FramePlan& plan) const;
   void drawClay(VkCommandBuffer commands, const FramePlan& plan, bool intoShadow);
   void drawOverlays(VkCommandBuffer commands, const FramePlan& plan);
   void drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count);
@@ -70,7 +73,8 @@ struct Renderer::State {
   Quality quality;
   Gpu gpu;
   Pipelines pipelines;
-  SurfaceBuffers surface;
+  Model model;
+  PassTimer timer;
   Targets targets;
   Buffer uniforms;
   std::string name;

@@ -10,9 +10,9 @@ layout(location = 1) out float cut;
 layout(location = 2) out flat vec4 surface;
 
 void main() {
-  vec3 rel = chunkPosition(position);
-  viewNormal = toMiddle(unpackOctahedral(normal));
+  vec3 rel = piecePosition(position);
+  viewNormal = toMiddle(turned(unpackOctahedral(normal)));
   cut = dot(frame.section, vec4(rel, 1.0));
-  surface = chunk.surface;
+  surface = piece.surface;
   gl_Position = toClip(rel);
 }
