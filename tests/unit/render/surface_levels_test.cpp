@@ -117,7 +117,7 @@ TEST_F(Levels, ThinPlatesDoNotCollapse) {
   std::vector<uint16_t> out;
   size_t pairs = 0;
   for (const auto& mesh : delta_.changed) {
-    representatives(*mesh, 2, 0, out);
+    representatives(*mesh, 3, 0, out);
     for (size_t i = 0; i < out.size(); ++i) {
       const Vec3f a = mesh->normals[i].unpack(), b = mesh->normals[out[i]].unpack();
       if (std::abs(a.y()) < 0.99f) continue;
