@@ -8,8 +8,8 @@ namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
 
-/// Of the vertices in one group of cells: those that face as the first one, or those that face against it, so that a thin wall does
-/// not collapse and each side keeps its light.
+/// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin wall does not
+/// collapse and each side keeps its light.
 struct Cluster {
   Vec3f sum = Vec3f::Zero();
   uint32_t count = 0;
@@ -28,9 +28,9 @@ void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, st
   const size_t count = mesh.positions.size();
   out.resize(count);
   std::array<Cluster, 128> clusters;
-  std::array<Vec3f, 64> facing;
+  std::array<Vec3f, 64> spread;  // of normals along each axis
   std::array<bool, 64> met{};
-  std::vector<uint16_t>& cluster = out;  // first the cluster, then what stands for it
+  std::vector<uint16_t>& cluster = out;  // first the group, then the cluster, then what stands for the vertex
   const int size = kGroupCells[size_t(level)], groups = (clay::kBrickEdge + size - 1) / size;
   for (size_t i = 0; i < count; ++i) {
     const Vec3f& p = mesh.positions[i];
@@ -45,14 +45,19 @@ void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, st
       continue;
     }
     const auto group = size_t((cell[0] / size * groups + cell[1] / size) * groups + cell[2] / size);
-    const Vec3f normal = mesh.normals[i].unpack();
+    cluster[i] = uint16_t(group);
     if (!met[group]) {
       met[group] = true;
-      facing[group] = normal;
-      clusters[2 * group] = clusters[2 * group + 1] = Cluster();
+      spread[group].setZero();
     }
-    cluster[i] = uint16_t(2 * group + (normal.dot(facing[group]) < 0 ? 1 : 0));
-    clusters[cluster[i]].sum += p;
+    spread[group] += mesh.normals[i].unpack().cwiseAbs();
+  }
+  for (size_t i = 0; i < count; ++i) {
+    if (cluster[i] == kNone) continue;
+    Eigen::Index axis = 0;
+    spread[cluster[i]].maxCoeff(&axis);
+    cluster[i] = uint16_t(2 * cluster[i] + (mesh.normals[i].unpack()[axis] < 0 ? 1 : 0));
+    clusters[cluster[i]].sum += mesh.positions[i];
     ++clusters[cluster[i]].count;
   }
   for (size_t i = 0; i < count; ++i) {
