@@ -26,8 +26,6 @@ constexpr ImageUse kTestDepth{
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
     VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL};
-constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
-                             VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
 VkRenderingAttachmentInfo attachment(VkImageView view, VkImageLayout layout, VkAttachmentLoadOp load,
                                      VkClearValue clear = {}) {
@@ -102,7 +100,6 @@ void Renderer::State::resize(int width, int height, const FramePlan& plan, int s
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
   made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
-  made.readback = Buffer(gpu, VkDeviceSize(w) * h * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
   targets = std::move(made);
   pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
 }
@@ -131,7 +128,7 @@ VkImageView Renderer::State::viewFor(const Texture& texture, int turn) const {
 void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count) {
   if (count == 0) return;
   bind(commands, pass);
-  const VkBuffer buffer = lines.handle();
+  const VkBuffer buffer = frame().lines.handle();
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
   push(commands, pipelines.layout(), constants);
@@ -139,7 +136,7 @@ void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const Overl
 }
 
 void Renderer::State::drawFills(VkCommandBuffer commands, const FramePlan& plan) {
-  const VkBuffer buffer = lines.handle();
+  const VkBuffer buffer = frame().lines.handle();
   const auto draw = [&](Pass pass, float strength, const FramePlan::FillRun& run) {
     bind(commands, pass);
     vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &fillsAt);
@@ -290,24 +287,6 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
   fullscreen(commands, Pass::resolve);
   vkCmdEndRendering(commands);
   timer.mark(commands, "resolve");
-}
-
-void Renderer::State::recordReadback(VkCommandBuffer commands) {
-  transition(commands, targets.picture, kDrawColour, kCopyFrom);
-  VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  copy.imageExtent = {targets.picture.extent().width, targets.picture.extent().height, 1};
-  vkCmdCopyImageToBuffer(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                         targets.readback.handle(), 1, &copy);
-  auto toHost = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
-  toHost.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT;
-  toHost.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
-  toHost.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
-  toHost.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
-  auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  dependency.memoryBarrierCount = 1;
-  dependency.pMemoryBarriers = &toHost;
-  vkCmdPipelineBarrier2(commands, &dependency);
 }
 
 }  // namespace argil::render
