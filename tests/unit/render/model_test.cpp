@@ -59,9 +59,10 @@ class ModelPicture : public testing::Test {
     return view;
   }
   Image draw(const View& view = front()) {
-    Overlays overlays;
-    overlays.grid = overlays.scaleBar = overlays.cavity = false;
-    return renderer_->render(view, overlays, kWidth, kHeight);
+    Shot shot;
+    shot.view = view;
+    shot.look.grid = shot.look.scaleBar = shot.look.cavity = false;
+    return renderer_->render(shot, kWidth, kHeight);
   }
   static bool isClay(const Image& image, int x, int y) {
     const uint8_t* p = image.pixel(x, y);

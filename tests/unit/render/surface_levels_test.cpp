@@ -147,7 +147,7 @@ TEST(Cone, HidesOnlyWhatFacesAwayAndNotLittle) {
     for (const ChunkDraw& draw : layout.draws()) {
       ++all;
       const Vec3d half = 0.5 * (draw.max - draw.min);
-      const bool perspective = draw.cone.facesAway(draw.min + half, half.norm(), eye, 0);
+      const bool perspective = draw.cone.facesAway(draw.min + half, half.norm(), eye);
       const bool parallel = draw.cone.facesAway(ahead);
       byEye += perspective;
       byDirection += parallel;
