@@ -40,10 +40,11 @@ struct FrameSlot {
 };
 
 struct Renderer::State {
-  explicit State(const RendererOptions& given)
+  explicit State(const RendererOptions& given, std::shared_ptr<MessageLog> messages = std::make_shared<MessageLog>())
       : options(given),
+        log(std::move(messages)),
         quality(options.quality),
-        gpu(options),
+        gpu(options, log),
         pipelines(gpu),
         model(gpu),
         timer(gpu),
@@ -87,6 +88,7 @@ struct Renderer::State {
   void bind(VkCommandBuffer commands, Pass pass);
 
   RendererOptions options;
+  std::shared_ptr<MessageLog> log;
   Quality quality;
   Gpu gpu;
   Pipelines pipelines;
@@ -116,7 +118,6 @@ struct Renderer::State {
   std::unique_ptr<WindowTarget> window;
   bool showing = false;  ///< The picture drawn last is the one in the window.
   Image shown;           ///< What the window shows if another picture was drawn since.
-  std::vector<std::string> earlierMessages;  ///< Of the devices before this one.
 };
 
 template <class Constants>
