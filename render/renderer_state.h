@@ -25,12 +25,6 @@ struct Targets {
 
   /// Colours are drawn straight into the picture: one sample, one eye.
   [[nodiscard]] bool direct() const { return samples == 1 && eyes == 1; }
-  [[nodiscard]] uint64_t bytes() const {
-    const uint64_t pixels = uint64_t(width) * uint64_t(height),
-                   fine = pixels * uint64_t(samples) * uint64_t(samples) * uint64_t(eyes);
-    return fine * (4 + 4 + 4 + (direct() ? 0 : 4)) + pixels * (uint64_t(cavities ? 2 * eyes : 0) + 4 + 4) +
-           uint64_t(shadowPixels) * uint64_t(shadowPixels) * 4;
-  }
 };
 
 /// What the CPU writes for one of the frames that may be under way.
@@ -71,6 +65,7 @@ struct Renderer::State {
   [[nodiscard]] Image readBack();
 
   void resize(int width, int height, const FramePlan& plan, int samples);
+  void makeTargets(int width, int height, const FramePlan& plan, int samples);
   [[nodiscard]] int samplesOf(int width, int height) const;
   void uploadOverlays(const FramePlan& plan);
   Subject subject(const Shot& shot) const;
@@ -95,6 +90,7 @@ struct Renderer::State {
   Model model;
   PassTimer timer;
   Targets targets;
+  Targets resting;  ///< Of the same size with other samples, for when pictures move or rest again.
   Buffer uniforms;
   std::string name;
   DrawStats stats;
