@@ -194,6 +194,7 @@ void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& pla
   for (const int turn : turns()) {
     variant.eye = turn;
     stats = {};  // an eye alone counts like both
+    stats.levelBytes = model.levelBytes();
     const VkRenderingAttachmentInfo colours[] = {
         colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
         colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
