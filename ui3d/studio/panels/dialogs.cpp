@@ -102,7 +102,7 @@ void drawFiles(Context& context, Memory& memory) {
     }
   } else if (memory.filesFor == FilesFor::import) {
     const int rows = memory.importOptions.asPart ? 2 : memory.importVoxelGiven ? 4 : 3;
-    if (memory.files.draw([&] { importMore(memory); }, float(rows) * (kRow + kGap))) {
+    if (memory.files.draw([&] { importMore(memory); }, float(rows) * (kRow - 2 + kGap))) {
       import(context, memory, memory.files.path());
       context.state.shown.firstStart = false;
     }
@@ -145,7 +145,7 @@ void drawExport(Context& context, Memory& memory) {
   bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
   kit::textField("##folder", choice.folder, ImGui::GetContentRegionAvail().x - kRow - kGap, "Folder");
   ImGui::SameLine();
-  if (kit::iconButton("folders", "folder", kRow, false, "Choose a folder", "", "", false)) {
+  if (kit::iconButton("folders", "folder", kRow, kit::Lit::off, "Choose a folder", "", "", false)) {
     openFiles(memory, "Choose a folder", "Choose", {}, choice.folder);
     memory.filesFor = FilesFor::folder;
   }
@@ -268,7 +268,7 @@ void drawFirstStart(Context& context, Memory& memory) {
   kit::text("Argil");
   ImGui::PopFont();
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("close", "close", 22, false, "Close; it is in the Help menu")) context.state.shown.firstStart = false;
+  if (kit::iconButton("close", "close", 22, kit::Lit::off, "Close; it is in the Help menu")) context.state.shown.firstStart = false;
   kit::wrapped("Digital clay that you touch.", colours().dim);
   kit::gap(8);
   if (bigButton("block", "A block to carve", "60 × 60 × 40 mm, and the tool in hand")) runAction(context, "clay.block");

@@ -50,7 +50,7 @@ bool actionButton(Context& context, std::string_view id, std::string_view icon, 
   if (!action) return false;
   const bool enabled = !action->enabled || action->enabled(context), checked = action->checked && action->checked(context, action->argument);
   ImGui::BeginDisabled(!enabled);
-  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, checked, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
+  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, !checked ? kit::Lit::off : id.starts_with("tool.") ? kit::Lit::full : kit::Lit::soft, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
   ImGui::EndDisabled();
   if (pressed) action->run(context, action->argument);
   return pressed;
@@ -141,7 +141,7 @@ void drawBar(Context& context, Memory& memory) {
   actionButton(context, "view.all", "focus", kBarButton);
   ImGui::SameLine();
   const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
-  if (kit::iconButton("stereo", "stereo", kBarButton, stereo, "Stereo on or off; the View panel has its modes")) {
+  if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off, "Stereo on or off; the View panel has its modes")) {
     context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
   }
 

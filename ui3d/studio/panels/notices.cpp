@@ -44,7 +44,7 @@ void drawNotices(Context& context, Memory& memory) {
     kit::text(said.message.text);
     ImGui::PopTextWrapPos();
     ImGui::SameLine(width - 36);
-    if (kit::iconButton("dismiss", "close", 22, false, "Dismiss; the Messages panel keeps it")) said.dismissed = true;
+    if (kit::iconButton("dismiss", "close", 22, kit::Lit::off, "Dismiss; the Messages panel keeps it")) said.dismissed = true;
     ImGui::PopID();
   }
   for (const engine::JobView& job : jobs) {

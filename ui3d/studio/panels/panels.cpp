@@ -43,7 +43,7 @@ void titles(Context& context, Dock dock) {
     if (on) closed = &row;
   }
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("hide", "close", 22, false, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
+  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
 }
 
 void dock(Context& context, Memory& memory, const char* name, Dock which, const kit::Rect& rect) {
