@@ -33,12 +33,15 @@ void menuItem(Context& context, const Action& action) {
 // A mouse that is not over the picture is silent too: nothing that a person need know.
 bool forcesAil(const Context& context, const Memory& memory) {
   const haptics::ServoState state = memory.touch.state;
-  return state == haptics::ServoState::stopped || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
+  return forcesStopped(memory) || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
 }
 
-bool forcesStopped(const Memory& memory) { return memory.touch.state == haptics::ServoState::stopped; }
-
 }  // namespace
+
+bool forcesStopped(const Memory& memory) {
+  // A stop by the person leaves the servo's own state as it was: the sentence alone tells.
+  return memory.touch.state == haptics::ServoState::stopped || memory.touch.sentence.starts_with("Forces are stopped");
+}
 
 void runAction(Context& context, std::string_view id) {
   const Action* action = findAction(id);

@@ -45,6 +45,7 @@ struct Memory {
   std::vector<float> frameMs;  ///< The last two hundred or so.
 
   std::deque<Said> said;
+  bool moves = false;          ///< Panels::moves().
 
   engine::Id renaming = 0;
   bool renameBegun = false;
@@ -79,6 +80,8 @@ struct Memory {
 /// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
 bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
 void runAction(Context& context, std::string_view id);
+/// By the person or by a fault, until they are resumed.
+[[nodiscard]] bool forcesStopped(const Memory& memory);
 /// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
 [[nodiscard]] std::string_view iconOf(const engine::Document& document, engine::Id id);
 [[nodiscard]] std::string_view nameOf(engine::Guide::Kind kind);

@@ -91,6 +91,8 @@ Panels::~Panels() = default;
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
   hear(context, memory);
+  // A tooltip waits for a hand at rest; a cursor blinks.
+  memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
   serveWishes(context, memory);
   memory.layout = layOut(context.width, context.height, context.state.shown, toolButtons());
   ImGui::PushFont(fonts().body);
@@ -123,6 +125,8 @@ void Panels::dropped(Context& context, const std::string& path) {
   }
   state_->dropped = path;
 }
+
+bool Panels::moves() const { return state_->moves; }
 
 std::array<float, 4> Panels::free() const {
   const kit::Rect& free = state_->layout.free;
