@@ -171,6 +171,30 @@ TEST_F(Dialogs, TheStopButtonStopsForces) {
   rig.until([&] { return !std::isnan(rig.find("Bar", {"Stop forces", "button"}).x); }, "running again");
 }
 
+TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {
+  rig.bench.addSphere(60, 0.1);
+  rig.until([&] { return !rig.bench.jobs().empty() && rig.bench.jobs()[0].seconds > 0.35; }, "a job of 0.3 s");
+  const int id = int(rig.bench.jobs()[0].id);
+  rig.frames(2);
+  ImGuiWindow* notices = ImGui::FindWindowByName("Notices");
+  ASSERT_NE(notices, nullptr);
+  EXPECT_TRUE(rig.panels->moves());
+  const ImVec2 at = rig.findId(notices, ImHashStr("button", 0, ImHashStr("Cancel", 0, ImHashData(&id, sizeof id, notices->ID))));
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.until([&] { return rig.bench.jobs().empty(); }, "cancelled");
+  EXPECT_EQ(pieces(), 0u);
+}
+
+TEST_F(Dialogs, TheThemeTurnsTheBackgroundToo) {
+  rig.run("window.theme");
+  EXPECT_EQ(rig.state.theme, Theme::light);
+  EXPECT_TRUE(rig.state.look.lightBackground);
+  rig.run("window.theme");
+  EXPECT_EQ(rig.state.theme, Theme::dark);
+  EXPECT_FALSE(rig.state.look.lightBackground);
+}
+
 TEST_F(Dialogs, NewClayIsAdded) {
   rig.run("clay.add");
   press("New clay", "Add");

@@ -131,7 +131,8 @@ void drawExport(Context& context, Memory& memory) {
   ExportChoice& choice = memory.exporting;
   bool& open = context.state.shown.exporting;
   if (!kit::beginDialog("Export", "Export", 460, 0, &open)) return;
-  if (choice.folder.empty()) choice.folder = fs::current_path().string();
+  std::error_code ignored;
+  if (choice.folder.empty()) choice.folder = fs::current_path(ignored).string();
   kit::dimText("Formats");
   const float each = std::floor((ImGui::GetContentRegionAvail().x - 2 * kGap) / 3);
   for (size_t i = 0; i < kFormats.size(); ++i) {
@@ -155,7 +156,6 @@ void drawExport(Context& context, Memory& memory) {
   options.visibleOnly = choice.what == 0;
   options.piece = choice.what == 2 ? context.state.selected : 0;
   std::vector<std::string> existing;
-  std::error_code ignored;
   for (size_t i = 0; i < kEndings.size(); ++i) {
     if (!choice.formats[i]) continue;
     options.files.push_back(fs::path(choice.folder) / (choice.name + std::string(kEndings[i])));

@@ -220,8 +220,7 @@ void drawStatus(Context& context, Memory& memory) {
   else if (forcesAil(context, memory)) {
     doing = kit::sentence(memory.touch.sentence);
     colour = c.warning;
-  } else if (!context.state.wishes.place.empty()) doing = "Placing: click in the picture; Escape ends it";
-  else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
+  } else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
   else if (!context.now.document->workedOn()) {
     doing = "The active piece is hidden or locked: it cannot be worked on";
     colour = c.warning;
