@@ -156,7 +156,7 @@ void tooltip(std::string_view words, std::string_view shortcut) {
   sharpen(*ImGui::GetWindowDrawList());
   ImGui::PushTextWrapPos(280);
   ImGui::TextUnformatted(first(words), last(words));
-  if (!shortcut.empty()) dimText(shortcut);
+  if (!shortcut.empty()) dimText("Key: " + std::string(shortcut));
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
   ImGui::PopStyleVar();

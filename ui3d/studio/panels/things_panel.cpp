@@ -81,7 +81,9 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
     }
     if (ImGui::BeginPopupContextItem("menu")) {
       kit::sharpen(*ImGui::GetWindowDrawList());
+      ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 8});
       menu(context, memory, thing);
+      ImGui::PopStyleVar();
       ImGui::EndPopup();
     }
     const std::array<int, 2> dragged{int(thing.id), place};
