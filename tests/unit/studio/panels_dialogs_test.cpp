@@ -171,6 +171,27 @@ TEST_F(Dialogs, TheStopButtonStopsForces) {
   rig.until([&] { return !std::isnan(rig.find("Bar", {"Stop forces", "button"}).x); }, "running again");
 }
 
+TEST_F(Dialogs, ANewDocumentAsksWhereWorkWouldBeLost) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.new");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr) << "asks for a block that nobody worked on";
+  rig.until([&] { return pieces() == 0; }, "a new document");
+
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.edit("Work", [](engine::Document& d) { d.pieces[0].name = "Work"; });
+  rig.run("file.new");
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "work is gone without a question";
+  press("Beginning", "Cancel");
+  rig.frames(20);
+  EXPECT_EQ(pieces(), 1u);
+  rig.run("file.new");
+  press("Beginning", "Begin anew");
+  rig.until([&] { return pieces() == 0; }, "a new document");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+}
+
 TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {
   rig.bench.addSphere(60, 0.1);
   rig.until([&] { return !rig.bench.jobs().empty() && rig.bench.jobs()[0].seconds > 0.35; }, "a job of 0.3 s");

@@ -72,11 +72,52 @@ bool bigButton(std::string_view icon, std::string_view name, std::string_view he
   return pressed;
 }
 
+void begin(Context& context, const fs::path& file) {
+  context.state.selected = 0;
+  if (file.empty()) {
+    context.bench.newDocument();
+    return;
+  }
+  context.bench.open(file);
+  remember(context.state, file);
+  context.state.shown.firstStart = false;
+}
+
 }  // namespace
+
+void beginDocument(Context& context, Memory& memory, const fs::path& file) {
+  // A block that was just added, or a file that was just opened, is one step: nobody's work.
+  if (context.now.done <= 1 || context.now.document == memory.exported) begin(context, file);
+  else memory.beginning = file;
+}
+
+void drawBeginning(Context& context, Memory& memory) {
+  bool open = memory.beginning.has_value();
+  if (!kit::beginDialog("Beginning", "Begin anew?", 420, 0, &open)) return;
+  kit::wrapped("What was done since the last export is lost: there is no undo for it.", colours().text);
+  kit::gap(6);
+  const float wide = 110;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * wide - 2 * kGap);
+  if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
+  ImGui::SameLine();
+  if (kit::button("Export…", kit::Weight::plain, wide)) {
+    open = false;
+    context.state.wishes.dialog = "export";
+  }
+  ImGui::SameLine();
+  if (kit::button("Begin anew", kit::Weight::danger, wide)) {
+    begin(context, *memory.beginning);
+    open = false;
+  }
+  if (!open) memory.beginning.reset();
+  kit::endDialog(open);
+}
 
 void serveWishes(Context& context, Memory& memory) {
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
-  if (wish == "open") {
+  if (wish == "new") {
+    beginDocument(context, memory, {});
+  } else if (wish == "open") {
     std::vector<std::string> endings = kMeshes;
     endings.push_back(".json");
     openFiles(memory, "Open as a new document", "Open", endings);
@@ -95,11 +136,7 @@ void serveWishes(Context& context, Memory& memory) {
 
 void drawFiles(Context& context, Memory& memory) {
   if (memory.filesFor == FilesFor::open) {
-    if (memory.files.draw()) {
-      context.bench.open(memory.files.path());
-      remember(context.state, memory.files.path());
-      context.state.shown.firstStart = false;
-    }
+    if (memory.files.draw()) beginDocument(context, memory, memory.files.path());
   } else if (memory.filesFor == FilesFor::import) {
     const int rows = memory.importOptions.asPart ? 2 : memory.importVoxelGiven ? 4 : 3;
     if (memory.files.draw([&] { importMore(memory); }, float(rows) * (kRow - 2 + kGap))) {
@@ -191,6 +228,9 @@ void drawExport(Context& context, Memory& memory) {
       choice.existing = existing;
     } else {
       context.bench.exportTo(options);
+      const auto& pieces = context.now.document->pieces;
+      const bool all = std::all_of(pieces.begin(), pieces.end(), [](const engine::Piece& piece) { return piece.visible; });
+      if (choice.what == 1 || (choice.what == 0 && all)) memory.exported = context.now.document;
       open = false;
     }
   }
@@ -282,9 +322,7 @@ void drawFirstStart(Context& context, Memory& memory) {
       ImGui::PushID(int(i));
       const float width = ImGui::GetContentRegionAvail().x;
       if (ImGui::InvisibleButton("recent", {width, 24})) {
-        context.bench.open(file);
-        remember(context.state, file);
-        context.state.shown.firstStart = false;
+        beginDocument(context, memory, file);
       }
       const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
       if (ImGui::IsItemHovered()) ImGui::GetWindowDrawList()->AddRectFilled(a, b, colours().fieldHover, kRound);

@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,8 @@ struct Memory {
   bool importVoxelGiven = false;
   double importVoxelMm = 0.5;
   int importUnits = 0;
+  std::optional<std::filesystem::path> beginning;  ///< A document that waits for leave to replace this one; an empty path: a new one.
+  engine::DocumentPtr exported;                    ///< As it stood when it was exported last.
   std::string dropped;        ///< A mesh that waits for its units; empty: none.
   bool firstStartSeen = false;
 };
@@ -112,6 +115,9 @@ void drawPalette(Context& context, Memory& memory);
 void drawShortcuts(Context& context, Memory& memory);
 void drawPreferences(Context& context, Memory& memory);
 void drawFirstStart(Context& context, Memory& memory);
+/// Begins a new document, or that of a file; asks first where work would be lost.
+void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file);
+void drawBeginning(Context& context, Memory& memory);
 void drawDropped(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);

@@ -74,7 +74,10 @@ void settings(Context& context, Memory& memory) {
 
 void hear(Context& context, Memory& memory) {
   constexpr size_t kMost = 300;
-  for (engine::Message& message : context.bench.takeMessages()) memory.said.push_back({std::move(message), context.timeS, false});
+  for (engine::Message& message : context.bench.takeMessages()) {
+    if (message.level == engine::Message::Level::error) memory.exported = nullptr;  // It may have been the export that failed.
+    memory.said.push_back({std::move(message), context.timeS, false});
+  }
   while (memory.said.size() > kMost) memory.said.pop_front();
   memory.touch = context.bench.touch(context.state.shown.touch);
   memory.frameMs.push_back(float(context.state.figures.frameMs));
@@ -108,6 +111,7 @@ void Panels::draw(Context& context) {
   drawNotices(context, memory);
   drawFiles(context, memory);
   drawDropped(context, memory);
+  drawBeginning(context, memory);
   drawExport(context, memory);
   drawNewClay(context, memory);
   drawShortcuts(context, memory);
@@ -119,8 +123,7 @@ void Panels::draw(Context& context) {
 void Panels::dropped(Context& context, const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".json") {
-    context.bench.open(path);
-    context.state.shown.firstStart = false;
+    beginDocument(context, *state_, path);
     return;
   }
   state_->dropped = path;
