@@ -15,8 +15,6 @@ list(REMOVE_ITEM CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake
 find_package(Vulkan REQUIRED COMPONENTS glslc)
 pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
 
-pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
-
 pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET libusb-1.0)
 
 find_package(GTest REQUIRED)

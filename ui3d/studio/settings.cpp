@@ -99,7 +99,8 @@ bool applySettings(const std::string& text, StudioState& state) {
   state.interfaceScale = scale == 0 || scale >= 0.75 ? float(scale) : 0;
   if (const auto tool = json.find("tool"); tool != json.end() && tool->is_string() && engine::findTool(tool->get<std::string>()))
     state.toolId = tool->get<std::string>();
-  for (const auto& [id, values] : part(json, "tools").items()) {
+  const Json tools = part(json, "tools"), keys = part(json, "keys");
+  for (const auto& [id, values] : tools.items()) {
     const engine::ToolRow* row = engine::findTool(id);
     if (!row || !values.is_object()) continue;
     engine::Tool tool = engine::standardTool(*row);
@@ -126,8 +127,8 @@ bool applySettings(const std::string& text, StudioState& state) {
   take(quality, "key_shadow", state.quality.keyShadow);
   take(quality, "cavity", state.quality.cavity);
   take(quality, "detail", state.quality.detailPixels, 0, 8);
-  for (const auto& [action, keys] : part(json, "keys").items())
-    if (keys.is_string()) state.keys[action] = keys.get<std::string>();
+  for (const auto& [action, shortcut] : keys.items())
+    if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())
     for (const Json& file : *recent)
       if (file.is_string() && state.recentFiles.size() < kRecent) state.recentFiles.push_back(file.get<std::string>());

@@ -172,9 +172,6 @@ render::Shot SessionWindow::shot() {
   shot.view = camera_.view();
   shot.look = state_.look;
   shot.stereo = state_.stereo;
-  shot.overlays.grid = state_.look.grid;
-  shot.overlays.scaleBar = state_.look.scaleBar;
-  shot.overlays.cavity = state_.look.cavity;
   shot.overlays.cursor = cursor();
   const Context c = context();
   widgets_.draw(c, shot.overlays);

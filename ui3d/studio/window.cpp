@@ -1,10 +1,9 @@
 #include "ui3d/studio/window.h"
 
 #define GLFW_INCLUDE_NONE
-#define GLFW_EXPOSE_NATIVE_X11
 #include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
 #include <GLFW/glfw3.h>
-#include <GLFW/glfw3native.h>
+#include <X11/Xlib.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -16,6 +15,12 @@
 
 #include "clay/error.h"
 #include "haptics/clock.h"
+
+// As <GLFW/glfw3native.h> has them; that header wants those of more X libraries.
+extern "C" {
+Display* glfwGetX11Display(void);
+unsigned long glfwGetX11Window(GLFWwindow*);
+}
 
 namespace argil::studio {
 namespace {
