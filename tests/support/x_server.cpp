@@ -86,6 +86,29 @@ bool hasManager(Display* display) {
   return count == 1;
 }
 
+/// Shows a small window and waits until a manager has given it a frame. A manager that has just come up misses the first ones.
+bool managesWindows(Display* display) {
+  const Window root = DefaultRootWindow(display);
+  const Window window = XCreateSimpleWindow(display, root, 0, 0, 16, 16, 0, 0, 0);
+  XSelectInput(display, window, StructureNotifyMask | VisibilityChangeMask);
+  XMapWindow(display, window);
+  XFlush(display);
+  bool framed = false, seen = false;
+  const auto latest = steady_clock::now() + 250ms;
+  while (!(framed && seen) && steady_clock::now() < latest) {
+    XEvent event;
+    while (XPending(display) > 0) {
+      XNextEvent(display, &event);
+      framed = framed || (event.type == ReparentNotify && event.xreparent.parent != root);
+      seen = seen || event.type == VisibilityNotify;
+    }
+    std::this_thread::sleep_for(2ms);
+  }
+  XDestroyWindow(display, window);
+  XSync(display, True);
+  return framed && seen;
+}
+
 }  // namespace
 
 std::string XServer::missing(const Options& options) {
@@ -151,7 +174,9 @@ void XServer::startWindowManager() {
   if (!display) throw std::runtime_error("the X server does not answer");
   const auto latest = steady_clock::now() + kPatience;
   bool up = false;
-  while (!(up = hasManager(display)) && running(manager_) && steady_clock::now() < latest) std::this_thread::sleep_for(5ms);
+  while (!(up = hasManager(display) && managesWindows(display)) && running(manager_) && steady_clock::now() < latest) {
+    std::this_thread::sleep_for(5ms);
+  }
   XCloseDisplay(display);
   if (!up) throw std::runtime_error("openbox does not start");
 }
