@@ -4,6 +4,7 @@
 #include <volk.h>
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <span>
@@ -24,10 +25,11 @@ template <class T>
   return result;
 }
 
-/// Throws Error (work) with what was being done, unless the call succeeded.
+/// Throws Error (work) with what was being done, unless the call succeeded. Calls that can lose the device go through Gpu::check.
 void check(VkResult result, const char* what);
 
 /// A buffer with memory of its own: there are few, large ones; what lives in them is sub-allocated by RangeAllocator.
+/// Goes only after the frames under way that may use it, for which it waits: do not make and drop them each frame.
 class Buffer {
  public:
   enum class Memory { device, upload, readback };
@@ -46,15 +48,16 @@ class Buffer {
   Gpu* gpu_ = nullptr;
   VkBuffer handle_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
-  VkDeviceSize size_ = 0;
+  VkDeviceSize size_ = 0, taken_ = 0;
   std::byte* mapped_ = nullptr;
 };
 
-/// A 2-D image with its view, one level, one sample.
+/// A 2-D image with its view, one level, one sample. Goes as a Buffer does.
 class Texture {
  public:
   Texture() = default;
-  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage);
+  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
+          VkComponentMapping swizzle = {});
   ~Texture() { reset(); }
   Texture(Texture&& other) noexcept { *this = std::move(other); }
   Texture& operator=(Texture&& other) noexcept;
@@ -70,37 +73,66 @@ class Texture {
   Gpu* gpu_ = nullptr;
   VkImage image_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  VkDeviceSize taken_ = 0;
   VkImageView view_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   VkExtent2D extent_{};
 };
 
+/// What a submission waits for and tells: a window's semaphores.
+struct SubmitSemaphores {
+  VkSemaphore wait = VK_NULL_HANDLE;
+  VkPipelineStageFlags2 waitStage = VK_PIPELINE_STAGE_2_NONE;
+  VkSemaphore signal = VK_NULL_HANDLE;
+};
+
 /// Instance, device and its one queue. Vulkan 1.3 with dynamic rendering and synchronization2. One thread at a time.
 class Gpu {
  public:
-  /// `wanted`: part of a device's name, or empty for the best. Throws Error (work) when there is no driver or no such
-  /// device.
-  Gpu(const std::string& wanted, bool validation);
+  /// Names a submission; later ones are greater.
+  using Ticket = uint64_t;
+
+  /// Uses `device`, `validation` and `memoryLimitBytes` of the options. Throws Error (work) when there is no driver or no such device.
+  explicit Gpu(const RendererOptions& options);
   ~Gpu();
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
 
+  [[nodiscard]] VkInstance instance() const { return instance_; }
+  [[nodiscard]] VkPhysicalDevice physical() const { return physical_; }
   [[nodiscard]] VkDevice device() const { return device_; }
+  [[nodiscard]] VkQueue queue() const { return queue_; }
+  [[nodiscard]] uint32_t family() const { return family_; }
+  [[nodiscard]] bool hasSwapchains() const { return swapchains_; }
   [[nodiscard]] const VkPhysicalDeviceProperties& properties() const { return properties_; }
   [[nodiscard]] bool validating() const { return messenger_ != VK_NULL_HANDLE; }
   [[nodiscard]] std::vector<std::string> validationMessages() const;
 
-  /// Records, submits and waits until the device is done.
-  void run(const std::function<void(VkCommandBuffer)>& record);
+  /// Records and submits. The device runs submissions one after the other: each sees all that earlier ones wrote.
+  Ticket submit(const std::function<void(VkCommandBuffer)>& record, const SubmitSemaphores& semaphores = {});
+  /// Returns when the device is done with a submission and with all before it.
+  void wait(Ticket ticket);
+  /// Both.
+  void run(const std::function<void(VkCommandBuffer)>& record) { wait(submit(record)); }
+  /// Waits for all submissions, on a lost device too.
+  void settle() noexcept;
+
+  /// As the function of that name; remembers that the device was lost.
+  void check(VkResult result, const char* what);
+  [[nodiscard]] bool lost() const { return lost_; }
+  void loseAtNextSubmit() { loseNext_ = true; }
 
   /// Memory of the best matching type. Throws Error when there is none left.
   VkDeviceMemory allocate(const VkMemoryRequirements& needs, Buffer::Memory use);
+  void free(VkDeviceMemory memory, VkDeviceSize size) noexcept;
+  [[nodiscard]] VkDeviceSize allocatedBytes() const { return allocated_; }
 
  private:
   void createInstance(bool validation);
   void chooseDevice(const std::string& wanted);
   void createDevice();
   void destroy() noexcept;
+  void reclaim();
   static VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                                   VkDebugUtilsMessageTypeFlagsEXT,
                                                   const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
@@ -111,10 +143,19 @@ class Gpu {
   VkPhysicalDeviceProperties properties_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   uint32_t family_ = 0;
+  bool swapchains_ = false;
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;
-  VkFence fence_ = VK_NULL_HANDLE;
+  VkSemaphore done_ = VK_NULL_HANDLE;  ///< Timeline: its value is the last ticket that is done.
+  Ticket submitted_ = 0, settled_ = 0;
+  struct Pending {
+    Ticket ticket;
+    VkCommandBuffer commands;
+  };
+  std::deque<Pending> pending_;
+  bool lost_ = false, loseNext_ = false;
+  VkDeviceSize allocated_ = 0, limit_ = 0;
   mutable std::mutex messagesMutex_;  // layers may call back from any thread
   std::vector<std::string> messages_;
 };
@@ -125,6 +166,9 @@ struct ImageUse {
   VkAccessFlags2 access;
   VkImageLayout layout;
 };
-void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse& from, const ImageUse& to);
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from, const ImageUse& to);
+inline void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse& from, const ImageUse& to) {
+  transition(commands, texture.image(), texture.aspect(), from, to);
+}
 
 }  // namespace argil::render

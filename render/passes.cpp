@@ -19,8 +19,6 @@ constexpr ImageUse kDrawDepth{
     VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL};
 constexpr ImageUse kRead{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
-                             VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
 VkRenderingAttachmentInfo attachment(const Texture& texture, VkImageLayout layout, VkAttachmentLoadOp load,
                                      VkClearValue clear = {}) {
@@ -75,7 +73,6 @@ void Renderer::State::resize(int width, int height) {
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
   made.colour = Texture(gpu, kColourFormat, fineW, fineH, colour | sampled);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
-  made.readback = Buffer(gpu, VkDeviceSize(w) * h * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
   targets = std::move(made);
   pipelines.bind(uniforms.handle(),
                  {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour});
@@ -84,6 +81,7 @@ void Renderer::State::resize(int width, int height) {
 void Renderer::State::uploadLines(const FramePlan& plan) {
   const VkDeviceSize bytes = (plan.worldLines.size() + plan.screenLines.size()) * sizeof(LineInstance);
   if (bytes == 0) return;
+  Buffer& lines = frame().lines;
   if (lines.size() < bytes) {
     lines = Buffer(gpu, bytes + bytes / 2, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
   }
@@ -112,7 +110,7 @@ void Renderer::State::drawOverlays(VkCommandBuffer commands, const FramePlan& pl
   const auto drawLines = [&](Pass pass, uint32_t first, size_t count) {
     if (count == 0) return;
     bind(commands, pass);
-    const VkBuffer buffer = lines.handle();
+    const VkBuffer buffer = frame().lines.handle();
     const VkDeviceSize offset = 0;
     vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
     push(commands, pipelines.layout(), pass == Pass::screenLines ? 1.0f : 0.0f);
@@ -129,7 +127,7 @@ void Renderer::State::drawOverlays(VkCommandBuffer commands, const FramePlan& pl
   drawLines(Pass::screenLines, uint32_t(plan.worldLines.size()), plan.screenLines.size());
 }
 
-void Renderer::State::record(VkCommandBuffer commands, const FramePlan& plan, bool cursor) {
+void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& plan, bool cursor) {
   const VkDescriptorSet set = pipelines.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.layout(), 0, 1, &set, 0, nullptr);
 
@@ -187,22 +185,6 @@ void Renderer::State::record(VkCommandBuffer commands, const FramePlan& plan, bo
 
   transition(commands, targets.picture, kUnused, kDrawColour);
   fullscreen(commands, Pass::resolve, targets.picture);
-  transition(commands, targets.picture, kDrawColour, kCopyFrom);
-
-  VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  copy.imageExtent = {targets.picture.extent().width, targets.picture.extent().height, 1};
-  vkCmdCopyImageToBuffer(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                         targets.readback.handle(), 1, &copy);
-  auto toHost = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
-  toHost.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT;
-  toHost.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
-  toHost.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
-  toHost.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
-  auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  dependency.memoryBarrierCount = 1;
-  dependency.pMemoryBarriers = &toHost;
-  vkCmdPipelineBarrier2(commands, &dependency);
 }
 
 }  // namespace argil::render

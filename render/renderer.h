@@ -32,6 +32,7 @@ struct RendererOptions {
   std::string device;  ///< Part of a device's name, any case; empty: the environment's ARGIL_GPU, else the best device.
   bool validation = false;  ///< Vulkan's validation layer with synchronization validation, where it is installed.
   Quality quality;
+  uint64_t memoryLimitBytes = 0;  ///< Graphics memory that it may take; 0: what the device has.
 };
 
 /// What one update sent to the device.
