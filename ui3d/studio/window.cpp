@@ -3,7 +3,6 @@
 #define GLFW_INCLUDE_NONE
 #include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
 #include <GLFW/glfw3.h>
-#include <X11/Xlib.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -16,10 +15,13 @@
 #include "clay/error.h"
 #include "haptics/clock.h"
 
-// As <GLFW/glfw3native.h> has them; that header wants those of more X libraries.
+// As <GLFW/glfw3native.h> and <X11/Xlib.h> have them: the first wants headers of more X libraries, the second's macros have our names.
 extern "C" {
-Display* glfwGetX11Display(void);
+struct _XDisplay;
+_XDisplay* glfwGetX11Display(void);
 unsigned long glfwGetX11Window(GLFWwindow*);
+int XPending(_XDisplay*);
+int XConnectionNumber(_XDisplay*);
 }
 
 namespace argil::studio {
@@ -133,14 +135,9 @@ struct Window::State {
     y = float(py * units);
     events.push_back(make(Event::Kind::move));
   }
+  static State& of(GLFWwindow* w) { return *static_cast<State*>(glfwGetWindowUserPointer(w)); }
   void listen();
 };
-
-namespace {
-
-Window::State& of(GLFWwindow* window) { return *static_cast<Window::State*>(glfwGetWindowUserPointer(window)); }
-
-}  // namespace
 
 void Window::State::listen() {
   glfwSetWindowUserPointer(window, this);
@@ -151,7 +148,7 @@ void Window::State::listen() {
     of(w).resized();
   });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { of(w).resized(); });
-  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) { of(w).moved(x, y); });
+  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double px, double py) { of(w).moved(px, py); });
   glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int in) {
     of(w).events.push_back(of(w).make(in ? Event::Kind::enter : Event::Kind::leave));
   });
@@ -271,9 +268,9 @@ render::WindowHooks Window::hooks() const {
 }
 
 void Window::wait(double seconds, std::span<const int> descriptors) {
-  Display* display = glfwGetX11Display();
+  _XDisplay* display = glfwGetX11Display();
   if (!state_->events.empty() || XPending(display) > 0) return;
-  std::vector<pollfd> all{{ConnectionNumber(display), POLLIN, 0}, {state_->wake, POLLIN, 0}};
+  std::vector<pollfd> all{{XConnectionNumber(display), POLLIN, 0}, {state_->wake, POLLIN, 0}};
   for (const int d : descriptors) all.push_back({d, POLLIN, 0});
   ::poll(all.data(), all.size(), int(std::ceil(std::max(0.0, seconds) * 1000)));
   uint64_t count = 0;
