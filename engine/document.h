@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -126,7 +127,7 @@ using DocumentPtr = std::shared_ptr<const Document>;
 /// out of (felt, never cut). Guides of `base` stay before the document's. Throws Error for what haptics refuses.
 [[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base);
 
-/// What a guide is to the hand; nothing when it is only seen.
-[[nodiscard]] std::vector<haptics::Guide> felt(const Guide& guide, uint32_t firstId);
+/// What a guide is to the hand, under `id`; nothing when it is only seen. Throws Error for what haptics refuses.
+[[nodiscard]] std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id);
 
 }  // namespace argil::engine

@@ -16,16 +16,8 @@ int64_t nanoseconds(double seconds) { return static_cast<int64_t>(seconds * 1e9)
 
 }  // namespace
 
-EditLoop::EditLoop(Session& session, clay::Surface& surface, haptics::Scene scene, Publish publish, Options options)
-    : session_(session),
-      surface_(surface),
-      scene_(std::move(scene)),
-      publish_(std::move(publish)),
-      options_(std::move(options)),
-      strokes_(session, scene_.pieces.empty() ? haptics::Pose() : scene_.pieces[0].pose),
-      batch_(kBatch) {
-  scene_.pieces.resize(1);
-  scene_.pieces[0].version = session.version();
+EditLoop::EditLoop(Session& session, haptics::Scene scene, Publish publish, Options options)
+    : session_(session), scene_(std::move(scene)), publish_(std::move(publish)), options_(std::move(options)), strokes_(session), batch_(kBatch) {
   // Zero stays free: a sample of a scene from before the first setTool() belongs to no tool.
   scene_.tool.id = 0;
 }
@@ -35,7 +27,21 @@ void EditLoop::setTool(const Tool& tool) {
   ++scene_.tool.id;
   scene_.tool.radiusMm = tool.radiusMm;
   scene_.tool.operation = tool.operation;
-  toolChanged_ = true;
+  changed_ = true;
+}
+
+void EditLoop::setWorkspace(const haptics::Workspace& workspace) {
+  workspace.check();
+  scene_.workspace = workspace;
+  changed_ = true;
+}
+
+void EditLoop::setQuality(const haptics::Quality& quality) {
+  haptics::Scene probe;
+  probe.quality = quality;
+  probe.check();
+  scene_.quality = quality;
+  changed_ = true;
 }
 
 bool EditLoop::turn(haptics::SampleRing& ring) {
@@ -55,36 +61,34 @@ bool EditLoop::turn(haptics::SampleRing& ring) {
       oldest = sample.index;
     }
   }
-  const bool published = publish(oldest);
-  if (cutting && published && options_.latency) {
-    options_.latency->add(haptics::nowNs() - (options_.paced ? zeroNs_ + nanoseconds(oldestS) : begin));
-  }
+  const int64_t oldestNs = !cutting ? 0 : options_.paced ? zeroNs_ + nanoseconds(oldestS) : begin;
+  const bool published = publish(oldest, oldestNs);
+  if (cutting && published && options_.latency) options_.latency->add(haptics::nowNs() - oldestNs);
   return published;
 }
 
-bool EditLoop::publish(uint64_t oldest) {
-  const clay::Version before = scene_.pieces[0].version;
-  const clay::Version now = session_.inStroke() ? session_.publish() : session_.version();
+bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {
+  if (session_.inStroke()) session_.publish();
+  const DocumentPtr now = session_.document();
   // A scene is due too when the clay shows more cuts without having changed: the servo waits to hear it.
   const uint64_t applied = strokes_.samplesApplied();
   const bool awaited = applied != scene_.samplesApplied && scene_.samplesApplied < cutsBefore_;
-  if (now == before && !toolChanged_ && !awaited) return false;
-  scene_.pieces[0].version = now;
+  const bool different = now != shown_;
+  if (!different && !changed_ && !awaited) return false;
   scene_.samplesApplied = applied;
-  if (now != before) scene_.editedFrom = oldest;
-  toolChanged_ = false;
+  if (different) scene_.editedFrom = oldest;
+  auto scene = std::make_unique<haptics::Scene>(sceneOf(*now, scene_));
+  shown_ = now;
+  changed_ = false;
   ++versions_;
-  publish_(std::make_unique<const haptics::Scene>(scene_));
-  if (now != before) {
-    const clay::SurfaceDelta delta = surface_.update(now, options_.surfaceThreads);
-    if (options_.onSurface) options_.onSurface(delta);
-  }
+  publish_(std::move(scene));
+  if (different && options_.onDocument) options_.onDocument(now, oldestNs);
   return true;
 }
 
 void EditLoop::finish() {
   strokes_.finish();
-  publish(UINT64_MAX);
+  publish(UINT64_MAX, 0);
 }
 
 EditThread::EditThread(EditLoop& loop, haptics::SampleRing& ring) : thread_([this, &loop, &ring] { run(loop, ring); }) {}

@@ -13,14 +13,13 @@
 
 namespace argil::engine {
 
-/// One turn at a time: takes the samples that wait, publishes at most one version with its scene, brings the surface up to
-/// it. Virtual time calls turn() between ticks; in real time an EditThread does. One thread.
+/// One turn at a time: takes the samples that wait, publishes at most one document with its scene, then hands it on. Virtual time calls turn() between ticks; in real time an EditThread does. One thread.
 class EditLoop {
  public:
   struct Options {
-    int surfaceThreads = 1;
-    /// What a renderer needs; called in the editing thread.
-    std::function<void(const clay::SurfaceDelta&)> onSurface;
+    /// Gets every new document, after the servo: the place to bring surfaces up to it. Called in the editing thread. `oldestNs`: time on
+    /// CLOCK_MONOTONIC of the oldest sample whose cut it shows for the first time; 0: none.
+    std::function<void(const DocumentPtr& document, int64_t oldestNs)> onDocument;
     /// Called with every sample before it is used: the place to change tools, to record or to count.
     std::function<void(const haptics::StylusSample&)> onSample;
     /// Gets, for each turn that changed clay, the time from the oldest sample that cut to the changed triangles being ready.
@@ -31,13 +30,16 @@ class EditLoop {
   };
   using Publish = std::function<void(std::unique_ptr<const haptics::Scene>)>;
 
-  /// `scene` says what besides the clay the servo reads; its pieces are replaced by the session's clay. `publish` gets
-  /// every new scene. All that is referred to must outlive it.
-  EditLoop(Session& session, clay::Surface& surface, haptics::Scene scene, Publish publish, Options options);
+  /// `scene` says what besides the document the servo reads (see sceneOf). `publish` gets every new scene. All that is referred to
+  /// must outlive it.
+  EditLoop(Session& session, haptics::Scene scene, Publish publish, Options options);
 
   /// The tool that the servo is to hold from the next scene on, with its way of working on the clay: the stroke in work
   /// ends with the first sample that carries another tool. Throws Error when it does not fit the clay.
   void setTool(const Tool& tool);
+  /// Workspace and quality that the servo is to have from the next scene on. Throws Error for what haptics refuses.
+  void setWorkspace(const haptics::Workspace& workspace);
+  void setQuality(const haptics::Quality& quality);
 
   /// Takes all that waits in the ring. True when something was published. Publishes only when there is something new.
   bool turn(haptics::SampleRing& ring);
@@ -50,11 +52,11 @@ class EditLoop {
   [[nodiscard]] const StylusStrokes& strokes() const { return strokes_; }
 
  private:
-  bool publish(uint64_t oldest);  // `oldest`: sample of this turn that cuts.
+  bool publish(uint64_t oldest, int64_t oldestNs);  // `oldest`: sample of this turn that cuts.
 
   Session& session_;
-  clay::Surface& surface_;
-  haptics::Scene scene_;
+  haptics::Scene scene_;        // all but the document
+  DocumentPtr shown_;           // of the last scene; null before the first
   Publish publish_;
   Options options_;
   StylusStrokes strokes_;
@@ -62,10 +64,10 @@ class EditLoop {
   int64_t zeroNs_ = INT64_MAX;  // of CLOCK_MONOTONIC at sample time zero, as far as known
   uint64_t versions_ = 0;
   uint64_t cutsBefore_ = 0;  // index after the newest sample that cut
-  bool toolChanged_ = true;
+  bool changed_ = true;           // tool, workspace or quality
 };
 
-/// Turns an EditLoop at 500 Hz. What a turn throws ends the thread and comes out of stop().
+/// Turns an EditLoop 500 times a second. What a turn throws ends the thread and comes out of stop().
 class EditThread {
  public:
   EditThread(EditLoop& loop, haptics::SampleRing& ring);

@@ -85,12 +85,9 @@ HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptic
   return plan;
 }
 
-haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan, const Script& script) {
+haptics::Scene HandRun::firstScene(const Plan& plan, const Script& script) {
   haptics::Scene scene;
-  scene.pieces.resize(1);
-  scene.pieces[0].version = session.version();
   scene.workspace = plan.workspace;
-  scene.materials[0] = script.material;
   scene.guides = sceneGuides(script.guides);
   scene.check();
   return scene;
@@ -98,8 +95,10 @@ haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan, con
 
 EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
   EditLoop::Options options;
-  options.surfaceThreads = options_.surfaceThreads;
-  options.onSurface = options_.onSurface;
+  options.onDocument = [this](const DocumentPtr& document, int64_t) {
+    const clay::SurfaceDelta delta = surface_.update(document->piece(document->active)->version, options_.surfaceThreads);
+    if (options_.onSurface) options_.onSurface(delta);
+  };
   options.onSample = [this](const haptics::StylusSample& sample) { changeTool(sample.timeS); };
   options.latency = &latency;
   options.paced = options_.live;
@@ -109,12 +108,13 @@ EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
 HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const Script& script,
                  const RunOptions& options, haptics::Histogram& latency)
     : options_(options),
+      surface_(surface),
       plan_(plan(strokes, haptics::deviceSheet(options.device))),
       device_(haptics::deviceSheet(options.device), plan_.path),
       servo_(device_, scene_, {.rateHz = options.rateHz}),
       bare_(options.rateHz),
       loop_(
-          session, surface, firstScene(session, plan_, script),
+          session, firstScene(plan_, script),
           [this](std::unique_ptr<const haptics::Scene> scene) {
             if (options_.live) {
               scene_.publish(std::move(scene));

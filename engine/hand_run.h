@@ -43,7 +43,7 @@ class HandRun {
     haptics::HandPath path;
   };
   static Plan plan(const std::vector<LaidStroke>& strokes, const haptics::DeviceSheet& sheet);
-  static haptics::Scene firstScene(const Session& session, const Plan& plan, const Script& script);
+  static haptics::Scene firstScene(const Plan& plan, const Script& script);
   EditLoop::Options loopOptions(haptics::Histogram& latency);
 
   void walkVirtual();
@@ -52,6 +52,7 @@ class HandRun {
   void changeTool(double timeS);
 
   const RunOptions& options_;
+  clay::Surface& surface_;
   Plan plan_;
   size_t done_ = 0, tool_ = 0;  // parts walked; parts whose tool was taken up
   haptics::Published<haptics::Scene> scene_;

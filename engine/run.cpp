@@ -26,7 +26,7 @@ void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke
     latency.add(haptics::nowNs() - since);
     ++report.versions;
   };
-  session.beginStroke(stroke.tool);
+  session.beginStroke(stroke.tool, stroke.mirrors);
   int64_t since = haptics::nowNs();
   size_t waiting = 0;
   for (const PathPoint& point : stroke.path) {
@@ -71,6 +71,10 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const EndStroke endStroke{session};
   const Session::Counts before = session.counts();
   const int64_t begin = haptics::nowNs();
+  const DocumentPtr first = session.document();
+  if (const Piece* piece = first->workedOn(); piece && !(piece->material == script.material)) {
+    session.change("Material", [&, id = piece->id](Document& document) { document.piece(id)->material = script.material; });
+  }
   surface.update(session.version(), options.surfaceThreads);
   const auto latency = std::make_unique<haptics::Histogram>();
   std::optional<HandStrokes> handStrokes;

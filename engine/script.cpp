@@ -109,8 +109,10 @@ void readSetup(const Place& item, Script& script) {
   }
 }
 
+constexpr size_t kMaxMirrors = 3;
+
 ScriptStroke readStroke(const Place& place) {
-  place.keys({"tool", "radius_mm", "strength", "drive", "onto", "press_mm", "path"});
+  place.keys({"tool", "radius_mm", "strength", "drive", "onto", "press_mm", "mirror", "path"});
   ScriptStroke stroke;
   stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kTools);
   stroke.tool.radiusMm = place.at("radius_mm").positive();
@@ -122,6 +124,21 @@ ScriptStroke readStroke(const Place& place) {
   if (place.maybe("onto") || place.maybe("press_mm")) {
     stroke.onto = Onto{place.at("onto").vector(), place.at("press_mm").number(-kMaxMm, kMaxMm)};
     if (stroke.onto->direction.isZero()) place.at("onto").fail("is no direction; [0, 0, -1] is straight down");
+  }
+  if (const auto planes = place.maybe("mirror")) {
+    if (stroke.drive != Drive::tip) planes->fail("goes with \"drive\": \"tip\" only");
+    for (const Place& plane : planes->items()) {
+      const auto numbers = plane.items();
+      if (numbers.size() != 6) plane.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
+      MirrorPlane mirror;
+      for (int axis = 0; axis < 3; ++axis) {
+        mirror.pointMm[axis] = numbers[size_t(axis)].number(-kMaxMm, kMaxMm);
+        mirror.normal[axis] = numbers[size_t(axis) + 3].number(-kMaxMm, kMaxMm);
+      }
+      if (!(mirror.normal.norm() > 1e-6)) plane.fail("its normal is no direction; [0, 0, 0, 1, 0, 0] mirrors in x");
+      stroke.mirrors.push_back(mirror);
+    }
+    if (stroke.mirrors.size() > kMaxMirrors) planes->fail(fmt::format("at most {} planes", kMaxMirrors));
   }
   const auto rows = place.at("path").items();
   if (rows.empty()) place.at("path").fail("is empty; give at least one [t_s, x, y, z]");
@@ -216,6 +233,11 @@ std::string formatScript(const Script& script) {
       checkFinite(stroke.onto->direction.allFinite() && std::isfinite(stroke.onto->pressMm));
       line["onto"] = list(stroke.onto->direction);
       line["press_mm"] = stroke.onto->pressMm;
+    }
+    for (const MirrorPlane& mirror : stroke.mirrors) {
+      checkFinite(mirror.pointMm.allFinite() && mirror.normal.allFinite());
+      const Vec3d &p = mirror.pointMm, &n = mirror.normal;
+      line["mirror"].push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
     }
     auto& path = line["path"] = nlohmann::ordered_json::array();
     for (const PathPoint& point : stroke.path) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "clay/vec.h"
+#include "engine/document.h"
 #include "engine/guide_setup.h"
 #include "engine/tool.h"
 #include "haptics/scene.h"
@@ -44,6 +45,7 @@ struct ScriptStroke {
   Drive drive = Drive::tip;
   std::vector<PathPoint> path;  ///< At least one point.
   std::optional<Onto> onto = {};
+  std::vector<MirrorPlane> mirrors = {};  ///< Repeated as mirror images: once for each plane, again for their products. At most 3.
 
   friend bool operator==(const ScriptStroke&, const ScriptStroke&) = default;
 };
@@ -73,7 +75,8 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`; for hand-driven strokes `{"material": {"stiffness_nmm": 1, ...}}`
 /// and `{"guides": [{"guide": "lock_to_plane", "at": [0, 0, 20], "direction": [0, 0, 1]}, ...]}` (engine/guide_setup.h). A stroke: `{"tool": "carve", "add" or
-/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "path": [[t_s, x, y, z], ...]}`.
+/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "mirror": [[px, py, pz, nx, ny, nz], ...] (at most
+/// three planes by a point and a normal; left out: none), "path": [[t_s, x, y, z], ...]}`.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.

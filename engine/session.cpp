@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "clay/error.h"
+#include "engine/tool_table.h"
 
 namespace argil::engine {
 namespace {
@@ -17,7 +19,7 @@ constexpr auto kCollectPause = std::chrono::milliseconds(2);
 
 }  // namespace
 
-Collector::Collector(std::shared_ptr<clay::Store> store) : store_(std::move(store)), thread_([this] { run(); }) {}
+Collector::Collector() : thread_([this] { run(); }) {}
 
 Collector::~Collector() {
   {
@@ -26,6 +28,11 @@ Collector::~Collector() {
   }
   wake_.notify_one();
   thread_.join();
+}
+
+void Collector::add(std::shared_ptr<clay::Store> store) {
+  const std::lock_guard lock(mutex_);
+  if (std::find(stores_.begin(), stores_.end(), store) == stores_.end()) stores_.push_back(std::move(store));
 }
 
 void Collector::wake() {
@@ -41,42 +48,86 @@ void Collector::run() {
   while (!stop_) {
     wake_.wait(lock, [this] { return dirty_ || stop_; });
     dirty_ = false;
-    for (bool more = true; more && !stop_;) {
-      lock.unlock();
-      more = store_->collect(kCollectBatch);
-      lock.lock();
-      if (more) wake_.wait_for(lock, kCollectPause, [this] { return stop_; });
+    const auto stores = stores_;
+    for (const std::shared_ptr<clay::Store>& store : stores) {
+      for (bool more = true; more && !stop_;) {
+        lock.unlock();
+        more = store->collect(kCollectBatch);
+        lock.lock();
+        if (more) wake_.wait_for(lock, kCollectPause, [this] { return stop_; });
+      }
     }
+    // A store that nobody else holds goes here, not on a thread that somebody waits for: one is ours, one is the copy's.
+    std::erase_if(stores_, [](const auto& store) { return store.use_count() == 2; });
   }
 }
 
-Session::Session(clay::Version first, const StrokeQuality& quality)
-    : quality_(quality), newest_(std::move(first)), collector_(std::make_unique<Collector>(newest_.store())) {}
+Session::Session(Document first, const StrokeQuality& quality)
+    : quality_(quality), newest_(std::make_shared<const Document>(std::move(first))), collector_(std::make_unique<Collector>()) {
+  for (const Piece& piece : newest_->pieces) collector_->add(piece.version.store());
+}
 
 Session::~Session() = default;
 
-clay::Version Session::version() const {
+DocumentPtr Session::document() const {
   const std::lock_guard lock(mutex_);
   return newest_;
 }
 
-void Session::setVersion(const clay::Version& version) {
+clay::Version Session::version() const {
+  const DocumentPtr now = document();
+  const Piece* active = now->piece(now->active);
+  return active ? active->version : clay::Version();
+}
+
+void Session::setDocument(DocumentPtr document) {
+  for (const Piece& piece : document->pieces) collector_->add(piece.version.store());
   {
     const std::lock_guard lock(mutex_);
-    newest_ = version;
+    newest_.swap(document);
   }
+  document.reset();
   collector_->wake();
+}
+
+void Session::setVersion(const clay::Version& version) {
+  const Piece* piece = newest_->piece(piece_);
+  if (!piece || piece->version == version) return;  // the same document says that nothing changed
+  auto next = std::make_shared<Document>(*newest_);
+  next->piece(piece_)->version = version;
+  setDocument(std::move(next));
+}
+
+void Session::push(Step step) {
+  undone_.clear();
+  done_.push_back(std::move(step));
+  ++steps_;
 }
 
 void Session::requireNoStroke(const char* what) const {
   if (step_) throw Error(fmt::format("{} has to wait until the stroke has ended", what), Error::Kind::work);
 }
 
-void Session::beginStroke(const Tool& tool) {
+void Session::beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors) {
   requireNoStroke("another stroke");
-  (void)StrokePath(newest_.grid(), tool, quality_);  // throws before anything is changed
+  const Piece* piece = newest_->workedOn();
+  if (!piece) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
+  const clay::Grid& grid = piece->version.grid();
+  (void)StrokePath(grid, tool, quality_);  // throws before anything is changed
+  piece_ = piece->id;
   tool_ = tool;
-  lifted_ = newest_;
+  lifted_ = piece->version;
+  mirrors_ = std::move(mirrors);
+  reflections_.clear();
+  for (const MirrorPlane& plane : mirrors_) {
+    const Mirror mirror{grid.toVoxel(piece->pose.applyInverse(plane.pointMm)), (piece->pose.rotation.conjugate() * plane.normal).normalized()};
+    const size_t before = reflections_.size();
+    reflections_.push_back({mirror});
+    for (size_t i = 0; i < before; ++i) {
+      reflections_.push_back(reflections_[i]);
+      reflections_.back().push_back(mirror);
+    }
+  }
   step_.emplace();
   step_->before = newest_;
   pointsBefore_ = 0;
@@ -91,6 +142,7 @@ void Session::addPoint(double timeS, const Vec3d& mm) {
     path_ = path;
     brush_ = std::make_unique<clay::BrushStroke>(lifted_);
     step_->strokes.push_back({tool_, Drive::tip, {}});
+    step_->strokes.back().mirrors = mirrors_;
   } else {
     path_->add(mm, stamps_);
   }
@@ -102,8 +154,18 @@ void Session::addPoint(double timeS, const Vec3d& mm) {
 }
 
 void Session::apply() {
-  for (const clay::Stamp& stamp : stamps_) brush_->apply(stamp);
-  counts_.stamps += stamps_.size();
+  for (const clay::Stamp& stamp : stamps_) {
+    brush_->apply(stamp);
+    for (const std::vector<Mirror>& chain : reflections_) {
+      clay::Stamp image = stamp;
+      for (const Mirror& mirror : chain) {
+        image.a = mirror.apply(image.a);
+        image.b = mirror.apply(image.b);
+      }
+      brush_->apply(image);
+    }
+  }
+  counts_.stamps += stamps_.size() * (1 + reflections_.size());
   stamps_.clear();  // keeps its memory
 }
 
@@ -126,49 +188,91 @@ clay::Version Session::publish() {
   } else if (step_) {
     setVersion(lifted_);
   }
-  return newest_;
+  return version();
 }
 
 clay::Version Session::endStroke() {
   if (!step_) throw Error("there is no stroke to end", Error::Kind::work);
   liftTool();
   setVersion(lifted_);
-  step_->after = lifted_;
-  if (step_->after != step_->before) {
-    undone_.clear();
-    done_.push_back(std::move(*step_));
+  step_->after = newest_;
+  if (step_->after->piece(piece_)->version != step_->before->piece(piece_)->version) {
+    const ToolRow* row = nullptr;
+    for (const ToolRow& each : toolTable()) {
+      if (!row && each.operation == tool_.operation) row = &each;
+    }
+    step_->label = row ? std::string(row->name) : "Stroke";
+    push(std::move(*step_));
+  } else {
+    setDocument(step_->before);
   }
+  merge_.clear();
   ++counts_.strokes;
   step_.reset();
-  lifted_ = {};
+  const clay::Version last = std::exchange(lifted_, {});
   collector_->wake();
-  return newest_;
+  return last;
 }
 
 uint64_t Session::coveredPoints() const { return pointsBefore_ + (path_ ? path_->covered() : 0); }
 
+void Session::change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge) {
+  requireNoStroke("a change of the document");
+  auto next = std::make_shared<Document>(*newest_);
+  change(*next);
+  if (!merge.empty() && merge == merge_ && !done_.empty() && undone_.empty()) {
+    done_.back().after = next;
+  } else {
+    push({label, newest_, next, {}});
+  }
+  merge_ = merge;
+  setDocument(std::move(next));
+}
+
 bool Session::undo() {
   requireNoStroke("undo");
   if (done_.empty()) return false;
-  undone_.push_back(std::move(done_.back()));
-  done_.pop_back();
-  setVersion(undone_.back().before);
+  goTo(done_.size() - 1);
   return true;
 }
 
 bool Session::redo() {
   requireNoStroke("redo");
   if (undone_.empty()) return false;
-  done_.push_back(std::move(undone_.back()));
-  undone_.pop_back();
-  setVersion(done_.back().after);
+  goTo(done_.size() + 1);
   return true;
+}
+
+void Session::goTo(size_t steps) {
+  requireNoStroke("undo");
+  if (steps > done_.size() + undone_.size()) throw Error("there are not so many steps to go to", Error::Kind::work);
+  DocumentPtr at = newest_;
+  while (done_.size() > steps) {
+    undone_.push_back(std::move(done_.back()));
+    done_.pop_back();
+    at = undone_.back().before;
+  }
+  while (done_.size() < steps) {
+    done_.push_back(std::move(undone_.back()));
+    undone_.pop_back();
+    at = done_.back().after;
+  }
+  merge_.clear();
+  ++steps_;
+  if (at != newest_) setDocument(std::move(at));
+}
+
+std::vector<std::string> Session::history() const {
+  std::vector<std::string> labels;
+  for (const Step& step : done_) labels.push_back(step.label);
+  for (auto step = undone_.rbegin(); step != undone_.rend(); ++step) labels.push_back(step->label);
+  return labels;
 }
 
 Script Session::recording() const {
   requireNoStroke("the recording");
   Script script;
-  script.voxelMm = newest_.grid().voxelMm;
+  if (const clay::Version now = version()) script.voxelMm = now.grid().voxelMm;
   for (const Step& step : done_) script.strokes.insert(script.strokes.end(), step.strokes.begin(), step.strokes.end());
   return script;
 }

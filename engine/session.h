@@ -1,54 +1,64 @@
 #pragma once
-// A piece of clay in work: what it is now, how it came to be, and the way back.
+// A document in work: what it is now, how it came to be, and the way back.
 
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "clay/brush.h"
 #include "clay/store.h"
 #include "clay/version.h"
+#include "engine/document.h"
 #include "engine/script.h"
 #include "engine/stroke_path.h"
 
 namespace argil::engine {
 
-/// Frees in the background, in small batches, what dropped versions alone used.
+/// Frees in the background, in small batches, what dropped versions alone used, and in the end the stores themselves.
 class Collector {
  public:
-  explicit Collector(std::shared_ptr<clay::Store> store);
+  Collector();
   ~Collector();
+  /// Takes care of a store; again is fine. Any thread but the servo's.
+  void add(std::shared_ptr<clay::Store> store);
   /// Something was dropped. Any thread but the servo's; does not wait.
   void wake();
 
  private:
   void run();
-  std::shared_ptr<clay::Store> store_;
   std::mutex mutex_;
   std::condition_variable wake_;
+  std::vector<std::shared_ptr<clay::Store>> stores_;
   bool dirty_ = false, stop_ = false;
   std::thread thread_;  // last: it uses the others
 };
 
-/// Holds the current version and the history. One thread edits (every member without a note); version() is for all.
-/// A stroke is one undo step however many versions were published in it and however often the tool was lifted; what is
-/// left of it when it ends is its first and its last version. The result of a stroke depends on its points and lifts
-/// alone. A new stroke ends the redo branch.
+/// Holds the current document and the history. One thread edits (every member without a note); document() and version() are for
+/// all. A stroke works on one piece and is one undo step however many versions were published in it and however often the tool was
+/// lifted; what is left of it when it ends is its first and its last version. The result of a stroke depends on its points and lifts
+/// alone. A new step ends the redo branch.
 class Session {
  public:
   /// Begins with `first`, which cannot be undone.
-  explicit Session(clay::Version first, const StrokeQuality& quality = {});
+  explicit Session(Document first, const StrokeQuality& quality = {});
+  explicit Session(clay::Version first, const StrokeQuality& quality = {}) : Session(Document::of(std::move(first)), quality) {}
   ~Session();
 
-  /// The newest version, in the middle of a stroke the last published one. Any thread but the servo's.
+  /// The newest document, in the middle of a stroke the last published one. Any thread but the servo's.
+  [[nodiscard]] DocumentPtr document() const;
+  /// The newest version of the active piece; none without one. Any thread but the servo's.
   [[nodiscard]] clay::Version version() const;
 
-  /// Throws Error when the tool does not fit this clay, or while a stroke is on.
-  void beginStroke(const Tool& tool);
-  /// The tool's centre, world mm; the time is for the recording alone. Throws Error for what StrokePath refuses; then
+  /// Throws Error when the tool does not fit the clay, when there is no piece that can be worked on, or while a stroke is on. Stamps are
+  /// repeated as mirror images in these planes, world mm; without any in the document's.
+  void beginStroke(const Tool& tool) { beginStroke(tool, newest_->mirrors()); }
+  void beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors);
+  /// The tool's centre, in the piece's mm; the time is for the recording alone. Throws Error for what StrokePath refuses; then
   /// nothing changed and the stroke goes on.
   void addPoint(double timeS, const Vec3d& mm);
   /// The tool left the clay: the path ends here, the next point begins another one of the same stroke.
@@ -61,14 +71,26 @@ class Session {
   /// How many points of this stroke the next publish() will show; all of them after liftTool().
   [[nodiscard]] uint64_t coveredPoints() const;
 
+  /// Any other change: `change` gets a copy, which becomes the newest document and one undo step named `label`. With the `merge` of the
+  /// step before, not empty, it joins that step. What `change` throws comes out and nothing changed. Throws Error while a stroke is on.
+  void change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge = {});
+  /// The next change joins no step.
+  void endMerge() { merge_.clear(); }
+
   /// One step back or forth; false when there is none. Pointer swaps. Throws Error while a stroke is on.
   bool undo();
   bool redo();
+  /// So many steps done. Throws Error for more than there are, or while a stroke is on.
+  void goTo(size_t steps);
   [[nodiscard]] size_t undoSteps() const { return done_.size(); }
   [[nodiscard]] size_t redoSteps() const { return undone_.size(); }
+  /// Grows whenever the steps or how many are done change.
+  [[nodiscard]] uint64_t steps() const { return steps_; }
+  /// Labels of all steps, oldest first, those that are undone too.
+  [[nodiscard]] std::vector<std::string> history() const;
 
   /// The strokes that lead from the first version to the newest, without those undone, as a tip-driven script: run on the
-  /// first version it gives equal bits. A lifted tool begins a new script stroke. Not while a stroke is on.
+  /// first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script stroke. Not while a stroke is on.
   [[nodiscard]] Script recording() const;
 
   /// Of all strokes so far, undone or not.
@@ -80,22 +102,35 @@ class Session {
 
  private:
   struct Step {
-    clay::Version before, after;
+    std::string label;
+    DocumentPtr before, after;
     std::vector<ScriptStroke> strokes;
   };
+  /// A reflection in voxel coordinates: p − 2 ((p − point) · normal) normal.
+  struct Mirror {
+    Vec3d point, normal;
+    [[nodiscard]] Vec3d apply(const Vec3d& p) const { return p - 2 * (p - point).dot(normal) * normal; }
+  };
   void apply();
+  void setDocument(DocumentPtr document);
   void setVersion(const clay::Version& version);
+  void push(Step step);
   void requireNoStroke(const char* what) const;
 
   StrokeQuality quality_;
   mutable std::mutex mutex_;      // guards newest_ alone
-  clay::Version newest_;
+  DocumentPtr newest_;
   std::vector<Step> done_, undone_;
+  std::string merge_;             // of the last step
+  uint64_t steps_ = 0;
   Counts counts_;
 
   // The stroke in work. path_ and brush_ are there between its first point and the next lift.
   std::optional<Step> step_;
+  Id piece_ = 0;
   Tool tool_;
+  std::vector<MirrorPlane> mirrors_;              // world, for the recording
+  std::vector<std::vector<Mirror>> reflections_;  // each a chain; the stamp itself is not among them
   clay::Version lifted_;          // what the paths before this one left
   std::optional<StrokePath> path_;
   std::unique_ptr<clay::BrushStroke> brush_;

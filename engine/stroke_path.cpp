@@ -21,7 +21,7 @@ constexpr double kLinesPerSpacing = 4;
 // Voxels from the grid's origin: beyond the largest model (65 536), and so far inside the brush's reach that no curve
 // between two points swings out of it.
 constexpr double kReach = 70000;
-constexpr double kMinRadius = 0.5, kMaxRadius = 4096;  // voxels, the range of clay::Stamp
+constexpr double kMinRadius = kLeastToolVoxels, kMaxRadius = kMostToolVoxels;  // the range of clay::Stamp
 
 double length(const Vec3d& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 

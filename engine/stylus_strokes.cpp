@@ -10,12 +10,16 @@ namespace {
 constexpr double kPauseS = 0.020;
 constexpr double kPauseRadii = 0.25;
 
+constexpr uint32_t kToolsKept = 1000;
+
 constexpr uint32_t kCutButtons = 1;  // as haptics::Tool::buttons has it
 
 }  // namespace
 
 void StylusStrokes::setTool(uint32_t id, const Tool& tool) {
-  (void)StrokePath(grid_, tool);
+  if (const DocumentPtr now = session_.document(); const Piece* piece = now->workedOn()) (void)StrokePath(piece->version.grid(), tool);
+  // Samples in flight may still carry older ones, but not from so long ago.
+  std::erase_if(tools_, [&](const auto& each) { return each.first + kToolsKept < id; });
   tools_[id] = tool;
 }
 
@@ -23,6 +27,16 @@ void StylusStrokes::take(const haptics::StylusSample& sample) {
   next_ = sample.index + 1;
   if (session_.inStroke() && ((sample.buttons & kCutButtons) == 0 || sample.tool != tool_)) finish();
   if (sample.flags & haptics::kCutting) {
+    if (!session_.inStroke()) {
+      const DocumentPtr now = session_.document();
+      const Piece* piece = now->workedOn();
+      if (!piece) {
+        ++refused_;
+        return;
+      }
+      grid_ = piece->version.grid();
+      pose_ = piece->pose;
+    }
     const Vec3d mm = pose_.applyInverse(sample.cutPoint);
     if (tools_.count(sample.tool) && StrokePath::reaches(grid_, mm)) {
       cut(sample, mm);

@@ -18,11 +18,10 @@ namespace argil::engine {
 /// thread's; it touches the session between take() and finish() as well as its owner does.
 class StylusStrokes {
  public:
-  /// `pose`: from the clay's millimetres to the world's, in which samples are. The session must outlive it.
-  explicit StylusStrokes(Session& session, const haptics::Pose& pose = {})
-      : session_(session), grid_(session.version().grid()), pose_(pose) {}
+  /// The session must outlive it.
+  explicit StylusStrokes(Session& session) : session_(session) {}
 
-  /// Samples that carry this tool's id use this tool. Throws Error when it does not fit the clay.
+  /// Samples that carry this tool's id use this tool. Throws Error when it does not fit the clay that is worked on.
   void setTool(uint32_t id, const Tool& tool);
 
   void take(const haptics::StylusSample& sample);
@@ -39,11 +38,11 @@ class StylusStrokes {
   void forgetCovered();
 
   Session& session_;
-  clay::Grid grid_;
-  haptics::Pose pose_;
   std::map<uint32_t, Tool> tools_;
   uint64_t next_ = 0, refused_ = 0;
   // The stroke in work.
+  clay::Grid grid_;
+  haptics::Pose pose_;            // from the piece's millimetres to the world's, in which samples are
   uint32_t tool_ = 0;
   std::deque<uint64_t> pending_;  // indices of samples that the clay does not show yet
   uint64_t shown_ = 0;            // points of the stroke that it does

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "clay/surface.h"
 #include "engine/document.h"
+#include "engine/surfaces.h"
 #include "engine/tool.h"
 #include "haptics/device.h"
 #include "haptics/devices/pointer.h"
@@ -29,19 +29,6 @@ struct Snapshot {
   uint64_t strokes = 0, points = 0, versions = 0;
   uint64_t clayBytes = 0;      ///< Of the pieces and their undo steps.
   double editP50Us = 0, editP99Us = 0;  ///< From a sample that cuts to its changed triangles.
-};
-
-/// Changed surface since the last time it was taken. Several changes of a brick are one.
-struct SurfaceChange {
-  Id piece = 0;
-  bool whole = false;    ///< Forget what was there before: the delta is the whole piece.
-  bool removed = false;  ///< The piece is gone; no delta.
-  clay::SurfaceDelta delta;
-};
-struct SurfaceChanges {
-  std::vector<SurfaceChange> pieces;
-  /// The oldest sample whose cut is shown with these for the first time: its time on CLOCK_MONOTONIC, ns; 0: none.
-  int64_t oldestSampleNs = 0;
 };
 
 /// What the person sees of touch.
@@ -95,6 +82,7 @@ class Workbench {
   Workbench& operator=(const Workbench&) = delete;
 
   [[nodiscard]] std::shared_ptr<const Snapshot> snapshot() const;
+  /// Changed surface since the last time.
   [[nodiscard]] SurfaceChanges takeSurfaces();
   /// Everything anew with the next takeSurfaces(): the renderer lost it.
   void resendSurfaces();
@@ -131,6 +119,8 @@ class Workbench {
   void open(const std::filesystem::path& file);
   void exportTo(const ExportOptions& options);
 
+  /// Nothing is under way: no job, no stroke, no edit or sample that waits. A moment later something may be.
+  [[nodiscard]] bool idle() const;
   [[nodiscard]] std::vector<JobView> jobs() const;
   void cancelJob(uint64_t id);
 

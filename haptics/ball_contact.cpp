@@ -11,6 +11,7 @@ namespace {
 constexpr double kLeaveSpeedMms = 30;       // Out of clay that grew around the ball (methods, §12.5).
 constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
 constexpr double kSettleS = 0.25;           // How long a finished cut waits for its edit.
+constexpr double kPointingNmm = 1e6;  // Of a hand that points: what is cut is where it points within a tick.
 constexpr double kEaseS = 0.02;             // From one material's stiffness to the next one's while touching.
 
 }  // namespace
@@ -131,11 +132,11 @@ void BallContact::cut(const Scene& scene, const Input& input, bool changed, Outp
   CutLaw::Input in;
   in.centre = proxy_.at();
   in.hand = guides_.snap(guides_.goal(input.hand));
-  in.stiffnessNmm = input.topStiffnessNmm;
+  in.stiffnessNmm = input.pointing ? kPointingNmm : input.topStiffnessNmm;
   in.radiusMm = radius_;
   in.periodS = input.periodS;
   in.frozen = mode_ == Mode::settle;
-  const CutLaw::Result result = law_.advance(around_.clay(), scene, in);
+  const CutLaw::Result result = law_.advance(around_.workedOn(), scene, in);
   // Through clay as the law says, but not through what cannot be cut, and not off a lock.
   go(result.centre, input, proxy_.holding(result.centre), out);
   out.proxy = out.cutPoint = proxy_.at();

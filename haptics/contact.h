@@ -21,6 +21,7 @@ class Contact {
     double topStiffnessNmm = 1;       ///< The device's limits, from its sheet.
     double dampingNsmm = 0;           ///< Along the normal of a touched surface.
     double peakForceN = 3;
+    bool pointing = false;            ///< DeviceSheet::pointing.
     bool operate = false;             ///< The tool's operation is on.
     uint32_t buttons = 0;             ///< Bit a button, for guides that work while one is down.
     uint64_t sampleIndex = 0;         ///< Of this tick.

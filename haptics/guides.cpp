@@ -149,8 +149,8 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
     }
   }
   // Through the stiffest coupling that there may be the set's speed is a speed of force as well.
-  double slide = kSlideMms;
-  if (input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
+  double slide = input.pointing ? kPointingSlideMms : kSlideMms;
+  if (!input.pointing && input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
   locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
 
   // With the hand's way it fades faster, as fast as guides change along it: what it can give out is bounded however fast that is.

@@ -48,6 +48,7 @@ class Guides {
 
   static constexpr double kGuideForcePerS = 6;  ///< Of locks, in peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
   static constexpr double kSlideMms = 30;       ///< Of locked sets, at the hand.
+  static constexpr double kPointingSlideMms = 4000;  ///< The same where no motor pulls a hand along.
 
  private:
   struct State {

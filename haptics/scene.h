@@ -62,6 +62,7 @@ struct Quality {
 
 struct Scene {
   std::vector<Piece> pieces;
+  size_t workedOn = SIZE_MAX;   ///< So many pieces, counted from the first, are changed by the tool; the others are felt and never cut.
   std::vector<Part> parts;
   std::vector<Guide> guides;
   std::vector<Material> materials{1};

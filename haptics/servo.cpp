@@ -78,7 +78,8 @@ Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
       options_(options),
       samples_(checkedRate(options.rateHz)),
       tick_(device, scene, samples_, 1.0 / options.rateHz, options.contact),
-      statistics_(std::make_unique<ServoStatistics>()) {}
+      statistics_(std::make_unique<ServoStatistics>()),
+      copied_(std::make_unique<ServoStatistics>()) {}
 
 Servo::~Servo() { stop(); }
 
@@ -112,6 +113,16 @@ void Servo::runVirtual(uint64_t ticks, const std::function<void(uint64_t, double
     if (options_.measureCompute) statistics_->compute.add(nowNs() - begin);
     ++nextIndex_;
   }
+}
+
+bool Servo::copyStatistics(ServoStatistics& out) {
+  if (copy_.load(std::memory_order_acquire) == Copy::made || copy_.load() == Copy::none) {
+    anyCopy_ = anyCopy_ || copy_.load() == Copy::made;
+    if (anyCopy_) out = *copied_;
+    copy_.store(Copy::wanted, std::memory_order_release);
+    return anyCopy_;
+  }
+  return false;
 }
 
 RealtimeGrant Servo::start() {
@@ -165,6 +176,10 @@ void Servo::loop() {
     statistics_->compute.add(end - begin);
     heartbeat_.beat(double(end) * 1e-9);
     ++nextIndex_;
+    if (copy_.load(std::memory_order_acquire) == Copy::wanted) {
+      *copied_ = *statistics_;
+      copy_.store(Copy::made, std::memory_order_release);
+    }
   }
   tick_.park(double(nextIndex_) / options_.rateHz);
   if (options_.realtime) munlockall();

@@ -78,6 +78,9 @@ class Servo {
 
   [[nodiscard]] SampleRing& samples() noexcept { return samples_; }  ///< One consumer.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return tick_.latest(); }  ///< One reader.
+  /// Asks the running servo for a copy of its statistics and gives the last one that came: false before the first. The copy is made
+  /// between two ticks, some µs. One thread.
+  bool copyStatistics(ServoStatistics& out);
   /// Only while the servo does not run.
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return *statistics_; }
   [[nodiscard]] ServoTick& tick() noexcept { return tick_; }
@@ -104,6 +107,10 @@ class Servo {
   SampleRing samples_;
   ServoTick tick_;
   std::unique_ptr<ServoStatistics> statistics_;
+  enum class Copy : int { none, wanted, made };
+  std::unique_ptr<ServoStatistics> copied_;  // The servo's while a copy is wanted, else the asker's.
+  std::atomic<Copy> copy_{Copy::none};
+  bool anyCopy_ = false;
   uint64_t nextIndex_ = 0;
   std::thread thread_, watchdog_;
   RealtimeGrant grant_;               // Written by the thread before it says that it is ready.

@@ -12,7 +12,7 @@ constexpr double kOnSurface = 0.05;  // Of the resolution: a point this near to 
 }  // namespace
 
 void Surroundings::clear() noexcept {
-  count_ = clayCount_ = 0;
+  count_ = clayCount_ = workedOn_ = 0;
   for (Thing& thing : things_) thing = {};
 }
 
@@ -36,18 +36,19 @@ bool Surroundings::reset(const Scene& scene, bool withClay, std::span<Touchable*
   changed_ = false;
   resolution_ = 1;
   clayCount_ = std::min(scene.pieces.size(), kMaxPieces);
+  workedOn_ = std::min(scene.workedOn, clayCount_);
   const size_t partCount = std::min(scene.parts.size(), kMaxParts);
   const size_t keepOutCount = std::min(keepOuts.size(), kMaxGuides);
   for (size_t i = 0; i < countBefore_; ++i) {
     const auto index = size_t(used_[i]);
-    const bool stays = index < kFirstPart      ? withClay && index < clayCount_
+    const bool stays = index < kFirstPart      ? index < clayCount_ && (withClay || index >= workedOn_)
                        : index < kFirstKeepOut ? index - kFirstPart < partCount
                                                : index - kFirstKeepOut < keepOutCount;
     if (!stays) things_[index] = {};
   }
   for (size_t i = 0; i < clayCount_; ++i) {
     const bool changed = clay_[i].reset(scene.pieces[i]);
-    if (withClay) use(i, clay_[i], scene.pieces[i].pose, scene.pieces[i].material, false, changed);
+    if (withClay || i >= workedOn_) use(i, clay_[i], scene.pieces[i].pose, scene.pieces[i].material, false, changed);
   }
   for (size_t i = 0; i < partCount; ++i) {
     const bool changed = parts_[i].reset(scene.parts[i], scene.tool.radiusMm);
@@ -74,7 +75,7 @@ Around Surroundings::nearest(const Vec3d& p, double reachMm) ARGIL_REALTIME {
 }
 
 bool Surroundings::inside(const Vec3d& p) ARGIL_REALTIME {
-  for (TouchableClay& piece : clay())
+  for (TouchableClay& piece : std::span(clay_).first(clayCount_))
     if (piece.surface().inside(piece.toVoxel(p))) return true;
   return false;
 }

@@ -21,8 +21,8 @@ struct Around : Nearest {
 /// asks only those that can be near. One thread, the servo's; everything is allocated with it.
 class Surroundings {
  public:
-  /// Reads `scene` from now on; the caller holds it. `withClay` false: a tool that changes clay is not held by it, only by
-  /// what cannot be cut. `keepOuts`: of the guides; `keepOutsChanged`: they are not what they were. True when something is not what was
+  /// Reads `scene` from now on; the caller holds it. `withClay` false: a tool that changes clay is not held by the pieces that it works
+  /// on, only by what cannot be cut. `keepOuts`: of the guides; `keepOutsChanged`: they are not what they were. True when something is not what was
   /// read before.
   bool reset(const Scene& scene, bool withClay, std::span<Touchable* const> keepOuts, bool keepOutsChanged) ARGIL_REALTIME;
   /// Forgets all.
@@ -47,8 +47,8 @@ class Surroundings {
   /// Goes before clay and parts where not all can hold.
   [[nodiscard]] bool hard(int thing) const noexcept { return things_[size_t(thing)].hard; }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
-  /// Pieces of clay, in the scene's order.
-  [[nodiscard]] std::span<TouchableClay> clay() noexcept { return std::span(clay_).first(clayCount_); }
+  /// Pieces of clay that the tool works on, in the scene's order.
+  [[nodiscard]] std::span<TouchableClay> workedOn() noexcept { return std::span(clay_).first(workedOn_); }
 
  private:
   struct Thing {
@@ -66,7 +66,7 @@ class Surroundings {
   // A thing keeps its index from scene to scene: pieces from 0, then parts, then keep-outs.
   static constexpr size_t kFirstPart = kMaxPieces, kFirstKeepOut = kFirstPart + kMaxParts, kMaxThings = kFirstKeepOut + kMaxGuides;
   std::vector<TouchableClay> clay_ = std::vector<TouchableClay>(kMaxPieces);
-  size_t clayCount_ = 0;
+  size_t clayCount_ = 0, workedOn_ = 0;
   std::array<TouchablePart, kMaxParts> parts_;
   std::array<Thing, kMaxThings> things_{};
   std::array<int, kMaxThings> used_{};  // Indices of those that are there.

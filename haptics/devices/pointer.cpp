@@ -27,6 +27,7 @@ PointerDevice::PointerDevice(const PointerOptions& options) : options_(options) 
   sheet_.resolutionMm = 0.1;
   sheet_.topSpeedMms = 4000;  // A wrist on a mouse is faster than an arm in a mechanism.
   sheet_.buttons = 5;
+  sheet_.pointing = true;
 }
 
 bool PointerDevice::feed(const PointerSample& s) noexcept {

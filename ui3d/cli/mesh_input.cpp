@@ -5,26 +5,13 @@
 #include <fmt/format.h>
 
 #include "clay/store.h"
+#include "engine/mesh_files.h"
 #include "ui3d/cli/progress.h"
 
 namespace argil::cli {
 
-namespace {
-
-double unitMm(const std::string& units) {
-  struct Unit {
-    const char* name;
-    double mm;
-  };
-  for (const Unit& u : {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
-    if (units == u.name) return u.mm;
-  throw Error(fmt::format("--units {}: give mm, um, cm, m, in or ft", units));
-}
-
-}  // namespace
-
 io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& units, Job* job) {
-  const double mm = unitMm(units);
+  const double mm = engine::unitMm(units);
   const ProgressLine line("reading " + file.filename().string(), job);
   io::MeshFile mesh = io::readMesh(file, job);
   if (mm != 1)

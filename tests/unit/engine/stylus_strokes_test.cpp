@@ -139,14 +139,16 @@ class EditLoopTest : public ::testing::Test {
     surface.update(session.version());
     haptics::SampleRing ring(1000);
     Result result{};
+    EditLoop::Options options;
+    options.onDocument = [&](const DocumentPtr& document, int64_t) { surface.update(document->pieces[0].version); };
     EditLoop loop(
-        session, surface, haptics::Scene(),
+        session, haptics::Scene(),
         [&](std::unique_ptr<const haptics::Scene> scene) {
           scene->check();
           result.applied.push_back(scene->samplesApplied);
           ++result.scenes;
         },
-        {});
+        options);
     loop.setTool(kCarve);
     Random random(5);
     size_t count = 0;
@@ -192,11 +194,10 @@ TEST_F(EditLoopTest, AnIdleHandPublishesNothing) { EXPECT_EQ(run(samples(repeat(
 
 TEST(EditThread, CarriesAFailureToItsOwner) {
   Session session(ball());
-  clay::Surface surface;
   haptics::SampleRing ring(1000);
   EditLoop::Options options;
   options.onSample = [](const StylusSample&) { throw Error("the pen ran dry"); };
-  EditLoop loop(session, surface, haptics::Scene(), [](auto) {}, options);
+  EditLoop loop(session, haptics::Scene(), [](auto) {}, options);
   EditThread thread(loop, ring);
   ring.push(samples("c")[0]);
   EXPECT_THROW(

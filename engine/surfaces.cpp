@@ -1,0 +1,93 @@
+#include "engine/surfaces.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+namespace argil::engine {
+namespace {
+
+constexpr size_t kMostDeltas = 64;  // of a piece that wait unmerged: beyond, nobody is taking them
+
+uint64_t key(Coord c) {
+  const auto bits = [](int32_t v) { return static_cast<uint64_t>(static_cast<uint32_t>(v)) & 0x1fffff; };
+  return bits(c.x) << 42 | bits(c.y) << 21 | bits(c.z);
+}
+
+}  // namespace
+
+clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
+  if (deltas.size() == 1) return std::move(deltas.front());
+  clay::SurfaceDelta merged;
+  merged.grid = deltas.back().grid;
+  std::unordered_map<uint64_t, size_t> place;
+  for (clay::SurfaceDelta& delta : deltas) {
+    for (clay::BrickMeshPtr& mesh : delta.changed) {
+      const auto [at, fresh] = place.try_emplace(key(mesh->brick), merged.changed.size());
+      if (fresh) {
+        merged.changed.push_back(std::move(mesh));
+      } else {
+        merged.changed[at->second] = std::move(mesh);
+      }
+    }
+  }
+  return merged;
+}
+
+void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int threads) {
+  std::vector<std::pair<Id, Waiting>> news;
+  for (auto at = followed_.begin(); at != followed_.end();) {
+    if (document.piece(at->first)) {
+      ++at;
+      continue;
+    }
+    news.push_back({at->first, {false, true, {}}});
+    at = followed_.erase(at);
+  }
+  for (const Piece& piece : document.pieces) {
+    auto found = followed_.find(piece.id);
+    if (found != followed_.end() && found->second.version == piece.version) continue;
+    // Bricks of another store or grid do not replace those of the one before.
+    const bool whole = found == followed_.end() || found->second.version.store() != piece.version.store() ||
+                       !(found->second.version.grid() == piece.version.grid());
+    if (whole) {
+      followed_.erase(piece.id);
+      found = followed_.try_emplace(piece.id).first;
+    }
+    Waiting one{whole, false, {}};
+    one.deltas.push_back(found->second.surface.update(piece.version, threads));
+    found->second.version = piece.version;
+    news.emplace_back(piece.id, std::move(one));
+  }
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, one] : news) {
+    Waiting& waiting = waiting_[id];
+    if (one.whole || one.removed) {
+      waiting = std::move(one);
+      continue;
+    }
+    waiting.deltas.push_back(std::move(one.deltas.front()));
+    if (waiting.deltas.size() > kMostDeltas) waiting.deltas = {merge(waiting.deltas)};
+  }
+  if (oldestSampleNs != 0 && (oldestNs_ == 0 || oldestSampleNs < oldestNs_)) oldestNs_ = oldestSampleNs;
+}
+
+void Surfaces::forget() { followed_.clear(); }
+
+SurfaceChanges Surfaces::take() {
+  std::map<Id, Waiting> taken;
+  SurfaceChanges changes;
+  {
+    const std::lock_guard lock(mutex_);
+    taken.swap(waiting_);
+    changes.oldestSampleNs = std::exchange(oldestNs_, 0);
+  }
+  for (auto& [id, waiting] : taken) {
+    SurfaceChange change{id, waiting.whole, waiting.removed, {}};
+    if (!waiting.deltas.empty()) change.delta = merge(waiting.deltas);
+    changes.pieces.push_back(std::move(change));
+  }
+  return changes;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,231 @@
+#include "engine/document.h"
+
+#include <gtest/gtest.h>
+
+#include "clay/error.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "engine/session.h"
+#include "engine/tool_table.h"
+
+namespace argil::engine {
+namespace {
+
+clay::Version ball(double radiusMm = 10) { return clay::makeSphere(clay::Store::make(), {.voxelMm = 0.5}, Vec3d::Zero(), radiusMm); }
+
+Piece pieceOf(const clay::Version& version) {
+  Piece piece;
+  piece.version = version;
+  return piece;
+}
+
+TEST(Document, NamesAndNumbersAreNeverUsedTwice) {
+  Document document;
+  const Id first = document.add(pieceOf(ball()));
+  const Id second = document.add(pieceOf(ball()));
+  EXPECT_EQ(document.active, first);
+  EXPECT_EQ(document.piece(second)->name, "Clay 2");
+  EXPECT_TRUE(document.remove(second));
+  EXPECT_FALSE(document.remove(second));
+  const Id third = document.add(pieceOf(ball()));
+  EXPECT_GT(third, second);
+  EXPECT_EQ(document.piece(third)->name, "Clay 2");
+  EXPECT_TRUE(document.remove(first));
+  EXPECT_EQ(document.active, third);
+  EXPECT_EQ(document.thing(first), nullptr);
+  EXPECT_THROW(document.add(Piece()), Error);
+}
+
+TEST(Document, ThingsAreReorderedWithinTheirList) {
+  Document document;
+  const Id a = document.add(Guide()), b = document.add(Guide());
+  EXPECT_EQ(document.guides[0].name, "Plane");
+  EXPECT_FALSE(document.reorder(a, -1));
+  EXPECT_TRUE(document.reorder(a, 1));
+  EXPECT_EQ(document.guides[0].id, b);
+  EXPECT_FALSE(document.reorder(77, 1));
+}
+
+TEST(Document, TheSceneHoldsWhatIsVisibleWithTheWorkedOnPieceFirst) {
+  Document document;
+  const Id other = document.add(pieceOf(ball(5)));
+  const Id worked = document.add(pieceOf(ball()));
+  document.active = worked;
+  document.piece(worked)->material.hardnessNmm2 = 0.5;
+  Guide lock;
+  lock.feel = Guide::Feel::lock;
+  const Id plane = document.add(lock);
+  document.add(Guide());  // only seen
+  haptics::Scene base;
+  base.guides.push_back({});
+  base.guides[0].id = 3;
+  base.guides[0].shape = haptics::Gravity{};
+  base.tool.operation = clay::Operation::carve;
+  haptics::Scene scene = sceneOf(document, base);
+  scene.check();
+  ASSERT_EQ(scene.pieces.size(), 2u);
+  EXPECT_EQ(scene.workedOn, 1u);
+  EXPECT_EQ(scene.pieces[0].version, document.piece(worked)->version);
+  EXPECT_EQ(scene.materials[scene.pieces[0].material].hardnessNmm2, 0.5);
+  ASSERT_EQ(scene.guides.size(), 2u);
+  const uint32_t id = scene.guides[1].id;
+  EXPECT_TRUE(scene.tool.operation.has_value());
+
+  // A guide keeps its id whatever is hidden before it.
+  document.guide(plane)->visible = true;
+  document.piece(other)->visible = false;
+  document.piece(worked)->locked = true;
+  scene = sceneOf(document, base);
+  scene.check();
+  EXPECT_EQ(scene.pieces.size(), 1u);
+  EXPECT_EQ(scene.workedOn, 0u);
+  EXPECT_FALSE(scene.tool.operation.has_value());
+  EXPECT_EQ(scene.guides[1].id, id);
+}
+
+TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
+  using Kind = Guide::Kind;
+  using Feel = Guide::Feel;
+  for (const Kind kind : {Kind::plane, Kind::line, Kind::point, Kind::curve, Kind::keepOutBox, Kind::ruler, Kind::angle}) {
+    for (const Feel feel : {Feel::seen, Feel::lock, Feel::well, Feel::keepOut}) {
+      Guide guide;
+      guide.kind = kind;
+      guide.feel = feel;
+      guide.pointsMm = {{0, 0, 0}, {10, 0, 0}, {10, 5, 0}};
+      const auto made = felt(guide, 9);
+      EXPECT_EQ(made.has_value(), feel != Feel::seen && kind != Kind::ruler && kind != Kind::angle);
+      if (made) {
+        EXPECT_EQ(made->id, 9u);
+      }
+    }
+  }
+  Guide bad;
+  bad.kind = Kind::curve;
+  bad.feel = Feel::lock;
+  EXPECT_THROW((void)felt(bad, 1), Error);
+  EXPECT_THROW(Document().add(bad), Error);
+}
+
+constexpr Tool kCarve{clay::Operation::carve, 2, 1};
+
+TEST(SessionOfADocument, ChangesAreStepsAndMergeByKey) {
+  Session session(ball());
+  const DocumentPtr first = session.document();
+  const auto move = [](double x) {
+    return [x](Document& document) { document.pieces[0].pose.translation.x() = x; };
+  };
+  session.change("Move", move(1), "drag");
+  session.change("Move", move(2), "drag");
+  EXPECT_EQ(session.undoSteps(), 1u);
+  session.endMerge();
+  session.change("Move", move(3), "drag");
+  session.change("Rename", [](Document& document) { document.pieces[0].name = "Head"; });
+  EXPECT_EQ(session.history(), (std::vector<std::string>{"Move", "Move", "Rename"}));
+  session.goTo(1);
+  EXPECT_EQ(session.document()->pieces[0].pose.translation.x(), 2);
+  EXPECT_EQ(session.history().size(), 3u);
+  session.goTo(0);
+  EXPECT_EQ(session.document(), first);
+  session.goTo(3);
+  EXPECT_EQ(session.document()->pieces[0].name, "Head");
+  EXPECT_THROW(session.goTo(4), Error);
+  // What throws changes nothing.
+  EXPECT_THROW(session.change("Bad", [](Document& document) {
+    document.pieces[0].name = "x";
+    throw Error("no");
+  }), Error);
+  EXPECT_EQ(session.document()->pieces[0].name, "Head");
+  EXPECT_EQ(session.undoSteps(), 3u);
+}
+
+TEST(SessionOfADocument, AStrokeWorksOnTheActivePieceAlone) {
+  Session session(ball());
+  const clay::Version second = ball(8);
+  session.change("Add", [&](Document& document) { document.active = document.add(pieceOf(second)); });
+  const clay::Version firstBefore = session.document()->pieces[0].version;
+  session.beginStroke(kCarve);
+  session.addPoint(0, {8, 0, 0});
+  session.endStroke();
+  EXPECT_EQ(session.document()->pieces[0].version, firstBefore);
+  EXPECT_NE(session.document()->pieces[1].version, second);
+  EXPECT_EQ(session.history().back(), "Carve");
+  session.change("Lock", [](Document& document) { document.pieces[1].locked = true; });
+  EXPECT_THROW(session.beginStroke(kCarve), Error);
+  session.change("Remove", [](Document& document) { document.remove(document.active); });
+  EXPECT_EQ(session.version(), firstBefore);
+  session.goTo(0);
+  EXPECT_EQ(session.document()->pieces.size(), 1u);
+}
+
+// φ at a voxel, tiles as ± the band.
+float phi(const clay::Version& version, Coord voxel) {
+  const clay::Slot slot = version.find({voxel.x >> 3, voxel.y >> 3, voxel.z >> 3});
+  return slot.phi(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), version.grid().band);
+}
+
+TEST(SessionOfADocument, SymmetryRepeatsAStrokeInEveryPlane) {
+  Session session(ball());
+  session.change("Symmetry", [](Document& document) { document.symmetry.x = document.symmetry.y = true; });
+  session.beginStroke(kCarve);
+  session.addPoint(0, {6, 6, 4});
+  session.addPoint(0.1, {8, 4, 4});
+  const clay::Version cut = session.endStroke();
+  const clay::Grid grid = cut.grid();
+  size_t changed = 0;
+  const clay::Version whole = ball();
+  for (int z = 0; z < 20; ++z) {
+    for (int y = 0; y < 22; ++y) {
+      for (int x = 0; x < 22; ++x) {
+        const Coord at{x, y, z};
+        const float value = phi(cut, at);
+        changed += value != phi(whole, at);
+        for (const Coord image : {Coord{-x, y, z}, Coord{x, -y, z}, Coord{-x, -y, z}}) {
+          // The surface itself is a mirror image to a hundredth of a voxel; redistancing runs in fixed directions.
+          if (std::abs(value) < 0.5f) {
+            EXPECT_NEAR(phi(cut, image), value, 0.01f);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(changed, 100u);
+  EXPECT_EQ(grid.voxelMm, 0.5);
+}
+
+TEST(SessionOfADocument, ARecordingWithSymmetryGivesEqualBits) {
+  const clay::Version first = ball();
+  Session session(first);
+  session.change("Symmetry", [](Document& document) {
+    document.symmetry.x = true;
+    document.symmetry.pose.translation = {0.3, 0, 0};
+  });
+  session.beginStroke(kCarve);
+  for (int i = 0; i < 10; ++i) session.addPoint(0.01 * i, {8, 0.5 * i, 4});
+  session.endStroke();
+  const Script script = parseScript(formatScript(session.recording()), "recording");
+  ASSERT_EQ(script.strokes.size(), 1u);
+  ASSERT_EQ(script.strokes[0].mirrors.size(), 1u);
+  Session again(first);
+  again.beginStroke(script.strokes[0].tool, script.strokes[0].mirrors);
+  for (const PathPoint& point : script.strokes[0].path) again.addPoint(point.timeS, point.mm);
+  EXPECT_EQ(again.endStroke().hash(), session.version().hash());
+}
+
+TEST(ToolTable, RowsAreComplete) {
+  for (const ToolRow& row : toolTable()) {
+    EXPECT_EQ(findTool(row.id), &row);
+    EXPECT_FALSE(row.help.empty());
+    EXPECT_NE(findTool(row.opposite), nullptr);
+    Tool tool = standardTool(row);
+    EXPECT_EQ(tool.operation, row.operation);
+    for (const Parameter<Tool>& parameter : row.parameters) {
+      EXPECT_LT(parameter.low, parameter.high);
+      parameter.change(tool, parameter.high * 10);
+      EXPECT_NEAR(parameter.get(tool), parameter.high, 1e-4 * parameter.high);
+    }
+  }
+  EXPECT_EQ(findTool("axe"), nullptr);
+}
+
+}  // namespace
+}  // namespace argil::engine

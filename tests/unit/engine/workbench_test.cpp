@@ -1,0 +1,253 @@
+#include "engine/workbench.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include "clay/mesh_topology.h"
+#include "clay/surface.h"
+#include "engine/mesh_files.h"
+#include "engine/script.h"
+
+namespace argil::engine {
+namespace {
+
+using namespace std::chrono_literals;
+
+class WorkbenchTest : public ::testing::Test {
+ protected:
+  static Workbench::Options options() {
+    Workbench::Options given;
+    given.realtime = false;
+    return given;
+  }
+  // Waits for what comes with the next turns.
+  [[nodiscard]] bool until(const std::function<bool()>& what) {
+    for (int i = 0; i < 5000; ++i) {
+      if (what()) return true;
+      std::this_thread::sleep_for(2ms);
+    }
+    return false;
+  }
+  [[nodiscard]] bool rest() {
+    return until([&] { return bench.idle(); });
+  }
+  DocumentPtr document() { return bench.snapshot()->document; }
+  void block() {
+    bench.addBlock({40, 40, 20}, 2, 0.5);
+    ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
+  }
+  // From above, along x, with the button down; the tip `depthMm` below the block's top at z = 10.
+  void drag(double depthMm) {
+    haptics::PointerSample sample;
+    sample.direction = {0, 0, -1};
+    sample.surfaceMm = 50;
+    const auto feed = [&](double x, uint32_t buttons, double depth) {
+      sample.origin = {x, 0, 60 - depth};
+      sample.buttons = buttons;
+      bench.feedPointer(sample);
+      std::this_thread::sleep_for(4ms);
+    };
+    for (int i = 0; i < 30; ++i) feed(-10, 0, -8);
+    for (int i = 0; i < 30; ++i) feed(-10, 1, depthMm);
+    for (int i = 0; i <= 40; ++i) feed(-10 + 0.5 * i, 1, depthMm);
+    for (int i = 0; i < 30; ++i) feed(10, 0, -8);
+  }
+  std::string problems() {
+    std::string all;
+    for (const Message& message : bench.takeMessages()) {
+      if (message.level != Message::Level::done) all += message.text + "\n";
+    }
+    return all;
+  }
+
+  Workbench bench{options()};
+};
+
+TEST_F(WorkbenchTest, APointerCarvesTheBlockAndUndoBringsItBack) {
+  block();
+  const clay::Version before = document()->pieces[0].version;
+  SurfaceChanges whole = bench.takeSurfaces();
+  ASSERT_EQ(whole.pieces.size(), 1u);
+  EXPECT_TRUE(whole.pieces[0].whole);
+  Tool tool;
+  tool.radiusMm = 3;
+  bench.setTool(tool);
+  drag(1.5);
+  ASSERT_TRUE(rest());
+  EXPECT_EQ(problems(), "");
+  const auto now = bench.snapshot();
+  EXPECT_NE(now->document->pieces[0].version, before);
+  EXPECT_EQ(now->done, 2u);
+  EXPECT_EQ(now->history->back(), "Carve");
+  const SurfaceChanges changes = bench.takeSurfaces();
+  ASSERT_EQ(changes.pieces.size(), 1u);
+  EXPECT_FALSE(changes.pieces[0].whole);
+  EXPECT_LT(changes.pieces[0].delta.changed.size(), 400u);
+  EXPECT_GT(changes.oldestSampleNs, 0);
+  bench.undo();
+  ASSERT_TRUE(until([&] { return document()->pieces[0].version == before; }));
+  bench.redo();
+  ASSERT_TRUE(until([&] { return document() == now->document; }));
+  bench.goTo(0);
+  ASSERT_TRUE(until([&] { return document()->pieces.empty(); }));
+  const SurfaceChanges gone = bench.takeSurfaces();
+  ASSERT_EQ(gone.pieces.size(), 1u);
+  EXPECT_TRUE(gone.pieces[0].removed);
+}
+
+TEST_F(WorkbenchTest, SurfacesTakenOneByOneAreTheWholeSurface) {
+  block();
+  Tool tool;
+  tool.radiusMm = 3;
+  bench.setTool(tool);
+  std::map<std::array<int, 3>, uint64_t> quads;
+  const auto take = [&] {
+    for (const SurfaceChange& change : bench.takeSurfaces().pieces) {
+      if (change.whole) quads.clear();
+      for (const auto& mesh : change.delta.changed) quads[{mesh->brick.x, mesh->brick.y, mesh->brick.z}] = mesh->quads.size();
+    }
+  };
+  take();
+  for (int i = 0; i < 3; ++i) {
+    drag(1 + i);
+    take();
+  }
+  ASSERT_TRUE(rest());
+  take();
+  clay::Surface fresh;
+  fresh.update(document()->pieces[0].version);
+  uint64_t sum = 0;
+  for (const auto& [brick, count] : quads) sum += count;
+  EXPECT_EQ(sum, fresh.quadCount());
+  bench.resendSurfaces();
+  ASSERT_TRUE(until([&] {
+    const SurfaceChanges again = bench.takeSurfaces();
+    return again.pieces.size() == 1 && again.pieces[0].whole;
+  }));
+}
+
+TEST_F(WorkbenchTest, AStrokeStaysInALockedPlane) {
+  block();
+  Tool tool;
+  tool.radiusMm = 2;
+  bench.setTool(tool);
+  bench.edit("Add plane", [](Document& document) {
+    Guide plane;
+    plane.feel = Guide::Feel::lock;
+    plane.pose.translation = {0, 0, 9.5};
+    document.add(plane);
+  });
+  ASSERT_TRUE(until([&] { return document()->guides.size() == 1; }));
+  drag(6);  // without the plane the ball would go 6 mm deep
+  ASSERT_TRUE(rest());
+  EXPECT_EQ(problems(), "");
+  const clay::TriangleMesh mesh = meshOf(*document(), 0, true);
+  double lowest = 10;
+  for (const Vec3d& p : mesh.positions) {
+    if (std::abs(p.x()) < 5 && std::abs(p.y()) < 1 && p.z() > 0) lowest = std::min(lowest, p.z());
+  }
+  EXPECT_NEAR(lowest, 7.5, 0.1);  // the plane less the radius
+}
+
+TEST_F(WorkbenchTest, HiddenAndLockedPiecesAreNotCut) {
+  block();
+  bench.edit("Lock", [](Document& document) { document.pieces[0].locked = true; });
+  ASSERT_TRUE(until([&] { return document()->pieces[0].locked; }));
+  const clay::Version before = document()->pieces[0].version;
+  drag(2);
+  ASSERT_TRUE(rest());
+  EXPECT_EQ(document()->pieces[0].version, before);
+}
+
+TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
+  block();
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "argil_workbench";
+  std::filesystem::create_directories(folder);
+  bench.exportTo({{folder / "a.stl", folder / "a.obj", folder / "a.ply"}, true, 0});
+  ASSERT_TRUE(rest());
+  EXPECT_EQ(bench.takeMessages().size(), 3u);
+  for (const char* name : {"a.stl", "a.obj", "a.ply"}) EXPECT_GT(std::filesystem::file_size(folder / name), 10000u);
+  Workbench::ImportOptions how;
+  how.voxelMm = 1;
+  bench.import(folder / "a.stl", how);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 2; }));
+  EXPECT_EQ(document()->pieces[1].name, "a");
+  EXPECT_EQ(document()->active, document()->pieces[1].id);
+  how.asPart = true;
+  bench.import(folder / "a.stl", how);
+  ASSERT_TRUE(until([&] { return document()->parts.size() == 1; }));
+  EXPECT_NE(document()->parts[0].felt, nullptr);
+  const DocumentPtr before = document();
+  (void)bench.takeMessages();
+  bench.import(folder / "none.stl", how);
+  bench.exportTo({{folder / "a.xyz"}, true, 0});
+  bench.exportTo({{folder / "missing" / "a.stl"}, true, 0});
+  bench.useDevice("spoon");
+  ASSERT_TRUE(until([&] { return bench.idle() && bench.touch(false).device == "pointer"; }));
+  const auto messages = bench.takeMessages();
+  EXPECT_EQ(messages.size(), 4u);
+  for (const Message& message : messages) EXPECT_EQ(message.level, Message::Level::error) << message.text;
+  EXPECT_EQ(document(), before);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(WorkbenchTest, JobsShowProgressAndCanBeCancelled) {
+  bench.addSphere(400, 0.5);  // 1 600 voxels across
+  bench.addBlock({10, 10, 10}, 0, 0.5);
+  ASSERT_TRUE(until([&] { return !document()->pieces.empty(); }));
+  bench.exportTo({{std::filesystem::path(::testing::TempDir()) / "argil_never.stl"}, false, 0});
+  const auto jobs = bench.jobs();
+  for (const JobView& job : jobs) bench.cancelJob(job.id);
+  ASSERT_TRUE(rest());
+}
+
+TEST_F(WorkbenchTest, ForcesStopAtOnceAndComeBack) {
+  block();
+  bench.useDevice("simulated:touch");
+  ASSERT_TRUE(until([&] { return bench.touch(true).device == "simulated:touch"; }));
+  EXPECT_FALSE(bench.usesPointer());
+  ASSERT_TRUE(until([&] { return bench.touch(true).statistics.ticks > 0; }));
+  bench.stopForces();
+  EXPECT_NE(bench.touch(false).sentence.find("stopped by you"), std::string::npos);
+  bench.resumeForces();
+  ASSERT_TRUE(until([&] { return bench.touch(false).state == haptics::ServoState::running; }));
+  EXPECT_EQ(bench.touch(false).forceN.size(), 1000u);
+}
+
+TEST_F(WorkbenchTest, EditsOfADragAreOneStep) {
+  block();
+  for (int i = 1; i <= 100; ++i) {
+    bench.edit("Move", [i](Document& document) { document.pieces[0].pose.translation.z() = i; }, "drag");
+  }
+  bench.endMerge();
+  ASSERT_TRUE(until([&] { return document()->pieces[0].pose.translation.z() == 100; }));
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == 2; }));
+  bench.undo();
+  ASSERT_TRUE(until([&] { return document()->pieces[0].pose.translation.z() == 0; }));
+}
+
+TEST_F(WorkbenchTest, OpensAScriptWithItsStrokes) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "argil_workbench.json";
+  {
+    Script script;
+    script.clay = SphereSetup{10, Vec3d::Zero()};
+    ScriptStroke stroke;
+    stroke.tool.radiusMm = 2;
+    stroke.path = {{0, {10, 0, 0}}, {1, {0, 10, 0}}};
+    script.strokes.push_back(stroke);
+    writeScript(file, script);
+  }
+  bench.open(file);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
+  EXPECT_EQ(document()->pieces[0].name, "argil_workbench");
+  EXPECT_EQ(bench.snapshot()->done, 0u);
+  EXPECT_EQ(problems(), "");
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace argil::engine
