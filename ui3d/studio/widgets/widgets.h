@@ -28,16 +28,25 @@ class Widgets {
   Widgets(const Widgets&) = delete;
   Widgets& operator=(const Widgets&) = delete;
 
-  /// Once a frame and once an event of the hand. True: a widget is under the hand or held, so the clay is not to be touched.
-  /// A drag sends edits that merge into one undo step; escape() puts everything back.
+  /// Once a frame and once an event of the hand, mouse and stylus alike. True: a widget is under the hand or held, or something is being
+  /// placed, so the clay is not to be touched. A drag sends edits that merge into one undo step.
   bool handle(Context& context, const Grip& grip);
+  /// What is held goes back to where it was; else what is being placed is given up; else nothing is selected any more.
   void escape(Context& context);
+  /// Enter: ends a curve that is being placed. False when there was none, or it has but one point.
+  bool finish(Context& context);
+  /// Delete: the point of a curve that was dragged last; while placing, the last point. False when there was none.
+  bool removePoint(Context& context);
   [[nodiscard]] bool held() const;
-  /// A click that met no widget: selects the thing under the ray, or adds a point to what is being placed. True when it was used.
+  /// A click for which handle() was false: selects the thing under the ray, or nothing any more. While something is placed handle() follows
+  /// the presses itself; a click that comes without one adds a point. True when it was used.
   bool click(Context& context, const Grip& grip);
-  /// Begins to place a new guide by clicks ("plane", "line", "point", "curve", "box", "ruler", "angle").
+  /// Begins to place a new guide: "plane", "line", "point", "curve", "box", "ruler", "angle", "thickness" (a ruler through the clay). How:
+  /// placing.h. It is selected once it is there. Nothing for another kind.
   void place(Context& context, const std::string& kind);
   [[nodiscard]] bool placing() const;
+  /// What to do next while placing, for the status line; else empty.
+  [[nodiscard]] std::string hint() const;
 
   /// What is to be drawn: fills, lines. Handles keep their size in the picture.
   void draw(const Context& context, render::Overlays& overlays) const;
