@@ -208,7 +208,7 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   if (!hit) return;
   footprint_ = render::Cursor::Footprint{r.origin + hit->distanceMm * r.direction, hit->normal};
   const engine::Piece* piece = now_->document->workedOn();
-  if (widgets_.placing() || !piece || piece->id != hit->piece || !bench_.usesPointer()) return;
+  if (!piece || piece->id != hit->piece || !bench_.usesPointer()) return;
   takeTool(event.modifiers);
   beginStroke(event, r, *hit);
 }
@@ -303,6 +303,8 @@ void SessionWindow::key(const Event& event) {
       return;
     }
   }
+  if (event.key == Key::enter && widgets_.finish(c)) return;
+  if (event.key == Key::remove && widgets_.removePoint(c)) return;
   if (!dialog) runShortcut(c, shortcut);
 }
 

@@ -19,6 +19,7 @@ constexpr double kBusyS = 0.002;    // While a picture is drawn events may arriv
 constexpr double kIdleS = 0.05;     // Nothing to do: a look at jobs and stylus.
 constexpr double kLivelyS = 5;      // So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
 constexpr double kUiS = 0.1, kQuietUiS = 1;
+constexpr float kHintUnits = 28;    // Below the upper edge of the picture.
 constexpr double kRestS = 0.3;      // Longer than the pause before the full picture.
 
 render::RendererOptions rendererOptions(const StudioOptions& options) {
@@ -49,6 +50,16 @@ StudioState firstState(const StudioOptions& options) {
   state.look.lightBackground = state.theme == Theme::light;
   if (!options.file.empty()) state.shown.firstStart = false;
   return state;
+}
+
+// A text in the picture, centred, on a plate that keeps it readable over any clay.
+void drawLabel(const Widgets::Label& label, bool light) {
+  const auto byte = [](float part) { return ImU32(std::lround(255 * std::clamp(part, 0.0f, 1.0f))); };
+  const ImVec2 size = ImGui::CalcTextSize(label.text.c_str()), at(label.x - size.x / 2, label.y - size.y / 2);
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  list.AddRectFilled(ImVec2(at.x - 6, at.y - 3), ImVec2(at.x + size.x + 6, at.y + size.y + 3),
+                     light ? IM_COL32(255, 255, 255, 220) : IM_COL32(20, 22, 26, 210), 4);
+  list.AddText(at, IM_COL32(byte(label.colour.r), byte(label.colour.g), byte(label.colour.b), 255), label.text.c_str());
 }
 
 }  // namespace
@@ -108,14 +119,12 @@ void SessionWindow::uiStep() {
   now_ = bench_.snapshot();
   Context c = context();
   ui_.beginFrame(now - uiS_, width_, height_, scale_);
-  for (const Widgets::Label& label : widgets_.labels(c)) {
-    const auto byte = [](float part) { return ImU32(std::lround(255 * std::clamp(part, 0.0f, 1.0f))); };
-    const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
-    const ImVec2 at(label.x - size.x / 2, label.y - size.y / 2);
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const bool light = state_.theme == Theme::light;
-    list.AddRectFilled(ImVec2(at.x - 5, at.y - 2), ImVec2(at.x + size.x + 5, at.y + size.y + 2), light ? IM_COL32(255, 255, 255, 210) : IM_COL32(20, 22, 26, 200), 4);
-    list.AddText(at, IM_COL32(byte(label.colour.r), byte(label.colour.g), byte(label.colour.b), 255), label.text.c_str());
+  const bool light = state_.theme == Theme::light;
+  for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, light);
+  if (const std::string hint = widgets_.hint(); !hint.empty()) {
+    const auto [left, top, right, bottom] = panels_.free();
+    const float grey = light ? 0.1f : 0.95f;
+    drawLabel({(left + right) / 2, top + kHintUnits, hint, {grey, grey, grey, 1}}, light);
   }
   panels_.draw(c);
   askToLeave(c);
@@ -215,7 +224,7 @@ void SessionWindow::gather() {
 }
 
 bool SessionWindow::atRest() const {
-  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && jobs_ == 0 && !now_->inStroke &&
+  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && bench_.idle() &&
          uiSteps_ == 0 && (stillShown_ || window_.minimised());
 }
 
