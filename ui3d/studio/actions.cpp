@@ -55,6 +55,11 @@ void removeSelected(Context& c, Text) {
   c.bench.edit("Delete " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
   c.state.selected = 0;
 }
+void moveSelected(Context& c, int by) {
+  const engine::Thing* thing = selected(c);
+  if (!thing) return;
+  c.bench.edit("Move " + thing->name + " in the list", [id = thing->id, by](engine::Document& d) { d.reorder(id, by); });
+}
 void showAll(Context& c, Text) {
   c.bench.edit("Show everything", [](engine::Document& d) {
     for (auto& t : d.pieces) t.visible = true;
@@ -207,6 +212,9 @@ void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected, "", hasSelected});
   rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
   rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L", lockSelected, "", hasSelected});
+  rows.push_back({"edit.moveUp", "Move up in the list", "Of two guides that contradict each other the upper one holds.", "Edit", "Alt+Up",
+                  [](Context& c, Text) { moveSelected(c, -1); }, "", hasSelected});
+  rows.push_back({"edit.moveDown", "Move down in the list", "Below the next of its kind.", "Edit", "Alt+Down", [](Context& c, Text) { moveSelected(c, 1); }, "", hasSelected});
   rows.push_back({"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
   rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "", [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
 

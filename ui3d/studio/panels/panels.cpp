@@ -1,16 +1,132 @@
 #include "ui3d/studio/panels/panels.h"
 
-namespace argil::studio {
+#include <algorithm>
 
-struct Panels::State {
-  std::array<float, 4> free{};
-};
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace {
+
+using DrawPanel = void (*)(Context&, Memory&);
+
+// What draws a panel of a dock where one is seen at a time.
+DrawPanel drawerOf(std::string_view id) {
+  for (const auto& [name, draw] : {std::pair<std::string_view, DrawPanel>{"things", thingsPanel}, {"history", historyPanel}, {"view", viewPanel}, {"touch", touchPanel},
+                                   {"quality", qualityPanel}, {"facts", factsPanel}, {"messages", messagesPanel}}) {
+    if (name == id) return draw;
+  }
+  return nullptr;
+}
+
+// The title of a dock's panel, with tabs where the dock has two to choose from.
+void titles(Context& context, Dock dock) {
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const Colours& c = colours();
+  const PanelRow* closed = nullptr;
+  for (const PanelRow& row : panelTable()) {
+    if (row.dock != dock) continue;
+    const bool on = context.state.shown.*row.shown;
+    if (!on && dock != Dock::upper) continue;
+    ImGui::PushFont(fonts().strong);
+    const ImVec2 size = ImGui::CalcTextSize(row.name.data(), row.name.data() + row.name.size());
+    ImGui::PushID(row.id.data());
+    const bool pressed = ImGui::InvisibleButton("title", {size.x, 24});
+    ImGui::PopID();
+    const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+    list.AddText({a.x, a.y + 2}, on || ImGui::IsItemHovered() ? c.text : c.dim, row.name.data(), row.name.data() + row.name.size());
+    ImGui::PopFont();
+    if (on && dock == Dock::upper) list.AddRectFilled({a.x, b.y - 2}, {b.x, b.y}, c.accent);
+    if (pressed) showPanel(context.state.shown, row, true);
+    ImGui::SameLine(0, 16);
+    if (on) closed = &row;
+  }
+  ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
+  if (kit::iconButton("hide", "close", 22, false, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
+}
+
+void dock(Context& context, Memory& memory, const char* name, Dock which, const kit::Rect& rect) {
+  if (rect.empty()) return;
+  kit::begin(name, rect, colours().panel, {kPad, 8}, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+  kit::frameLine({rect.left + 0.5f, rect.top}, {rect.left + 0.5f, rect.bottom});
+  if (rect.top > memory.layout.bar.bottom + 1) kit::frameLine({rect.left, rect.top + 0.5f}, {rect.right, rect.top + 0.5f});
+  titles(context, which);
+  for (const PanelRow& row : panelTable()) {
+    if (row.dock != which || !(context.state.shown.*row.shown)) continue;
+    ImGui::BeginChild(row.id.data(), {0, 0}, false, which == Dock::upper ? ImGuiWindowFlags_NoScrollbar : 0);
+    kit::sharpen(*ImGui::GetWindowDrawList());
+    drawerOf(row.id)(context, memory);
+    ImGui::EndChild();
+    break;
+  }
+  kit::end();
+}
+
+void settings(Context& context, Memory& memory) {
+  const kit::Rect& rect = memory.layout.settings;
+  if (rect.empty()) return;
+  kit::begin("Settings", rect, colours().panel, {kPad, 10});
+  kit::frameLine({rect.right - 0.5f, rect.top}, {rect.right - 0.5f, rect.bottom});
+  settingsPanel(context, memory);
+  kit::end();
+}
+
+void hear(Context& context, Memory& memory) {
+  constexpr size_t kMost = 300;
+  for (engine::Message& message : context.bench.takeMessages()) memory.said.push_back({std::move(message), context.timeS, false});
+  while (memory.said.size() > kMost) memory.said.pop_front();
+  memory.touch = context.bench.touch(context.state.shown.touch);
+  memory.frameMs.push_back(float(context.state.figures.frameMs));
+  if (memory.frameMs.size() > 240) memory.frameMs.erase(memory.frameMs.begin(), memory.frameMs.begin() + 40);
+}
+
+}  // namespace
+
+struct Panels::State : Memory {};
 
 Panels::Panels() : state_(std::make_unique<State>()) {}
 Panels::~Panels() = default;
-void Panels::draw(Context& context) { state_->free = {0, 0, context.width, context.height}; }
-void Panels::dropped(Context&, const std::string&) {}
-void Panels::applyTheme(Theme, float) {}
-std::array<float, 4> Panels::free() const { return state_->free; }
+
+void Panels::draw(Context& context) {
+  Memory& memory = *state_;
+  hear(context, memory);
+  serveWishes(context, memory);
+  memory.layout = layOut(context.width, context.height, context.state.shown, toolButtons());
+  ImGui::PushFont(fonts().body);
+  drawMenu(context, memory);
+  drawBar(context, memory);
+  drawTools(context, memory);
+  settings(context, memory);
+  dock(context, memory, "Upper", Dock::upper, memory.layout.upper);
+  dock(context, memory, "Lower", Dock::lower, memory.layout.lower);
+  drawRail(context, memory);
+  drawStatus(context, memory);
+  drawFirstStart(context, memory);
+  drawNotices(context, memory);
+  drawFiles(context, memory);
+  drawDropped(context, memory);
+  drawExport(context, memory);
+  drawNewClay(context, memory);
+  drawShortcuts(context, memory);
+  drawPreferences(context, memory);
+  drawPalette(context, memory);
+  ImGui::PopFont();
+}
+
+void Panels::dropped(Context& context, const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".json") {
+    context.bench.open(path);
+    context.state.shown.firstStart = false;
+    return;
+  }
+  state_->dropped = path;
+}
+
+std::array<float, 4> Panels::free() const {
+  const kit::Rect& free = state_->layout.free;
+  return {free.left, free.top, free.right, free.bottom};
+}
 
 }  // namespace argil::studio

@@ -1,0 +1,134 @@
+// Names, keys and the search of what can be done.
+
+#include "ui3d/studio/actions.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "clay/error.h"
+
+namespace argil::studio {
+namespace {
+
+TEST(Shortcuts, AreReadAndWrittenTheSame) {
+  const std::vector<std::string> texts = {"Ctrl+Z", "Ctrl+Shift+Z", "[", "]", "F1", "F12", "Keypad0", "Keypad9", "Ctrl++", "+", "Ctrl+.",
+                                          "Space", "Escape", "Delete", "PageUp", "Home", "Ctrl+Alt+Shift+Super+A", "7", "Alt+H", ","};
+  for (const std::string& text : texts) {
+    const auto shortcut = parseShortcut(text);
+    ASSERT_TRUE(shortcut) << text;
+    EXPECT_EQ(format(*shortcut), text);
+  }
+  EXPECT_EQ(parseShortcut("shift+ctrl+z"), parseShortcut("Ctrl+Shift+Z"));
+  EXPECT_EQ(parseShortcut("Ctrl+Z")->key, Key('Z'));
+  EXPECT_EQ(parseShortcut("Ctrl+Z")->modifiers, kControl);
+  EXPECT_EQ(parseShortcut("f11")->key, Key::f11);
+}
+
+TEST(Shortcuts, EveryKeyOfTheTableComesBack) {
+  for (int code = 1; code < 400; ++code) {
+    const std::string text = format({Key(code), kShift});
+    if (text.empty() || text == "Shift+") continue;
+    const auto back = parseShortcut(text);
+    // Small letters are no keys of their own.
+    if (code >= 'a' && code <= 'z') continue;
+    ASSERT_TRUE(back) << text;
+    EXPECT_EQ(int(back->key), code) << text;
+  }
+}
+
+TEST(Shortcuts, OtherTextsAreNone) {
+  for (const char* text : {"", "+", "Ctrl", "Ctrl+", "Ctrl+Ctrl+Z", "Hyper+Z", "F0", "F13", "F1x", "Keypad10", "Zz", "Ctrl Z", " ", "\x80"}) {
+    if (std::string(text) == "+") continue;  // A key.
+    EXPECT_FALSE(parseShortcut(text)) << "'" << text << "'";
+  }
+}
+
+TEST(Actions, HaveNamesHelpAndUniqueIds) {
+  const std::set<std::string> groups = {"File", "Edit", "Clay", "Tool", "Guides", "View", "Touch", "Window", "Help"};
+  std::set<std::string> ids;
+  for (const Action& action : actions()) {
+    EXPECT_TRUE(ids.insert(action.id).second) << action.id;
+    EXPECT_FALSE(action.name.empty()) << action.id;
+    EXPECT_TRUE(action.help.ends_with('.')) << action.id << ": " << action.help;
+    EXPECT_TRUE(groups.contains(action.group)) << action.id << ": " << action.group;
+    EXPECT_NE(action.run, nullptr) << action.id;
+  }
+  for (const engine::ToolRow& tool : engine::toolTable()) EXPECT_TRUE(findAction("tool." + std::string(tool.id))) << tool.id;
+  EXPECT_EQ(findAction("nothing"), nullptr);
+}
+
+TEST(Actions, ShipWithoutConflicts) {
+  std::map<std::string, std::string> holders;
+  for (const Action& action : actions()) {
+    std::istringstream words(action.shortcut);
+    for (std::string word; words >> word;) {
+      const auto shortcut = parseShortcut(word);
+      ASSERT_TRUE(shortcut) << action.id << ": " << word;
+      EXPECT_EQ(format(*shortcut), word) << action.id;
+      const auto [holder, first] = holders.emplace(word, action.id);
+      EXPECT_TRUE(first) << word << ": " << holder->second << " and " << action.id;
+    }
+  }
+}
+
+TEST(Actions, KeysOfSculptorsAreThere) {
+  const StudioState state;
+  const std::map<std::string, std::string> keys = {
+      {"Ctrl+Z", "edit.undo"}, {"Ctrl+Shift+Z", "edit.redo"}, {"[", "tool.smaller"}, {"]", "tool.larger"}, {"X", "symmetry.x"},
+      {"1", "view.front"}, {"Ctrl+1", "view.back"}, {"3", "view.right"}, {"Ctrl+3", "view.left"}, {"7", "view.top"}, {"Ctrl+7", "view.bottom"},
+      {"5", "view.projection"}, {"F", "view.focus"}, {"Home", "view.all"}, {"Ctrl+P", "panel.palette"}, {"Space", "panel.palette"},
+      {"G", "gizmo.move"}, {"R", "gizmo.rotate"}, {"T", "gizmo.scale"}, {"F11", "window.fullScreen"}, {"Ctrl+.", "touch.stop"}};
+  for (const auto& [key, id] : keys) {
+    const Action* action = actionOf(*parseShortcut(key), state);
+    ASSERT_NE(action, nullptr) << key;
+    EXPECT_EQ(action->id, id) << key;
+  }
+}
+
+TEST(Actions, KeysCanBeChangedButNotTwiceGiven) {
+  StudioState state;
+  const Action& undo = *findAction("edit.undo");
+  const Action& redo = *findAction("edit.redo");
+  setShortcut(state, undo, "f12 ctrl+alt+u");
+  EXPECT_EQ(shortcutOf(undo, state), "F12 Ctrl+Alt+U");
+  EXPECT_EQ(actionOf(*parseShortcut("F12"), state), &undo);
+  EXPECT_EQ(actionOf(*parseShortcut("Ctrl+Z"), state), nullptr);
+  try {
+    setShortcut(state, redo, "F12");
+    FAIL() << "given twice";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("Undo"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("F12"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(shortcutOf(redo, state), "Ctrl+Shift+Z Ctrl+Y");
+  EXPECT_THROW(setShortcut(state, redo, "Hyper+Q"), Error);
+  setShortcut(state, redo, "Ctrl+Z");
+  EXPECT_THROW(resetShortcut(state, undo), Error);  // Redo has it now.
+  setShortcut(state, redo, "");
+  EXPECT_EQ(shortcutOf(redo, state), "");
+  resetShortcut(state, undo);
+  resetShortcut(state, redo);
+  EXPECT_TRUE(state.keys.empty());
+}
+
+TEST(Actions, AreFoundByWhatIsTyped) {
+  const auto first = [](const char* typed) {
+    const auto found = searchActions(typed);
+    return found.empty() ? std::string() : found.front()->id;
+  };
+  EXPECT_EQ(searchActions("").size(), actions().size());
+  EXPECT_EQ(first("undo"), "edit.undo");
+  EXPECT_EQ(first("carve"), "tool.carve");
+  EXPECT_EQ(first("exp stl"), "file.export.stl");
+  EXPECT_EQ(first("symx"), "symmetry.x");
+  EXPECT_EQ(first("front"), "view.front");
+  EXPECT_EQ(first("add plane"), "guides.plane");
+  EXPECT_EQ(first("STOP"), "touch.stop");
+  EXPECT_TRUE(searchActions("qqqq").empty());
+}
+
+}  // namespace
+}  // namespace argil::studio

@@ -1,0 +1,232 @@
+// Menu, quick bar, the rail of panels on the right edge, status line.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "ui3d/studio/camera.h"
+#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace {
+
+constexpr float kBarButton = 30;
+
+// A thin line between groups of a bar.
+void divide() {
+  ImGui::SameLine(0, 9);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddLine({at.x, at.y + 4}, {at.x, at.y + kBarButton - 4}, colours().line, 1);
+  ImGui::Dummy({1, kBarButton});
+  ImGui::SameLine(0, 9);
+}
+
+void menuItem(Context& context, const Action& action) {
+  const bool enabled = !action.enabled || action.enabled(context), checked = action.checked && action.checked(context, action.argument);
+  const std::string keys = shortcutOf(action, context.state);
+  if (ImGui::MenuItem(action.name.c_str(), keys.substr(0, keys.find(' ')).c_str(), checked, enabled)) action.run(context, action.argument);
+}
+
+// A mouse that is not over the picture is silent too: nothing that a person need know.
+bool forcesAil(const Context& context, const Memory& memory) {
+  const haptics::ServoState state = memory.touch.state;
+  return state == haptics::ServoState::stopped || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
+}
+
+bool forcesStopped(const Memory& memory) { return memory.touch.state == haptics::ServoState::stopped; }
+
+}  // namespace
+
+void runAction(Context& context, std::string_view id) {
+  const Action* action = findAction(id);
+  if (action && (!action->enabled || action->enabled(context))) action->run(context, action->argument);
+}
+
+bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters) {
+  const Action* action = findAction(id);
+  if (!action) return false;
+  const bool enabled = !action->enabled || action->enabled(context), checked = action->checked && action->checked(context, action->argument);
+  ImGui::BeginDisabled(!enabled);
+  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, checked, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
+  ImGui::EndDisabled();
+  if (pressed) action->run(context, action->argument);
+  return pressed;
+}
+
+std::string_view nameOf(engine::Guide::Kind kind) {
+  static constexpr std::array<std::string_view, 7> kNames{"plane", "line", "point", "curve", "box", "ruler", "angle"};
+  return kNames[size_t(kind)];
+}
+
+std::string_view iconOf(const engine::Document& document, engine::Id id) {
+  if (document.piece(id)) return "block";
+  if (document.part(id)) return "sphere";
+  const engine::Guide* guide = document.guide(id);
+  return guide ? nameOf(guide->kind) : "point";
+}
+
+void drawMenu(Context& context, Memory& memory) {
+  kit::begin("Menu", memory.layout.menu, colours().bar, {6, 0}, ImGuiWindowFlags_MenuBar | ImGuiWindowFlags_NoScrollbar);
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 7});
+  if (ImGui::BeginMenuBar()) {
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {8, 8});
+    for (const char* group : {"File", "Edit", "Clay", "Tool", "Guides", "View", "Touch", "Window", "Help"}) {
+      if (!ImGui::BeginMenu(group)) continue;
+      kit::sharpen(*ImGui::GetWindowDrawList());
+      std::string prefix;
+      for (const Action& action : actions()) {
+        if (action.group != group) continue;
+        // Rows of one family stand together.
+        const std::string family = action.id.substr(0, action.id.find('.'));
+        if (!prefix.empty() && family != prefix) ImGui::Separator();
+        prefix = family;
+        menuItem(context, action);
+      }
+      ImGui::EndMenu();
+    }
+    ImGui::PopStyleVar();
+    ImGui::EndMenuBar();
+  }
+  ImGui::PopStyleVar();
+  kit::end();
+}
+
+void drawBar(Context& context, Memory& memory) {
+  kit::begin("Bar", memory.layout.bar, colours().panel, {8, (kBarHeight - kBarButton) / 2}, ImGuiWindowFlags_NoScrollbar);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const kit::Rect& rect = memory.layout.bar;
+  for (const float y : {rect.top + 0.5f, rect.bottom - 0.5f}) kit::frameLine({rect.left, y}, {rect.right, y});
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {2, 2});
+  actionButton(context, "edit.undo", "undo", kBarButton);
+  ImGui::SameLine();
+  actionButton(context, "edit.redo", "redo", kBarButton);
+  divide();
+
+  const engine::ToolRow* tool = engine::findTool(context.state.toolId);
+  // Two numbers of the tool at the most: the rest is in the settings.
+  for (size_t i = 0; tool && i < std::min<size_t>(2, tool->parameters.size()); ++i) {
+    if (i > 0) ImGui::SameLine(0, 6);
+    const auto& row = tool->parameters[i];
+    double value = row.get(context.state.tool());
+    ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
+    ImGui::PushID("bar");
+    if (kit::number({row.id, row.name, row.help, row.unit, row.low, row.high, row.standard, row.logarithmic}, value, 152).changed) row.change(context.state.tool(), value);
+    ImGui::PopID();
+  }
+  ImGui::SameLine();
+  ImGui::SetCursorPosY((kBarHeight - kBarButton) / 2);
+  divide();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  drawIcon(list, "symmetry", {at.x + 10, at.y + kBarButton / 2}, 18, colours().dim);
+  ImGui::Dummy({24, kBarButton});
+  for (const char* axis : {"x", "y", "z"}) {
+    ImGui::SameLine();
+    const char letter[2] = {static_cast<char>(axis[0] - 32), 0};
+    actionButton(context, std::string("symmetry.") + axis, "", kBarButton, letter);
+  }
+  divide();
+  for (const auto& [id, icon] : {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
+    actionButton(context, id, icon, kBarButton);
+    ImGui::SameLine();
+  }
+  ImGui::SameLine(0, 0);
+  divide();
+  actionButton(context, "view.projection", "ortho", kBarButton);
+  ImGui::SameLine();
+  actionButton(context, "view.section", "section", kBarButton);
+  ImGui::SameLine();
+  actionButton(context, "view.all", "focus", kBarButton);
+  ImGui::SameLine();
+  const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
+  if (kit::iconButton("stereo", "stereo", kBarButton, stereo, "Stereo on or off; the View panel has its modes")) {
+    context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
+  }
+
+  const bool stopped = forcesStopped(memory);
+  const char* words = stopped ? "Resume forces" : "Stop forces";
+  const float width = std::max(kit::buttonWidth("Resume forces", "play"), kit::buttonWidth("Stop forces", "stop"));
+  ImGui::SameLine(rect.width() - width - 8);
+  ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
+  if (!context.bench.usesPointer() || stopped) {
+    if (kit::button(words, stopped ? kit::Weight::chief : kit::Weight::danger, width, stopped ? "play" : "stop")) runAction(context, stopped ? "touch.resume" : "touch.stop");
+    const Action* action = findAction(stopped ? "touch.resume" : "touch.stop");
+    kit::tooltip(action->help, shortcutOf(*action, context.state));
+  }
+  ImGui::PopStyleVar();
+  kit::end();
+}
+
+void drawRail(Context& context, Memory& memory) {
+  kit::begin("Rail", memory.layout.rail, colours().bar, {3, kToolPad}, ImGuiWindowFlags_NoScrollbar);
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {2, 2});
+  Dock last = Dock::upper;
+  for (const PanelRow& panel : panelTable()) {
+    if (panel.dock != Dock::upper && panel.dock != Dock::lower) continue;
+    if (panel.dock != last) kit::gap(10);
+    last = panel.dock;
+    actionButton(context, "panel." + std::string(panel.id), panel.icon, kToolEdge);
+  }
+  ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (kToolEdge + 2) - kToolPad + 2);
+  for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kToolEdge);
+  ImGui::PopStyleVar();
+  kit::end();
+}
+
+void drawStatus(Context& context, Memory& memory) {
+  const kit::Rect& rect = memory.layout.status;
+  kit::begin("Status", rect, colours().bar, {10, 0}, ImGuiWindowFlags_NoScrollbar);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  kit::frameLine({rect.left, rect.top + 0.5f}, {rect.right, rect.top + 0.5f});
+  ImGui::PushFont(fonts().small);
+  const Colours& c = colours();
+  const float y = std::floor((kStatusHeight - ImGui::GetTextLineHeight()) / 2) + 0.0f;
+
+  // Right to left: what matters most stays when the window is narrow.
+  const FrameFigures& f = context.state.figures;
+  const haptics::StylusSample& s = memory.touch.latest;
+  std::vector<std::pair<std::string, float>> right;
+  right.emplace_back(memory.touch.device.empty() ? "no device" : context.bench.usesPointer() ? "mouse or pen" : memory.touch.device, 0);
+  right.emplace_back(kit::written(std::round(f.framesPerSecond)) + " frames/s", 96);
+  right.emplace_back(kit::counted(f.triangles) + " triangles", 128);
+  char text[96];
+  std::snprintf(text, sizeof text, "x %.2f  y %.2f  z %.2f mm", s.proxy.x(), s.proxy.y(), s.proxy.z());
+  right.emplace_back(text, 210);
+  if (!context.bench.usesPointer()) {
+    std::snprintf(text, sizeof text, "%.2f N", s.forceN.norm());
+    right.emplace_back(text, 56);
+  }
+  float x = rect.width() - 10;
+  for (const auto& [words, least] : right) {
+    const float needed = std::max(least, std::ceil(ImGui::CalcTextSize(words.c_str()).x));
+    if (x - needed < 0.4f * rect.width()) break;
+    x -= needed;
+    ImGui::SetCursorPos({x, y});
+    kit::dimText(words);
+    x -= 14;
+    list.AddLine({x + 7, rect.top + 7}, {x + 7, rect.bottom - 6}, c.line, 1);
+  }
+
+  std::string doing;
+  ImU32 colour = c.text;
+  const std::vector<engine::JobView> jobs = context.bench.jobs();
+  const engine::ToolRow* tool = engine::findTool(context.state.toolId);
+  if (!jobs.empty()) doing = jobs.front().name + (jobs.size() > 1 ? " and " + std::to_string(jobs.size() - 1) + " more" : "") + "…";
+  else if (forcesAil(context, memory)) {
+    doing = kit::sentence(memory.touch.sentence);
+    colour = c.warning;
+  } else if (!context.state.wishes.place.empty()) doing = "Placing: click in the picture; Escape ends it";
+  else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
+  else if (!context.now.document->workedOn()) {
+    doing = "The active piece is hidden or locked: it cannot be worked on";
+    colour = c.warning;
+  } else if (tool) doing = std::string(tool->name) + (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
+  ImGui::SetCursorPos({10, y});
+  kit::elided(doing, std::max(20.0f, x - 20), colour);
+  ImGui::PopFont();
+  kit::end();
+}
+
+}  // namespace argil::studio

@@ -1,0 +1,65 @@
+// What the document holds and costs; what the picture costs.
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+
+void qualityPanel(Context& context, Memory& memory) {
+  drawRows(qualityRows(), context.state.quality);
+  const FrameFigures& f = context.state.figures;
+  kit::heading("What it costs");
+  kit::fact("Frame", kit::written(f.frameMs) + " ms, " + (f.still ? "full picture" : "thinned while moving"));
+  if (memory.frameMs.size() > 1) {
+    std::vector<float> sorted = memory.frameMs;
+    std::sort(sorted.begin(), sorted.end());
+    kit::fact("p50 · p99", kit::written(sorted[sorted.size() / 2]) + " · " + kit::written(sorted[sorted.size() * 99 / 100]) + " ms");
+  }
+  double most = 0;
+  for (const render::PassTime& pass : f.passes) most = std::max(most, pass.us);
+  const float width = ImGui::GetContentRegionAvail().x;
+  for (const render::PassTime& pass : f.passes) {
+    kit::fact(pass.name, kit::written(pass.us / 1000) + " ms");
+    kit::bar(most > 0 ? pass.us / most : 0, width, 4);
+  }
+  kit::gap(4);
+  kit::fact("Triangles", kit::counted(f.triangles));
+  kit::fact("Uploaded", kit::bytes(f.uploadedBytes));
+  kit::fact("On the device", kit::bytes(f.deviceBytes));
+  kit::fact("Sample to screen", kit::written(f.sampleToScreenMs) + " ms");
+  if (!f.deviceName.empty()) kit::wrapped(f.deviceName, colours().dim);
+}
+
+void factsPanel(Context& context, Memory&) {
+  const engine::Snapshot& now = context.now;
+  const engine::Document& document = *now.document;
+  uint64_t bricks = 0;
+  for (const engine::Piece& piece : document.pieces) bricks += piece.version ? piece.version.stats().bricks : 0;
+  const render::Box box = context.renderer.bounds();
+  const auto size = [](const Vec3d& s) { return kit::written(s.x()) + " × " + kit::written(s.y()) + " × " + kit::written(s.z()) + " mm"; };
+  if (!box.empty()) kit::fact("Size of what is seen", size(box.size()));
+  kit::fact("Pieces · parts · guides", std::to_string(document.pieces.size()) + " · " + std::to_string(document.parts.size()) + " · " + std::to_string(document.guides.size()));
+  kit::fact("Triangles", kit::counted(context.renderer.triangleCount()));
+  kit::fact("Bricks of 512 voxels", kit::counted(bricks));
+  kit::fact("Clay and undo", kit::bytes(now.clayBytes));
+  kit::fact("Steps, done of all", std::to_string(now.done) + " of " + std::to_string(now.history ? now.history->size() : 0));
+  kit::fact("Strokes · points", kit::counted(now.strokes) + " · " + kit::counted(now.points));
+  kit::fact("Versions", kit::counted(now.versions));
+  kit::fact("Edit, p50 · p99", kit::written(now.editP50Us / 1000) + " · " + kit::written(now.editP99Us / 1000) + " ms");
+  for (const engine::Piece& piece : document.pieces) {
+    kit::heading(piece.name);
+    if (!piece.version) continue;
+    const clay::VersionStats stats = piece.version.stats();
+    if (const render::Box own = context.renderer.bounds(piece.id); !own.empty()) kit::fact("Size", size(own.size()));
+    kit::fact("Voxel", kit::written(piece.version.grid().voxelMm) + " mm");
+    kit::fact("Voxels in bricks", kit::counted(stats.bricks * 512));
+    kit::fact("Memory", kit::bytes(stats.bytes()));
+  }
+}
+
+}  // namespace argil::studio

@@ -1,0 +1,46 @@
+#pragma once
+// Choosing a file or a folder.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace argil::studio {
+
+/// A dialog of its own: folders, files of some endings, a name that can be typed.
+class FileDialog {
+ public:
+  struct Request {
+    std::string title, verb;           ///< "Open a document", "Open".
+    std::vector<std::string> endings;  ///< ".stl" and so on, small letters; empty: folders are chosen.
+    std::string where;                 ///< Folder to begin in; empty: where the last one was, or the person's home.
+  };
+  void open(Request request);
+  void close() { open_ = false; }
+  [[nodiscard]] bool isOpen() const { return open_; }
+
+  /// Draws it where it is open, once a frame; `more` draws what else is to be chosen, above the buttons, `moreHeight` high. True in the
+  /// one frame in which a file was chosen: path() names it.
+  bool draw(const std::function<void()>& more = {}, float moreHeight = 0);
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  struct Entry {
+    std::string name;
+    bool folder = false;
+    uint64_t bytes = 0;
+  };
+  void go(const std::filesystem::path& folder);
+  void list();
+  bool chooses(const std::string& typed);
+
+  Request request_;
+  bool open_ = false;
+  std::filesystem::path folder_, path_;
+  std::string folderText_, typed_, problem_;
+  std::vector<Entry> entries_;
+  int chosen_ = -1;
+};
+
+}  // namespace argil::studio

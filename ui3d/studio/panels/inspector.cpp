@@ -1,0 +1,119 @@
+// What can be set of the selected thing.
+
+#include <algorithm>
+#include <cmath>
+
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace {
+
+using engine::Document;
+using engine::Guide;
+
+std::string mergeKey(std::string_view what, engine::Id id) { return std::string(what) + "." + std::to_string(id); }
+
+template <class Body>
+void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::Id)) {
+  std::array<float, 3> colour = body.colour;
+  ImGui::AlignTextToFramePadding();
+  kit::text("Colour");
+  ImGui::SameLine(ImGui::GetContentRegionAvail().x - 40);
+  if (ImGui::ColorEdit3("##colour", colour.data(), ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_NoTooltip)) {
+    context.bench.edit("Colour of " + body.name, [id = body.id, colour, find](Document& d) {
+      if (Body* each = (d.*find)(id)) each->colour = colour;
+    }, mergeKey("colour", body.id));
+  }
+  if (ImGui::IsItemDeactivatedAfterEdit()) context.bench.endMerge();
+
+  kit::heading("Feel");
+  haptics::Material material = body.material;
+  const Touched touched = drawRows(materialRows(), material);
+  if (touched.changed) {
+    context.bench.edit(std::string(touched.name) + " of " + body.name, [id = body.id, material, find](Document& d) {
+      if (Body* each = (d.*find)(id)) each->material = material;
+    }, mergeKey(touched.id, body.id));
+  }
+  if (touched.ended) context.bench.endMerge();
+}
+
+void guide(Context& context, const Guide& guide) {
+  static constexpr std::array<std::string_view, 4> kFeels{"Seen", "Lock", "Well", "Block"};
+  const bool measure = guide.kind == Guide::Kind::ruler || guide.kind == Guide::Kind::angle;
+  const bool blocks = guide.kind == Guide::Kind::plane || guide.kind == Guide::Kind::keepOutBox;
+  if (!measure) {
+    kit::dimText("To the hand");
+    // A box blocks or is only seen; lines, points and curves cannot block.
+    std::vector<Guide::Feel> feels{Guide::Feel::seen};
+    if (guide.kind != Guide::Kind::keepOutBox) feels.insert(feels.end(), {Guide::Feel::lock, Guide::Feel::well});
+    if (blocks) feels.push_back(Guide::Feel::keepOut);
+    std::vector<std::string_view> names;
+    for (const Guide::Feel feel : feels) names.push_back(kFeels[size_t(feel)]);
+    int chosen = int(std::find(feels.begin(), feels.end(), guide.feel) - feels.begin());
+    if (kit::segmented("feel", names, chosen)) {
+      context.bench.edit("Feel of " + guide.name, [id = guide.id, feel = feels[size_t(chosen)]](Document& d) {
+        if (Guide* each = d.guide(id)) each->feel = feel;
+      });
+    }
+    static constexpr std::array<std::string_view, 4> kSays{"Not felt.", "Holds the tool on it.", "Draws the tool to it.", "The tool may not pass."};
+    kit::wrapped(kSays[size_t(guide.feel)], colours().dim);
+  }
+  Guide copy = guide;
+  Touched touched = drawRows(sizeRows(guide.kind), copy);
+  if (guide.feel == Guide::Feel::well) {
+    if (const Touched t = drawRows(wellRows(), copy); t.changed || t.ended) touched = t;
+  }
+  if (guide.kind == Guide::Kind::curve && kit::toggle("Closed", copy.closed, "The end meets the beginning.")) touched = {true, true, "closed", "Closing"};
+  if (touched.changed) {
+    context.bench.edit(std::string(touched.name) + " of " + guide.name, [copy](Document& d) {
+      if (Guide* each = d.guide(copy.id)) {
+        each->sizeMm = copy.sizeMm;
+        each->rangeMm = copy.rangeMm;
+        each->forceN = copy.forceN;
+        each->closed = copy.closed;
+      }
+    }, mergeKey(touched.id, guide.id));
+  }
+  if (touched.ended) context.bench.endMerge();
+  if (guide.kind == Guide::Kind::ruler && guide.pointsMm.size() >= 2) {
+    kit::fact("Length", kit::written((guide.pointsMm[1] - guide.pointsMm[0]).norm()) + " mm");
+  }
+  if (guide.kind == Guide::Kind::angle && guide.pointsMm.size() >= 3) {
+    const Vec3d a = guide.pointsMm[0] - guide.pointsMm[1], b = guide.pointsMm[2] - guide.pointsMm[1];
+    kit::fact("Angle", kit::written(std::atan2(a.cross(b).norm(), a.dot(b)) * 57.29577951308232) + "°");
+  }
+}
+
+void pose(const haptics::Pose& pose) {
+  const Vec3d& p = pose.translation;
+  kit::fact("Place", kit::written(p.x()) + ", " + kit::written(p.y()) + ", " + kit::written(p.z()) + " mm");
+}
+
+}  // namespace
+
+void inspector(Context& context, Memory&) {
+  const Document& document = *context.now.document;
+  const engine::Thing* thing = document.thing(context.state.selected);
+  if (!thing) return;
+  kit::heading(thing->name);
+  ImGui::PushID(int(thing->id));
+  ImGui::BeginDisabled(thing->locked);
+  if (const engine::Piece* piece = document.piece(thing->id)) {
+    if (piece->version) kit::fact("Voxel", kit::written(piece->version.grid().voxelMm) + " mm");
+    pose(piece->pose);
+    bodyOf(context, *piece, &Document::piece);
+  } else if (const engine::Part* part = document.part(thing->id)) {
+    pose(part->pose);
+    bodyOf(context, *part, &Document::part);
+  } else if (const Guide* g = document.guide(thing->id)) {
+    if (g->pointsMm.empty()) pose(g->pose);
+    guide(context, *g);
+  }
+  ImGui::EndDisabled();
+  if (thing->locked) kit::wrapped("Locked: unlock it to change it.", colours().dim);
+  ImGui::PopID();
+}
+
+}  // namespace argil::studio

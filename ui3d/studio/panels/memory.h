@@ -1,0 +1,119 @@
+#pragma once
+// What panels remember from frame to frame, and the functions that draw them. For this folder's files.
+
+#include <array>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "haptics/devices/registry.h"
+#include "ui3d/studio/actions.h"
+#include "ui3d/studio/context.h"
+#include "ui3d/studio/panels/file_dialog.h"
+#include "ui3d/studio/panels/kit.h"
+#include "ui3d/studio/panels/layout.h"
+
+namespace argil::studio {
+
+struct Said {
+  engine::Message message;
+  double timeS = 0;
+  bool dismissed = false;  ///< No longer over the picture; still in the list.
+};
+
+/// Clay that is about to be made.
+struct NewClay {
+  int shape = 0;  ///< 0 block, 1 ball.
+  double xMm = 60, yMm = 60, zMm = 40, roundMm = 4, radiusMm = 30, voxelMm = 0.5;
+};
+
+/// What the file dialog was opened for.
+enum class FilesFor : uint8_t { none, open, import, folder };
+
+struct ExportChoice {
+  std::array<bool, 3> formats{true, false, false};  ///< STL, OBJ, PLY.
+  int what = 0;                                     ///< 0 what is visible, 1 every piece, 2 the selected one.
+  std::string folder, name = "clay";
+  std::vector<std::string> existing;                ///< Files that would be written over: asked about.
+};
+
+struct Memory {
+  Layout layout;
+  engine::TouchState touch;
+  std::vector<float> frameMs;  ///< The last two hundred or so.
+
+  std::deque<Said> said;
+
+  engine::Id renaming = 0;
+  bool renameBegun = false;
+  std::string renameText;
+  size_t historyShown = SIZE_MAX;  ///< The step that was scrolled to last.
+
+  std::string paletteTyped;
+  int paletteChosen = 0;
+  bool paletteOpen = false;
+
+  std::string keyFilter, keyEdited, keyText, keyProblem;
+  bool keyBegins = false;
+
+  std::vector<haptics::FoundDevice> found;
+  double foundAtS = -1e9;
+
+  FileDialog files;
+  FilesFor filesFor = FilesFor::none;
+  bool newClayOpen = false;
+  NewClay newClay;
+  ExportChoice exporting;
+  engine::Workbench::ImportOptions importOptions;
+  bool importVoxelGiven = false;
+  double importVoxelMm = 0.5;
+  int importUnits = 0;
+  std::string dropped;        ///< A mesh that waits for its units; empty: none.
+  bool firstStartSeen = false;
+};
+
+// Helpers for all of them.
+
+/// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
+bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
+void runAction(Context& context, std::string_view id);
+/// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
+[[nodiscard]] std::string_view iconOf(const engine::Document& document, engine::Id id);
+[[nodiscard]] std::string_view nameOf(engine::Guide::Kind kind);
+
+// Docks.
+void drawMenu(Context& context, Memory& memory);
+void drawBar(Context& context, Memory& memory);
+void drawTools(Context& context, Memory& memory);
+[[nodiscard]] int toolButtons();
+void drawRail(Context& context, Memory& memory);
+void drawStatus(Context& context, Memory& memory);
+/// Toasts and progress, over the picture.
+void drawNotices(Context& context, Memory& memory);
+
+// Panels: what is in them; their docks are begun.
+void settingsPanel(Context& context, Memory& memory);
+void inspector(Context& context, Memory& memory);  ///< Of the selected thing, within settings.
+void thingsPanel(Context& context, Memory& memory);
+void historyPanel(Context& context, Memory& memory);
+void viewPanel(Context& context, Memory& memory);
+void touchPanel(Context& context, Memory& memory);
+void qualityPanel(Context& context, Memory& memory);
+void factsPanel(Context& context, Memory& memory);
+void messagesPanel(Context& context, Memory& memory);
+
+// Dialogs over everything; each looks itself whether it is open.
+void drawPalette(Context& context, Memory& memory);
+void drawShortcuts(Context& context, Memory& memory);
+void drawPreferences(Context& context, Memory& memory);
+void drawFirstStart(Context& context, Memory& memory);
+void drawDropped(Context& context, Memory& memory);
+void drawExport(Context& context, Memory& memory);
+void drawNewClay(Context& context, Memory& memory);
+void drawFiles(Context& context, Memory& memory);
+/// Opens the dialog that StudioState::wishes names.
+void serveWishes(Context& context, Memory& memory);
+
+}  // namespace argil::studio

@@ -1,0 +1,26 @@
+#pragma once
+// The tables of everything that can be set beside tools: looks, stereo, quality, touch, guides, materials.
+
+#include <span>
+
+#include "ui3d/studio/panels/rows.h"
+#include "ui3d/studio/studio_state.h"
+
+namespace argil::studio {
+
+[[nodiscard]] std::span<const Row<render::Look>> lookRows();
+[[nodiscard]] std::span<const Row<render::Stereo>> stereoRows();
+[[nodiscard]] std::span<const Row<render::Quality>> qualityRows();
+[[nodiscard]] std::span<const Row<haptics::Quality>> touchQualityRows();
+[[nodiscard]] std::span<const Row<haptics::Workspace>> workspaceRows();
+/// Pan walls, by themselves: shown while they are on.
+[[nodiscard]] std::span<const Row<haptics::PanWalls>> wallRows();
+[[nodiscard]] std::span<const engine::Parameter<haptics::Material>> materialRows();
+/// What a well needs.
+[[nodiscard]] std::span<const engine::Parameter<engine::Guide>> wellRows();
+/// Edges of a keep-out box, or what is drawn of a plane or a line.
+[[nodiscard]] std::span<const engine::Parameter<engine::Guide>> sizeRows(engine::Guide::Kind kind);
+/// Of the studio itself: how deep the pointer goes, how large the interface is.
+[[nodiscard]] std::span<const engine::Parameter<StudioState>> handRows();
+
+}  // namespace argil::studio
