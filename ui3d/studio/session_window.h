@@ -43,8 +43,8 @@ class SessionWindow {
   [[nodiscard]] double restS(double now);
   void changed() { changedS_ = window_.nowS(); }
   void writeReport();
-  void applySettings();
-  void keepSettings();
+  template <class Command>
+  void attempt(const Command& command);
 
   // Panels (studio.cpp)
   [[nodiscard]] Context context();
@@ -79,7 +79,6 @@ class SessionWindow {
   [[nodiscard]] std::optional<render::Cursor> cursor();
   [[nodiscard]] render::Shot shot();
   bool draw();
-  void screenshot(const std::string& path);
   void lost(const Error& error);
   void sendFont();
 

@@ -17,6 +17,7 @@ namespace {
 constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
 constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
+constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAgainS = 1;       // After a picture failed.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
@@ -66,7 +67,7 @@ bool SessionWindow::collect() {
     slowMs_ = std::max(state_.figures.frameMs, us / 1000);
   }
   const bool loading = jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
-  if (firstPictureMs_ == 0 && !loading) firstPictureMs_ = double(frame_.endedNs - startNs_) * 1e-6;
+  if (firstPictureMs_ == 0 && !loading && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = double(frame_.endedNs - startNs_) * 1e-6;
   return true;
 }
 
@@ -190,7 +191,8 @@ bool SessionWindow::draw() {
   // Compared at full quality: what is thinned is no motion.
   const uint64_t picture = fingerprint(shot, state_.quality), panels = fingerprint(panelsFrame_);
   const bool pending = !waiting_.pieces.empty() || !partsWaiting_.empty();
-  if (picture != shotShown_) changed();
+  // Panels that change under the person's hand must not wait for a slow picture.
+  if (picture != shotShown_ || (panels != panelsShown_ && slowMs_ > kSluggishMs && now - activeS_ < kStillS)) changed();
   const bool moving = now - changedS_ < kStillS;
   const render::Quality quality = moving && slowMs_ > kSlowMs ? state_.quality.moving() : state_.quality;
   const bool still = quality == state_.quality;
@@ -229,7 +231,5 @@ bool SessionWindow::draw() {
   });
   return true;
 }
-
-void SessionWindow::screenshot(const std::string& path) { render::writePng(renderer_.lastPresented(), path); }
 
 }  // namespace argil::studio

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_internal.h>  // ErrorCheckEndFrameRecover
 
 #include <algorithm>
 #include <cmath>
@@ -107,6 +108,16 @@ void SessionWindow::applyTheme() {
   uiSteps_ = 2;
 }
 
+// A command that fails leaves a message, not the studio.
+template <class Command>
+void SessionWindow::attempt(const Command& command) {
+  try {
+    command();
+  } catch (const Error& e) {
+    bench_.tell(engine::Message::Level::error, e.what());
+  }
+}
+
 Context SessionWindow::context() {
   const double now = window_.nowS();
   return {bench_, *now_, state_, camera_, renderer_, now, now - uiS_, width_, height_, scale_};
@@ -126,8 +137,11 @@ void SessionWindow::uiStep() {
     const float grey = light ? 0.1f : 0.95f;
     drawLabel({(left + right) / 2, top + kHintUnits, hint, {grey, grey, grey, 1}}, light);
   }
-  panels_.draw(c);
-  askToLeave(c);
+  attempt([&] {
+    panels_.draw(c);
+    askToLeave(c);
+  });
+  ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
   ImGui::Render();
   uiS_ = now;
   if (uiSteps_ > 0) --uiSteps_;
@@ -256,8 +270,7 @@ void SessionWindow::turn() {
     uiSteps_ = std::max(uiSteps_, 1);
     if (now_->document != before->document) hoverStale_ = true;
   }
-  for (size_t i = 0; i < events_.size(); ++i) handle(events_[i]);
-  events_.clear();
+  for (const Event& event : std::exchange(events_, {})) attempt([&] { handle(event); });
   if (camera_.tick(std::min(now - tickS_, 0.1))) {
     changed();
     hoverStale_ = true;
@@ -277,8 +290,10 @@ void SessionWindow::turn() {
   const haptics::StylusSample stylus = bench_.latest();
   if (stylus.proxy != stylus_.proxy || stylus.forceN != stylus_.forceN) activeS_ = bench_.usesPointer() ? activeS_ : now;
   stylus_ = stylus;
-  hover();
-  follow();
+  attempt([&] {
+    hover();
+    follow();
+  });
   if (now >= nextUiS_) uiSteps_ = std::max(uiSteps_, 1);
   if (uiSteps_ > 0) {
     settleUi();
@@ -293,7 +308,7 @@ void SessionWindow::turn() {
                       : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)] : CursorShape::arrow);
   }
   serveRecording(now);
-  if (!leave_ && window_.nowS() >= nextFrameS_) draw();
+  if (!leave_ && window_.nowS() >= nextFrameS_) attempt([&] { draw(); });
 }
 
 // How long nothing needs to be done.

@@ -57,6 +57,7 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
   environment.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, home.c_str());  // Where exports go when nobody says where.
   posix_spawn_file_actions_addopen(&actions, 2, err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   const int failed = posix_spawn(&pid_, ARGIL_COMMAND, &actions, nullptr, argv.data(), environment.data());
   posix_spawn_file_actions_destroy(&actions);

@@ -16,7 +16,7 @@ namespace {
 constexpr double kRadius = 10, kVoxel = 0.25;
 
 engine::Document ball(const haptics::Pose& pose) {
-  engine::Document document = engine::Document::of(clay::makeSphere(std::make_shared<clay::Store>(), {.voxelMm = kVoxel}, Vec3d::Zero(), kRadius));
+  engine::Document document = engine::Document::of(clay::makeSphere(clay::Store::make(), {.voxelMm = kVoxel}, Vec3d::Zero(), kRadius));
   document.pieces[0].pose = pose;
   return document;
 }
@@ -43,7 +43,9 @@ TEST(ClayRay, meetsABallWhereGeometrySaysSo) {
     const auto hit = clay.distance(from, direction);
     ASSERT_EQ(hit.has_value(), d > 0) << "seed " << kSeed << ", ray " << i;
     (d > 0 ? hits : misses)++;
-    if (hit) EXPECT_NEAR(*hit, -b - std::sqrt(d), 0.3 * kVoxel) << "seed " << kSeed << ", ray " << i;
+    if (hit) {
+      EXPECT_NEAR(*hit, -b - std::sqrt(d), 0.3 * kVoxel) << "seed " << kSeed << ", ray " << i;
+    }
   }
   EXPECT_GT(hits, 50);
   EXPECT_GT(misses, 20);

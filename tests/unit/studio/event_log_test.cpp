@@ -88,7 +88,7 @@ TEST_F(EventLog, everyKindComesBackAsItWas) {
     EXPECT_EQ(back.character, e.character);
     EXPECT_EQ(back.width, e.width);
     EXPECT_EQ(back.height, e.height);
-    if (e.kind == Kind::resize) EXPECT_EQ(back.scale, e.scale);
+    EXPECT_EQ(back.scale, e.scale);
     EXPECT_EQ(back.axes, e.axes);
     EXPECT_EQ(back.text, e.text);
   }

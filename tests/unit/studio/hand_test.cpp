@@ -58,7 +58,12 @@ class HandTest : public ::testing::Test {
     return e;
   }
 
-  engine::Workbench bench_{{.device = "pointer", .realtime = false}};
+  static engine::Workbench::Options options() {
+    engine::Workbench::Options o;
+    o.realtime = false;
+    return o;
+  }
+  engine::Workbench bench_{options()};
   engine::DocumentPtr document_;
   Camera camera_;
   Hand hand_{bench_};

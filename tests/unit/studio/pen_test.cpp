@@ -25,7 +25,8 @@ TEST(Pen, valuatorsArePackedInTheOrderOfTheirBits) {
 TEST(Pen, whatIsNotToldStaysAsItWas) {
   const PenState before{0.5f, 0.1f, -0.2f};
   const std::array<unsigned char, 1> placeOnly{0b00000011}, tiltOnly{0b00010000};
-  const std::array place{1.0, 2.0}, tilt{10.0};
+  const std::array place{1.0, 2.0};
+  const std::array tilt{10.0};
   const PenState moved = decodePen(kTablet, placeOnly, place, before);
   EXPECT_EQ(moved.pressure, before.pressure);
   EXPECT_EQ(moved.tiltX, before.tiltX);
