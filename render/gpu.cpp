@@ -56,6 +56,9 @@ bool deviceHas(VkPhysicalDevice device, const char* extension) {
 void check(VkResult result, const char* what) {
   if (result == VK_SUCCESS) return;
   const char* advice = "choose a smaller picture or another device with ARGIL_GPU";
+  if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+    advice = "close other programs that draw, hide pieces, choose a smaller picture or another device with ARGIL_GPU";
+  }
   if (result == VK_ERROR_DEVICE_LOST) advice = "the work is safe, the view has to be started again";
   if (result == VK_ERROR_SURFACE_LOST_KHR) advice = "the work is safe, open the window again";
   throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " + what + "; " + advice,

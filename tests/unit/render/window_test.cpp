@@ -221,8 +221,7 @@ TEST_F(WindowTest, NothingToDrawOnCostsNothing) {
 }
 
 TEST_F(WindowTest, AttachesAndDetachesFiftyTimes) {
-  ASSERT_TRUE(present());
-  ASSERT_TRUE(present());
+  for (int i = 0; i < 6; ++i) ASSERT_TRUE(present());  // what frames take turns with is there
   const uint64_t bytes = renderer_->deviceBytes();
   for (int i = 0; i < 50; ++i) {
     renderer_->detach();
