@@ -56,6 +56,9 @@ bool deviceHas(VkPhysicalDevice device, const char* extension) {
 void check(VkResult result, const char* what) {
   if (result == VK_SUCCESS) return;
   const char* advice = "choose a smaller picture or another device with ARGIL_GPU";
+  if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+    advice = "close other programs that draw, hide pieces, choose a smaller picture or another device with ARGIL_GPU";
+  }
   if (result == VK_ERROR_DEVICE_LOST) advice = "the work is safe, the view has to be started again";
   if (result == VK_ERROR_SURFACE_LOST_KHR) advice = "the work is safe, open the window again";
   throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " + what + "; " + advice,
@@ -157,7 +160,10 @@ void Gpu::createDevice() {
   queue.queueFamilyIndex = family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
+  auto features11 = structure<VkPhysicalDeviceVulkan11Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES);
+  features11.multiview = VK_TRUE;
   auto features12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+  features12.pNext = &features11;
   features12.timelineSemaphore = VK_TRUE;
   auto features = structure<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
   features.pNext = &features12;
@@ -166,6 +172,9 @@ void Gpu::createDevice() {
   features.maintenance4 = VK_TRUE;  // a fragment shader may ignore what the vertex shader hands it
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   info.pNext = &features;
+  VkPhysicalDeviceFeatures core{};
+  core.multiDrawIndirect = VK_TRUE;  // every 1.3 driver of a desktop has it
+  info.pEnabledFeatures = &core;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
@@ -200,15 +209,14 @@ Gpu::Ticket Gpu::submit(const std::function<void(VkCommandBuffer)>& record, cons
   VkResult result = vkBeginCommandBuffer(commands, &begin);
   if (result == VK_SUCCESS) {
     // Frames under way share images and buffers: the next one starts when the one before has written.
-    auto memory = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
-    memory.srcStageMask = memory.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
-    memory.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
-    memory.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-    auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-    dependency.memoryBarrierCount = 1;
-    dependency.pMemoryBarriers = &memory;
-    vkCmdPipelineBarrier2(commands, &dependency);
-    record(commands);
+    barrier(commands, {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT},
+            {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT});
+    try {
+      record(commands);
+    } catch (...) {
+      vkFreeCommandBuffers(device_, pool_, 1, &commands);
+      throw;
+    }
     result = vkEndCommandBuffer(commands);
   }
   if (result == VK_SUCCESS && std::exchange(loseNext_, false)) result = VK_ERROR_DEVICE_LOST;
@@ -360,13 +368,15 @@ VkImageAspectFlags Texture::aspect() const {
 }
 
 Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
-                 VkComponentMapping swizzle)
+                 uint32_t layers, VkFormat alias, VkComponentMapping swizzle)
     : gpu_(&gpu), format_(format), extent_{width, height} {
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
   info.format = format;
   info.extent = {width, height, 1};
-  info.mipLevels = info.arrayLayers = 1;
+  info.flags = alias == VK_FORMAT_UNDEFINED ? 0 : VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT;
+  info.mipLevels = 1;
+  info.arrayLayers = layers > 1 ? layers : 1;
   info.samples = VK_SAMPLE_COUNT_1_BIT;
   info.tiling = VK_IMAGE_TILING_OPTIMAL;
   info.usage = usage;
@@ -379,11 +389,22 @@ Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkI
     gpu.check(vkBindImageMemory(gpu.device(), image_, memory_, 0), "binding an image");
     auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = image_;
-    view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+    view.viewType = layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
     view.format = format;
     view.components = swizzle;
-    view.subresourceRange = {aspect(), 0, 1, 0, 1};
+    view.subresourceRange = {aspect(), 0, 1, 0, info.arrayLayers};
     gpu.check(vkCreateImageView(gpu.device(), &view, nullptr, &view_), "making an image view");
+    for (uint32_t i = 0; layers == 2 && i < 2; ++i) {
+      auto layer = view;
+      layer.viewType = VK_IMAGE_VIEW_TYPE_2D;
+      layer.subresourceRange.baseArrayLayer = i;
+      layer.subresourceRange.layerCount = 1;
+      gpu.check(vkCreateImageView(gpu.device(), &layer, nullptr, &layerViews_[i]), "making an image view");
+    }
+    if (alias != VK_FORMAT_UNDEFINED) {
+      view.format = alias;
+      gpu.check(vkCreateImageView(gpu.device(), &view, nullptr, &aliasView_), "making an image view");
+    }
   } catch (...) {
     reset();
     throw;
@@ -396,6 +417,8 @@ Texture& Texture::operator=(Texture&& other) noexcept {
   std::swap(memory_, other.memory_);
   std::swap(taken_, other.taken_);
   std::swap(view_, other.view_);
+  std::swap(aliasView_, other.aliasView_);
+  std::swap(layerViews_, other.layerViews_);
   std::swap(format_, other.format_);
   std::swap(extent_, other.extent_);
   return *this;
@@ -405,13 +428,27 @@ void Texture::reset() {
   if (!gpu_) return;
   gpu_->settle();
   vkDestroyImageView(gpu_->device(), view_, nullptr);
+  vkDestroyImageView(gpu_->device(), aliasView_, nullptr);
+  for (VkImageView& each : layerViews_) vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
   vkDestroyImage(gpu_->device(), image_, nullptr);
   gpu_->free(memory_, taken_);
   gpu_ = nullptr;
   taken_ = 0;
-  view_ = VK_NULL_HANDLE;
+  view_ = aliasView_ = VK_NULL_HANDLE;
   image_ = VK_NULL_HANDLE;
   memory_ = VK_NULL_HANDLE;
+}
+
+void barrier(VkCommandBuffer commands, const MemoryUse& from, const MemoryUse& to) {
+  auto memory = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+  memory.srcStageMask = from.stage;
+  memory.srcAccessMask = from.access;
+  memory.dstStageMask = to.stage;
+  memory.dstAccessMask = to.access;
+  auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+  dependency.memoryBarrierCount = 1;
+  dependency.pMemoryBarriers = &memory;
+  vkCmdPipelineBarrier2(commands, &dependency);
 }
 
 void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from, const ImageUse& to) {
@@ -424,7 +461,7 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
   barrier.newLayout = to.layout;
   barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
   barrier.image = image;
-  barrier.subresourceRange = {aspect, 0, 1, 0, 1};
+  barrier.subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
   auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
   dependency.imageMemoryBarrierCount = 1;
   dependency.pImageMemoryBarriers = &barrier;

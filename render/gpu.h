@@ -3,6 +3,7 @@
 
 #include <volk.h>
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -56,8 +57,10 @@ class Buffer {
 class Texture {
  public:
   Texture() = default;
-  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
-          VkComponentMapping swizzle = {});
+  /// `layers` 0: one layer, seen as a plain image; else seen as an array of so many. `alias`: a format of the same size in which
+  /// aliasView() shows the same bytes. `swizzle`: how shaders see the channels.
+  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage, uint32_t layers = 0,
+          VkFormat alias = VK_FORMAT_UNDEFINED, VkComponentMapping swizzle = {});
   ~Texture() { reset(); }
   Texture(Texture&& other) noexcept { *this = std::move(other); }
   Texture& operator=(Texture&& other) noexcept;
@@ -65,6 +68,9 @@ class Texture {
 
   [[nodiscard]] VkImage image() const { return image_; }
   [[nodiscard]] VkImageView view() const { return view_; }
+  [[nodiscard]] VkImageView aliasView() const { return aliasView_; }
+  /// One of two layers.
+  [[nodiscard]] VkImageView layerView(uint32_t layer) const { return layerViews_[layer]; }
   [[nodiscard]] VkFormat format() const { return format_; }
   [[nodiscard]] VkExtent2D extent() const { return extent_; }
   [[nodiscard]] VkImageAspectFlags aspect() const;
@@ -74,7 +80,8 @@ class Texture {
   VkImage image_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
   VkDeviceSize taken_ = 0;
-  VkImageView view_ = VK_NULL_HANDLE;
+  VkImageView view_ = VK_NULL_HANDLE, aliasView_ = VK_NULL_HANDLE;
+  std::array<VkImageView, 2> layerViews_{};
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   VkExtent2D extent_{};
 };
@@ -159,6 +166,13 @@ class Gpu {
   mutable std::mutex messagesMutex_;  // layers may call back from any thread
   std::vector<std::string> messages_;
 };
+
+/// One barrier of all memory, recorded at once.
+struct MemoryUse {
+  VkPipelineStageFlags2 stage;
+  VkAccessFlags2 access;
+};
+void barrier(VkCommandBuffer commands, const MemoryUse& from, const MemoryUse& to);
 
 /// One image barrier, recorded at once.
 struct ImageUse {

@@ -1,6 +1,7 @@
 #include "render/gpu_instance.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 
 #include "render/gpu.h"
@@ -49,9 +50,11 @@ const std::vector<std::string>& surfaceExtensions() {
     std::vector<VkExtensionProperties> all(count);
     vkEnumerateInstanceExtensionProperties(nullptr, &count, all.data());
     std::vector<std::string> result;
-    for (const char* name : {"VK_KHR_surface", "VK_KHR_xcb_surface", "VK_KHR_xlib_surface", "VK_KHR_wayland_surface"}) {
-      if (std::any_of(all.begin(), all.end(), [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; })) {
-        result.emplace_back(name);
+    for (const std::string name : {"VK_KHR_surface", "VK_KHR_xcb_surface", "VK_KHR_xlib_surface", "VK_KHR_wayland_surface"}) {
+      // Drivers look for a Wayland server at once and complain when there can be none.
+      if (name == "VK_KHR_wayland_surface" && !std::getenv("XDG_RUNTIME_DIR")) continue;
+      if (std::any_of(all.begin(), all.end(), [&](const auto& e) { return e.extensionName == name; })) {
+        result.push_back(name);
       }
     }
     return result;

@@ -33,6 +33,9 @@ struct RendererOptions {
   bool validation = false;  ///< Vulkan's validation layer with synchronization validation, where it is installed.
   Quality quality;
   uint64_t memoryLimitBytes = 0;  ///< Graphics memory that it may take; 0: what the device has.
+  /// How both eyes of a stereo picture are drawn: together in one multiview pass or apart, one after the other. Automatic: together,
+  /// but apart on software drivers, whose multiview loses large triangles.
+  enum class Eyes : uint8_t { automatic, together, apart } eyes = Eyes::automatic;
 };
 
 /// What one update sent to the device.

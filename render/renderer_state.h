@@ -3,33 +3,40 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "render/frame.h"
+#include "render/model.h"
+#include "render/pass_timer.h"
 #include "render/pipelines.h"
 #include "render/renderer.h"
-#include "render/surface_buffers.h"
 #include "render/ui_pass.h"
 #include "render/window_target.h"
 
 namespace argil::render {
 
-/// The images of one picture size.
+/// The images of one picture size. Those that are drawn for both eyes have a layer each.
 struct Targets {
-  int width = 0, height = 0, samples = 0, shadowPixels = 0;
-  Texture depth, normal, cavity, shadow, colour, picture;
+  int width = 0, height = 0, samples = 0, eyes = 0, shadowPixels = 0;
+  bool cavities = false;
+  Texture depth, normal, albedo, cavity, shadow, colour, picture;
   Buffer readback;  ///< Made when first asked for.
 
+  /// Colours are drawn straight into the picture: one sample, one eye.
+  [[nodiscard]] bool direct() const { return samples == 1 && eyes == 1; }
   [[nodiscard]] uint64_t bytes() const {
-    const uint64_t pixels = uint64_t(width) * uint64_t(height), fine = pixels * uint64_t(samples) * uint64_t(samples);
-    return fine * (4 + 4 + 8) + pixels * (2 + 4 + 4) + uint64_t(shadowPixels) * uint64_t(shadowPixels) * 4;
+    const uint64_t pixels = uint64_t(width) * uint64_t(height),
+                   fine = pixels * uint64_t(samples) * uint64_t(samples) * uint64_t(eyes);
+    return fine * (4 + 4 + 4 + (direct() ? 0 : 4)) + pixels * (uint64_t(cavities ? 2 * eyes : 0) + 4 + 4) +
+           uint64_t(shadowPixels) * uint64_t(shadowPixels) * 4;
   }
 };
 
 /// What the CPU writes for one of the frames that may be under way.
 struct FrameSlot {
   Gpu::Ticket ticket = 0;  ///< Of the last frame that used it.
-  Buffer lines;
+  Buffer lines;            ///< World lines by depth, screen lines, then fills.
 };
 
 struct Renderer::State {
@@ -38,41 +45,67 @@ struct Renderer::State {
         quality(options.quality),
         gpu(options),
         pipelines(gpu),
-        surface(gpu),
+        model(gpu),
+        timer(gpu),
         uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                  Buffer::Memory::device),
         name(gpu.properties().deviceName),
+        // Mesa 22.3's llvmpipe draws triangles over whole tiles of the second view into the first.
+        eyesTogether(options.eyes == RendererOptions::Eyes::together ||
+                     (options.eyes == RendererOptions::Eyes::automatic &&
+                      gpu.properties().deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)),
         ui(gpu, kPictureFormat) {}
   ~State() { gpu.settle(); }
 
-  void resize(int width, int height);
-  void uploadLines(const FramePlan& plan);
-  Subject subject(const Overlays& overlays) const;
-  /// All passes; ends with the finished picture in `targets.picture`, as a colour attachment.
-  void recordPicture(VkCommandBuffer commands, const FramePlan& plan, bool cursor);
+  // Pictures (picture.cpp, passes.cpp)
+
+  /// Checks a picture that was asked for, plans it, makes its images, takes the slot of the frame before the last when the device
+  /// is done with it, and uploads what the picture needs.
+  FramePlan prepare(const Shot& shot, int width, int height, const UiFrame* panels);
+  /// All passes. Ends with the picture in `targets.picture`, as a colour attachment that was just written.
+  void recordPicture(VkCommandBuffer commands, const FramePlan& plan);
+  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from.
+  void recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels);
+  /// The picture that was drawn last; waits for it.
+  [[nodiscard]] Image readBack();
+
+  void resize(int width, int height, const FramePlan& plan, int samples);
+  [[nodiscard]] int samplesOf(int width, int height) const;
+  void uploadOverlays(const FramePlan& plan);
+  Subject subject(const Shot& shot) const;
+  void recordScene(VkCommandBuffer commands, const FramePlan& plan);
+  Sight sight(const FramePlan& plan) const;
   void drawClay(VkCommandBuffer commands, const FramePlan& plan, bool intoShadow);
-  void drawOverlays(VkCommandBuffer commands, const FramePlan& plan, bool cursor);
-  void fullscreen(VkCommandBuffer commands, Pass pass, const Texture& target);
+  void drawOverlays(VkCommandBuffer commands, const FramePlan& plan);
+  void drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count);
+  void drawFills(VkCommandBuffer commands, const FramePlan& plan);
+  void recordColours(VkCommandBuffer commands, const FramePlan& plan, const Texture& target);
+  void fullscreen(VkCommandBuffer commands, Pass pass);
+  /// How often a pass is recorded and for whom: Variant::eye of each turn.
+  [[nodiscard]] std::span<const int> turns() const;
+  [[nodiscard]] VkImageView viewFor(const Texture& texture, int turn) const;
   void bind(VkCommandBuffer commands, Pass pass);
 
   RendererOptions options;
   Quality quality;
   Gpu gpu;
   Pipelines pipelines;
-  SurfaceBuffers surface;
+  Model model;
+  PassTimer timer;
   Targets targets;
   Buffer uniforms;
   std::string name;
   DrawStats stats;
 
-  // Frames and the window (renderer.cpp, renderer_window.cpp)
+  // Of the picture that is being recorded
+  Variant variant;
+  bool eyesTogether;  ///< In one multiview pass.
+  VkDeviceSize fillsAt = 0;  ///< Where fills begin in its slot's lines, bytes.
+
+  // Frames and the window (renderer_window.cpp)
+
   [[nodiscard]] FrameSlot& frame() { return slots[slot]; }
-  /// Checks and plans a picture, then waits until the device is done with the frame before the last, whose slot it takes.
-  FramePlan begin(const Shot& shot, int width, int height, const UiFrame* panels);
-  /// The picture and its panels; ends with `targets.picture` ready to be copied from.
-  void recordFrame(VkCommandBuffer commands, const Shot& shot, const FramePlan& plan, const UiFrame* panels);
-  /// The picture that was drawn last, after the device is done with it.
-  Image readBack();
+  /// Before another picture is drawn: what the window shows, for lastPresented().
   void keepShown();
 
   std::array<FrameSlot, kFramesInFlight> slots;
@@ -81,7 +114,7 @@ struct Renderer::State {
   WindowHooks hooks;  ///< Kept when the device is lost.
   bool attached = false;
   std::unique_ptr<WindowTarget> window;
-  bool showing = false;  ///< The last picture drawn is the one in the window.
+  bool showing = false;  ///< The picture drawn last is the one in the window.
   Image shown;           ///< What the window shows if another picture was drawn since.
   std::vector<std::string> earlierMessages;  ///< Of the devices before this one.
 };

@@ -63,14 +63,14 @@ bool Renderer::present(const Shot& shot, const UiFrame& panels) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const std::optional<VkExtent2D> extent = s.window->prepare();
     if (!extent) return false;
-    const FramePlan plan = s.begin(shot, int(std::clamp(extent->width, kLeastEdge, kMostEdge)),
-                                   int(std::clamp(extent->height, kLeastEdge, kMostEdge)), &panels);
+    const FramePlan plan = s.prepare(shot, int(std::clamp(extent->width, kLeastEdge, kMostEdge)),
+                                     int(std::clamp(extent->height, kLeastEdge, kMostEdge)), &panels);
     const std::optional<WindowTarget::Turn> turn = s.window->take(s.slot);
     if (!turn) continue;
     try {
       s.frame().ticket = s.gpu.submit(
           [&](VkCommandBuffer commands) {
-            s.recordFrame(commands, shot, plan, &panels);
+            s.recordFrame(commands, plan, &panels);
             copyToWindow(commands, s.targets.picture, *s.window, turn->image);
           },
           {turn->free, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, turn->drawn});

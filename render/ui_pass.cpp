@@ -195,7 +195,7 @@ void UiPass::setTexture(uint32_t texture, int width, int height, int channels, c
     constexpr VkComponentMapping coverage{VK_COMPONENT_SWIZZLE_ONE, VK_COMPONENT_SWIZZLE_ONE, VK_COMPONENT_SWIZZLE_ONE,
                                           VK_COMPONENT_SWIZZLE_R};
     Texture image(gpu_, channels == 1 ? VK_FORMAT_R8_UNORM : VK_FORMAT_R8G8B8A8_UNORM, extent.width, extent.height,
-                  VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+                  VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT, 0, VK_FORMAT_UNDEFINED,
                   channels == 1 ? coverage : VkComponentMapping{});
     if (!panel.pool) makeSet(panel);
     panel.image = std::move(image);

@@ -65,7 +65,7 @@ void WindowTarget::chooseFormat() {
   std::vector<VkSurfaceFormatKHR> offered(count);
   gpu_.check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu_.physical(), surface_, &count, offered.data()), "asking for formats");
   for (const VkFormat wanted :
-       {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_A8B8G8R8_UNORM_PACK32}) {
+       {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_A8B8G8R8_UNORM_PACK32}) {
     for (const VkSurfaceFormatKHR& format : offered) {
       if (format.format != wanted || format.colorSpace != VK_COLOR_SPACE_SRGB_NONLINEAR_KHR) continue;
       format_ = format;

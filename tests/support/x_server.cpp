@@ -2,6 +2,7 @@
 
 #include <X11/Xatom.h>
 #include <X11/Xlib.h>
+#include <X11/Xutil.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -14,9 +15,8 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
-#include <vector>
 
-namespace argil::testing {
+namespace argil::support {
 namespace {
 
 using std::chrono::steady_clock;
@@ -181,6 +181,35 @@ void XServer::startWindowManager() {
   if (!up) throw std::runtime_error("openbox does not start");
 }
 
+XServer::Pixels XServer::pixels(unsigned long window) const {
+  Display* display = XOpenDisplay(display_.c_str());
+  if (!display) throw std::runtime_error("the X server does not answer");
+  // A window that goes or is hidden meanwhile is no reason to end the program, as Xlib thinks.
+  const auto before = XSetErrorHandler([](Display*, XErrorEvent*) { return 0; });
+  if (window == 0) window = DefaultRootWindow(display);
+  Pixels result;
+  XWindowAttributes about{};
+  if (XGetWindowAttributes(display, window, &about) && about.map_state == IsViewable) {
+    XImage* image = XGetImage(display, window, 0, 0, unsigned(about.width), unsigned(about.height), AllPlanes, ZPixmap);
+    if (image) {
+      result.width = about.width;
+      result.height = about.height;
+      result.rgba.reserve(4 * size_t(about.width) * size_t(about.height));
+      for (int y = 0; y < about.height; ++y) {
+        for (int x = 0; x < about.width; ++x) {
+          const unsigned long p = XGetPixel(image, x, y);
+          for (const unsigned shift : {16u, 8u, 0u}) result.rgba.push_back(uint8_t(p >> shift));
+          result.rgba.push_back(255);
+        }
+      }
+      XDestroyImage(image);
+    }
+  }
+  XCloseDisplay(display);
+  XSetErrorHandler(before);
+  return result;
+}
+
 void XServer::stop() noexcept {
   end(manager_);
   end(server_);
@@ -192,4 +221,4 @@ void XServer::stop() noexcept {
   }
 }
 
-}  // namespace argil::testing
+}  // namespace argil::support

@@ -3,9 +3,11 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
-namespace argil::testing {
+namespace argil::support {
 
 /// An X server (Xvfb) of its own for this process, and a window manager (openbox) if wanted. Several processes may each have one at once.
 /// Sets DISPLAY while it lives; both programs end with it, and with this process however it ends.
@@ -30,6 +32,14 @@ class XServer {
   /// As in DISPLAY: ":7".
   [[nodiscard]] const std::string& display() const { return display_; }
 
+  /// RGBA, top row first.
+  struct Pixels {
+    int width = 0, height = 0;
+    std::vector<uint8_t> rgba;
+  };
+  /// What the screen, or the inside of one window, shows now; empty when that window is not on the screen.
+  [[nodiscard]] Pixels pixels(unsigned long window = 0) const;
+
  private:
   void startServer(const Options& options);
   void startWindowManager();
@@ -40,4 +50,4 @@ class XServer {
   bool hadDisplay_ = false;
 };
 
-}  // namespace argil::testing
+}  // namespace argil::support
