@@ -53,6 +53,11 @@ std::vector<Message> Workbench::takeMessages() {
   return std::exchange(state_->messages, {});
 }
 
+std::shared_ptr<const clay::TriangleMesh> Workbench::preview() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->preview;
+}
+
 void Workbench::tell(Message::Level level, std::string text) { state_->tell(level, std::move(text)); }
 
 void Workbench::edit(std::string label, std::function<void(Document&)> change, std::string merge) {
@@ -118,9 +123,26 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     given.voxelMm = how.voxelMm;
     given.fitMm = how.fitMm;
     given.asPart = how.asPart;
+    given.onRead = [=](std::shared_ptr<const clay::TriangleMesh> mesh) {
+      const std::lock_guard lock(s->mutex);
+      s->preview = std::move(mesh);
+    };
+    // Shown until the piece is there, or until it is known that none will come.
+    struct EndPreview {
+      explicit EndPreview(State* of) : state(of) {}
+      EndPreview(const EndPreview&) = delete;
+      EndPreview& operator=(const EndPreview&) = delete;
+      State* state;
+      ~EndPreview() {
+        std::shared_ptr<const clay::TriangleMesh> old;
+        const std::lock_guard lock(state->mutex);
+        old.swap(state->preview);
+      }
+    };
+    const auto endPreview = std::make_shared<EndPreview>(s);
     auto imported = std::make_shared<ImportedThing>(importMesh(file, given, &job));
     if (imported->version) s->surfaces.prepare(imported->version);
-    return [=] {
+    return [=, kept = endPreview] {
       Document document;
       const auto add = [&](Document& to) {
         if (imported->part) {

@@ -77,6 +77,7 @@ struct Workbench::State {
   std::shared_ptr<const Snapshot> snapshot = std::make_shared<const Snapshot>();
   std::vector<float> forces;  // a ring
   size_t forceAt = 0;
+  std::shared_ptr<const clay::TriangleMesh> preview;
   bool stopping = false;
   bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
 

@@ -174,7 +174,10 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   Workbench::ImportOptions how;
   how.voxelMm = 1;
   bench.import(folder / "a.stl", how);
+  // What was read is there to be shown until the clay is.
+  ASSERT_TRUE(until([&] { return bench.preview() != nullptr || document()->pieces.size() == 2; }));
   ASSERT_TRUE(until([&] { return document()->pieces.size() == 2; }));
+  ASSERT_TRUE(until([&] { return bench.preview() == nullptr; }));
   EXPECT_EQ(document()->pieces[1].name, "a");
   EXPECT_EQ(document()->active, document()->pieces[1].id);
   how.asPart = true;
