@@ -96,6 +96,7 @@ void SessionWindow::handle(const Event& event) {
       scale_ = event.scale;
       width_ = float(std::max(event.width, 1)) / scale_;
       height_ = float(std::max(event.height, 1)) / scale_;
+      shotShown_ = 0;  // Also one of the same size: something uncovered the window.
       changed();
       break;
     case Kind::drop: {
@@ -107,8 +108,8 @@ void SessionWindow::handle(const Event& event) {
     case Kind::motion6: {
       std::array<float, 6> axes = event.axes;
       for (float& axis : axes) axis = std::clamp(std::isfinite(axis) ? axis : 0.0f, -1.0f, 1.0f);
-      camera_.motion(axes, std::clamp(event.timeS - mouse_.timeS, 0.0, kLongestMotionS));
-      mouse_.timeS = event.timeS;
+      camera_.motion(axes, std::clamp(event.timeS - motionS_, 0.0, kLongestMotionS));
+      motionS_ = event.timeS;
       hoverStale_ = true;
       changed();
       break;
@@ -116,7 +117,8 @@ void SessionWindow::handle(const Event& event) {
     case Kind::lose: renderer_.simulateDeviceLoss(); break;
     default: ui_.feed(event); break;
   }
-  uiSteps_ = 2;
+  // A text field that a key opened has the keyboard in the third frame.
+  uiSteps_ = event.kind == Kind::keyDown ? 3 : 2;
 }
 
 // Keys that are held turn the tool over or make it smooth; a stroke keeps the tool that it began with.

@@ -36,6 +36,7 @@ class SessionWindow {
   enum class Drag : uint8_t { none, panel, orbit, pan, stroke, widget, click };
 
   // The loop (studio.cpp)
+  void followStylus(double now);
   void gather();
   void turn();
   void serveRecording(double now);
@@ -108,7 +109,7 @@ class SessionWindow {
   double uiS_ = 0, nextUiS_ = 0;           // Times of the last and of the next step.
   double changedS_ = 0;                    // When the picture changed last.
   double activeS_ = 0;                     // When the person did something last.
-  double nextFrameS_ = 0, tickS_ = 0;
+  double nextFrameS_ = 0, tickS_ = 0, motionS_ = 0;
 
   // The hand on mouse and keyboard
   Event mouse_;                            // Where it is.
@@ -128,12 +129,13 @@ class SessionWindow {
   // What the renderer has
   std::map<engine::Id, render::PieceLook> placed_;
   std::map<engine::Id, const void*> parts_;  // The mesh that was sent.
+  std::set<engine::Id> seen_;                // Of the last document: one that has none of them is another.
   engine::SurfaceChanges waiting_;           // Taken, not yet sent.
   std::vector<std::pair<engine::Id, std::shared_ptr<const clay::TriangleMesh>>> partsWaiting_;
   engine::DocumentPtr placedFor_;
   render::UiFrame panelsFrame_;
   uint64_t shotShown_ = 0, panelsShown_ = 0;
-  bool stillShown_ = false, everShown_ = false;
+  bool stillShown_ = false;
   bool showAll_ = false;                     // As soon as its surface is there.
   double slowMs_ = 1000;                     // What the full picture costs.
   FrameDone frame_;                          // The picture thread's while it draws.
@@ -142,10 +144,9 @@ class SessionWindow {
   double firstPictureMs_ = 0;
   haptics::StylusSample stylus_;
 
-  bool leave_ = false, asking_ = false, askNow_ = false, leaveFor_ = false;
+  bool leave_ = false, asking_ = false;
   engine::DocumentPtr kept_;                 // As it was exported last.
   std::map<uint64_t, engine::DocumentPtr> exports_;
-  haptics::Workspace workspaceSent_;
   size_t jobs_ = 0;
   PictureThread pictures_;                   // Last: it uses the others.
 };

@@ -52,7 +52,6 @@ bool SessionWindow::collect() {
     shotShown_ = panelsShown_ = 0;
     return true;
   }
-  everShown_ = true;
   state_.figures.still = frame_.still;
   state_.figures.frameMs = double(frame_.endedNs - frame_.beganNs) * 1e-6;
   state_.figures.triangles = frame_.triangles;
@@ -125,7 +124,9 @@ void SessionWindow::follow() {
     parts_[part.id] = part.mesh.get();
     partsWaiting_.emplace_back(part.id, part.mesh);
   }
-  const bool newWorld = std::none_of(wanted.begin(), wanted.end(), [this](const auto& w) { return placed_.count(w.first) != 0; });
+  const bool newWorld = std::none_of(wanted.begin(), wanted.end(), [this](const auto& w) { return seen_.count(w.first) != 0; });
+  seen_.clear();
+  for (const auto& [id, look] : wanted) seen_.insert(id);
   for (const auto& [id, look] : placed_)
     if (!wanted.count(id) && parts_.erase(id)) renderer_.remove(id);
   for (const auto& [id, look] : wanted) {

@@ -10,6 +10,8 @@
 #include "clay/error.h"
 #include "haptics/clock.h"
 #include "ui3d/studio/icon.h"
+#include "ui3d/studio/panels/kit.h"
+#include "ui3d/studio/panels/theme.h"
 #include "ui3d/studio/session_window.h"
 #include "ui3d/studio/settings.h"
 
@@ -70,15 +72,14 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       startNs_(haptics::nowNs()),
       state_(firstState(options)),
       bench_(benchOptions(options)),
+      player_(options.play.empty() ? std::nullopt : std::optional<Player>(options.play)),
       window_(windowOptions(options, state_, startNs_)),
       pen_(window_.x11()),
       renderer_(rendererOptions(options)),
       hand_(bench_),
       pictures_([this] { window_.wake(); }) {
-  if (!options.play.empty()) player_.emplace(options.play);
   if (!options.record.empty()) recording_.emplace(options.record);
   if (!options.file.empty()) {
-    if (!std::filesystem::is_regular_file(options.file)) throw Error(fmt::format("{}: there is no such file", options.file.string()));
     bench_.open(options.file);
     window_.setTitle(options.file.filename().string() + " — Argil");
   }
@@ -162,34 +163,30 @@ void SessionWindow::serveWishes(Context& context) {
   if (options_.scale == 0) window_.setScale(state_.interfaceScale);
   if (state_.quit) {
     state_.quit = false;
-    if (now_->done > 0 && now_->document != kept_) askNow_ = true;
+    if (now_->done > 0 && now_->document != kept_) asking_ = true;
     else leave_ = true;
     uiSteps_ = 2;
   }
 }
 
 void SessionWindow::askToLeave(Context& context) {
-  const char* name = "Leave Argil?";
-  if (std::exchange(askNow_, false)) ImGui::OpenPopup(name);
-  ImGui::SetNextWindowPos(ImVec2(width_ / 2, height_ / 2), ImGuiCond_Always, ImVec2(0.5f, 0.5f));
-  asking_ = ImGui::BeginPopupModal(name, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
-  if (!asking_) return;
-  ImGui::TextUnformatted("The clay was changed since it was last exported.");
-  ImGui::TextUnformatted("Export it as a mesh to keep it: the studio has no file of its own yet.");
-  ImGui::Spacing();
-  const ImVec2 size(120, 0);
-  if (ImGui::Button("Export…", size)) {
-    context.state.wishes.dialog = "export";
-    ImGui::CloseCurrentPopup();
-  }
-  ImGui::SameLine();
-  if (ImGui::Button("Leave", size)) {
+  if (!kit::beginDialog("Leave", "Leave Argil?", 440, 0, &asking_)) return;
+  kit::wrapped("The clay was changed since it was last exported. Export it as a mesh to keep it: the studio has no file of its own yet.", colours().text);
+  kit::gap(10);
+  constexpr float kWide = 110;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * kWide - 2 * kGap);
+  if (kit::button("Leave", kit::Weight::danger, kWide)) {
     leave_ = true;
-    ImGui::CloseCurrentPopup();
+    asking_ = false;
   }
   ImGui::SameLine();
-  if (ImGui::Button("Stay", size) || ImGui::IsKeyPressed(int(Key::escape), false)) ImGui::CloseCurrentPopup();
-  ImGui::EndPopup();
+  if (kit::button("Stay", kit::Weight::plain, kWide)) asking_ = false;
+  ImGui::SameLine();
+  if (kit::button("Export…", kit::Weight::chief, kWide)) {
+    context.state.wishes.dialog = "export";
+    asking_ = false;
+  }
+  kit::endDialog(asking_);
 }
 
 // Everything that happened since the last time, in order.
@@ -261,6 +258,22 @@ void SessionWindow::serveRecording(double now) {
   }
 }
 
+// The tip of a device that is no pointer: a hand on widgets too.
+void SessionWindow::followStylus(double now) {
+  const haptics::StylusSample before = std::exchange(stylus_, bench_.latest());
+  if (bench_.usesPointer() || (stylus_.flags & haptics::kStale)) return;
+  if (stylus_.proxy == before.proxy && stylus_.buttons == before.buttons) return;
+  activeS_ = now;
+  if (drag_ != Drag::none) return;
+  Grip tip;
+  tip.origin = stylus_.proxy;
+  tip.direction = -(stylus_.device.rotation * Vec3d::UnitZ());
+  tip.stylus = true;
+  tip.down = (stylus_.buttons & 1) != 0;
+  Context c = context();
+  overWidget_ = widgets_.handle(c, tip);
+}
+
 // Between two pictures: events, panels, and what is to be drawn next.
 void SessionWindow::turn() {
   const double now = window_.nowS();
@@ -287,16 +300,15 @@ void SessionWindow::turn() {
     if (!runs) kept_ = it->second;
     it = runs ? std::next(it) : exports_.erase(it);
   }
-  const haptics::StylusSample stylus = bench_.latest();
-  if (stylus.proxy != stylus_.proxy || stylus.forceN != stylus_.forceN) activeS_ = bench_.usesPointer() ? activeS_ : now;
-  stylus_ = stylus;
   attempt([&] {
+    followStylus(now);
     hover();
-    follow();
+    if (!window_.minimised()) follow();
   });
   if (now >= nextUiS_) uiSteps_ = std::max(uiSteps_, 1);
   if (uiSteps_ > 0) {
     settleUi();
+    spaceMouse_.yield(bench_.touch(false).device.rfind("spacemouse", 0) != 0);
     const bool lively = now - activeS_ < kLivelyS || jobs_ > 0 || ui_.wantsText() || state_.shown.touch;
     nextUiS_ = now + (lively ? kUiS : kQuietUiS);
     panelsFrame_ = ui_.frame();
@@ -315,8 +327,9 @@ void SessionWindow::turn() {
 double SessionWindow::restS(double now) {
   if (pictures_.busy()) return kBusyS;
   if (!events_.empty() || uiSteps_ > 0) return 0;
-  const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() || !bench_.usesPointer() ||
+  const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() || !bench_.usesPointer() || spaceMouse_.there() ||
                       (player_ && player_->waiting());
+  if (window_.minimised()) return kIdleS;
   double next = lively ? std::max(nextFrameS_, now + 0.004) : now + kIdleS;
   if (player_) next = std::min(next, player_->nextS());
   return std::max(0.0, next - now);
@@ -358,6 +371,8 @@ void SessionWindow::writeReport() {
 }
 
 void runStudio(const StudioOptions& options) {
+  if (!options.file.empty() && !std::filesystem::is_regular_file(options.file))
+    throw Error(fmt::format("{}: there is no such file", options.file.string()));
   SessionWindow window(options);
   window.run();
 }

@@ -7,6 +7,7 @@
 #include <X11/keysym.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stb_image.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -344,6 +345,16 @@ render::Image Person::shot(const std::string& name) const {
     fs::create_directories(folder);
     render::writePng(image, (fs::path(folder) / (name + ".png")).string());
   }
+  return image;
+}
+
+render::Image readPng(const fs::path& file) {
+  render::Image image;
+  int channels = 0;
+  stbi_uc* pixels = stbi_load(file.c_str(), &image.width, &image.height, &channels, 4);
+  if (!pixels) throw std::runtime_error(file.string() + " is no picture");
+  image.rgba.assign(pixels, pixels + 4 * size_t(image.width) * size_t(image.height));
+  stbi_image_free(pixels);
   return image;
 }
 

@@ -79,6 +79,8 @@ class Person {
   std::unique_ptr<State> state_;
 };
 
+/// Throws std::runtime_error when it is no PNG.
+[[nodiscard]] render::Image readPng(const std::filesystem::path& file);
 /// Part of the pixels that differ by more than 8 in some channel: 0 to 1; 1 for pictures of different size.
 [[nodiscard]] double difference(const render::Image& a, const render::Image& b);
 
