@@ -141,7 +141,9 @@ void SessionWindow::follow() {
 void SessionWindow::showWhole(bool glide) {
   render::Box box = renderer_.bounds();
   if (box.empty()) return;
-  const double aspect = double(width_) / double(height_);
+  // As wide as what no panel covers.
+  const auto [left, top, right, bottom] = panels_.free();
+  const double aspect = std::clamp(double(right - left), 0.2 * double(width_), double(width_)) / double(height_);
   if (glide) {
     camera_.focus(box, aspect);
   } else {
@@ -173,6 +175,7 @@ render::Shot SessionWindow::shot() {
   render::Shot shot;
   shot.view = camera_.view();
   shot.look = state_.look;
+  shot.look.scaleBar = false;  // picture_labels draws it where no panel covers it.
   shot.stereo = state_.stereo;
   shot.overlays.cursor = cursor();
   const Context c = context();

@@ -12,6 +12,7 @@
 #include "ui3d/studio/icon.h"
 #include "ui3d/studio/panels/kit.h"
 #include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/picture_labels.h"
 #include "ui3d/studio/session_window.h"
 #include "ui3d/studio/settings.h"
 
@@ -53,16 +54,6 @@ StudioState firstState(const StudioOptions& options) {
   state.look.lightBackground = state.theme == Theme::light;
   if (!options.file.empty()) state.shown.firstStart = false;
   return state;
-}
-
-// A text in the picture, centred, on a plate that keeps it readable over any clay.
-void drawLabel(const Widgets::Label& label, bool light) {
-  const auto byte = [](float part) { return ImU32(std::lround(255 * std::clamp(part, 0.0f, 1.0f))); };
-  const ImVec2 size = ImGui::CalcTextSize(label.text.c_str()), at(label.x - size.x / 2, label.y - size.y / 2);
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  list.AddRectFilled(ImVec2(at.x - 6, at.y - 3), ImVec2(at.x + size.x + 6, at.y + size.y + 3),
-                     light ? IM_COL32(255, 255, 255, 220) : IM_COL32(20, 22, 26, 210), 4);
-  list.AddText(at, IM_COL32(byte(label.colour.r), byte(label.colour.g), byte(label.colour.b), 255), label.text.c_str());
 }
 
 }  // namespace
@@ -131,12 +122,13 @@ void SessionWindow::uiStep() {
   now_ = bench_.snapshot();
   Context c = context();
   ui_.beginFrame(now - uiS_, width_, height_, scale_);
-  const bool light = state_.theme == Theme::light;
-  for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, light);
+  // Where the panels stood in the last frame; in the first one nobody knows.
+  const std::array<float, 4> free = panels_.free();
+  if (state_.look.scaleBar && free[2] > free[0]) drawScaleBar(camera_.view(), free, width_, height_, state_);
+  for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
   if (const std::string hint = widgets_.hint(); !hint.empty()) {
-    const auto [left, top, right, bottom] = panels_.free();
-    const float grey = light ? 0.1f : 0.95f;
-    drawLabel({(left + right) / 2, top + kHintUnits, hint, {grey, grey, grey, 1}}, light);
+    const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
+    drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }
   attempt([&] {
     panels_.draw(c);
@@ -287,6 +279,7 @@ void SessionWindow::turn() {
   if (camera_.tick(std::min(now - tickS_, 0.1))) {
     changed();
     hoverStale_ = true;
+    uiSteps_ = std::max(uiSteps_, 1);  // Labels and the scale bar go with it.
   }
   tickS_ = now;
   takeTool(mouse_.modifiers);

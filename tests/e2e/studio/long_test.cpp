@@ -20,8 +20,8 @@ constexpr uint64_t kMebi = 1 << 20;
 class StudioSession : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (const std::string missing = testing::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
-    server_ = std::make_unique<testing::XServer>(testing::XServer::Options{1400, 900, true});
+    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
+    server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, true});
   }
   [[nodiscard]] Json report() const { return Json::parse(slurp(scratch_ / "report.json"), nullptr, false); }
   fs::path write(const std::string& name, const std::string& text) const {
@@ -60,7 +60,7 @@ class StudioSession : public ::testing::Test {
   }
 
   Scratch scratch_;
-  std::unique_ptr<testing::XServer> server_;
+  std::unique_ptr<support::XServer> server_;
 };
 
 using StudioCalls = StudioSession;
@@ -85,7 +85,7 @@ TEST_F(StudioCalls, withoutADisplayOneLineSaysWhatToDo) {
 
 TEST_F(StudioCalls, withoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
   server_ = nullptr;
-  server_ = std::make_unique<testing::XServer>(testing::XServer::Options{1400, 900, false});
+  server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, false});
   RunningStudio studio({"studio", "--size", "1000x700"}, scratch_.path());
   Person person(studio);
   const render::Image before = person.settled();

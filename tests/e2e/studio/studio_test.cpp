@@ -24,15 +24,15 @@ struct Screen {
 class Studio : public ::testing::TestWithParam<Screen> {
  protected:
   void SetUp() override {
-    if (const std::string missing = testing::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
+    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
   }
   // Room for the manager's frame.
-  void screen(int width, int height) { server_ = std::make_unique<testing::XServer>(testing::XServer::Options{width + 60, height + 80, true}); }
+  void screen(int width, int height) { server_ = std::make_unique<support::XServer>(support::XServer::Options{width + 60, height + 80, true}); }
   static std::string size(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
   Json report() const { return Json::parse(slurp(scratch_ / "report.json"), nullptr, false); }
 
   Scratch scratch_;
-  std::unique_ptr<testing::XServer> server_;
+  std::unique_ptr<support::XServer> server_;
 };
 
 // Volume and topology of a file that was exported, as `argil inspect` sees them.
@@ -48,6 +48,15 @@ std::vector<std::array<double, 2>> wave(double x, double y, double width, double
   return points;
 }
 
+void byPalette(Person& person, const std::string& words) {
+  person.key("ctrl+p");
+  person.pause(0.5);
+  person.type(words);
+  person.pause(0.3);
+  person.key("enter");
+  person.pause(0.5);
+}
+
 TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   const Screen s = GetParam();
   screen(s.width, s.height);
@@ -58,12 +67,7 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   const double x = s.width / s.scale / 2, y = s.height / s.scale / 2;  // The middle of the block's upper face is a little above.
   shot("01-start");
 
-  // A block, by the palette.
-  person.key("ctrl+p");
-  person.pause(0.5);
-  person.type("add a block");
-  person.pause(0.5);
-  person.key("enter");
+  byPalette(person, "add a block");
   const render::Image block = shot("02-block");
 
   person.key("c");
@@ -92,32 +96,47 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   shot("08-redone");
 
   // A plane where the clay is clicked; a stroke along it.
-  person.key("ctrl+p");
-  person.pause(0.5);
-  person.type("add a plane");
-  person.pause(0.5);
-  person.key("enter");
-  person.pause(0.5);
+  byPalette(person, "add a plane");
   shot("09-placing");
   person.click(x - 40, y - 40);
   shot("10-plane");
   person.drag(wave(x - 90, y - 20, 150, 6));
   shot("11-along-the-plane");
 
-  // A second piece, and the first hidden.
-  person.key("ctrl+e");
-  person.pause(0.5);
-  shot("12-export");
-  person.key("escape");
-  person.pause(0.3);
+  // A ball, which is worked on from now on; the block is chosen by a click, and hidden.
+  byPalette(person, "add a ball");
+  shot("12-ball");
+  person.click(x - 100, y + 120);
+  shot("13-chosen");
+  person.key("h");
+  shot("14-hidden");
 
-  person.key("ctrl+q");
-  person.pause(0.5);
-  shot("13-leave");
-  person.key("escape");
+  for (const std::string format : {"STL", "OBJ", "PLY"}) {
+    byPalette(person, "export " + format);
+    person.pause(0.5);
+    person.key("ctrl+a");
+    person.type("out");
+    shot("15-export-" + format);
+    person.key("enter");
+    person.pause(0.5);
+    shot("16-exported-" + format);
+  }
   person.close();
-  person.pause(0.5);
-  shot("14-leave-again");
+  EXPECT_EQ(studio.wait(20), 0) << "all is exported, so nothing is asked: " << studio.said();
+  for (const char* name : {"out.stl", "out.obj", "out.ply"}) {
+    const Json mesh = inspected(scratch_ / name);
+    ASSERT_TRUE(mesh.is_object()) << name;
+    EXPECT_TRUE(mesh["mesh"]["closed"].get<bool>()) << name << ": " << mesh.dump();
+    EXPECT_EQ(mesh["mesh"]["bodies"], 1) << name;
+    EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 4.0 / 3 * 3.14159265 * 27000, 200) << name << ": the ball alone, the block is hidden";
+  }
+  const Json r = report();
+  ASSERT_TRUE(r.is_object());
+  EXPECT_GE(r["strokes"], 5);
+  EXPECT_EQ(r["dropped_samples"], 0);
+  if (r["validating"].get<bool>()) {
+    EXPECT_EQ(r["validation_messages"].size(), 0u) << r["validation_messages"].dump(1);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, Studio, ::testing::Values(Screen{1280, 720, 1, "720"}, Screen{2560, 1440, 2, "1440"}),
