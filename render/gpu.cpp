@@ -70,7 +70,8 @@ void Gpu::check(VkResult result, const char* what) {
   render::check(result, what);
 }
 
-Gpu::Gpu(const RendererOptions& options) : limit_(options.memoryLimitBytes) {
+Gpu::Gpu(const RendererOptions& options, std::shared_ptr<MessageLog> log)
+    : limit_(options.memoryLimitBytes), log_(std::move(log)) {
   const std::lock_guard lock(loaderMutex());
   try {
     createInstance(options.validation);
@@ -115,7 +116,7 @@ void Gpu::createInstance(bool validation) {
   messenger.messageType =
       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
   messenger.pfnUserCallback = onMessage;
-  messenger.pUserData = this;
+  messenger.pUserData = log_.get();
   const VkValidationFeatureEnableEXT enabled[] = {VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
   auto features = structure<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
   features.pNext = &messenger;
@@ -305,16 +306,9 @@ void Gpu::free(VkDeviceMemory memory, VkDeviceSize size) noexcept {
   allocated_ -= size;
 }
 
-std::vector<std::string> Gpu::validationMessages() const {
-  const std::lock_guard lock(messagesMutex_);
-  return messages_;
-}
-
 VkBool32 Gpu::onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* self) {
-  auto* gpu = static_cast<Gpu*>(self);
-  const std::lock_guard lock(gpu->messagesMutex_);
-  gpu->messages_.emplace_back(data->pMessage);
+                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* log) {
+  static_cast<MessageLog*>(log)->add(data->pMessage);
   return VK_FALSE;
 }
 

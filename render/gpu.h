@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -93,6 +94,23 @@ struct SubmitSemaphores {
   VkSemaphore signal = VK_NULL_HANDLE;
 };
 
+/// What the validation layer says. Outlives the device that it speaks of, whose end it may have something to say about.
+class MessageLog {
+ public:
+  void add(const char* message) {
+    const std::lock_guard lock(mutex_);
+    messages_.emplace_back(message);
+  }
+  [[nodiscard]] std::vector<std::string> all() const {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+  }
+
+ private:
+  mutable std::mutex mutex_;  // layers may call back from any thread
+  std::vector<std::string> messages_;
+};
+
 /// Instance, device and its one queue. Vulkan 1.3 with dynamic rendering and synchronization2. One thread at a time.
 class Gpu {
  public:
@@ -100,7 +118,7 @@ class Gpu {
   using Ticket = uint64_t;
 
   /// Uses `device`, `validation` and `memoryLimitBytes` of the options. Throws Error (work) when there is no driver or no such device.
-  explicit Gpu(const RendererOptions& options);
+  Gpu(const RendererOptions& options, std::shared_ptr<MessageLog> log);
   ~Gpu();
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
@@ -113,7 +131,6 @@ class Gpu {
   [[nodiscard]] bool hasSwapchains() const { return swapchains_; }
   [[nodiscard]] const VkPhysicalDeviceProperties& properties() const { return properties_; }
   [[nodiscard]] bool validating() const { return messenger_ != VK_NULL_HANDLE; }
-  [[nodiscard]] std::vector<std::string> validationMessages() const;
 
   /// Records and submits. The device runs submissions one after the other: each sees all that earlier ones wrote.
   Ticket submit(const std::function<void(VkCommandBuffer)>& record, const SubmitSemaphores& semaphores = {});
@@ -142,7 +159,7 @@ class Gpu {
   void reclaim();
   static VKAPI_ATTR VkBool32 VKAPI_CALL onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                                   VkDebugUtilsMessageTypeFlagsEXT,
-                                                  const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
+                                                  const VkDebugUtilsMessengerCallbackDataEXT* data, void* log);
 
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
@@ -163,8 +180,7 @@ class Gpu {
   std::deque<Pending> pending_;
   bool lost_ = false, loseNext_ = false;
   VkDeviceSize allocated_ = 0, limit_ = 0;
-  mutable std::mutex messagesMutex_;  // layers may call back from any thread
-  std::vector<std::string> messages_;
+  std::shared_ptr<MessageLog> log_;
 };
 
 /// One barrier of all memory, recorded at once.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "render/renderer_state.h"
 
@@ -74,11 +75,24 @@ int Renderer::State::samplesOf(int width, int height) const {
 
 void Renderer::State::resize(int width, int height, const FramePlan& plan, int samples) {
   // What a look does not use is kept as a single pixel. Once there, images stay: looks change back and forth.
+  const auto serves = [&](const Targets& t) { return t.width == width && t.height == height && t.samples == samples && t.eyes == plan.eyes(); };
+  const auto fits = [&](const Targets& t) {
+    return serves(t) && (t.cavities || !plan.look.cavity) && (t.shadowPixels == quality.shadowPixels || !plan.look.keyShadow);
+  };
+  if (fits(targets)) return;
+  // Moving pictures and those at rest differ in their samples and take turns: the images of both are kept.
+  const bool turns = targets.width == width && targets.height == height && targets.eyes == plan.eyes() && targets.samples != samples;
+  if (turns) std::swap(targets, resting);
+  if (!turns) resting = Targets();
+  if (!fits(targets)) makeTargets(width, height, plan, samples);
+  gpu.settle();  // frames under way read the same set
+  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
+}
+
+void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, int samples) {
   const bool same = targets.width == width && targets.height == height && targets.samples == samples && targets.eyes == plan.eyes();
   const bool cavities = plan.look.cavity || (same && targets.cavities);
   const int shadowPixels = plan.look.keyShadow ? quality.shadowPixels : (same ? targets.shadowPixels : 1);
-  if (same && targets.cavities == cavities && targets.shadowPixels == shadowPixels) return;
-
   targets = Targets();
   Targets made;
   made.width = width;
@@ -101,7 +115,6 @@ void Renderer::State::resize(int width, int height, const FramePlan& plan, int s
   made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
   targets = std::move(made);
-  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
 }
 
 void Renderer::State::bind(VkCommandBuffer commands, Pass pass) {
@@ -181,6 +194,7 @@ void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& pla
   for (const int turn : turns()) {
     variant.eye = turn;
     stats = {};  // an eye alone counts like both
+    stats.levelBytes = model.levelBytes();
     const VkRenderingAttachmentInfo colours[] = {
         colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
         colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
@@ -217,7 +231,7 @@ void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& p
     fullscreen(commands, Pass::backdrop);
     fullscreen(commands, Pass::shade);
     if (plan.ground != FramePlan::Ground::none) {
-      bind(commands, Pass::ground);
+      bind(commands, plan.ground == FramePlan::Ground::below ? Pass::groundBelow : Pass::ground);
       vkCmdDraw(commands, 6, 1, 0, 0);
     }
     if (const auto& box = plan.landing; !box.empty()) {

@@ -9,7 +9,7 @@
 namespace argil::render {
 
 inline constexpr VkFormat kNormalFormat = VK_FORMAT_R16G16_SFLOAT;
-inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_SRGB;  ///< Alpha: material's code.
+inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< Square roots of display-linear; alpha: material's code.
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat kCavityFormat = VK_FORMAT_R8G8_UNORM;
 /// What passes draw colours into: they write display-linear, blending is linear, memory holds sRGB.
@@ -46,6 +46,7 @@ enum class Pass : size_t {
   backdrop,
   shade,
   ground,
+  groundBelow,  ///< Seen through, over clay.
   landing,
   fills,
   fillsBehind,  ///< What clay hides.

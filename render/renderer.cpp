@@ -49,9 +49,7 @@ bool Renderer::validating() const {
   return state_->gpu.validating();
 }
 std::vector<std::string> Renderer::validationMessages() const {
-  std::vector<std::string> all = state_->earlierMessages;
-  for (std::string& message : state_->gpu.validationMessages()) all.push_back(std::move(message));
-  return all;
+  return state_->log->all();
 }
 
 }  // namespace argil::render

@@ -25,12 +25,6 @@ struct Targets {
 
   /// Colours are drawn straight into the picture: one sample, one eye.
   [[nodiscard]] bool direct() const { return samples == 1 && eyes == 1; }
-  [[nodiscard]] uint64_t bytes() const {
-    const uint64_t pixels = uint64_t(width) * uint64_t(height),
-                   fine = pixels * uint64_t(samples) * uint64_t(samples) * uint64_t(eyes);
-    return fine * (4 + 4 + 4 + (direct() ? 0 : 4)) + pixels * (uint64_t(cavities ? 2 * eyes : 0) + 4 + 4) +
-           uint64_t(shadowPixels) * uint64_t(shadowPixels) * 4;
-  }
 };
 
 /// What the CPU writes for one of the frames that may be under way.
@@ -40,10 +34,11 @@ struct FrameSlot {
 };
 
 struct Renderer::State {
-  explicit State(const RendererOptions& given)
+  explicit State(const RendererOptions& given, std::shared_ptr<MessageLog> messages = std::make_shared<MessageLog>())
       : options(given),
+        log(std::move(messages)),
         quality(options.quality),
-        gpu(options),
+        gpu(options, log),
         pipelines(gpu),
         model(gpu),
         timer(gpu),
@@ -70,6 +65,7 @@ struct Renderer::State {
   [[nodiscard]] Image readBack();
 
   void resize(int width, int height, const FramePlan& plan, int samples);
+  void makeTargets(int width, int height, const FramePlan& plan, int samples);
   [[nodiscard]] int samplesOf(int width, int height) const;
   void uploadOverlays(const FramePlan& plan);
   Subject subject(const Shot& shot) const;
@@ -87,12 +83,14 @@ struct Renderer::State {
   void bind(VkCommandBuffer commands, Pass pass);
 
   RendererOptions options;
+  std::shared_ptr<MessageLog> log;
   Quality quality;
   Gpu gpu;
   Pipelines pipelines;
   Model model;
   PassTimer timer;
   Targets targets;
+  Targets resting;  ///< Of the same size with other samples, for when pictures move or rest again.
   Buffer uniforms;
   std::string name;
   DrawStats stats;
@@ -116,7 +114,6 @@ struct Renderer::State {
   std::unique_ptr<WindowTarget> window;
   bool showing = false;  ///< The picture drawn last is the one in the window.
   Image shown;           ///< What the window shows if another picture was drawn since.
-  std::vector<std::string> earlierMessages;  ///< Of the devices before this one.
 };
 
 template <class Constants>

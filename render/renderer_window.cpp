@@ -110,11 +110,10 @@ void Renderer::recover() {
   old.showing = false;
   RendererOptions options = old.options;
   options.quality = old.quality;
-  auto made = std::make_unique<State>(options);
+  auto made = std::make_unique<State>(options, old.log);
   made->hooks = old.hooks;
   made->attached = old.attached;
   made->shown = std::move(old.shown);
-  made->earlierMessages = validationMessages();
   state_ = std::move(made);
   if (state_->attached) state_->window = std::make_unique<WindowTarget>(state_->gpu, state_->hooks);
 }
