@@ -195,7 +195,7 @@ std::string capital(Text text) {
 }
 
 void addDocumentRows(std::vector<Action>& rows) {
-  rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", [](Context& c, Text) { c.bench.newDocument(); }});
+  rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", openDialog, "new"});
   rows.push_back({"file.open", "Open…", "A script or a mesh as a new document.", "File", "Ctrl+O", openDialog, "open"});
   rows.push_back({"file.import", "Import as clay…", "A mesh becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
   rows.push_back({"file.part", "Import as part…", "A mesh that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});

@@ -34,7 +34,7 @@ struct FrameFigures {
 /// What an action or a panel asks of another part of the studio. Who serves it empties it.
 struct Wishes {
   std::string place;    ///< A kind of guide, to be placed by clicks: Widgets::place().
-  std::string dialog;   ///< Of the panels: "open", "import", "part", "export", "clay"; "export.stl" names a format.
+  std::string dialog;   ///< Of the panels: "new", "open", "import", "part", "export", "clay"; "export.stl" names a format.
 };
 
 struct StudioState {

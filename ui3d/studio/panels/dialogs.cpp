@@ -72,11 +72,52 @@ bool bigButton(std::string_view icon, std::string_view name, std::string_view he
   return pressed;
 }
 
+void begin(Context& context, const fs::path& file) {
+  context.state.selected = 0;
+  if (file.empty()) {
+    context.bench.newDocument();
+    return;
+  }
+  context.bench.open(file);
+  remember(context.state, file);
+  context.state.shown.firstStart = false;
+}
+
 }  // namespace
+
+void beginDocument(Context& context, Memory& memory, const fs::path& file) {
+  // A block that was just added, or a file that was just opened, is one step: nobody's work.
+  if (context.now.done <= 1 || context.now.document == memory.exported) begin(context, file);
+  else memory.beginning = file;
+}
+
+void drawBeginning(Context& context, Memory& memory) {
+  bool open = memory.beginning.has_value();
+  if (!kit::beginDialog("Beginning", "Begin anew?", 420, 0, &open)) return;
+  kit::wrapped("What was done since the last export is lost: there is no undo for it.", colours().text);
+  kit::gap(6);
+  const float wide = 110;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * wide - 2 * kGap);
+  if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
+  ImGui::SameLine();
+  if (kit::button("Export…", kit::Weight::plain, wide)) {
+    open = false;
+    context.state.wishes.dialog = "export";
+  }
+  ImGui::SameLine();
+  if (kit::button("Begin anew", kit::Weight::danger, wide)) {
+    begin(context, *memory.beginning);
+    open = false;
+  }
+  if (!open) memory.beginning.reset();
+  kit::endDialog(open);
+}
 
 void serveWishes(Context& context, Memory& memory) {
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
-  if (wish == "open") {
+  if (wish == "new") {
+    beginDocument(context, memory, {});
+  } else if (wish == "open") {
     std::vector<std::string> endings = kMeshes;
     endings.push_back(".json");
     openFiles(memory, "Open as a new document", "Open", endings);
@@ -95,14 +136,10 @@ void serveWishes(Context& context, Memory& memory) {
 
 void drawFiles(Context& context, Memory& memory) {
   if (memory.filesFor == FilesFor::open) {
-    if (memory.files.draw()) {
-      context.bench.open(memory.files.path());
-      remember(context.state, memory.files.path());
-      context.state.shown.firstStart = false;
-    }
+    if (memory.files.draw()) beginDocument(context, memory, memory.files.path());
   } else if (memory.filesFor == FilesFor::import) {
     const int rows = memory.importOptions.asPart ? 2 : memory.importVoxelGiven ? 4 : 3;
-    if (memory.files.draw([&] { importMore(memory); }, float(rows) * (kRow + kGap))) {
+    if (memory.files.draw([&] { importMore(memory); }, float(rows) * (kRow - 2 + kGap))) {
       import(context, memory, memory.files.path());
       context.state.shown.firstStart = false;
     }
@@ -131,7 +168,8 @@ void drawExport(Context& context, Memory& memory) {
   ExportChoice& choice = memory.exporting;
   bool& open = context.state.shown.exporting;
   if (!kit::beginDialog("Export", "Export", 460, 0, &open)) return;
-  if (choice.folder.empty()) choice.folder = fs::current_path().string();
+  std::error_code ignored;
+  if (choice.folder.empty()) choice.folder = fs::current_path(ignored).string();
   kit::dimText("Formats");
   const float each = std::floor((ImGui::GetContentRegionAvail().x - 2 * kGap) / 3);
   for (size_t i = 0; i < kFormats.size(); ++i) {
@@ -145,7 +183,7 @@ void drawExport(Context& context, Memory& memory) {
   bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
   kit::textField("##folder", choice.folder, ImGui::GetContentRegionAvail().x - kRow - kGap, "Folder");
   ImGui::SameLine();
-  if (kit::iconButton("folders", "folder", kRow, false, "Choose a folder", "", "", false)) {
+  if (kit::iconButton("folders", "folder", kRow, kit::Lit::off, "Choose a folder", "", "", false)) {
     openFiles(memory, "Choose a folder", "Choose", {}, choice.folder);
     memory.filesFor = FilesFor::folder;
   }
@@ -155,7 +193,6 @@ void drawExport(Context& context, Memory& memory) {
   options.visibleOnly = choice.what == 0;
   options.piece = choice.what == 2 ? context.state.selected : 0;
   std::vector<std::string> existing;
-  std::error_code ignored;
   for (size_t i = 0; i < kEndings.size(); ++i) {
     if (!choice.formats[i]) continue;
     options.files.push_back(fs::path(choice.folder) / (choice.name + std::string(kEndings[i])));
@@ -191,6 +228,9 @@ void drawExport(Context& context, Memory& memory) {
       choice.existing = existing;
     } else {
       context.bench.exportTo(options);
+      const auto& pieces = context.now.document->pieces;
+      const bool all = std::all_of(pieces.begin(), pieces.end(), [](const engine::Piece& piece) { return piece.visible; });
+      if (choice.what == 1 || (choice.what == 0 && all)) memory.exported = context.now.document;
       open = false;
     }
   }
@@ -268,7 +308,7 @@ void drawFirstStart(Context& context, Memory& memory) {
   kit::text("Argil");
   ImGui::PopFont();
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("close", "close", 22, false, "Close; it is in the Help menu")) context.state.shown.firstStart = false;
+  if (kit::iconButton("close", "close", 22, kit::Lit::off, "Close; it is in the Help menu")) context.state.shown.firstStart = false;
   kit::wrapped("Digital clay that you touch.", colours().dim);
   kit::gap(8);
   if (bigButton("block", "A block to carve", "60 × 60 × 40 mm, and the tool in hand")) runAction(context, "clay.block");
@@ -282,9 +322,7 @@ void drawFirstStart(Context& context, Memory& memory) {
       ImGui::PushID(int(i));
       const float width = ImGui::GetContentRegionAvail().x;
       if (ImGui::InvisibleButton("recent", {width, 24})) {
-        context.bench.open(file);
-        remember(context.state, file);
-        context.state.shown.firstStart = false;
+        beginDocument(context, memory, file);
       }
       const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
       if (ImGui::IsItemHovered()) ImGui::GetWindowDrawList()->AddRectFilled(a, b, colours().fieldHover, kRound);

@@ -33,12 +33,15 @@ void menuItem(Context& context, const Action& action) {
 // A mouse that is not over the picture is silent too: nothing that a person need know.
 bool forcesAil(const Context& context, const Memory& memory) {
   const haptics::ServoState state = memory.touch.state;
-  return state == haptics::ServoState::stopped || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
+  return forcesStopped(memory) || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
 }
 
-bool forcesStopped(const Memory& memory) { return memory.touch.state == haptics::ServoState::stopped; }
-
 }  // namespace
+
+bool forcesStopped(const Memory& memory) {
+  // A stop by the person leaves the servo's own state as it was: the sentence alone tells.
+  return memory.touch.state == haptics::ServoState::stopped || memory.touch.sentence.starts_with("Forces are stopped");
+}
 
 void runAction(Context& context, std::string_view id) {
   const Action* action = findAction(id);
@@ -50,7 +53,7 @@ bool actionButton(Context& context, std::string_view id, std::string_view icon, 
   if (!action) return false;
   const bool enabled = !action->enabled || action->enabled(context), checked = action->checked && action->checked(context, action->argument);
   ImGui::BeginDisabled(!enabled);
-  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, checked, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
+  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, !checked ? kit::Lit::off : id.starts_with("tool.") ? kit::Lit::full : kit::Lit::soft, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
   ImGui::EndDisabled();
   if (pressed) action->run(context, action->argument);
   return pressed;
@@ -141,7 +144,7 @@ void drawBar(Context& context, Memory& memory) {
   actionButton(context, "view.all", "focus", kBarButton);
   ImGui::SameLine();
   const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
-  if (kit::iconButton("stereo", "stereo", kBarButton, stereo, "Stereo on or off; the View panel has its modes")) {
+  if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off, "Stereo on or off; the View panel has its modes")) {
     context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
   }
 
@@ -217,8 +220,7 @@ void drawStatus(Context& context, Memory& memory) {
   else if (forcesAil(context, memory)) {
     doing = kit::sentence(memory.touch.sentence);
     colour = c.warning;
-  } else if (!context.state.wishes.place.empty()) doing = "Placing: click in the picture; Escape ends it";
-  else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
+  } else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
   else if (!context.now.document->workedOn()) {
     doing = "The active piece is hidden or locked: it cannot be worked on";
     colour = c.warning;

@@ -109,13 +109,13 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   const bool folders = request_.endings.empty();
   if (!kit::beginDialog("Files", request_.title.c_str(), 640, 560, &open_)) return false;
   bool done = false;
-  if (kit::iconButton("up", "up", kRow, false, "The folder above", "", "", false)) go(folder_.parent_path());
+  if (kit::iconButton("up", "up", kRow, kit::Lit::off, "The folder above", "", "", false)) go(folder_.parent_path());
   ImGui::SameLine();
-  if (kit::iconButton("home", "home", kRow, false, "Home folder", "", "", false)) go(home());
+  if (kit::iconButton("home", "home", kRow, kit::Lit::off, "Home folder", "", "", false)) go(home());
   ImGui::SameLine();
   if (kit::textField("##folder", folderText_, 0, "Folder")) go(meant(folderText_, folder_));
 
-  const float foot = kRow + kGap + (problem_.empty() ? 0 : ImGui::GetTextLineHeightWithSpacing()) + (folders ? 0 : kRow + kGap) + (moreHeight > 0 ? moreHeight + kGap : 0);
+  const float foot = kRow + (problem_.empty() ? 0 : ImGui::GetTextLineHeightWithSpacing()) + (folders ? 0 : ImGui::GetFrameHeightWithSpacing()) + moreHeight;
   ImGui::PushStyleColor(ImGuiCol_ChildBg, colours().bar);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {6, 6});
   ImGui::BeginChild("list", {0, ImGui::GetContentRegionAvail().y - foot - kGap}, true, ImGuiWindowFlags_AlwaysUseWindowPadding);

@@ -18,9 +18,10 @@ std::string mergeKey(std::string_view what, engine::Id id) { return std::string(
 template <class Body>
 void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::Id)) {
   std::array<float, 3> colour = body.colour;
+  const float width = ImGui::GetContentRegionAvail().x;
   ImGui::AlignTextToFramePadding();
   kit::text("Colour");
-  ImGui::SameLine(ImGui::GetContentRegionAvail().x - 40);
+  ImGui::SameLine(ImGui::GetCursorStartPos().x + width - ImGui::GetFrameHeight());
   if (ImGui::ColorEdit3("##colour", colour.data(), ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_NoTooltip)) {
     context.bench.edit("Colour of " + body.name, [id = body.id, colour, find](Document& d) {
       if (Body* each = (d.*find)(id)) each->colour = colour;

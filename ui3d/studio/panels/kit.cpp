@@ -81,7 +81,7 @@ bool beginDialog(const char* name, const char* title, float width, float height,
     ImGui::PopFont();
     ImGui::SameLine(ImGui::GetWindowWidth() - 18 - 22);
     ImGui::SetCursorPosY(ImGui::GetCursorPosY() - 3);
-    if (iconButton("close", "close", 22, false, "Close", "Escape")) *open = false;
+    if (iconButton("close", "close", 22, Lit::off, "Close", "Escape")) *open = false;
     gap(4);
   }
   return true;
@@ -156,13 +156,13 @@ void tooltip(std::string_view words, std::string_view shortcut) {
   sharpen(*ImGui::GetWindowDrawList());
   ImGui::PushTextWrapPos(280);
   ImGui::TextUnformatted(first(words), last(words));
-  if (!shortcut.empty()) dimText(shortcut);
+  if (!shortcut.empty()) dimText("Key: " + std::string(shortcut));
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
   ImGui::PopStyleVar();
 }
 
-bool iconButton(const char* id, std::string_view icon, float edge, bool active, std::string_view tip, std::string_view shortcut,
+bool iconButton(const char* id, std::string_view icon, float edge, Lit lit, std::string_view tip, std::string_view shortcut,
                 std::string_view letters, bool quiet) {
   const bool pressed = ImGui::InvisibleButton(id, {edge, edge});
   const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive();
@@ -170,10 +170,9 @@ bool iconButton(const char* id, std::string_view icon, float edge, bool active, 
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const Colours& c = colours();
   const float alpha = ImGui::GetStyle().Alpha;
-  if (active) list.AddRectFilled(a, b, ImGui::GetColorU32(ImGui::ColorConvertU32ToFloat4(c.accent)), kRound);
+  if (lit != Lit::off) list.AddRectFilled(a, b, ImGui::GetColorU32(ImGui::ColorConvertU32ToFloat4(lit == Lit::full ? c.accent : c.soft)), kRound);
   else if (hovered || held || !quiet) list.AddRectFilled(a, b, ImGui::GetColorU32(ImGui::ColorConvertU32ToFloat4(ground(hovered, held))), kRound);
-  ImVec4 ink = ImGui::ColorConvertU32ToFloat4(active ? c.onAccent : hovered ? c.text : c.dim);
-  if (!active && !quiet) ink = ImGui::ColorConvertU32ToFloat4(c.text);
+  ImVec4 ink = ImGui::ColorConvertU32ToFloat4(lit == Lit::full ? c.onAccent : hovered || !quiet || lit == Lit::soft ? c.text : c.dim);
   ink.w *= alpha;
   const ImU32 colour = ImGui::ColorConvertFloat4ToU32(ink);
   const ImVec2 centre{(a.x + b.x) / 2, (a.y + b.y) / 2};

@@ -40,8 +40,10 @@ void wrapped(std::string_view text, ImU32 colour);
 void elided(std::string_view text, float width, ImU32 colour);
 void tooltip(std::string_view text, std::string_view shortcut = {});
 
-/// Square. `active`: drawn in the accent. Letters of `name` where there is no icon of that name.
-bool iconButton(const char* id, std::string_view icon, float size, bool active, std::string_view tip, std::string_view shortcut = {},
+/// Of buttons that can be on: a switch that is on is lit softly, the one thing that is in hand fully.
+enum class Lit : uint8_t { off, soft, full };
+/// Square. Shows the first two of `letters` where there is no icon of that name. Not `quiet`: with a ground of its own.
+bool iconButton(const char* id, std::string_view icon, float size, Lit lit, std::string_view tip, std::string_view shortcut = {},
                 std::string_view letters = {}, bool quiet = true);
 enum class Weight : uint8_t { plain, chief, danger };
 /// Width 0: as its text needs; negative: all there is.

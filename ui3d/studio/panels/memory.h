@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct Memory {
   std::vector<float> frameMs;  ///< The last two hundred or so.
 
   std::deque<Said> said;
+  bool moves = false;          ///< Panels::moves().
 
   engine::Id renaming = 0;
   bool renameBegun = false;
@@ -70,6 +72,8 @@ struct Memory {
   bool importVoxelGiven = false;
   double importVoxelMm = 0.5;
   int importUnits = 0;
+  std::optional<std::filesystem::path> beginning;  ///< A document that waits for leave to replace this one; an empty path: a new one.
+  engine::DocumentPtr exported;                    ///< As it stood when it was exported last.
   std::string dropped;        ///< A mesh that waits for its units; empty: none.
   bool firstStartSeen = false;
 };
@@ -79,6 +83,8 @@ struct Memory {
 /// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
 bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
 void runAction(Context& context, std::string_view id);
+/// By the person or by a fault, until they are resumed.
+[[nodiscard]] bool forcesStopped(const Memory& memory);
 /// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
 [[nodiscard]] std::string_view iconOf(const engine::Document& document, engine::Id id);
 [[nodiscard]] std::string_view nameOf(engine::Guide::Kind kind);
@@ -109,6 +115,9 @@ void drawPalette(Context& context, Memory& memory);
 void drawShortcuts(Context& context, Memory& memory);
 void drawPreferences(Context& context, Memory& memory);
 void drawFirstStart(Context& context, Memory& memory);
+/// Begins a new document, or that of a file; asks first where work would be lost.
+void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file);
+void drawBeginning(Context& context, Memory& memory);
 void drawDropped(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);

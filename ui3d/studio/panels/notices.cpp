@@ -25,11 +25,13 @@ std::string_view iconOf(Level level) { return level == Level::done ? "check" : l
 void drawNotices(Context& context, Memory& memory) {
   const kit::Rect& free = memory.layout.free;
   std::vector<engine::JobView> jobs = context.bench.jobs();
+  memory.moves |= !jobs.empty();
   std::erase_if(jobs, [](const engine::JobView& job) { return job.seconds < kJobShownS; });
   std::vector<Said*> toasts;
   for (auto said = memory.said.rbegin(); said != memory.said.rend() && toasts.size() < kMostToasts; ++said) {
     if (!said->dismissed && context.timeS - said->timeS < kSeenS[size_t(said->message.level)]) toasts.push_back(&*said);
   }
+  memory.moves |= !toasts.empty();
   if ((jobs.empty() && toasts.empty()) || free.width() < 120) return;
 
   const float width = std::min(420.0f, free.width() - 24);
@@ -44,7 +46,7 @@ void drawNotices(Context& context, Memory& memory) {
     kit::text(said.message.text);
     ImGui::PopTextWrapPos();
     ImGui::SameLine(width - 36);
-    if (kit::iconButton("dismiss", "close", 22, false, "Dismiss; the Messages panel keeps it")) said.dismissed = true;
+    if (kit::iconButton("dismiss", "close", 22, kit::Lit::off, "Dismiss; the Messages panel keeps it")) said.dismissed = true;
     ImGui::PopID();
   }
   for (const engine::JobView& job : jobs) {

@@ -140,7 +140,9 @@ Change number(const Number& row, double& value, float width) {
     list.PushClipRect(a, {a.x + filled, b.y}, true);
     list.AddRectFilled(a, b, faded(c.level), kRound);
     list.PopClipRect();
-    list.AddRectFilled({std::max(a.x + 1, a.x + filled - 2), a.y + 5}, {a.x + filled, b.y - 5}, faded(c.accent), 1);
+    list.PushClipRect({a.x, b.y - 2.5f}, {a.x + filled, b.y}, true);
+    list.AddRectFilled(a, b, faded(c.accent), kRound);
+    list.PopClipRect();
   }
   list.AddRect(a, b, faded(held ? c.accent : c.line), kRound, 0, 1);
   const float y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);

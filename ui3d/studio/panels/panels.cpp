@@ -43,7 +43,7 @@ void titles(Context& context, Dock dock) {
     if (on) closed = &row;
   }
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("hide", "close", 22, false, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
+  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
 }
 
 void dock(Context& context, Memory& memory, const char* name, Dock which, const kit::Rect& rect) {
@@ -74,7 +74,10 @@ void settings(Context& context, Memory& memory) {
 
 void hear(Context& context, Memory& memory) {
   constexpr size_t kMost = 300;
-  for (engine::Message& message : context.bench.takeMessages()) memory.said.push_back({std::move(message), context.timeS, false});
+  for (engine::Message& message : context.bench.takeMessages()) {
+    if (message.level == engine::Message::Level::error) memory.exported = nullptr;  // It may have been the export that failed.
+    memory.said.push_back({std::move(message), context.timeS, false});
+  }
   while (memory.said.size() > kMost) memory.said.pop_front();
   memory.touch = context.bench.touch(context.state.shown.touch);
   memory.frameMs.push_back(float(context.state.figures.frameMs));
@@ -91,6 +94,8 @@ Panels::~Panels() = default;
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
   hear(context, memory);
+  // A tooltip waits for a hand at rest; a cursor blinks.
+  memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
   serveWishes(context, memory);
   memory.layout = layOut(context.width, context.height, context.state.shown, toolButtons());
   ImGui::PushFont(fonts().body);
@@ -106,6 +111,7 @@ void Panels::draw(Context& context) {
   drawNotices(context, memory);
   drawFiles(context, memory);
   drawDropped(context, memory);
+  drawBeginning(context, memory);
   drawExport(context, memory);
   drawNewClay(context, memory);
   drawShortcuts(context, memory);
@@ -117,12 +123,13 @@ void Panels::draw(Context& context) {
 void Panels::dropped(Context& context, const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".json") {
-    context.bench.open(path);
-    context.state.shown.firstStart = false;
+    beginDocument(context, *state_, path);
     return;
   }
   state_->dropped = path;
 }
+
+bool Panels::moves() const { return state_->moves; }
 
 std::array<float, 4> Panels::free() const {
   const kit::Rect& free = state_->layout.free;

@@ -23,6 +23,8 @@ class Panels {
   void dropped(Context& context, const std::string& path);
   /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's picture anew.
   static void applyTheme(Theme theme, float scale);
+  /// Something changes by itself (progress, a plot, a message that will go, a tooltip that will come): draw again within a tenth of a second.
+  [[nodiscard]] bool moves() const;
   /// The middle part that no panel covers, in interface units: left, top, right, bottom. Of the last draw().
   [[nodiscard]] std::array<float, 4> free() const;
 

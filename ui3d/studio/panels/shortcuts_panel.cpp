@@ -47,10 +47,12 @@ void drawShortcuts(Context& context, Memory& memory) {
     if (action.group != group) kit::heading(group = action.group);
     ImGui::PushID(action.id.c_str());
     const float width = ImGui::GetContentRegionAvail().x, field = 190;
-    ImGui::AlignTextToFramePadding();
+    const float top = ImGui::GetCursorPosY();
+    ImGui::SetCursorPosY(top + std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
     kit::elided(action.name, width - field - 40, colours().text);
     kit::tooltip(action.help);
     ImGui::SameLine(width - field - 26);
+    ImGui::SetCursorPosY(top);
     if (memory.keyEdited == action.id) {
       edit(context, memory, action, field);
     } else {
@@ -63,7 +65,7 @@ void drawShortcuts(Context& context, Memory& memory) {
     }
     if (context.state.keys.contains(action.id)) {
       ImGui::SameLine(0, 2);
-      if (kit::iconButton("reset", "undo", 22, false, "As it shipped: " + action.shortcut)) {
+      if (kit::iconButton("reset", "undo", 22, kit::Lit::off, "As it shipped: " + action.shortcut)) {
         try {
           resetShortcut(context.state, action);
           memory.keyProblem.clear();

@@ -81,7 +81,9 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
     }
     if (ImGui::BeginPopupContextItem("menu")) {
       kit::sharpen(*ImGui::GetWindowDrawList());
+      ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 8});
       menu(context, memory, thing);
+      ImGui::PopStyleVar();
       ImGui::EndPopup();
     }
     const std::array<int, 2> dragged{int(thing.id), place};
@@ -120,12 +122,12 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
   }
   ImGui::SameLine(0, 0);
   ImGui::SetCursorPosY(ImGui::GetCursorPosY() + (kHeight - kSmallButton) / 2);
-  if (kit::iconButton("eye", thing.visible ? "eye" : "eyeOff", kSmallButton, false, thing.visible ? "Hide: hidden things are not felt either" : "Show")) {
+  if (kit::iconButton("eye", thing.visible ? "eye" : "eyeOff", kSmallButton, kit::Lit::off, thing.visible ? "Hide: hidden things are not felt either" : "Show")) {
     if (thing.visible) change(context, thing, "Hide", [](Thing& t) { t.visible = false; });
     else change(context, thing, "Show", [](Thing& t) { t.visible = true; });
   }
   ImGui::SameLine(0, 0);
-  if (kit::iconButton("lock", thing.locked ? "lock" : inRow ? "unlock" : "none", kSmallButton, false, thing.locked ? "Unlock" : "Lock: neither edited nor moved, still felt")) {
+  if (kit::iconButton("lock", thing.locked ? "lock" : inRow ? "unlock" : "none", kSmallButton, kit::Lit::off, thing.locked ? "Unlock" : "Lock: neither edited nor moved, still felt")) {
     if (thing.locked) change(context, thing, "Unlock", [](Thing& t) { t.locked = false; });
     else change(context, thing, "Lock", [](Thing& t) { t.locked = true; });
   }

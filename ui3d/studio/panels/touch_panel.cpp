@@ -117,7 +117,7 @@ void limits(const haptics::DeviceSheet& sheet) {
 
 void touchPanel(Context& context, Memory& memory) {
   const engine::TouchState& touch = memory.touch;
-  const bool pointer = context.bench.usesPointer(), stopped = touch.state == haptics::ServoState::stopped;
+  const bool pointer = context.bench.usesPointer(), stopped = forcesStopped(memory);
   chooseDevice(context, memory);
   if (!pointer || stopped) {
     const float width = ImGui::GetContentRegionAvail().x;
@@ -127,7 +127,7 @@ void touchPanel(Context& context, Memory& memory) {
     }
     ImGui::PopFont();
   }
-  const bool well = touch.state == haptics::ServoState::running || touch.state == haptics::ServoState::waiting || touch.state == haptics::ServoState::warm;
+  const bool well = !stopped && (touch.state == haptics::ServoState::running || touch.state == haptics::ServoState::waiting || touch.state == haptics::ServoState::warm);
   if (!touch.sentence.empty()) kit::wrapped(kit::sentence(touch.sentence), well ? colours().text : pointer ? colours().dim : colours().warning);
   if (!touch.deviceStatus.empty()) kit::wrapped(kit::sentence(touch.deviceStatus), colours().dim);
 

@@ -1,0 +1,227 @@
+// Files are chosen, clay is exported, keys are changed, forces are stopped: by mouse and keys alone.
+
+#include <filesystem>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "panels_rig.h"
+#include "ui3d/studio/panels/panel_table.h"
+
+namespace argil::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Dialogs : public testing::Test {
+ protected:
+  Dialogs() {
+    folder = fs::path(testing::TempDir()) / ("argil_panels_" + std::to_string(::getpid()));
+    fs::create_directories(folder / "models");
+    std::ofstream(folder / "models" / "tetra.obj") << "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 0 20\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    std::ofstream(folder / "models" / "notes.txt") << "not a mesh";
+    rig.state.shown.firstStart = false;
+  }
+  ~Dialogs() override {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+  // Into a field of a dialog.
+  void fillIn(const char* dialog, const char* field, const std::string& text) {
+    const ImVec2 at = rig.find(dialog, {field});
+    ASSERT_FALSE(std::isnan(at.x)) << field;
+    rig.click(at);
+    rig.type(text);
+  }
+  void press(const char* dialog, const char* button) {
+    const ImVec2 at = rig.find(dialog, {button, "button"});
+    ASSERT_FALSE(std::isnan(at.x)) << button;
+    rig.click(at);
+  }
+  ImGuiWindow* list(const char* dialog) { return PanelsRig::child(dialog, "list"); }
+  size_t pieces() { return rig.bench.snapshot()->document->pieces.size(); }
+
+  PanelsRig rig;
+  fs::path folder;
+};
+
+TEST_F(Dialogs, AMeshIsImportedByItsPath) {
+  rig.run("file.import");
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr);
+  fillIn("Files", "##name", (folder / "models" / "nothing.obj").string());
+  rig.key(ImGuiKey_Enter);
+  rig.frames(3);
+  EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "closed for a file that is not there";
+  rig.click(rig.find("Files", {"Voxel size by hand", "switch"}));
+  fillIn("Files", "##name", (folder / "models" / "tetra.obj").string());
+  rig.key(ImGuiKey_Enter);
+  rig.frames(3);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  rig.until([&] { return pieces() == 1; }, "imported");
+  EXPECT_DOUBLE_EQ(rig.bench.snapshot()->document->pieces[0].version.grid().voxelMm, 0.5);
+}
+
+TEST_F(Dialogs, FoldersAreWalkedByDoubleClicks) {
+  rig.run("file.part");
+  fillIn("Files", "##folder", folder.string());
+  rig.key(ImGuiKey_Enter);
+  rig.frames(3);
+  const auto entry = [&](int i) { return rig.findId(list("Files"), ImHashStr("entry", 0, ImHashData(&i, sizeof i, list("Files")->ID))); };
+  ImVec2 at = entry(0);
+  ASSERT_FALSE(std::isnan(at.x)) << "no folder in the list";
+  rig.doubleClick(at);
+  rig.frames(3);
+  at = entry(0);
+  ASSERT_FALSE(std::isnan(at.x)) << "no file in the list";
+  EXPECT_TRUE(std::isnan(entry(1).x)) << "a text file is offered as a mesh";
+  rig.doubleClick(at);
+  rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "a part");
+}
+
+TEST_F(Dialogs, ADroppedMeshAsksForItsUnits) {
+  const auto now = rig.bench.snapshot();
+  Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+  rig.panels->dropped(context, (folder / "models" / "tetra.obj").string());
+  rig.frames(3);
+  rig.click(rig.find("Dropped", {"As a part: seen and felt, not clay", "switch"}));
+  press("Dropped", "Import");
+  rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "imported");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+}
+
+TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.export.stl");
+  fillIn("Export", "##folder", folder.string());
+  fillIn("Export", "##name", "cube");
+  press("Export", "PLY");
+  press("Export", "Export");
+  rig.until([&] { return fs::exists(folder / "cube.stl") && fs::exists(folder / "cube.ply") && rig.bench.jobs().empty(); }, "two files");
+  EXPECT_FALSE(fs::exists(folder / "cube.obj"));
+  EXPECT_FALSE(rig.state.shown.exporting);
+
+  const auto before = fs::last_write_time(folder / "cube.stl");
+  rig.run("file.export.stl");
+  press("Export", "Export");
+  EXPECT_TRUE(rig.state.shown.exporting) << "wrote over a file without asking";
+  EXPECT_EQ(fs::last_write_time(folder / "cube.stl"), before);
+  rig.frames(2);
+  press("Export", "Write over");
+  rig.until([&] { return fs::last_write_time(folder / "cube.stl") > before; }, "written over");
+  EXPECT_FALSE(rig.state.shown.exporting);
+}
+
+TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.export");
+  const ImVec2 at = rig.find("Export", {"folders"});
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.frames(3);
+  fillIn("Files", "##folder", folder.string());
+  rig.key(ImGuiKey_Enter);
+  press("Files", "Choose");
+  rig.frames(3);
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "the export is gone";
+  EXPECT_STREQ(ImGui::GetTopMostPopupModal()->Name, "Export");
+  press("Export", "Export");
+  rig.until([&] { return fs::exists(folder / "clay.stl"); }, "written there");
+}
+
+TEST_F(Dialogs, AKeyIsChangedAndATakenOneRefused) {
+  rig.run("panel.shortcuts");
+  rig.click(rig.find("Shortcuts", {"##filter"}));
+  rig.type("opposite");
+  ImGuiWindow* rows = list("Shortcuts");
+  ASSERT_NE(rows, nullptr);
+  const auto change = [&](const char* shown, const char* to) {
+    const ImVec2 at = rig.findFrom(rows, {"tool.opposite", shown, "button"});
+    ASSERT_FALSE(std::isnan(at.x)) << shown;
+    rig.click(at);
+    rig.frames(2);
+    rig.type(to);
+    rig.key(ImGuiKey_Enter);
+    rig.frames(2);
+  };
+  change("I", "Alt+O");
+  EXPECT_EQ(rig.state.keys["tool.opposite"], "Alt+O");
+  change("Alt+O", "Ctrl+Z");
+  EXPECT_EQ(rig.state.keys["tool.opposite"], "Alt+O");
+  const ImVec2 reset = rig.findFrom(rows, {"tool.opposite", "reset"});
+  ASSERT_FALSE(std::isnan(reset.x));
+  rig.click(reset);
+  EXPECT_TRUE(rig.state.keys.empty());
+}
+
+TEST_F(Dialogs, TheStopButtonStopsForces) {
+  rig.bench.useDevice("simulated:touch");
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return !rig.bench.usesPointer() && pieces() == 1 && rig.bench.touch(false).state == haptics::ServoState::running; }, "a device that runs");
+  rig.frames(2);
+  ImVec2 at = rig.find("Bar", {"Stop forces", "button"});
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.frames(2);
+  EXPECT_TRUE(std::isnan(rig.find("Bar", {"Stop forces", "button"}).x)) << "still offers to stop";
+  at = rig.find("Bar", {"Resume forces", "button"});
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.until([&] { return !std::isnan(rig.find("Bar", {"Stop forces", "button"}).x); }, "running again");
+}
+
+TEST_F(Dialogs, ANewDocumentAsksWhereWorkWouldBeLost) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.new");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr) << "asks for a block that nobody worked on";
+  rig.until([&] { return pieces() == 0; }, "a new document");
+
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.edit("Work", [](engine::Document& d) { d.pieces[0].name = "Work"; });
+  rig.run("file.new");
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "work is gone without a question";
+  press("Beginning", "Cancel");
+  rig.frames(20);
+  EXPECT_EQ(pieces(), 1u);
+  rig.run("file.new");
+  press("Beginning", "Begin anew");
+  rig.until([&] { return pieces() == 0; }, "a new document");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+}
+
+TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {
+  rig.bench.addSphere(60, 0.1);
+  rig.until([&] { return !rig.bench.jobs().empty() && rig.bench.jobs()[0].seconds > 0.35; }, "a job of 0.3 s");
+  const int id = int(rig.bench.jobs()[0].id);
+  rig.frames(2);
+  ImGuiWindow* notices = ImGui::FindWindowByName("Notices");
+  ASSERT_NE(notices, nullptr);
+  EXPECT_TRUE(rig.panels->moves());
+  const ImVec2 at = rig.findId(notices, ImHashStr("button", 0, ImHashStr("Cancel", 0, ImHashData(&id, sizeof id, notices->ID))));
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.until([&] { return rig.bench.jobs().empty(); }, "cancelled");
+  EXPECT_EQ(pieces(), 0u);
+}
+
+TEST_F(Dialogs, TheThemeTurnsTheBackgroundToo) {
+  rig.run("window.theme");
+  EXPECT_EQ(rig.state.theme, Theme::light);
+  EXPECT_TRUE(rig.state.look.lightBackground);
+  rig.run("window.theme");
+  EXPECT_EQ(rig.state.theme, Theme::dark);
+  EXPECT_FALSE(rig.state.look.lightBackground);
+}
+
+TEST_F(Dialogs, NewClayIsAdded) {
+  rig.run("clay.add");
+  press("New clay", "Add");
+  rig.until([&] { return pieces() == 1; }, "clay");
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+}
+
+}  // namespace
+}  // namespace argil::studio
