@@ -16,8 +16,15 @@ constexpr int kMaxExtent = 65536;  // voxels along an axis: the plan's limit on 
 
 // Fills blocks top down: a block whose centre is farther from the surface than half its diagonal and the band is one
 // tile. `distance` is a true distance in voxels (1-Lipschitz) at a voxel coordinate.
+// What part of the whole a call is, for the person who waits.
+struct Share {
+  Job* job;
+  double from, to;
+  [[nodiscard]] Share child(int i) const { return {job, from + (to - from) * i / 512, from + (to - from) * (i + 1) / 512}; }
+};
+
 template <class Distance>
-void fill(Editor& editor, const Distance& distance, Coord block, int level) {
+void fill(Editor& editor, const Distance& distance, Coord block, int level, const Share& share) {
   const int edge = 1 << (3 * level);  // bricks
   const double half = 0.5 * (edge * kBrickEdge - 1);
   const Vec3d first = (block * kBrickEdge).toVec3d();
@@ -28,7 +35,8 @@ void fill(Editor& editor, const Distance& distance, Coord block, int level) {
     return;
   }
   if (level > 0) {
-    for (int i = 0; i < 512; ++i) fill(editor, distance, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1);
+    if (share.job) share.job->step(share.from);
+    for (int i = 0; i < 512; ++i) fill(editor, distance, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1, share.child(i));
     return;
   }
   float phi[kBrickVoxels];
@@ -39,7 +47,7 @@ void fill(Editor& editor, const Distance& distance, Coord block, int level) {
 
 template <class Distance>
 Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& halfMm, const char* what,
-             const Distance& distance) {
+             Job* job, const Distance& distance) {
   grid.check();
   const Vec3d half = halfMm / grid.voxelMm, centre = grid.toVoxel(centreMm);
   if (!centre.allFinite() || !half.allFinite() || half.minCoeff() < 1 || 2 * half.maxCoeff() > kMaxExtent)
@@ -48,26 +56,26 @@ Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centre
   if (centre.cwiseAbs().maxCoeff() > kMaxExtent)
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what, kMaxExtent));
   Editor editor(Version::empty(std::move(store), grid));
-  fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
+  fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels, {job, 0, 1});
   return editor.commit();
 }
 
 }  // namespace
 
-Version makeSphere(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, double radiusMm) {
+Version makeSphere(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, double radiusMm, Job* job) {
   const Vec3d centre = grid.toVoxel(centreMm);
   const double radius = radiusMm / grid.voxelMm;
-  return make(std::move(store), grid, centreMm, Vec3d::Constant(radiusMm), "sphere",
+  return make(std::move(store), grid, centreMm, Vec3d::Constant(radiusMm), "sphere", job,
               [&](const Vec3d& p) { return (p - centre).norm() - radius; });
 }
 
-Version makeBlock(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& sizeMm, double roundMm) {
+Version makeBlock(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& sizeMm, double roundMm, Job* job) {
   if (!(roundMm >= 0 && 2 * roundMm <= sizeMm.minCoeff()))
     throw Error(fmt::format("block rounded by {} mm: give a radius from 0 to half its shortest side", roundMm));
   const Vec3d centre = grid.toVoxel(centreMm);
   const double round = roundMm / grid.voxelMm;
   const Vec3d core = sizeMm / (2 * grid.voxelMm) - Vec3d::Constant(round);
-  return make(std::move(store), grid, centreMm, sizeMm / 2, "block", [&](const Vec3d& p) {
+  return make(std::move(store), grid, centreMm, sizeMm / 2, "block", job, [&](const Vec3d& p) {
     const Vec3d q = (p - centre).cwiseAbs() - core;
     return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - round;
   });

@@ -32,17 +32,19 @@ ImportedThing importMesh(const std::filesystem::path& file, const MeshImport& ho
     for (Vec3d& position : read.mesh.positions) position *= mm;
   }
   if (how.fitMm) imported.notes.push_back(fitMesh(read.mesh, *how.fitMm));
+  const auto mesh = std::make_shared<const clay::TriangleMesh>(std::move(read.mesh));
+  if (how.onRead) how.onRead(mesh);
   try {
     if (how.asPart) {
       Part part;
-      part.mesh = std::make_shared<const clay::TriangleMesh>(std::move(read.mesh));
+      part.mesh = mesh;
       part.felt = std::make_shared<const haptics::PartMesh>(*part.mesh, job);
       imported.part = std::move(part);
       return imported;
     }
     clay::ImportOptions options;
-    options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(read.mesh);
-    clay::Imported made = clay::meshToClay(clay::Store::make(), read.mesh, options, job);
+    options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*mesh);
+    clay::Imported made = clay::meshToClay(clay::Store::make(), *mesh, options, job);
     imported.version = std::move(made.version);
     for (std::string& sentence : made.report.sentences()) imported.notes.push_back(std::move(sentence));
   } catch (const Cancelled&) {

@@ -2,6 +2,8 @@
 // Meshes come in from files and go out to them.
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +21,8 @@ struct MeshImport {
   std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.
   std::optional<double> fitMm;     ///< Centred at zero and scaled until the longest side is this.
   bool asPart = false;             ///< Stays a mesh.
+  /// Gets the mesh as soon as it is read, in mm, long before it is clay: to be shown meanwhile.
+  std::function<void(std::shared_ptr<const clay::TriangleMesh>)> onRead = {};
 };
 struct ImportedThing {
   clay::Version version;           ///< Of a piece,

@@ -7,6 +7,7 @@
 namespace argil::engine {
 namespace {
 
+constexpr size_t kMostPrepared = 4;
 constexpr size_t kMostDeltas = 64;  // of a piece that wait unmerged: beyond, nobody is taking them
 
 uint64_t key(Coord c) {
@@ -55,8 +56,14 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
       found = followed_.try_emplace(piece.id).first;
     }
     Waiting one{whole, false, {}};
-    one.deltas.push_back(found->second.surface.update(piece.version, threads));
-    found->second.version = piece.version;
+    std::optional<Prepared> prepared = whole ? takePrepared(piece.version) : std::nullopt;
+    if (prepared) {
+      found->second = std::move(prepared->followed);
+      one.deltas.push_back(std::move(prepared->delta));
+    } else {
+      one.deltas.push_back(found->second.surface.update(piece.version, threads));
+      found->second.version = piece.version;
+    }
     news.emplace_back(piece.id, std::move(one));
   }
   const std::lock_guard lock(mutex_);
@@ -73,6 +80,25 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
 }
 
 void Surfaces::forget() { followed_.clear(); }
+
+void Surfaces::prepare(const clay::Version& version, int threads) {
+  Prepared one;
+  one.delta = one.followed.surface.update(version, threads);
+  one.followed.version = version;
+  const std::lock_guard lock(mutex_);
+  prepared_.push_back(std::move(one));
+  // A piece that never came is not kept for ever.
+  if (prepared_.size() > kMostPrepared) prepared_.erase(prepared_.begin());
+}
+
+std::optional<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(prepared_.begin(), prepared_.end(), [&](const Prepared& one) { return one.followed.version == version; });
+  if (found == prepared_.end()) return std::nullopt;
+  Prepared one = std::move(*found);
+  prepared_.erase(found);
+  return one;
+}
 
 SurfaceChanges Surfaces::take() {
   std::map<Id, Waiting> taken;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "clay/surface.h"
@@ -30,6 +31,9 @@ class Surfaces {
   void follow(const Document& document, int64_t oldestSampleNs, int threads = 1);
   /// The next follow() gives every piece whole. The edit thread's.
   void forget();
+  /// Extracts a large new clay before it becomes a piece, so that follow() has nothing left to do. Any thread; kept until a piece with
+  /// this version comes.
+  void prepare(const clay::Version& version, int threads = 1);
 
   /// What changed. Any one thread beside follow(); waits for no extraction.
   [[nodiscard]] SurfaceChanges take();
@@ -43,11 +47,17 @@ class Surfaces {
     clay::Surface surface;
     clay::Version version;
   };
+  struct Prepared {
+    Followed followed;
+    clay::SurfaceDelta delta;
+  };
+  [[nodiscard]] std::optional<Prepared> takePrepared(const clay::Version& version);
   static clay::SurfaceDelta merge(std::vector<clay::SurfaceDelta>& deltas);
 
   std::map<Id, Followed> followed_;
   std::mutex mutex_;  // guards the rest
   std::map<Id, Waiting> waiting_;
+  std::vector<Prepared> prepared_;
   int64_t oldestNs_ = 0;
 };
 

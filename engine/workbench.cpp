@@ -1,389 +1,20 @@
 #include "engine/workbench.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
-#include <thread>
 #include <utility>
 
-#include "clay/error.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
-#include "engine/edit_loop.h"
-#include "engine/jobs.h"
 #include "engine/mesh_files.h"
 #include "engine/prepare_clay.h"
 #include "engine/run.h"
-#include "engine/session.h"
-#include "haptics/clock.h"
-#include "haptics/devices/registry.h"
-#include "haptics/published.h"
+#include "engine/workbench_state.h"
 
 namespace argil::engine {
 namespace {
 
-constexpr auto kTurn = std::chrono::milliseconds(2);          // at most 500 versions a second
-constexpr auto kIdleTurn = std::chrono::milliseconds(10);     // while no servo runs
-constexpr auto kUsageEvery = std::chrono::milliseconds(250);
 constexpr auto kStatisticsEvery = std::chrono::milliseconds(500);
-constexpr size_t kForcePoints = 1000;                         // 2 s
-constexpr const char* kPointer = "pointer";
-
-/// Device, servo and what the servo reads: replaced as one.
-struct Hand {
-  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene, bool realtime)
-      : device(std::move(opened)),
-        name(std::move(openedAs)),
-        pointer(dynamic_cast<haptics::PointerDevice*>(device.get())),
-        servo(*device, scene, {.realtime = realtime}) {}
-  ~Hand() { servo.stop(); }
-  std::unique_ptr<haptics::Device> device;
-  std::string name;
-  haptics::PointerDevice* pointer;
-  haptics::Servo servo;
-  std::string grant;
-};
 
 }  // namespace
-
-struct Workbench::State {
-  explicit State(const Options& given) : options(given) {}
-
-  struct Command {
-    std::function<void()> run;
-    bool waitsForStroke = true;  ///< Done when the stroke in work has ended.
-  };
-  struct Work {
-    uint64_t id;
-    std::string name;
-    std::chrono::steady_clock::time_point begin;
-    std::shared_ptr<std::function<void()>> result;  // what the edit thread does when it is done; filled by the job
-    std::unique_ptr<BackgroundJob> job;             // last: it uses the result
-  };
-
-  void post(std::function<void()> run, bool waitsForStroke = true);
-  void tell(Message::Level level, std::string text);
-  /// Runs `work` on a thread of its own; what it returns is run on the edit thread.
-  void begin(std::string name, std::function<std::function<void()>(Job&)> work);
-
-  // The edit thread's.
-  void run();
-  void runCommands();
-  void finishJobs();
-  void takeHand(const std::string& name);
-  void begin(Document document);
-  void makeLoop();
-  void holdTool();
-  void publish();
-  void guarded(const std::function<void()>& what);
-  void addPiece(const std::string& label, const std::string& name, const clay::Version& version);
-
-  const Options options;
-
-  // Shared, guarded by mutex_.
-  mutable std::mutex mutex;
-  std::condition_variable wake;
-  std::deque<Command> commands;
-  std::vector<Message> messages;
-  std::vector<Work> jobs;
-  uint64_t nextJob = 1;
-  std::shared_ptr<const Snapshot> snapshot = std::make_shared<const Snapshot>();
-  std::vector<float> forces;  // a ring
-  size_t forceAt = 0;
-  bool stopping = false;
-  bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
-
-  std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
-  std::shared_ptr<Hand> hand;
-  std::atomic<bool> stopped{false};  // forces, by the person
-
-  Surfaces surfaces;
-
-  // The edit thread's alone.
-  haptics::Published<haptics::Scene> scene;
-  std::unique_ptr<Session> session;
-  std::unique_ptr<EditLoop> loop;
-  Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
-  std::optional<Tool> held;
-  haptics::Workspace workspace;
-  haptics::Quality touchQuality;
-  haptics::Histogram latency;
-  uint64_t sequence = 0, forceEvery = 0;
-  DocumentPtr shown;
-  std::shared_ptr<const std::vector<std::string>> history = std::make_shared<const std::vector<std::string>>();
-  uint64_t historyOf = UINT64_MAX;
-  std::chrono::steady_clock::time_point usageAt{};
-  uint64_t clayBytes = 0;
-
-  // The showing thread's.
-  haptics::StylusSample newest;
-  haptics::ServoStatistics statistics;
-  std::chrono::steady_clock::time_point statisticsAt{};
-
-  std::thread thread;
-};
-
-void Workbench::State::post(std::function<void()> run, bool waitsForStroke) {
-  {
-    const std::lock_guard lock(mutex);
-    commands.push_back({std::move(run), waitsForStroke});
-  }
-  wake.notify_one();
-}
-
-void Workbench::State::tell(Message::Level level, std::string text) {
-  const std::lock_guard lock(mutex);
-  messages.push_back({level, std::move(text)});
-}
-
-void Workbench::State::guarded(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const Cancelled&) {
-    tell(Message::Level::warning, "Cancelled; nothing was changed.");
-  } catch (const std::bad_alloc&) {
-    tell(Message::Level::error, "There is not enough memory for that; use a larger voxel or close another document. Nothing was changed.");
-  } catch (const std::exception& e) {
-    tell(Message::Level::error, e.what());
-  }
-}
-
-void Workbench::State::begin(std::string name, std::function<std::function<void()>(Job&)> work) {
-  auto result = std::make_shared<std::function<void()>>();
-  Work entry{0, std::move(name), std::chrono::steady_clock::now(), result, nullptr};
-  const std::lock_guard lock(mutex);
-  entry.id = nextJob++;
-  entry.job = std::make_unique<BackgroundJob>([this, result, work = std::move(work)](Job& job) {
-    struct Wake {
-      std::condition_variable& wake;
-      ~Wake() { wake.notify_one(); }
-    } const notify{wake};
-    *result = work(job);
-  });
-  jobs.push_back(std::move(entry));
-}
-
-void Workbench::State::finishJobs() {
-  std::vector<Work> done;
-  {
-    const std::lock_guard lock(mutex);
-    for (auto at = jobs.begin(); at != jobs.end();) {
-      if (!at->job->done()) {
-        ++at;
-        continue;
-      }
-      done.push_back(std::move(*at));
-      at = jobs.erase(at);
-    }
-    busy = busy || !done.empty();
-  }
-  for (Work& work : done) {
-    guarded([&] {
-      work.job->wait();
-      if (*work.result) post(std::move(*work.result));
-    });
-  }
-}
-
-void Workbench::State::runCommands() {
-  std::deque<Command> kept;
-  for (;;) {
-    Command next;
-    {
-      const std::lock_guard lock(mutex);
-      if (commands.empty()) {
-        // In the order in which they came, those first that waited.
-        commands.swap(kept);
-        return;
-      }
-      next = std::move(commands.front());
-      commands.pop_front();
-      busy = true;
-    }
-    // Behind one that waits, all that waits too: their order matters.
-    if (next.waitsForStroke && session->inStroke()) {
-      kept.push_back(std::move(next));
-    } else {
-      guarded(next.run);
-    }
-  }
-}
-
-void Workbench::State::makeLoop() {
-  EditLoop::Options loopOptions;
-  loopOptions.onDocument = [this](const DocumentPtr& document, int64_t oldestNs) { surfaces.follow(*document, oldestNs, options.surfaceThreads); };
-  loopOptions.onSample = [this](const haptics::StylusSample& sample) {
-    if (++forceEvery % 2 != 0) return;
-    const std::lock_guard lock(mutex);
-    if (forces.size() < kForcePoints) forces.resize(kForcePoints, 0);
-    forces[forceAt++ % kForcePoints] = static_cast<float>(sample.forceN.norm());
-  };
-  loopOptions.latency = &latency;
-  loopOptions.paced = true;
-  haptics::Scene base;
-  base.workspace = workspace;
-  base.quality = touchQuality;
-  loop = std::make_unique<EditLoop>(*session, base, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
-  held.reset();
-  holdTool();
-}
-
-void Workbench::State::begin(Document document) {
-  if (loop) loop->finish();
-  loop.reset();
-  session = std::make_unique<Session>(std::move(document));
-  surfaces.forget();
-  historyOf = UINT64_MAX;
-  makeLoop();
-  latency.clear();
-}
-
-// A tool's size must fit the voxels of the piece that it is used on.
-void Workbench::State::holdTool() {
-  Tool tool = wanted;
-  const DocumentPtr now = session->document();
-  if (const Piece* piece = now->workedOn()) {
-    const double voxel = piece->version.grid().voxelMm;
-    tool.radiusMm = std::clamp(tool.radiusMm, kLeastToolVoxels * voxel, kMostToolVoxels * voxel);
-  }
-  if (held == tool) return;
-  loop->setTool(tool);
-  held = tool;
-}
-
-void Workbench::State::takeHand(const std::string& name) {
-  std::shared_ptr<Hand> old;
-  {
-    const std::lock_guard lock(handMutex);
-    old = std::exchange(hand, nullptr);
-  }
-  if (loop) loop->finish();
-  if (old) {
-    old->servo.stop();
-    while (old.use_count() > 1) std::this_thread::yield();  // the other side holds it for a moment only
-    old.reset();                                            // the same hardware may be opened again
-  }
-  const auto open = [&](const std::string& as) {
-    haptics::OpenDeviceOptions how;
-    how.falconFirmware = options.falconFirmware;
-    std::unique_ptr<haptics::Device> device =
-        as == kPointer ? std::make_unique<haptics::PointerDevice>() : haptics::openDevice(as, how);
-    return std::make_shared<Hand>(std::move(device), as, scene, options.realtime);
-  };
-  std::shared_ptr<Hand> fresh;
-  try {
-    fresh = open(name);
-  } catch (const Error& e) {
-    tell(Message::Level::error, fmt::format("{} The mouse stands in.", e.what()));
-    fresh = open(kPointer);
-  }
-  makeLoop();  // the new servo counts its samples from zero
-  fresh->grant = fresh->servo.start().sentence;
-  stopped.store(false);
-  const std::lock_guard lock(handMutex);
-  hand = std::move(fresh);
-}
-
-void Workbench::State::publish() {
-  const DocumentPtr now = session->document();
-  const auto time = std::chrono::steady_clock::now();
-  if (time - usageAt > kUsageEvery) {
-    usageAt = time;
-    uint64_t bytes = 0;
-    std::vector<const clay::Store*> stores;
-    for (const Piece& piece : now->pieces) {
-      const clay::Store* store = piece.version.store().get();
-      if (std::find(stores.begin(), stores.end(), store) != stores.end()) continue;
-      stores.push_back(store);
-      bytes += store->usage().bytes();
-    }
-    clayBytes = bytes;
-  }
-  const bool inStroke = session->inStroke();
-  const uint64_t steps = session->undoSteps() + session->redoSteps();
-  const uint64_t historyNow = inStroke ? historyOf : session->steps();
-  const Snapshot& last = *snapshot;  // written by this thread alone
-  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes &&
-      last.tool == held.value_or(Tool())) {
-    return;
-  }
-  if (historyNow != historyOf || history->size() != steps) {
-    history = std::make_shared<const std::vector<std::string>>(session->history());
-    historyOf = historyNow;
-  }
-  shown = now;
-  auto next = std::make_shared<Snapshot>();
-  next->sequence = ++sequence;
-  next->document = now;
-  next->history = history;
-  next->done = session->undoSteps();
-  next->inStroke = inStroke;
-  next->tool = held.value_or(Tool());
-  next->strokes = session->counts().strokes;
-  next->points = session->counts().points;
-  next->versions = loop->versions();
-  next->clayBytes = clayBytes;
-  next->editP50Us = latency.quantileUs(0.5);
-  next->editP99Us = latency.quantileUs(0.99);
-  std::shared_ptr<const Snapshot> old = std::move(next);
-  const std::lock_guard lock(mutex);
-  snapshot.swap(old);
-}
-
-void Workbench::State::run() {
-  begin(Document());
-  guarded([this] { takeHand(options.device); });
-  publish();
-  auto next = std::chrono::steady_clock::now();
-  for (;;) {
-    finishJobs();
-    runCommands();
-    guarded([this] {
-      try {
-        holdTool();
-        // Nobody but this thread replaces the hand.
-        if (hand) {
-          loop->turn(hand->servo.samples());
-        } else {
-          haptics::SampleRing none(1);
-          loop->turn(none);
-        }
-      } catch (...) {
-        // What a stroke has done so far stays.
-        if (session->inStroke()) session->endStroke();
-        throw;
-      }
-    });
-    publish();
-    std::unique_lock lock(mutex);
-    busy = session->inStroke();
-    if (stopping) break;
-    const auto turn = hand && hand->servo.running() ? kTurn : kIdleTurn;
-    next = std::max(next + turn, std::chrono::steady_clock::now());
-    wake.wait_until(lock, next, [this] { return stopping || (!commands.empty() && !busy); });
-  }
-  guarded([this] { loop->finish(); });
-  {
-    const std::lock_guard lock(handMutex);
-    hand.reset();
-  }
-  publish();
-  shown.reset();
-}
-
-void Workbench::State::addPiece(const std::string& label, const std::string& name, const clay::Version& version) {
-  session->change(label, [&](Document& document) {
-    Piece piece;
-    piece.name = name;
-    piece.version = version;
-    document.active = document.add(std::move(piece));
-  });
-}
 
 Workbench::Workbench(const Options& options) : state_(std::make_unique<State>(options)) {
   Snapshot first;
@@ -422,6 +53,11 @@ std::vector<Message> Workbench::takeMessages() {
   return std::exchange(state_->messages, {});
 }
 
+std::shared_ptr<const clay::TriangleMesh> Workbench::preview() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->preview;
+}
+
 void Workbench::tell(Message::Level level, std::string text) { state_->tell(level, std::move(text)); }
 
 void Workbench::edit(std::string label, std::function<void(Document&)> change, std::string merge) {
@@ -458,21 +94,23 @@ void Workbench::newDocument() {
 }
 
 void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm) {
-  state_->begin("Making a block", [=, s = state_.get()](Job&) -> std::function<void()> {
+  state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
     clay::Grid grid;
     grid.voxelMm = voxelMm;
     grid.originMm = centreMm;
-    const clay::Version version = clay::makeBlock(clay::Store::make(), grid, centreMm, sizeMm, roundMm);
+    const clay::Version version = clay::makeBlock(clay::Store::make(), grid, centreMm, sizeMm, roundMm, &job);
+    s->surfaces.prepare(version);
     return [=] { s->addPiece("Add block", "Block", version); };
   });
 }
 
 void Workbench::addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm) {
-  state_->begin("Making a sphere", [=, s = state_.get()](Job&) -> std::function<void()> {
+  state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
     clay::Grid grid;
     grid.voxelMm = voxelMm;
     grid.originMm = centreMm;
-    const clay::Version version = clay::makeSphere(clay::Store::make(), grid, centreMm, radiusMm);
+    const clay::Version version = clay::makeSphere(clay::Store::make(), grid, centreMm, radiusMm, &job);
+    s->surfaces.prepare(version);
     return [=] { s->addPiece("Add sphere", "Sphere", version); };
   });
 }
@@ -485,8 +123,26 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     given.voxelMm = how.voxelMm;
     given.fitMm = how.fitMm;
     given.asPart = how.asPart;
+    given.onRead = [=](std::shared_ptr<const clay::TriangleMesh> mesh) {
+      const std::lock_guard lock(s->mutex);
+      s->preview = std::move(mesh);
+    };
+    // Shown until the piece is there, or until it is known that none will come.
+    struct EndPreview {
+      explicit EndPreview(State* of) : state(of) {}
+      EndPreview(const EndPreview&) = delete;
+      EndPreview& operator=(const EndPreview&) = delete;
+      State* state;
+      ~EndPreview() {
+        std::shared_ptr<const clay::TriangleMesh> old;
+        const std::lock_guard lock(state->mutex);
+        old.swap(state->preview);
+      }
+    };
+    const auto endPreview = std::make_shared<EndPreview>(s);
     auto imported = std::make_shared<ImportedThing>(importMesh(file, given, &job));
-    return [=] {
+    if (imported->version) s->surfaces.prepare(imported->version);
+    return [=, kept = endPreview] {
       Document document;
       const auto add = [&](Document& to) {
         if (imported->part) {
@@ -532,6 +188,7 @@ void Workbench::open(const std::filesystem::path& file) {
     run.job = &job;
     runScript(session, surface, script, run);
     const DocumentPtr made = session.document();
+    for (const Piece& piece : made->pieces) s->surfaces.prepare(piece.version);
     return [=] {
       s->begin(*made);
       for (const std::string& note : clay.notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);

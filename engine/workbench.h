@@ -87,6 +87,8 @@ class Workbench {
   /// Everything anew with the next takeSurfaces(): the renderer lost it.
   void resendSurfaces();
   [[nodiscard]] std::vector<Message> takeMessages();
+  /// A mesh that was read and is being made clay, to be shown meanwhile; null when there is none. World mm.
+  [[nodiscard]] std::shared_ptr<const clay::TriangleMesh> preview() const;
   /// Into the list of messages.
   void tell(Message::Level level, std::string text);
 

@@ -15,7 +15,7 @@ namespace argil::haptics {
 
 /// Triangles and their hierarchy, never changed. No topology is asked for: soup, duplicates, holes, T-junctions, flipped and
 /// degenerate triangles (they count as the segments or points that they are) are all touched where they are; both faces count.
-/// Built off the servo thread (PartBuilder), read by any number of threads.
+/// Built off the servo thread, read by any number of threads.
 ///
 /// Coordinates are kept as 32-bit floats from the middle of the part: they move by at most 6e-8 of its half size, however
 /// far it lies from zero. Recipe, tolerances and figures: NOTES.md, "Parts".

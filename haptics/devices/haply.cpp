@@ -144,7 +144,6 @@ class ArmLink final : public DeviceLink {
     const Opened opened = openAndWake(port_, options_.port, sentence);
     if (opened != Opened::ready) return opened;
     guarded_ = Guard::registerDevice(port_.fd(), haplyZeroPacket());
-    if (options_.opened) options_.opened(port_.fd(), haplyZeroPacket());
     return opened;
   }
 
@@ -175,7 +174,6 @@ class ArmLink final : public DeviceLink {
   void shut() {
     if (!port_.isOpen()) return;
     (void)port_.write(haplyForcePacket(Vec3d::Zero()));
-    if (options_.closing) options_.closing();
     Guard::unregister(guarded_);
     guarded_ = Guard::kUnguarded;
     port_.close();

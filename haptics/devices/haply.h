@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,11 +16,6 @@ struct HaplyOptions {
   std::string grip = {};                ///< Serial line of the stylus grip or its receiver; empty: none, the stylus does not turn.
   Vec3d centreMm = {0, -150, 150};      ///< Centre of the workspace in the arm's own frame, whose origin is at its mounting plate.
   bool realtime = true;                 ///< Ask for SCHED_FIFO for the devices' threads.
-
-  /// Called on the device's thread: after the line was opened, with its file descriptor and the bytes that mean zero force (a
-  /// guard keeps a copy of both), and before it is closed. Either may be empty.
-  std::function<void(int fd, std::span<const std::byte> zeroBytes)> opened = {};
-  std::function<void()> closing = {};
 };
 
 /// Starts the arm's thread, and the grip's; a device that is not there yet is used as soon as it is. Throws Error for options

@@ -174,7 +174,10 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   Workbench::ImportOptions how;
   how.voxelMm = 1;
   bench.import(folder / "a.stl", how);
+  // What was read is there to be shown until the clay is.
+  ASSERT_TRUE(until([&] { return bench.preview() != nullptr || document()->pieces.size() == 2; }));
   ASSERT_TRUE(until([&] { return document()->pieces.size() == 2; }));
+  ASSERT_TRUE(until([&] { return bench.preview() == nullptr; }));
   EXPECT_EQ(document()->pieces[1].name, "a");
   EXPECT_EQ(document()->active, document()->pieces[1].id);
   how.asPart = true;
@@ -196,13 +199,15 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
 }
 
 TEST_F(WorkbenchTest, JobsShowProgressAndCanBeCancelled) {
-  bench.addSphere(400, 0.5);  // 1 600 voxels across
-  bench.addBlock({10, 10, 10}, 0, 0.5);
-  ASSERT_TRUE(until([&] { return !document()->pieces.empty(); }));
-  bench.exportTo({{std::filesystem::path(::testing::TempDir()) / "argil_never.stl"}, false, 0});
-  const auto jobs = bench.jobs();
-  for (const JobView& job : jobs) bench.cancelJob(job.id);
+  bench.addSphere(400, 0.5);  // 1 600 voxels across: far more than the time until it is cancelled
+  ASSERT_TRUE(until([&] { return !bench.jobs().empty() && bench.jobs()[0].fraction > 0; }));
+  EXPECT_EQ(bench.jobs()[0].name, "Making a sphere");
+  bench.cancelJob(bench.jobs()[0].id);
   ASSERT_TRUE(rest());
+  EXPECT_TRUE(document()->pieces.empty());
+  const auto messages = bench.takeMessages();
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_EQ(messages[0].text, "Cancelled; nothing was changed.");
 }
 
 TEST_F(WorkbenchTest, ForcesStopAtOnceAndComeBack) {

@@ -1,0 +1,114 @@
+#pragma once
+// What a workbench is made of: the edit thread's side and what both sides share. For engine/workbench*.cpp alone.
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "engine/edit_loop.h"
+#include "engine/jobs.h"
+#include "engine/session.h"
+#include "engine/workbench.h"
+#include "haptics/published.h"
+
+namespace argil::engine {
+
+/// Device, servo and what the servo reads: replaced as one.
+struct Hand {
+  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene, bool realtime)
+      : device(std::move(opened)),
+        name(std::move(openedAs)),
+        pointer(dynamic_cast<haptics::PointerDevice*>(device.get())),
+        servo(*device, scene, {.realtime = realtime}) {}
+  ~Hand() { servo.stop(); }
+  std::unique_ptr<haptics::Device> device;
+  std::string name;
+  haptics::PointerDevice* pointer;
+  haptics::Servo servo;
+  std::string grant;
+};
+
+inline constexpr size_t kForcePoints = 1000;  ///< Of TouchState::forceN: 2 s.
+
+struct Workbench::State {
+  explicit State(const Options& given) : options(given) {}
+
+  struct Command {
+    std::function<void()> run;
+    bool waitsForStroke = true;  ///< Done when the stroke in work has ended.
+  };
+  struct Work {
+    uint64_t id;
+    std::string name;
+    std::chrono::steady_clock::time_point begin;
+    std::shared_ptr<std::function<void()>> result;  // what the edit thread does when it is done; filled by the job
+    std::unique_ptr<BackgroundJob> job;             // last: it uses the result
+  };
+
+  void post(std::function<void()> run, bool waitsForStroke = true);
+  void tell(Message::Level level, std::string text);
+  /// Runs `work` on a thread of its own; what it returns is run on the edit thread.
+  void begin(std::string name, std::function<std::function<void()>(Job&)> work);
+
+  // The edit thread's.
+  void run();
+  void runCommands();
+  void finishJobs();
+  void takeHand(const std::string& name);
+  void begin(Document document);
+  void makeLoop();
+  void holdTool();
+  void publish();
+  void guarded(const std::function<void()>& what);
+  void addPiece(const std::string& label, const std::string& name, const clay::Version& version);
+
+  const Options options;
+
+  // Shared, guarded by mutex_.
+  mutable std::mutex mutex;
+  std::condition_variable wake;
+  std::deque<Command> commands;
+  std::vector<Message> messages;
+  std::vector<Work> jobs;
+  uint64_t nextJob = 1;
+  std::shared_ptr<const Snapshot> snapshot = std::make_shared<const Snapshot>();
+  std::vector<float> forces;  // a ring
+  size_t forceAt = 0;
+  std::shared_ptr<const clay::TriangleMesh> preview;
+  bool stopping = false;
+  bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
+
+  std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
+  std::shared_ptr<Hand> hand;
+  std::atomic<bool> stopped{false};  // forces, by the person
+
+  Surfaces surfaces;
+
+  // The edit thread's alone.
+  haptics::Published<haptics::Scene> scene;
+  std::unique_ptr<Session> session;
+  std::unique_ptr<EditLoop> loop;
+  Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
+  std::optional<Tool> held;
+  haptics::Workspace workspace;
+  haptics::Quality touchQuality;
+  haptics::Histogram latency;
+  uint64_t sequence = 0, forceEvery = 0;
+  DocumentPtr shown;
+  std::shared_ptr<const std::vector<std::string>> history = std::make_shared<const std::vector<std::string>>();
+  uint64_t historyOf = UINT64_MAX;
+  std::chrono::steady_clock::time_point usageAt{};
+  uint64_t clayBytes = 0;
+
+  // The showing thread's.
+  haptics::StylusSample newest;
+  haptics::ServoStatistics statistics;
+  std::chrono::steady_clock::time_point statisticsAt{};
+
+  std::thread thread;
+};
+
+}  // namespace argil::engine
