@@ -252,8 +252,14 @@ void Gpu::createDevice() {
   features.dynamicRendering = VK_TRUE;
   features.synchronization2 = VK_TRUE;
   features.maintenance4 = VK_TRUE;  // a fragment shader may ignore what the vertex shader hands it
+  auto multiview = structure<VkPhysicalDeviceVulkan11Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES);
+  multiview.multiview = VK_TRUE;
+  features.pNext = &multiview;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   info.pNext = &features;
+  VkPhysicalDeviceFeatures core{};
+  core.multiDrawIndirect = VK_TRUE;  // every 1.3 driver of a desktop has it
+  info.pEnabledFeatures = &core;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "opening the device");
@@ -375,13 +381,16 @@ VkImageAspectFlags Texture::aspect() const {
   return format_ == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 }
 
-Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage)
+Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
+                 uint32_t layers, VkFormat alias)
     : gpu_(&gpu), format_(format), extent_{width, height} {
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
   info.format = format;
   info.extent = {width, height, 1};
-  info.mipLevels = info.arrayLayers = 1;
+  info.flags = alias == VK_FORMAT_UNDEFINED ? 0 : VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT;
+  info.mipLevels = 1;
+  info.arrayLayers = layers > 1 ? layers : 1;
   info.samples = VK_SAMPLE_COUNT_1_BIT;
   info.tiling = VK_IMAGE_TILING_OPTIMAL;
   info.usage = usage;
@@ -393,10 +402,21 @@ Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkI
     check(vkBindImageMemory(gpu.device(), image_, memory_, 0), "binding an image");
     auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = image_;
-    view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+    view.viewType = layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
     view.format = format;
-    view.subresourceRange = {aspect(), 0, 1, 0, 1};
+    view.subresourceRange = {aspect(), 0, 1, 0, info.arrayLayers};
     check(vkCreateImageView(gpu.device(), &view, nullptr, &view_), "making an image view");
+    for (uint32_t i = 0; layers == 2 && i < 2; ++i) {
+      auto layer = view;
+      layer.viewType = VK_IMAGE_VIEW_TYPE_2D;
+      layer.subresourceRange.baseArrayLayer = i;
+      layer.subresourceRange.layerCount = 1;
+      check(vkCreateImageView(gpu.device(), &layer, nullptr, &layerViews_[i]), "making an image view");
+    }
+    if (alias != VK_FORMAT_UNDEFINED) {
+      view.format = alias;
+      check(vkCreateImageView(gpu.device(), &view, nullptr, &aliasView_), "making an image view");
+    }
   } catch (...) {
     reset();
     throw;
@@ -408,6 +428,8 @@ Texture& Texture::operator=(Texture&& other) noexcept {
   std::swap(image_, other.image_);
   std::swap(memory_, other.memory_);
   std::swap(view_, other.view_);
+  std::swap(aliasView_, other.aliasView_);
+  std::swap(layerViews_, other.layerViews_);
   std::swap(format_, other.format_);
   std::swap(extent_, other.extent_);
   return *this;
@@ -416,10 +438,12 @@ Texture& Texture::operator=(Texture&& other) noexcept {
 void Texture::reset() {
   if (!gpu_) return;
   vkDestroyImageView(gpu_->device(), view_, nullptr);
+  vkDestroyImageView(gpu_->device(), aliasView_, nullptr);
+  for (VkImageView& each : layerViews_) vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
   vkDestroyImage(gpu_->device(), image_, nullptr);
   vkFreeMemory(gpu_->device(), memory_, nullptr);
   gpu_ = nullptr;
-  view_ = VK_NULL_HANDLE;
+  view_ = aliasView_ = VK_NULL_HANDLE;
   image_ = VK_NULL_HANDLE;
   memory_ = VK_NULL_HANDLE;
 }
@@ -434,7 +458,7 @@ void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse
   barrier.newLayout = to.layout;
   barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
   barrier.image = texture.image();
-  barrier.subresourceRange = {texture.aspect(), 0, 1, 0, 1};
+  barrier.subresourceRange = {texture.aspect(), 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
   auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
   dependency.imageMemoryBarrierCount = 1;
   dependency.pImageMemoryBarriers = &barrier;

@@ -3,6 +3,7 @@
 
 #include <volk.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -54,7 +55,10 @@ class Buffer {
 class Texture {
  public:
   Texture() = default;
-  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage);
+  /// `layers` 0: one layer, seen as a plain image; else seen as an array of so many. `alias`: a format of the same size in which
+  /// aliasView() shows the same bytes.
+  Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage, uint32_t layers = 0,
+          VkFormat alias = VK_FORMAT_UNDEFINED);
   ~Texture() { reset(); }
   Texture(Texture&& other) noexcept { *this = std::move(other); }
   Texture& operator=(Texture&& other) noexcept;
@@ -62,6 +66,9 @@ class Texture {
 
   [[nodiscard]] VkImage image() const { return image_; }
   [[nodiscard]] VkImageView view() const { return view_; }
+  [[nodiscard]] VkImageView aliasView() const { return aliasView_; }
+  /// One of two layers.
+  [[nodiscard]] VkImageView layerView(uint32_t layer) const { return layerViews_[layer]; }
   [[nodiscard]] VkFormat format() const { return format_; }
   [[nodiscard]] VkExtent2D extent() const { return extent_; }
   [[nodiscard]] VkImageAspectFlags aspect() const;
@@ -70,7 +77,8 @@ class Texture {
   Gpu* gpu_ = nullptr;
   VkImage image_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
-  VkImageView view_ = VK_NULL_HANDLE;
+  VkImageView view_ = VK_NULL_HANDLE, aliasView_ = VK_NULL_HANDLE;
+  std::array<VkImageView, 2> layerViews_{};
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   VkExtent2D extent_{};
 };

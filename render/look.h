@@ -2,6 +2,7 @@
 // How the picture is shaded and which cues for depth it has. Chosen by the person, kept with the view.
 
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "clay/vec.h"
@@ -15,10 +16,11 @@ enum class Shading : uint8_t {
   material,  ///< Lit with the piece's roughness and gloss (Cook-Torrance, GGX), for how it would look made.
 };
 
-/// Materials for Shading::matcap, computed, no pictures.
+/// Materials for Shading::matcap, computed, no pictures. Clay and wax take the piece's colour, the others have their own.
 enum class Matcap : uint8_t { clay, wax, porcelain, steel, rubber, normals };
 
-/// A plane that cuts the picture open: clay on the side of the normal is not drawn, cut faces are one flat colour.
+/// A plane that cuts the picture open: clay on the side of the normal is not drawn and throws no shadow, cut faces are one
+/// flat colour. What is open (parts) shows its inner side instead.
 struct Section {
   Vec3d pointMm = Vec3d::Zero(), normal = Vec3d::UnitZ();
 };
@@ -39,5 +41,14 @@ struct Look {
   bool lightBackground = false;
   std::optional<Section> section;
 };
+
+/// Names for people and files, in the order of the enumerations: "matcap", "lit", "material"; "clay" … "normals".
+[[nodiscard]] std::span<const std::string_view> shadingNames();
+[[nodiscard]] std::span<const std::string_view> matcapNames();
+[[nodiscard]] std::optional<Shading> shadingNamed(std::string_view name);
+[[nodiscard]] std::optional<Matcap> matcapNamed(std::string_view name);
+
+/// Throws Error (input) that names the member that is out of range.
+void check(const Look& look);
 
 }  // namespace argil::render

@@ -10,7 +10,7 @@
 namespace argil::render {
 
 /// The tool: a ball on a stylus. Its shadow falls on clay and ground; a beam drops from it to where it would land, with
-/// a dot and a ring there. Its drawn stylus keeps a useful size in the picture; the ball is true to scale, so it grows as it comes nearer.
+/// a dot and a ring there (Look::cursorShadow, Look::beam). Its drawn stylus keeps a useful size in the picture; the ball is true to scale, so it grows as it comes nearer.
 struct Cursor {
   Vec3d positionMm = Vec3d::Zero();    ///< Centre of the ball.
   Vec3d shaft = Vec3d(0.3, -0.25, 1);  ///< Direction from the ball to the hand, any length.
@@ -51,11 +51,11 @@ struct Fill {
 
 struct Overlays {
   std::optional<Cursor> cursor;
-  bool grid = true;      ///< Ground at the lowest point of the clay, lines at round numbers of mm.
-  bool scaleBar = true;  ///< A labelled length, true in the plane through the view's target.
-  bool cavity = true;    ///< Darker hollows, lighter ridges.
   std::vector<Fill> fills;
   std::vector<Polyline> polylines;
 };
+
+/// Throws Error (input) that names what is not finite or out of range.
+void check(const Overlays& overlays);
 
 }  // namespace argil::render

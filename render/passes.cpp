@@ -1,6 +1,7 @@
 // The passes of a picture, in order.
 
 #include <algorithm>
+#include <span>
 
 #include "render/renderer_state.h"
 
@@ -8,6 +9,8 @@ namespace argil::render {
 namespace {
 
 constexpr uint32_t kShaftVertices = 28 * 6 * 6;  ///< Sides, rings, corners of shaders/shaft.vert.
+/// How much of a guide shows through clay.
+constexpr float kXray = 0.24f;
 
 constexpr ImageUse kUnused{VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
 constexpr ImageUse kDrawColour{VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
@@ -19,13 +22,17 @@ constexpr ImageUse kDrawDepth{
     VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL};
 constexpr ImageUse kRead{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+constexpr ImageUse kTestDepth{
+    VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+    VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL};
 constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
-VkRenderingAttachmentInfo attachment(const Texture& texture, VkImageLayout layout, VkAttachmentLoadOp load,
+VkRenderingAttachmentInfo attachment(VkImageView view, VkImageLayout layout, VkAttachmentLoadOp load,
                                      VkClearValue clear = {}) {
   auto info = structure<VkRenderingAttachmentInfo>(VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO);
-  info.imageView = texture.view();
+  info.imageView = view;
   info.imageLayout = layout;
   info.loadOp = load;
   info.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -33,13 +40,22 @@ VkRenderingAttachmentInfo attachment(const Texture& texture, VkImageLayout layou
   return info;
 }
 
-void beginPass(VkCommandBuffer commands, VkExtent2D extent, const VkRenderingAttachmentInfo* colour,
+VkRenderingAttachmentInfo colourAttachment(VkImageView view, VkAttachmentLoadOp load, VkClearValue clear = {}) {
+  return attachment(view, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, load, clear);
+}
+
+VkRenderingAttachmentInfo depthAttachment(VkImageView view, VkAttachmentLoadOp load, VkClearValue clear = {}) {
+  return attachment(view, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, load, clear);
+}
+
+void beginPass(VkCommandBuffer commands, VkExtent2D extent, int turn, std::span<const VkRenderingAttachmentInfo> colours,
                const VkRenderingAttachmentInfo* depth) {
   auto info = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea.extent = extent;
   info.layerCount = 1;
-  info.colorAttachmentCount = colour ? 1 : 0;
-  info.pColorAttachments = colour;
+  info.viewMask = turn == kBothEyes ? 3 : 0;
+  info.colorAttachmentCount = uint32_t(colours.size());
+  info.pColorAttachments = colours.data();
   info.pDepthAttachment = depth;
   vkCmdBeginRendering(commands, &info);
   const VkViewport viewport{0, 0, float(extent.width), float(extent.height), 0, 1};
@@ -50,145 +66,229 @@ void beginPass(VkCommandBuffer commands, VkExtent2D extent, const VkRenderingAtt
 
 }  // namespace
 
-void Renderer::State::resize(int width, int height) {
+int Renderer::State::samplesOf(int width, int height) const {
   // Fine images may be larger than the device allows: then fewer samples.
   int samples = quality.supersample;
   const auto limit = int(gpu.properties().limits.maxImageDimension2D);
   while (samples > 1 && std::max(width, height) * samples > limit) --samples;
-  if (targets.width == width && targets.height == height && targets.samples == samples) return;
+  return samples;
+}
+
+void Renderer::State::resize(int width, int height, const FramePlan& plan, int samples) {
+  // What a look does not use is kept as a single pixel. Once there, images stay: looks change back and forth.
+  const bool same = targets.width == width && targets.height == height && targets.samples == samples && targets.eyes == plan.eyes();
+  const bool cavities = plan.look.cavity || (same && targets.cavities);
+  const int shadowPixels = plan.look.keyShadow ? quality.shadowPixels : (same ? targets.shadowPixels : 1);
+  if (same && targets.cavities == cavities && targets.shadowPixels == shadowPixels) return;
 
   targets = Targets();
   Targets made;
   made.width = width;
   made.height = height;
   made.samples = samples;
-  made.shadowPixels = quality.keyShadow ? quality.shadowPixels : 1;
-  const auto w = uint32_t(width), h = uint32_t(height), fineW = uint32_t(width * samples),
-             fineH = uint32_t(height * samples);
-  const auto s = uint32_t(made.shadowPixels);
+  made.eyes = plan.eyes();
+  made.cavities = cavities;
+  made.shadowPixels = shadowPixels;
+  const auto w = uint32_t(width), h = uint32_t(height), fineW = uint32_t(width * samples), fineH = uint32_t(height * samples);
+  const auto eyes = uint32_t(made.eyes), s = uint32_t(made.shadowPixels);
   constexpr VkImageUsageFlags sampled = VK_IMAGE_USAGE_SAMPLED_BIT;
   constexpr VkImageUsageFlags colour = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
   constexpr VkImageUsageFlags depth = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
-  made.depth = Texture(gpu, kDepthFormat, fineW, fineH, depth | sampled);
-  made.normal = Texture(gpu, kNormalFormat, fineW, fineH, colour | sampled);
-  made.cavity = Texture(gpu, kCavityFormat, w, h, colour | sampled);
+  const auto whole = [](bool used, uint32_t edge) { return used ? edge : 1; };
+  made.depth = Texture(gpu, kDepthFormat, fineW, fineH, depth | sampled, eyes);
+  made.normal = Texture(gpu, kNormalFormat, fineW, fineH, colour | sampled, eyes);
+  made.albedo = Texture(gpu, kAlbedoFormat, fineW, fineH, colour | sampled, eyes);
+  made.cavity = Texture(gpu, kCavityFormat, whole(cavities, w), whole(cavities, h), colour | sampled, eyes);
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
-  made.colour = Texture(gpu, kColourFormat, fineW, fineH, colour | sampled);
-  made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+  made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
+  made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
   made.readback = Buffer(gpu, VkDeviceSize(w) * h * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
   targets = std::move(made);
-  pipelines.bind(uniforms.handle(),
-                 {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour});
-}
-
-void Renderer::State::uploadLines(const FramePlan& plan) {
-  const VkDeviceSize bytes = (plan.worldLines.size() + plan.screenLines.size()) * sizeof(LineInstance);
-  if (bytes == 0) return;
-  if (lines.size() < bytes) {
-    lines = Buffer(gpu, bytes + bytes / 2, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
-  }
-  auto* out = reinterpret_cast<LineInstance*>(lines.mapped());
-  out = std::copy(plan.worldLines.begin(), plan.worldLines.end(), out);
-  std::copy(plan.screenLines.begin(), plan.screenLines.end(), out);
+  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
 }
 
 void Renderer::State::bind(VkCommandBuffer commands, Pass pass) {
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines[pass]);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.get(pass, variant));
 }
 
-void Renderer::State::fullscreen(VkCommandBuffer commands, Pass pass, const Texture& target) {
-  const auto colour = attachment(target, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
-  beginPass(commands, target.extent(), &colour, nullptr);
+void Renderer::State::fullscreen(VkCommandBuffer commands, Pass pass) {
   bind(commands, pass);
   vkCmdDraw(commands, 3, 1, 0, 0);
-  vkCmdEndRendering(commands);
 }
 
-void Renderer::State::drawOverlays(VkCommandBuffer commands, const FramePlan& plan, bool cursor) {
-  if (cursor) {
+std::span<const int> Renderer::State::turns() const {
+  static constexpr int kOne[] = {0}, kTogether[] = {kBothEyes}, kApart[] = {0, 1};
+  if (targets.eyes == 1) return kOne;
+  if (eyesTogether) return kTogether;
+  return kApart;
+}
+
+VkImageView Renderer::State::viewFor(const Texture& texture, int turn) const {
+  if (&texture == &targets.picture) return texture.aliasView();
+  return targets.eyes == 1 || turn == kBothEyes ? texture.view() : texture.layerView(uint32_t(turn));
+}
+
+void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count) {
+  if (count == 0) return;
+  bind(commands, pass);
+  const VkBuffer buffer = lines.handle();
+  const VkDeviceSize offset = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
+  push(commands, pipelines.layout(), constants);
+  vkCmdDraw(commands, 6, uint32_t(count), 0, uint32_t(first));
+}
+
+void Renderer::State::drawFills(VkCommandBuffer commands, const FramePlan& plan) {
+  const VkBuffer buffer = lines.handle();
+  const auto draw = [&](Pass pass, float strength, const FramePlan::FillRun& run) {
+    bind(commands, pass);
+    vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &fillsAt);
+    push(commands, pipelines.layout(), OverlayConstants{0, strength});
+    vkCmdDraw(commands, run.count, 1, run.first, 0);
+  };
+  for (const FramePlan::FillRun& run : plan.fills) {
+    if (run.depth == Depth::xray) draw(Pass::fillsBehind, kXray, run);
+    draw(run.depth == Depth::onTop ? Pass::fillsOnTop : Pass::fills, 1, run);
+  }
+}
+
+void Renderer::State::drawOverlays(VkCommandBuffer commands, const FramePlan& plan) {
+  drawFills(commands, plan);
+  if (plan.cursor) {
     bind(commands, Pass::shaft);
     vkCmdDraw(commands, kShaftVertices, 1, 0, 0);
   }
-  const auto drawLines = [&](Pass pass, uint32_t first, size_t count) {
-    if (count == 0) return;
-    bind(commands, pass);
-    const VkBuffer buffer = lines.handle();
-    const VkDeviceSize offset = 0;
-    vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
-    push(commands, pipelines.layout(), pass == Pass::screenLines ? 1.0f : 0.0f);
-    vkCmdDraw(commands, 6, uint32_t(count), 0, first);
-  };
-  drawLines(Pass::worldLines, 0, plan.worldLines.size());
-  if (cursor) {
+  const size_t hidden = plan.worldLines[size_t(Depth::hidden)].size(), xray = plan.worldLines[size_t(Depth::xray)].size(),
+               onTop = plan.worldLines[size_t(Depth::onTop)].size();
+  drawLines(commands, Pass::linesBehind, {0, kXray}, hidden, xray);
+  drawLines(commands, Pass::lines, {}, 0, hidden + xray);
+  if (plan.cursor) {
     for (const Pass pass : {Pass::ballGhost, Pass::ball}) {
       bind(commands, pass);
-      push(commands, pipelines.layout(), pass == Pass::ballGhost ? 1.0f : 0.0f);
+      push(commands, pipelines.layout(), OverlayConstants{pass == Pass::ballGhost ? 1.0f : 0.0f, 1});
       vkCmdDraw(commands, 6, 1, 0, 0);
     }
   }
-  drawLines(Pass::screenLines, uint32_t(plan.worldLines.size()), plan.screenLines.size());
+  drawLines(commands, Pass::linesOnTop, {}, hidden + xray, onTop);
+  drawLines(commands, Pass::linesOnTop, {1, 1}, hidden + xray + onTop, plan.screenLines.size());
 }
 
-void Renderer::State::record(VkCommandBuffer commands, const FramePlan& plan, bool cursor) {
+/// Clay as depth, normals and colours; where the section cuts it, moved to the plane.
+void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& plan) {
+  VkClearValue far{}, none{}, noCode{};
+  far.depthStencil.depth = 0;  // reversed
+  noCode.color.float32[3] = 1;
+  transition(commands, targets.depth, kUnused, kDrawDepth);
+  transition(commands, targets.normal, kUnused, kDrawColour);
+  transition(commands, targets.albedo, kUnused, kDrawColour);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    stats = {};  // an eye alone counts like both
+    const VkRenderingAttachmentInfo colours[] = {
+        colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
+        colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
+    const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, far);
+    beginPass(commands, targets.depth.extent(), turn, colours, &depth);
+    drawClay(commands, plan, false);
+    vkCmdEndRendering(commands);
+  }
+  transition(commands, targets.normal, kDrawColour, kRead);
+  transition(commands, targets.albedo, kDrawColour, kRead);
+  if (plan.look.section) {
+    transition(commands, targets.depth, kDrawDepth, kDrawDepth);
+    for (const int turn : turns()) {
+      variant.eye = turn;
+      const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+      beginPass(commands, targets.depth.extent(), turn, {}, &depth);
+      fullscreen(commands, Pass::cap);
+      vkCmdEndRendering(commands);
+    }
+  }
+  transition(commands, targets.depth, kDrawDepth, kTestDepth);
+}
+
+/// Background, clay and ground, which only test depth; then what may hide each other.
+void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& plan, const Texture& target) {
+  transition(commands, target, kUnused, kDrawColour);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    const auto colour = colourAttachment(viewFor(target, turn), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+    auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    depth.imageLayout = kTestDepth.layout;
+    depth.storeOp = VK_ATTACHMENT_STORE_OP_NONE;
+    beginPass(commands, target.extent(), turn, {&colour, 1}, &depth);
+    fullscreen(commands, Pass::backdrop);
+    fullscreen(commands, Pass::shade);
+    if (plan.ground != FramePlan::Ground::none) {
+      bind(commands, Pass::ground);
+      vkCmdDraw(commands, 6, 1, 0, 0);
+    }
+    vkCmdEndRendering(commands);
+  }
+  timer.mark(commands, "shade");
+  transition(commands, targets.depth, kTestDepth, kDrawDepth);
+  transition(commands, target, kDrawColour, kDrawColour);
+  for (const int turn : turns()) {
+    variant.eye = turn;
+    const auto colour = colourAttachment(viewFor(target, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    const auto depth = depthAttachment(viewFor(targets.depth, turn), VK_ATTACHMENT_LOAD_OP_LOAD);
+    beginPass(commands, target.extent(), turn, {&colour, 1}, &depth);
+    drawOverlays(commands, plan);
+    vkCmdEndRendering(commands);
+  }
+  timer.mark(commands, "overlays");
+}
+
+void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& plan) {
   const VkDescriptorSet set = pipelines.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines.layout(), 0, 1, &set, 0, nullptr);
+  timer.begin(commands);
 
-  VkClearValue far{}, lit{};
-  far.depthStencil.depth = 0;  // reversed
-  lit.depthStencil.depth = 1;
-  if (plan.uniforms.keyLight[3] > 0) {
+  if (plan.look.keyShadow) {
+    VkClearValue lit{};
+    lit.depthStencil.depth = 1;
     transition(commands, targets.shadow, kUnused, kDrawDepth);
-    const auto depth =
-        attachment(targets.shadow, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR, lit);
-    beginPass(commands, targets.shadow.extent(), nullptr, &depth);
+    const auto depth = depthAttachment(targets.shadow.view(), VK_ATTACHMENT_LOAD_OP_CLEAR, lit);
+    beginPass(commands, targets.shadow.extent(), 0, {}, &depth);
     drawClay(commands, plan, true);
     vkCmdEndRendering(commands);
     transition(commands, targets.shadow, kDrawDepth, kRead);
   } else {
     transition(commands, targets.shadow, kUnused, kRead);
   }
+  timer.mark(commands, "shadow");
 
-  transition(commands, targets.depth, kUnused, kDrawDepth);
-  transition(commands, targets.normal, kUnused, kDrawColour);
-  {
-    const auto normal =
-        attachment(targets.normal, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR);
-    const auto depth =
-        attachment(targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR, far);
-    beginPass(commands, targets.depth.extent(), &normal, &depth);
-    drawClay(commands, plan, false);
-    vkCmdEndRendering(commands);
-  }
-  transition(commands, targets.depth, kDrawDepth, kRead);
-  transition(commands, targets.normal, kDrawColour, kRead);
+  recordScene(commands, plan);
+  timer.mark(commands, "clay");
 
-  if (plan.uniforms.marker[2] > 0) {
+  if (plan.look.cavity) {
     transition(commands, targets.cavity, kUnused, kDrawColour);
-    fullscreen(commands, Pass::cavity, targets.cavity);
+    for (const int turn : turns()) {
+      variant.eye = turn;
+      const auto cavity = colourAttachment(viewFor(targets.cavity, turn), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+      beginPass(commands, targets.cavity.extent(), turn, {&cavity, 1}, nullptr);
+      fullscreen(commands, Pass::cavity);
+      vkCmdEndRendering(commands);
+    }
     transition(commands, targets.cavity, kDrawColour, kRead);
   } else {
     transition(commands, targets.cavity, kUnused, kRead);
   }
+  timer.mark(commands, "cavity");
 
-  transition(commands, targets.colour, kUnused, kDrawColour);
-  fullscreen(commands, Pass::shade, targets.colour);
-
-  transition(commands, targets.depth, kRead, kDrawDepth);
-  transition(commands, targets.colour, kDrawColour, kDrawColour);
-  {
-    const auto colour =
-        attachment(targets.colour, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_LOAD);
-    const auto depth = attachment(targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_LOAD);
-    beginPass(commands, targets.colour.extent(), &colour, &depth);
-    drawOverlays(commands, plan, cursor);
-    vkCmdEndRendering(commands);
-  }
+  recordColours(commands, plan, targets.direct() ? targets.picture : targets.colour);
+  if (targets.direct()) return;
   transition(commands, targets.colour, kDrawColour, kRead);
-
   transition(commands, targets.picture, kUnused, kDrawColour);
-  fullscreen(commands, Pass::resolve, targets.picture);
-  transition(commands, targets.picture, kDrawColour, kCopyFrom);
+  const auto picture = colourAttachment(targets.picture.aliasView(), VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+  beginPass(commands, targets.picture.extent(), 0, {&picture, 1}, nullptr);
+  fullscreen(commands, Pass::resolve);
+  vkCmdEndRendering(commands);
+  timer.mark(commands, "resolve");
+}
 
+void Renderer::State::recordReadback(VkCommandBuffer commands) {
+  transition(commands, targets.picture, kDrawColour, kCopyFrom);
   VkBufferImageCopy copy{};
   copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   copy.imageExtent = {targets.picture.extent().width, targets.picture.extent().height, 1};

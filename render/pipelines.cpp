@@ -1,6 +1,10 @@
 #include "render/pipelines.h"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -15,20 +19,41 @@ namespace {
 constexpr uint32_t kClayVert[] = {
 #include "shaders/clay.vert.inc"
 };
+constexpr uint32_t kClayFrag[] = {
+#include "shaders/clay.frag.inc"
+};
 constexpr uint32_t kShadowVert[] = {
 #include "shaders/shadow.vert.inc"
 };
-constexpr uint32_t kClayFrag[] = {
-#include "shaders/clay.frag.inc"
+constexpr uint32_t kShadowFrag[] = {
+#include "shaders/shadow.frag.inc"
 };
 constexpr uint32_t kFullscreenVert[] = {
 #include "shaders/fullscreen.vert.inc"
 };
+constexpr uint32_t kCapFrag[] = {
+#include "shaders/cap.frag.inc"
+};
 constexpr uint32_t kCavityFrag[] = {
 #include "shaders/cavity.frag.inc"
 };
+constexpr uint32_t kBackdropFrag[] = {
+#include "shaders/backdrop.frag.inc"
+};
 constexpr uint32_t kShadeFrag[] = {
 #include "shaders/shade.frag.inc"
+};
+constexpr uint32_t kGroundVert[] = {
+#include "shaders/ground.vert.inc"
+};
+constexpr uint32_t kGroundFrag[] = {
+#include "shaders/ground.frag.inc"
+};
+constexpr uint32_t kFillVert[] = {
+#include "shaders/fill.vert.inc"
+};
+constexpr uint32_t kFillFrag[] = {
+#include "shaders/fill.frag.inc"
 };
 constexpr uint32_t kLineVert[] = {
 #include "shaders/line.vert.inc"
@@ -53,18 +78,78 @@ constexpr uint32_t kResolveFrag[] = {
 };
 
 using Words = std::span<const uint32_t>;
-enum class Vertices { none, clay, clayShadow, line };
+enum class Vertices : uint8_t { none, clay, clayShadow, line, fill };
+enum class Blend : uint8_t { none, over, premultiplied };
+
+/// Numbers of the specialisation constants, as bits.
+enum Uses : uint32_t {
+  kUseEye = 1 << 0,
+  kUsePerspective = 1 << 1,
+  kUseShading = 1 << 2,
+  kUseMatcap = 1 << 3,
+  kUseKeyShadow = 1 << 4,
+  kUseCavity = 1 << 5,
+  kUseCursor = 1 << 6,
+  kUseCursorShadow = 1 << 7,
+  kUseDepthFade = 1 << 8,
+  kUseSection = 1 << 9,
+  kUseFacingGrid = 1 << 10,
+  kUseStereoMode = 1 << 11,
+  kUseSamples = 1 << 12,
+};
 
 /// What one pass needs, as a row of a table. Depth is reversed (greater is nearer) but in the shadow map.
 struct Recipe {
   Pass pass;
   Words vertex, fragment;
-  Vertices vertices = Vertices::none;
-  VkFormat colour = VK_FORMAT_UNDEFINED;
-  VkCompareOp depthTest = VK_COMPARE_OP_NEVER;  ///< NEVER: no depth buffer.
-  bool depthWrite = false;
-  bool blend = false;
+  Vertices vertices;
+  std::array<VkFormat, 2> colours;
+  VkCompareOp depthTest;  ///< NEVER: no depth buffer.
+  bool depthWrite;
+  Blend blend;
+  uint32_t uses;  ///< Which constants its shaders read. A pass over both eyes uses `eye`.
 };
+
+constexpr VkFormat kNo = VK_FORMAT_UNDEFINED;
+constexpr VkCompareOp kNearer = VK_COMPARE_OP_GREATER, kBehind = VK_COMPARE_OP_LESS_OR_EQUAL, kAlways = VK_COMPARE_OP_ALWAYS,
+                      kNoTest = VK_COMPARE_OP_NEVER;
+/// Against the far end, where full-screen triangles are drawn: where there is clay, where there is none.
+constexpr VkCompareOp kOnClay = VK_COMPARE_OP_LESS, kOffClay = VK_COMPARE_OP_GREATER_OR_EQUAL;
+
+constexpr uint32_t kEyes = kUseEye | kUsePerspective, kLights = kUseKeyShadow | kUseCursor | kUseCursorShadow | kUseDepthFade;
+
+constexpr Recipe kRecipes[] = {
+    {Pass::shadow, kShadowVert, kShadowFrag, Vertices::clayShadow, {kNo, kNo}, VK_COMPARE_OP_LESS, true, Blend::none, kUseSection},
+    {Pass::clay, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
+    {Pass::part, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
+    {Pass::cap, kFullscreenVert, kCapFrag, Vertices::none, {kNo, kNo}, kAlways, true, Blend::none, kEyes},
+    {Pass::cavity, kFullscreenVert, kCavityFrag, Vertices::none, {kCavityFormat, kNo}, kNoTest, false, Blend::none, kEyes},
+    {Pass::backdrop, kFullscreenVert, kBackdropFrag, Vertices::none, {kColourFormat, kNo}, kOffClay, false, Blend::none, kUseEye},
+    {Pass::shade, kFullscreenVert, kShadeFrag, Vertices::none, {kColourFormat, kNo}, kOnClay, false, Blend::none,
+     kEyes | kLights | kUseShading | kUseMatcap | kUseCavity | kUseSection},
+    {Pass::ground, kGroundVert, kGroundFrag, Vertices::none, {kColourFormat, kNo}, kNearer, false, Blend::premultiplied,
+     kEyes | kLights | kUseFacingGrid},
+    {Pass::fills, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kNearer, false, Blend::over, kUseEye},
+    {Pass::fillsBehind, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kBehind, false, Blend::over, kUseEye},
+    {Pass::fillsOnTop, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kAlways, false, Blend::over, kUseEye},
+    {Pass::shaft, kShaftVert, kShaftFrag, Vertices::none, {kColourFormat, kNo}, kNearer, true, Blend::none, kEyes},
+    {Pass::lines, kLineVert, kLineFrag, Vertices::line, {kColourFormat, kNo}, kNearer, false, Blend::over, kEyes | kUseDepthFade},
+    {Pass::linesBehind, kLineVert, kLineFrag, Vertices::line, {kColourFormat, kNo}, kBehind, false, Blend::over, kEyes | kUseDepthFade},
+    {Pass::linesOnTop, kLineVert, kLineFrag, Vertices::line, {kColourFormat, kNo}, kAlways, false, Blend::over, kEyes},
+    {Pass::ballGhost, kBallVert, kBallFrag, Vertices::none, {kColourFormat, kNo}, kBehind, false, Blend::over, kEyes},
+    {Pass::ball, kBallVert, kBallFrag, Vertices::none, {kColourFormat, kNo}, kNearer, true, Blend::over, kEyes},
+    {Pass::resolve, kFullscreenVert, kResolveFrag, Vertices::none, {kColourFormat, kNo}, kNoTest, false, Blend::none, kUseStereoMode | kUseSamples},
+};
+static_assert(std::size(kRecipes) == size_t(Pass::count));
+static_assert([] {
+  for (size_t i = 0; i < size_t(Pass::count); ++i) {
+    if (kRecipes[i].pass != Pass(i)) return false;
+  }
+  return true;
+}());
+
+constexpr size_t kConstants = sizeof(Variant) / sizeof(int32_t);
+static_assert(kConstants == 13);
 
 /// Destroys shader modules once the pipelines are made.
 class Module {
@@ -84,15 +169,21 @@ class Module {
   Gpu& gpu_;
 };
 
-VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe) {
+VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe, const Variant& variant) {
+  std::array<VkSpecializationMapEntry, kConstants> entries{};
+  for (uint32_t i = 0; i < kConstants; ++i) entries[i] = {i, uint32_t(i * sizeof(int32_t)), sizeof(int32_t)};
+  const VkSpecializationInfo constants{kConstants, entries.data(), sizeof variant, &variant};
   const Module vertex(gpu, recipe.vertex);
   VkPipelineShaderStageCreateInfo stages[2]{};
   stages[0] = structure<VkPipelineShaderStageCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO);
   stages[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
   stages[0].module = vertex.handle;
   stages[0].pName = "main";
+  stages[0].pSpecializationInfo = &constants;
+  // Without a section the shadow needs no fragments' shader: depth alone is faster.
+  const bool hasFragment = recipe.pass != Pass::shadow || variant.section;
   std::optional<Module> fragment;
-  if (!recipe.fragment.empty()) {
+  if (hasFragment) {
     fragment.emplace(gpu, recipe.fragment);
     stages[1] = stages[0];
     stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
@@ -114,6 +205,11 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe)
     attributes[1] = {1, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(LineInstance, b)};
     attributes[2] = {2, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(LineInstance, colour)};
     attributeCount = 3;
+  } else if (recipe.vertices == Vertices::fill) {
+    binding.stride = sizeof(FillVertex);
+    attributes[0] = {0, 0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(FillVertex, rel)};
+    attributes[1] = {1, 0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(FillVertex, colour)};
+    attributeCount = 2;
   }
   auto input =
       structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
@@ -130,7 +226,7 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe)
   auto raster =
       structure<VkPipelineRasterizationStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO);
   raster.polygonMode = VK_POLYGON_MODE_FILL;
-  raster.cullMode = recipe.pass == Pass::clay ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE;
+  raster.cullMode = recipe.pass == Pass::clay && !variant.section ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE;
   raster.frontFace = VK_FRONT_FACE_COUNTER_CLOCKWISE;
   raster.lineWidth = 1;
   auto samples =
@@ -144,27 +240,29 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe)
   depth.depthCompareOp = recipe.depthTest;
   VkPipelineColorBlendAttachmentState target{};
   target.colorWriteMask = 0xf;
-  target.blendEnable = recipe.blend;
-  target.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+  target.blendEnable = recipe.blend != Blend::none;
+  target.srcColorBlendFactor = recipe.blend == Blend::premultiplied ? VK_BLEND_FACTOR_ONE : VK_BLEND_FACTOR_SRC_ALPHA;
   target.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
   target.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
   target.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
-  const bool hasColour = recipe.colour != VK_FORMAT_UNDEFINED;
+  const VkPipelineColorBlendAttachmentState targets[] = {target, target};
+  const auto colourCount = uint32_t(std::count_if(recipe.colours.begin(), recipe.colours.end(), [](VkFormat f) { return f != kNo; }));
   auto blend = structure<VkPipelineColorBlendStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO);
-  blend.attachmentCount = hasColour ? 1 : 0;
-  blend.pAttachments = &target;
+  blend.attachmentCount = colourCount;
+  blend.pAttachments = targets;
   const VkDynamicState dynamic[] = {VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
   auto dynamics = structure<VkPipelineDynamicStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO);
   dynamics.dynamicStateCount = 2;
   dynamics.pDynamicStates = dynamic;
   auto rendering = structure<VkPipelineRenderingCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO);
-  rendering.colorAttachmentCount = hasColour ? 1 : 0;
-  rendering.pColorAttachmentFormats = &recipe.colour;
+  rendering.viewMask = variant.eye == kBothEyes ? 3 : 0;
+  rendering.colorAttachmentCount = colourCount;
+  rendering.pColorAttachmentFormats = recipe.colours.data();
   rendering.depthAttachmentFormat = hasDepth ? kDepthFormat : VK_FORMAT_UNDEFINED;
 
   auto info = structure<VkGraphicsPipelineCreateInfo>(VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO);
   info.pNext = &rendering;
-  info.stageCount = fragment ? 2 : 1;
+  info.stageCount = hasFragment ? 2 : 1;
   info.pStages = stages;
   info.pVertexInputState = &input;
   info.pInputAssemblyState = &assembly;
@@ -185,7 +283,6 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe)
 Pipelines::Pipelines(Gpu& gpu) : gpu_(gpu) {
   try {
     createLayout();
-    createPipelines();
   } catch (...) {
     destroy();
     throw;
@@ -198,7 +295,7 @@ Pipelines::~Pipelines() {
 
 void Pipelines::destroy() noexcept {
   const VkDevice device = gpu_.device();
-  for (VkPipeline pipeline : pipelines_) vkDestroyPipeline(device, pipeline, nullptr);
+  for (const auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device, pipeline, nullptr);
   vkDestroyPipelineLayout(device, layout_, nullptr);
   vkDestroyDescriptorPool(device, pool_, nullptr);
   vkDestroyDescriptorSetLayout(device, setLayout_, nullptr);
@@ -241,7 +338,7 @@ void Pipelines::createLayout() {
   allocate.pSetLayouts = &setLayout_;
   check(vkAllocateDescriptorSets(device, &allocate, &set_), "making a descriptor set");
 
-  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(ChunkConstants)};
+  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(PieceConstants)};
   auto layout = structure<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   layout.setLayoutCount = 1;
   layout.pSetLayouts = &setLayout_;
@@ -250,26 +347,38 @@ void Pipelines::createLayout() {
   check(vkCreatePipelineLayout(device, &layout, nullptr, &layout_), "making a pipeline layout");
 }
 
-void Pipelines::createPipelines() {
-  constexpr VkCompareOp nearer = VK_COMPARE_OP_GREATER, hidden = VK_COMPARE_OP_LESS, none = VK_COMPARE_OP_NEVER;
-  const Recipe recipes[] = {
-      {Pass::shadow, kShadowVert, {}, Vertices::clayShadow, VK_FORMAT_UNDEFINED, VK_COMPARE_OP_LESS, true, false},
-      {Pass::clay, kClayVert, kClayFrag, Vertices::clay, kNormalFormat, nearer, true, false},
-      {Pass::cavity, kFullscreenVert, kCavityFrag, Vertices::none, kCavityFormat, none, false, false},
-      {Pass::shade, kFullscreenVert, kShadeFrag, Vertices::none, kColourFormat, none, false, false},
-      {Pass::shaft, kShaftVert, kShaftFrag, Vertices::none, kColourFormat, nearer, true, false},
-      {Pass::worldLines, kLineVert, kLineFrag, Vertices::line, kColourFormat, nearer, false, true},
-      {Pass::ballGhost, kBallVert, kBallFrag, Vertices::none, kColourFormat, hidden, false, true},
-      {Pass::ball, kBallVert, kBallFrag, Vertices::none, kColourFormat, nearer, true, true},
-      {Pass::screenLines, kLineVert, kLineFrag, Vertices::line, kColourFormat, VK_COMPARE_OP_ALWAYS, false, true},
-      {Pass::resolve, kFullscreenVert, kResolveFrag, Vertices::none, kPictureFormat, none, false, false},
-  };
-  for (const Recipe& recipe : recipes) pipelines_[size_t(recipe.pass)] = makePipeline(gpu_, layout_, recipe);
+VkPipeline Pipelines::get(Pass pass, const Variant& variant) {
+  const Recipe& recipe = kRecipes[size_t(pass)];
+  // What the pass does not use is left at its default, so that it does not ask for another pipeline.
+  using Constants = std::array<int32_t, kConstants>;
+  const auto wanted = std::bit_cast<Constants>(variant);
+  auto used = std::bit_cast<Constants>(Variant());
+  uint64_t key = uint64_t(pass);
+  for (size_t i = 0; i < kConstants; ++i) {
+    if (recipe.uses & (1u << i)) used[i] = wanted[i];
+    key = key << 4 | uint64_t(used[i]);
+  }
+  VkPipeline& pipeline = pipelines_[key];
+  if (pipeline == VK_NULL_HANDLE) {
+    pipeline = makePipeline(gpu_, layout_, recipe, std::bit_cast<Variant>(used));
+  }
+  return pipeline;
 }
 
-void Pipelines::bind(VkBuffer frame, const std::array<const Texture*, 5>& images) {
+std::array<float, 4> surfaceOf(const PieceLook& look, bool bothSides) {
+  const auto linear = [](float c) {
+    c = std::clamp(c, 0.0f, 1.0f);
+    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+  };
+  // 0 is a cut face; then gloss and roughness by tenths; then the same, dimmed. 8 bits hold it.
+  const auto tenths = [](float x) { return std::round(10 * std::clamp(x, 0.0f, 1.0f)); };
+  const float code = 1 + (look.dimmed ? 121.0f : 0.0f) + 11 * tenths(look.roughness) + tenths(look.gloss);
+  return {linear(look.colour.r), linear(look.colour.g), linear(look.colour.b), (bothSides ? -code : code) / 255};
+}
+
+void Pipelines::bind(VkBuffer frame, const std::array<const Texture*, kBindingCount - 1>& images) {
   const VkDescriptorBufferInfo buffer{frame, 0, sizeof(FrameUniforms)};
-  std::array<VkDescriptorImageInfo, 5> infos{};
+  std::array<VkDescriptorImageInfo, kBindingCount - 1> infos{};
   std::array<VkWriteDescriptorSet, kBindingCount> writes{};
   for (uint32_t i = 0; i < kBindingCount; ++i) {
     writes[i] = structure<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
@@ -282,7 +391,7 @@ void Pipelines::bind(VkBuffer frame, const std::array<const Texture*, 5>& images
     } else {
       writes[i].descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
       infos[i - 1] = {i == kShadow ? compare_ : nearest_, images[i - 1]->view(),
-                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+                      i == kDepth ? VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
       writes[i].pImageInfo = &infos[i - 1];
     }
   }

@@ -2,42 +2,74 @@
 // The passes' shaders and fixed state. Only for the .cpp files of render/.
 
 #include <array>
+#include <unordered_map>
 
 #include "render/gpu.h"
 
 namespace argil::render {
 
 inline constexpr VkFormat kNormalFormat = VK_FORMAT_R16G16_SFLOAT;
+inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_SRGB;  ///< Alpha: material's code.
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat kCavityFormat = VK_FORMAT_R8G8_UNORM;
-inline constexpr VkFormat kColourFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
-inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;
+/// What passes draw colours into: they write display-linear, blending is linear, memory holds sRGB.
+inline constexpr VkFormat kColourFormat = VK_FORMAT_R8G8B8A8_SRGB;
+inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< The finished picture's bytes, which are sRGB.
 
 /// Push constants of shaders/chunk.glsl.
-struct ChunkConstants {
-  int32_t corner[3];
+struct PieceConstants {
+  int32_t anchor[3];
   float unit;
-  float cornerRel[3];
-  float unused = 0;
+  float anchorRel[3];
+  float unused;
+  float rotation[4];
+  std::array<float, 4> surface;  ///< surfaceOf().
 };
-static_assert(sizeof(ChunkConstants) == 32);
+static_assert(sizeof(PieceConstants) == 64);
+
+/// What shaders/clay.frag needs of a piece: display-linear colour, the code of its material (negative: its back is drawn too).
+[[nodiscard]] std::array<float, 4> surfaceOf(const PieceLook& look, bool bothSides = false);
+
+/// Push constants of lines, fills and the ball.
+struct OverlayConstants {
+  float mode = 0;      ///< Lines: 1 on the screen. Ball: 1 the part that clay hides.
+  float strength = 1;  ///< Of what is drawn.
+};
 
 enum class Pass : size_t {
   shadow,
   clay,
+  part,  ///< As clay, both sides of the faces.
+  cap,
   cavity,
+  backdrop,
   shade,
+  ground,
+  fills,
+  fillsBehind,  ///< What clay hides.
+  fillsOnTop,
   shaft,
-  worldLines,
+  lines,
+  linesBehind,
+  linesOnTop,
   ballGhost,
   ball,
-  screenLines,
   resolve,
   count
 };
 
+/// What shaders are specialised for, so that what a picture does not use costs nothing. Mirrors the constants of
+/// shaders/frame.glsl, by their numbers.
+struct Variant {
+  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursor = 0, cursorShadow = 0,
+          depthFade = 0, section = 0, facingGrid = 0, stereoMode = 0, samples = 1;
+};
+
+/// Variant::eye of a multiview pass.
+inline constexpr int kBothEyes = 2;
+
 /// Bindings of the one descriptor set.
-enum Binding : uint32_t { kFrame, kDepth, kNormal, kCavity, kShadow, kPicture, kBindingCount };
+enum Binding : uint32_t { kFrame, kDepth, kNormal, kCavity, kShadow, kColour, kAlbedo, kBindingCount };
 
 class Pipelines {
  public:
@@ -46,16 +78,16 @@ class Pipelines {
   Pipelines(const Pipelines&) = delete;
   Pipelines& operator=(const Pipelines&) = delete;
 
-  [[nodiscard]] VkPipeline operator[](Pass pass) const { return pipelines_[size_t(pass)]; }
+  /// Made when first asked for.
+  [[nodiscard]] VkPipeline get(Pass pass, const Variant& variant);
   [[nodiscard]] VkPipelineLayout layout() const { return layout_; }
   [[nodiscard]] VkDescriptorSet set() const { return set_; }
 
-  /// Points the set at a uniform buffer and at images (in the order depth, normal, cavity, shadow, picture).
-  void bind(VkBuffer frame, const std::array<const Texture*, 5>& images);
+  /// Points the set at a uniform buffer and at images (in the order of Binding).
+  void bind(VkBuffer frame, const std::array<const Texture*, kBindingCount - 1>& images);
 
  private:
   void createLayout();
-  void createPipelines();
   void destroy() noexcept;
 
   Gpu& gpu_;
@@ -64,7 +96,7 @@ class Pipelines {
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
-  std::array<VkPipeline, size_t(Pass::count)> pipelines_{};
+  std::unordered_map<uint64_t, VkPipeline> pipelines_;
 };
 
 }  // namespace argil::render

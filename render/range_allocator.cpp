@@ -5,15 +5,17 @@
 namespace argil::render {
 
 std::optional<uint32_t> RangeAllocator::allocate(uint32_t count) {
-  for (auto it = free_.begin(); it != free_.end(); ++it) {
-    if (it->second < count) continue;
-    const uint32_t begin = it->first, left = it->second - count;
-    free_.erase(it);
-    if (left > 0) free_.emplace(begin + count, left);
-    used_ += count;
-    return begin;
+  const auto best = bySize_.lower_bound({count, 0});
+  if (best == bySize_.end()) return std::nullopt;
+  const auto [size, begin] = *best;
+  bySize_.erase(best);
+  free_.erase(begin);
+  if (size > count) {
+    free_.emplace(begin + count, size - count);
+    bySize_.emplace(size - count, begin + count);
   }
-  return std::nullopt;
+  used_ += count;
+  return begin;
 }
 
 void RangeAllocator::release(uint32_t begin, uint32_t count) {
@@ -22,16 +24,20 @@ void RangeAllocator::release(uint32_t begin, uint32_t count) {
   auto next = free_.lower_bound(begin);
   if (next != free_.end() && begin + count == next->first) {
     count += next->second;
+    bySize_.erase({next->second, next->first});
     next = free_.erase(next);
   }
   if (next != free_.begin()) {
     const auto before = std::prev(next);
     if (before->first + before->second == begin) {
+      bySize_.erase({before->second, before->first});
       before->second += count;
+      bySize_.emplace(before->second, before->first);
       return;
     }
   }
   free_.emplace_hint(next, begin, count);
+  bySize_.emplace(count, begin);
 }
 
 void RangeAllocator::grow(uint32_t capacity) {

@@ -32,6 +32,9 @@ struct RendererOptions {
   std::string device;  ///< Part of a device's name, any case; empty: the environment's ARGIL_GPU, else the best device.
   bool validation = false;  ///< Vulkan's validation layer with synchronization validation, where it is installed.
   Quality quality;
+  /// How both eyes of a stereo picture are drawn: together in one multiview pass or apart, one after the other. Automatic: together,
+  /// but apart on software drivers, whose multiview loses large triangles.
+  enum class Eyes : uint8_t { automatic, together, apart } eyes = Eyes::automatic;
 };
 
 /// What one update sent to the device.

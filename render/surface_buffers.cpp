@@ -7,6 +7,7 @@ namespace argil::render {
 namespace {
 
 constexpr VkDeviceSize kStagingBytes = VkDeviceSize(16) << 20;
+constexpr size_t kMaxCopies = 2048;  ///< Keeps the search for overlaps short.
 
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 fromStage, VkAccessFlags2 fromAccess,
              VkPipelineStageFlags2 toStage, VkAccessFlags2 toAccess) {
@@ -21,104 +22,90 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 fromStage, VkAccess
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
+/// Copies of one flush must not overlap: a range that is written a second time waits for the next one.
+bool overlaps(const std::vector<VkBufferCopy>& copies, VkDeviceSize offset, VkDeviceSize size) {
+  return std::any_of(copies.begin(), copies.end(), [&](const VkBufferCopy& copy) {
+    return offset < copy.dstOffset + copy.size && copy.dstOffset < offset + size;
+  });
+}
+
 }  // namespace
 
-/// Gathers writes in the staging buffer and sends them when it is full.
-class SurfaceBuffers::Staging : public UploadSink {
- public:
-  explicit Staging(SurfaceBuffers& owner) : owner_(owner) {
-    if (!owner.staging_.handle()) {
-      owner.staging_ = Buffer(owner.gpu_, kStagingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, Buffer::Memory::upload);
+SurfaceBuffers::Staging::Staging(SurfaceBuffers& owner) : owner_(owner) {
+  if (owner_.staging_.handle()) return;
+  owner_.staging_ = Buffer(owner_.gpu_, kStagingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, Buffer::Memory::upload);
+}
+
+void SurfaceBuffers::Staging::reserve(uint32_t vertices, uint32_t indices) {
+  flush();
+  grow(owner_.vertices_, VkDeviceSize(vertices) * sizeof(SurfaceVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  grow(owner_.indices_, VkDeviceSize(indices) * sizeof(uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+}
+
+void SurfaceBuffers::Staging::writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) {
+  write(toVertices_, VkDeviceSize(first) * sizeof(SurfaceVertex), std::as_bytes(vertices));
+}
+
+void SurfaceBuffers::Staging::writeIndices(uint32_t first, std::span<const uint32_t> indices) {
+  write(toIndices_, VkDeviceSize(first) * sizeof(uint32_t), std::as_bytes(indices));
+}
+
+void SurfaceBuffers::Staging::flush() {
+  if (toVertices_.empty() && toIndices_.empty()) return;
+  owner_.gpu_.run([&](VkCommandBuffer commands) {
+    // A picture that is still being drawn reads these buffers.
+    barrier(commands, VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, 0, VK_PIPELINE_STAGE_2_COPY_BIT, 0);
+    const VkBuffer staging = owner_.staging_.handle();
+    if (!toVertices_.empty()) {
+      vkCmdCopyBuffer(commands, staging, owner_.vertices_.handle(), uint32_t(toVertices_.size()), toVertices_.data());
     }
-  }
+    if (!toIndices_.empty()) {
+      vkCmdCopyBuffer(commands, staging, owner_.indices_.handle(), uint32_t(toIndices_.size()), toIndices_.data());
+    }
+    barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT);
+  });
+  toVertices_.clear();
+  toIndices_.clear();
+  filled_ = 0;
+}
 
-  void reserve(uint32_t vertices, uint32_t indices) override {
-    flush();
-    grow(owner_.vertices_, VkDeviceSize(vertices) * sizeof(SurfaceVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-    grow(owner_.indices_, VkDeviceSize(indices) * sizeof(uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
-  }
-  void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) override {
-    write(toVertices_, VkDeviceSize(first) * sizeof(SurfaceVertex), std::as_bytes(vertices));
-  }
-  void writeIndices(uint32_t first, std::span<const uint32_t> indices) override {
-    write(toIndices_, VkDeviceSize(first) * sizeof(uint32_t), std::as_bytes(indices));
-  }
-
-  void flush() {
-    if (toVertices_.empty() && toIndices_.empty()) return;
+void SurfaceBuffers::Staging::grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage) {
+  if (size <= buffer.size()) return;
+  Buffer larger(owner_.gpu_, size, usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                Buffer::Memory::device);
+  if (buffer.size() > 0) {
     owner_.gpu_.run([&](VkCommandBuffer commands) {
-      const VkBuffer staging = owner_.staging_.handle();
-      if (!toVertices_.empty()) {
-        vkCmdCopyBuffer(commands, staging, owner_.vertices_.handle(), uint32_t(toVertices_.size()), toVertices_.data());
-      }
-      if (!toIndices_.empty()) {
-        vkCmdCopyBuffer(commands, staging, owner_.indices_.handle(), uint32_t(toIndices_.size()), toIndices_.data());
-      }
+      const VkBufferCopy all{0, 0, buffer.size()};
+      vkCmdCopyBuffer(commands, buffer.handle(), larger.handle(), 1, &all);
       barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-              VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT);
+              VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
+              VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT);
     });
-    toVertices_.clear();
-    toIndices_.clear();
-    filled_ = 0;
+    stats.copiedBytes += buffer.size();
   }
+  buffer = std::move(larger);
+}
 
-  UploadStats stats;
-
- private:
-  void grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage) {
-    if (size <= buffer.size()) return;
-    Buffer larger(owner_.gpu_, size, usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                  Buffer::Memory::device);
-    if (buffer.size() > 0) {
-      owner_.gpu_.run([&](VkCommandBuffer commands) {
-        const VkBufferCopy all{0, 0, buffer.size()};
-        vkCmdCopyBuffer(commands, buffer.handle(), larger.handle(), 1, &all);
-        barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
-                VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT);
-      });
-      stats.copiedBytes += buffer.size();
-    }
-    buffer = std::move(larger);
+void SurfaceBuffers::Staging::write(std::vector<VkBufferCopy>& copies, VkDeviceSize offset,
+                                    std::span<const std::byte> bytes) {
+  stats.bytes += bytes.size();
+  ++stats.writes;
+  while (!bytes.empty()) {
+    if (filled_ == kStagingBytes || copies.size() >= kMaxCopies || overlaps(copies, offset, bytes.size())) flush();
+    const VkDeviceSize part = std::min<VkDeviceSize>(bytes.size(), kStagingBytes - filled_);
+    std::memcpy(owner_.staging_.mapped() + filled_, bytes.data(), size_t(part));
+    copies.push_back({filled_, offset, part});
+    filled_ += part;
+    offset += part;
+    bytes = bytes.subspan(size_t(part));
   }
-
-  /// Copies of one flush must not overlap: a range that is written a second time waits for the next one.
-  static bool overlaps(const std::vector<VkBufferCopy>& copies, VkDeviceSize offset, VkDeviceSize size) {
-    return std::any_of(copies.begin(), copies.end(), [&](const VkBufferCopy& copy) {
-      return offset < copy.dstOffset + copy.size && copy.dstOffset < offset + size;
-    });
-  }
-
-  void write(std::vector<VkBufferCopy>& copies, VkDeviceSize offset, std::span<const std::byte> bytes) {
-    stats.bytes += bytes.size();
-    ++stats.writes;
-    while (!bytes.empty()) {
-      if (filled_ == kStagingBytes || copies.size() >= kMaxCopies || overlaps(copies, offset, bytes.size())) flush();
-      const VkDeviceSize part = std::min<VkDeviceSize>(bytes.size(), kStagingBytes - filled_);
-      std::memcpy(owner_.staging_.mapped() + filled_, bytes.data(), size_t(part));
-      copies.push_back({filled_, offset, part});
-      filled_ += part;
-      offset += part;
-      bytes = bytes.subspan(size_t(part));
-    }
-  }
-
-  static constexpr size_t kMaxCopies = 2048;  ///< Keeps the search for overlaps short.
-
-  SurfaceBuffers& owner_;
-  std::vector<VkBufferCopy> toVertices_, toIndices_;
-  VkDeviceSize filled_ = 0;
-};
-
-UploadStats SurfaceBuffers::update(const clay::SurfaceDelta& delta) {
-  Staging staging(*this);
-  layout_.apply(delta, staging);
-  staging.flush();
-  return staging.stats;
 }
 
 void SurfaceBuffers::clear() {
-  layout_.clear();
+  if (!vertices_.handle()) return;
+  gpu_.run([](VkCommandBuffer) {});  // a picture that is still being drawn reads them
+  ranges_ = BufferRanges();
   vertices_.reset();
   indices_.reset();
 }

@@ -9,7 +9,6 @@
 namespace argil::render {
 namespace {
 
-constexpr uint32_t kIndicesPerQuad = 6;
 constexpr uint32_t kMaxUnits = UINT32_MAX / kIndicesPerQuad;  ///< Indices must be countable in 32 bits.
 constexpr uint32_t kFirstCapacity = 1u << 16;
 
@@ -36,32 +35,51 @@ size_t SurfaceLayout::CoordHash::operator()(Coord c) const noexcept {
   return size_t(h ^ (h >> 31));
 }
 
-void SurfaceLayout::clear() {
-  *this = SurfaceLayout();
-}
-
-void SurfaceLayout::reserve(RangeAllocator& ranges, uint64_t end, UploadSink& sink) {
-  if (end <= ranges.capacity()) return;
-  const uint64_t wanted = std::max<uint64_t>({kFirstCapacity, uint64_t(ranges.capacity()) * 3 / 2, end});
-  if (wanted > kMaxUnits) {
+void BufferRanges::reserve(uint64_t vertices, uint64_t quads, UploadSink& sink) {
+  const auto grown = [](const RangeAllocator& ranges, uint64_t more) {
+    const uint64_t end = ranges.end() + more;
+    if (end <= ranges.capacity()) return uint64_t(ranges.capacity());
+    return std::max<uint64_t>({kFirstCapacity, uint64_t(ranges.capacity()) * 3 / 2, end});
+  };
+  const uint64_t wantedVertices = grown(vertices_, vertices), wantedQuads = grown(quads_, quads);
+  if (wantedVertices == vertices_.capacity() && wantedQuads == quads_.capacity()) return;
+  if (std::max(wantedVertices, wantedQuads) > kMaxUnits) {
     throw Error("the surface has more triangles than the renderer can address; use larger voxels", Error::Kind::work);
   }
-  ranges.grow(uint32_t(wanted));
-  sink.reserve(vertexRanges_.capacity(), quadRanges_.capacity() * kIndicesPerQuad);
+  sink.reserve(uint32_t(wantedVertices), uint32_t(wantedQuads) * kIndicesPerQuad);  // may throw: first
+  vertices_.grow(uint32_t(wantedVertices));
+  quads_.grow(uint32_t(wantedQuads));
 }
 
-uint32_t SurfaceLayout::take(RangeAllocator& ranges, uint32_t count, UploadSink& sink) {
-  if (const auto begin = ranges.allocate(count)) return *begin;
-  reserve(ranges, uint64_t(ranges.end()) + count, sink);
-  return *ranges.allocate(count);
+uint32_t BufferRanges::takeVertices(uint32_t count, UploadSink& sink) {
+  if (const auto begin = vertices_.allocate(count)) return *begin;
+  reserve(count, 0, sink);
+  return *vertices_.allocate(count);
 }
 
-void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
-  grid_ = delta.grid;
+uint32_t BufferRanges::takeQuads(uint32_t count, UploadSink& sink) {
+  if (const auto begin = quads_.allocate(count)) return *begin;
+  reserve(0, count, sink);
+  return *quads_.allocate(count);
+}
 
-  // Chunks that will grow get their block at once, and the buffers their size: a first load packs each chunk and makes
-  // each buffer a single time.
-  std::map<Coord, int64_t> growth;
+void SurfaceLayout::clear() {
+  for (auto& [coord, brick] : bricks_) ranges_->releaseVertices(brick.firstVertex, brick.vertexCapacity);
+  for (auto& [coord, chunk] : chunks_) {
+    dropLevels(chunk);
+    ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
+  }
+  bricks_.clear();
+  chunks_.clear();
+  draws_.clear();
+  loose_ = Box();
+  quads_ = 0;
+  whole_ = true;
+}
+
+/// Chunks that will grow get their block at once, and the buffers their size: a first load packs each chunk and makes
+/// each buffer a single time.
+void SurfaceLayout::reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink) {
   uint64_t newVertices = 0, newQuads = 0;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
     const auto it = bricks_.find(mesh->brick);
@@ -76,44 +94,63 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
     const int64_t capacity = it == chunks_.end() ? 0 : it->second.quads.capacity();
     if (used + added > capacity) newQuads += withChunkSlack(uint64_t(used + added));
   }
-  reserve(vertexRanges_, vertexRanges_.end() + newVertices, sink);
-  reserve(quadRanges_, quadRanges_.end() + newQuads, sink);
+  ranges_->reserve(newVertices, newQuads, sink);
+}
 
-  std::set<Coord> rewrite;
+void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
+  std::map<Coord, int64_t> growth;
+  reserveFor(delta, growth, sink);
+  whole_ = false;  // until all is done
+  grid_ = delta.grid;
+
+  std::set<Coord> rewrite, changedChunks;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
     const Coord coord = mesh->brick;
+    const auto known = bricks_.find(coord);
     if (mesh->positions.empty() && mesh->quads.empty()) {
-      const auto it = bricks_.find(coord);
-      if (it == bricks_.end()) continue;
-      eraseQuads(coord, it->second, sink);
-      quads_ -= it->second.mesh->quads.size();
-      vertexRanges_.release(it->second.firstVertex, it->second.vertexCapacity);
-      bricks_.erase(it);
+      if (known == bricks_.end()) continue;
+      changedChunks.insert(coord >> kChunkBits);
+      eraseQuads(coord, known->second, sink);
+      quads_ -= known->second.mesh->quads.size();
+      ranges_->releaseVertices(known->second.firstVertex, known->second.vertexCapacity);
+      bricks_.erase(known);
       rewrite.erase(coord);
       continue;
     }
-    BrickEntry& brick = bricks_[coord];
+    BrickEntry& brick = known != bricks_.end() ? known->second : bricks_[coord];
     if (brick.mesh && brick.mesh->serial == mesh->serial) continue;
     quads_ += mesh->quads.size() - (brick.mesh ? brick.mesh->quads.size() : 0);
+    changedChunks.insert(coord >> kChunkBits);
     // Meshes that differ in quads alone share their vertices.
     const bool sameVertices = brick.mesh && brick.mesh->positions.data() == mesh->positions.data() &&
                               brick.mesh->positions.size() == mesh->positions.size();
     brick.mesh = mesh;
     rewrite.insert(coord);
-    if (sameVertices || !writeVertices(coord, brick, sink)) continue;
+    if (sameVertices) continue;
+    const bool moved = writeVertices(coord, brick, sink);
     for (int n = 1; n < 8; ++n) {
       const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
-      if (bricks_.count(neighbour) != 0) rewrite.insert(neighbour);
+      const bool inChunk = neighbour >> kChunkBits == coord >> kChunkBits;
+      if ((inChunk && !moved) || bricks_.count(neighbour) == 0) continue;
+      // Its triangles have other corners, so its chunk another cone.
+      if (!inChunk) changedChunks.insert(neighbour >> kChunkBits);
+      if (moved) rewrite.insert(neighbour);
     }
   }
 
   for (const auto& [coord, added] : growth) {
     Chunk& chunk = chunks_[coord];
     const int64_t wanted = int64_t(chunk.quads.used()) + added;
-    if (wanted > int64_t(chunk.quads.capacity())) resizeChunk(chunk, withChunkSlack(uint64_t(wanted)), sink);
+    if (wanted <= int64_t(chunk.quads.capacity())) continue;
+    resizeChunk(chunk, withChunkSlack(uint64_t(wanted)), sink);
+    changedChunks.insert(coord);
   }
   for (const Coord coord : rewrite) placeQuads(coord, bricks_.at(coord), sink);
-  rebuildDraws();
+  for (const auto& [coord, added] : growth) {
+    if (chunks_.at(coord).bricks.empty()) changedChunks.insert(coord);
+  }
+  updateDraws(changedChunks);
+  whole_ = true;
 }
 
 bool SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, UploadSink& sink) {
@@ -124,9 +161,9 @@ bool SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, UploadSink& si
   bool moved = false;
   const auto count = uint32_t(mesh.positions.size());
   if (count > brick.vertexCapacity || withSlack(count) < brick.vertexCapacity / 2) {
-    vertexRanges_.release(brick.firstVertex, brick.vertexCapacity);
+    ranges_->releaseVertices(brick.firstVertex, brick.vertexCapacity);
     brick.vertexCapacity = withSlack(count);
-    brick.firstVertex = count > 0 ? take(vertexRanges_, brick.vertexCapacity, sink) : 0;
+    brick.firstVertex = count > 0 ? ranges_->takeVertices(brick.vertexCapacity, sink) : 0;
     moved = true;
   }
   if (count == 0) return moved;
@@ -163,18 +200,21 @@ void SurfaceLayout::placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink)
   if (brick.quadCapacity > 0) writeQuads(coord, brick, chunk, sink);
 }
 
-void SurfaceLayout::writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink) {
-  const auto quads = brick.mesh->quads;
-  struct Base {
-    uint32_t first = 0, count = 0;
-  };
-  Base bases[8];
+std::array<SurfaceLayout::Base, 8> SurfaceLayout::basesOf(Coord coord) const {
+  std::array<Base, 8> bases;
   for (int n = 0; n < 8; ++n) {
     const auto it = bricks_.find(coord - Coord{n & 1, (n >> 1) & 1, n >> 2});
-    if (it != bricks_.end()) bases[n] = {it->second.firstVertex, uint32_t(it->second.mesh->positions.size())};
+    if (it == bricks_.end()) continue;
+    bases[size_t(n)] = {&it->second, it->second.firstVertex, uint32_t(it->second.mesh->positions.size())};
   }
+  return bases;
+}
+
+void SurfaceLayout::writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink) {
+  const auto quads = brick.mesh->quads;
+  const std::array<Base, 8> bases = basesOf(coord);
   const auto resolve = [&](clay::VertexRef ref) {
-    const Base& base = bases[ref >> clay::kVertexRefBits];
+    const Base& base = bases[size_t(ref >> clay::kVertexRefBits)];
     const uint32_t index = ref & clay::kVertexRefIndex;
     if (index >= base.count) {
       throw Error("the surface is incomplete: a quad names a vertex that no brick has; report this with the clay file",
@@ -203,8 +243,9 @@ void SurfaceLayout::eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink)
 }
 
 void SurfaceLayout::resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink) {
-  quadRanges_.release(chunk.firstQuad, chunk.quads.capacity());
-  chunk.firstQuad = take(quadRanges_, capacity, sink);
+  ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
+  chunk.quads = RangeAllocator();
+  chunk.firstQuad = ranges_->takeQuads(capacity, sink);
   chunk.quads = RangeAllocator(capacity);
   for (const Coord coord : chunk.bricks) {
     BrickEntry& brick = bricks_.at(coord);
@@ -217,43 +258,103 @@ void SurfaceLayout::resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sin
   }
 }
 
-void SurfaceLayout::rebuildDraws() {
-  draws_.clear();
-  for (auto it = chunks_.begin(); it != chunks_.end();) {
+void SurfaceLayout::updateDraws(const std::set<Coord>& changed) {
+  bool otherChunks = false;
+  for (const Coord coord : changed) {
+    const auto it = chunks_.find(coord);
+    if (it == chunks_.end()) continue;
     Chunk& chunk = it->second;
+    dropLevels(chunk);
     if (chunk.bricks.empty()) {
-      quadRanges_.release(chunk.firstQuad, chunk.quads.capacity());
-      it = chunks_.erase(it);
+      ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
+      chunks_.erase(it);
+      otherChunks = true;
       continue;
     }
+    otherChunks |= chunk.draw == SIZE_MAX;
+  }
+  if (otherChunks) {
+    std::vector<ChunkDraw> before = std::move(draws_);
+    draws_.clear();
+    draws_.reserve(chunks_.size());
+    for (auto& [coord, chunk] : chunks_) {
+      draws_.push_back(chunk.draw == SIZE_MAX ? ChunkDraw() : before[chunk.draw]);
+      chunk.draw = draws_.size() - 1;
+    }
+  }
+  for (const Coord coord : changed) {
+    const auto it = chunks_.find(coord);
+    if (it == chunks_.end()) continue;
+    const Chunk& chunk = it->second;
     Coord lo = chunk.bricks.front(), hi = lo;
+    uint32_t quads = 0;
     for (const Coord c : chunk.bricks) {
       lo = {std::min(lo.x, c.x), std::min(lo.y, c.y), std::min(lo.z, c.z)};
       hi = {std::max(hi.x, c.x), std::max(hi.y, c.y), std::max(hi.z, c.z)};
+      quads += uint32_t(bricks_.at(c).mesh->quads.size());
     }
+    ChunkDraw& draw = draws_[chunk.draw];
+    const bool isNew = !draw.levels[0].made;
+    draw = ChunkDraw();
+    draw.chunk = coord;
+    // What is there for the first time does not wait for its levels.
+    draw.changedIn = isNew ? picture_ - kRestPictures : picture_;
     // A quad reaches one cell into the bricks below its own.
-    ChunkDraw draw;
-    draw.firstVoxel = it->first * (clay::kBrickEdge << kChunkBits);
-    draw.firstIndex = chunk.firstQuad * kIndicesPerQuad;
-    draw.indexCount = chunk.quads.end() * kIndicesPerQuad;
     draw.min = (lo * clay::kBrickEdge).toVec3d() - Vec3d::Ones();
     draw.max = (hi * clay::kBrickEdge).toVec3d() + Vec3d::Constant(clay::kBrickEdge);
-    draws_.push_back(draw);
-    ++it;
+    draw.levels[0] = {chunk.firstQuad * kIndicesPerQuad, chunk.quads.end() * kIndicesPerQuad, 2 * quads, true};
+  }
+  loose_ = Box();
+  for (const ChunkDraw& draw : draws_) {
+    loose_.add(grid_.toWorld(draw.min));
+    loose_.add(grid_.toWorld(draw.max));
   }
 }
 
-Box SurfaceLayout::bounds() const {
+const Box& SurfaceLayout::tightBox(const Chunk& chunk) const {
+  if (chunk.tight) return *chunk.tight;
   Box box;
-  for (const auto& [coord, brick] : bricks_) {
-    if (brick.mesh->positions.empty()) continue;
-    const Vec3d base = (coord * clay::kBrickEdge).toVec3d();
-    box.add(base + brick.min.cast<double>());
-    box.add(base + brick.max.cast<double>());
+  for (const Coord coord : chunk.bricks) {
+    const std::array<Base, 8> bases = basesOf(coord);
+    for (size_t n = 0; n < 8; ++n) {
+      if (!bases[n].brick || bases[n].count == 0) continue;
+      const Vec3d base = (bases[n].brick->mesh->brick * clay::kBrickEdge).toVec3d();
+      box.add(base + bases[n].brick->min.cast<double>());
+      box.add(base + bases[n].brick->max.cast<double>());
+    }
   }
-  if (!box.empty()) {
-    box.min = grid_.toWorld(box.min);
-    box.max = grid_.toWorld(box.max);
+  chunk.tight = box;
+  return *chunk.tight;
+}
+
+Box SurfaceLayout::bounds(const Eigen::Quaterniond& rotation, const Vec3d& translation) const {
+  const bool turned = !rotation.vec().isZero(0);
+  const auto place = [&](const Vec3d& voxel) -> Vec3d { return rotation * grid_.toWorld(voxel) + translation; };
+  Box box;
+  for (const auto& [coord, chunk] : chunks_) {
+    const Box& tight = tightBox(chunk);
+    if (tight.empty()) continue;
+    if (!turned) {
+      box.add(place(tight.min));
+      box.add(place(tight.max));
+      continue;
+    }
+    // A turned box is wider than what is in it: where it would widen the whole, the vertices themselves are asked.
+    Box outer;
+    for (int corner = 0; corner < 8; ++corner) {
+      outer.add(place({(corner & 1) ? tight.max.x() : tight.min.x(), (corner & 2) ? tight.max.y() : tight.min.y(),
+                       (corner & 4) ? tight.max.z() : tight.min.z()}));
+    }
+    if (!box.empty() && (outer.min.array() >= box.min.array()).all() && (outer.max.array() <= box.max.array()).all()) {
+      continue;
+    }
+    for (const Coord brick : chunk.bricks) {
+      for (const Base& base : basesOf(brick)) {
+        if (!base.brick) continue;
+        const Vec3d zero = (base.brick->mesh->brick * clay::kBrickEdge).toVec3d();
+        for (const Vec3f& p : base.brick->mesh->positions) box.add(place(zero + p.cast<double>()));
+      }
+    }
   }
   return box;
 }

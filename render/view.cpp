@@ -116,6 +116,14 @@ void View::fit(const Box& bounds, double aspect) {
   position = centre - needed * a.forward;
 }
 
+View View::revolved(double degrees) const {
+  const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180, Vec3d::UnitZ());
+  View view = *this;
+  view.position = target + turn * (position - target);
+  view.up = turn * up;
+  return view;
+}
+
 Vec3d View::project(const Vec3d& point, int width, int height) const {
   const Axes a = axes();
   const Vec3d p = point - position;

@@ -41,6 +41,9 @@ struct View {
   /// margin of 5 % of the picture on the tightest side. `aspect` is width / height.
   void fit(const Box& bounds, double aspect);
 
+  /// The camera carried about the upright axis (z) through the target, anticlockwise as seen from above.
+  [[nodiscard]] View revolved(double degrees) const;
+
   /// Unit axes of the picture: to the right, up, and away from the viewer.
   struct Axes {
     Vec3d right, up, forward;

@@ -63,9 +63,19 @@ int run(int argc, char** argv) {
 
   cli::RenderOptions render;
   std::string renderSize = "1280x720";
-  auto* renderVerb = app.add_subcommand("render", "A picture of a mesh as clay");
+  auto* renderVerb = app.add_subcommand("render", "A picture of a mesh as clay, or the frames of a turntable");
   renderVerb->add_option("file", render.input, "Mesh")->required();
-  renderVerb->add_option("-o,--output", render.output, "Picture (.png)")->required();
+  renderVerb->add_option("-o,--output", render.output, "Picture (.png); with --frames %d or %03d in it for the frame's number")->required();
+  renderVerb->add_option("--frames", render.frames, "Frames of one revolution about the upright axis")->capture_default_str();
+  renderVerb->add_option("--samples", render.samples, "Samples a pixel along each axis, 1 to 4")->capture_default_str();
+  renderVerb->add_option("--shading", render.shading, "matcap, lit or material")->capture_default_str();
+  renderVerb->add_option("--matcap", render.matcap, "clay, wax, porcelain, steel, rubber or normals")->capture_default_str();
+  renderVerb->add_option("--stereo", render.stereo, "mono, anaglyph, side-by-side, top-bottom, left-eye or right-eye")->capture_default_str();
+  renderVerb->add_option("--eye-distance", render.eyeDistance, "Between the eyes, as a part of the distance to the centre, 0 to 0.2; 0.035 when left out");
+  renderVerb->add_option("--convergence", render.convergence, "Distance without parallax, as a part of the same, 0.2 to 5; 1 when left out");
+  renderVerb->add_option("--depth-fade", render.depthFade, "How much the farthest of the clay fades, 0 to 1");
+  renderVerb->add_option("--section", render.section, "Cut open by a plane: X,Y,Z,NX,NY,NZ, a point in mm and the side that is left out");
+  renderVerb->add_flag("--light", render.light, "Light background");
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");

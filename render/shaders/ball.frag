@@ -9,7 +9,7 @@ layout(location = 0) in vec3 ray;
 layout(location = 0) out vec4 colour;
 
 void main() {
-  vec3 from = frame.scale.z > 0.5 ? vec3(0.0) : ray - frame.cameraForward.xyz * (4.0 * frame.ball.w);
+  vec3 from = kPerspective ? eye().place.xyz : ray - eye().forward.xyz * (4.0 * frame.ball.w);
   vec3 to = normalize(ray - from);
   vec3 o = from - frame.ball.xyz;
   float b = dot(o, to), c = dot(o, o) - frame.ball.w * frame.ball.w;
@@ -25,7 +25,7 @@ void main() {
 
   vec3 n = normalize(rel - frame.ball.xyz);
   float nv = clamp(-dot(n, to), 0.0, 1.0);
-  vec3 tint = frame.shaftRadii.z > 0.5 ? kBeamTouch : kBeamFree;
+  vec3 tint = frame.tint.xyz;
   vec3 half_ = normalize(frame.keyLight.xyz - to);
   float rim = pow(1.0 - nv, 2.5);
   float shine = pow(clamp(dot(n, half_), 0.0, 1.0), 90.0);

@@ -9,11 +9,12 @@ void main() {
   const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
   vec2 corner = corners[gl_VertexIndex];
   // Across the ball, facing the eye; in perspective the outline is a little larger than the radius.
-  float away = length(frame.ball.xyz);
+  vec3 sightline = frame.ball.xyz - eye().place.xyz;
+  float away = length(sightline);
   float grow = 1.05;
-  vec3 x = frame.cameraRight.xyz, y = frame.cameraUp.xyz;
-  if (frame.scale.z > 0.5) {
-    vec3 to = frame.ball.xyz / max(away, 1e-9);
+  vec3 x = eye().right.xyz, y = eye().up.xyz;
+  if (kPerspective) {
+    vec3 to = sightline / max(away, 1e-9);
     x = normalize(cross(to, abs(to.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0)));
     y = cross(x, to);
     float s = clamp(frame.ball.w / max(away, 1e-9), 0.0, 0.95);

@@ -3,26 +3,29 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
-layout(set = 0, binding = 1) uniform sampler2D depthMap;
-layout(set = 0, binding = 2) uniform sampler2D normalMap;
+layout(set = 0, binding = 1) uniform sampler2DArray depthMap;
+layout(set = 0, binding = 2) uniform sampler2DArray normalMap;
 layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec2 cavity;  // valley, ridge
 
 const int kTaps = 8;
 const float kGolden = 2.39996323;
 
-float interleavedNoise(vec2 p) { return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715)))); }
+vec3 toEyeAxes(vec3 direction) {
+  Eye e = eye();
+  return vec3(dot(e.right.xyz, direction), dot(e.up.xyz, direction), dot(e.forward.xyz, direction));
+}
 
 void main() {
   cavity = vec2(0.0);
-  ivec2 fullSize = textureSize(depthMap, 0);
+  ivec2 fullSize = textureSize(depthMap, 0).xy;
   ivec2 at = clamp(ivec2((ndc * 0.5 + 0.5) * vec2(fullSize)), ivec2(0), fullSize - 1);
-  float d = texelFetch(depthMap, at, 0).r;
+  float d = texelFetch(depthMap, ivec3(at, eyeIndex()), 0).r;
   if (d <= 0.0) return;
   float z = distanceOf(d);
   vec2 here = (vec2(at) + 0.5) / vec2(fullSize) * 2.0 - 1.0;
   vec3 p = viewAt(here, z);
-  vec3 n = unpackOctahedral(texelFetch(normalMap, at, 0).rg);  // z points away from the viewer
+  vec3 n = toEyeAxes(fromMiddle(unpackOctahedral(texelFetch(normalMap, ivec3(at, eyeIndex()), 0).rg)));
   float turn = interleavedNoise(gl_FragCoord.xy) * 6.2831853;
   vec2 sum = vec2(0.0);
   for (int ring = 0; ring < 2; ++ring) {
@@ -33,7 +36,7 @@ void main() {
       float angle = turn + kGolden * float(i);
       ivec2 tap = at + ivec2(round(vec2(cos(angle), sin(angle)) * max(r * radius, 1.0)));
       if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, fullSize))) continue;
-      float td = texelFetch(depthMap, tap, 0).r;
+      float td = texelFetch(depthMap, ivec3(tap, eyeIndex()), 0).r;
       if (td <= 0.0) continue;
       vec3 v = viewAt((vec2(tap) + 0.5) / vec2(fullSize) * 2.0 - 1.0, distanceOf(td)) - p;
       float len = length(v);

@@ -1,8 +1,14 @@
-// Clay vertices are integers, 1/16384 voxel; the chunk's corner is subtracted before anything is rounded.
-layout(push_constant) uniform Chunk {
-  ivec3 corner;    // in vertex units
-  float unit;      // mm a unit
-  vec3 cornerRel;  // the corner in mm, relative to the eye
-} chunk;
+// A piece of clay or a part. Vertices are integers, counted in units from its own zero; an anchor near the eye is subtracted before
+// anything is rounded.
+layout(push_constant) uniform Piece {
+  ivec3 anchor;     // in units
+  float unit;       // mm a unit
+  vec3 anchorRel;   // the anchor in mm, relative to the eye, along the world's axes
+  vec4 rotation;    // unit quaternion, piece to world
+  vec4 surface;     // as clay.frag reads it
+} piece;
 
-vec3 chunkPosition(ivec3 position) { return vec3(position - chunk.corner) * chunk.unit + chunk.cornerRel; }
+vec3 turned(vec3 v) {
+  return v + 2.0 * cross(piece.rotation.xyz, cross(piece.rotation.xyz, v) + piece.rotation.w * v);
+}
+vec3 piecePosition(ivec3 position) { return turned(vec3(position - piece.anchor) * piece.unit) + piece.anchorRel; }

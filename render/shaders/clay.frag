@@ -3,6 +3,24 @@
 #include "frame.glsl"
 
 layout(location = 0) in vec3 viewNormal;
-layout(location = 0) out vec2 packedNormal;
+layout(location = 1) in float cut;           // above zero: beyond the section plane
+layout(location = 2) in flat vec4 surface;   // xyz: colour, display-linear; w: material's code, negative for open meshes
+layout(location = 0) out vec2 packedNormal;  // along the axes of the eye between both
+layout(location = 1) out vec4 albedo;
 
-void main() { packedNormal = packOctahedral(normalize(viewNormal)); }
+void main() {
+  vec3 n = normalize(viewNormal);
+  float code = abs(surface.w);
+  if (kSection && cut > 0.0) discard;
+  if (!gl_FrontFacing) {
+    if (surface.w < 0.0) {
+      n = -n;
+    } else if (kSection) {
+      // The inner side of what is closed stands for the cut face before it: cap.frag moves it there.
+      n = toMiddle(frame.section.xyz);
+      code = 0.0;
+    }
+  }
+  packedNormal = packOctahedral(n);
+  albedo = vec4(surface.xyz, code);
+}

@@ -6,8 +6,13 @@
 layout(location = 0) in ivec3 position;
 layout(location = 1) in vec2 normal;
 layout(location = 0) out vec3 viewNormal;
+layout(location = 1) out float cut;
+layout(location = 2) out flat vec4 surface;
 
 void main() {
-  viewNormal = toView(unpackOctahedral(normal));
-  gl_Position = toClip(chunkPosition(position));
+  vec3 rel = piecePosition(position);
+  viewNormal = toMiddle(turned(unpackOctahedral(normal)));
+  cut = dot(frame.section, vec4(rel, 1.0));
+  surface = piece.surface;
+  gl_Position = toClip(rel);
 }

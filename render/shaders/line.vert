@@ -3,31 +3,35 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
-layout(push_constant) uniform Mode { float onScreen; } mode;  // 1: positions are samples from the top left corner
+layout(push_constant) uniform Mode { float onScreen, strength; } mode;  // onScreen 1: positions are samples from the top left corner
 
 layout(location = 0) in vec4 a;       // xyz rel (or screen xy), w: width in samples
-layout(location = 1) in vec4 b;       // xyz, w: unused
+layout(location = 1) in vec4 b;       // xyz, w: 1: flat at a, 2: flat at b, 3: both, else round; 4 more: does not fade
 layout(location = 2) in vec4 colour;  // display-linear, alpha
 layout(location = 0) out vec4 tint;
 layout(location = 1) out vec2 place;          // samples from the segment's start: along, aside
-layout(location = 2) out flat vec2 lengthWidth;
+layout(location = 2) out flat vec3 lengthWidthEnds;
 
 void main() {
   vec4 ca, cb;
+  float strength = mode.strength;
   if (mode.onScreen > 0.5) {
     ca = vec4(a.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
     cb = vec4(b.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
   } else {
     // A few samples nearer, so that a path on the clay is not half inside it.
-    ca = toClip(a.xyz - frame.cameraForward.xyz * (4.0 * mmPerSample(dot(frame.cameraForward.xyz, a.xyz))));
-    cb = toClip(b.xyz - frame.cameraForward.xyz * (4.0 * mmPerSample(dot(frame.cameraForward.xyz, b.xyz))));
+    vec3 forward = eye().forward.xyz;
+    float za = dot(forward, a.xyz), zb = dot(forward, b.xyz);
+    ca = toClip(a.xyz - forward * (4.0 * mmPerSample(za)));
+    cb = toClip(b.xyz - forward * (4.0 * mmPerSample(zb)));
+    if (b.w < 4.0) strength *= 1.0 - fadeAt(0.5 * (za + zb));
     // Cut at a plane before the eye, where the projection turns over.
     float least = 1e-4 * max(abs(ca.w), abs(cb.w));
     if (ca.w < least && cb.w < least) {
       gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
       tint = vec4(0.0);
       place = vec2(0.0);
-      lengthWidth = vec2(0.0);
+      lengthWidthEnds = vec3(0.0);
       return;
     }
     if (ca.w < least) ca = mix(cb, ca, (cb.w - least) / (cb.w - ca.w));
@@ -44,6 +48,6 @@ void main() {
   vec2 offset = along * (corner.x > 0.5 ? reach : -reach) + aside * corner.y * reach;
   gl_Position = c + vec4(offset / (0.5 * frame.size.xy) * c.w, 0.0, 0.0);
   place = vec2(corner.x > 0.5 ? len + reach : -reach, corner.y * reach);
-  lengthWidth = vec2(len, a.w);
-  tint = colour;
+  lengthWidthEnds = vec3(len, a.w, mod(b.w, 4.0));
+  tint = vec4(colour.rgb, colour.a * strength);
 }

@@ -5,8 +5,10 @@
 #include "chunk.glsl"
 
 layout(location = 0) in ivec3 position;
+layout(location = 0) out float cut;
 
 void main() {
-  vec4 rel = vec4(chunkPosition(position), 1.0);
+  vec4 rel = vec4(piecePosition(position), 1.0);
+  cut = dot(frame.section, rel);
   gl_Position = vec4(dot(frame.shadowX, rel), dot(frame.shadowY, rel), dot(frame.shadowZ, rel), 1.0);
 }

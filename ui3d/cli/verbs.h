@@ -52,8 +52,16 @@ struct RenderOptions {
   std::string view = "iso";
   bool orthographic = false;
   std::array<int, 2> size{1280, 720};
+  int frames = 1;                        ///< Above 1: one revolution about the upright axis through the model's centre.
+  int samples = 2;                       ///< A pixel along each axis: 1 to 4.
+  std::string shading = "lit", matcap = "clay", stereo = "mono";  ///< As render/look.h and render/stereo.h name them.
+  std::optional<double> eyeDistance, convergence;  ///< Parts of the distance to the model's centre.
+  std::optional<double> depthFade;       ///< 0 to 1.
+  std::string section;                   ///< X,Y,Z,NX,NY,NZ; empty: none.
+  bool light = false;                    ///< A light background.
   Job* job = nullptr;
 };
+/// A picture, or the frames of a turntable: then the output's name holds one %d or %0Nd for the frame's number, from 0.
 void render(const RenderOptions& options);
 
 struct FeelOptions {

@@ -19,7 +19,8 @@ TEST(SurfaceLayoutProperty, RandomDabsDrawExactlyTheSurface) {
   std::vector<std::pair<Vec3d, double>> dabs;  // radius < 0 carves
   test::FieldSurface surface;
   test::MirrorSink sink;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   const auto field = [&](const Vec3d& p) {
     double d = p.norm() - 13;
     for (const auto& [centre, radius] : dabs) {

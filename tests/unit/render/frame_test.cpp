@@ -23,9 +23,12 @@ Vec3d xyz(const FrameUniforms::Vec4& v) {
 }
 
 /// Clip coordinates as shaders/frame.glsl computes them.
-Eigen::Vector4d clip(const FrameUniforms& u, const Vec3d& rel) {
-  const double x = xyz(u.cameraRight).dot(rel), y = xyz(u.cameraUp).dot(rel), z = xyz(u.cameraForward).dot(rel);
-  return {x * u.scale[0], -y * u.scale[1], u.depth[0] * z + u.depth[1], u.depth[2] * z + u.depth[3]};
+Eigen::Vector4d clip(const FrameUniforms& u, const Vec3d& rel, int index = 0) {
+  const FrameUniforms::Eye& eye = u.eyes[size_t(index)];
+  const Vec3d p = rel - xyz(eye.place);
+  const double x = xyz(eye.right).dot(p), y = xyz(eye.up).dot(p), z = xyz(eye.forward).dot(p);
+  const double w = u.depth[2] * z + u.depth[3];
+  return {x * u.scale[0] + eye.place[3] * w, -y * u.scale[1], u.depth[0] * z + u.depth[1], w};
 }
 
 TEST(Frame, ShadersProjectLikeTheView) {
@@ -36,7 +39,7 @@ TEST(Frame, ShadersProjectLikeTheView) {
   const Subject subject = ball(centre, 8);
   for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
     const View view = View::named("iso", subject.bounds, 1.5, projection);
-    const FramePlan plan = planFrame(view, {}, subject, {}, 900, 600);
+    const FramePlan plan = planFrame(Shot{view, {}, {}, {}}, subject, {}, 900, 600);
     for (int i = 0; i < 200; ++i) {
       const Vec3d p = centre + Vec3d(place(random), place(random), place(random));
       const Eigen::Vector4d c = clip(plan.uniforms, p - plan.eye);
@@ -57,7 +60,7 @@ TEST(Frame, SidesBoundExactlyWhatIsSeen) {
   int inside = 0, outside = 0;
   for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
     const View view = View::named("iso", subject.bounds, 1.5, projection);
-    const FramePlan plan = planFrame(view, {}, subject, {}, 900, 600);
+    const FramePlan plan = planFrame(Shot{view, {}, {}, {}}, subject, {}, 900, 600);
     for (int i = 0; i < 2000; ++i) {
       const Vec3d p = Vec3d(3, 4, 5) + Vec3d(place(random), place(random), place(random));
       const Vec3d at = view.project(p, 900, 600);
@@ -77,7 +80,7 @@ TEST(Frame, SidesBoundExactlyWhatIsSeen) {
 TEST(Frame, ShadowMapHoldsTheClay) {
   const Subject subject = ball({-3, 40, 7}, 10);
   for (const std::string& name : View::names()) {
-    const FramePlan plan = planFrame(View::named(name, subject.bounds, 1), {}, subject, {}, 100, 100);
+    const FramePlan plan = planFrame(Shot{View::named(name, subject.bounds, 1), {}, {}, {}}, subject, {}, 100, 100);
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3d p((corner & 1) ? 7 : -13, (corner & 2) ? 50 : 30, (corner & 4) ? 17 : -3);
       const Vec3d rel = p - plan.eye;
@@ -94,7 +97,7 @@ TEST(Frame, GridLinesCrossAtWholeMillimetres) {
   const Subject subject = ball({123.4, -56.7, 8.9}, 10);
   for (const std::string& name : View::names()) {
     const View view = View::named(name, subject.bounds, 1, Projection::orthographic);
-    const FramePlan plan = planFrame(view, {}, subject, {}, 720, 720);
+    const FramePlan plan = planFrame(Shot{view, {}, {}, {}}, subject, {}, 720, 720);
     const FrameUniforms& u = plan.uniforms;
     const Vec3d crossing = xyz(u.ground) + plan.eye;
     const double major = gridSpacing(view, 720).major;
@@ -113,20 +116,19 @@ TEST(Frame, GridLinesCrossAtWholeMillimetres) {
 TEST(Frame, BeamEndsOnTheClayAndIsAbsentWithin) {
   Subject subject = ball({0, 0, 0}, 10);
   const View view = View::named("front", subject.bounds, 1);
-  Overlays overlays;
-  overlays.scaleBar = false;
-  overlays.cursor.emplace();
-  overlays.cursor->positionMm = {0, 0, 18};
+  Shot shot{view, {}, {}, {}};
+  shot.overlays.cursor.emplace();
+  shot.overlays.cursor->positionMm = {0, 0, 18};
   subject.beamLengthMm = 8;
-  FramePlan plan = planFrame(view, overlays, subject, {}, 720, 720);
-  ASSERT_EQ(plan.worldLines.size(), 2u);  // glow and core
-  for (const LineInstance& line : plan.worldLines) {
+  FramePlan plan = planFrame(shot, subject, {}, 720, 720);
+  ASSERT_EQ(plan.worldLines[size_t(Depth::hidden)].size(), 2u);  // glow and core
+  for (const LineInstance& line : plan.worldLines[size_t(Depth::hidden)]) {
     EXPECT_NEAR(line.a[2] + plan.eye.z(), 17, 1e-4);
     EXPECT_NEAR(line.b[2] + plan.eye.z(), 10, 1e-4);
   }
   subject.beamLengthMm.reset();
-  plan = planFrame(view, overlays, subject, {}, 720, 720);
-  EXPECT_TRUE(plan.worldLines.empty());
+  plan = planFrame(shot, subject, {}, 720, 720);
+  EXPECT_TRUE(plan.worldLines[size_t(Depth::hidden)].empty());
   EXPECT_EQ(plan.uniforms.drop[3], 0);
 }
 

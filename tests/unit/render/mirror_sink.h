@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "render/surface_layout.h"
@@ -28,10 +29,12 @@ class MirrorSink : public UploadSink {
   }
 
   /// Every triangle that the draws show, in vertex units, empty ones left out, sorted.
-  [[nodiscard]] std::vector<std::array<std::array<int32_t, 3>, 3>> drawn(const SurfaceLayout& layout) const {
+  [[nodiscard]] std::vector<std::array<std::array<int32_t, 3>, 3>> drawn(
+      const SurfaceLayout& layout, const std::function<int(const ChunkDraw&)>& level = [](const ChunkDraw&) { return 0; }) const {
     std::vector<std::array<std::array<int32_t, 3>, 3>> all;
     for (const ChunkDraw& draw : layout.draws()) {
-      for (uint32_t i = draw.firstIndex; i < draw.firstIndex + draw.indexCount; i += 3) {
+      const ChunkDraw::Range& range = draw.at(level(draw));
+      for (uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
         const uint32_t a = indices.at(i), b = indices.at(i + 1), c = indices.at(i + 2);
         if (a == b && b == c) continue;
         const auto corner = [&](uint32_t index) {

@@ -37,10 +37,11 @@ bool isClay(const Image& image, int x, int y) {
   return p[0] > p[2] + 12;  // warm; all else is grey or blue
 }
 
-const Overlays kBare = [] {
-  Overlays overlays;
-  overlays.grid = overlays.scaleBar = overlays.cavity = false;
-  return overlays;
+/// Clay alone.
+const Look kBare = [] {
+  Look look;
+  look.grid = look.scaleBar = look.cavity = false;
+  return look;
 }();
 
 class Picture : public testing::Test {
@@ -73,7 +74,9 @@ class Picture : public testing::Test {
   View view(const char* name, Projection projection = Projection::orthographic) const {
     return View::named(name, renderer_->bounds(), double(kWidth) / kHeight, projection);
   }
-  Image draw(const View& from, const Overlays& overlays) { return renderer_->render(from, overlays, kWidth, kHeight); }
+  Image draw(const View& from, const Look& look, const Overlays& overlays = {}) {
+    return renderer_->render(Shot{from, look, {}, overlays}, kWidth, kHeight);
+  }
 
   FieldSurface surface_;
   std::optional<Renderer> renderer_;
@@ -114,9 +117,9 @@ TEST_F(Picture, LightComesFromTheUpperLeft) {
 
 TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
   load(sphere());
-  Overlays overlays = kBare;
-  overlays.cavity = true;
-  const Image near = draw(view("iso", Projection::perspective), overlays);
+  Look look = kBare;
+  look.cavity = true;
+  const Image near = draw(view("iso", Projection::perspective), look);
   const struct {
     Vec3d origin;
     double voxel;
@@ -125,7 +128,7 @@ TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
     surface_ = {};
     renderer_->clear();
     load(sphere(), place.origin, place.voxel);
-    const Image far = draw(view("iso", Projection::perspective), overlays);
+    const Image far = draw(view("iso", Projection::perspective), look);
     int different = 0;
     for (size_t i = 0; i < near.rgba.size(); ++i) different += std::abs(int(near.rgba[i]) - int(far.rgba[i])) > 6;
     EXPECT_LT(different, kWidth * kHeight * 4 / 200)
@@ -138,8 +141,8 @@ TEST_F(Picture, TheSameTwice) {
   Overlays overlays;
   overlays.cursor.emplace();
   overlays.cursor->positionMm = {0, -3, 12};
-  const Image first = draw(view("iso", Projection::perspective), overlays);
-  EXPECT_EQ(first, draw(view("iso", Projection::perspective), overlays));
+  const Image first = draw(view("iso", Projection::perspective), {}, overlays);
+  EXPECT_EQ(first, draw(view("iso", Projection::perspective), {}, overlays));
   Renderer other;
   FieldSurface again;
   clay::Grid grid;
@@ -172,10 +175,10 @@ TEST_F(Picture, CavityDarkensAGrooveAndLeavesTheRest) {
     return std::max(block, -groove);
   });
   const View from = view("front");
-  Overlays overlays = kBare;
-  const Image without = draw(from, overlays);
-  overlays.cavity = true;
-  const Image with = draw(from, overlays);
+  Look look = kBare;
+  const Image without = draw(from, look);
+  look.cavity = true;
+  const Image with = draw(from, look);
   const Vec3d groove = from.project({2, -5.2, 0}, kWidth, kHeight), plain = from.project({2, -6, 4}, kWidth, kHeight);
   EXPECT_LT(brightnessAround(with, groove, 1), brightnessAround(without, groove, 1) - 12);
   EXPECT_NEAR(brightnessAround(with, plain), brightnessAround(without, plain), 3);
@@ -188,7 +191,7 @@ class CursorPicture : public Picture {
     load([](const Vec3d& p) { return (p.cwiseAbs() - Vec3d(20, 20, 4)).maxCoeff(); });
   }
   static Overlays over(const Vec3d& at) {
-    Overlays overlays = kBare;
+    Overlays overlays;
     overlays.cursor.emplace();
     overlays.cursor->positionMm = at;
     overlays.cursor->radiusMm = 1.5;
@@ -205,7 +208,7 @@ TEST_F(CursorPicture, ShadowFallsOnClayAwayFromTheLight) {
   const Vec3d toKey = (-0.50 * a.right + 0.66 * a.up - 0.56 * a.forward).normalized();
   const Vec3d ball(-1, 1, 6);
   const Vec3d shadow = ball - toKey * ((ball.z() - 2) / toKey.z());
-  const Image without = draw(from, kBare), with = draw(from, over(ball));
+  const Image without = draw(from, kBare), with = draw(from, kBare, over(ball));
   const Vec3d at = from.project(shadow, kWidth, kHeight);
   EXPECT_LT(brightnessAround(with, at), 0.7 * brightnessAround(without, at));
   const Vec3d mirrored =
@@ -220,18 +223,18 @@ TEST_F(CursorPicture, ShadowFallsOnTheGround) {
   const Vec3d ball(12, 12, 1);
   const View::Axes a = from.axes();
   const Vec3d toKey = (-0.50 * a.right + 0.66 * a.up - 0.56 * a.forward).normalized();
-  Overlays with = over(ball), without = kBare;
-  with.grid = without.grid = true;
+  Look look = kBare;
+  look.grid = true;
   const Vec3d shadow = ball - toKey * ((ball.z() + 2) / toKey.z());
   const Vec3d at = from.project(shadow, kWidth, kHeight);
-  EXPECT_LT(brightnessAround(draw(from, with), at), 0.8 * brightnessAround(draw(from, without), at));
+  EXPECT_LT(brightnessAround(draw(from, look, over(ball)), at), 0.8 * brightnessAround(draw(from, look), at));
 }
 
 TEST_F(CursorPicture, BeamAndDotMarkWhereTheBallWouldLand) {
   slab();
   const View side = view("front");
   const Vec3d ball(2, 0, 8);
-  const Image image = draw(side, over(ball));
+  const Image image = draw(side, kBare, over(ball));
   const Vec3d middle = side.project({2, 0, 4.2}, kWidth, kHeight);
   const uint8_t* beam = image.pixel(int(middle.x()), int(middle.y()));
   EXPECT_GT(beam[2], beam[0] + 40) << "the beam is blue";
@@ -242,7 +245,7 @@ TEST_F(CursorPicture, BeamAndDotMarkWhereTheBallWouldLand) {
   overlays.cursor->drop = Vec3d(0, 0.2, -1);  // lands beside the ball, seen from above
   const double t = (30 - 2) / 1.0;
   const Vec3d hit = top.project({2, -1 + 0.2 * t, 2}, kWidth, kHeight);
-  const Image above = draw(top, overlays);
+  const Image above = draw(top, kBare, overlays);
   const uint8_t* dot = above.pixel(int(hit.x()), int(hit.y()));
   EXPECT_GT(dot[2], dot[0] + 40) << "the dot is blue";
 }
@@ -253,9 +256,9 @@ TEST_F(CursorPicture, ContactChangesTheColour) {
   overlays.cursor->shaft = {1, 0, 0.4};
   const View from = view("front");
   const Vec3d at = from.project({-0.8, 0, 4}, kWidth, kHeight);
-  const Image free = draw(from, overlays);
+  const Image free = draw(from, kBare, overlays);
   overlays.cursor->contact = true;
-  const Image touching = draw(from, overlays);
+  const Image touching = draw(from, kBare, overlays);
   const uint8_t* a = free.pixel(int(at.x()), int(at.y()));
   const uint8_t* b = touching.pixel(int(at.x()), int(at.y()));
   EXPECT_GT(a[2], a[0]);
@@ -264,12 +267,12 @@ TEST_F(CursorPicture, ContactChangesTheColour) {
 
 TEST_F(CursorPicture, PathsAreHiddenByClay) {
   slab();
-  Overlays overlays = kBare;
+  Overlays overlays;
   Polyline before{{{-8, -12, 0.3}, {8, -12, 0.3}}, {0, 1, 0, 1}, 3},
       behind{{{-8, 12, -0.8}, {8, 12, -0.8}}, {0, 1, 0, 1}, 3};
   overlays.polylines = {before, behind};
   const View from = view("front");
-  const Image image = draw(from, overlays);
+  const Image image = draw(from, kBare, overlays);
   const auto green = [&](const Vec3d& p) {
     const Vec3d at = from.project(p, kWidth, kHeight);
     const uint8_t* c = image.pixel(int(at.x()), int(at.y()));
@@ -284,9 +287,9 @@ TEST_F(Picture, ScaleBarHasTheLengthThatItNames) {
   for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
     const int width = 640, height = 360;
     View from = View::named("front", renderer_->bounds(), double(width) / height, projection);
-    Overlays overlays = kBare;
-    overlays.scaleBar = true;
-    const Image image = renderer_->render(from, overlays, width, height);
+    Look look = kBare;
+    look.scaleBar = true;
+    const Image image = renderer_->render(Shot{from, look, {}, {}}, width, height);
     // The longest run of light pixels in the rows of the bar.
     int longest = 0;
     for (int y = height - 40; y < height - 10; ++y) {
@@ -306,9 +309,9 @@ TEST_F(Picture, ScaleBarHasTheLengthThatItNames) {
 TEST_F(Picture, GridLinesAreWhereTheMillimetresAre) {
   load(sphere());
   View from = View::named("top", renderer_->bounds(), double(kWidth) / kHeight, Projection::orthographic);
-  Overlays overlays = kBare;
-  overlays.grid = true;
-  const Image image = draw(from, overlays);
+  Look look = kBare;
+  look.grid = true;
+  const Image image = draw(from, look);
   const GridSpacing grid = gridSpacing(from, kHeight);
   // Along the left edge of the picture: lines of constant y.
   const double x = -0.47 * from.heightAtTarget() * kWidth / kHeight;
@@ -379,10 +382,10 @@ TEST_F(Picture, BadCallsAreRefused) {
   Overlays overlays;
   overlays.cursor.emplace();
   overlays.cursor->radiusMm = 0;
-  EXPECT_THROW((void)draw(from, overlays), Error);
+  EXPECT_THROW((void)draw(from, {}, overlays), Error);
   overlays = {};
   overlays.polylines.push_back({{{std::numeric_limits<double>::infinity(), 0, 0}}, {}, 1});
-  EXPECT_THROW((void)draw(from, overlays), Error);
+  EXPECT_THROW((void)draw(from, {}, overlays), Error);
   RendererOptions options;
   options.device = "no such device";
   EXPECT_THROW(Renderer{options}, Error);

@@ -25,7 +25,8 @@ void expectSame(const MirrorSink& sink, const SurfaceLayout& layout, const Field
 
 TEST(SurfaceLayout, DrawsExactlyTheSurface) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   layout.apply(surface.update({}, {-3, -3, -3}, {2, 2, 2}, sphere(16)), sink);
   EXPECT_GT(layout.triangleCount(), 5000u);
@@ -34,7 +35,8 @@ TEST(SurfaceLayout, DrawsExactlyTheSurface) {
 
 TEST(SurfaceLayout, SmallChangeOnALargeModelUploadsLittle) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   const auto ball = sphere(52);
   layout.apply(surface.update({}, {-8, -8, -8}, {7, 7, 7}, ball), sink);
@@ -54,7 +56,8 @@ TEST(SurfaceLayout, SmallChangeOnALargeModelUploadsLittle) {
 
 TEST(SurfaceLayout, TheSameDeltaAgainUploadsNothing) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   const auto delta = surface.update({}, {-2, -2, -2}, {1, 1, 1}, sphere(10));
   layout.apply(delta, sink);
@@ -65,7 +68,8 @@ TEST(SurfaceLayout, TheSameDeltaAgainUploadsNothing) {
 
 TEST(SurfaceLayout, SurfaceThatIsGoneIsNotDrawn) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   layout.apply(surface.update({}, {-2, -2, -2}, {1, 1, 1}, sphere(10)), sink);
   layout.apply(surface.update({}, {-2, -2, -2}, {1, 1, 1}, [](const Vec3d&) { return 1.0; }), sink);
@@ -78,7 +82,8 @@ TEST(SurfaceLayout, SurfaceThatIsGoneIsNotDrawn) {
 TEST(SurfaceLayout, ReachesTheEndsOfTheCoordinates) {
   for (const int brick : {-16384, 16383}) {
     FieldSurface surface;
-    SurfaceLayout layout;
+    BufferRanges ranges;
+  SurfaceLayout layout(ranges);
     MirrorSink sink;
     const Vec3d centre = Vec3d::Constant(brick * 8.0 + 4.1);
     layout.apply(surface.update({}, Coord{brick, brick, brick}, Coord{brick, brick, brick}, sphere(2.5, centre)), sink);
@@ -91,7 +96,8 @@ TEST(SurfaceLayout, ReachesTheEndsOfTheCoordinates) {
 
 TEST(SurfaceLayout, BoundsAreTight) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   clay::Grid grid;
   grid.voxelMm = 0.25;
@@ -105,25 +111,27 @@ TEST(SurfaceLayout, BoundsAreTight) {
 
 TEST(SurfaceLayout, RayMeetsTheSphere) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   clay::Grid grid;
   grid.voxelMm = 0.5;
   layout.apply(surface.update(grid, {-3, -3, -3}, {2, 2, 2}, sphere(16, Vec3d::Zero())), sink);
-  const auto hit = layout.raycast({0.1, 0.2, 30}, -Vec3d::UnitZ());
+  const auto hit = layout.raycast({{0.1, 0.2, 30}, -Vec3d::UnitZ()});
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->distanceMm, 22, 0.05);
   EXPECT_TRUE(hit->fromOutside);
-  const auto within = layout.raycast({0.1, 0.2, 0}, Vec3d::UnitX());
+  const auto within = layout.raycast({{0.1, 0.2, 0}, Vec3d::UnitX()});
   ASSERT_TRUE(within);
   EXPECT_FALSE(within->fromOutside);
-  EXPECT_FALSE(layout.raycast({0, 0, 30}, Vec3d::UnitZ()));
-  EXPECT_FALSE(layout.raycast({9, 0, 30}, -Vec3d::UnitZ()));
+  EXPECT_FALSE(layout.raycast({{0, 0, 30}, Vec3d::UnitZ()}));
+  EXPECT_FALSE(layout.raycast({{9, 0, 30}, -Vec3d::UnitZ()}));
 }
 
 TEST(SurfaceLayout, IncompleteSurfaceIsRefused) {
   FieldSurface surface;
-  SurfaceLayout layout;
+  BufferRanges ranges;
+  SurfaceLayout layout(ranges);
   MirrorSink sink;
   auto delta = surface.update({}, {-2, -2, -2}, {1, 1, 1}, sphere(10));
   ASSERT_GT(delta.changed.size(), 2u);
