@@ -274,10 +274,36 @@ class Planner {
     u.drop = pack(drop, std::max(beam, 1e-6 * radius));
     u.marker[0] = float(std::clamp(0.22 * radius, 2.5 * endPixel, 5 * endPixel));
     u.marker[1] = float(1.1 * endPixel);
+    plan_.landing = rectangle(end, std::hypot(1.5 * radius + 2 * double(u.marker[0]), radius + 2 * double(u.marker[1])));
     if (beam <= radius) return;
     const Vec3d start = rel + radius * drop;
     worldLines(Depth::hidden).push_back(line(start, end, {tint.r, tint.g, tint.b, 0.22f}, 6 * unit()));
     worldLines(Depth::hidden).push_back(line(start, end, {tint.r, tint.g, tint.b, 0.9f}, 1.8 * unit()));
+  }
+
+  /// Samples that hold a ball, for all eyes.
+  FramePlan::Rectangle rectangle(const Vec3d& rel, double radius) const {
+    const FrameUniforms& u = plan_.uniforms;
+    const auto vec = [](const FrameUniforms::Vec4& v) { return Vec3d(double(v[0]), double(v[1]), double(v[2])); };
+    const double width = width_ * samples_, height = height_ * samples_;
+    double left = width, top = height, right = 0, bottom = 0;
+    for (int i = 0; i < plan_.eyes(); ++i) {
+      const FrameUniforms::Eye& eye = u.eyes[size_t(i)];
+      const Vec3d p = rel - vec(eye.place);
+      for (int corner = 0; corner < 8; ++corner) {
+        const double x = p.dot(vec(eye.right)) + ((corner & 1) ? radius : -radius), y = p.dot(vec(eye.up)) + ((corner & 2) ? radius : -radius),
+                     z = p.dot(vec(eye.forward)) + ((corner & 4) ? radius : -radius), w = plan_.perspective ? z : 1;
+        if (w <= 0) return {0, 0, int(width), int(height)};
+        const double px = (0.5 + 0.5 * (x * double(u.scale[0]) / w + double(eye.place[3]))) * width;
+        const double py = (0.5 - 0.5 * y * double(u.scale[1]) / w) * height;
+        left = std::min(left, px);
+        right = std::max(right, px);
+        top = std::min(top, py);
+        bottom = std::max(bottom, py);
+      }
+    }
+    const auto within = [](double at, double most) { return int(std::clamp(at, 0.0, most)); };
+    return {within(left - 1, width), within(top - 1, height), within(right + 2, width), within(bottom + 2, height)};
   }
 
   void footprint(const Cursor::Footprint& print, double radius, const Colour& tint) {

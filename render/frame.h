@@ -49,8 +49,13 @@ struct FramePlan {
   Look look;  ///< As asked for, less what the quality leaves out or what there is nothing to see of.
   StereoMode stereo = StereoMode::mono;
   bool perspective = true;
-  bool cursor = false;
+  bool cursor = false;  ///< There is one.
   enum class Ground : uint8_t { none, level, facing } ground = Ground::none;  ///< Facing: lines in the picture's plane.
+  /// Samples that hold the mark where the beam lands, for all eyes; empty without one.
+  struct Rectangle {
+    int left = 0, top = 0, right = 0, bottom = 0;
+    [[nodiscard]] bool empty() const { return left >= right || top >= bottom; }
+  } landing;
   [[nodiscard]] int eyes() const { return Stereo{stereo}.both() ? 2 : 1; }
 
   std::array<std::vector<LineInstance>, 3> worldLines;  ///< Relative to the eye, by Depth.

@@ -223,6 +223,11 @@ void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& p
       bind(commands, Pass::ground);
       vkCmdDraw(commands, 6, 1, 0, 0);
     }
+    if (const auto& box = plan.landing; !box.empty()) {
+      const VkRect2D scissor{{box.left, box.top}, {uint32_t(box.right - box.left), uint32_t(box.bottom - box.top)}};
+      vkCmdSetScissor(commands, 0, 1, &scissor);
+      fullscreen(commands, Pass::landing);
+    }
     vkCmdEndRendering(commands);
   }
   timer.mark(commands, "shade");

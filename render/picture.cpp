@@ -19,11 +19,10 @@ Variant variantOf(const FramePlan& plan, int samples) {
   v.matcap = look.shading == Shading::matcap ? int32_t(look.matcap) : 0;
   v.keyShadow = look.keyShadow;
   v.cavity = look.cavity;
-  v.cursor = plan.cursor;
   v.cursorShadow = plan.cursor && look.cursorShadow;
   v.depthFade = look.depthFade;
   v.section = look.section.has_value();
-  v.facingGrid = plan.ground == FramePlan::Ground::facing;
+  v.ground = int32_t(plan.ground);
   v.stereoMode = plan.eyes() == 2 ? int32_t(plan.stereo) : 0;
   v.samples = samples;
   return v;

@@ -49,6 +49,9 @@ constexpr uint32_t kGroundVert[] = {
 constexpr uint32_t kGroundFrag[] = {
 #include "shaders/ground.frag.inc"
 };
+constexpr uint32_t kLandingFrag[] = {
+#include "shaders/landing.frag.inc"
+};
 constexpr uint32_t kFillVert[] = {
 #include "shaders/fill.vert.inc"
 };
@@ -89,13 +92,12 @@ enum Uses : uint32_t {
   kUseMatcap = 1 << 3,
   kUseKeyShadow = 1 << 4,
   kUseCavity = 1 << 5,
-  kUseCursor = 1 << 6,
-  kUseCursorShadow = 1 << 7,
-  kUseDepthFade = 1 << 8,
-  kUseSection = 1 << 9,
-  kUseFacingGrid = 1 << 10,
-  kUseStereoMode = 1 << 11,
-  kUseSamples = 1 << 12,
+  kUseCursorShadow = 1 << 6,
+  kUseDepthFade = 1 << 7,
+  kUseSection = 1 << 8,
+  kUseGround = 1 << 9,
+  kUseStereoMode = 1 << 10,
+  kUseSamples = 1 << 11,
 };
 
 /// What one pass needs, as a row of a table. Depth is reversed (greater is nearer) but in the shadow map.
@@ -116,7 +118,7 @@ constexpr VkCompareOp kNearer = VK_COMPARE_OP_GREATER, kBehind = VK_COMPARE_OP_L
 /// Against the far end, where full-screen triangles are drawn: where there is clay, where there is none.
 constexpr VkCompareOp kOnClay = VK_COMPARE_OP_LESS, kOffClay = VK_COMPARE_OP_GREATER_OR_EQUAL;
 
-constexpr uint32_t kEyes = kUseEye | kUsePerspective, kLights = kUseKeyShadow | kUseCursor | kUseCursorShadow | kUseDepthFade;
+constexpr uint32_t kEyes = kUseEye | kUsePerspective, kLights = kUseKeyShadow | kUseCursorShadow | kUseDepthFade;
 
 constexpr Recipe kRecipes[] = {
     {Pass::shadow, kShadowVert, kShadowFrag, Vertices::clayShadow, {kNo, kNo}, VK_COMPARE_OP_LESS, true, Blend::none, kUseSection},
@@ -128,7 +130,9 @@ constexpr Recipe kRecipes[] = {
     {Pass::shade, kFullscreenVert, kShadeFrag, Vertices::none, {kColourFormat, kNo}, kOnClay, false, Blend::none,
      kEyes | kLights | kUseShading | kUseMatcap | kUseCavity | kUseSection},
     {Pass::ground, kGroundVert, kGroundFrag, Vertices::none, {kColourFormat, kNo}, kNearer, false, Blend::premultiplied,
-     kEyes | kLights | kUseFacingGrid},
+     kEyes | kLights | kUseGround},
+    {Pass::landing, kFullscreenVert, kLandingFrag, Vertices::none, {kColourFormat, kNo}, kAlways, false, Blend::premultiplied,
+     kEyes | kUseGround},
     {Pass::fills, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kNearer, false, Blend::over, kUseEye},
     {Pass::fillsBehind, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kBehind, false, Blend::over, kUseEye},
     {Pass::fillsOnTop, kFillVert, kFillFrag, Vertices::fill, {kColourFormat, kNo}, kAlways, false, Blend::over, kUseEye},
@@ -149,7 +153,7 @@ static_assert([] {
 }());
 
 constexpr size_t kConstants = sizeof(Variant) / sizeof(int32_t);
-static_assert(kConstants == 13);
+static_assert(kConstants == 12);
 
 /// Destroys shader modules once the pipelines are made.
 class Module {

@@ -45,6 +45,7 @@ enum class Pass : size_t {
   backdrop,
   shade,
   ground,
+  landing,
   fills,
   fillsBehind,  ///< What clay hides.
   fillsOnTop,
@@ -61,8 +62,8 @@ enum class Pass : size_t {
 /// What shaders are specialised for, so that what a picture does not use costs nothing. Mirrors the constants of
 /// shaders/frame.glsl, by their numbers.
 struct Variant {
-  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursor = 0, cursorShadow = 0,
-          depthFade = 0, section = 0, facingGrid = 0, stereoMode = 0, samples = 1;
+  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursorShadow = 0,
+          depthFade = 0, section = 0, ground = 0, stereoMode = 0, samples = 1;
 };
 
 /// Variant::eye of a multiview pass.

@@ -9,13 +9,12 @@ layout(constant_id = 2) const int kShading = 1;  // as Shading
 layout(constant_id = 3) const int kMatcap = 0;   // as Matcap
 layout(constant_id = 4) const bool kKeyShadow = false;
 layout(constant_id = 5) const bool kCavity = false;
-layout(constant_id = 6) const bool kCursor = false;        // there is one
-layout(constant_id = 7) const bool kCursorShadow = false;  // and it throws a shadow
-layout(constant_id = 8) const bool kDepthFade = false;
-layout(constant_id = 9) const bool kSection = false;
-layout(constant_id = 10) const bool kFacingGrid = false;  // lines in the picture's plane
-layout(constant_id = 11) const int kStereoMode = 0;       // as StereoMode
-layout(constant_id = 12) const int kSamples = 1;          // a pixel along an axis
+layout(constant_id = 6) const bool kCursorShadow = false;
+layout(constant_id = 7) const bool kDepthFade = false;
+layout(constant_id = 8) const bool kSection = false;
+layout(constant_id = 9) const int kGround = 0;  // as FramePlan::Ground
+layout(constant_id = 10) const int kStereoMode = 0;       // as StereoMode
+layout(constant_id = 11) const int kSamples = 1;          // a pixel along an axis
 
 struct Eye {
   vec4 right, up, forward;  // xyz

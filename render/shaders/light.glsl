@@ -51,25 +51,3 @@ float ballOcclusion(vec3 rel, vec3 n) {
   float d2 = max(dot(o, o), frame.ball.w * frame.ball.w);
   return clamp(dot(n, o) * inversesqrt(d2), 0.0, 1.0) * frame.ball.w * frame.ball.w / d2;
 }
-
-// The dot where the beam lands and the ring of the ball's size around it; the ring fades where the surface runs along the
-// beam and would draw it out. Cover of a colour, the tool's own but for the white heart of the dot; w: what remains of the light beneath.
-vec4 landing(vec3 rel, vec3 n, out float beneath) {
-  beneath = 1.0;
-  if (!kCursor || frame.drop.w <= 0.0) return vec4(0.0);
-  vec3 o = rel - frame.ball.xyz;
-  float along = dot(o, frame.drop.xyz);
-  if (abs(along - frame.drop.w) > 1.5 * frame.ball.w + 2.0 * frame.marker.x) return vec4(0.0);
-  float aside = length(o - along * frame.drop.xyz);
-  vec3 tint = frame.tint.xyz;
-  float edge = frame.marker.y;
-  float away = length(o - frame.drop.w * frame.drop.xyz);
-  float point = 1.0 - smoothstep(frame.marker.x - edge, frame.marker.x + edge, away);
-  float halo = 1.0 - smoothstep(frame.marker.x + edge, frame.marker.x + 3.0 * edge, away);
-  float facing = smoothstep(0.10, 0.45, -dot(n, frame.drop.xyz));
-  float ring = 0.6 * facing * (1.0 - smoothstep(0.6 * edge, 1.6 * edge, abs(aside - frame.ball.w)));
-  beneath = 1.0 - 0.325 * halo;
-  // Ring, then point, over each other.
-  vec3 premultiplied = mix(tint * ring, mix(tint, vec3(1.0), 0.35), point);
-  return vec4(premultiplied, 1.0 - (1.0 - ring) * (1.0 - point));
-}
