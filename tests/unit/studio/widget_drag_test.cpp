@@ -258,17 +258,18 @@ TEST(WidgetDrag, HandlesGoBeforeBodiesAndTheNearestWins) {
   rig.addPlane();
   rig.hand(rig.at(Vec3d(20, 20, 0), true));
   rig.hand(rig.at(Vec3d(20, 20, 0)));
-  const auto name = [&](const Vec3d& p, double dx) {
+  const auto name = [&](const Vec3d& p, double dx, double dy = 0) {
     const Vec3d s = screenOf(rig, p);
-    rig.hand(rig.mouse(s.x() + dx, s.y()));
-    rig.hand(rig.mouse(s.x() + dx, s.y(), true));
+    rig.hand(rig.mouse(s.x() + dx, s.y() + dy));
+    rig.hand(rig.mouse(s.x() + dx, s.y() + dy, true));
     const std::string result = rig.widgets.held() ? std::string(rig.widgets.drag()->handle().name) : "";
-    rig.hand(rig.mouse(s.x() + dx, s.y()));
+    rig.hand(rig.mouse(s.x() + dx, s.y() + dy));
     return result;
   };
   EXPECT_EQ(name({20, 20, 0}, 0), "corner");
   EXPECT_EQ(name({20, 20, 0}, 7), "corner") << "generous";
   EXPECT_EQ(name({20, 20, 0}, 9), "");
+  EXPECT_EQ(name({20, 20, 0}, 0, 6), "corner") << "though the rim is right under the hand";
   EXPECT_EQ(name({20, 12, 0}, 0), "body");
 }
 
@@ -288,6 +289,25 @@ TEST(WidgetDrag, PiecesMoveAboutTheirMiddle) {
   EXPECT_EQ(rig.labels.back(), "Move " + rig.document.pieces[0].name);
   rig.state.gizmo = GizmoMode::scale;
   EXPECT_FALSE(rig.has("scale axis")) << "clay has no size of its own";
+}
+
+TEST(WidgetDrag, TurnsKeepTheirPivotWhereverTheThingsOwnPlaceIs) {
+  Random random(14);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3d pivot = random.vector(50), axis = random.vector().normalized(), body = random.vector(30);
+    const double angle = random.between(-3, 3);
+    const haptics::Pose before{random.vector(50), random.rotation()};
+    Subject subject = before;
+    turn(subject, pivot, axis, angle);
+    const Vec3d wanted = pivot + Eigen::AngleAxisd(angle, axis) * (before.apply(body) - pivot);
+    EXPECT_LT((std::get<haptics::Pose>(subject).apply(body) - wanted).norm(), 1e-9);
+    Guide ruler;
+    ruler.pointsMm = {pivot, before.apply(body)};
+    subject = ruler;
+    turn(subject, pivot, axis, angle);
+    EXPECT_LT((std::get<Guide>(subject).pointsMm[1] - wanted).norm(), 1e-9);
+    EXPECT_LT((std::get<Guide>(subject).pointsMm[0] - pivot).norm(), 1e-9);
+  }
 }
 
 TEST(WidgetDrag, WhatIsLetGoIsShownWhereItIsUntilTheEditComesBack) {
