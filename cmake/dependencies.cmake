@@ -13,6 +13,8 @@ find_package(OpenVDB REQUIRED)
 list(REMOVE_ITEM CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")
 
 find_package(Vulkan REQUIRED COMPONENTS glslc)
+find_package(X11 REQUIRED)
+find_package(glfw3 REQUIRED)
 pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
 
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/error.h"
 #include "render/model.h"
 #include "render/renderer_state.h"
 
@@ -95,9 +96,13 @@ void Model::prepare(const Sight& sight) {
   if (wishes.empty()) return;
   const UploadStats stats = buffers_.update([&](UploadSink& sink) {
     for (const Wish& wish : wishes) {
-      const size_t cost = wish.clay->prepareChunk(wish.chunk, wish.level, sink);
-      if (cost >= left) return;
-      left -= cost;
+      try {
+        const size_t cost = wish.clay->prepareChunk(wish.chunk, wish.level, sink);
+        if (cost >= left) return;
+        left -= cost;
+      } catch (const Error&) {
+        return;  // no memory left for what only saves time
+      }
     }
   });
   levelBytes_ = stats.bytes;

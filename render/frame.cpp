@@ -223,7 +223,8 @@ class Planner {
       crossing += normal * (ground_ - 1e-4 * diagonal_);
       middle.z() = crossing.z();
     }
-    plan_.ground = facing ? FramePlan::Ground::facing : FramePlan::Ground::level;
+    const bool below = plan_.perspective ? plan_.eye.z() < crossing.z() : axes_.forward.z() > 0;
+    plan_.ground = facing ? FramePlan::Ground::facing : below ? FramePlan::Ground::below : FramePlan::Ground::level;
     u.ground = pack(crossing - plan_.eye, facing ? 2 : 1);
     u.gridU = pack(along, spacing.minor);
     u.gridV = pack(across, spacing.major);

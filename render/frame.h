@@ -50,7 +50,8 @@ struct FramePlan {
   StereoMode stereo = StereoMode::mono;
   bool perspective = true;
   bool cursor = false;  ///< There is one.
-  enum class Ground : uint8_t { none, level, facing } ground = Ground::none;  ///< Facing: lines in the picture's plane.
+  /// Facing: lines in the picture's plane. Level: seen from above, so never before clay. Below: that seen from below.
+  enum class Ground : uint8_t { none, level, facing, below } ground = Ground::none;
   /// Samples that hold the mark where the beam lands, for all eyes; empty without one.
   struct Rectangle {
     int left = 0, top = 0, right = 0, bottom = 0;

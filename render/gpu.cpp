@@ -8,13 +8,10 @@
 #include <utility>
 
 #include "clay/error.h"
+#include "render/gpu_instance.h"
 
 namespace argil::render {
 namespace {
-
-constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
-constexpr const char* kInstallHint =
-    "install a Vulkan driver (Debian: mesa-vulkan-drivers, which also draws without a graphics card) and libvulkan1";
 
 const char* resultName(VkResult result) {
   switch (result) {
@@ -24,6 +21,8 @@ const char* resultName(VkResult result) {
       return "out of graphics memory";
     case VK_ERROR_DEVICE_LOST:
       return "the graphics device was lost";
+    case VK_ERROR_SURFACE_LOST_KHR:
+      return "the window no longer takes pictures";
     case VK_ERROR_INITIALIZATION_FAILED:
       return "the driver did not start";
     case VK_ERROR_EXTENSION_NOT_PRESENT:
@@ -37,132 +36,46 @@ const char* resultName(VkResult result) {
   }
 }
 
-/// volk's entry points are process-wide: whoever loads or fills them holds this.
-std::mutex& loaderMutex() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-bool layerPresent() {
-  uint32_t count = 0;
-  vkEnumerateInstanceLayerProperties(&count, nullptr);
-  std::vector<VkLayerProperties> layers(count);
-  vkEnumerateInstanceLayerProperties(&count, layers.data());
-  return std::any_of(layers.begin(), layers.end(), [](const VkLayerProperties& layer) {
-    return std::strcmp(layer.layerName, kValidationLayer) == 0;
-  });
-}
-
 std::string lower(std::string text) {
   for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
-int rank(VkPhysicalDeviceType type) {
-  switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
-      return 0;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
-      return 1;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
-      return 2;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU:
-      return 3;
-    default:
-      return 4;
-  }
-}
-
-std::optional<uint32_t> graphicsFamily(VkPhysicalDevice device) {
+bool deviceHas(VkPhysicalDevice device, const char* extension) {
   uint32_t count = 0;
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
-  std::vector<VkQueueFamilyProperties> families(count);
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
-  for (uint32_t i = 0; i < count; ++i) {
-    if (families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) return i;
-  }
-  return std::nullopt;
-}
-
-/// Devices that can run the renderer, best first.
-std::vector<VkPhysicalDevice> usableDevices(VkInstance instance) {
-  uint32_t count = 0;
-  vkEnumeratePhysicalDevices(instance, &count, nullptr);
-  std::vector<VkPhysicalDevice> all(count);
-  vkEnumeratePhysicalDevices(instance, &count, all.data());
-  all.resize(count);
-  const auto properties = [](VkPhysicalDevice device) {
-    VkPhysicalDeviceProperties result;
-    vkGetPhysicalDeviceProperties(device, &result);
-    return result;
-  };
-  std::erase_if(all, [&](VkPhysicalDevice device) {
-    return properties(device).apiVersion < VK_API_VERSION_1_3 || !graphicsFamily(device);
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+  std::vector<VkExtensionProperties> all(count);
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, all.data());
+  return std::any_of(all.begin(), all.end(), [&](const VkExtensionProperties& e) {
+    return std::strcmp(e.extensionName, extension) == 0;
   });
-  std::stable_sort(all.begin(), all.end(), [&](VkPhysicalDevice a, VkPhysicalDevice b) {
-    return rank(properties(a).deviceType) < rank(properties(b).deviceType);
-  });
-  return all;
-}
-
-VkInstance makeInstance(bool validation, const void* next) {
-  auto application = structure<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
-  application.pApplicationName = "Argil";
-  application.apiVersion = VK_API_VERSION_1_3;
-  auto info = structure<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
-  info.pNext = next;
-  info.pApplicationInfo = &application;
-  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
-  if (validation) {
-    info.enabledLayerCount = 1;
-    info.ppEnabledLayerNames = &kValidationLayer;
-    info.enabledExtensionCount = 2;
-    info.ppEnabledExtensionNames = extensions;
-  }
-  VkInstance instance = VK_NULL_HANDLE;
-  if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS) return VK_NULL_HANDLE;
-  return instance;
-}
-
-/// Opens the loader; false when there is none. One instance stays for as long as the process: without any, the loader
-/// would unload the drivers, whose threads and caches do not all end before that.
-bool openLoader() {
-  if (volkInitialize() != VK_SUCCESS) return false;
-  static const VkInstance anchor = makeInstance(false, nullptr);
-  static_cast<void>(anchor);
-  return true;
 }
 
 }  // namespace
 
 void check(VkResult result, const char* what) {
   if (result == VK_SUCCESS) return;
-  throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " +
-                  what + "; choose a smaller picture or another device with ARGIL_GPU",
+  const char* advice = "choose a smaller picture or another device with ARGIL_GPU";
+  if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+    advice = "close other programs that draw, hide pieces, choose a smaller picture or another device with ARGIL_GPU";
+  }
+  if (result == VK_ERROR_DEVICE_LOST) advice = "the work is safe, the view has to be started again";
+  if (result == VK_ERROR_SURFACE_LOST_KHR) advice = "the work is safe, open the window again";
+  throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " + what + "; " + advice,
               Error::Kind::work);
 }
 
-std::vector<DeviceInfo> devices() {
-  const std::lock_guard lock(loaderMutex());
-  std::vector<DeviceInfo> result;
-  if (!openLoader()) return result;
-  const VkInstance instance = makeInstance(false, nullptr);
-  if (!instance) return result;
-  volkLoadInstance(instance);
-  for (VkPhysicalDevice device : usableDevices(instance)) {
-    VkPhysicalDeviceProperties properties;
-    vkGetPhysicalDeviceProperties(device, &properties);
-    result.push_back({properties.deviceName, properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU});
-  }
-  vkDestroyInstance(instance, nullptr);
-  return result;
+void Gpu::check(VkResult result, const char* what) {
+  if (result == VK_ERROR_DEVICE_LOST) lost_ = true;
+  render::check(result, what);
 }
 
-Gpu::Gpu(const std::string& wanted, bool validation) {
+Gpu::Gpu(const RendererOptions& options, std::shared_ptr<MessageLog> log)
+    : limit_(options.memoryLimitBytes), log_(std::move(log)) {
   const std::lock_guard lock(loaderMutex());
   try {
-    createInstance(validation);
-    chooseDevice(wanted);
+    createInstance(options.validation);
+    chooseDevice(options.device);
     createDevice();
   } catch (...) {
     destroy();
@@ -177,7 +90,7 @@ Gpu::~Gpu() {
 void Gpu::destroy() noexcept {
   if (device_) {
     vkDeviceWaitIdle(device_);
-    vkDestroyFence(device_, fence_, nullptr);
+    vkDestroySemaphore(device_, done_, nullptr);
     vkDestroyCommandPool(device_, pool_, nullptr);
     vkDestroyDevice(device_, nullptr);
   }
@@ -203,7 +116,7 @@ void Gpu::createInstance(bool validation) {
   messenger.messageType =
       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
   messenger.pfnUserCallback = onMessage;
-  messenger.pUserData = this;
+  messenger.pUserData = log_.get();
   const VkValidationFeatureEnableEXT enabled[] = {VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
   auto features = structure<VkValidationFeaturesEXT>(VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT);
   features.pNext = &messenger;
@@ -248,13 +161,16 @@ void Gpu::createDevice() {
   queue.queueFamilyIndex = family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
+  auto features11 = structure<VkPhysicalDeviceVulkan11Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES);
+  features11.multiview = VK_TRUE;
+  auto features12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+  features12.pNext = &features11;
+  features12.timelineSemaphore = VK_TRUE;
   auto features = structure<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+  features.pNext = &features12;
   features.dynamicRendering = VK_TRUE;
   features.synchronization2 = VK_TRUE;
   features.maintenance4 = VK_TRUE;  // a fragment shader may ignore what the vertex shader hands it
-  auto multiview = structure<VkPhysicalDeviceVulkan11Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES);
-  multiview.multiview = VK_TRUE;
-  features.pNext = &multiview;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   info.pNext = &features;
   VkPhysicalDeviceFeatures core{};
@@ -262,6 +178,10 @@ void Gpu::createDevice() {
   info.pEnabledFeatures = &core;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
+  const char* swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
+  swapchains_ = !surfaceExtensions().empty() && deviceHas(physical_, swapchain);
+  info.enabledExtensionCount = swapchains_ ? 1 : 0;
+  info.ppEnabledExtensionNames = &swapchain;
   check(vkCreateDevice(physical_, &info, nullptr, &device_), "opening the device");
   vkGetDeviceQueue(device_, family_, 0, &queue_);
 
@@ -269,38 +189,89 @@ void Gpu::createDevice() {
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
   pool.queueFamilyIndex = family_;
   check(vkCreateCommandPool(device_, &pool, nullptr, &pool_), "making a command pool");
-  const auto fence = structure<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
-  check(vkCreateFence(device_, &fence, nullptr, &fence_), "making a fence");
+  auto timeline = structure<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
+  timeline.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+  auto semaphore = structure<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
+  semaphore.pNext = &timeline;
+  check(vkCreateSemaphore(device_, &semaphore, nullptr, &done_), "making a semaphore");
 }
 
-void Gpu::run(const std::function<void(VkCommandBuffer)>& record) {
-  auto allocate = structure<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
-  allocate.commandPool = pool_;
-  allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-  allocate.commandBufferCount = 1;
+Gpu::Ticket Gpu::submit(const std::function<void(VkCommandBuffer)>& record, const SubmitSemaphores& semaphores) {
+  if (lost_) check(VK_ERROR_DEVICE_LOST, "starting a picture");
+  reclaim();
+  auto allocation = structure<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
+  allocation.commandPool = pool_;
+  allocation.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  allocation.commandBufferCount = 1;
   VkCommandBuffer commands = VK_NULL_HANDLE;
-  check(vkAllocateCommandBuffers(device_, &allocate, &commands), "making a command buffer");
+  check(vkAllocateCommandBuffers(device_, &allocation, &commands), "making a command buffer");
   auto begin = structure<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
   VkResult result = vkBeginCommandBuffer(commands, &begin);
   if (result == VK_SUCCESS) {
-    record(commands);
+    // Frames under way share images and buffers: the next one starts when the one before has written.
+    barrier(commands, {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT},
+            {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT});
+    try {
+      record(commands);
+    } catch (...) {
+      vkFreeCommandBuffers(device_, pool_, 1, &commands);
+      throw;
+    }
     result = vkEndCommandBuffer(commands);
   }
+  if (result == VK_SUCCESS && std::exchange(loseNext_, false)) result = VK_ERROR_DEVICE_LOST;
   if (result == VK_SUCCESS) {
     auto one = structure<VkCommandBufferSubmitInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO);
     one.commandBuffer = commands;
-    auto submit = structure<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
-    submit.commandBufferInfoCount = 1;
-    submit.pCommandBufferInfos = &one;
-    result = vkQueueSubmit2(queue_, 1, &submit, fence_);
-    if (result == VK_SUCCESS) {
-      result = vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX);
-      vkResetFences(device_, 1, &fence_);
-    }
+    auto wait = structure<VkSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO);
+    wait.semaphore = semaphores.wait;
+    wait.stageMask = semaphores.waitStage;
+    VkSemaphoreSubmitInfo signals[2];
+    signals[0] = signals[1] = structure<VkSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO);
+    signals[0].semaphore = done_;
+    signals[0].value = submitted_ + 1;
+    signals[1].semaphore = semaphores.signal;
+    signals[0].stageMask = signals[1].stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    auto submission = structure<VkSubmitInfo2>(VK_STRUCTURE_TYPE_SUBMIT_INFO_2);
+    submission.waitSemaphoreInfoCount = semaphores.wait ? 1 : 0;
+    submission.pWaitSemaphoreInfos = &wait;
+    submission.commandBufferInfoCount = 1;
+    submission.pCommandBufferInfos = &one;
+    submission.signalSemaphoreInfoCount = semaphores.signal ? 2 : 1;
+    submission.pSignalSemaphoreInfos = signals;
+    result = vkQueueSubmit2(queue_, 1, &submission, VK_NULL_HANDLE);
   }
-  vkFreeCommandBuffers(device_, pool_, 1, &commands);
+  if (result != VK_SUCCESS) vkFreeCommandBuffers(device_, pool_, 1, &commands);
   check(result, "running the passes");
+  pending_.push_back({++submitted_, commands});
+  return submitted_;
+}
+
+void Gpu::wait(Ticket ticket) {
+  if (ticket <= settled_) return;
+  if (lost_) check(VK_ERROR_DEVICE_LOST, "waiting for a picture");
+  auto info = structure<VkSemaphoreWaitInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO);
+  info.semaphoreCount = 1;
+  info.pSemaphores = &done_;
+  info.pValues = &ticket;
+  check(vkWaitSemaphores(device_, &info, UINT64_MAX), "waiting for a picture");
+  settled_ = ticket;
+}
+
+void Gpu::settle() noexcept {
+  if (settled_ == submitted_) return;
+  vkDeviceWaitIdle(device_);
+  settled_ = submitted_;
+}
+
+void Gpu::reclaim() {
+  uint64_t done = 0;
+  check(vkGetSemaphoreCounterValue(device_, done_, &done), "asking for progress");
+  while (!pending_.empty() && pending_.front().ticket <= done) {
+    vkFreeCommandBuffers(device_, pool_, 1, &pending_.front().commands);
+    pending_.pop_front();
+  }
 }
 
 VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory use) {
@@ -308,7 +279,9 @@ VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory u
   VkMemoryPropertyFlags required = 0, liked = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   if (use == Buffer::Memory::upload) required = host, liked = 0;
   if (use == Buffer::Memory::readback) required = host, liked = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  const bool allowed = limit_ == 0 || allocated_ + needs.size <= limit_;
   for (const VkMemoryPropertyFlags flags : {required | liked, required}) {
+    if (!allowed) break;
     for (uint32_t type = 0; type < memory_.memoryTypeCount; ++type) {
       if (!(needs.memoryTypeBits & (1u << type)) || (memory_.memoryTypes[type].propertyFlags & flags) != flags)
         continue;
@@ -316,23 +289,26 @@ VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory u
       info.allocationSize = needs.size;
       info.memoryTypeIndex = type;
       VkDeviceMemory memory = VK_NULL_HANDLE;
-      if (vkAllocateMemory(device_, &info, nullptr, &memory) == VK_SUCCESS) return memory;
+      const VkResult result = vkAllocateMemory(device_, &info, nullptr, &memory);
+      if (result == VK_SUCCESS) {
+        allocated_ += needs.size;
+        return memory;
+      }
+      if (result == VK_ERROR_DEVICE_LOST) check(result, "taking graphics memory");
     }
   }
   check(VK_ERROR_OUT_OF_DEVICE_MEMORY, "taking graphics memory");
   return VK_NULL_HANDLE;
 }
 
-std::vector<std::string> Gpu::validationMessages() const {
-  const std::lock_guard lock(messagesMutex_);
-  return messages_;
+void Gpu::free(VkDeviceMemory memory, VkDeviceSize size) noexcept {
+  vkFreeMemory(device_, memory, nullptr);
+  allocated_ -= size;
 }
 
 VkBool32 Gpu::onMessage(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* self) {
-  auto* gpu = static_cast<Gpu*>(self);
-  const std::lock_guard lock(gpu->messagesMutex_);
-  gpu->messages_.emplace_back(data->pMessage);
+                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* log) {
+  static_cast<MessageLog*>(log)->add(data->pMessage);
   return VK_FALSE;
 }
 
@@ -341,14 +317,15 @@ Buffer::Buffer(Gpu& gpu, VkDeviceSize size, VkBufferUsageFlags usage, Memory mem
   info.size = size;
   info.usage = usage;
   try {
-    check(vkCreateBuffer(gpu.device(), &info, nullptr, &handle_), "making a buffer");
+    gpu.check(vkCreateBuffer(gpu.device(), &info, nullptr, &handle_), "making a buffer");
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(gpu.device(), handle_, &needs);
     memory_ = gpu.allocate(needs, memory);
-    check(vkBindBufferMemory(gpu.device(), handle_, memory_, 0), "binding a buffer");
+    taken_ = needs.size;
+    gpu.check(vkBindBufferMemory(gpu.device(), handle_, memory_, 0), "binding a buffer");
     if (memory != Memory::device) {
       void* address = nullptr;
-      check(vkMapMemory(gpu.device(), memory_, 0, VK_WHOLE_SIZE, 0, &address), "mapping a buffer");
+      gpu.check(vkMapMemory(gpu.device(), memory_, 0, VK_WHOLE_SIZE, 0, &address), "mapping a buffer");
       mapped_ = static_cast<std::byte*>(address);
     }
   } catch (...) {
@@ -361,6 +338,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
   std::swap(gpu_, other.gpu_);
   std::swap(handle_, other.handle_);
   std::swap(memory_, other.memory_);
+  std::swap(taken_, other.taken_);
   std::swap(size_, other.size_);
   std::swap(mapped_, other.mapped_);
   return *this;
@@ -368,9 +346,11 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
 
 void Buffer::reset() {
   if (!gpu_) return;
+  gpu_->settle();
   vkDestroyBuffer(gpu_->device(), handle_, nullptr);
-  vkFreeMemory(gpu_->device(), memory_, nullptr);
+  gpu_->free(memory_, taken_);
   gpu_ = nullptr;
+  taken_ = 0;
   handle_ = VK_NULL_HANDLE;
   memory_ = VK_NULL_HANDLE;
   size_ = 0;
@@ -382,7 +362,7 @@ VkImageAspectFlags Texture::aspect() const {
 }
 
 Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
-                 uint32_t layers, VkFormat alias)
+                 uint32_t layers, VkFormat alias, VkComponentMapping swizzle)
     : gpu_(&gpu), format_(format), extent_{width, height} {
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
@@ -395,27 +375,29 @@ Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkI
   info.tiling = VK_IMAGE_TILING_OPTIMAL;
   info.usage = usage;
   try {
-    check(vkCreateImage(gpu.device(), &info, nullptr, &image_), "making an image");
+    gpu.check(vkCreateImage(gpu.device(), &info, nullptr, &image_), "making an image");
     VkMemoryRequirements needs;
     vkGetImageMemoryRequirements(gpu.device(), image_, &needs);
     memory_ = gpu.allocate(needs, Buffer::Memory::device);
-    check(vkBindImageMemory(gpu.device(), image_, memory_, 0), "binding an image");
+    taken_ = needs.size;
+    gpu.check(vkBindImageMemory(gpu.device(), image_, memory_, 0), "binding an image");
     auto view = structure<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = image_;
     view.viewType = layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
     view.format = format;
+    view.components = swizzle;
     view.subresourceRange = {aspect(), 0, 1, 0, info.arrayLayers};
-    check(vkCreateImageView(gpu.device(), &view, nullptr, &view_), "making an image view");
+    gpu.check(vkCreateImageView(gpu.device(), &view, nullptr, &view_), "making an image view");
     for (uint32_t i = 0; layers == 2 && i < 2; ++i) {
       auto layer = view;
       layer.viewType = VK_IMAGE_VIEW_TYPE_2D;
       layer.subresourceRange.baseArrayLayer = i;
       layer.subresourceRange.layerCount = 1;
-      check(vkCreateImageView(gpu.device(), &layer, nullptr, &layerViews_[i]), "making an image view");
+      gpu.check(vkCreateImageView(gpu.device(), &layer, nullptr, &layerViews_[i]), "making an image view");
     }
     if (alias != VK_FORMAT_UNDEFINED) {
       view.format = alias;
-      check(vkCreateImageView(gpu.device(), &view, nullptr, &aliasView_), "making an image view");
+      gpu.check(vkCreateImageView(gpu.device(), &view, nullptr, &aliasView_), "making an image view");
     }
   } catch (...) {
     reset();
@@ -427,6 +409,7 @@ Texture& Texture::operator=(Texture&& other) noexcept {
   std::swap(gpu_, other.gpu_);
   std::swap(image_, other.image_);
   std::swap(memory_, other.memory_);
+  std::swap(taken_, other.taken_);
   std::swap(view_, other.view_);
   std::swap(aliasView_, other.aliasView_);
   std::swap(layerViews_, other.layerViews_);
@@ -437,18 +420,32 @@ Texture& Texture::operator=(Texture&& other) noexcept {
 
 void Texture::reset() {
   if (!gpu_) return;
+  gpu_->settle();
   vkDestroyImageView(gpu_->device(), view_, nullptr);
   vkDestroyImageView(gpu_->device(), aliasView_, nullptr);
   for (VkImageView& each : layerViews_) vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
   vkDestroyImage(gpu_->device(), image_, nullptr);
-  vkFreeMemory(gpu_->device(), memory_, nullptr);
+  gpu_->free(memory_, taken_);
   gpu_ = nullptr;
+  taken_ = 0;
   view_ = aliasView_ = VK_NULL_HANDLE;
   image_ = VK_NULL_HANDLE;
   memory_ = VK_NULL_HANDLE;
 }
 
-void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse& from, const ImageUse& to) {
+void barrier(VkCommandBuffer commands, const MemoryUse& from, const MemoryUse& to) {
+  auto memory = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+  memory.srcStageMask = from.stage;
+  memory.srcAccessMask = from.access;
+  memory.dstStageMask = to.stage;
+  memory.dstAccessMask = to.access;
+  auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
+  dependency.memoryBarrierCount = 1;
+  dependency.pMemoryBarriers = &memory;
+  vkCmdPipelineBarrier2(commands, &dependency);
+}
+
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from, const ImageUse& to) {
   auto barrier = structure<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
   barrier.srcStageMask = from.stage;
   barrier.srcAccessMask = from.access;
@@ -457,8 +454,8 @@ void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse
   barrier.oldLayout = from.layout;
   barrier.newLayout = to.layout;
   barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = texture.image();
-  barrier.subresourceRange = {texture.aspect(), 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+  barrier.image = image;
+  barrier.subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
   auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
   dependency.imageMemoryBarrierCount = 1;
   dependency.pImageMemoryBarriers = &barrier;

@@ -28,7 +28,7 @@ struct Sight {
 
 class Model {
  public:
-  explicit Model(Gpu& gpu) : buffers_(gpu), list_(gpu) {}
+  explicit Model(Gpu& gpu);
 
   UploadStats update(PieceId id, const clay::SurfaceDelta& delta);
   UploadStats updatePart(PieceId id, const clay::TriangleMesh& mesh);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "render/renderer_state.h"
 
@@ -26,8 +27,6 @@ constexpr ImageUse kTestDepth{
     VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
     VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL};
-constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
-                             VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
 VkRenderingAttachmentInfo attachment(VkImageView view, VkImageLayout layout, VkAttachmentLoadOp load,
                                      VkClearValue clear = {}) {
@@ -76,11 +75,24 @@ int Renderer::State::samplesOf(int width, int height) const {
 
 void Renderer::State::resize(int width, int height, const FramePlan& plan, int samples) {
   // What a look does not use is kept as a single pixel. Once there, images stay: looks change back and forth.
+  const auto serves = [&](const Targets& t) { return t.width == width && t.height == height && t.samples == samples && t.eyes == plan.eyes(); };
+  const auto fits = [&](const Targets& t) {
+    return serves(t) && (t.cavities || !plan.look.cavity) && (t.shadowPixels == quality.shadowPixels || !plan.look.keyShadow);
+  };
+  if (fits(targets)) return;
+  // Moving pictures and those at rest differ in their samples and take turns: the images of both are kept.
+  const bool turns = targets.width == width && targets.height == height && targets.eyes == plan.eyes() && targets.samples != samples;
+  if (turns) std::swap(targets, resting);
+  if (!turns) resting = Targets();
+  if (!fits(targets)) makeTargets(width, height, plan, samples);
+  gpu.settle();  // frames under way read the same set
+  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
+}
+
+void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, int samples) {
   const bool same = targets.width == width && targets.height == height && targets.samples == samples && targets.eyes == plan.eyes();
   const bool cavities = plan.look.cavity || (same && targets.cavities);
   const int shadowPixels = plan.look.keyShadow ? quality.shadowPixels : (same ? targets.shadowPixels : 1);
-  if (same && targets.cavities == cavities && targets.shadowPixels == shadowPixels) return;
-
   targets = Targets();
   Targets made;
   made.width = width;
@@ -102,9 +114,7 @@ void Renderer::State::resize(int width, int height, const FramePlan& plan, int s
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
   made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
-  made.readback = Buffer(gpu, VkDeviceSize(w) * h * 4, VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
   targets = std::move(made);
-  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
 }
 
 void Renderer::State::bind(VkCommandBuffer commands, Pass pass) {
@@ -131,7 +141,7 @@ VkImageView Renderer::State::viewFor(const Texture& texture, int turn) const {
 void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count) {
   if (count == 0) return;
   bind(commands, pass);
-  const VkBuffer buffer = lines.handle();
+  const VkBuffer buffer = frame().lines.handle();
   const VkDeviceSize offset = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &offset);
   push(commands, pipelines.layout(), constants);
@@ -139,7 +149,7 @@ void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const Overl
 }
 
 void Renderer::State::drawFills(VkCommandBuffer commands, const FramePlan& plan) {
-  const VkBuffer buffer = lines.handle();
+  const VkBuffer buffer = frame().lines.handle();
   const auto draw = [&](Pass pass, float strength, const FramePlan::FillRun& run) {
     bind(commands, pass);
     vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &fillsAt);
@@ -184,6 +194,7 @@ void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& pla
   for (const int turn : turns()) {
     variant.eye = turn;
     stats = {};  // an eye alone counts like both
+    stats.levelBytes = model.levelBytes();
     const VkRenderingAttachmentInfo colours[] = {
         colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
         colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};
@@ -220,7 +231,7 @@ void Renderer::State::recordColours(VkCommandBuffer commands, const FramePlan& p
     fullscreen(commands, Pass::backdrop);
     fullscreen(commands, Pass::shade);
     if (plan.ground != FramePlan::Ground::none) {
-      bind(commands, Pass::ground);
+      bind(commands, plan.ground == FramePlan::Ground::below ? Pass::groundBelow : Pass::ground);
       vkCmdDraw(commands, 6, 1, 0, 0);
     }
     if (const auto& box = plan.landing; !box.empty()) {
@@ -290,24 +301,6 @@ void Renderer::State::recordPicture(VkCommandBuffer commands, const FramePlan& p
   fullscreen(commands, Pass::resolve);
   vkCmdEndRendering(commands);
   timer.mark(commands, "resolve");
-}
-
-void Renderer::State::recordReadback(VkCommandBuffer commands) {
-  transition(commands, targets.picture, kDrawColour, kCopyFrom);
-  VkBufferImageCopy copy{};
-  copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  copy.imageExtent = {targets.picture.extent().width, targets.picture.extent().height, 1};
-  vkCmdCopyImageToBuffer(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                         targets.readback.handle(), 1, &copy);
-  auto toHost = structure<VkMemoryBarrier2>(VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
-  toHost.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT;
-  toHost.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
-  toHost.dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT;
-  toHost.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
-  auto dependency = structure<VkDependencyInfo>(VK_STRUCTURE_TYPE_DEPENDENCY_INFO);
-  dependency.memoryBarrierCount = 1;
-  dependency.pMemoryBarriers = &toHost;
-  vkCmdPipelineBarrier2(commands, &dependency);
 }
 
 }  // namespace argil::render

@@ -1,7 +1,6 @@
 // Pictures: from what was asked for to what the passes need, and back as bytes.
 
 #include <algorithm>
-#include <cstring>
 
 #include "clay/error.h"
 #include "render/renderer_state.h"
@@ -10,6 +9,12 @@ namespace argil::render {
 namespace {
 
 constexpr int kLeastEdge = 16, kMostEdge = 8192;
+
+constexpr ImageUse kDrawn{VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                          VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                          VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL};
+constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
+                             VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
 Variant variantOf(const FramePlan& plan, int samples) {
   const Look& look = plan.look;
@@ -53,6 +58,7 @@ void Renderer::State::uploadOverlays(const FramePlan& plan) {
   fillsAt = count * sizeof(LineInstance);
   const VkDeviceSize bytes = fillsAt + plan.fillVertices.size() * sizeof(FillVertex);
   if (bytes == 0) return;
+  Buffer& lines = frame().lines;
   if (lines.size() < bytes) lines = Buffer(gpu, bytes + bytes / 2, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
   auto* out = reinterpret_cast<LineInstance*>(lines.mapped());
   for (const auto& each : plan.worldLines) out = std::copy(each.begin(), each.end(), out);
@@ -60,7 +66,7 @@ void Renderer::State::uploadOverlays(const FramePlan& plan) {
   std::copy(plan.fillVertices.begin(), plan.fillVertices.end(), reinterpret_cast<FillVertex*>(lines.mapped() + fillsAt));
 }
 
-FramePlan Renderer::State::prepare(const Shot& shot, int width, int height) {
+FramePlan Renderer::State::prepare(const Shot& shot, int width, int height, const UiFrame* panels) {
   shot.view.check();
   check(shot.look);
   check(shot.stereo);
@@ -69,33 +75,70 @@ FramePlan Renderer::State::prepare(const Shot& shot, int width, int height) {
     throw Error("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
                 " pixels cannot be drawn; choose 16 to 8192 along each side");
   }
+  if (panels) ui.check(*panels);
+  slot = (slot + 1) % kFramesInFlight;
+  gpu.wait(frame().ticket);
+  showing = false;
   Quality used = quality;
   used.supersample = samplesOf(width, height);
   FramePlan plan = planFrame(shot, subject(shot), used, width, height);
   resize(width, height, plan, used.supersample);
-  std::memcpy(uniforms.mapped(), &plan.uniforms, sizeof plan.uniforms);
   uploadOverlays(plan);
+  if (panels) ui.upload(*panels, slot);
   variant = variantOf(plan, used.supersample);
   stats = {};
   model.prepare(sight(plan));
   return plan;
 }
 
-Image Renderer::State::readback() const {
-  Image image{targets.width, targets.height, {}};
-  const auto* bytes = reinterpret_cast<const uint8_t*>(targets.readback.mapped());
-  image.rgba.assign(bytes, bytes + size_t(image.width) * size_t(image.height) * 4);
+void Renderer::State::recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels) {
+  // Written by the device itself, in order: the frame before may still read them.
+  static_assert(sizeof plan.uniforms <= 65536 && sizeof plan.uniforms % 4 == 0);
+  vkCmdUpdateBuffer(commands, uniforms.handle(), 0, sizeof plan.uniforms, &plan.uniforms);
+  barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
+          {VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_UNIFORM_READ_BIT});
+  recordPicture(commands, plan);
+  if (panels && !panels->empty()) {
+    transition(commands, targets.picture, kDrawn, kDrawn);
+    ui.draw(commands, *panels, slot, targets.picture);
+    timer.mark(commands, "panels");
+  }
+  transition(commands, targets.picture, kDrawn, kCopyFrom);
+}
+
+Image Renderer::State::readBack() {
+  static_assert(kPictureFormat == VK_FORMAT_B8G8R8A8_UNORM);
+  const VkExtent2D extent = targets.picture.extent();
+  Image image{int(extent.width), int(extent.height), {}};
+  image.rgba.resize(4 * size_t(extent.width) * extent.height);
+  if (targets.readback.size() < image.rgba.size()) {
+    targets.readback = Buffer(gpu, image.rgba.size(), VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
+  }
+  gpu.run([&](VkCommandBuffer commands) {
+    VkBufferImageCopy copy{};
+    copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    copy.imageExtent = {extent.width, extent.height, 1};
+    vkCmdCopyImageToBuffer(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                           targets.readback.handle(), 1, &copy);
+    barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
+            {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT});
+  });
+  const auto* bgra = reinterpret_cast<const uint8_t*>(targets.readback.mapped());
+  for (size_t i = 0; i < image.rgba.size(); i += 4) {
+    image.rgba[i] = bgra[i + 2];
+    image.rgba[i + 1] = bgra[i + 1];
+    image.rgba[i + 2] = bgra[i];
+    image.rgba[i + 3] = bgra[i + 3];
+  }
   return image;
 }
 
-Image Renderer::render(const Shot& shot, int width, int height, const UiFrame*) {
+Image Renderer::render(const Shot& shot, int width, int height, const UiFrame* panels) {
   State& s = *state_;
-  const FramePlan plan = s.prepare(shot, width, height);
-  s.gpu.run([&](VkCommandBuffer commands) {
-    s.recordPicture(commands, plan);
-    s.recordReadback(commands);
-  });
-  return s.readback();
+  s.keepShown();
+  const FramePlan plan = s.prepare(shot, width, height, panels);
+  s.frame().ticket = s.gpu.submit([&](VkCommandBuffer commands) { s.recordFrame(commands, plan, panels); });
+  return s.readBack();
 }
 
 Image Renderer::render(const View& view, const Overlays& overlays, int width, int height) {

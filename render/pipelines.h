@@ -9,12 +9,13 @@
 namespace argil::render {
 
 inline constexpr VkFormat kNormalFormat = VK_FORMAT_R16G16_SFLOAT;
-inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_SRGB;  ///< Alpha: material's code.
+inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< Square roots of display-linear; alpha: material's code.
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat kCavityFormat = VK_FORMAT_R8G8_UNORM;
 /// What passes draw colours into: they write display-linear, blending is linear, memory holds sRGB.
-inline constexpr VkFormat kColourFormat = VK_FORMAT_R8G8B8A8_SRGB;
-inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< The finished picture's bytes, which are sRGB.
+inline constexpr VkFormat kColourFormat = VK_FORMAT_B8G8R8A8_SRGB;
+/// The finished picture's bytes, which are sRGB, in the order that windows take.
+inline constexpr VkFormat kPictureFormat = VK_FORMAT_B8G8R8A8_UNORM;
 
 /// Push constants of shaders/chunk.glsl.
 struct PieceConstants {
@@ -45,6 +46,7 @@ enum class Pass : size_t {
   backdrop,
   shade,
   ground,
+  groundBelow,  ///< Seen through, over clay.
   landing,
   fills,
   fillsBehind,  ///< What clay hides.

@@ -40,7 +40,7 @@ const std::string& Renderer::deviceName() const {
   return state_->name;
 }
 uint64_t Renderer::deviceBytes() const {
-  return state_->model.bytes() + state_->targets.bytes();
+  return state_->gpu.allocatedBytes();
 }
 Renderer::DrawStats Renderer::drawStats() const {
   return state_->stats;
@@ -49,7 +49,7 @@ bool Renderer::validating() const {
   return state_->gpu.validating();
 }
 std::vector<std::string> Renderer::validationMessages() const {
-  return state_->gpu.validationMessages();
+  return state_->log->all();
 }
 
 }  // namespace argil::render

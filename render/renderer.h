@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of clay, without a window.
+// Pictures of clay, as images and in one window.
 
 #include <cstdint>
 #include <memory>
@@ -32,6 +32,7 @@ struct RendererOptions {
   std::string device;  ///< Part of a device's name, any case; empty: the environment's ARGIL_GPU, else the best device.
   bool validation = false;  ///< Vulkan's validation layer with synchronization validation, where it is installed.
   Quality quality;
+  uint64_t memoryLimitBytes = 0;  ///< Graphics memory that it may take; 0: what the device has.
   /// How both eyes of a stereo picture are drawn: together in one multiview pass or apart, one after the other. Automatic: together,
   /// but apart on software drivers, whose multiview loses large triangles.
   enum class Eyes : uint8_t { automatic, together, apart } eyes = Eyes::automatic;
@@ -85,7 +86,7 @@ class Renderer {
   // The model (renderer_model.cpp)
 
   /// Uploads what changed in a piece, which is made when it is new. Cost follows the delta. Deltas of a piece must come in order, from
-  /// one Surface.
+  /// one Surface. When graphics memory does not hold it, the Error says so and the piece is gone: send it whole again, or leave it out.
   UploadStats update(PieceId piece, const clay::SurfaceDelta& delta);
   UploadStats update(const clay::SurfaceDelta& delta) { return update(0, delta); }
   /// A mesh as it is, in place of what was there under that name. Both sides of its faces are drawn.
@@ -122,15 +123,19 @@ class Renderer {
 
   // One window (renderer_window.cpp)
 
-  /// From now on present() draws there. Throws Error when this device cannot show pictures in it.
+  /// From now on present() draws there, until detach(): call that before the window closes. Throws Error when this device cannot show
+  /// pictures in it; then no window is attached.
   void attach(const WindowHooks& window);
   void detach();
   /// Draws the next frame into the window; waits for the frame before the last to be done, not for this one. False when there was
-  /// nothing to draw on (minimised). Follows the window's size by itself.
+  /// nothing to draw on (minimised, hidden, changing its size just now). Follows the window's size by itself. Shows at most one picture a
+  /// refresh of the screen where the screen has one, else as many as are asked for: the caller paces.
   bool present(const Shot& shot, const UiFrame& ui);
-  /// What the window showed last, read back. Costs a frame.
+  /// What the window showed last, panels included, as an image. Waits for it to be drawn and copies it; drawing another picture by
+  /// render() first costs such a copy too. Throws Error when nothing was shown yet.
   [[nodiscard]] Image lastPresented();
-  /// Font and pictures of the panels: 8-bit coverage (channels 1) or RGBA (4). Texture 0 is the font.
+  /// Font and pictures of the panels: 8-bit coverage (channels 1) or RGBA (4), sRGB, straight alpha. Texture 0 is the font; until it is
+  /// set, panels are plain faces. Replaces what was there under that name. Waits for the device: not for each frame.
   void setUiTexture(uint32_t texture, int width, int height, int channels, const uint8_t* pixels);
 
   /// The device was lost (deviceLost() is true after the Error): makes everything anew on it or on another one. The model has
@@ -148,6 +153,7 @@ class Renderer {
   /// Chunks drawn and chunks outside of the picture, of the last picture.
   struct DrawStats {
     uint64_t chunksDrawn = 0, chunksCulled = 0, trianglesDrawn = 0, drawCalls = 0;
+    uint64_t levelBytes = 0;  ///< Uploaded for coarser levels that the picture was the first to want.
   };
   [[nodiscard]] DrawStats drawStats() const;
   [[nodiscard]] std::vector<PassTime> passTimes() const;

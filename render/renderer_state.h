@@ -1,6 +1,8 @@
 #pragma once
 // What a renderer is made of. Only for the .cpp files of render/.
 
+#include <array>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -9,6 +11,8 @@
 #include "render/pass_timer.h"
 #include "render/pipelines.h"
 #include "render/renderer.h"
+#include "render/ui_pass.h"
+#include "render/window_target.h"
 
 namespace argil::render {
 
@@ -17,43 +21,51 @@ struct Targets {
   int width = 0, height = 0, samples = 0, eyes = 0, shadowPixels = 0;
   bool cavities = false;
   Texture depth, normal, albedo, cavity, shadow, colour, picture;
-  Buffer readback;
+  Buffer readback;  ///< Made when first asked for.
 
   /// Colours are drawn straight into the picture: one sample, one eye.
   [[nodiscard]] bool direct() const { return samples == 1 && eyes == 1; }
-  [[nodiscard]] uint64_t bytes() const {
-    const uint64_t pixels = uint64_t(width) * uint64_t(height),
-                   fine = pixels * uint64_t(samples) * uint64_t(samples) * uint64_t(eyes);
-    return fine * (4 + 4 + 4 + (direct() ? 0 : 4)) + pixels * (uint64_t(cavities ? 2 * eyes : 0) + 4 + 4) +
-           uint64_t(shadowPixels) * uint64_t(shadowPixels) * 4;
-  }
+};
+
+/// What the CPU writes for one of the frames that may be under way.
+struct FrameSlot {
+  Gpu::Ticket ticket = 0;  ///< Of the last frame that used it.
+  Buffer lines;            ///< World lines by depth, screen lines, then fills.
 };
 
 struct Renderer::State {
-  explicit State(const RendererOptions& options)
-      : quality(options.quality),
-        gpu(options.device, options.validation),
+  explicit State(const RendererOptions& given, std::shared_ptr<MessageLog> messages = std::make_shared<MessageLog>())
+      : options(given),
+        log(std::move(messages)),
+        quality(options.quality),
+        gpu(options, log),
         pipelines(gpu),
         model(gpu),
         timer(gpu),
-        uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, Buffer::Memory::upload),
+        uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                 Buffer::Memory::device),
         name(gpu.properties().deviceName),
         // Mesa 22.3's llvmpipe draws triangles over whole tiles of the second view into the first.
         eyesTogether(options.eyes == RendererOptions::Eyes::together ||
                      (options.eyes == RendererOptions::Eyes::automatic &&
-                      gpu.properties().deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)) {}
+                      gpu.properties().deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)),
+        ui(gpu, kPictureFormat) {}
+  ~State() { gpu.settle(); }
 
   // Pictures (picture.cpp, passes.cpp)
 
-  /// Checks a picture that was asked for, makes its images, plans it and uploads what it needs.
-  FramePlan prepare(const Shot& shot, int width, int height);
+  /// Checks a picture that was asked for, plans it, makes its images, takes the slot of the frame before the last when the device
+  /// is done with it, and uploads what the picture needs.
+  FramePlan prepare(const Shot& shot, int width, int height, const UiFrame* panels);
   /// All passes. Ends with the picture in `targets.picture`, as a colour attachment that was just written.
   void recordPicture(VkCommandBuffer commands, const FramePlan& plan);
-  /// From there into `targets.readback`.
-  void recordReadback(VkCommandBuffer commands);
-  [[nodiscard]] Image readback() const;
+  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from.
+  void recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels);
+  /// The picture that was drawn last; waits for it.
+  [[nodiscard]] Image readBack();
 
   void resize(int width, int height, const FramePlan& plan, int samples);
+  void makeTargets(int width, int height, const FramePlan& plan, int samples);
   [[nodiscard]] int samplesOf(int width, int height) const;
   void uploadOverlays(const FramePlan& plan);
   Subject subject(const Shot& shot) const;
@@ -70,12 +82,15 @@ struct Renderer::State {
   [[nodiscard]] VkImageView viewFor(const Texture& texture, int turn) const;
   void bind(VkCommandBuffer commands, Pass pass);
 
+  RendererOptions options;
+  std::shared_ptr<MessageLog> log;
   Quality quality;
   Gpu gpu;
   Pipelines pipelines;
   Model model;
   PassTimer timer;
   Targets targets;
+  Targets resting;  ///< Of the same size with other samples, for when pictures move or rest again.
   Buffer uniforms;
   std::string name;
   DrawStats stats;
@@ -83,8 +98,22 @@ struct Renderer::State {
   // Of the picture that is being recorded
   Variant variant;
   bool eyesTogether;  ///< In one multiview pass.
-  Buffer lines;              ///< World lines by depth, screen lines, then fills.
-  VkDeviceSize fillsAt = 0;  ///< Where fills begin there, bytes.
+  VkDeviceSize fillsAt = 0;  ///< Where fills begin in its slot's lines, bytes.
+
+  // Frames and the window (renderer_window.cpp)
+
+  [[nodiscard]] FrameSlot& frame() { return slots[slot]; }
+  /// Before another picture is drawn: what the window shows, for lastPresented().
+  void keepShown();
+
+  std::array<FrameSlot, kFramesInFlight> slots;
+  size_t slot = 0;
+  UiPass ui;
+  WindowHooks hooks;  ///< Kept when the device is lost.
+  bool attached = false;
+  std::unique_ptr<WindowTarget> window;
+  bool showing = false;  ///< The picture drawn last is the one in the window.
+  Image shown;           ///< What the window shows if another picture was drawn since.
 };
 
 template <class Constants>

@@ -127,7 +127,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
     brick.mesh = mesh;
     rewrite.insert(coord);
     if (sameVertices) continue;
-    const bool moved = writeVertices(coord, brick, sink);
+    const bool moved = writeVertices(brick, sink);
     for (int n = 1; n < 8; ++n) {
       const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
       const bool inChunk = neighbour >> kChunkBits == coord >> kChunkBits;
@@ -153,7 +153,13 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   whole_ = true;
 }
 
-bool SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, UploadSink& sink) {
+SurfaceVertex SurfaceLayout::vertexOf(const clay::BrickMesh& mesh, size_t index) {
+  const Coord base = mesh.brick * clay::kBrickEdge;
+  const Vec3f& p = mesh.positions[index];
+  return {fixedPoint(base.x, p.x()), fixedPoint(base.y, p.y()), fixedPoint(base.z, p.z()), mesh.normals[index]};
+}
+
+bool SurfaceLayout::writeVertices(BrickEntry& brick, UploadSink& sink) {
   const clay::BrickMesh& mesh = *brick.mesh;
   if (mesh.normals.size() != mesh.positions.size()) {
     throw Error("the surface to be drawn has no normals; make it with normals", Error::Kind::work);
@@ -173,8 +179,7 @@ bool SurfaceLayout::writeVertices(Coord coord, BrickEntry& brick, UploadSink& si
     const Vec3f& p = mesh.positions[i];
     brick.min = brick.min.cwiseMin(p);
     brick.max = brick.max.cwiseMax(p);
-    vertexScratch_[i] = {fixedPoint(coord.x * clay::kBrickEdge, p.x()), fixedPoint(coord.y * clay::kBrickEdge, p.y()),
-                         fixedPoint(coord.z * clay::kBrickEdge, p.z()), mesh.normals[i]};
+    vertexScratch_[i] = vertexOf(mesh, i);
   }
   sink.writeVertices(brick.firstVertex, vertexScratch_);
   return moved;

@@ -132,11 +132,14 @@ class SurfaceLayout {
     uint32_t firstQuad = 0, quadCapacity = 0;  // within the chunk's block
     Vec3f min, max;                            // of the vertices, relative to the brick
   };
+  struct ChunkLevel {
+    uint32_t firstVertex = 0, vertexCount = 0, firstQuad = 0, quadCount = 0;
+  };
   struct Chunk {
     uint32_t firstQuad = 0;  // of its block
     RangeAllocator quads{0};
     std::vector<Coord> bricks;  // with quads; sorted
-    std::array<uint32_t, kLevels> levelCapacity{};  // in quads; of levels above 0
+    std::array<ChunkLevel, size_t(kLevels)> levels{};  // above 0
     size_t draw = SIZE_MAX;                         // in draws_
     mutable std::optional<Box> tight;  // of the vertices that its quads name, in voxels; found when asked for
   };
@@ -149,7 +152,8 @@ class SurfaceLayout {
   };
 
   void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
-  bool writeVertices(Coord coord, BrickEntry& brick, UploadSink& sink);  // true when the range is another one
+  static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
+  bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
   void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
   void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
   void eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink);

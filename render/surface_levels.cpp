@@ -17,20 +17,16 @@ unsigned lastAlong(Coord brick) {
          unsigned((brick.z & last) == last) << 2;
 }
 
-size_t placeInChunk(Coord brick) {
-  constexpr int mask = kChunkEdge - 1;
-  return size_t((brick.x & mask) << 2 * kChunkBits | (brick.y & mask) << kChunkBits | (brick.z & mask));
-}
-
 }  // namespace
 
 void SurfaceLayout::dropLevels(Chunk& chunk) {
   chunk.tight.reset();
-  for (size_t level = 1; level < kLevels; ++level) {
-    if (chunk.levelCapacity[level] == 0) continue;
-    ranges_->releaseQuads(draws_[chunk.draw].levels[level].firstIndex / kIndicesPerQuad, chunk.levelCapacity[level]);
-    chunk.levelCapacity[level] = 0;
-    draws_[chunk.draw].levels[level] = {};
+  for (size_t level = 1; level < size_t(kLevels); ++level) {
+    ChunkLevel& made = chunk.levels[level];
+    ranges_->releaseVertices(made.firstVertex, made.vertexCount);
+    ranges_->releaseQuads(made.firstQuad, made.quadCount);
+    made = {};
+    if (chunk.draw != SIZE_MAX) draws_[chunk.draw].levels[level] = {};
   }
 }
 
@@ -70,37 +66,77 @@ NormalCone SurfaceLayout::coneOf(const Chunk& chunk) const {
   return cone.cone();
 }
 
+/// A level has vertices of its own, in the order in which its triangles name them: a device that fetched one in nine of the finer
+/// ones would wait for memory most of the time.
 void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& sink) {
-  // What stands for the vertices of each brick of this chunk, found when first needed.
-  std::array<std::vector<uint16_t>, size_t(kChunkEdge) * kChunkEdge * kChunkEdge> standing;
+  struct Source {
+    const BrickEntry* brick = nullptr;
+    std::vector<uint16_t> standing;  // empty for bricks of other chunks: there each vertex stands for itself
+    std::vector<uint32_t> placed;    // where a vertex is in this level, plus one
+  };
+  std::unordered_map<Coord, Source, CoordHash> sources;
+  vertexScratch_.clear();
   indexScratch_.clear();
   for (const Coord at : chunk.bricks) {
     const std::array<Base, 8> bases = basesOf(at);
-    std::array<const uint16_t*, 8> table{};
+    std::array<Source*, 8> from{};
     for (int n = 0; n < 8; ++n) {
+      if (!bases[size_t(n)].brick) continue;
       const Coord owner = at - Coord{n & 1, (n >> 1) & 1, n >> 2};
-      if (!bases[size_t(n)].brick || owner >> kChunkBits != coord) continue;
-      std::vector<uint16_t>& made = standing[placeInChunk(owner)];
-      if (made.empty()) representatives(*bases[size_t(n)].brick->mesh, level, lastAlong(owner), made);
-      table[size_t(n)] = made.data();
+      Source& source = sources[owner];
+      from[size_t(n)] = &source;
+      if (source.brick) continue;
+      source.brick = bases[size_t(n)].brick;
+      source.placed.resize(source.brick->mesh->positions.size());
+      if (owner >> kChunkBits == coord) representatives(*source.brick->mesh, level, lastAlong(owner), source.standing);
     }
+    // The vertex, named by its brick's place and its number there; equal for equal vertices.
+    struct Corner {
+      Source* source;
+      uint32_t vertex;
+      bool operator==(const Corner&) const = default;
+    };
     const auto resolve = [&](clay::VertexRef ref) {
-      const auto n = size_t(ref >> clay::kVertexRefBits), index = size_t(ref & clay::kVertexRefIndex);
-      return bases[n].first + (table[n] ? table[n][index] : uint32_t(index));
+      Source* source = from[size_t(ref >> clay::kVertexRefBits)];
+      const uint32_t vertex = ref & clay::kVertexRefIndex;
+      return Corner{source, source->standing.empty() ? vertex : source->standing[vertex]};
+    };
+    const auto index = [&](const Corner& corner) {
+      uint32_t& placed = corner.source->placed[corner.vertex];
+      if (placed == 0) {
+        vertexScratch_.push_back(vertexOf(*corner.source->brick->mesh, corner.vertex));
+        placed = uint32_t(vertexScratch_.size());
+      }
+      return placed - 1;
+    };
+    const auto triangle = [&](const Corner& a, const Corner& b, const Corner& c) {
+      if (a == b || b == c || c == a) return;
+      for (const Corner& corner : {a, b, c}) indexScratch_.push_back(index(corner));
     };
     for (const auto& quad : bases[0].brick->mesh->quads) {
-      const uint32_t a = resolve(quad[0]), b = resolve(quad[1]), c = resolve(quad[2]), d = resolve(quad[3]);
+      const Corner a = resolve(quad[0]), c = resolve(quad[2]);
       if (a == c) continue;  // both triangles are gone
-      if (a != b && b != c) indexScratch_.insert(indexScratch_.end(), {a, b, c});
-      if (c != d && d != a) indexScratch_.insert(indexScratch_.end(), {a, c, d});
+      triangle(a, resolve(quad[1]), c);
+      triangle(a, c, resolve(quad[3]));
     }
   }
+  ChunkLevel& made = chunk.levels[size_t(level)];
+  ChunkDraw::Range& range = draws_[chunk.draw].levels[size_t(level)];
   const auto count = uint32_t(indexScratch_.size());
-  const uint32_t quads = std::max<uint32_t>(1, (count + kIndicesPerQuad - 1) / kIndicesPerQuad);
-  const uint32_t first = ranges_->takeQuads(quads, sink);
-  chunk.levelCapacity[size_t(level)] = quads;
-  draws_[chunk.draw].levels[size_t(level)] = {first * kIndicesPerQuad, count, count / 3, true};
-  if (count > 0) sink.writeIndices(first * kIndicesPerQuad, indexScratch_);
+  if (count == 0) {
+    range.made = true;
+    return;
+  }
+  const uint32_t quads = (count + kIndicesPerQuad - 1) / kIndicesPerQuad;
+  ranges_->reserve(vertexScratch_.size(), quads, sink);
+  made.vertexCount = uint32_t(vertexScratch_.size());
+  made.firstVertex = ranges_->takeVertices(made.vertexCount, sink);
+  made.quadCount = quads;
+  made.firstQuad = ranges_->takeQuads(quads, sink);
+  for (uint32_t& each : indexScratch_) each += made.firstVertex;
+  range = {made.firstQuad * kIndicesPerQuad, count, count / 3, true};
+  sink.writeVertices(made.firstVertex, vertexScratch_);
+  sink.writeIndices(range.firstIndex, indexScratch_);
 }
 
 }  // namespace argil::render

@@ -22,5 +22,5 @@ void main() {
     }
   }
   packedNormal = packOctahedral(n);
-  albedo = vec4(surface.xyz, code);
+  albedo = vec4(sqrt(surface.xyz), code);
 }

@@ -55,7 +55,7 @@ void main() {
   vec3 rel = from + to * z;
 
   Point p;
-  p.albedo = surface.rgb;
+  p.albedo = surface.rgb * surface.rgb;
   p.n = fromMiddle(n);
   p.toEye = -normalize(to);
   bool dimmed;

@@ -107,6 +107,17 @@ TEST(Render, MakesAPictureOrSaysWhatToInstall) {
   const std::string png = slurp(picture);
   ASSERT_GT(png.size(), 1000u);
   EXPECT_EQ(png.substr(1, 3), "PNG");
+
+  // A turntable: as many files as frames, all different, and looks from the command line.
+  const Outcome turn = argil({"render", ball.string(), "-o", (scratch / "turn-%03d.png").string(), "--size", "160x120", "--frames", "3", "--samples", "1",
+                              "--shading", "matcap", "--matcap", "porcelain", "--stereo", "anaglyph", "--section", "0,0,5,0,1,1", "--light",
+                              "--depth-fade", "0.5", "--view", "front"});
+  ASSERT_EQ(turn.code, 0) << turn.err;
+  const std::string first = slurp(scratch / "turn-000.png"), second = slurp(scratch / "turn-001.png"), third = slurp(scratch / "turn-002.png");
+  EXPECT_EQ(first.substr(1, 3), "PNG");
+  EXPECT_NE(first, second);
+  EXPECT_NE(second, third);
+  EXPECT_FALSE(fs::exists(scratch / "turn-003.png"));
 }
 
 }  // namespace

@@ -10,78 +10,22 @@
 #include "clay/error.h"
 #include "render/renderer.h"
 #include "render/scale.h"
-#include "tests/unit/render/field_surface.h"
+#include "tests/unit/render/picture_fixture.h"
 
 namespace argil::render {
 namespace {
 
+using test::brightness;
+using test::brightnessAround;
 using test::Field;
 using test::FieldSurface;
-
-double brightness(const Image& image, double x, double y) {
-  const uint8_t* p = image.pixel(int(x), int(y));
-  return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-}
-
-/// Mean brightness of a square around a place.
-double brightnessAround(const Image& image, const Vec3d& at, int reach = 2) {
-  double sum = 0;
-  for (int y = -reach; y <= reach; ++y) {
-    for (int x = -reach; x <= reach; ++x) sum += brightness(image, at.x() + x, at.y() + y);
-  }
-  return sum / ((2 * reach + 1) * (2 * reach + 1));
-}
+using test::kBare;
+using test::Picture;
 
 bool isClay(const Image& image, int x, int y) {
   const uint8_t* p = image.pixel(x, y);
   return p[0] > p[2] + 12;  // warm; all else is grey or blue
 }
-
-/// Clay alone.
-const Look kBare = [] {
-  Look look;
-  look.grid = look.scaleBar = look.cavity = false;
-  return look;
-}();
-
-class Picture : public testing::Test {
- protected:
-  static constexpr int kWidth = 320, kHeight = 200;
-  static constexpr double kRadius = 16;  // voxels
-  static constexpr double kVoxel = 0.5;
-
-  void SetUp() override {
-    if (devices().empty()) GTEST_SKIP() << "no Vulkan driver on this machine: pictures cannot be drawn";
-    RendererOptions options;
-    options.validation = true;
-    renderer_.emplace(options);
-  }
-  void TearDown() override {
-    if (!renderer_) return;
-    for (const std::string& message : renderer_->validationMessages()) ADD_FAILURE() << message;
-    if (!renderer_->validating()) RecordProperty("validation", "layer not installed");
-  }
-
-  void load(const Field& field, const Vec3d& originMm = Vec3d::Zero(), double voxelMm = kVoxel) {
-    clay::Grid grid;
-    grid.voxelMm = voxelMm;
-    grid.originMm = originMm;
-    stats_ = renderer_->update(surface_.update(grid, {-3, -3, -3}, {2, 2, 2}, field));
-  }
-  static Field sphere() {
-    return [](const Vec3d& p) { return p.norm() - kRadius; };
-  }
-  View view(const char* name, Projection projection = Projection::orthographic) const {
-    return View::named(name, renderer_->bounds(), double(kWidth) / kHeight, projection);
-  }
-  Image draw(const View& from, const Look& look, const Overlays& overlays = {}) {
-    return renderer_->render(Shot{from, look, {}, overlays}, kWidth, kHeight);
-  }
-
-  FieldSurface surface_;
-  std::optional<Renderer> renderer_;
-  UploadStats stats_;
-};
 
 TEST_F(Picture, SphereCoversItsDisc) {
   load(sphere());

@@ -27,6 +27,8 @@ double shape(const Vec3d& p) {
 
 class Levels : public testing::Test {
  protected:
+  using Place = std::array<int32_t, 3>;
+
   void SetUp() override {
     delta_ = surface_.update({}, {-4, -4, -4}, {3, 3, 3}, shape);
     layout_.apply(delta_, sink_);
@@ -35,13 +37,17 @@ class Levels : public testing::Test {
     }
   }
   /// How often each directed edge occurs more often than its opposite.
-  std::map<std::pair<uint32_t, uint32_t>, int> boundary(const std::function<int(const ChunkDraw&)>& level) const {
-    std::map<std::pair<uint32_t, uint32_t>, int> edges;
+  std::map<std::pair<Place, Place>, int> boundary(const std::function<int(const ChunkDraw&)>& level) const {
+    std::map<std::pair<Place, Place>, int> edges;
+    const auto at = [&](uint32_t i) {
+      const SurfaceVertex& v = sink_.vertices.at(sink_.indices.at(i));
+      return Place{v.x, v.y, v.z};
+    };
     for (const ChunkDraw& draw : layout_.draws()) {
       const ChunkDraw::Range& range = draw.at(level(draw));
       for (uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
         for (uint32_t n = 0; n < 3; ++n) {
-          const uint32_t a = sink_.indices.at(i + n), b = sink_.indices.at(i + (n + 1) % 3);
+          const Place a = at(i + n), b = at(i + (n + 1) % 3);
           if (a < b) ++edges[{a, b}];
           if (b < a) --edges[{b, a}];
         }

@@ -54,6 +54,19 @@ TEST(View, NamedViewsLookWhereTheyShould) {
   EXPECT_LT(axes("iso").forward.z(), 0);
 }
 
+TEST(View, RevolvesAboutTheUprightAxisThroughItsTarget) {
+  const Box bounds = box({-10, 5, -10}, {10, 25, 10});
+  const View front = View::named("front", bounds, 1);
+  const View quarter = front.revolved(90), whole = front.revolved(360);
+  EXPECT_TRUE(quarter.axes().forward.isApprox(-Vec3d::UnitX()));  // from the right
+  EXPECT_TRUE(quarter.axes().up.isApprox(Vec3d::UnitZ()));
+  EXPECT_NEAR(quarter.distance(), front.distance(), 1e-9);
+  EXPECT_EQ(quarter.target, front.target);
+  EXPECT_TRUE(whole.position.isApprox(front.position));
+  const View top = View::named("top", bounds, 1).revolved(90);
+  EXPECT_TRUE(top.axes().right.isApprox(Vec3d::UnitY()));
+}
+
 TEST(View, BadViewsAreRefusedWithASentence) {
   EXPECT_THROW((void)View::named("sideways", {}, 1), Error);
   View view;
