@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/workbench.h"
 #include "ui3d/studio/widgets/widget_set.h"
 
 namespace argil::studio::test {
@@ -16,9 +17,7 @@ inline constexpr double kWidth = 1280, kHeight = 720;
 
 class Rig {
  public:
-  explicit Rig(const render::View& from = render::View::named("front", box(100), kWidth / kHeight)) : view(from) {
-    // What undo steps are made of here: an edit joins the last step when both have the same key.
-  }
+  explicit Rig(const render::View& from = render::View::named("front", box(100), kWidth / kHeight)) : view(from) {}
 
   static render::Box box(double edge) {
     render::Box result;
@@ -48,12 +47,16 @@ class Rig {
       return result;
     };
     world.edit = [this](const std::string& label, const std::function<void(engine::Document&)>& change, const std::string& merge) {
-      change(document);
       ++edits;
+      if (bench) return bench->edit(label, change, merge);
+      change(document);
       if (merge.empty() || merge != openMerge) labels.push_back(label);
       openMerge = merge;
     };
-    world.endMerge = [this] { openMerge.clear(); };
+    world.endMerge = [this] {
+      if (bench) return bench->endMerge();
+      openMerge.clear();
+    };
     world.setWorkspace = [this](const haptics::Workspace& w) { workspaces.push_back(w); };
     return world;
   }
@@ -81,6 +84,7 @@ class Rig {
   bool hand(Grip grip) {
     grip.constrain = constrain;
     grip.snapOff = !snapping;
+    if (bench) document = *bench->snapshot()->document;
     World w = world();
     timeS += 0.01;
     return widgets.handle(w, grip);
@@ -149,6 +153,7 @@ class Rig {
 
   engine::Document document;
   StudioState state;
+  engine::Workbench* bench = nullptr;  ///< Else edits are done at once, and join the last step where both have the same key.
   render::View view;
   WidgetSet widgets;
   double clayRadius = 0;

@@ -12,10 +12,16 @@ namespace {
 using engine::Guide;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDotUnits = 4.5, kHotUnits = 6, kHeadUnits = 15, kHeadWidthUnits = 5;
+constexpr double kDotUnits = 4.5, kHotUnits = 6, kHeadUnits = 17, kHeadWidthUnits = 6;
 constexpr double kArrowUnits = 62;
 constexpr double kArcUnits = 17;
 constexpr double kEdgeOn = 0.12;  // Sine: an arc seen from its edge cannot be dragged round.
+
+/// Lines that are made for a dark ground are pale on a light one.
+render::Colour onGround(render::Colour c, const World& world) {
+  constexpr float kDarker = 0.68f;
+  return world.state.look.lightBackground ? render::Colour{kDarker * c.r, kDarker * c.g, kDarker * c.b, c.a} : c;
+}
 
 render::Colour darker(render::Colour c) { return {0.25f * c.r, 0.25f * c.g, 0.25f * c.b, c.a}; }
 
@@ -76,7 +82,7 @@ std::string lengthText(double mm) {
 std::string angleText(double rad) { return fmt::format("{:.1f}°", rad * 180 / kPi); }
 
 void Build::line(std::vector<Vec3d> points, render::Colour colour, float width, render::Depth depth) {
-  lines.push_back({std::move(points), colour, width, depth});
+  lines.push_back({std::move(points), depth == render::Depth::onTop ? colour : onGround(colour, world), width, depth});
 }
 
 void Build::closedLine(std::vector<Vec3d> points, render::Colour colour, float width, render::Depth depth) {
@@ -85,10 +91,10 @@ void Build::closedLine(std::vector<Vec3d> points, render::Colour colour, float w
 }
 
 void Build::fill(std::vector<Vec3d> triangles, render::Colour colour, render::Depth depth) {
-  fills.push_back({std::move(triangles), colour, depth});
+  fills.push_back({std::move(triangles), depth == render::Depth::onTop ? colour : onGround(colour, world), depth});
 }
 
-void Build::text(const Vec3d& at, std::string text, render::Colour colour) { texts.push_back({at, std::move(text), colour}); }
+void Build::text(const Vec3d& at, std::string text, render::Colour colour) { texts.push_back({at, std::move(text), onGround(colour, world)}); }
 
 double Build::extentMm() const {
   return world.bounds.empty() ? 0.5 * world.screen.view().heightAtTarget() : std::max(1e-3, world.bounds.size().norm());

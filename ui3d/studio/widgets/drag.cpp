@@ -16,6 +16,7 @@ constexpr double kStillUnits = 1.5;   // A press is no drag until the hand has m
 constexpr double kParallel = 1e-3;    // Sine squared, between the line of sight and what is dragged along.
 constexpr double kFlat = 5e-3;        // Sine, between the line of sight and a plane.
 constexpr double kFarthest = 1e3;     // Distances of the view: beyond, a plane ends in its horizon.
+constexpr double kFarthestMm = 1e6;   // From zero: what a document may hold.
 constexpr double kEdgeOn = 0.15;      // Sine, between the line of sight and a circle's plane.
 constexpr double kScaleStep = 0.1;    // Of constrained scales.
 
@@ -183,7 +184,7 @@ bool Drag::follow(const World& world, const engine::Document& shown, const Grip&
   }
   std::optional<Snap> snap;
   const auto change = measure(world, shown, grip, snap);
-  if (!change || !change->move.allFinite()) return false;
+  if (!change || !((handle_.anchor + change->move).cwiseAbs().maxCoeff() <= kFarthestMm)) return false;
   Subject next = start_;
   handle_.apply(next, handle_, *change);
   change_ = *change;

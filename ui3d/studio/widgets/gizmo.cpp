@@ -12,8 +12,8 @@ namespace {
 
 using engine::Guide;
 
-constexpr double kSizeUnits = 92, kGapUnits = 14;
-constexpr double kPadFrom = 30, kPadTo = 48;
+constexpr double kSizeUnits = 100, kGapUnits = 14;
+constexpr double kPadFrom = 30, kPadTo = 54;
 constexpr double kRingUnits = 84, kViewRingUnits = 100;
 constexpr int kRingSteps = 72;
 constexpr double kTowardsEye = 0.985;  // Cosine: an axis that points at the eye cannot be dragged along.

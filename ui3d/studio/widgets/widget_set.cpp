@@ -72,7 +72,7 @@ void WidgetSet::selectNew(World& world) {
 
 bool WidgetSet::handle(World& world, const Grip& grip) {
   const size_t hand = grip.stylus ? 1 : 0;
-  const bool pressed = grip.down && !wasDown_[hand], released = !grip.down && wasDown_[hand];
+  const bool pressed = grip.down && !wasDown_[hand];
   wasDown_[hand] = grip.down;
   selectNew(world);
   if (settling_ && (world.timeS > settling_->untilS || sameSubject(readSubject(world, settling_->target), settling_->subject))) settling_.reset();
@@ -98,7 +98,6 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
     return true;
   }
   if (grip.down && !pressed) return false;  // Pressed elsewhere: on clay, or on a panel.
-  if (released) hover_[hand].reset();
 
   const Document document = shown(world);
   const Build all = build(world, document);

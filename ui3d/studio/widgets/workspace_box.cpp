@@ -1,7 +1,8 @@
 // What the hand reaches: the device's workspace as the settings lay it into the world.
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
 
 #include "ui3d/studio/widgets/box_frame.h"
 #include "ui3d/studio/widgets/build.h"
@@ -35,7 +36,7 @@ void buildWorkspaceBox(Build& build) {
     walls.half *= workspace.walls.share;
     for (const auto& edge : walls.edges()) build.line({edge[0], edge[1]}, faded(colours::kWorkspace, 0.35f), 1.2f);
   }
-  build.text(box.at(1, -1, 1), "reach × " + std::to_string(std::lround(100 * workspace.scale)) + " %", colours::kWorkspace);
+  build.text(box.at(-1, -1, 1), fmt::format("reach of the hand × {:.3g}", workspace.scale), colours::kWorkspace);
 
   Handle handle;
   handle.target = target;
@@ -48,10 +49,12 @@ void buildWorkspaceBox(Build& build) {
     handle.axis = box.normal(face);
     handle.points = {handle.anchor};
     handle.beside = {box.pose.translation};
+    handle.colour = faded(colours::kWorkspace, handle.axis.dot(build.world.screen.toEye(handle.anchor)) > 0 ? 1.f : 0.45f);
     handle.apply = applyFace;
     build.handles.push_back(handle);
   }
   handle.beside.clear();
+  handle.colour = colours::kWorkspace;
   handle.index = 0;
   handle.name = "centre";
   handle.way = Way::free;
