@@ -17,8 +17,6 @@ find_package(X11 REQUIRED)
 find_package(glfw3 REQUIRED)
 pkg_check_modules(STB REQUIRED IMPORTED_TARGET stb)
 
-pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
-
 pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET libusb-1.0)
 
 find_package(GTest REQUIRED)

@@ -12,10 +12,19 @@
 #include "haptics/guard.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
+#ifdef ARGIL_STUDIO
+#include "ui3d/studio/studio.h"
+#endif
 
 namespace {
 
 using namespace argil;
+
+#ifdef ARGIL_STUDIO
+constexpr bool kHasStudio = true;
+#else
+constexpr bool kHasStudio = false;
+#endif
 
 // "1280x720"
 std::array<int, 2> parseSize(const std::string& text) {
@@ -29,7 +38,7 @@ std::array<int, 2> parseSize(const std::string& text) {
 int run(int argc, char** argv) {
   CLI::App app{"Argil: digital clay that you touch."};
   app.set_version_flag("--version", ARGIL_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(kHasStudio ? 0 : 1, 1);
   Job& job = cli::interruptibleJob();
 
   cli::SculptOptions sculpt;
@@ -120,6 +129,21 @@ int run(int argc, char** argv) {
   devicesVerb->add_option("--test", devices.test, "Try this one for a few seconds");
   devicesVerb->add_option("--firmware", devices.firmware, "Firmware file of a Novint Falcon, loaded where it is missing");
 
+#ifdef ARGIL_STUDIO
+  studio::StudioOptions studio;
+  std::string studioSize, studioTheme;
+  auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone does too");
+  studioVerb->add_option("file", studio.file, "Script (.json) or mesh to open");
+  studioVerb->add_option("--size", studioSize, "Of the window in pixels");
+  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit; as the display says when left out")->check(CLI::Range(0.5, 4.0));
+  studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")->capture_default_str();
+  studioVerb->add_option("--theme", studioTheme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
+  studioVerb->add_option("--play", studio.play, "A recording in place of a person; the studio ends with it");
+  studioVerb->add_option("--record", studio.record, "Record what the person does");
+  studioVerb->add_option("--report", studio.report, "Figures as JSON at the end");
+  studioVerb->add_flag("--validate", studio.validate, "With Vulkan's validation layer");
+#endif
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {
@@ -145,6 +169,18 @@ int run(int argc, char** argv) {
   if (*feelVerb) cli::feel(feel);
   if (*benchVerb) cli::bench(bench);
   if (*devicesVerb) cli::devices(devices);
+#ifdef ARGIL_STUDIO
+  if (*studioVerb || app.get_subcommands().empty()) {
+    if (!studioSize.empty()) {
+      const auto [width, height] = parseSize(studioSize);
+      studio.width = width;
+      studio.height = height;
+    }
+    if (!studioTheme.empty()) studio.theme = studioTheme == "light" ? studio::Theme::light : studio::Theme::dark;
+    studio.interrupted = [&job] { return job.cancelled(); };
+    studio::runStudio(studio);
+  }
+#endif
   return 0;
 }
 

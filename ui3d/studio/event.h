@@ -35,6 +35,7 @@ struct Event {
     motion6,    ///< A 3D mouse: six axes, −1 to 1.
     screenshot, ///< Of recordings: save what is shown to the path in `text`.
     check,      ///< Of recordings: wait until nothing is under way (no job, no stroke, picture at rest).
+    lose,       ///< Of recordings: the graphics device fails with the next picture.
   };
   Kind kind = Kind::move;
   double timeS = 0;          ///< Since the studio began.

@@ -1,0 +1,189 @@
+// What a day of work does to the studio: sizes, documents, lost devices. Recordings and the window manager.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "../cli/command.h"
+#include "person.h"
+#include "tests/support/x_server.h"
+
+namespace argil::tests {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr uint64_t kMebi = 1 << 20;
+
+class StudioSession : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
+    server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, true});
+  }
+  [[nodiscard]] Json report() const { return Json::parse(slurp(scratch_ / "report.json"), nullptr, false); }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(scratch_ / name) << text;
+    return scratch_ / name;
+  }
+  // Lines of a recording: what the palette finds under these words is done.
+  static std::string byPalette(double& t, const std::string& words) {
+    std::string lines;
+    const auto line = [&](const Json& more) {
+      Json e = {{"t", t}};
+      e.update(more);
+      lines += e.dump() + "\n";
+      t += 0.02;
+    };
+    line({{"kind", "down"}, {"key", "P"}, {"modifiers", {"ctrl"}}});
+    line({{"kind", "up"}, {"key", "P"}});
+    for (const char c : words) line({{"kind", "text"}, {"character", int(c)}});
+    line({{"kind", "down"}, {"key", "enter"}});
+    line({{"kind", "up"}, {"key", "enter"}});
+    line({{"kind", "check"}});
+    return lines;
+  }
+  static void expectClean(const Json& report) {
+    ASSERT_TRUE(report.is_object());
+    if (!report["validating"].get<bool>()) return;
+    EXPECT_EQ(report["validation_messages"].size(), 0u) << report["validation_messages"].dump(1);
+  }
+  // Until the file is there.
+  static bool waitFor(RunningStudio& studio, const fs::path& file, double seconds) {
+    for (int i = 0; i < int(seconds * 20) && studio.running(); ++i) {
+      if (fs::exists(file)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return fs::exists(file);
+  }
+
+  Scratch scratch_;
+  std::unique_ptr<support::XServer> server_;
+};
+
+using StudioCalls = StudioSession;
+using LongStudio = StudioSession;
+
+TEST_F(StudioCalls, aBadRecordingIsNamedByItsLine) {
+  const Outcome o = argil({"studio", "--play", write("bad.jsonl", "{\"t\": 0, \"kind\": \"check\"}\n{\"t\": 1, \"kind\": \"jump\"}\n").string()});
+  EXPECT_EQ(o.code, 2);
+  EXPECT_NE(o.err.find("bad.jsonl:2: "), std::string::npos) << o.err;
+  const Outcome none = argil({"studio", (scratch_ / "nothing.stl").string()});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.err.find("nothing.stl"), std::string::npos) << none.err;
+}
+
+TEST_F(StudioCalls, withoutADisplayOneLineSaysWhatToDo) {
+  unsetenv("DISPLAY");
+  const Outcome o = argil({"studio"});
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.err.find("argil sculpt"), std::string::npos) << o.err;
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+}
+
+TEST_F(StudioCalls, withoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
+  server_ = nullptr;
+  server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, false});
+  RunningStudio studio({"studio", "--size", "1000x700"}, scratch_.path());
+  Person person(studio);
+  const render::Image before = person.settled();
+  person.click(600, 300);
+  person.pause(0.3);
+  person.key("ctrl+p");
+  EXPECT_GT(difference(before, person.settled()), 0.05) << "the palette";
+  person.key("escape");
+  person.close();
+  EXPECT_EQ(studio.wait(30), 0) << studio.said();
+}
+
+// A recording drives the window, loses the device on the way, and the picture is the same again.
+TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
+  double t = 0.2;
+  std::string lines = byPalette(t, "add a block");
+  const auto add = [&](const std::string& kind, const std::string& more = "") {
+    lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"" + kind + "\"" + more + "}\n";
+    t += 0.05;
+  };
+  add("move", ", \"x\": 560, \"y\": 330");
+  add("press", ", \"x\": 560, \"y\": 330");
+  for (int i = 0; i < 40; ++i) {
+    t -= 0.04;
+    add("move", ", \"x\": " + std::to_string(560 + 3 * i) + ", \"y\": 330");
+  }
+  add("release", ", \"x\": 677, \"y\": 330");
+  add("move", ", \"x\": 400, \"y\": 640");
+  add("check");
+  t += 6;  // Messages have gone.
+  add("screenshot", ", \"text\": \"before.png\"");
+  add("lose");
+  add("move", ", \"x\": 401, \"y\": 640");
+  add("check");
+  t += 12;
+  add("screenshot", ", \"text\": \"after.png\"");
+  const fs::path recording = write("lose.jsonl", lines);
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", recording.string(), "--report", "report.json", "--validate"}, scratch_.path());
+  ASSERT_EQ(studio.wait(200), 0) << studio.said();
+  const Json r = report();
+  EXPECT_EQ(r["device_losses"], 1);
+  EXPECT_EQ(r["strokes"], 1);
+  expectClean(r);
+  // The whole window, panels included; a message more may be listed.
+  EXPECT_LT(difference(readPng(scratch_ / "before.png"), readPng(scratch_ / "after.png")), 0.01);
+}
+
+TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
+  RunningStudio studio({"studio", "--size", "1000x700", "--scale", "1", "--report", "report.json", "--validate"}, scratch_.path());
+  Person person(studio);
+  constexpr unsigned kSeed = 11;
+  std::mt19937 random(kSeed);
+  const auto sizes = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      person.resize(int(640 + random() % 700), int(400 + random() % 440));
+      person.pause(0.02);
+    }
+    person.resize(1000, 700);
+    (void)person.settled();
+  };
+  sizes(100);
+  const uint64_t before = studio.residentBytes();
+  sizes(900);
+  for (int i = 0; i < 50; ++i) {
+    person.minimise();
+    person.pause(0.05);
+    person.restore();
+    person.pause(0.05);
+  }
+  (void)person.settled();
+  const uint64_t after = studio.residentBytes();
+  person.close();
+  EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  EXPECT_LT(after, before + 64 * kMebi) << "seed " << kSeed << ", " << before / kMebi << " MiB before";
+  expectClean(report());
+}
+
+TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
+  double t = 0.2;
+  std::string lines;
+  for (int i = 0; i < 100; ++i) {
+    lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"down\", \"key\": \"N\", \"modifiers\": [\"ctrl\"]}\n";
+    lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"up\", \"key\": \"N\"}\n";
+    lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"check\"}\n";
+    lines += byPalette(t, i % 2 ? "add a block" : "add a ball");
+    if (i == 19 || i == 99) lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"at" + std::to_string(i + 1) + ".png\"}\n";
+  }
+  lines += "{\"t\": " + std::to_string(t + 3) + ", \"kind\": \"check\"}\n";
+  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play", write("documents.jsonl", lines).string(), "--report", "report.json", "--validate"},
+                       scratch_.path());
+  ASSERT_TRUE(waitFor(studio, scratch_ / "at20.png", 300)) << studio.said();
+  const uint64_t before = studio.residentBytes();
+  ASSERT_TRUE(waitFor(studio, scratch_ / "at100.png", 600)) << studio.said();
+  const uint64_t after = studio.residentBytes();
+  EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  EXPECT_LT(after, before + 96 * kMebi) << before / kMebi << " MiB after 20 documents";
+  expectClean(report());
+}
+
+}  // namespace
+}  // namespace argil::tests

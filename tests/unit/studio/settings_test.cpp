@@ -1,0 +1,77 @@
+// What the studio keeps from one day to the next.
+
+#include "ui3d/studio/settings.h"
+
+#include <gtest/gtest.h>
+
+namespace argil::studio {
+namespace {
+
+TEST(Settings, comeBackAsTheyWere) {
+  StudioState state;
+  state.theme = Theme::light;
+  state.interfaceScale = 1.5f;
+  state.toolId = "smooth";
+  state.tool().radiusMm = 7.5;
+  state.tool().strength = 0.25f;
+  state.shown.history = true;
+  state.look.shading = render::Shading::matcap;
+  state.look.grid = false;
+  state.stereo.mode = render::StereoMode::anaglyph;
+  state.quality.supersample = 3;
+  state.keys["edit.undo"] = "Ctrl+U";
+  state.recentFiles = {"/a b/µ.stl"};
+  StudioState back;
+  ASSERT_TRUE(applySettings(settingsText(state), back));
+  EXPECT_EQ(back.theme, Theme::light);
+  EXPECT_EQ(back.interfaceScale, 1.5f);
+  EXPECT_EQ(back.toolId, "smooth");
+  EXPECT_EQ(back.tool().radiusMm, 7.5);
+  EXPECT_EQ(back.tool().strength, 0.25f);
+  EXPECT_TRUE(back.shown.history);
+  EXPECT_EQ(back.look.shading, render::Shading::matcap);
+  EXPECT_FALSE(back.look.grid);
+  EXPECT_EQ(back.stereo.mode, render::StereoMode::anaglyph);
+  EXPECT_EQ(back.quality, state.quality);
+  EXPECT_EQ(back.keys, state.keys);
+  EXPECT_EQ(back.recentFiles, state.recentFiles);
+  EXPECT_EQ(settingsText(back), settingsText(state));
+}
+
+TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
+  const std::string standard = settingsText(StudioState());
+  for (const char* text : {"{}", R"({"theme": 3, "interface_scale": 99, "tool": "hammer", "tools": {"carve": 5, "hammer": {}}, "panels": [], "look": {"shading": 17,
+                            "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100}, "keys": {"a": 5}, "recent": [1, {}]})",
+                           R"({"tools": {"carve": {"radius": -5}}})"}) {
+    StudioState state;
+    EXPECT_TRUE(applySettings(text, state)) << text;
+    state.tools.clear();
+    EXPECT_EQ(settingsText(state), standard) << text;
+    StudioState again;
+    applySettings(text, again);
+    EXPECT_EQ(again.tool(), engine::standardTool(*engine::findTool("carve"))) << text;
+  }
+  StudioState state;
+  EXPECT_FALSE(applySettings("[1, 2", state));
+  EXPECT_FALSE(applySettings("", state));
+  const std::string whole = settingsText(state);
+  for (size_t length = 0; length < whole.size(); ++length) (void)applySettings(whole.substr(0, length), state);
+  EXPECT_EQ(settingsText(state), standard);
+}
+
+TEST(StudioState, keysThatAreHeldTurnTheToolOverAtItsSize) {
+  StudioState state;
+  state.tool().radiusMm = 9;
+  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::carve);
+  state.inverted = true;
+  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::add);
+  EXPECT_EQ(state.effectiveTool().radiusMm, 9);
+  state.smoothing = true;
+  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::smooth);
+  state.inverted = state.smoothing = false;
+  state.toolId = "nothing of this name";
+  EXPECT_EQ(state.tool().operation, clay::Operation::carve);
+}
+
+}  // namespace
+}  // namespace argil::studio

@@ -1,0 +1,56 @@
+#pragma once
+// What the window measured, frame by frame, and the report of it.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/workbench.h"
+#include "render/renderer.h"
+
+namespace argil::studio {
+
+/// What the picture thread tells of a frame.
+struct FrameDone {
+  bool shown = false;                ///< False: minimised.
+  bool still = true;                 ///< The full picture.
+  bool moving = false;               ///< A camera, a stroke or an animation was going on.
+  int64_t beganNs = 0, endedNs = 0;  ///< CLOCK_MONOTONIC: from its first upload until it was handed to the window.
+  int64_t oldestSampleNs = 0;        ///< SurfaceChanges::oldestSampleNs; 0: none.
+  uint64_t uploadedBytes = 0, uploads = 0, deviceBytes = 0, triangles = 0;
+  std::vector<render::PassTime> passes;
+};
+
+/// One thread. Kept: 8 bytes a frame and figure.
+class FrameLog {
+ public:
+  void add(const FrameDone& frame);
+  /// For the panel: of the last second.
+  [[nodiscard]] double framesPerSecond(int64_t nowNs) const;
+  [[nodiscard]] double lastSampleToScreenMs() const { return sampleMs_.empty() ? 0 : sampleMs_.back(); }
+  [[nodiscard]] uint64_t frames() const { return frames_; }
+
+  struct Facts {
+    std::string device;
+    uint64_t deviceBytes = 0;
+    bool validating = false;
+    std::vector<std::string> validation;
+    double firstPictureMs = 0;   ///< Since the program began: a picture of the document that it was started with.
+    uint64_t rssBytes = 0;
+    uint64_t droppedSamples = 0;
+    size_t losses = 0;           ///< Of the device.
+  };
+  /// As JSON: frames, rates while moving, times of a frame, bytes uploaded, from sample to screen, edits, device.
+  [[nodiscard]] std::string report(const Facts& facts, const engine::Snapshot& now) const;
+
+ private:
+  uint64_t frames_ = 0, stillFrames_ = 0, uploadedBytes_ = 0, largestUpload_ = 0;
+  std::vector<int64_t> ends_;                  // Of every frame, to count between sample and screen.
+  std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
+  int64_t lastMovingNs_ = 0;
+};
+
+/// The resident memory of this process, bytes.
+[[nodiscard]] uint64_t residentBytes();
+
+}  // namespace argil::studio

@@ -1,0 +1,108 @@
+#include "ui3d/studio/hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace argil::studio {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+// The tip glides to where a cursor jumped (PointerOptions::smoothSeconds, half of the sheet's top speed); the clay is pressed once it is there.
+constexpr double kSettleS = 0.016, kGlideMms = 1500, kLongestGlideS = 0.2;
+constexpr double kLastS = 0.012;  // From the last motion to the release: the tip has arrived.
+// The pointer adds this much depth at full pressure; the studio's own depth goes with the tool's size and replaces it.
+const double kPenDepthMm = haptics::PointerOptions().penDepthMm;
+
+}  // namespace
+
+void Hand::feed(const haptics::PointerSample& sample) {
+  bench_.feedPointer(sample);
+  if (std::isfinite(sample.surfaceMm)) place_ = sample.origin + sample.surfaceMm * sample.direction;
+}
+
+void Hand::hover(const Camera::Ray& ray, double surfaceMm, const Event& event) {
+  if (active()) return;
+  haptics::PointerSample sample;
+  sample.origin = ray.origin;
+  sample.direction = ray.direction;
+  if (std::isfinite(surfaceMm)) lastSurfaceMm_ = surfaceMm;
+  sample.surfaceMm = lastSurfaceMm_;
+  sample.tiltX = event.tiltX;
+  sample.tiltY = event.tiltY;
+  feed(sample);
+}
+
+haptics::PointerSample Hand::sampleOf(const Event& event, bool down) {
+  const Camera::Ray ray = stroke_->camera.ray(event.x, event.y, stroke_->width, stroke_->height);
+  double from = 0;
+  if (stroke_->section) {  // What is cut away is not met.
+    const double above = stroke_->section->normal.dot(ray.origin - stroke_->section->pointMm), along = stroke_->section->normal.dot(ray.direction);
+    if (above > 0 && along < 0) from = -above / along;
+  }
+  if (const auto hit = stroke_->clay.distance(ray.origin, ray.direction, from)) lastSurfaceMm_ = *hit;
+  haptics::PointerSample sample;
+  sample.origin = ray.origin;
+  sample.direction = ray.direction;
+  sample.buttons = down ? 1 : 0;
+  sample.tiltX = event.tiltX;
+  sample.tiltY = event.tiltY;
+  sample.pressure = event.pressure;
+  const double pressed = event.pressure >= 0 ? event.pressure : 1;
+  const double depth = down ? stroke_->depthPart * stroke_->radiusMm * pressed : 0;
+  sample.surfaceMm = lastSurfaceMm_ + depth - (event.pressure > 0 ? kPenDepthMm * event.pressure : 0);
+  return sample;
+}
+
+void Hand::push(double timeS, const haptics::PointerSample& sample, bool last) {
+  lastDueS_ = std::max(timeS, lastDueS_);
+  due_.push_back({lastDueS_, sample, last});
+}
+
+void Hand::begin(Stroke stroke, const Event& event, double nowS) {
+  while (!due_.empty()) {  // The stroke before ends now.
+    feed(due_.front().sample);
+    due_.pop_front();
+  }
+  stroke_ = std::move(stroke);
+  released_ = false;
+  lastDueS_ = nowS;
+  haptics::PointerSample above = sampleOf(event, false), down = sampleOf(event, true);
+  const double way = (above.origin + above.surfaceMm * above.direction - place_).norm();
+  const double glide = std::min(kSettleS + way / kGlideMms, kLongestGlideS);
+  feed(above);
+  lagS_ = nowS - event.timeS + glide;
+  push(nowS + glide, down);
+}
+
+void Hand::move(const Event& event) {
+  if (!pressed()) return;
+  push(event.timeS + lagS_, sampleOf(event, true));
+}
+
+void Hand::end(const Event& event) {
+  if (!pressed()) return;
+  haptics::PointerSample down = sampleOf(event, true), up = sampleOf(event, false);
+  push(event.timeS + lagS_, down);
+  push(lastDueS_ + kLastS, up, true);
+  released_ = true;
+}
+
+void Hand::leave() {
+  if (!active()) bench_.pointerLeft();
+}
+
+double Hand::pump(double nowS) {
+  while (!due_.empty() && due_.front().timeS <= nowS) {
+    const Due due = due_.front();
+    due_.pop_front();
+    feed(due.sample);
+    if (due.last) {
+      stroke_.reset();
+      released_ = false;
+    }
+  }
+  return due_.empty() ? kNever : due_.front().timeS;
+}
+
+}  // namespace argil::studio

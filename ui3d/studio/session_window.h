@@ -1,0 +1,154 @@
+#pragma once
+// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), the loop (studio.cpp).
+
+#include <map>
+#include <set>
+
+#include "render/renderer.h"
+#include "ui3d/studio/actions.h"
+#include "ui3d/studio/camera.h"
+#include "ui3d/studio/event_log.h"
+#include "ui3d/studio/frame_log.h"
+#include "ui3d/studio/hand.h"
+#include "ui3d/studio/panels/panels.h"
+#include "ui3d/studio/pen.h"
+#include "ui3d/studio/picture_thread.h"
+#include "ui3d/studio/player.h"
+#include "ui3d/studio/spacemouse_input.h"
+#include "ui3d/studio/studio.h"
+#include "ui3d/studio/ui_input.h"
+#include "ui3d/studio/widgets/widgets.h"
+#include "ui3d/studio/window.h"
+
+namespace argil::studio {
+
+/// Between two pictures the window's thread has the renderer and does everything; while one is drawn the picture thread has it, and the
+/// window's thread only goes on with a stroke.
+class SessionWindow {
+ public:
+  explicit SessionWindow(const StudioOptions& options);
+  ~SessionWindow();
+  SessionWindow(const SessionWindow&) = delete;
+  SessionWindow& operator=(const SessionWindow&) = delete;
+  void run();
+
+ private:
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, widget, click };
+
+  // The loop (studio.cpp)
+  void followStylus(double now);
+  void gather();
+  void turn();
+  void serveRecording(double now);
+  [[nodiscard]] bool atRest() const;
+  [[nodiscard]] double restS(double now);
+  void changed() { changedS_ = window_.nowS(); }
+  void writeReport();
+  template <class Command>
+  void attempt(const Command& command);
+
+  // Panels (studio.cpp)
+  [[nodiscard]] Context context();
+  void uiStep();
+  void settleUi();
+  void applyTheme();
+  void askToLeave(Context& context);
+  void serveWishes(Context& context);
+
+  // Events (routing.cpp)
+  void handle(const Event& event);
+  bool handleQuickly(const Event& event);
+  void press(const Event& event);
+  void pressLeft(const Event& event, Context& context);
+  void release(const Event& event);
+  void move(const Event& event);
+  void wheel(const Event& event);
+  void key(const Event& event);
+  bool sizing(const Event& event);
+  void takeTool(uint8_t modifiers);
+  void hover();
+  [[nodiscard]] Camera::Ray ray(const Event& event) const;
+  [[nodiscard]] Grip grip(const Event& event, bool down) const;
+  [[nodiscard]] std::optional<render::Renderer::Hit> pick(const Camera::Ray& ray) const;
+  [[nodiscard]] Vec3d under(const Event& event) const;
+  void beginStroke(const Event& event, const Camera::Ray& ray, const render::Renderer::Hit& hit);
+
+  // Pictures (showing.cpp)
+  bool collect();
+  void follow();
+  void showWhole(bool glide);
+  [[nodiscard]] std::optional<render::Cursor> cursor();
+  [[nodiscard]] render::Shot shot();
+  bool draw();
+  void lost(const Error& error);
+  void sendFont();
+
+  StudioOptions options_;
+  int64_t startNs_;
+  StudioState state_;
+  engine::Workbench bench_;
+  std::optional<Player> player_;
+  std::optional<EventWriter> recording_;
+  Window window_;
+  Pen pen_;
+  SpaceMouseInput spaceMouse_;
+  render::Renderer renderer_;
+  UiInput ui_;
+  Panels panels_;
+  Widgets widgets_;
+  Camera camera_;
+  Hand hand_;
+  FrameLog log_;
+
+  std::shared_ptr<const engine::Snapshot> now_;
+  std::vector<Event> events_;              // Waiting to be handled, in order.
+  float width_ = 1280, height_ = 720, scale_ = 1;
+  Theme themeShown_ = Theme::dark;
+  float scaleShown_ = 0;
+  int uiSteps_ = 2;                        // So many are to be done before the panels have settled.
+  double uiS_ = 0, nextUiS_ = 0;           // Times of the last and of the next step.
+  double changedS_ = 0;                    // When the picture changed last.
+  double activeS_ = 0;                     // When the person did something last.
+  double nextFrameS_ = 0, tickS_ = 0, motionS_ = 0;
+
+  // The hand on mouse and keyboard
+  Event mouse_;                            // Where it is.
+  bool inWindow_ = false;
+  Drag drag_ = Drag::none;
+  Event dragFrom_;
+  std::set<Button> held_;
+  Vec3d pivot_ = Vec3d::Zero();
+  double panDepthMm_ = 100;
+  bool sizeKey_ = false, sizing_ = false;
+  double sizeFromMm_ = 1;
+  float sizeFromX_ = 0;
+  std::optional<render::Cursor::Footprint> footprint_;
+  bool overWidget_ = false, hoverStale_ = true;
+  std::optional<engine::Tool> toolSent_;
+
+  // What the renderer has
+  std::map<engine::Id, render::PieceLook> placed_;
+  std::map<engine::Id, const void*> parts_;  // The mesh that was sent.
+  std::set<engine::Id> seen_;                // Of the last document: one that has none of them is another.
+  engine::SurfaceChanges waiting_;           // Taken, not yet sent.
+  std::vector<std::pair<engine::Id, std::shared_ptr<const clay::TriangleMesh>>> partsWaiting_;
+  engine::DocumentPtr placedFor_;
+  render::UiFrame panelsFrame_;
+  uint64_t shotShown_ = 0, panelsShown_ = 0;
+  bool stillShown_ = false;
+  bool showAll_ = false;                     // As soon as its surface is there.
+  double slowMs_ = 1000;                     // What the full picture costs.
+  FrameDone frame_;                          // The picture thread's while it draws.
+  double failedS_ = -1e9;
+  size_t losses_ = 0;
+  double firstPictureMs_ = 0;
+  haptics::StylusSample stylus_;
+
+  bool leave_ = false, asking_ = false;
+  engine::DocumentPtr kept_;                 // As it was exported last.
+  std::map<uint64_t, engine::DocumentPtr> exports_;
+  size_t jobs_ = 0;
+  PictureThread pictures_;                   // Last: it uses the others.
+};
+
+}  // namespace argil::studio

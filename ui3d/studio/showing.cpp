@@ -1,0 +1,239 @@
+// From the document to the window: what the renderer is sent, and when.
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/error.h"
+#include "haptics/clock.h"
+#include "ui3d/studio/cursor.h"
+#include "ui3d/studio/fingerprint.h"
+#include "ui3d/studio/session_window.h"
+
+namespace argil::studio {
+namespace {
+
+constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
+constexpr double kFrameS = 1.0 / 60;
+constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
+constexpr double kSluggishMs = 60;  // More than this is felt while typing.
+constexpr double kAgainS = 1;       // After a picture failed.
+
+bool same(const render::PieceLook& a, const render::PieceLook& b) {
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
+         a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed;
+}
+
+template <class Thing>
+render::PieceLook lookOf(const Thing& thing) {
+  render::PieceLook look;
+  look.rotation = thing.pose.rotation;
+  look.translationMm = thing.pose.translation;
+  look.colour = {thing.colour[0], thing.colour[1], thing.colour[2], 1};
+  look.visible = thing.visible;
+  look.dimmed = thing.locked;
+  return look;
+}
+
+}  // namespace
+
+// Takes over what the picture thread did. True when the renderer is free.
+bool SessionWindow::collect() {
+  if (!pictures_.busy()) return true;
+  try {
+    if (!pictures_.take()) return false;
+  } catch (const Error& e) {
+    lost(e);
+    return true;
+  }
+  log_.add(frame_);
+  if (!frame_.shown) {
+    shotShown_ = panelsShown_ = 0;
+    return true;
+  }
+  state_.figures.still = frame_.still;
+  state_.figures.frameMs = double(frame_.endedNs - frame_.beganNs) * 1e-6;
+  state_.figures.triangles = frame_.triangles;
+  state_.figures.uploadedBytes += frame_.uploadedBytes;
+  state_.figures.deviceBytes = frame_.deviceBytes;
+  state_.figures.passes = frame_.passes;
+  state_.figures.framesPerSecond = log_.framesPerSecond(frame_.endedNs);
+  state_.figures.sampleToScreenMs = log_.lastSampleToScreenMs();
+  if (frame_.still) {
+    double us = 0;
+    for (const render::PassTime& pass : frame_.passes) us += pass.us;
+    slowMs_ = std::max(state_.figures.frameMs, us / 1000);
+  }
+  const bool loading = jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
+  if (firstPictureMs_ == 0 && !loading && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = double(frame_.endedNs - startNs_) * 1e-6;
+  return true;
+}
+
+// A lost device comes back with all that it had; any other failure leaves the clay as it is.
+void SessionWindow::lost(const Error& error) {
+  const double now = window_.nowS();
+  shotShown_ = panelsShown_ = 0;
+  if (!renderer_.deviceLost()) {
+    if (now - failedS_ > 5 * kAgainS) bench_.tell(engine::Message::Level::error, error.what());
+    failedS_ = now;
+    bench_.resendSurfaces();
+    parts_.clear();
+    return;
+  }
+  if (now - failedS_ < kAgainS) throw error;  // It does not come back.
+  failedS_ = now;
+  renderer_.recover();
+  ++losses_;
+  sendFont();
+  bench_.resendSurfaces();
+  waiting_ = {};
+  partsWaiting_.clear();
+  parts_.clear();
+  placed_.clear();
+  placedFor_.reset();
+  bench_.tell(engine::Message::Level::warning, "The graphics device was lost and has been started anew; the clay is untouched.");
+  changed();
+}
+
+void SessionWindow::sendFont() {
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+  renderer_.setUiTexture(0, width, height, 1, pixels);
+  ImGui::GetIO().Fonts->SetTexID(nullptr);
+}
+
+// Where pieces and parts stand. Surfaces come on their own way.
+void SessionWindow::follow() {
+  engine::SurfaceChanges changes = bench_.takeSurfaces();
+  if (!changes.pieces.empty()) changed();
+  for (engine::SurfaceChange& change : changes.pieces) waiting_.pieces.push_back(std::move(change));
+  if (changes.oldestSampleNs && !waiting_.oldestSampleNs) waiting_.oldestSampleNs = changes.oldestSampleNs;
+  if (placedFor_ == now_->document) return;
+  placedFor_ = now_->document;
+  const engine::Document& document = *now_->document;
+  std::map<engine::Id, render::PieceLook> wanted;
+  for (const engine::Piece& piece : document.pieces) {
+    wanted[piece.id] = lookOf(piece);
+    wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != document.active;
+  }
+  for (const engine::Part& part : document.parts) {
+    wanted[part.id] = lookOf(part);
+    if (parts_[part.id] == part.mesh.get()) continue;
+    parts_[part.id] = part.mesh.get();
+    partsWaiting_.emplace_back(part.id, part.mesh);
+  }
+  const bool newWorld = std::none_of(wanted.begin(), wanted.end(), [this](const auto& w) { return seen_.count(w.first) != 0; });
+  seen_.clear();
+  for (const auto& [id, look] : wanted) seen_.insert(id);
+  for (const auto& [id, look] : placed_)
+    if (!wanted.count(id) && parts_.erase(id)) renderer_.remove(id);
+  for (const auto& [id, look] : wanted) {
+    const auto before = placed_.find(id);
+    if (before == placed_.end() || !same(before->second, look)) renderer_.place(id, look);
+  }
+  placed_ = std::move(wanted);
+  if (newWorld && !placed_.empty()) showAll_ = true;
+  changed();
+}
+
+void SessionWindow::showWhole(bool glide) {
+  render::Box box = renderer_.bounds();
+  if (box.empty()) return;
+  // As wide as what no panel covers.
+  const auto [left, top, right, bottom] = panels_.free();
+  const double aspect = std::clamp(double(right - left), 0.2 * double(width_), double(width_)) / double(height_);
+  if (glide) {
+    camera_.focus(box, aspect);
+  } else {
+    camera_.set(render::View::named("iso", box, aspect, camera_.view().projection));
+  }
+  changed();
+}
+
+std::optional<render::Cursor> SessionWindow::cursor() {
+  const engine::Tool tool = toolSent_.value_or(engine::Tool());
+  CursorOptions options;
+  options.heightUnits = height_;
+  const auto surface = [this](const Vec3d& origin, const Vec3d& direction) -> std::optional<render::Cursor::Footprint> {
+    const auto hit = renderer_.pick(origin, direction, state_.look.section);
+    if (!hit) return std::nullopt;
+    return render::Cursor::Footprint{origin + hit->distanceMm * direction, hit->normal};
+  };
+  if (bench_.usesPointer() && !hand_.active()) {
+    if (!footprint_ || overWidget_ || drag_ != Drag::none || widgets_.placing()) return std::nullopt;
+    engine::Tool shown = tool;
+    if (sizing_) shown.radiusMm = state_.tool().radiusMm;
+    return hoverCursor(*footprint_, shown, camera_.view(), options);
+  }
+  if (!bench_.usesPointer() && (stylus_.flags & haptics::kStale)) return std::nullopt;
+  return makeCursor(stylus_, tool, camera_.view(), options, footprintOf(stylus_, tool, camera_.view(), surface));
+}
+
+render::Shot SessionWindow::shot() {
+  render::Shot shot;
+  shot.view = camera_.view();
+  shot.look = state_.look;
+  shot.look.scaleBar = false;  // picture_labels draws it where no panel covers it.
+  shot.stereo = state_.stereo;
+  shot.overlays.cursor = cursor();
+  const Context c = context();
+  widgets_.draw(c, shot.overlays);
+  return shot;
+}
+
+// Sends a picture to be drawn, if it would not be the one that is shown. The renderer is free.
+bool SessionWindow::draw() {
+  const double now = window_.nowS();
+  if (window_.minimised() || now - failedS_ < kAgainS) return false;
+  if (showAll_ && !renderer_.bounds().empty()) {
+    showAll_ = false;
+    showWhole(false);
+  }
+  const render::Shot shot = this->shot();
+  // Compared at full quality: what is thinned is no motion.
+  const uint64_t picture = fingerprint(shot, state_.quality), panels = fingerprint(panelsFrame_);
+  const bool pending = !waiting_.pieces.empty() || !partsWaiting_.empty();
+  // Panels that change under the person's hand must not wait for a slow picture.
+  if (picture != shotShown_ || (panels != panelsShown_ && slowMs_ > kSluggishMs && now - activeS_ < kStillS)) changed();
+  const bool moving = now - changedS_ < kStillS;
+  const render::Quality quality = moving && slowMs_ > kSlowMs ? state_.quality.moving() : state_.quality;
+  const bool still = quality == state_.quality;
+  if (picture == shotShown_ && panels == panelsShown_ && !pending && (still == stillShown_ || !still)) return false;
+  shotShown_ = picture;
+  panelsShown_ = panels;
+  stillShown_ = still;
+  frame_ = {};
+  frame_.still = still;
+  frame_.moving = moving;
+  nextFrameS_ = now + kFrameS;
+  pictures_.run([this, shot, quality, changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
+                 parts = std::exchange(partsWaiting_, {}), ui = panelsFrame_] {
+    frame_.beganNs = haptics::nowNs();
+    frame_.oldestSampleNs = changes->oldestSampleNs;
+    for (const engine::SurfaceChange& change : changes->pieces) {
+      if (change.whole || change.removed) renderer_.remove(change.piece);
+      if (change.removed) continue;
+      if (change.whole)
+        if (const auto look = placed_.find(change.piece); look != placed_.end()) renderer_.place(change.piece, look->second);
+      const render::UploadStats sent = renderer_.update(change.piece, change.delta);
+      frame_.uploadedBytes += sent.bytes;
+      frame_.uploads += sent.writes;
+    }
+    for (const auto& [id, mesh] : parts) {
+      const render::UploadStats sent = renderer_.updatePart(id, *mesh);
+      frame_.uploadedBytes += sent.bytes;
+      if (const auto look = placed_.find(id); look != placed_.end()) renderer_.place(id, look->second);
+    }
+    renderer_.setQuality(quality);
+    frame_.shown = renderer_.present(shot, ui);
+    frame_.endedNs = haptics::nowNs();
+    frame_.deviceBytes = renderer_.deviceBytes();
+    frame_.triangles = renderer_.drawStats().trianglesDrawn;
+    frame_.passes = renderer_.passTimes();
+  });
+  return true;
+}
+
+}  // namespace argil::studio

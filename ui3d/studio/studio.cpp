@@ -1,0 +1,373 @@
+#include "ui3d/studio/studio.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_internal.h>  // ErrorCheckEndFrameRecover
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/error.h"
+#include "haptics/clock.h"
+#include "ui3d/studio/icon.h"
+#include "ui3d/studio/panels/kit.h"
+#include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/picture_labels.h"
+#include "ui3d/studio/session_window.h"
+#include "ui3d/studio/settings.h"
+
+namespace argil::studio {
+namespace {
+
+constexpr double kBusyS = 0.002;    // While a picture is drawn events may arrive unnoticed by poll(): the drawing thread reads the same connection.
+constexpr double kIdleS = 0.05;     // Nothing to do: a look at jobs and stylus.
+constexpr double kLivelyS = 5;      // So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
+constexpr double kUiS = 0.1, kQuietUiS = 1;
+constexpr float kHintUnits = 28;    // Below the upper edge of the picture.
+constexpr double kRestS = 0.3;      // Longer than the pause before the full picture.
+
+render::RendererOptions rendererOptions(const StudioOptions& options) {
+  render::RendererOptions result;
+  result.validation = options.validate;
+  return result;
+}
+
+engine::Workbench::Options benchOptions(const StudioOptions& options) {
+  engine::Workbench::Options result;
+  result.device = options.device;
+  return result;
+}
+
+Window::Options windowOptions(const StudioOptions& options, const StudioState& state, int64_t startNs) {
+  Window::Options result;
+  result.width = options.width;
+  result.height = options.height;
+  result.scale = options.scale > 0 ? options.scale : state.interfaceScale;
+  result.startNs = startNs;
+  return result;
+}
+
+StudioState firstState(const StudioOptions& options) {
+  StudioState state;
+  if (options.play.empty()) loadSettings(state);
+  if (options.theme) state.theme = *options.theme;
+  state.look.lightBackground = state.theme == Theme::light;
+  if (!options.file.empty()) state.shown.firstStart = false;
+  return state;
+}
+
+}  // namespace
+
+SessionWindow::SessionWindow(const StudioOptions& options)
+    : options_(options),
+      startNs_(haptics::nowNs()),
+      state_(firstState(options)),
+      bench_(benchOptions(options)),
+      player_(options.play.empty() ? std::nullopt : std::optional<Player>(options.play)),
+      window_(windowOptions(options, state_, startNs_)),
+      pen_(window_.x11()),
+      renderer_(rendererOptions(options)),
+      hand_(bench_),
+      pictures_([this] { window_.wake(); }) {
+  if (!options.record.empty()) recording_.emplace(options.record);
+  if (!options.file.empty()) {
+    bench_.open(options.file);
+    window_.setTitle(options.file.filename().string() + " — Argil");
+  }
+  window_.setIcon(icon(64));
+  renderer_.attach(window_.hooks());
+  ui_.useClipboardOf(&window_);
+  state_.figures.deviceName = renderer_.deviceName();
+  now_ = bench_.snapshot();
+  const auto [w, h] = window_.pixels();
+  Event first;
+  first.kind = Event::Kind::resize;
+  first.width = w;
+  first.height = h;
+  first.scale = window_.scale();
+  handle(first);
+  applyTheme();
+}
+
+SessionWindow::~SessionWindow() = default;
+
+void SessionWindow::applyTheme() {
+  if (themeShown_ == state_.theme && scaleShown_ == scale_) return;
+  themeShown_ = state_.theme;
+  scaleShown_ = scale_;
+  Panels::applyTheme(state_.theme, scale_);
+  sendFont();
+  uiSteps_ = 2;
+}
+
+// A command that fails leaves a message, not the studio.
+template <class Command>
+void SessionWindow::attempt(const Command& command) {
+  try {
+    command();
+  } catch (const Error& e) {
+    bench_.tell(engine::Message::Level::error, e.what());
+  }
+}
+
+Context SessionWindow::context() {
+  const double now = window_.nowS();
+  return {bench_, *now_, state_, camera_, renderer_, now, now - uiS_, width_, height_, scale_};
+}
+
+// One frame of the panels; what they ask of others is done after it.
+void SessionWindow::uiStep() {
+  applyTheme();
+  const double now = window_.nowS();
+  now_ = bench_.snapshot();
+  Context c = context();
+  ui_.beginFrame(now - uiS_, width_, height_, scale_);
+  // Where the panels stood in the last frame; in the first one nobody knows.
+  const std::array<float, 4> free = panels_.free();
+  if (state_.look.scaleBar && free[2] > free[0]) drawScaleBar(camera_.view(), free, width_, height_, state_);
+  for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
+  if (const std::string hint = widgets_.hint(); !hint.empty()) {
+    const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
+    drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
+  }
+  attempt([&] {
+    panels_.draw(c);
+    askToLeave(c);
+  });
+  ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
+  ImGui::Render();
+  uiS_ = now;
+  if (uiSteps_ > 0) --uiSteps_;
+  serveWishes(c);
+}
+
+// Twice: what was laid out anew in the first frame stands in the second.
+void SessionWindow::settleUi() {
+  while (uiSteps_ > 0) uiStep();
+}
+
+void SessionWindow::serveWishes(Context& context) {
+  if (!state_.wishes.place.empty()) widgets_.place(context, std::exchange(state_.wishes.place, {}));
+  if (state_.fullScreen != window_.fullScreen()) {
+    window_.toggleFullScreen();
+    state_.fullScreen = window_.fullScreen();
+  }
+  if (options_.scale == 0) window_.setScale(state_.interfaceScale);
+  if (state_.quit) {
+    state_.quit = false;
+    if (now_->done > 0 && now_->document != kept_) asking_ = true;
+    else leave_ = true;
+    uiSteps_ = 2;
+  }
+}
+
+void SessionWindow::askToLeave(Context& context) {
+  if (!kit::beginDialog("Leave", "Leave Argil?", 440, 0, &asking_)) return;
+  kit::wrapped("The clay was changed since it was last exported. Export it as a mesh to keep it: the studio has no file of its own yet.", colours().text);
+  kit::gap(10);
+  constexpr float kWide = 110;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * kWide - 2 * kGap);
+  if (kit::button("Leave", kit::Weight::danger, kWide)) {
+    leave_ = true;
+    asking_ = false;
+  }
+  ImGui::SameLine();
+  if (kit::button("Stay", kit::Weight::plain, kWide)) asking_ = false;
+  ImGui::SameLine();
+  if (kit::button("Export…", kit::Weight::chief, kWide)) {
+    context.state.wishes.dialog = "export";
+    asking_ = false;
+  }
+  kit::endDialog(asking_);
+}
+
+// Everything that happened since the last time, in order.
+void SessionWindow::gather() {
+  const double now = window_.nowS();
+  const size_t first = events_.size();
+  std::vector<Event> real;
+  window_.poll(real);
+  if (player_) {
+    // A recording plays alone; only the window itself stays real.
+    std::erase_if(real, [](const Event& e) { return e.kind != Event::Kind::resize && e.kind != Event::Kind::close; });
+    events_.insert(events_.end(), real.begin(), real.end());
+    player_->poll(now, events_);
+    for (size_t i = first + real.size(); i < events_.size(); ++i) {
+      Event& e = events_[i];
+      if (e.kind != Event::Kind::resize) continue;
+      if (options_.scale == 0) window_.setScale(e.scale);
+      window_.resize(e.width, e.height);  // The window's own event follows.
+      e.kind = Event::Kind::focus;
+      e.on = true;
+    }
+    return;
+  }
+  std::vector<Event> pen;
+  pen_.poll(now, scale_, pen);
+  if (pen_.active(now)) {
+    std::erase_if(real, [](const Event& e) { return e.kind == Event::Kind::move; });
+    for (Event& e : real) {
+      if (e.kind != Event::Kind::press && e.kind != Event::Kind::release) continue;
+      e.pressure = pen_.state().pressure;
+      e.tiltX = pen_.state().tiltX;
+      e.tiltY = pen_.state().tiltY;
+    }
+  }
+  events_.insert(events_.end(), pen.begin(), pen.end());
+  events_.insert(events_.end(), real.begin(), real.end());
+  if (const auto axes = spaceMouse_.poll(now)) {
+    Event e;
+    e.kind = Event::Kind::motion6;
+    e.timeS = now;
+    e.axes = *axes;
+    events_.push_back(e);
+  }
+  if (recording_)
+    for (size_t i = first; i < events_.size(); ++i) recording_->write(events_[i]);
+}
+
+bool SessionWindow::atRest() const {
+  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && bench_.idle() &&
+         uiSteps_ == 0 && (stillShown_ || window_.minimised());
+}
+
+// Checks and screenshots of a recording. Between two pictures.
+void SessionWindow::serveRecording(double now) {
+  if (!player_) return;
+  const Event* wanted = player_->waiting();
+  if (!wanted) {
+    if (player_->over() && atRest()) leave_ = true;
+    return;
+  }
+  // The edit thread may just be about to say that it has work: what rests has done so for a moment.
+  if (atRest() && now - changedS_ > kRestS) {
+    if (wanted->kind == Event::Kind::screenshot) render::writePng(renderer_.lastPresented(), wanted->text);
+    player_->passed(window_.nowS());
+  } else if (player_->stuck(now)) {
+    throw Error(fmt::format("{}: event {} has waited for {:.0f} s: {}", options_.play.string(), player_->position(), Player::kCheckSeconds,
+                            jobs_ ? "a job is still running" : now_->inStroke || hand_.active() ? "a stroke has not ended" : "the picture does not come to rest"),
+                Error::Kind::work);
+  }
+}
+
+// The tip of a device that is no pointer: a hand on widgets too.
+void SessionWindow::followStylus(double now) {
+  const haptics::StylusSample before = std::exchange(stylus_, bench_.latest());
+  if (bench_.usesPointer() || (stylus_.flags & haptics::kStale)) return;
+  if (stylus_.proxy == before.proxy && stylus_.buttons == before.buttons) return;
+  activeS_ = now;
+  if (drag_ != Drag::none) return;
+  Grip tip;
+  tip.origin = stylus_.proxy;
+  tip.direction = -(stylus_.device.rotation * Vec3d::UnitZ());
+  tip.stylus = true;
+  tip.down = (stylus_.buttons & 1) != 0;
+  Context c = context();
+  overWidget_ = widgets_.handle(c, tip);
+}
+
+// Between two pictures: events, panels, and what is to be drawn next.
+void SessionWindow::turn() {
+  const double now = window_.nowS();
+  const auto before = now_;
+  now_ = bench_.snapshot();
+  if (now_ != before) {
+    uiSteps_ = std::max(uiSteps_, 1);
+    if (now_->document != before->document) hoverStale_ = true;
+  }
+  for (const Event& event : std::exchange(events_, {})) attempt([&] { handle(event); });
+  if (camera_.tick(std::min(now - tickS_, 0.1))) {
+    changed();
+    hoverStale_ = true;
+    uiSteps_ = std::max(uiSteps_, 1);  // Labels and the scale bar go with it.
+  }
+  tickS_ = now;
+  takeTool(mouse_.modifiers);
+  const std::vector<engine::JobView> jobs = bench_.jobs();
+  if (jobs.size() != jobs_) changed();
+  jobs_ = jobs.size();
+  for (const engine::JobView& job : jobs)
+    if (job.name.rfind("Export", 0) == 0) exports_.emplace(job.id, now_->document);
+  for (auto it = exports_.begin(); it != exports_.end();) {
+    const bool runs = std::any_of(jobs.begin(), jobs.end(), [&](const engine::JobView& job) { return job.id == it->first; });
+    if (!runs) kept_ = it->second;
+    it = runs ? std::next(it) : exports_.erase(it);
+  }
+  attempt([&] {
+    followStylus(now);
+    hover();
+    if (!window_.minimised()) follow();
+  });
+  if (now >= nextUiS_) uiSteps_ = std::max(uiSteps_, 1);
+  if (uiSteps_ > 0) {
+    settleUi();
+    spaceMouse_.yield(bench_.touch(false).device.rfind("spacemouse", 0) != 0);
+    const bool lively = now - activeS_ < kLivelyS || jobs_ > 0 || ui_.wantsText() || state_.shown.touch;
+    nextUiS_ = now + (lively ? kUiS : kQuietUiS);
+    panelsFrame_ = ui_.frame();
+    constexpr std::array kShapes = {CursorShape::arrow, CursorShape::text, CursorShape::arrow, CursorShape::resizeVertical, CursorShape::resizeHorizontal};
+    const int wanted = ImGui::GetMouseCursor();
+    const bool overClay = footprint_ && !ui_.wantsMouse() && !overWidget_;
+    window_.setCursor(overClay ? CursorShape::crosshair
+                      : overWidget_ || wanted == ImGuiMouseCursor_Hand ? CursorShape::hand
+                      : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)] : CursorShape::arrow);
+  }
+  serveRecording(now);
+  if (!leave_ && window_.nowS() >= nextFrameS_) attempt([&] { draw(); });
+}
+
+// How long nothing needs to be done.
+double SessionWindow::restS(double now) {
+  if (pictures_.busy()) return kBusyS;
+  if (!events_.empty() || uiSteps_ > 0) return 0;
+  const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() || !bench_.usesPointer() || spaceMouse_.there() ||
+                      (player_ && player_->waiting());
+  if (window_.minimised()) return kIdleS;
+  double next = lively ? std::max(nextFrameS_, now + 0.004) : now + kIdleS;
+  if (player_) next = std::min(next, player_->nextS());
+  return std::max(0.0, next - now);
+}
+
+void SessionWindow::run() {
+  while (!leave_) {
+    gather();
+    size_t done = 0;
+    while (done < events_.size() && handleQuickly(events_[done])) ++done;
+    events_.erase(events_.begin(), events_.begin() + std::ptrdiff_t(done));
+    if (collect()) turn();
+    const double due = hand_.pump(window_.nowS());
+    if (options_.interrupted && options_.interrupted()) leave_ = true;
+    if (leave_) break;
+    const double now = window_.nowS();
+    const int descriptors[] = {pen_.descriptor()};
+    window_.wait(std::min(restS(now), due - now), std::span(descriptors, pen_.descriptor() >= 0 ? 1 : 0));
+  }
+  pictures_.finish();
+  writeReport();
+  if (options_.play.empty()) saveSettings(state_);
+}
+
+void SessionWindow::writeReport() {
+  if (options_.report.empty()) return;
+  FrameLog::Facts facts;
+  facts.device = renderer_.deviceName();
+  facts.deviceBytes = renderer_.deviceBytes();
+  facts.validating = renderer_.validating();
+  facts.validation = renderer_.validationMessages();
+  facts.firstPictureMs = firstPictureMs_;
+  facts.rssBytes = residentBytes();
+  facts.droppedSamples = bench_.touch(true).droppedSamples;
+  facts.losses = losses_;
+  std::ofstream out(options_.report);
+  out << log_.report(facts, *now_) << std::flush;
+  if (!out) throw Error(fmt::format("--report {}: cannot be written", options_.report.string()), Error::Kind::work);
+}
+
+void runStudio(const StudioOptions& options) {
+  if (!options.file.empty() && !std::filesystem::is_regular_file(options.file))
+    throw Error(fmt::format("{}: there is no such file", options.file.string()));
+  SessionWindow window(options);
+  window.run();
+}
+
+}  // namespace argil::studio

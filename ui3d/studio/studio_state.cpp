@@ -1,0 +1,29 @@
+#include "ui3d/studio/studio_state.h"
+
+namespace argil::studio {
+
+engine::Tool& StudioState::tool() {
+  const auto found = tools.find(toolId);
+  if (found != tools.end()) return found->second;
+  const engine::ToolRow* row = engine::findTool(toolId);
+  if (!row) {
+    row = &engine::toolTable().front();
+    toolId = row->id;
+  }
+  return tools.emplace(toolId, engine::standardTool(*row)).first->second;
+}
+
+// The other tool works at the size of the one in hand: a person turns the brush over, not into another.
+engine::Tool StudioState::effectiveTool() {
+  const engine::Tool inHand = tool();
+  const engine::ToolRow* row = engine::findTool(toolId);
+  const std::string_view other = smoothing ? std::string_view("smooth") : inverted && row ? row->opposite : std::string_view();
+  const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
+  if (!otherRow) return inHand;
+  const auto kept = tools.find(other);
+  engine::Tool result = kept == tools.end() ? engine::standardTool(*otherRow) : kept->second;
+  result.radiusMm = inHand.radiusMm;
+  return result;
+}
+
+}  // namespace argil::studio
