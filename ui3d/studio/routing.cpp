@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "ui3d/studio/cursor.h"
 #include "ui3d/studio/session_window.h"
@@ -199,6 +200,7 @@ void SessionWindow::press(const Event& event) {
 }
 
 void SessionWindow::pressLeft(const Event& event, Context& c) {
+  placing_ = widgets_.placing();
   if (widgets_.handle(c, grip(event, true))) {
     drag_ = Drag::widget;
     return;
@@ -239,6 +241,7 @@ void SessionWindow::release(const Event& event) {
   if (drag_ == Drag::widget && event.button == Button::left) {
     Context c = context();
     widgets_.handle(c, grip(event, false));
+    if (std::exchange(placing_, false)) widgets_.click(c, grip(event, false));  // Its press was a point already.
     drag_ = Drag::none;
   } else if (drag_ == Drag::click && event.button == Button::left) {
     Context c = context();

@@ -120,7 +120,7 @@ class SessionWindow {
   std::set<Button> held_;
   Vec3d pivot_ = Vec3d::Zero();
   double panDepthMm_ = 100;
-  bool sizeKey_ = false, sizing_ = false;
+  bool sizeKey_ = false, sizing_ = false, placing_ = false;
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;

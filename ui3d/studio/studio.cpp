@@ -155,7 +155,8 @@ void SessionWindow::serveWishes(Context& context) {
   if (options_.scale == 0) window_.setScale(state_.interfaceScale);
   if (state_.quit) {
     state_.quit = false;
-    if (now_->done > 0 && now_->document != kept_) asking_ = true;
+    // Clay that was just added or opened is one step: nobody's work.
+    if (now_->done > 1 && now_->document != kept_) asking_ = true;
     else leave_ = true;
     uiSteps_ = 2;
   }
@@ -303,7 +304,7 @@ void SessionWindow::turn() {
   if (uiSteps_ > 0) {
     settleUi();
     spaceMouse_.yield(bench_.touch(false).device.rfind("spacemouse", 0) != 0);
-    const bool lively = now - activeS_ < kLivelyS || jobs_ > 0 || ui_.wantsText() || state_.shown.touch;
+    const bool lively = now - activeS_ < kLivelyS || panels_.moves() || ui_.wantsText();
     nextUiS_ = now + (lively ? kUiS : kQuietUiS);
     panelsFrame_ = ui_.frame();
     constexpr std::array kShapes = {CursorShape::arrow, CursorShape::text, CursorShape::arrow, CursorShape::resizeVertical, CursorShape::resizeHorizontal};

@@ -1,6 +1,7 @@
 // What a day of work does to the studio: sizes, documents, lost devices. Recordings and the window manager.
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -131,6 +132,37 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
   expectClean(r);
   // The whole window, panels included; a message more may be listed.
   EXPECT_LT(difference(readPng(scratch_ / "before.png"), readPng(scratch_ / "after.png")), 0.01);
+}
+
+TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
+  Person person(studio);
+  for (int i = 0; i < 2; ++i) {
+    person.key("ctrl+p");
+    person.pause(0.5);
+    person.type("add a ball");
+    person.key("enter");
+    (void)person.settled();
+  }
+  const render::Image before = person.settled();
+  person.close();
+  const render::Image asked = person.shot("leave-asked");
+  EXPECT_GT(difference(before, asked), 0.3) << "everything behind the question is dimmed";
+  person.key("escape");
+  EXPECT_LT(difference(before, person.settled()), 0.02);
+  EXPECT_TRUE(studio.running());
+  kill(studio.pid(), SIGTERM);  // Ctrl-C on the terminal: a decision already.
+  EXPECT_EQ(studio.wait(30), 0) << studio.said();
+}
+
+TEST_F(StudioCalls, atRestNothingIsDrawn) {
+  double t = 0.2;
+  std::string lines = byPalette(t, "add a ball");
+  lines += "{\"t\": " + std::to_string(t + 20) + ", \"kind\": \"check\"}\n";
+  RunningStudio studio({"studio", "--size", "800x600", "--play", write("rest.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  ASSERT_EQ(studio.wait(150), 0) << studio.said();
+  // Of 20 s, 1200 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
+  EXPECT_LT(report()["frames"], 120) << report().dump(1);
 }
 
 TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
