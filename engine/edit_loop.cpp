@@ -30,6 +30,11 @@ void EditLoop::setTool(const Tool& tool) {
   changed_ = true;
 }
 
+void EditLoop::setCutting(bool on) {
+  changed_ = changed_ || cutting_ != on;
+  cutting_ = on;
+}
+
 void EditLoop::setWorkspace(const haptics::Workspace& workspace) {
   workspace.check();
   scene_.workspace = workspace;
@@ -78,6 +83,7 @@ bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {
   scene_.samplesApplied = applied;
   if (different) scene_.editedFrom = oldest;
   auto scene = std::make_unique<haptics::Scene>(sceneOf(*now, scene_));
+  if (!cutting_) scene->tool.operation.reset();
   shown_ = now;
   changed_ = false;
   ++versions_;

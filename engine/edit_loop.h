@@ -37,6 +37,8 @@ class EditLoop {
   /// The tool that the servo is to hold from the next scene on, with its way of working on the clay: the stroke in work
   /// ends with the first sample that carries another tool. Throws Error when it does not fit the clay.
   void setTool(const Tool& tool);
+  /// While false the tool only touches: the hand holds something else than clay.
+  void setCutting(bool on);
   /// Workspace and quality that the servo is to have from the next scene on. Throws Error for what haptics refuses.
   void setWorkspace(const haptics::Workspace& workspace);
   void setQuality(const haptics::Quality& quality);
@@ -64,6 +66,7 @@ class EditLoop {
   int64_t zeroNs_ = INT64_MAX;  // of CLOCK_MONOTONIC at sample time zero, as far as known
   uint64_t versions_ = 0;
   uint64_t cutsBefore_ = 0;  // index after the newest sample that cut
+  bool cutting_ = true;
   bool changed_ = true;           // tool, workspace or quality
 };
 

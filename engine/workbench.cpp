@@ -240,6 +240,13 @@ void Workbench::setTool(const Tool& tool) {
   state_->post([s = state_.get(), tool] { s->wanted = tool; }, false);
 }
 
+void Workbench::setCutting(bool on) {
+  state_->post([s = state_.get(), on] {
+    s->cutting = on;
+    s->loop->setCutting(on);
+  }, false);
+}
+
 void Workbench::setWorkspace(const haptics::Workspace& workspace) {
   state_->post([s = state_.get(), workspace] {
     s->loop->setWorkspace(workspace);
@@ -312,7 +319,7 @@ TouchState Workbench::touch(bool statistics) {
       view.device = hand->name;
       view.sheet = hand->device->sheet();
       view.deviceStatus = hand->device->status();
-      view.state = hand->servo.state();
+      view.state = state_->stopped.load() ? haptics::ServoState::stopped : hand->servo.state();
       view.sentence = state_->stopped.load()                         ? "Forces are stopped by you; resume when you are ready."
                       : hand->servo.fault() != haptics::Fault::none ? haptics::sentence(hand->servo.fault())
                                                                      : haptics::sentence(view.state);

@@ -130,6 +130,8 @@ class Workbench {
 
   /// From the next tick on. Sizes that this clay cannot have are brought within its limits.
   void setTool(const Tool& tool);
+  /// While false the tool touches and does not cut: the hand is on a widget.
+  void setCutting(bool on);
   void setWorkspace(const haptics::Workspace& workspace);
   void setTouchQuality(const haptics::Quality& quality);
   /// By the names of `argil devices`; "pointer": mouse and pen. Closes the one before.

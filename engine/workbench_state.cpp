@@ -121,6 +121,7 @@ void Workbench::State::makeLoop() {
   base.workspace = workspace;
   base.quality = touchQuality;
   loop = std::make_unique<EditLoop>(*session, base, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
+  loop->setCutting(cutting);
   held.reset();
   holdTool();
 }

@@ -93,6 +93,7 @@ struct Workbench::State {
   std::unique_ptr<EditLoop> loop;
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
+  bool cutting = true;
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   haptics::Histogram latency;

@@ -87,6 +87,21 @@ void Guides::addLock(const Guide& guide, State& state, const Vec3d& proxy, const
   }
 }
 
+// A hand that points feels no pull: what catches it holds it, as far as the well reaches.
+void Guides::addLockOfWell(const Guide& guide, const Vec3d& hand) ARGIL_REALTIME {
+  if (const auto* points = std::get_if<WellAtPoints>(&guide.shape)) {
+    const Vec3d* nearest = nullptr;
+    for (const Vec3d& point : points->points) {
+      if (!nearest || (point - hand).squaredNorm() < (*nearest - hand).squaredNorm()) nearest = &point;
+    }
+    if (nearest) locks_.add(guide.id, Subspace::at(*nearest));
+  } else if (const auto* curve = std::get_if<WellAtCurve>(&guide.shape)) {
+    locks_.add(guide.id, *curve->curve);
+  } else if (const auto* plane = std::get_if<WellAtPlane>(&guide.shape)) {
+    locks_.add(guide.id, Subspace::plane(plane->point, plane->normal));
+  }
+}
+
 // Strength rises slowly where a guide begins, so its energy is paid before it can be given out; a leap of its force (another point, another
 // strand, other data) goes into what is let go little by little (carry_).
 void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
@@ -145,7 +160,10 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
         keepOutsChanged_ = state.keepOut.reset(guide, scene, clay) || !worked || keepOutsChanged_;
         keepOuts_[size_t(keepOutCount_++)] = &state.keepOut;
         break;
-      case GuideRole::soft: addForce(guide, state, scene, clay, input, limits); break;
+      case GuideRole::soft:
+        addForce(guide, state, scene, clay, input, limits);
+        if (input.pointing && state.caught) addLockOfWell(guide, input.hand);
+        break;
     }
   }
   // Through the stiffest coupling that there may be the set's speed is a speed of force as well.

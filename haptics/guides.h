@@ -69,6 +69,7 @@ class Guides {
   void match(const Scene& scene, bool& lostHold) ARGIL_REALTIME;
   void drop(State& state, bool& lostHold) ARGIL_REALTIME;
   void addLock(const Guide& guide, State& state, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME;
+  void addLockOfWell(const Guide& guide, const Vec3d& hand) ARGIL_REALTIME;
   void addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
                 const SoftLimits& limits) ARGIL_REALTIME;
 

@@ -10,8 +10,10 @@
 namespace argil::render {
 namespace {
 
-/// Quads that one picture reads to make levels of detail: about 15 ms on one core.
+/// Quads that one picture reads to make levels of detail: about 15 ms on one core;
 constexpr size_t kQuadsAPicture = 250'000;
+/// or more where pictures are slow for want of them: this part of the triangles that the last one drew, a small part of its time.
+constexpr double kQuadsATriangle = 0.5;
 
 }  // namespace
 
@@ -74,7 +76,7 @@ Model::Local Model::toLocal(const Piece& piece, const PieceLook& look, const Sig
 void Model::prepare(const Sight& sight) {
   list_.nextPicture();
   levelBytes_ = 0;
-  size_t left = kQuadsAPicture;
+  size_t left = std::max(kQuadsAPicture, size_t(kQuadsATriangle * double(drawn_)));
   struct Wish {
     SurfaceLayout* clay;
     size_t chunk;
@@ -110,6 +112,7 @@ void Model::prepare(const Sight& sight) {
 
 void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
                  Renderer::DrawStats* stats) {
+  const uint64_t before = stats ? stats->trianglesDrawn : 0;
   if (pieces_.empty() || !buffers_.vertices()) return;
   const VkBuffer vertices = buffers_.vertices();
   const VkDeviceSize offset = 0;
@@ -149,6 +152,7 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
     const uint64_t calls = list_.draw(commands, commands_);
     if (stats) stats->drawCalls += calls;
   }
+  if (stats && kind == Kind::clay) drawn_ = stats->trianglesDrawn - before;
 }
 
 PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const Sight& sight) const {

@@ -45,8 +45,8 @@ class Model {
 
   // Drawing (clay_draw.cpp)
 
-  /// Before a picture is recorded: makes some of the levels that it wants and that are not there yet, at most about a frame's worth of
-  /// work. Until then finer ones are drawn.
+  /// Before a picture is recorded: makes some of the levels that it wants and that are not there yet, at most a part of what drawing
+  /// takes. Until then finer ones are drawn.
   void prepare(const Sight& sight);
   [[nodiscard]] uint64_t levelBytes() const { return levelBytes_; }  ///< That the last prepare() uploaded.
   enum class Kind : uint8_t { clay, parts };
@@ -76,6 +76,7 @@ class Model {
   std::map<PieceId, PieceLook> looks_;
   std::vector<VkDrawIndexedIndirectCommand> commands_;
   uint64_t levelBytes_ = 0;
+  uint64_t drawn_ = 0;  // triangles of clay in the last picture
 };
 
 }  // namespace argil::render

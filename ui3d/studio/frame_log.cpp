@@ -57,6 +57,7 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   json["frames"] = frames_;
   json["still_frames"] = stillFrames_;
   json["first_picture_ms"] = facts.firstPictureMs;
+  json["opened_ms"] = facts.openedMs;
   json["fps_moving"] = {{"n", intervalMs_.size()}, {"p50", perSecond(quantile(intervalMs_, 0.5))}, {"p99", perSecond(quantile(intervalMs_, 0.99))}};
   json["frame_ms"] = spread(frameMs_);
   json["moving_frame_ms"] = spread(movingMs_);

@@ -35,7 +35,8 @@ class FrameLog {
     uint64_t deviceBytes = 0;
     bool validating = false;
     std::vector<std::string> validation;
-    double firstPictureMs = 0;   ///< Since the program began: a picture of the document that it was started with.
+    double firstPictureMs = 0;   ///< Since the program began: the first picture that shows something of the file that it was started with;
+    double openedMs = 0;         ///< and the first of all of it as it is to be: clay, where the file held a mesh.
     uint64_t rssBytes = 0;
     uint64_t droppedSamples = 0;
     size_t losses = 0;           ///< Of the device.

@@ -76,6 +76,7 @@ class SessionWindow {
   // Pictures (showing.cpp)
   bool collect();
   void follow();
+  void followPreview();
   void showWhole(bool glide);
   [[nodiscard]] std::optional<render::Cursor> cursor();
   [[nodiscard]] render::Shot shot();
@@ -141,8 +142,10 @@ class SessionWindow {
   FrameDone frame_;                          // The picture thread's while it draws.
   double failedS_ = -1e9;
   size_t losses_ = 0;
-  double firstPictureMs_ = 0;
+  double firstPictureMs_ = 0, openedMs_ = 0; // Since the start: the first of what the file holds; all of it, as it was asked for.
   haptics::StylusSample stylus_;
+  bool cuts_ = true;                         // The stylus is on no widget.
+  std::shared_ptr<const clay::TriangleMesh> preview_;  // Shown while it becomes clay.
 
   bool leave_ = false, asking_ = false;
   engine::DocumentPtr kept_;                 // As it was exported last.

@@ -14,6 +14,7 @@
 namespace argil::studio {
 namespace {
 
+constexpr engine::Id kPreview = UINT32_MAX;
 constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
 constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
@@ -67,7 +68,9 @@ bool SessionWindow::collect() {
     slowMs_ = std::max(state_.figures.frameMs, us / 1000);
   }
   const bool loading = jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
-  if (firstPictureMs_ == 0 && !loading && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = double(frame_.endedNs - startNs_) * 1e-6;
+  const double soFarMs = double(frame_.endedNs - startNs_) * 1e-6;
+  if (firstPictureMs_ == 0 && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = soFarMs;
+  if (openedMs_ == 0 && !loading && (frame_.triangles > 0 || options_.file.empty())) openedMs_ = soFarMs;
   return true;
 }
 
@@ -80,6 +83,7 @@ void SessionWindow::lost(const Error& error) {
     failedS_ = now;
     bench_.resendSurfaces();
     parts_.clear();
+    preview_.reset();
     return;
   }
   if (now - failedS_ < kAgainS) throw error;  // It does not come back.
@@ -91,6 +95,7 @@ void SessionWindow::lost(const Error& error) {
   waiting_ = {};
   partsWaiting_.clear();
   parts_.clear();
+  preview_.reset();
   placed_.clear();
   placedFor_.reset();
   bench_.tell(engine::Message::Level::warning, "The graphics device was lost and has been started anew; the clay is untouched.");
@@ -111,6 +116,7 @@ void SessionWindow::follow() {
   if (!changes.pieces.empty()) changed();
   for (engine::SurfaceChange& change : changes.pieces) waiting_.pieces.push_back(std::move(change));
   if (changes.oldestSampleNs && !waiting_.oldestSampleNs) waiting_.oldestSampleNs = changes.oldestSampleNs;
+  followPreview();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
   const engine::Document& document = *now_->document;
@@ -137,6 +143,23 @@ void SessionWindow::follow() {
   placed_ = std::move(wanted);
   if (newWorld && !placed_.empty()) showAll_ = true;
   hoverStale_ = true;  // What is under the cursor may have gone.
+  changed();
+}
+
+// What a file holds, from the moment that it is read to the moment that it is clay.
+void SessionWindow::followPreview() {
+  std::shared_ptr<const clay::TriangleMesh> preview = bench_.preview();
+  if (preview == preview_) return;
+  if (preview_) renderer_.remove(kPreview);
+  std::erase_if(partsWaiting_, [](const auto& part) { return part.first == kPreview; });
+  preview_ = std::move(preview);
+  if (preview_) {
+    render::PieceLook look;
+    look.dimmed = true;
+    renderer_.place(kPreview, look);
+    partsWaiting_.emplace_back(kPreview, preview_);
+    if (placed_.empty()) showAll_ = true;
+  }
   changed();
 }
 

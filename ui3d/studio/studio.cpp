@@ -265,6 +265,7 @@ void SessionWindow::followStylus(double now) {
   tip.down = (stylus_.buttons & 1) != 0;
   Context c = context();
   overWidget_ = widgets_.handle(c, tip);
+  if (std::exchange(cuts_, !overWidget_) != cuts_) bench_.setCutting(cuts_);
 }
 
 // Between two pictures: events, panels, and what is to be drawn next.
@@ -356,6 +357,7 @@ void SessionWindow::writeReport() {
   facts.validating = renderer_.validating();
   facts.validation = renderer_.validationMessages();
   facts.firstPictureMs = firstPictureMs_;
+  facts.openedMs = openedMs_;
   facts.rssBytes = residentBytes();
   facts.droppedSamples = bench_.touch(true).droppedSamples;
   facts.losses = losses_;

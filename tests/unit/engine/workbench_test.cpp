@@ -153,6 +153,37 @@ TEST_F(WorkbenchTest, AStrokeStaysInALockedPlane) {
   EXPECT_NEAR(lowest, 7.5, 0.1);  // the plane less the radius
 }
 
+TEST_F(WorkbenchTest, AWellCatchesAPointerWithinItsRangeAlone) {
+  block();
+  Tool tool;
+  tool.radiusMm = 2;
+  bench.setTool(tool);
+  const auto lowest = [&] {
+    double z = 10;
+    for (const Vec3d& p : meshOf(*document(), 0, true).positions) {
+      if (std::abs(p.x()) < 5 && std::abs(p.y()) < 1 && p.z() > 0) z = std::min(z, p.z());
+    }
+    return z;
+  };
+  bench.edit("Add plane", [](Document& document) {
+    Guide plane;
+    plane.feel = Guide::Feel::well;
+    plane.rangeMm = 4;
+    plane.pose.translation = {0, 0, 9.5};
+    document.add(plane);
+  });
+  ASSERT_TRUE(until([&] { return document()->guides.size() == 1; }));
+  drag(2);  // 1.5 mm below the plane: caught
+  ASSERT_TRUE(rest());
+  EXPECT_NEAR(lowest(), 7.5, 0.1);
+  bench.undo();
+  ASSERT_TRUE(until([&] { return lowest() > 9.9; }));
+  drag(6);  // 5.5 mm below it: free
+  ASSERT_TRUE(rest());
+  EXPECT_NEAR(lowest(), 2, 0.2);
+  EXPECT_EQ(problems(), "");
+}
+
 TEST_F(WorkbenchTest, HiddenAndLockedPiecesAreNotCut) {
   block();
   bench.edit("Lock", [](Document& document) { document.pieces[0].locked = true; });
