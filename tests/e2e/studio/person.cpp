@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
-constexpr double kStill = 0.6;
+constexpr double kStill = 0.6;  // At scale 1; a picture of four times the pixels takes its time.
 constexpr double kKeyHeld = 0.03;
 
 void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
@@ -327,7 +327,7 @@ render::Image Person::settled() const {
   const auto begin = Clock::now();
   render::Image last = look();
   auto changed = Clock::now();
-  while (since(changed) < kStill) {
+  while (since(changed) < kStill * state_->scale) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
     if (since(begin) > kPatience) break;
     sleep(0.1);
