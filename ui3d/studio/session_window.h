@@ -75,6 +75,7 @@ class SessionWindow {
 
   // Pictures (showing.cpp)
   bool collect();
+  void takeSurfaces();
   void follow();
   void followPreview();
   void showWhole(bool glide);

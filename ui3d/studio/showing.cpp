@@ -110,12 +110,16 @@ void SessionWindow::sendFont() {
   ImGui::GetIO().Fonts->SetTexID(nullptr);
 }
 
-// Where pieces and parts stand. Surfaces come on their own way.
-void SessionWindow::follow() {
+void SessionWindow::takeSurfaces() {
   engine::SurfaceChanges changes = bench_.takeSurfaces();
   if (!changes.pieces.empty()) changed();
   for (engine::SurfaceChange& change : changes.pieces) waiting_.pieces.push_back(std::move(change));
   if (changes.oldestSampleNs && !waiting_.oldestSampleNs) waiting_.oldestSampleNs = changes.oldestSampleNs;
+}
+
+// Where pieces and parts stand. Surfaces come on their own way.
+void SessionWindow::follow() {
+  takeSurfaces();
   followPreview();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
@@ -233,6 +237,7 @@ bool SessionWindow::draw() {
   frame_.still = still;
   frame_.moving = moving;
   nextFrameS_ = now + kFrameS;
+  takeSurfaces();  // What came since, while panels were laid out: as new as can be.
   pictures_.run([this, shot, quality, changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
                  parts = std::exchange(partsWaiting_, {}), ui = panelsFrame_] {
     frame_.beganNs = haptics::nowNs();
