@@ -67,7 +67,7 @@ TEST(BadInput, CallsThatCannotBeMeantAreRefused) {
   const std::string out = (scratch / "out.stl").string(), mesh = (scratch / "t.off").string();
   writeFile(mesh, "OFF\n4 4 0\n0 0 0\n10 0 0\n0 10 0\n0 0 10\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
   const std::vector<std::vector<std::string>> calls = {
-      {},
+      {"studio", "--size", "a few"},
       {"sculpture"},
       {"convert"},
       {"convert", mesh},
