@@ -206,8 +206,18 @@ void Workbench::exportTo(const ExportOptions& how) {
       const std::string sentence = writeMeshFile(file, mesh, &job);
       s->tell(Message::Level::done, sentence);
     }
+    if (how.piece == 0) {
+      DocumentPtr kept = document;
+      const std::lock_guard lock(s->mutex);
+      s->exported.swap(kept);
+    }
     return {};
   });
+}
+
+DocumentPtr Workbench::exported() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->exported;
 }
 
 bool Workbench::idle() const {

@@ -78,6 +78,7 @@ struct Workbench::State {
   std::vector<float> forces;  // a ring
   size_t forceAt = 0;
   std::shared_ptr<const clay::TriangleMesh> preview;
+  DocumentPtr exported;
   bool stopping = false;
   bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
 

@@ -149,8 +149,6 @@ class SessionWindow {
   std::shared_ptr<const clay::TriangleMesh> preview_;  // Shown while it becomes clay.
 
   bool leave_ = false, asking_ = false;
-  engine::DocumentPtr kept_;                 // As it was exported last.
-  std::map<uint64_t, engine::DocumentPtr> exports_;
   size_t jobs_ = 0;
   PictureThread pictures_;                   // Last: it uses the others.
 };

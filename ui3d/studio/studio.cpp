@@ -156,7 +156,7 @@ void SessionWindow::serveWishes(Context& context) {
   if (state_.quit) {
     state_.quit = false;
     // Clay that was just added or opened is one step: nobody's work.
-    if (now_->done > 1 && now_->document != kept_) asking_ = true;
+    if (now_->done > 1 && now_->document != bench_.exported()) asking_ = true;
     else leave_ = true;
     uiSteps_ = 2;
   }
@@ -288,13 +288,6 @@ void SessionWindow::turn() {
   const std::vector<engine::JobView> jobs = bench_.jobs();
   if (jobs.size() != jobs_) changed();
   jobs_ = jobs.size();
-  for (const engine::JobView& job : jobs)
-    if (job.name.rfind("Export", 0) == 0) exports_.emplace(job.id, now_->document);
-  for (auto it = exports_.begin(); it != exports_.end();) {
-    const bool runs = std::any_of(jobs.begin(), jobs.end(), [&](const engine::JobView& job) { return job.id == it->first; });
-    if (!runs) kept_ = it->second;
-    it = runs ? std::next(it) : exports_.erase(it);
-  }
   attempt([&] {
     followStylus(now);
     hover();

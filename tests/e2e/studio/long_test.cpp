@@ -153,10 +153,14 @@ TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
   }
   const render::Image before = person.settled();
   person.close();
-  const render::Image asked = person.shot("leave-asked");
+  render::Image asked = person.shot("leave-asked");
+  for (int i = 0; i < 20 && difference(before, asked) <= 0.3; ++i) asked = person.settled();
   EXPECT_GT(difference(before, asked), 0.3) << "everything behind the question is dimmed";
   person.key("escape");
-  EXPECT_LT(difference(before, person.settled()), 0.02);
+  // A busy machine may take so long for a picture that the old one counts as settled.
+  double away = 1;
+  for (int i = 0; i < 20 && away >= 0.02; ++i) away = difference(before, person.settled());
+  EXPECT_LT(away, 0.02);
   EXPECT_TRUE(studio.running());
   kill(studio.pid(), SIGTERM);  // Ctrl-C on the terminal: a decision already.
   EXPECT_EQ(studio.wait(30), 0) << studio.said();
