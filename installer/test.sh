@@ -50,6 +50,9 @@ runTests() {
 installPackages
 buildPreset release
 if [ -n "${ARGIL_DATA:-}" ]; then
+  [ -d "$ARGIL_DATA" ] || fail "ARGIL_DATA is $ARGIL_DATA, which is no folder"
+  ARGIL_DATA="$(realpath "$ARGIL_DATA")"  # the tests run elsewhere
+  export ARGIL_DATA
   say "real models: $ARGIL_DATA"
 else
   say "real models: ARGIL_DATA is not set, tests that read them are skipped"
