@@ -294,7 +294,11 @@ void Workbench::resumeForces() {
     s->hand->servo.stop();
     s->hand->servo.reset();
     s->hand->device->rearm();
-    s->hand->grant = s->hand->servo.start().sentence;
+    std::string grant = s->hand->servo.start().sentence;
+    {
+      const std::lock_guard lock(s->handMutex);
+      s->hand->grant.swap(grant);
+    }
     s->loop->restartClock();
   }, false);
 }
