@@ -22,11 +22,12 @@ std::optional<Ray> kept(const Ray& whole, const std::optional<Section>& section)
 }
 
 /// A software driver takes memory for every picture and gives it back: kept by the process, a picture of 200 k triangles costs a third
-/// less. For the whole process: that is how malloc is told.
+/// less. What is as large as an image of the window goes back all the same, or a window that changes its size would leave the heap in pieces.
+/// For the whole process: that is how malloc is told.
 void keepFreedMemory() {
 #ifdef __GLIBC__
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
 }
 
