@@ -26,6 +26,15 @@ Json spread(const std::vector<double>& values) {
 
 double perSecond(double ms) { return ms > 0 ? 1000 / ms : 0; }
 
+Json histogram(const std::vector<double>& counts) {
+  Json bins = Json::object();
+  for (const double count : counts) {
+    Json& bin = bins[std::to_string(int(count))];
+    bin = bin.is_null() ? 1 : bin.get<int>() + 1;
+  }
+  return bins;
+}
+
 }  // namespace
 
 void FrameLog::add(const FrameDone& f) {
@@ -35,6 +44,7 @@ void FrameLog::add(const FrameDone& f) {
   ++frames_;
   stillFrames_ += f.still ? 1 : 0;
   ends_.push_back(f.endedNs);
+  begins_.push_back(f.beganNs);
   const double ms = double(f.endedNs - f.beganNs) * 1e-6;
   frameMs_.push_back(ms);
   if (f.moving) {
@@ -45,6 +55,7 @@ void FrameLog::add(const FrameDone& f) {
   if (f.oldestSampleNs > 0) {
     sampleMs_.push_back(double(f.endedNs - f.oldestSampleNs) * 1e-6);
     sampleFrames_.push_back(double(ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), f.oldestSampleNs)));
+    sampleBegun_.push_back(double(begins_.end() - std::upper_bound(begins_.begin(), begins_.end(), f.oldestSampleNs)));
   }
 }
 
@@ -65,12 +76,8 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   json["largest_upload_bytes"] = largestUpload_;
   json["sample_to_screen_ms"] = spread(sampleMs_);
   json["sample_to_screen_frames"] = spread(sampleFrames_);
-  Json histogram = Json::object();
-  for (const double frames : sampleFrames_) {
-    Json& bin = histogram[std::to_string(int(frames))];
-    bin = bin.is_null() ? 1 : bin.get<int>() + 1;
-  }
-  json["sample_to_screen_histogram"] = histogram;
+  json["sample_to_screen_histogram"] = histogram(sampleFrames_);
+  json["sample_to_screen_begun_histogram"] = histogram(sampleBegun_);
   json["edit_us"] = {{"p50", now.editP50Us}, {"p99", now.editP99Us}};
   json["strokes"] = now.strokes;
   json["points"] = now.points;

@@ -46,7 +46,8 @@ class FrameLog {
 
  private:
   uint64_t frames_ = 0, stillFrames_ = 0, uploadedBytes_ = 0, largestUpload_ = 0;
-  std::vector<int64_t> ends_;                  // Of every frame, to count between sample and screen.
+  std::vector<int64_t> ends_, begins_;         // Of every frame, to count between sample and screen.
+  std::vector<double> sampleBegun_;            // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
   int64_t lastMovingNs_ = 0;
 };
