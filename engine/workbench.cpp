@@ -1,5 +1,6 @@
 #include "engine/workbench.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "clay/primitives.h"
@@ -206,7 +207,9 @@ void Workbench::exportTo(const ExportOptions& how) {
       const std::string sentence = writeMeshFile(file, mesh, &job);
       s->tell(Message::Level::done, sentence);
     }
-    if (how.piece == 0) {
+    const auto& pieces = document->pieces;
+    const bool all = !how.visibleOnly || std::all_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.visible; });
+    if (how.piece == 0 && all) {
       DocumentPtr kept = document;
       const std::lock_guard lock(s->mutex);
       s->exported.swap(kept);

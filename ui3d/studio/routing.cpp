@@ -214,10 +214,10 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   const engine::Piece* piece = now_->document->workedOn();
   if (!piece || piece->id != hit->piece || !bench_.usesPointer()) return;
   takeTool(event.modifiers);
-  beginStroke(event, r, *hit);
+  beginStroke(event);
 }
 
-void SessionWindow::beginStroke(const Event& event, const Camera::Ray& r, const render::Renderer::Hit&) {
+void SessionWindow::beginStroke(const Event& event) {
   Hand::Stroke stroke;
   stroke.clay = PinnedClay(*now_->document, [this](engine::Id id) { return renderer_.bounds(id); });
   stroke.camera = camera_;
@@ -227,7 +227,6 @@ void SessionWindow::beginStroke(const Event& event, const Camera::Ray& r, const 
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   stroke.radiusMm = tool.radiusMm;
   stroke.depthPart = tool.operation == clay::Operation::carve ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
-  (void)r;
   hand_.begin(std::move(stroke), event, window_.nowS());
   drag_ = Drag::stroke;
 }

@@ -71,7 +71,7 @@ class SessionWindow {
   [[nodiscard]] Grip grip(const Event& event, bool down) const;
   [[nodiscard]] std::optional<render::Renderer::Hit> pick(const Camera::Ray& ray) const;
   [[nodiscard]] Vec3d under(const Event& event) const;
-  void beginStroke(const Event& event, const Camera::Ray& ray, const render::Renderer::Hit& hit);
+  void beginStroke(const Event& event);
 
   // Pictures (showing.cpp)
   bool collect();

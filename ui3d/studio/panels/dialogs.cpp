@@ -87,7 +87,7 @@ void begin(Context& context, const fs::path& file) {
 
 void beginDocument(Context& context, Memory& memory, const fs::path& file) {
   // A block that was just added, or a file that was just opened, is one step: nobody's work.
-  if (context.now.done <= 1 || context.now.document == memory.exported) begin(context, file);
+  if (context.now.done <= 1 || context.now.document == context.bench.exported()) begin(context, file);
   else memory.beginning = file;
 }
 
@@ -228,9 +228,6 @@ void drawExport(Context& context, Memory& memory) {
       choice.existing = existing;
     } else {
       context.bench.exportTo(options);
-      const auto& pieces = context.now.document->pieces;
-      const bool all = std::all_of(pieces.begin(), pieces.end(), [](const engine::Piece& piece) { return piece.visible; });
-      if (choice.what == 1 || (choice.what == 0 && all)) memory.exported = context.now.document;
       open = false;
     }
   }

@@ -73,7 +73,6 @@ struct Memory {
   double importVoxelMm = 0.5;
   int importUnits = 0;
   std::optional<std::filesystem::path> beginning;  ///< A document that waits for leave to replace this one; an empty path: a new one.
-  engine::DocumentPtr exported;                    ///< As it stood when it was exported last.
   std::string dropped;        ///< A mesh that waits for its units; empty: none.
   bool firstStartSeen = false;
 };

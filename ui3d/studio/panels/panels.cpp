@@ -75,7 +75,6 @@ void settings(Context& context, Memory& memory) {
 void hear(Context& context, Memory& memory) {
   constexpr size_t kMost = 300;
   for (engine::Message& message : context.bench.takeMessages()) {
-    if (message.level == engine::Message::Level::error) memory.exported = nullptr;  // It may have been the export that failed.
     memory.said.push_back({std::move(message), context.timeS, false});
   }
   while (memory.said.size() > kMost) memory.said.pop_front();
