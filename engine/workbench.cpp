@@ -207,9 +207,7 @@ void Workbench::exportTo(const ExportOptions& how) {
       const std::string sentence = writeMeshFile(file, mesh, &job);
       s->tell(Message::Level::done, sentence);
     }
-    const auto& pieces = document->pieces;
-    const bool all = !how.visibleOnly || std::all_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.visible; });
-    if (how.piece == 0 && all) {
+    if (how.piece == 0) {
       DocumentPtr kept = document;
       const std::lock_guard lock(s->mutex);
       s->exported.swap(kept);

@@ -121,7 +121,7 @@ class Workbench {
   void open(const std::filesystem::path& file);
   void exportTo(const ExportOptions& options);
 
-  /// The document of which every piece, hidden ones too, was last written to files; null before. What fails does not count.
+  /// The document of which all visible pieces, or all, were last written to files; null before. What fails does not count.
   [[nodiscard]] DocumentPtr exported() const;
   /// Nothing is under way: no job, no stroke, no edit or sample that waits. A moment later something may be.
   [[nodiscard]] bool idle() const;
