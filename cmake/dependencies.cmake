@@ -12,6 +12,11 @@ list(APPEND CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/Open
 find_package(OpenVDB REQUIRED)
 list(REMOVE_ITEM CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB")
 
+# What documents and journals are made of, and their checksums and packing.
+pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+
 find_package(Vulkan REQUIRED COMPONENTS glslc)
 find_package(X11 REQUIRED)
 find_package(glfw3 REQUIRED)

@@ -1,6 +1,7 @@
 #pragma once
 // A document in work: the thread that edits it, the servo that feels it, the jobs beside it, and what a face needs to show it.
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -18,6 +19,32 @@
 
 namespace argil::engine {
 
+/// Where the document is kept.
+struct FileState {
+  std::filesystem::path path;       ///< Of the saved document; empty: untitled.
+  bool unsaved = false;             ///< The document is not what that file holds (an empty untitled document counts as saved).
+  bool saving = false;
+  std::string journalTrouble;       ///< A sentence while the journal cannot be written; empty while all is well.
+  uint64_t opened = 0;              ///< Grows with every document that is opened, recovered or begun.
+  std::shared_ptr<const std::string> face;  ///< As SaveExtras::face was when it was saved; null without.
+};
+
+/// What the face adds to a saved document.
+struct SaveExtras {
+  std::string face;                  ///< Views, tool and whatever else it wants back, as a JSON object; empty: what the file has stays.
+  std::vector<std::byte> thumbnail;  ///< PNG, at most 256 pixels an edge; empty: none.
+};
+
+/// What a crash left.
+struct Recoverable {
+  std::filesystem::path journal;
+  std::filesystem::path file;        ///< The document that it belongs to; empty: it was untitled.
+  std::chrono::system_clock::time_point from, to;  ///< First and last thing in it.
+  uint64_t steps = 0;                ///< Since the last save.
+  bool midStroke = false;            ///< A stroke was cut off: it is ended where its samples end.
+  std::string sentence;              ///< For the person: what and from when, or why nothing can be had.
+};
+
 /// All that a face shows of the model: immutable, of one moment.
 struct Snapshot {
   uint64_t sequence = 0;       ///< Grows with every change.
@@ -29,6 +56,7 @@ struct Snapshot {
   uint64_t strokes = 0, points = 0, versions = 0;
   uint64_t clayBytes = 0;      ///< Of the pieces and their undo steps.
   double editP50Us = 0, editP99Us = 0;  ///< From a sample that cuts to its changed triangles.
+  FileState file;
 };
 
 /// What the person sees of touch.
@@ -60,7 +88,9 @@ struct Message {
 };
 
 struct ExportOptions {
-  std::vector<std::filesystem::path> files;  ///< The ending says the format: .stl, .obj, .ply.
+  std::vector<std::filesystem::path> files;  ///< The ending says the format: .3mf, .stl, .obj, .ply, .glb, .gltf, .drc, .vdb.
+  std::optional<uint64_t> triangles;         ///< Reduced to at most so many in all, or
+  std::optional<double> errorMm;             ///< to as few as keep within this.
   bool visibleOnly = true;                   ///< Else every piece.
   Id piece = 0;                              ///< This one alone; 0: all that count.
 };
@@ -74,6 +104,7 @@ class Workbench {
     bool realtime = true;
     std::string falconFirmware;
     int surfaceThreads = 1;
+    bool journal = true;             ///< False: nothing is kept but what is saved.
   };
   explicit Workbench(const Options& options);
   Workbench() : Workbench(Options()) {}
@@ -117,8 +148,20 @@ class Workbench {
     bool replace = false;            ///< A new document of it.
   };
   void import(const std::filesystem::path& file, const ImportOptions& options);
-  /// A script's clay and strokes (.json) or a mesh, as a new document.
+  /// A saved document (.argil), a script's clay and strokes (.json), a level set or a mesh, as a new document.
   void open(const std::filesystem::path& file);
+
+  // Keeping. See engine/keeper.h for what is durable when.
+
+  /// Saves to where it was opened or saved last, or to another file. A message when it is done or has failed; then the old file stands.
+  void save(const SaveExtras& extras);
+  void saveAs(const std::filesystem::path& file, const SaveExtras& extras);
+  /// What crashed sessions left, newest first; read in the background once after start. Null until then.
+  [[nodiscard]] std::shared_ptr<const std::vector<Recoverable>> recoverable() const;
+  /// Opens it as it was, with its steps; it stays unsaved. The journal goes once the recovered document has a journal of its own.
+  void recover(const Recoverable& what);
+  /// Deletes the journal for good.
+  void discard(const Recoverable& what);
   void exportTo(const ExportOptions& options);
 
   /// The document of which all visible pieces, or all, were last written to files; null before. What fails does not count.

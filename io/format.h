@@ -12,6 +12,8 @@
 #include "io/input.h"
 #include "io/mesh_file.h"
 #include "io/mesh_writer.h"
+#include "io/model_file.h"
+#include "io/model_writer.h"
 
 namespace argil::io {
 
@@ -28,11 +30,16 @@ class MeshEncoder {
 struct Format {
   std::string_view name;
   std::string_view extension;  ///< Lower case with its dot.
-  /// True when the content can be nothing else.
+  /// True when the content can be nothing else. `bytes` may be the beginning of the file alone for a row that is read in a process.
   bool (*recognizes)(const Input&);
-  MeshFile (*parse)(const Input&);
-  /// Null when the format is only read.
-  std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&);
+  // How it is read: exactly one of the three, or none when the format is only written.
+  MeshFile (*parseMesh)(const Input&) = nullptr;
+  ModelFile (*parseModel)(const Input&) = nullptr;
+  ModelFile (*readInProcess)(const std::filesystem::path&, Job*) = nullptr;
+  // How it is written: piece by piece, or as a whole, or not.
+  std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&) = nullptr;
+  /// Puts the model, which was checked, into the file; the caller commits. May throw Error, Cancelled.
+  void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, Job*) = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
 };
 

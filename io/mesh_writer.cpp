@@ -4,9 +4,12 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <span>
+#include <vector>
 
 #include "io/atomic_file.h"
 #include "io/format.h"
+#include "io/model_writer.h"
 
 namespace argil::io {
 
@@ -20,11 +23,12 @@ std::string lower(std::string text) {
   return text;
 }
 
-const Format& formatFor(const std::filesystem::path& path, const WriteOptions& options) {
+// `streamed`: that can be written piece by piece.
+const Format& formatFor(const std::filesystem::path& path, const WriteOptions& options, bool streamed) {
   const std::string extension = lower(options.extension.empty() ? path.extension().string() : options.extension);
   std::string supported;
   for (const Format& format : formats()) {
-    if (format.encoder == nullptr) continue;
+    if (format.encoder == nullptr && (streamed || format.write == nullptr)) continue;
     if (format.extension == extension) return format;
     supported += (supported.empty() ? "" : ", ") + std::string(format.extension);
   }
@@ -39,10 +43,52 @@ double narrowed(double value) {
   return double(narrow);
 }
 
+void requireAmount(const std::filesystem::path& path, const MeshCounts& counts) {
+  if (counts.triangles == 0 || counts.vertices == 0) {
+    throw Error(displayName(path) + ": there is no surface to write; add clay first", Error::Kind::work);
+  }
+  if (std::max(counts.triangles, counts.vertices) > UINT32_MAX) {
+    throw Error(displayName(path) + ": the formats hold 4 294 967 295 triangles at most; reduce the surface first",
+                Error::Kind::work);
+  }
+}
+
 std::string rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
   return text;
+}
+
+[[noreturn]] void failWork(const std::string& name, const std::string& wrong) { throw Error(name + ": " + wrong, Error::Kind::work); }
+
+void checkPosition(const std::string& name, const Vec3d& p, uint64_t index, bool single, WriteReport& report) {
+  for (const double x : {p.x(), p.y(), p.z()}) {
+    if (!std::isfinite(x)) failWork(name, "vertex " + std::to_string(index) + " is not finite; nothing was written");
+    if (!single) continue;
+    if (std::abs(x) > double(std::numeric_limits<float>::max())) {
+      failWork(name, "a coordinate of " + rounded(x) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+    }
+    report.rounding = std::max(report.rounding, std::abs(narrowed(x) - x));
+  }
+}
+
+void checkCorners(const std::string& name, std::span<const std::array<uint32_t, 3>> triangles, uint64_t vertices) {
+  for (const auto& [a, b, c] : triangles) {
+    if (std::max({a, b, c}) >= vertices) failWork(name, "a triangle names a vertex that is not there; nothing was written");
+  }
+}
+
+void checkMesh(const std::string& name, const clay::TriangleMesh& mesh, bool single, WriteReport& report) {
+  for (size_t i = 0; i < mesh.positions.size(); ++i) checkPosition(name, mesh.positions[i], report.vertices + i, single, report);
+  checkCorners(name, mesh.triangles, mesh.positions.size());
+  report.vertices += mesh.positions.size();
+  report.triangles += mesh.triangles.size();
+}
+
+void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
+  if (report.rounding <= options.tolerance) return;
+  report.warning = name + ": coordinates lose up to " + rounded(report.rounding) + " mm to the format's 32-bit numbers, more than " +
+                   rounded(options.tolerance) + " mm; move the model nearer to the origin or write .obj";
 }
 
 }  // namespace
@@ -60,23 +106,11 @@ struct MeshWriter::State {
         sink(file),
         single(row.singlePrecision && !(wishes.doubles && row.extension == ".ply")) {}
 
-  [[noreturn]] void failWork(const std::string& wrong) const { throw Error(name + ": " + wrong, Error::Kind::work); }
+  [[noreturn]] void failWork(const std::string& wrong) const { io::failWork(name, wrong); }
 
   void step() {
     const double all = double(counts.vertices + counts.triangles);
     if (job != nullptr) job->step(double(report.vertices + report.triangles) / all);
-  }
-
-  void check(const Vec3d& p, uint64_t index) {
-    for (const double x : {p.x(), p.y(), p.z()}) {
-      if (!std::isfinite(x)) failWork("vertex " + std::to_string(index) + " is not finite; nothing was written");
-      if (!single) continue;
-      if (std::abs(x) > double(std::numeric_limits<float>::max())) {
-        failWork("a coordinate of " + rounded(x) +
-                 " mm does not fit the format; move the model nearer to the origin or write .obj");
-      }
-      report.rounding = std::max(report.rounding, std::abs(narrowed(x) - x));
-    }
   }
 
   std::string name;
@@ -93,14 +127,8 @@ struct MeshWriter::State {
 
 MeshWriter::MeshWriter(const std::filesystem::path& path, const MeshCounts& counts, const WriteOptions& options,
                        Job* job) {
-  const Format& format = formatFor(path, options);
-  if (counts.triangles == 0 || counts.vertices == 0) {
-    throw Error(displayName(path) + ": there is no surface to write; add clay first", Error::Kind::work);
-  }
-  if (std::max(counts.triangles, counts.vertices) > UINT32_MAX) {
-    throw Error(displayName(path) + ": the formats hold 4 294 967 295 triangles at most; reduce the surface first",
-                Error::Kind::work);
-  }
+  const Format& format = formatFor(path, options, true);
+  requireAmount(path, counts);
   state_ = std::make_unique<State>(path, format, counts, options, job);
   state_->encoder->begin(state_->sink, counts);
   state_->step();
@@ -113,7 +141,7 @@ void MeshWriter::vertices(std::span<const Vec3d> positions) {
   if (positions.size() > s.counts.vertices - s.report.vertices) s.failWork("more vertices came than were announced");
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
-    for (size_t i = 0; i < piece.size(); ++i) s.check(piece[i], s.report.vertices + i);
+    for (size_t i = 0; i < piece.size(); ++i) checkPosition(s.name, piece[i], s.report.vertices + i, s.single, s.report);
     s.encoder->vertices(s.sink, piece);
     s.report.vertices += piece.size();
     s.step();
@@ -127,10 +155,7 @@ void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> triangles) {
   if (triangles.size() > s.counts.triangles - s.report.triangles) s.failWork("more triangles came than were announced");
   while (!triangles.empty()) {
     const auto piece = triangles.first(std::min(kStep, triangles.size()));
-    for (const auto& [a, b, c] : piece) {
-      if (std::max({a, b, c}) >= s.counts.vertices)
-        s.failWork("a triangle names a vertex that is not there; nothing was written");
-    }
+    checkCorners(s.name, piece, s.counts.vertices);
     s.encoder->triangles(s.sink, piece);
     s.report.triangles += piece.size();
     s.step();
@@ -149,16 +174,12 @@ WriteReport MeshWriter::finish() {
   s.report.format = s.format.name;
   if (s.format.extension == ".stl") s.report.format += s.options.text ? " (text)" : " (binary)";
   s.report.bytes = s.file.bytes();
-  if (s.report.rounding > s.options.tolerance) {
-    s.report.warning = s.name + ": coordinates lose up to " + rounded(s.report.rounding) +
-                       " mm to the format's 32-bit numbers, more than " + rounded(s.options.tolerance) +
-                       " mm; move the model nearer to the origin or write .obj";
-  }
+  warnOfRounding(s.name, s.options, s.report);
   return s.report;
 }
 
 void requireWritable(const std::filesystem::path& path, const WriteOptions& options) {
-  static_cast<void>(formatFor(path, options));
+  static_cast<void>(formatFor(path, options, false));
   std::error_code failed;
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   if (!std::filesystem::is_directory(folder, failed)) fail(displayName(path), "its folder is not there; make it first or name another");
@@ -167,10 +188,53 @@ void requireWritable(const std::filesystem::path& path, const WriteOptions& opti
 
 WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh, const WriteOptions& options,
                       Job* job) {
+  if (formatFor(path, options, false).encoder == nullptr) {
+    ModelObject object;
+    object.mesh = mesh;
+    return writeModel(path, {{&object, 1}, {}}, options, job);
+  }
   MeshWriter writer(path, {mesh.positions.size(), mesh.triangles.size()}, options, job);
   writer.vertices(mesh.positions);
   writer.triangles(mesh.triangles);
   return writer.finish();
+}
+
+WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options, Job* job) {
+  const Format& format = formatFor(path, options, false);
+  MeshCounts counts;
+  for (const ModelObject& object : model.objects) {
+    counts.vertices += object.mesh.positions.size();
+    counts.triangles += object.mesh.triangles.size();
+  }
+  requireAmount(path, counts);
+  if (format.write == nullptr) {
+    MeshWriter writer(path, counts, options, job);
+    for (const ModelObject& object : model.objects) writer.vertices(object.mesh.positions);
+    uint32_t first = 0;
+    std::vector<std::array<uint32_t, 3>> moved;
+    for (const ModelObject& object : model.objects) {
+      for (size_t at = 0; at < object.mesh.triangles.size(); at += kStep) {
+        moved.clear();
+        for (size_t i = at; i < std::min(at + kStep, object.mesh.triangles.size()); ++i) {
+          const auto& [a, b, c] = object.mesh.triangles[i];
+          moved.push_back({a + first, b + first, c + first});
+        }
+        writer.triangles(moved);
+      }
+      first += static_cast<uint32_t>(object.mesh.positions.size());
+    }
+    return writer.finish();
+  }
+  WriteReport report;
+  const std::string name = displayName(path);
+  for (const ModelObject& object : model.objects) checkMesh(name, object.mesh, format.singlePrecision, report);
+  AtomicFile file(path);
+  format.write(file, model, options, job);
+  file.commit();
+  report.format = format.name;
+  report.bytes = file.bytes();
+  warnOfRounding(name, options, report);
+  return report;
 }
 
 }  // namespace argil::io

@@ -1,0 +1,31 @@
+#pragma once
+// Bytes of any length as chunk records.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "io/clay_records.h"
+#include "io/record.h"
+
+namespace argil::io {
+
+/// What a blob is, so that a damaged file can be salvaged. Stored in files: numbers are never given a new meaning.
+enum class BlobKind : uint8_t {
+  head = 1,       ///< What a saved document consists of, JSON: the newest one counts.
+  state = 2,      ///< A document at one moment, JSON (engine/document_text.h).
+  mesh = 3,       ///< A part's mesh.
+  picture = 4,    ///< PNG.
+};
+
+/// Writes a blob as chunks of consecutive ids (kind, index, count of chunks, length in all and a checksum of the whole stand in each); packed with zstd. The id of
+/// the first names it.
+RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink);
+
+/// The bytes of a blob, at most `most` of them. Throws Error (kind work) when a chunk is missing or damaged, it is of another kind, or longer.
+[[nodiscard]] std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source, size_t most);
+
+/// The ids of its chunks.
+void markBlob(RecordSource& source, RecordId id, RecordSet& live);
+
+}  // namespace argil::io

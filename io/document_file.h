@@ -1,0 +1,93 @@
+#pragma once
+// A saved document: an SQLite database of records.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "clay/job.h"
+#include "io/record.h"
+
+namespace argil::io {
+
+/// Schema of what this Argil writes; it reads this one and all before. A file that needs a newer one names who wrote it and is not opened.
+inline constexpr int kDocumentSchema = 1;
+
+/// One `.argil` file. Tables: meta (key, value), record (id, kind, body: header and body of io/record.h, whole in one page). What a commit wrote is there after
+/// any crash, what had no commit is not. Nothing stays open between two calls that could keep another program from reading. One thread at a time.
+class DocumentFile : public RecordSource {
+ public:
+  /// A new file that does not appear before its first commit; a file of that name is replaced then, as a whole. Throws Error for a place that cannot be written.
+  static std::unique_ptr<DocumentFile> create(const std::filesystem::path& path);
+  /// Throws Error, one sentence: not there, no document, made by a newer Argil (says which), damaged so that SQLite cannot read it (then see salvage()).
+  /// `toWrite` false: for reading, never changes the file (but rolls back what a crashed Argil left half-written).
+  static std::unique_ptr<DocumentFile> open(const std::filesystem::path& path, bool toWrite);
+  ~DocumentFile() override;
+
+  [[nodiscard]] const std::filesystem::path& path() const;
+  /// Of the last commit: counts up from 1; 0 before the first.
+  [[nodiscard]] uint64_t save() const;
+  /// Blob (BlobKind::head) of the last commit.
+  [[nodiscard]] RecordId head() const;
+  /// The id that the next record may have: above all in the file and all that its journals may have used.
+  [[nodiscard]] RecordId nextId() const;
+  /// The ids of all records. O(records).
+  [[nodiscard]] RecordSet held();
+
+  bool get(RecordId id, std::vector<std::byte>& record) override;
+  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+
+  /// One transaction. Destroyed without commit: nothing has changed.
+  class Transaction : public RecordSink {
+   public:
+    ~Transaction() override;
+    void put(const RecordHeader& header, std::span<const std::byte> body) override;
+    /// Removes all records that are not in `live`; gives pages back to the file system when more than half of the file would be empty.
+    void removeAllBut(const RecordSet& live);
+    /// Durable when it returns: fsync of the file and, for a new one, of its folder. `nextId`: no record has it or a higher id. Throws Error (kind work):
+    /// no space, I/O error; then nothing has changed.
+    void commit(RecordId head, RecordId nextId);
+
+   private:
+    friend class DocumentFile;
+    struct State;
+    explicit Transaction(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+  };
+  /// Throws Error (kind work) when the file was changed by another program since it was opened (its save count differs): save under another name.
+  [[nodiscard]] std::unique_ptr<Transaction> begin();
+
+ private:
+  struct State;
+  explicit DocumentFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// True when the first bytes are those of an SQLite database with our application id.
+[[nodiscard]] bool isDocument(const std::filesystem::path& path);
+
+/// What can still be read of a damaged document or journal: every sound record found by scanning its bytes, whatever stands around it. Never throws for
+/// content; throws Error when the file cannot be read at all.
+class Salvage : public RecordSource {
+ public:
+  explicit Salvage(const std::filesystem::path& path, Job* job = nullptr);
+  ~Salvage() override;
+  /// Heads that were found (all chunks there), newest first.
+  [[nodiscard]] const std::vector<RecordId>& heads() const;
+  [[nodiscard]] uint64_t records() const;
+  [[nodiscard]] RecordId highestId() const;
+  bool get(RecordId id, std::vector<std::byte>& record) override;
+  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  /// Ids of bricks of one clay at one place, newest first: what ClayRecords::read falls back to.
+  [[nodiscard]] std::vector<RecordId> bricksAt(uint32_t owner, int32_t x, int32_t y, int32_t z) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::io

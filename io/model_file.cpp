@@ -1,0 +1,150 @@
+#include "io/model_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <new>
+#include <utility>
+
+#include "io/format.h"
+
+namespace argil::io {
+
+namespace {
+
+constexpr std::array kFormats = {
+    Format{.name = "STL", .extension = ".stl", .recognizes = recognizesStl, .parseMesh = parseStl, .encoder = makeStlEncoder, .singlePrecision = true},
+    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseMesh = parseObj, .encoder = makeObjEncoder},
+    Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
+    Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
+};
+
+std::string endingOf(const std::string& name) {
+  std::string ending = std::filesystem::path(name).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return ending;
+}
+
+bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
+
+std::string readable() {
+  std::string names;
+  for (const Format& format : kFormats) {
+    if (isRead(format)) names += (names.empty() ? "" : ", ") + std::string(format.name);
+  }
+  return names;
+}
+
+const Format& formatOf(const Input& input) {
+  if (input.text().starts_with("\x1f\x8b")) fail(input.name, "is compressed with gzip; unpack it first (gunzip)");
+  for (const Format& format : kFormats) {
+    if (isRead(format) && format.recognizes(input)) return format;
+  }
+  const std::string ending = endingOf(input.name);
+  for (const Format& format : kFormats) {
+    if (isRead(format) && format.extension == ending) return format;
+  }
+  if (input.text().starts_with("PK\x03\x04")) fail(input.name, "is a ZIP archive; unpack it first");
+  fail(input.name, "is in no format that can be read; export it as one of " + readable());
+}
+
+ModelFile modelOf(MeshFile&& file) {
+  ModelFile model;
+  ModelObject object;
+  object.mesh = std::move(file.mesh);
+  object.vertexColours = std::move(file.vertexColours);
+  object.triangleColours = std::move(file.triangleColours);
+  if (!object.mesh.triangles.empty()) model.objects.push_back(std::move(object));
+  model.unitMm = file.unitMm;
+  model.format = std::move(file.format);
+  model.faces = file.faces;
+  model.polygons = file.polygons;
+  model.welded = file.welded;
+  model.notes = std::move(file.notes);
+  return model;
+}
+
+ModelFile parsed(const Format& format, const Input& input) {
+  try {
+    ModelFile model = format.parseMesh ? modelOf(format.parseMesh(input)) : format.parseModel(input);
+    if (model.objects.empty()) fail(input.name, "holds no triangles (read as " + std::string(format.name) + "); check what was exported");
+    if (input.job != nullptr) input.job->step(1);
+    return model;
+  } catch (const std::bad_alloc&) {
+    fail(input.name, "does not fit into memory; reduce it first");
+  }
+}
+
+}  // namespace
+
+std::span<const Format> formats() { return kFormats; }
+
+ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job) {
+  const Input input{bytes, name, job};
+  if (bytes.empty()) fail(name, "is empty (0 bytes); export it again");
+  const Format& format = formatOf(input);
+  if (format.readInProcess) fail(name, std::string(format.name) + " is read from files only");
+  return parsed(format, input);
+}
+
+ModelFile readModel(const std::filesystem::path& path, Job* job) {
+  const FileBytes file = readFile(path, job);
+  const Input input{file.bytes(), displayName(path), job};
+  const Format& format = formatOf(input);
+  return format.readInProcess ? format.readInProcess(path, job) : parsed(format, input);
+}
+
+ModelObject merged(std::vector<ModelObject>&& objects) {
+  if (objects.size() == 1) return std::move(objects.front());
+  ModelObject all;
+  bool byVertex = false, byTriangle = false;
+  for (const ModelObject& each : objects) {
+    byTriangle = byTriangle || !each.triangleColours.empty() || each.colour;
+    byVertex = byVertex || !each.vertexColours.empty();
+  }
+  byVertex = byVertex && !byTriangle;
+  for (ModelObject& each : objects) {
+    const auto first = static_cast<uint32_t>(all.mesh.positions.size());
+    if (all.mesh.positions.size() + each.mesh.positions.size() > UINT32_MAX) throw Error("the objects of the model have too many vertices together: reduce them first");
+    if (byVertex) {
+      if (each.vertexColours.empty()) each.vertexColours.resize(each.mesh.positions.size());
+      all.vertexColours.insert(all.vertexColours.end(), each.vertexColours.begin(), each.vertexColours.end());
+    }
+    if (byTriangle) {
+      if (each.triangleColours.empty()) each.triangleColours.resize(each.mesh.triangles.size(), meanColour(each).value_or(Colour()));
+      all.triangleColours.insert(all.triangleColours.end(), each.triangleColours.begin(), each.triangleColours.end());
+    }
+    all.mesh.positions.insert(all.mesh.positions.end(), each.mesh.positions.begin(), each.mesh.positions.end());
+    for (auto triangle : each.mesh.triangles) {
+      for (uint32_t& corner : triangle) corner += first;
+      all.mesh.triangles.push_back(triangle);
+    }
+    each.mesh = {};
+  }
+  return all;
+}
+
+std::optional<Colour> meanColour(const ModelObject& object) {
+  if (object.triangleColours.empty() && object.vertexColours.empty()) return object.colour;
+  double sum[4] = {}, area = 0;
+  for (size_t i = 0; i < object.mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = object.mesh.triangles[i];
+    const auto& p = object.mesh.positions;
+    const double weight = (p[b] - p[a]).cross(p[c] - p[a]).norm();
+    const auto add = [&](const Colour& colour, double w) {
+      const uint8_t parts[4] = {colour.red, colour.green, colour.blue, colour.alpha};
+      for (int k = 0; k < 4; ++k) sum[k] += w * parts[k];
+    };
+    if (!object.triangleColours.empty()) {
+      add(object.triangleColours[i], weight);
+    } else {
+      for (const uint32_t corner : {a, b, c}) add(object.vertexColours[corner], weight / 3);
+    }
+    area += weight;
+  }
+  if (!(area > 0)) return object.colour;
+  const auto part = [&](int k) { return static_cast<uint8_t>(sum[k] / area + 0.5); };
+  return Colour{part(0), part(1), part(2), part(3)};
+}
+
+}  // namespace argil::io

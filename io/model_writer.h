@@ -1,0 +1,25 @@
+#pragma once
+// Models to files: several objects with names and colours, in mm.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clay/job.h"
+#include "io/mesh_writer.h"
+#include "io/model_file.h"
+
+namespace argil::io {
+
+struct ModelView {
+  std::span<const ModelObject> objects;   ///< mm.
+  std::vector<std::pair<std::string, std::string>> metadata;
+};
+
+/// Writes a model, whole or not at all, as MeshWriter does; formats of one mesh (STL, OBJ, PLY, .drc) get all objects as one and drop what they cannot say.
+/// Throws Error, Cancelled.
+WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options = {}, Job* job = nullptr);
+
+}  // namespace argil::io

@@ -1,0 +1,99 @@
+#pragma once
+// The unit in which documents and journals keep everything: small, checked, readable by itself.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace argil::io {
+
+/// Names a record for the life of a document and its journals; 0 is none. Numbers are given in rising order and never used twice.
+using RecordId = uint64_t;
+
+/// Stored in files: numbers are never given a new meaning.
+enum class RecordKind : uint8_t {
+  brick = 1,   ///< One clay brick: coordinate and 512 distances (clay_records.h).
+  node = 2,    ///< One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
+  chunk = 3,   ///< A piece of a blob: a mesh, a picture, a text (blob.h).
+  // Journals alone; the body is text in JSON but for strokePoints (engine/journal.h).
+  journalBegin = 16,
+  step = 17,
+  went = 18,
+  strokeBegin = 19,
+  strokePoints = 20,
+  strokeLift = 21,
+  strokeEnd = 22,
+  saved = 23,
+};
+
+/// How the body is packed.
+enum class RecordCodec : uint8_t { raw = 0, zstd = 1 };
+
+inline constexpr size_t kRecordHeaderBytes = 40;
+/// Header and body: a record lies whole in one page of a document.
+inline constexpr size_t kMostRecordBytes = 8000;
+inline constexpr size_t kMostRecordBody = kMostRecordBytes - kRecordHeaderBytes;
+
+/// As it stands in front of each body, little endian: magic (8 bytes), kind, codec, body length (2 bytes), owner (4), id (8), reserved (8, zero), XXH3-64
+/// of the 32 bytes before and the body (8).
+struct RecordHeader {
+  RecordKind kind{};
+  RecordCodec codec = RecordCodec::raw;
+  uint16_t bodyBytes = 0;
+  uint32_t owner = 0;   ///< Of bricks and nodes: which clay of the document; else 0.
+  RecordId id = 0;      ///< 0: nothing refers to it.
+};
+
+/// Header and body. Points into the bytes that it was read from.
+struct RecordView {
+  RecordHeader header;
+  std::span<const std::byte> body;
+  std::span<const std::byte> whole;
+};
+
+/// Appends a record. The body is at most kMostRecordBody bytes long.
+void appendRecord(std::vector<std::byte>& to, const RecordHeader& header, std::span<const std::byte> body);
+
+/// The record that begins at the first byte; nothing when there is none, it is cut off or its checksum differs. Any bytes are allowed.
+[[nodiscard]] std::optional<RecordView> parseRecord(std::span<const std::byte> bytes);
+
+/// Where the next whole and sound record begins at or behind `from`; bytes.size() when there is none. Any bytes are allowed. Cost O(bytes).
+[[nodiscard]] size_t findRecord(std::span<const std::byte> bytes, size_t from);
+
+/// Takes records, whole ones of one kind and id each. What put() throws leaves nothing half-written where the file can promise it.
+class RecordSink {
+ public:
+  virtual ~RecordSink() = default;
+  virtual void put(const RecordHeader& header, std::span<const std::byte> body) = 0;
+};
+
+/// Finds records by id.
+class RecordSource {
+ public:
+  virtual ~RecordSource() = default;
+  /// The record, copied into `record`: header and body as parseRecord takes them. False when it is not there. What is there may be damaged. One thread.
+  virtual bool get(RecordId id, std::vector<std::byte>& record) = 0;
+  /// Calls back with each of `ids` (rising) that is there, in that order: (index in ids, the record). Faster than one by one.
+  virtual void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
+};
+
+/// Which ids a file holds. One thread.
+class RecordSet {
+ public:
+  void add(RecordId id) {
+    if (id / 64 >= words_.size()) words_.resize(id / 64 + 1 + words_.size() / 2);
+    words_[id / 64] |= uint64_t{1} << (id % 64);
+  }
+  void remove(RecordId id) {
+    if (contains(id)) words_[id / 64] &= ~(uint64_t{1} << (id % 64));
+  }
+  [[nodiscard]] bool contains(RecordId id) const { return id / 64 < words_.size() && ((words_[id / 64] >> (id % 64)) & 1u); }
+
+ private:
+  std::vector<uint64_t> words_;
+};
+
+}  // namespace argil::io
