@@ -2,13 +2,17 @@
 
 #include "io/document_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <random>
 #include <set>
 
+#include "io/salvage.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 
@@ -215,6 +219,39 @@ TEST(DocumentFile, saysWhoHoldsIt) {
   EXPECT_NE(errorOf([&] { (void)file->begin(); }).find("a.argil: is in use by another program"), std::string::npos);
   sqlite3_close(other);
   save(*file, {2}, 2);
+}
+
+TEST(DocumentFile, keepsItsLocksWhenTheSameProgramLooksAtTheFile) {
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  const auto file = DocumentFile::create(path);
+  save(*file, {1}, 1);
+  // Locks are seen by other processes alone. SQLite's lie at 2^30 (sqlite.org/fileformat2.html, "The lock-byte page").
+  const auto locked = [&] {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int fd = ::open(path.c_str(), O_RDWR);
+      struct flock lock {};
+      lock.l_type = F_WRLCK;
+      lock.l_start = 0x40000000;
+      lock.l_len = 512;
+      std::_Exit(::fcntl(fd, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK ? 1 : 0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WEXITSTATUS(status) == 1;
+  };
+  EXPECT_FALSE(locked());
+  {
+    const auto transaction = file->begin();
+    putSample(*transaction, 2);
+    EXPECT_TRUE(locked());
+    EXPECT_TRUE(isDocument(path));
+    { const Salvage salvage(path); }
+    EXPECT_TRUE(locked());
+    transaction->commit(2, 3);
+  }
+  EXPECT_FALSE(locked());
 }
 
 TEST(DocumentFile, readingNeverChangesTheFile) {
