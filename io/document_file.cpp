@@ -94,6 +94,7 @@ void writeFacts(Database& database, const Facts& facts, const std::string& name)
   set("stamp", static_cast<int64_t>(facts.stamp));
   set("head", static_cast<int64_t>(facts.head));
   set("next_id", static_cast<int64_t>(facts.nextId));
+  if (database.number("PRAGMA user_version") < kDocumentSchema) database.run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
   const std::string key = "written_by", version = ARGIL_VERSION;
   put.bind(0, key).bind(1, version).step();
   put.reset();
@@ -194,7 +195,6 @@ struct DocumentFile::State {
     database = std::make_unique<Database>(fresh->temporary(), name);
     database->expectWriting();
     database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
-    database->run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
     database->run("BEGIN IMMEDIATE");
     database->run(kMetaTable);
     database->run(kRecordTable);
