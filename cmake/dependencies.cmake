@@ -17,6 +17,9 @@ pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 
+# Compressed meshes.
+find_package(draco REQUIRED)
+
 find_package(Vulkan REQUIRED COMPONENTS glslc)
 find_package(X11 REQUIRED)
 find_package(glfw3 REQUIRED)
