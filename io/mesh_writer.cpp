@@ -229,7 +229,7 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   const std::string name = displayName(path);
   for (const ModelObject& object : model.objects) checkMesh(name, object.mesh, format.singlePrecision, report);
   AtomicFile file(path);
-  format.write(file, model, options, job);
+  format.write(file, model, options, report, job);
   file.commit();
   report.format = format.name;
   report.bytes = file.bytes();

@@ -21,6 +21,9 @@ struct WriteOptions {
   /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
   /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
   bool distinct = false;
+  bool draco = true;  ///< glTF only: compressed with Draco (KHR_draco_mesh_compression).
+  /// glTF with Draco, and .drc: mm that a coordinate may move by quantization; 0: a 131 070th of the model's largest extent (16 bits). No finer than 2^-29 of the extent.
+  double quantization = 0;
   /// mm: what a coordinate may lose to 32-bit numbers before the report warns.
   double tolerance = std::numeric_limits<double>::infinity();
 };
@@ -36,6 +39,7 @@ struct WriteReport {
   uint64_t triangles = 0;
   uint64_t bytes = 0;
   double rounding = 0;  ///< mm: the most that a coordinate lost to 32-bit numbers.
+  double deviation = 0;  ///< mm: the farthest that a vertex was moved, where the format rounds on purpose (Draco); measured on all of them.
   std::string warning;  ///< A sentence when that is more than the tolerance, else empty.
 };
 
