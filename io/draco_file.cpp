@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kDefaultBits = 16;
 constexpr int kMostBits = 29;  // Draco's own predictions overflow above
-constexpr int kSpeed = 5;
+constexpr int kSpeed = 3;
 
 [[noreturn]] void failWork(const std::string& what) {
   throw Error(what, Error::Kind::work);
