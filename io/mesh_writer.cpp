@@ -61,25 +61,36 @@ std::string rounded(double value) {
 
 [[noreturn]] void failWork(const std::string& name, const std::string& wrong) { throw Error(name + ": " + wrong, Error::Kind::work); }
 
-void checkPosition(const std::string& name, const Vec3d& p, uint64_t index, bool single, WriteReport& report) {
-  for (const double x : {p.x(), p.y(), p.z()}) {
-    if (!std::isfinite(x)) failWork(name, "vertex " + std::to_string(index) + " is not finite; nothing was written");
-    if (!single) continue;
-    if (std::abs(x) > double(std::numeric_limits<float>::max())) {
-      failWork(name, "a coordinate of " + rounded(x) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+/// Notes what 32-bit numbers lose. The first that cannot be written is looked for where the whole says that there is one: most have none, and then one pass without
+/// branches is enough.
+void checkPositions(const std::string& name, std::span<const Vec3d> positions, uint64_t first, bool single, WriteReport& report) {
+  bool good = true;
+  double loss = 0;
+  const double most = single ? double(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
+  const double* const numbers = positions.front().data();
+  for (size_t i = 0; i < 3 * positions.size(); ++i) good &= std::abs(numbers[i]) <= most;
+  if (!good) {
+    for (size_t i = 0; i < 3 * positions.size(); ++i) {
+      if (!std::isfinite(numbers[i])) failWork(name, "vertex " + std::to_string(first + i / 3) + " is not finite; nothing was written");
+      if (std::abs(numbers[i]) > most) {
+        failWork(name, "a coordinate of " + rounded(numbers[i]) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+      }
     }
-    report.rounding = std::max(report.rounding, std::abs(narrowed(x) - x));
   }
+  if (!single) return;
+  for (size_t i = 0; i < 3 * positions.size(); ++i) loss = std::max(loss, std::abs(narrowed(numbers[i]) - numbers[i]));
+  report.rounding = std::max(report.rounding, loss);
 }
 
 void checkCorners(const std::string& name, std::span<const std::array<uint32_t, 3>> triangles, uint64_t vertices) {
-  for (const auto& [a, b, c] : triangles) {
-    if (std::max({a, b, c}) >= vertices) failWork(name, "a triangle names a vertex that is not there; nothing was written");
-  }
+  uint32_t highest = 0;
+  for (const auto& triangle : triangles)
+    for (const uint32_t v : triangle) highest = std::max(highest, v);
+  if (highest >= vertices) failWork(name, "a triangle names a vertex that is not there; nothing was written");
 }
 
 void checkMesh(const std::string& name, const clay::TriangleMesh& mesh, bool single, WriteReport& report) {
-  for (size_t i = 0; i < mesh.positions.size(); ++i) checkPosition(name, mesh.positions[i], report.vertices + i, single, report);
+  if (!mesh.positions.empty()) checkPositions(name, mesh.positions, report.vertices, single, report);
   checkCorners(name, mesh.triangles, mesh.positions.size());
   report.vertices += mesh.positions.size();
   report.triangles += mesh.triangles.size();
@@ -141,7 +152,7 @@ void MeshWriter::vertices(std::span<const Vec3d> positions) {
   if (positions.size() > s.counts.vertices - s.report.vertices) s.failWork("more vertices came than were announced");
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
-    for (size_t i = 0; i < piece.size(); ++i) checkPosition(s.name, piece[i], s.report.vertices + i, s.single, s.report);
+    checkPositions(s.name, piece, s.report.vertices, s.single, s.report);
     s.encoder->vertices(s.sink, piece);
     s.report.vertices += piece.size();
     s.step();
