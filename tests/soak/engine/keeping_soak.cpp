@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
-#include <map>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -128,6 +128,36 @@ class KeepingSoak : public testing::Test {
     return -1;
   }
 
+  struct Place {
+    uint64_t op = 0;       // so many were finished
+    uint64_t points = 0;   // of the next one
+  };
+  // Where in the script a document with these strokes stands: the latest such place.
+  std::optional<Place> placeOf(const Progress& progress, uint64_t seed, uint64_t ops, uint64_t hash, const std::vector<engine::JournalStroke>& strokes) const {
+    for (int64_t from = int64_t(ops); from >= 0; --from) {
+      if (progress.hash[size_t(from)] != hash) continue;
+      Place place{uint64_t(from), 0};
+      bool all = true;
+      for (const engine::JournalStroke& stroke : strokes) {
+        std::vector<Vec3d> points;
+        for (const engine::JournalPoint& point : stroke.points) {
+          if (!point.lift) points.push_back(point.mm);
+        }
+        // Ops that changed nothing are no steps.
+        const auto matches = [&](uint64_t op) {
+          const Op scripted = opOf(seed, op, kRadiusMm, voxelMm);
+          return points.size() <= scripted.points.size() && std::equal(points.begin(), points.end(), scripted.points.begin()) && (!stroke.ended || points.size() == scripted.points.size());
+        };
+        while (place.op < ops && !matches(place.op) && progress.hash[place.op + 1] == progress.hash[place.op]) ++place.op;
+        all = all && matches(place.op);
+        if (stroke.ended) ++place.op;
+        else place.points = points.size();
+      }
+      if (all) return place;
+    }
+    return std::nullopt;
+  }
+
   // What is left after a run, against what was done. `promised`: whether no more than the last second may be missing.
   void look(const fs::path& at, uint64_t seed, const Ended& ended, bool promised) {
     SCOPED_TRACE("seed " + std::to_string(seed) + " in " + at.string());
@@ -174,26 +204,10 @@ class KeepingSoak : public testing::Test {
       }
       const engine::Recovered recovered = engine::recover(found[0].journal);
       EXPECT_TRUE(recovered.document.notes.empty()) << recovered.document.notes.front();
-      const int64_t op = opOfHash(progress, hashOf(*recovered.document.states[recovered.document.done].document), ops);
-      ASSERT_GE(op, 0) << "the journal holds a document that never was";
-      uint64_t done = actionsAfter[size_t(op)];
-      uint64_t number = uint64_t(op);
-      for (const engine::JournalStroke& stroke : recovered.strokes) {
-        Op scripted = opOf(seed, number, kRadiusMm, voxelMm);
-        // Undone or moved in between would have ended the tale; an op that changed nothing is no step.
-        while (scripted.kind != Op::Kind::stroke && number < ops) scripted = opOf(seed, ++number, kRadiusMm, voxelMm);
-        size_t same = 0;
-        for (const engine::JournalPoint& point : stroke.points) {
-          if (point.lift) continue;
-          ASSERT_LT(same, scripted.points.size());
-          ASSERT_EQ(point.mm, scripted.points[same++]) << "a point that never was";
-        }
-        if (stroke.ended) {
-          EXPECT_EQ(same, scripted.points.size());
-        }
-        done = actionsAfter[size_t(number)] + same;
-        ++number;
-      }
+      const std::optional<Place> place = placeOf(progress, seed, ops, hashOf(*recovered.document.states[recovered.document.done].document), recovered.strokes);
+      ASSERT_TRUE(place) << "the journal holds a document or a stroke that never was";
+      const uint64_t done = actionsAfter[place->op] + place->points;
+      const uint64_t number = place->op;
       engine::Session session(recovered.document.states, recovered.document.done);
       EXPECT_EQ(engine::replay(session, recovered.strokes), 0u);
       if (!recovered.strokes.empty() && recovered.strokes.back().ended) {
