@@ -23,6 +23,11 @@ class MeshEncoder {
   virtual ~MeshEncoder() = default;
   virtual void begin(ByteSink& sink, const MeshCounts& counts) = 0;
   virtual void vertices(ByteSink& sink, std::span<const Vec3d> positions) = 0;
+  /// The same when counts.colours, one colour a vertex. A format without colours leaves them out.
+  virtual void colouredVertices(ByteSink& sink, std::span<const Vec3d> positions, std::span<const Colour> colours) {
+    static_cast<void>(colours);
+    vertices(sink, positions);
+  }
   virtual void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) = 0;
   virtual void end(ByteSink& sink) = 0;
 };

@@ -96,6 +96,16 @@ void checkMesh(const std::string& name, const clay::TriangleMesh& mesh, bool sin
   report.triangles += mesh.triangles.size();
 }
 
+/// One a vertex; white where the object says nothing. A colour of triangles goes to their corners, the last triangle's where they differ.
+std::vector<Colour> coloursOfVertices(const ModelObject& object) {
+  if (object.triangleColours.empty() && !object.vertexColours.empty()) return object.vertexColours;
+  std::vector<Colour> colours(object.mesh.positions.size(), object.colour.value_or(Colour{}));
+  for (size_t t = 0; t < object.triangleColours.size(); ++t)
+    for (const uint32_t v : object.mesh.triangles[t])
+      if (v < colours.size()) colours[v] = object.triangleColours[t];
+  return colours;
+}
+
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
   if (report.rounding <= options.tolerance) return;
   report.warning = name + ": coordinates lose up to " + rounded(report.rounding) + " mm to the format's 32-bit numbers, more than " +
@@ -147,13 +157,21 @@ MeshWriter::MeshWriter(const std::filesystem::path& path, const MeshCounts& coun
 
 MeshWriter::~MeshWriter() = default;
 
-void MeshWriter::vertices(std::span<const Vec3d> positions) {
+void MeshWriter::vertices(std::span<const Vec3d> positions) { vertices(positions, {}); }
+
+void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colour> colours) {
   State& s = *state_;
   if (positions.size() > s.counts.vertices - s.report.vertices) s.failWork("more vertices came than were announced");
+  if (colours.size() != (s.counts.colours ? positions.size() : 0)) s.failWork("vertices came without the colours that were announced, or with others");
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
     checkPositions(s.name, piece, s.report.vertices, s.single, s.report);
-    s.encoder->vertices(s.sink, piece);
+    if (s.counts.colours) {
+      s.encoder->colouredVertices(s.sink, piece, colours.first(piece.size()));
+      colours = colours.subspan(piece.size());
+    } else {
+      s.encoder->vertices(s.sink, piece);
+    }
     s.report.vertices += piece.size();
     s.step();
     positions = positions.subspan(piece.size());
@@ -219,8 +237,17 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   }
   requireAmount(path, counts);
   if (format.write == nullptr) {
+    for (const ModelObject& object : model.objects) {
+      counts.colours = counts.colours || object.colour || !object.vertexColours.empty() || !object.triangleColours.empty();
+    }
     MeshWriter writer(path, counts, options, job);
-    for (const ModelObject& object : model.objects) writer.vertices(object.mesh.positions);
+    for (const ModelObject& object : model.objects) {
+      if (counts.colours) {
+        writer.vertices(object.mesh.positions, coloursOfVertices(object));
+      } else {
+        writer.vertices(object.mesh.positions);
+      }
+    }
     uint32_t first = 0;
     std::vector<std::array<uint32_t, 3>> moved;
     for (const ModelObject& object : model.objects) {
