@@ -1,6 +1,7 @@
 #pragma once
 // Documents to records and back: what saved files and journals have in common.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -17,15 +18,27 @@
 namespace argil::engine {
 
 /// What a document in work is called in its files: which record holds what. All files of one document in work share one archive, so that what was written to the
-/// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time writes (`lock`).
+/// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
 class Archive {
  public:
   Archive() : clay_(ids_) {}
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// Held while something is put or read. A writer of a large document holds it for long: who must not wait tries.
-  [[nodiscard]] std::mutex& lock() { return mutex_; }
+  /// Held while something is put or read. Waits for a save at most until its next brick (see Giving).
+  [[nodiscard]] std::unique_lock<std::mutex> lock();
+
+  /// A sink of who holds the lock for long: lets those pass who wait for it, between two bricks.
+  class Giving : public io::RecordSink {
+   public:
+    Giving(io::RecordSink& sink, Archive& archive, std::unique_lock<std::mutex>& lock) : sink_(sink), archive_(archive), lock_(lock) {}
+    void put(const io::RecordHeader& header, std::span<const std::byte> body) override;
+
+   private:
+    io::RecordSink& sink_;
+    Archive& archive_;
+    std::unique_lock<std::mutex>& lock_;
+  };
 
   // With the lock held:
 
@@ -60,6 +73,7 @@ class Archive {
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 
   std::mutex mutex_;
+  std::atomic<int> waiting_{0};
   io::RecordIds ids_;
   io::ClayRecords clay_;
   std::map<std::weak_ptr<clay::Store>, uint32_t, std::owner_less<>> owners_;

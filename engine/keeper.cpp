@@ -134,7 +134,6 @@ struct Keeper::State {
   io::RecordSet held;
   uint64_t number = 0;
   bool begin = false;            // a new journal is due
-  bool behind = false;           // some step has no document in it yet
   double retry = options.retryS;
   Clock::time_point retryAt{};
   bool troubled = false;
@@ -231,7 +230,7 @@ void Keeper::State::beginJournal() {
     }
     head.at = now();
     {
-      const std::lock_guard lock(archive->lock());
+      const auto lock = archive->lock();
       const size_t first = done > kHistoryKept ? done - kHistoryKept : 0;
       for (size_t i = first; i < history.size(); ++i) {
         Entry& entry = history[i];
@@ -286,10 +285,9 @@ void Keeper::State::beginJournal() {
   ++counts.generations;
 }
 
-// Documents of steps, when nobody else is at the archive: until then their samples stand for them.
 void Keeper::State::putStates() {
-  std::unique_lock lock(archive->lock(), std::try_to_lock);
-  if (!lock) return;
+  if (std::none_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; })) return;
+  const auto lock = archive->lock();
   uint64_t put = 0;
   for (Entry& entry : history) {
     if (entry.stated || !entry.document) continue;
@@ -341,7 +339,7 @@ void Keeper::State::run() {
   std::unique_lock lock(mutex);
   for (;;) {
     const auto due = [this] { return stop || !events.empty() || flushWanted != flushed; };
-    if (troubled || begin || behind) {
+    if (troubled || begin) {
       wake.wait_for(lock, std::chrono::duration<double>(options.retryS), due);
     } else {
       wake.wait(lock, due);
@@ -355,8 +353,6 @@ void Keeper::State::run() {
     lock.unlock();
     turn(batch);
     batch.clear();
-    // Another chance for what had to wait for the archive.
-    behind = journal && std::any_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; });
     lock.lock();
     flushed = flushing;
     flushedOne.notify_all();
