@@ -69,9 +69,16 @@ DocumentText textOfState(io::RecordSource& source, io::RecordId state) {
 
 }  // namespace
 
-std::unique_lock<std::mutex> Archive::lock() {
+Archive::Lock Archive::lock() {
   ++waiting_;
-  std::unique_lock held(mutex_);
+  Lock held(mutex_);
+  --waiting_;
+  return held;
+}
+
+Archive::Lock Archive::tryLock(std::chrono::milliseconds most) {
+  ++waiting_;
+  Lock held(mutex_, most);
   --waiting_;
   return held;
 }

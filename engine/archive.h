@@ -2,6 +2,7 @@
 // Documents to records and back: what saved files and journals have in common.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -26,18 +27,21 @@ class Archive {
   Archive& operator=(const Archive&) = delete;
 
   /// Held while something is put or read. Waits for a save at most until its next brick (see Giving).
-  [[nodiscard]] std::unique_lock<std::mutex> lock();
+  using Lock = std::unique_lock<std::timed_mutex>;
+  [[nodiscard]] Lock lock();
+  /// The same, but no longer than that, as whoever holds it may wait for a disk: look whether it is owned.
+  [[nodiscard]] Lock tryLock(std::chrono::milliseconds most);
 
   /// A sink of who holds the lock for long: lets those pass who wait for it, between two bricks.
   class Giving : public io::RecordSink {
    public:
-    Giving(io::RecordSink& sink, Archive& archive, std::unique_lock<std::mutex>& lock) : sink_(sink), archive_(archive), lock_(lock) {}
+    Giving(io::RecordSink& sink, Archive& archive, Lock& lock) : sink_(sink), archive_(archive), lock_(lock) {}
     void put(const io::RecordHeader& header, std::span<const std::byte> body) override;
 
    private:
     io::RecordSink& sink_;
     Archive& archive_;
-    std::unique_lock<std::mutex>& lock_;
+    Lock& lock_;
   };
 
   // With the lock held:
@@ -72,7 +76,7 @@ class Archive {
   io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink);
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   std::atomic<int> waiting_{0};
   io::RecordIds ids_;
   io::ClayRecords clay_;
