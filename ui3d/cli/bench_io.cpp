@@ -206,6 +206,8 @@ void benchIo(BenchReport& report, const BenchOptions& options) {
   rows.add("stl-distinct", "bench.stl", writer({.distinct = true}), false);
   rows.add("ply", "bench.ply", writer({}));
   rows.add("obj", "bench.obj", writer({}));
+  rows.add("drc", "bench.drc", writer({}));
+  rows.add("glb", "bench.glb", writer({}));
   benchThreeMf(report, model, folder, kRuns, options.job);
   object = {};
   benchReduction(report, millions, options.job);
