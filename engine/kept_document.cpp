@@ -265,7 +265,13 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   const io::RecordId next = archive.ids().next();
   // From here on only the disk is waited for: others may go on.
   lock.unlock();
-  transaction->commit(id, next);
+  const uint64_t saves = to->save();
+  try {
+    transaction->commit(id, next);
+  } catch (const Error&) {
+    // The file may have it although the folder could not be flushed.
+    if (to->save() <= saves) throw;
+  }
   base->save = to->save();
   base->state = head.states[head.done].second;
   base->next = next;
