@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -128,6 +130,28 @@ void benchKeep(BenchReport& report, const BenchOptions& options) {
       engine::Session session(recovered.document.states, recovered.document.done);
       engine::replay(session, recovered.strokes);
       add("recover", watch.us(), recovered.sentence, fs::file_size(journal.path()));
+    }
+    {
+      // The whole of it is saved again and again on a thread of its own meanwhile.
+      engine::OpenedDocument opened = engine::openDocument(file);
+      engine::Session session(opened.states, opened.done);
+      std::atomic<bool> stop{false};
+      std::atomic<int> saves{0};
+      std::thread saving([&, document = session.document()] {
+        while (!stop) {
+          engine::saveDocument(folder / "again.argil", *document);
+          ++saves;
+        }
+      });
+      Samples during;
+      sculpt(session, model, 11, during, [] {});
+      stop = true;
+      saving.join();
+      BenchResult r = during.result(fmt::format("keep/sample-while-saving/{}", model.name));
+      r.peer = edit[0].median();
+      r.peerName = "without";
+      r.note = fmt::format("p99 without {:.1f}; the whole was saved {} times meanwhile", edit[0].quantile(0.99), saves.load());
+      report.add(std::move(r));
     }
     BenchResult r = edit[1].result(fmt::format("keep/sample-with-journal/{}", model.name));
     r.peer = edit[0].median();
