@@ -35,7 +35,8 @@ GreyImage readGreyImage(const std::filesystem::path& file, int largest) {
                    " along an edge are read; make it smaller");
   const std::unique_ptr<stbi_us, void (*)(void*)> pixels(stbi_load_16_from_memory(data, size, &image.width, &image.height, &channels, 1),
                                                          stbi_image_free);
-  if (!pixels) fail(name, std::string("the image is damaged: ") + stbi_failure_reason());
+  // The reason may quote bytes of the file.
+  if (!pixels) fail(name, "the image is damaged: " + cleanName(stbi_failure_reason()));
   image.grey.resize(size_t(image.width) * size_t(image.height));
   for (size_t i = 0; i < image.grey.size(); ++i) image.grey[i] = float(pixels.get()[i]) / 65535.0f;
   return image;
