@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # installer/test.sh [--long]: from a bare Debian 12 to every test run. Ends with one line such as "37 passed, 0 failed";
 # exit 0 when nothing failed. Real models are read from the folder that ARGIL_DATA names; without it their tests are
-# skipped. --long adds the long tests, both sanitizer builds and
-# libFuzzer for some seconds a reader.
+# skipped. --long adds the long tests, both sanitizer builds and libFuzzer
+# for some seconds a reader.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/prepare.sh"
 
