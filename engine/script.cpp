@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 
 #include "clay/error.h"
+#include "engine/json_text.h"
 #include "engine/random.h"
 #include "engine/script_place.h"
 #include "io/atomic_file.h"
@@ -20,40 +20,12 @@ using nlohmann::json;
 
 constexpr double kMaxSeconds = 1e6;
 constexpr double kMinVoxelMm = 1e-3, kMaxVoxelMm = 1e3;
-constexpr int kMaxDepth = 16;            // of nested brackets; a script has 6
 
 // Names as in a script.
 constexpr std::pair<std::string_view, clay::Operation> kTools[] = {
     {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
 constexpr std::pair<std::string_view, Up> kUps[] = {{"z", Up::z}, {"y", Up::y}, {"custom", Up::custom}};
 constexpr std::pair<std::string_view, Drive> kDrives[] = {{"tip", Drive::tip}, {"hand", Drive::hand}};
-
-// A key twice in an object would silently win over the first; a deep nest would only exhaust the stack.
-json parseJson(std::string_view text, const std::string& name) {
-  std::vector<std::set<std::string>> open;
-  const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
-    using Event = json::parse_event_t;
-    if (depth > kMaxDepth) throw Error(fmt::format("{}: brackets nest deeper than {}; this is no script", name, kMaxDepth));
-    if (event == Event::object_start) open.emplace_back();
-    if (event == Event::object_end) open.pop_back();
-    if (event == Event::key && !open.back().insert(parsed.get<std::string>()).second) {
-      throw Error(fmt::format("{}: the key {} is there twice in one object; remove one", name, io::shown(parsed.get<std::string>())));
-    }
-    return true;
-  };
-  try {
-    return json::parse(text, watch);
-  } catch (const json::parse_error& error) {
-    const std::string_view before = text.substr(0, std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0));
-    const size_t line = 1 + static_cast<size_t>(std::count(before.begin(), before.end(), '\n'));
-    const size_t column = before.size() - (before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1) + 1;
-    throw Error(fmt::format("{}: line {}, column {}: not JSON here; a script is {{\"argil\": 1, \"units\": \"mm\", \"setup\": [...], "
-                            "\"strokes\": [...]}}",
-                            name, line, column));
-  } catch (const json::exception&) {  // a number beyond any double
-    throw Error(fmt::format("{}: holds a number that is out of range", name));
-  }
-}
 
 ClaySetup readBlock(const Place& place) {
   place.keys({"size_mm", "round_mm", "centre_mm"});
@@ -177,7 +149,7 @@ void checkFinite(bool finite) {
 }  // namespace
 
 Script parseScript(std::string_view text, const std::string& name) {
-  const json root = parseJson(text, name);
+  const json root = parseJson(text, name, "a script is {\"argil\": 1, \"units\": \"mm\", \"setup\": [...], \"strokes\": [...]}");
   const Place place(root, name, "");
   place.keys({"argil", "units", "setup", "strokes"});
   const Place format = place.at("argil");

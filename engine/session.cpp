@@ -63,7 +63,15 @@ void Collector::run() {
 }
 
 Session::Session(Document first, const StrokeQuality& quality)
-    : quality_(quality), newest_(std::make_shared<const Document>(std::move(first))), collector_(std::make_unique<Collector>()) {
+    : Session({{.label = {}, .document = std::make_shared<const Document>(std::move(first))}}, 0, quality) {}
+
+Session::Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality)
+    : quality_(quality),
+      newest_(states.at(done).document),
+      states_(std::move(states)),
+      strokes_(states_.size()),
+      done_(done),
+      collector_(std::make_unique<Collector>()) {
   for (const Piece& piece : newest_->pieces) collector_->add(piece.version.store());
 }
 
@@ -98,14 +106,18 @@ void Session::setVersion(const clay::Version& version) {
   setDocument(std::move(next));
 }
 
-void Session::push(Step step) {
-  undone_.clear();
-  done_.push_back(std::move(step));
+void Session::push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes) {
+  states_.resize(done_ + 1);
+  strokes_.resize(done_ + 1);
+  states_.push_back({label, std::move(after), 0});
+  strokes_.push_back(std::move(strokes));
+  ++done_;
   ++steps_;
+  if (watch_) watch_->stepped(label, states_.back().document, false);
 }
 
 void Session::requireNoStroke(const char* what) const {
-  if (step_) throw Error(fmt::format("{} has to wait until the stroke has ended", what), Error::Kind::work);
+  if (stroke_) throw Error(fmt::format("{} has to wait until the stroke has ended", what), Error::Kind::work);
 }
 
 void Session::beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors) {
@@ -128,28 +140,30 @@ void Session::beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors) {
       reflections_.back().push_back(mirror);
     }
   }
-  step_.emplace();
-  step_->before = newest_;
+  stroke_.emplace();
+  stroke_->before = newest_;
   pointsBefore_ = 0;
+  if (watch_) watch_->strokeBegan(tool_, mirrors_);
 }
 
 void Session::addPoint(double timeS, const Vec3d& mm) {
-  if (!step_) throw Error("a point needs a stroke that it belongs to", Error::Kind::work);
+  if (!stroke_) throw Error("a point needs a stroke that it belongs to", Error::Kind::work);
   if (!std::isfinite(timeS)) throw Error("a point of a stroke has a time that is not finite");
   if (!path_) {
     StrokePath path(lifted_.grid(), tool_, quality_);
     path.add(mm, stamps_);
     path_ = path;
     brush_ = std::make_unique<clay::BrushStroke>(lifted_);
-    step_->strokes.push_back({tool_, Drive::tip, {}});
-    step_->strokes.back().mirrors = mirrors_;
+    stroke_->strokes.push_back({tool_, Drive::tip, {}});
+    stroke_->strokes.back().mirrors = mirrors_;
   } else {
     path_->add(mm, stamps_);
   }
-  auto& record = step_->strokes.back().path;
+  auto& record = stroke_->strokes.back().path;
   // A script's times never decrease; the stamps do not depend on them.
   record.push_back({record.empty() ? timeS : std::max(timeS, record.back().timeS), mm});
   ++counts_.points;
+  if (watch_) watch_->strokePoint(timeS, mm);
   apply();
 }
 
@@ -180,35 +194,35 @@ void Session::liftTool() {
   counts_.clay.nodesMade += made.nodesMade;
   brush_.reset();
   path_.reset();
+  if (watch_) watch_->toolLifted();
 }
 
 clay::Version Session::publish() {
   if (brush_) {
     setVersion(brush_->publish());
-  } else if (step_) {
+  } else if (stroke_) {
     setVersion(lifted_);
   }
   return version();
 }
 
 clay::Version Session::endStroke() {
-  if (!step_) throw Error("there is no stroke to end", Error::Kind::work);
+  if (!stroke_) throw Error("there is no stroke to end", Error::Kind::work);
   liftTool();
   setVersion(lifted_);
-  step_->after = newest_;
-  if (step_->after->piece(piece_)->version != step_->before->piece(piece_)->version) {
+  if (newest_->piece(piece_)->version != stroke_->before->piece(piece_)->version) {
     const ToolRow* row = nullptr;
     for (const ToolRow& each : toolTable()) {
       if (!row && each.operation == tool_.operation) row = &each;
     }
-    step_->label = row ? std::string(row->name) : "Stroke";
-    push(std::move(*step_));
+    push(row ? std::string(row->name) : "Stroke", newest_, std::move(stroke_->strokes));
   } else {
-    setDocument(step_->before);
+    setDocument(stroke_->before);
   }
   merge_.clear();
   ++counts_.strokes;
-  step_.reset();
+  stroke_.reset();
+  if (watch_) watch_->strokeEnded();
   const clay::Version last = std::exchange(lifted_, {});
   collector_->wake();
   return last;
@@ -220,10 +234,12 @@ void Session::change(const std::string& label, const std::function<void(Document
   requireNoStroke("a change of the document");
   auto next = std::make_shared<Document>(*newest_);
   change(*next);
-  if (!merge.empty() && merge == merge_ && !done_.empty() && undone_.empty()) {
-    done_.back().after = next;
+  if (!merge.empty() && merge == merge_ && done_ > 0 && redoSteps() == 0) {
+    states_.back().document = next;
+    states_.back().kept = 0;
+    if (watch_) watch_->stepped(states_.back().label, next, true);
   } else {
-    push({label, newest_, next, {}});
+    push(label, next, {});
   }
   merge_ = merge;
   setDocument(std::move(next));
@@ -231,41 +247,36 @@ void Session::change(const std::string& label, const std::function<void(Document
 
 bool Session::undo() {
   requireNoStroke("undo");
-  if (done_.empty()) return false;
-  goTo(done_.size() - 1);
+  if (done_ == 0) return false;
+  goTo(done_ - 1);
   return true;
 }
 
 bool Session::redo() {
   requireNoStroke("redo");
-  if (undone_.empty()) return false;
-  goTo(done_.size() + 1);
+  if (redoSteps() == 0) return false;
+  goTo(done_ + 1);
   return true;
 }
 
 void Session::goTo(size_t steps) {
   requireNoStroke("undo");
-  if (steps > done_.size() + undone_.size()) throw Error("there are not so many steps to go to", Error::Kind::work);
-  DocumentPtr at = newest_;
-  while (done_.size() > steps) {
-    undone_.push_back(std::move(done_.back()));
-    done_.pop_back();
-    at = undone_.back().before;
-  }
-  while (done_.size() < steps) {
-    done_.push_back(std::move(undone_.back()));
-    undone_.pop_back();
-    at = done_.back().after;
+  if (steps >= states_.size()) throw Error("there are not so many steps to go to", Error::Kind::work);
+  HistoryState& at = states_[steps];
+  if (!at.document) {
+    if (!reader_) throw Error("that step is not at hand any more", Error::Kind::work);
+    at.document = reader_(at.kept, *newest_);
   }
   merge_.clear();
   ++steps_;
-  if (at != newest_) setDocument(std::move(at));
+  if (steps != done_ && watch_) watch_->went(steps);
+  done_ = steps;
+  if (at.document != newest_) setDocument(at.document);
 }
 
 std::vector<std::string> Session::history() const {
   std::vector<std::string> labels;
-  for (const Step& step : done_) labels.push_back(step.label);
-  for (auto step = undone_.rbegin(); step != undone_.rend(); ++step) labels.push_back(step->label);
+  for (size_t i = 1; i < states_.size(); ++i) labels.push_back(states_[i].label);
   return labels;
 }
 
@@ -273,7 +284,7 @@ Script Session::recording() const {
   requireNoStroke("the recording");
   Script script;
   if (const clay::Version now = version()) script.voxelMm = now.grid().voxelMm;
-  for (const Step& step : done_) script.strokes.insert(script.strokes.end(), step.strokes.begin(), step.strokes.end());
+  for (size_t i = 1; i <= done_; ++i) script.strokes.insert(script.strokes.end(), strokes_[i].begin(), strokes_[i].end());
   return script;
 }
 

@@ -38,6 +38,27 @@ class Collector {
   std::thread thread_;  // last: it uses the others
 };
 
+/// Hears what happens in a session, in order, on its editing thread: a journal. Must not throw.
+class SessionWatch {
+ public:
+  virtual ~SessionWatch() = default;
+  virtual void strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) = 0;
+  virtual void strokePoint(double timeS, const Vec3d& mm) = 0;
+  virtual void toolLifted() = 0;
+  /// A stroke that changed something is told by stepped() first.
+  virtual void strokeEnded() = 0;
+  /// A step was done, or (`merged`) the last one is now another; what was undone before is gone.
+  virtual void stepped(const std::string& label, const DocumentPtr& after, bool merged) = 0;
+  virtual void went(size_t done) = 0;
+};
+
+/// A document that the history holds: the first one, or what a step led to.
+struct HistoryState {
+  std::string label;       ///< Of the step; empty for the first.
+  DocumentPtr document;    ///< Null: kept in a file, under `kept`; read when it is gone to.
+  uint64_t kept = 0;       ///< 0: in no file yet.
+};
+
 /// Holds the current document and the history. One thread edits (every member without a note); document() and version() are for
 /// all. A stroke works on one piece and is one undo step however many versions were published in it and however often the tool was
 /// lifted; what is left of it when it ends is its first and its last version. The result of a stroke depends on its points and lifts
@@ -47,6 +68,8 @@ class Session {
   /// Begins with `first`, which cannot be undone.
   explicit Session(Document first, const StrokeQuality& quality = {});
   explicit Session(clay::Version first, const StrokeQuality& quality = {}) : Session(Document::of(std::move(first)), quality) {}
+  /// Goes on with a history: at least one state, the one at `done` has its document.
+  Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality = {});
   ~Session();
 
   /// The newest document, in the middle of a stroke the last published one. Any thread but the servo's.
@@ -67,7 +90,7 @@ class Session {
   clay::Version publish();
   /// The stroke becomes an undo step (none when it changed nothing); its last version.
   clay::Version endStroke();
-  [[nodiscard]] bool inStroke() const { return step_.has_value(); }
+  [[nodiscard]] bool inStroke() const { return stroke_.has_value(); }
   /// How many points of this stroke the next publish() will show; all of them after liftTool().
   [[nodiscard]] uint64_t coveredPoints() const;
 
@@ -82,12 +105,19 @@ class Session {
   bool redo();
   /// So many steps done. Throws Error for more than there are, or while a stroke is on.
   void goTo(size_t steps);
-  [[nodiscard]] size_t undoSteps() const { return done_.size(); }
-  [[nodiscard]] size_t redoSteps() const { return undone_.size(); }
+  [[nodiscard]] size_t undoSteps() const { return done_; }
+  [[nodiscard]] size_t redoSteps() const { return states_.size() - 1 - done_; }
   /// Grows whenever the steps or how many are done change.
   [[nodiscard]] uint64_t steps() const { return steps_; }
   /// Labels of all steps, oldest first, those that are undone too.
   [[nodiscard]] std::vector<std::string> history() const;
+  /// The first document and what each step led to.
+  [[nodiscard]] const std::vector<HistoryState>& states() const { return states_; }
+
+  /// Reads a state that is kept in a file, given the newest document; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
+  void setReader(std::function<DocumentPtr(uint64_t kept, const Document& near)> reader) { reader_ = std::move(reader); }
+  /// Null: nobody. It must outlive its time here.
+  void setWatch(SessionWatch* watch) { watch_ = watch; }
 
   /// The strokes that lead from the first version to the newest, without those undone, as a tip-driven script: run on the
   /// first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script stroke. Not while a stroke is on.
@@ -101,11 +131,6 @@ class Session {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  struct Step {
-    std::string label;
-    DocumentPtr before, after;
-    std::vector<ScriptStroke> strokes;
-  };
   /// A reflection in voxel coordinates: p − 2 ((p − point) · normal) normal.
   struct Mirror {
     Vec3d point, normal;
@@ -114,19 +139,27 @@ class Session {
   void apply();
   void setDocument(DocumentPtr document);
   void setVersion(const clay::Version& version);
-  void push(Step step);
+  void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
 
   StrokeQuality quality_;
   mutable std::mutex mutex_;      // guards newest_ alone
   DocumentPtr newest_;
-  std::vector<Step> done_, undone_;
+  std::vector<HistoryState> states_;                 // states_[done_] is newest_ but in a stroke
+  std::vector<std::vector<ScriptStroke>> strokes_;   // that led to each state
+  size_t done_ = 0;
+  std::function<DocumentPtr(uint64_t, const Document&)> reader_;
+  SessionWatch* watch_ = nullptr;
   std::string merge_;             // of the last step
   uint64_t steps_ = 0;
   Counts counts_;
 
   // The stroke in work. path_ and brush_ are there between its first point and the next lift.
-  std::optional<Step> step_;
+  struct Stroke {
+    DocumentPtr before;
+    std::vector<ScriptStroke> strokes;
+  };
+  std::optional<Stroke> stroke_;
   Id piece_ = 0;
   Tool tool_;
   std::vector<MirrorPlane> mirrors_;              // world, for the recording

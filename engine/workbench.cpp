@@ -5,10 +5,11 @@
 
 #include "clay/primitives.h"
 #include "clay/store.h"
-#include "engine/mesh_files.h"
+#include "engine/model_files.h"
 #include "engine/prepare_clay.h"
 #include "engine/run.h"
 #include "engine/workbench_state.h"
+#include "io/document_file.h"
 
 namespace argil::engine {
 namespace {
@@ -33,6 +34,7 @@ Workbench::~Workbench() {
   state_->wake.notify_one();
   state_->thread.join();
   state_->jobs.clear();  // cancels and waits
+  state_->finding.reset();
 }
 
 std::shared_ptr<const Snapshot> Workbench::snapshot() const {
@@ -91,7 +93,7 @@ void Workbench::goTo(size_t done) {
 }
 
 void Workbench::newDocument() {
-  state_->post([s = state_.get()] { s->begin(Document()); });
+  state_->post([s = state_.get()] { s->begin(Document(), true); });
 }
 
 void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm) {
@@ -119,7 +121,7 @@ void Workbench::addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm
 void Workbench::import(const std::filesystem::path& file, const ImportOptions& how) {
   state_->begin("Importing " + file.filename().string(), [=, s = state_.get()](Job& job) -> std::function<void()> {
     const std::string name = file.stem().string();
-    MeshImport given;
+    ModelImport given;
     given.units = how.units;
     given.voxelMm = how.voxelMm;
     given.fitMm = how.fitMm;
@@ -141,18 +143,17 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
       }
     };
     const auto endPreview = std::make_shared<EndPreview>(s);
-    auto imported = std::make_shared<ImportedThing>(importMesh(file, given, &job));
-    if (imported->version) s->surfaces.prepare(imported->version);
+    auto imported = std::make_shared<ImportedModel>(importModel(file, given, &job));
+    for (const Piece& piece : imported->pieces) s->surfaces.prepare(piece.version);
     return [=, kept = endPreview] {
       Document document;
       const auto add = [&](Document& to) {
-        if (imported->part) {
-          imported->part->name = name;
-          to.add(*imported->part);
-        } else {
-          Piece piece;
-          piece.name = name;
-          piece.version = imported->version;
+        for (Part part : imported->parts) {
+          if (part.name.empty()) part.name = name;
+          to.add(std::move(part));
+        }
+        for (Piece piece : imported->pieces) {
+          if (piece.name.empty()) piece.name = name;
           to.active = to.add(std::move(piece));
         }
       };
@@ -168,6 +169,10 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
 }
 
 void Workbench::open(const std::filesystem::path& file) {
+  if (io::isDocument(file) || file.extension() == ".argil") {
+    openKept(file);
+    return;
+  }
   if (file.extension() != ".json") {
     ImportOptions how;
     how.replace = true;
@@ -202,11 +207,12 @@ void Workbench::exportTo(const ExportOptions& how) {
   const DocumentPtr document = snapshot()->document;
   const std::string first = how.files.front().filename().string();
   state_->begin("Exporting " + first, [=, s = state_.get()](Job& job) -> std::function<void()> {
-    const clay::TriangleMesh mesh = meshOf(*document, how.piece, how.visibleOnly, &job);
-    for (const std::filesystem::path& file : how.files) {
-      const std::string sentence = writeMeshFile(file, mesh, &job);
-      s->tell(Message::Level::done, sentence);
-    }
+    ModelExport what;
+    what.piece = how.piece;
+    what.visibleOnly = how.visibleOnly;
+    what.triangles = how.triangles;
+    what.errorMm = how.errorMm;
+    for (const std::string& sentence : writeModelFiles(how.files, *document, what, &job)) s->tell(Message::Level::done, sentence);
     if (how.piece == 0) {
       DocumentPtr kept = document;
       const std::lock_guard lock(s->mutex);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/document.h"
+#include "engine/recovery.h"
 #include "engine/surfaces.h"
 #include "engine/tool.h"
 #include "haptics/device.h"
@@ -27,22 +28,13 @@ struct FileState {
   std::string journalTrouble;       ///< A sentence while the journal cannot be written; empty while all is well.
   uint64_t opened = 0;              ///< Grows with every document that is opened, recovered or begun.
   std::shared_ptr<const std::string> face;  ///< As SaveExtras::face was when it was saved; null without.
+  friend bool operator==(const FileState&, const FileState&) = default;
 };
 
 /// What the face adds to a saved document.
 struct SaveExtras {
   std::string face;                  ///< Views, tool and whatever else it wants back, as a JSON object; empty: what the file has stays.
   std::vector<std::byte> thumbnail;  ///< PNG, at most 256 pixels an edge; empty: none.
-};
-
-/// What a crash left.
-struct Recoverable {
-  std::filesystem::path journal;
-  std::filesystem::path file;        ///< The document that it belongs to; empty: it was untitled.
-  std::chrono::system_clock::time_point from, to;  ///< First and last thing in it.
-  uint64_t steps = 0;                ///< Since the last save.
-  bool midStroke = false;            ///< A stroke was cut off: it is ended where its samples end.
-  std::string sentence;              ///< For the person: what and from when, or why nothing can be had.
 };
 
 /// All that a face shows of the model: immutable, of one moment.
@@ -105,6 +97,7 @@ class Workbench {
     std::string falconFirmware;
     int surfaceThreads = 1;
     bool journal = true;             ///< False: nothing is kept but what is saved.
+    std::filesystem::path journalFolder;  ///< Empty: io::journalFolder().
   };
   explicit Workbench(const Options& options);
   Workbench() : Workbench(Options()) {}
@@ -162,6 +155,8 @@ class Workbench {
   void recover(const Recoverable& what);
   /// Deletes the journal for good.
   void discard(const Recoverable& what);
+  /// This session ends against the person's will: its journal stays behind, to be recovered.
+  void leaveJournal();
   void exportTo(const ExportOptions& options);
 
   /// The document of which all visible pieces, or all, were last written to files; null before. What fails does not count.
@@ -195,6 +190,7 @@ class Workbench {
 
  private:
   struct State;
+  void openKept(const std::filesystem::path& file);
   std::unique_ptr<State> state_;
 };
 

@@ -126,16 +126,6 @@ void Workbench::State::makeLoop() {
   holdTool();
 }
 
-void Workbench::State::begin(Document document) {
-  if (loop) loop->finish();
-  loop.reset();
-  session = std::make_unique<Session>(std::move(document));
-  surfaces.forget();
-  historyOf = UINT64_MAX;
-  makeLoop();
-  latency.clear();
-}
-
 // A tool's size must fit the voxels of the piece that it is used on.
 void Workbench::State::holdTool() {
   Tool tool = wanted;
@@ -201,8 +191,18 @@ void Workbench::State::publish() {
   const uint64_t steps = session->undoSteps() + session->redoSteps();
   const uint64_t historyNow = inStroke ? historyOf : session->steps();
   const Snapshot& last = *snapshot;  // written by this thread alone
+  FileState kept;
+  kept.path = file;
+  kept.unsaved = now != savedDocument;
+  kept.saving = saving;
+  kept.opened = opened;
+  kept.face = face;
+  {
+    const std::lock_guard lock(mutex);
+    kept.journalTrouble = journalTrouble;
+  }
   if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes &&
-      last.tool == held.value_or(Tool())) {
+      last.tool == held.value_or(Tool()) && last.file == kept) {
     return;
   }
   if (historyNow != historyOf || history->size() != steps) {
@@ -223,13 +223,14 @@ void Workbench::State::publish() {
   next->clayBytes = clayBytes;
   next->editP50Us = latency.quantileUs(0.5);
   next->editP99Us = latency.quantileUs(0.99);
+  next->file = std::move(kept);
   std::shared_ptr<const Snapshot> old = std::move(next);
   const std::lock_guard lock(mutex);
   snapshot.swap(old);
 }
 
 void Workbench::State::run() {
-  begin(Document());
+  begin(Document(), true);
   guarded([this] { takeHand(options.device); });
   publish();
   auto next = std::chrono::steady_clock::now();
@@ -261,6 +262,9 @@ void Workbench::State::run() {
     wake.wait_until(lock, next, [this] { return stopping || (!commands.empty() && !busy); });
   }
   guarded([this] { loop->finish(); });
+  session->setWatch(nullptr);
+  if (keeper && leaveJournal) keeper->leave();
+  keeper.reset();
   {
     const std::lock_guard lock(handMutex);
     hand.reset();

@@ -10,6 +10,7 @@
 
 #include "engine/edit_loop.h"
 #include "engine/jobs.h"
+#include "engine/keeper.h"
 #include "engine/session.h"
 #include "engine/workbench.h"
 #include "haptics/published.h"
@@ -58,7 +59,23 @@ struct Workbench::State {
   void runCommands();
   void finishJobs();
   void takeHand(const std::string& name);
-  void begin(Document document);
+  /// What a document begins with.
+  struct Begin {
+    std::vector<HistoryState> states;
+    size_t done = 0;
+    std::filesystem::path file;                 // empty: untitled
+    std::string face;
+    std::shared_ptr<Archive> archive;           // null: a new one
+    std::shared_ptr<const Base> base;
+    std::string writer;                         // empty: a new one
+    std::vector<std::shared_ptr<io::RecordSource>> sources;
+    std::optional<Keeper::Continued> continued;
+    bool saved = false;                         // it is what the file holds, or nothing
+  };
+  void begin(Begin how);
+  void begin(Document document, bool saved = false);
+  void save(std::filesystem::path file, const SaveExtras& extras);
+  void findRecoverable();
   void makeLoop();
   void holdTool();
   void publish();
@@ -78,8 +95,11 @@ struct Workbench::State {
   std::vector<float> forces;  // a ring
   size_t forceAt = 0;
   std::shared_ptr<const clay::TriangleMesh> preview;
+  std::shared_ptr<const std::vector<Recoverable>> recoverable;
+  std::string journalTrouble;
   DocumentPtr exported;
   bool stopping = false;
+  bool leaveJournal = false;
   bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
 
   std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
@@ -88,7 +108,18 @@ struct Workbench::State {
 
   Surfaces surfaces;
 
-  // The edit thread's alone.
+  // The edit thread's alone. The keeper hears of what the session does: it outlives it.
+  std::unique_ptr<Keeper> keeper;
+  std::filesystem::path file;
+  std::shared_ptr<const std::string> face;
+  std::shared_ptr<Archive> archive;
+  std::shared_ptr<const Base> base;
+  std::string writer;
+  std::vector<std::shared_ptr<io::RecordSource>> sources;
+  DocumentPtr savedDocument;
+  uint64_t opened = 0;
+  bool saving = false;
+  std::optional<std::pair<std::filesystem::path, SaveExtras>> saveNext;  // asked for while another was going on
   haptics::Published<haptics::Scene> scene;
   std::unique_ptr<Session> session;
   std::unique_ptr<EditLoop> loop;
@@ -110,6 +141,7 @@ struct Workbench::State {
   haptics::ServoStatistics statistics;
   std::chrono::steady_clock::time_point statisticsAt{};
 
+  std::unique_ptr<BackgroundJob> finding;  // what crashed sessions left
   std::thread thread;
 };
 

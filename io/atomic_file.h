@@ -27,6 +27,8 @@ class AtomicFile {
 
   [[nodiscard]] uint64_t bytes() const { return bytes_; }
   [[nodiscard]] const std::filesystem::path& target() const { return target_; }
+  /// Until commit(): for a library that writes the file itself, and has closed it by then.
+  [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
 
  private:
   std::filesystem::path target_;

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "clay/job.h"
 #include "io/record.h"
 
 namespace argil::io {
@@ -23,7 +22,7 @@ class DocumentFile : public RecordSource {
  public:
   /// A new file that does not appear before its first commit; a file of that name is replaced then, as a whole. Throws Error for a place that cannot be written.
   static std::unique_ptr<DocumentFile> create(const std::filesystem::path& path);
-  /// Throws Error, one sentence: not there, no document, made by a newer Argil (says which), damaged so that SQLite cannot read it (then see salvage()).
+  /// Throws Error, one sentence: not there, no document, made by a newer Argil (says which), damaged so that SQLite cannot read it (then see salvage.h).
   /// `toWrite` false: for reading, never changes the file (but rolls back what a crashed Argil left half-written).
   static std::unique_ptr<DocumentFile> open(const std::filesystem::path& path, bool toWrite);
   ~DocumentFile() override;
@@ -69,25 +68,5 @@ class DocumentFile : public RecordSource {
 
 /// True when the first bytes are those of an SQLite database with our application id.
 [[nodiscard]] bool isDocument(const std::filesystem::path& path);
-
-/// What can still be read of a damaged document or journal: every sound record found by scanning its bytes, whatever stands around it. Never throws for
-/// content; throws Error when the file cannot be read at all.
-class Salvage : public RecordSource {
- public:
-  explicit Salvage(const std::filesystem::path& path, Job* job = nullptr);
-  ~Salvage() override;
-  /// Heads that were found (all chunks there), newest first.
-  [[nodiscard]] const std::vector<RecordId>& heads() const;
-  [[nodiscard]] uint64_t records() const;
-  [[nodiscard]] RecordId highestId() const;
-  bool get(RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
-  /// Ids of bricks of one clay at one place, newest first: what ClayRecords::read falls back to.
-  [[nodiscard]] std::vector<RecordId> bricksAt(uint32_t owner, int32_t x, int32_t y, int32_t z) const;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 }  // namespace argil::io

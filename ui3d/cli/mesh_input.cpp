@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "clay/store.h"
-#include "engine/mesh_files.h"
+#include "engine/model_files.h"
 #include "ui3d/cli/progress.h"
 
 namespace argil::cli {

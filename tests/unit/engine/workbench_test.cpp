@@ -9,7 +9,7 @@
 
 #include "clay/mesh_topology.h"
 #include "clay/surface.h"
-#include "engine/mesh_files.h"
+#include "engine/model_files.h"
 #include "engine/script.h"
 
 namespace argil::engine {

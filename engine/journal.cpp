@@ -1,0 +1,280 @@
+#include "engine/journal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "clay/error.h"
+#include "engine/json_text.h"
+#include "engine/script_place.h"
+#include "io/blob.h"
+
+namespace argil::engine {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+using io::RecordKind;
+
+constexpr size_t kMostLabel = 500;
+constexpr size_t kMostBegin = size_t{64} << 20;
+constexpr double kMostRecord = 9007199254740992.0;
+constexpr double kMostNumber = 1e15;
+constexpr size_t kPointBytes = 4 * sizeof(double);
+constexpr size_t kPointsARecord = io::kMostRecordBody / kPointBytes;
+
+constexpr std::pair<std::string_view, clay::Operation> kOperations[] = {
+    {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
+
+double seconds(WallTime at) { return std::chrono::duration<double>(at.time_since_epoch()).count(); }
+WallTime wallTime(double s) { return WallTime(std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(s))); }
+
+std::string textOf(const ordered_json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+void put(io::RecordSink& sink, RecordKind kind, const ordered_json& value) {
+  const std::string text = textOf(value);
+  sink.put({kind, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(text)));
+}
+
+std::string shortened(const std::string& label) { return label.size() <= kMostLabel ? label : label.substr(0, kMostLabel); }
+
+uint64_t whole(const Place& place) {
+  if (!place.value().is_number_unsigned()) place.fail("must be a whole number");
+  (void)place.number(0, kMostRecord);
+  return place.value().get<uint64_t>();
+}
+
+WallTime timeAt(const Place& place) { return wallTime(place.at("at").number(0, 1e11)); }
+
+JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
+  place.keys({"state", "at"});
+  const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
+  const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
+  const Place at(root, "the journal", "");
+  at.keys({"writer", "file", "save", "states", "done", "saved"});
+  JournalBegin begin;
+  begin.writer = at.at("writer").text();
+  begin.file = at.at("file").text();
+  begin.save = whole(at.at("save"));
+  for (const Place& each : at.at("states").items()) {
+    each.keys({"label", "id"});
+    begin.states.emplace_back(each.at("label").text(), whole(each.at("id")));
+  }
+  begin.done = whole(at.at("done"));
+  if (begin.done >= begin.states.size()) at.at("done").fail("is beyond the steps");
+  begin.savedState = whole(at.at("saved"));
+  begin.at = timeAt(place);
+  return begin;
+}
+
+JournalStroke readStroke(const Place& place) {
+  place.keys({"tool", "radius_mm", "strength", "mirrors", "at"});
+  JournalStroke stroke;
+  stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kOperations);
+  stroke.tool.radiusMm = place.at("radius_mm").number(0, kMostNumber);
+  stroke.tool.strength = static_cast<float>(place.at("strength").number(0, 1));
+  for (const Place& plane : place.at("mirrors").items()) {
+    const auto numbers = plane.items();
+    if (numbers.size() != 6) plane.fail("must be 6 numbers");
+    MirrorPlane mirror;
+    for (int axis = 0; axis < 3; ++axis) {
+      mirror.pointMm[axis] = numbers[size_t(axis)].number(-kMostNumber, kMostNumber);
+      mirror.normal[axis] = numbers[size_t(axis) + 3].number(-kMostNumber, kMostNumber);
+    }
+    stroke.mirrors.push_back(mirror);
+  }
+  return stroke;
+}
+
+// Follows the events. What cannot be read stops the story for what depends on it.
+class Teller {
+ public:
+  explicit Teller(io::JournalReader& journal) : journal_(journal) {}
+
+  void take(const io::RecordView& record) {
+    try {
+      follow(record);
+    } catch (const Error&) {
+      ++story_.unread;
+    }
+  }
+
+  JournalStory finish() {
+    if (!begun_) throw Error("damaged: the journal's begin is not there", Error::Kind::work);
+    // The newest document that is there, and the strokes that lead on from it.
+    size_t from = done_;
+    while (from > 0 && steps_[from].state == 0) --from;
+    if (steps_[from].state == 0) throw Error("damaged: no document of the journal is whole", Error::Kind::work);
+    bool all = true;
+    for (size_t i = from + 1; i <= done_ && all; ++i) {
+      all = steps_[i].stroke.has_value();
+      if (all) story_.strokes.push_back(*steps_[i].stroke);
+      else story_.unread += done_ - i + 1;
+    }
+    if (all && open_ && !open_->points.empty()) story_.strokes.push_back(*open_);
+    for (size_t i = 0; i < steps_.size(); ++i) {
+      if (steps_[i].state == 0 || (i > from && !story_.strokes.empty())) continue;
+      if (i == from) story_.done = story_.states.size();
+      story_.states.emplace_back(steps_[i].label, steps_[i].state);
+    }
+    return std::move(story_);
+  }
+
+ private:
+  struct Step {
+    std::string label;
+    io::RecordId state = 0;
+    uint64_t number = 0;
+    std::optional<JournalStroke> stroke;
+  };
+
+  void follow(const io::RecordView& record) {
+    if (record.header.kind == RecordKind::strokePoints) {
+      if (!open_) return;
+      for (size_t at = 0; at + kPointBytes <= record.body.size(); at += kPointBytes) {
+        double numbers[4];
+        std::memcpy(numbers, record.body.data() + at, kPointBytes);
+        const JournalPoint point{numbers[0], {numbers[1], numbers[2], numbers[3]}, false};
+        if (!std::isfinite(point.timeS) || !point.mm.allFinite()) throw Error("damaged: a point is not finite", Error::Kind::work);
+        open_->points.push_back(point);
+      }
+      return;
+    }
+    const std::string_view text(reinterpret_cast<const char*>(record.body.data()), record.body.size());
+    const json value = parseJson(text, "the journal", "an event of a journal");
+    const Place place(value, "the journal", "");
+    switch (record.header.kind) {
+      case RecordKind::journalBegin:
+        if (begun_) break;
+        story_.begin = readBegin(journal_, place);
+        for (const auto& [label, id] : story_.begin.states) steps_.push_back({label, id, 0, std::nullopt});
+        done_ = story_.begin.done;
+        story_.last = story_.begin.at;
+        begun_ = true;
+        break;
+      case RecordKind::step: {
+        if (!begun_) break;
+        Step step{place.at("label").text(), 0, whole(place.at("number")), std::nullopt};
+        if (open_ && !open_->ended) {
+          step.stroke = *open_;
+          step.stroke->ended = true;
+        }
+        if (place.at("merged").truth() && done_ > 0) {
+          steps_.resize(done_ + 1);
+          steps_.back() = std::move(step);
+        } else {
+          steps_.resize(done_ + 1);
+          steps_.push_back(std::move(step));
+          ++done_;
+        }
+        ++story_.steps;
+        story_.last = timeAt(place);
+        break;
+      }
+      case RecordKind::state: {
+        const uint64_t number = whole(place.at("number"));
+        for (Step& step : steps_) {
+          if (step.number == number && number != 0) step.state = whole(place.at("state"));
+        }
+        break;
+      }
+      case RecordKind::went: {
+        const size_t done = whole(place.at("done"));
+        if (!begun_ || done >= steps_.size()) throw Error("damaged: it went to a step that is not there", Error::Kind::work);
+        done_ = done;
+        ++story_.steps;
+        story_.last = timeAt(place);
+        break;
+      }
+      case RecordKind::strokeBegin:
+        open_ = readStroke(place);
+        story_.last = timeAt(place);
+        break;
+      case RecordKind::strokeLift:
+        if (open_) open_->points.push_back({0, Vec3d::Zero(), true});
+        break;
+      case RecordKind::strokeEnd:
+        open_.reset();
+        break;
+      default:
+        break;  // of a later Argil
+    }
+  }
+
+  io::JournalReader& journal_;
+  JournalStory story_;
+  std::vector<Step> steps_;
+  size_t done_ = 0;
+  bool begun_ = false;
+  std::optional<JournalStroke> open_;
+};
+
+}  // namespace
+
+void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held) {
+  ordered_json root;
+  root["writer"] = begin.writer;
+  root["file"] = begin.file.string();
+  root["save"] = begin.save;
+  root["states"] = ordered_json::array();
+  for (const auto& [label, id] : begin.states) root["states"].push_back({{"label", label}, {"id", id}});
+  root["done"] = begin.done;
+  root["saved"] = begin.savedState;
+  const std::string text = textOf(root);
+  const io::RecordId id = io::putBlob(io::BlobKind::state, std::as_bytes(std::span(text)), ids, held, sink);
+  put(sink, RecordKind::journalBegin, {{"state", id}, {"at", seconds(begin.at)}});
+}
+
+void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bool merged, WallTime at) {
+  put(sink, RecordKind::step, {{"number", number}, {"label", shortened(label)}, {"merged", merged}, {"at", seconds(at)}});
+}
+
+void putState(io::RecordSink& sink, uint64_t number, io::RecordId state) { put(sink, RecordKind::state, {{"number", number}, {"state", state}}); }
+
+void putWent(io::RecordSink& sink, size_t done, WallTime at) { put(sink, RecordKind::went, {{"done", done}, {"at", seconds(at)}}); }
+
+void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at) {
+  ordered_json root;
+  for (const auto& [name, operation] : kOperations) {
+    if (operation == tool.operation) root["tool"] = name;
+  }
+  root["radius_mm"] = tool.radiusMm;
+  root["strength"] = double(tool.strength);
+  root["mirrors"] = ordered_json::array();
+  for (const MirrorPlane& mirror : mirrors) {
+    const Vec3d &p = mirror.pointMm, &n = mirror.normal;
+    root["mirrors"].push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
+  }
+  root["at"] = seconds(at);
+  put(sink, RecordKind::strokeBegin, root);
+}
+
+void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points) {
+  std::vector<double> numbers;
+  const auto flush = [&] {
+    if (!numbers.empty()) sink.put({RecordKind::strokePoints, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(numbers)));
+    numbers.clear();
+  };
+  for (const JournalPoint& point : points) {
+    if (point.lift) {
+      flush();
+      put(sink, RecordKind::strokeLift, ordered_json::object());
+      continue;
+    }
+    numbers.insert(numbers.end(), {point.timeS, point.mm.x(), point.mm.y(), point.mm.z()});
+    if (numbers.size() == 4 * kPointsARecord) flush();
+  }
+  flush();
+}
+
+void putStrokeEnd(io::RecordSink& sink) { put(sink, RecordKind::strokeEnd, ordered_json::object()); }
+
+JournalStory readStory(io::JournalReader& journal) {
+  Teller teller(journal);
+  journal.forEachEvent([&](const io::RecordView& record) { teller.take(record); });
+  return teller.finish();
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,65 @@
+#pragma once
+// What a journal says, apart from clay: what the document was when it began, and every thing done since.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/session.h"
+#include "io/journal_file.h"
+#include "io/record.h"
+
+namespace argil::engine {
+
+using WallTime = std::chrono::system_clock::time_point;
+
+struct JournalBegin {
+  std::string writer;
+  std::filesystem::path file;   ///< The saved document under it; empty: none.
+  uint64_t save = 0;            ///< That document's count of saves.
+  std::vector<std::pair<std::string, io::RecordId>> states;  ///< Label and record of the history; records are in the journal or in the file.
+  size_t done = 0;
+  io::RecordId savedState = 0;  ///< What the file holds; 0: none.
+  WallTime at{};
+};
+
+struct JournalPoint {
+  double timeS = 0;
+  Vec3d mm = Vec3d::Zero();
+  bool lift = false;            ///< No point: the tool was lifted.
+};
+
+struct JournalStroke {
+  Tool tool;
+  std::vector<MirrorPlane> mirrors;
+  std::vector<JournalPoint> points;
+  bool ended = false;           ///< False: it was cut off.
+};
+
+// One function a kind of record. Throw what the sink throws.
+void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held);
+/// A step was done; `number` counts them from 1 in this journal. A stroke that it came of is still open. What it led to is told by putState() when it is in the journal.
+void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bool merged, WallTime at);
+void putState(io::RecordSink& sink, uint64_t number, io::RecordId state);
+void putWent(io::RecordSink& sink, size_t done, WallTime at);
+void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at);
+void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points);
+void putStrokeEnd(io::RecordSink& sink);
+
+/// What became of it all.
+struct JournalStory {
+  JournalBegin begin;
+  std::vector<std::pair<std::string, io::RecordId>> states;  ///< History as it was at the end, as far as documents of it are in the journal.
+  size_t done = 0;
+  std::vector<JournalStroke> strokes;   ///< Done after states[done], known by their samples.
+  uint64_t steps = 0;                   ///< Since the begin, those known by samples too.
+  WallTime last{};
+  uint64_t unread = 0;                  ///< Things that were damaged, or came after a damaged one on which they depend.
+};
+/// Any bytes are allowed. Throws Error (kind work) when there is no begin.
+[[nodiscard]] JournalStory readStory(io::JournalReader& journal);
+
+}  // namespace argil::engine

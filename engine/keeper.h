@@ -1,0 +1,71 @@
+#pragma once
+// Keeps what is being made: the journal beside the person, and what it takes to save and to recover.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/kept_document.h"
+#include "engine/session.h"
+
+namespace argil::engine {
+
+/// How the journal keeps up. What a stroke's samples were is on the disk `syncS` after they came, plus what the disk itself takes.
+struct KeeperOptions {
+  std::filesystem::path folder;          ///< Of journals; empty: none is written.
+  double syncS = 0.25;
+  uint64_t rollBytes = uint64_t{512} << 20;  ///< A journal that grew by this since its begin is begun anew with what is still needed.
+  double retryS = 2;                     ///< After a failure the journal is begun anew so often until it works.
+};
+
+/// Writes a journal of a session, on a thread of its own: samples of the stroke in work, bricks and documents of finished steps, durable within a second, never in the saved
+/// file. As a SessionWatch it only queues. Members but those of SessionWatch may be called from any thread but the servo's. Destroyed: the journal is removed, as whoever ends it has decided
+/// about what is unsaved; a crash leaves it.
+class Keeper : public SessionWatch {
+ public:
+  /// `tell` gets a sentence when journalling fails, and an empty one when it works again; from the keeper's thread.
+  Keeper(const KeeperOptions& options, std::function<void(const std::string&)> tell);
+  ~Keeper() override;
+
+  /// A journal that a crash left, taken over to go on with.
+  struct Continued {
+    std::filesystem::path journal;
+    std::shared_ptr<io::RecordSource> source;  ///< Holds its lock until the keeper has a journal of its own.
+  };
+  /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed, and that of `continued` once there is a new one.
+  void begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
+             std::optional<Continued> continued = {});
+  /// All that happened up to here is in this file: the journal begins anew.
+  void saved(std::shared_ptr<const Base> base);
+  /// When it is destroyed the journal stays.
+  void leave();
+  /// Until all that was queued is on the disk, or has failed. For tests and before risky work.
+  void flush();
+
+  struct Counts {
+    uint64_t generations = 0;   ///< Journals begun.
+    uint64_t bytes = 0;         ///< Written, all of them.
+    uint64_t steps = 0;         ///< Whose documents are in the journal.
+    double cpuS = 0;            ///< Of the thread.
+    double syncS = 0;           ///< Waited for the disk.
+  };
+  [[nodiscard]] Counts counts() const;
+
+  void strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) override;
+  void strokePoint(double timeS, const Vec3d& mm) override;
+  void toolLifted() override;
+  void strokeEnded() override;
+  void stepped(const std::string& label, const DocumentPtr& after, bool merged) override;
+  void went(size_t done) override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::engine

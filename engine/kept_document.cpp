@@ -1,0 +1,281 @@
+#include "engine/kept_document.h"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "clay/error.h"
+#include "engine/json_text.h"
+#include "engine/script_place.h"
+#include "io/blob.h"
+#include "io/document_file.h"
+#include "io/input.h"
+#include "io/salvage.h"
+
+namespace argil::engine {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr size_t kMostHead = size_t{64} << 20;
+constexpr size_t kMostPicture = size_t{4} << 20;
+constexpr double kMostRecord = 9007199254740992.0;
+
+// What a saved document consists of, beside its states.
+struct Head {
+  std::string writer;
+  std::vector<std::pair<std::string, io::RecordId>> states;  // label, id
+  size_t done = 0;
+  std::string face;
+  io::RecordId thumbnail = 0;
+  uint64_t records = 0;  // that are needed, when they were last counted
+};
+
+std::string headText(const Head& head) {
+  ordered_json root;
+  root["writer"] = head.writer;
+  root["states"] = ordered_json::array();
+  for (const auto& [label, id] : head.states) root["states"].push_back({{"label", label}, {"id", id}});
+  root["done"] = head.done;
+  if (!head.face.empty()) root["face"] = head.face;
+  if (head.thumbnail != 0) root["thumbnail"] = head.thumbnail;
+  root["records"] = head.records;
+  return root.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+uint64_t readWhole(const Place& place) {
+  if (!place.value().is_number_unsigned()) place.fail("must be a whole number");
+  (void)place.number(0, kMostRecord);
+  return place.value().get<uint64_t>();
+}
+
+Head readHead(io::RecordSource& source, io::RecordId id, const std::string& name) {
+  const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::head, id, source, kMostHead);
+  const nlohmann::json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, "a document's head");
+  const Place place(root, name, "");
+  place.keys({"writer", "states", "done", "face", "thumbnail", "records"});
+  Head head;
+  head.writer = place.at("writer").text();
+  for (const Place& each : place.at("states").items()) {
+    each.keys({"label", "id"});
+    head.states.emplace_back(each.at("label").text(), readWhole(each.at("id")));
+  }
+  head.done = readWhole(place.at("done"));
+  if (head.done >= head.states.size()) place.at("done").fail("is beyond the steps");
+  if (const auto face = place.maybe("face")) head.face = face->text();
+  if (const auto thumbnail = place.maybe("thumbnail")) head.thumbnail = readWhole(*thumbnail);
+  head.records = readWhole(place.at("records"));
+  return head;
+}
+
+FaceData faceOf(const Head& head, io::RecordSource& source) {
+  FaceData face;
+  face.face = head.face;
+  if (head.thumbnail == 0) return face;
+  try {
+    face.thumbnail = io::getBlob(io::BlobKind::picture, head.thumbnail, source, kMostPicture);
+  } catch (const Error&) {
+    // A picture that is lost is made anew with the next save.
+  }
+  return face;
+}
+
+std::vector<HistoryState> statesOf(const Head& head) {
+  std::vector<HistoryState> states;
+  for (const auto& [label, id] : head.states) states.push_back({label, nullptr, id});
+  return states;
+}
+
+// From any head that holds together, the newest first; of its history only what is whole.
+OpenedDocument mended(const std::filesystem::path& file, const std::string& why, Job* job) {
+  io::Salvage salvage(file, job);
+  std::string reason = why;
+  for (const io::RecordId id : salvage.heads()) {
+    try {
+      const Head head = readHead(salvage, id, io::displayName(file));
+      OpenedDocument opened;
+      opened.archive = std::make_shared<Archive>();
+      opened.archive->ids().atLeast(salvage.highestId() + 1);
+      const std::lock_guard lock(opened.archive->lock());
+      Archive::Read read = opened.archive->get(salvage, head.states[head.done].second, nullptr, job, &salvage);
+      opened.states = {{.label = {}, .document = read.document}};
+      opened.face = faceOf(head, salvage);
+      opened.notes.push_back(fmt::format("{} is damaged ({}) and was mended from {} sound records; save it under another name.", io::displayName(file), why, salvage.records()));
+      for (std::string& note : read.notes) opened.notes.push_back(std::move(note));
+      return opened;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& e) {
+      reason = e.what();
+    }
+  }
+  throw Error(fmt::format("{}: is damaged ({}), and nothing can be mended: {} sound records, none of them tells what the document was; open a copy of it", io::displayName(file), reason, salvage.records()));
+}
+
+Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const Head& head) {
+  return {file, document.save(), head.writer, head.states[head.done].second, document.nextId(), document.held()};
+}
+
+}  // namespace
+
+std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
+  const auto document = io::DocumentFile::open(file, false);
+  return std::make_shared<const Base>(baseOf(file, *document, readHead(*document, document->head(), io::displayName(file))));
+}
+
+std::string newWriter() {
+  uint64_t words[2] = {};
+  if (getrandom(words, sizeof words, 0) != sizeof words) throw Error("the system gives no random numbers", Error::Kind::work);
+  return fmt::format("{:016x}{:016x}", words[0], words[1]);
+}
+
+OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
+  if (!io::isDocument(file)) {
+    // Not there, a folder, ...: said as for every file. What had our mark and lost it may still be mended.
+    (void)io::DocumentFile::open(file, false);
+  }
+  std::unique_ptr<io::DocumentFile> document;
+  try {
+    document = io::DocumentFile::open(file, false);
+    const Head head = readHead(*document, document->head(), io::displayName(file));
+    OpenedDocument opened;
+    opened.archive = std::make_shared<Archive>();
+    opened.archive->ids().atLeast(document->nextId());
+    {
+      const std::lock_guard lock(opened.archive->lock());
+      opened.states = statesOf(head);
+      opened.done = head.done;
+      HistoryState& now = opened.states[head.done];
+      now.document = opened.archive->get(*document, now.kept, nullptr, job).document;
+    }
+    opened.face = faceOf(head, *document);
+    opened.base = std::make_shared<const Base>(baseOf(file, *document, head));
+    return opened;
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    if (e.kind() != Error::Kind::work) throw;
+    return mended(file, e.what(), job);
+  }
+}
+
+std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job, const SaveLimits& limits) {
+  std::unique_lock lock(request.archive->lock());
+  Archive& archive = *request.archive;
+  const bool same = request.base && request.base->path == file;
+  std::shared_ptr<io::DocumentFile> from;
+  if (request.base) from = io::DocumentFile::open(request.base->path, same);
+  std::shared_ptr<io::DocumentFile> to = same ? from : std::shared_ptr<io::DocumentFile>(io::DocumentFile::create(file));
+  if (same && to->save() != request.base->save) {
+    throw Error(fmt::format("{} was changed by another program since it was opened: save under another name", io::displayName(file)), Error::Kind::work);
+  }
+  auto base = std::make_shared<Base>();
+  base->path = file;
+  base->writer = request.writer;
+  if (same) base->held = request.base->held;
+
+  std::vector<io::RecordSource*> places;
+  for (const auto& source : request.sources) places.push_back(source.get());
+  if (from) places.push_back(from.get());
+  Sources sources(places);
+
+  const auto transaction = to->begin();
+  Head head;
+  head.writer = request.writer;
+  const size_t first = request.done > limits.steps ? request.done - limits.steps : 0;
+  // The newest state first: its records lie together, and it is what is opened.
+  std::vector<io::RecordId> ids(request.states.size());
+  const auto keep = [&](size_t i, Job* watch) {
+    const HistoryState& state = request.states[i];
+    if (state.document) {
+      ids[i] = archive.put(state.document, base->held, *transaction, io::RecordCodec::zstd, watch);
+    } else {
+      archive.copy(sources, state.kept, base->held, *transaction);
+      ids[i] = state.kept;
+    }
+  };
+  keep(request.done, job);
+  for (size_t i = first; i < request.states.size(); ++i) {
+    if (i == request.done) continue;
+    try {
+      keep(i, nullptr);
+    } catch (const Error& e) {
+      // A step of the past that cannot be read any more must not keep the present from being saved.
+      if (request.states[i].document) throw;
+      ids[i] = 0;
+    }
+    if (job && job->cancelled()) throw Cancelled();
+  }
+  for (size_t i = first; i < request.states.size(); ++i) {
+    if (ids[i] == 0) continue;
+    if (i == request.done) head.done = head.states.size();
+    head.states.emplace_back(request.states[i].label, ids[i]);
+  }
+  Head before;
+  if (from) {
+    try {
+      before = readHead(*from, from->head(), io::displayName(request.base->path));
+    } catch (const Error&) {
+      // Then there is nothing to take over from it.
+    }
+  }
+  FaceData face = request.face;
+  if (from && face.face.empty()) face.face = before.face;
+  if (from && face.thumbnail.empty()) face.thumbnail = faceOf(before, *from).thumbnail;
+  head.face = face.face;
+  if (!face.thumbnail.empty()) head.thumbnail = io::putBlob(io::BlobKind::picture, face.thumbnail, archive.ids(), base->held, *transaction);
+  head.records = before.records;
+  const auto put = [&] { return io::putBlob(io::BlobKind::head, std::as_bytes(std::span<const char>(headText(head))), archive.ids(), base->held, *transaction); };
+
+  // What no state needs goes when there is much of it.
+  uint64_t held = 0;
+  for (io::RecordId id = 1; id < archive.ids().next(); ++id) held += base->held.contains(id);
+  if (head.records == 0) head.records = held;
+  io::RecordId id = 0;
+  if (held > 2 * head.records + 1000) {
+    io::RecordSet live;
+    for (const auto& [label, state] : head.states) archive.mark(*to, state, live);
+    if (head.thumbnail != 0) io::markBlob(*to, head.thumbnail, live);
+    head.records = 0;
+    for (io::RecordId each = 1; each < archive.ids().next(); ++each) head.records += live.contains(each);
+    id = put();
+    io::markBlob(*to, id, live);
+    transaction->removeAllBut(live);
+    base->held = live;
+  } else {
+    id = put();
+  }
+  const io::RecordId next = archive.ids().next();
+  // From here on only the disk is waited for: others may go on.
+  lock.unlock();
+  transaction->commit(id, next);
+  base->save = to->save();
+  base->state = head.states[head.done].second;
+  base->next = next;
+  return base;
+}
+
+void saveDocument(const std::filesystem::path& file, const Document& document, Job* job) {
+  SaveRequest request;
+  request.states = {{.label = {}, .document = std::make_shared<const Document>(document)}};
+  request.archive = std::make_shared<Archive>();
+  request.writer = newWriter();
+  (void)saveDocument(file, request, job);
+}
+
+DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near) {
+  std::unique_ptr<io::DocumentFile> file;
+  std::vector<io::RecordSource*> places;
+  for (const auto& source : sources) places.push_back(source.get());
+  if (base) {
+    file = io::DocumentFile::open(base->path, false);
+    places.push_back(file.get());
+  }
+  Sources all(places);
+  const std::lock_guard lock(archive.lock());
+  return archive.get(all, state, &near).document;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,79 @@
+#pragma once
+// A document in its file: opened with its history, saved with it.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clay/job.h"
+#include "engine/archive.h"
+#include "engine/session.h"
+#include "io/record.h"
+
+namespace argil::engine {
+
+/// A saved file as the documents in work know it: what it holds.
+struct Base {
+  std::filesystem::path path;
+  uint64_t save = 0;        ///< Its count of saves.
+  std::string writer;       ///< Names the work that wrote it: ids of its journals and of this file agree.
+  io::RecordId state = 0;   ///< The document that it opens with.
+  io::RecordId next = 1;    ///< No record of it has this id or a higher one.
+  io::RecordSet held;
+};
+
+/// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
+[[nodiscard]] std::shared_ptr<const Base> readBase(const std::filesystem::path& file);
+
+/// Saved beside the document.
+struct FaceData {
+  std::string face;                  ///< JSON of the face's own; empty: none.
+  std::vector<std::byte> thumbnail;  ///< PNG; empty: none.
+};
+
+struct SaveLimits {
+  size_t steps = 100;                ///< Of history that a file keeps, besides those that can be redone.
+};
+
+struct OpenedDocument {
+  std::vector<HistoryState> states;  ///< The one at `done` has its document, the others are read when they are gone to.
+  size_t done = 0;
+  FaceData face;
+  std::shared_ptr<Archive> archive;
+  std::shared_ptr<const Base> base;  ///< Null when it was mended: it has to be saved anew.
+  std::vector<std::string> notes;    ///< What was mended, sentences.
+};
+
+/// Opens a saved document. What is damaged is mended from what else is in the file, and told in notes; nothing is written. Throws Error: not there, no document, made by a newer Argil, nothing left that can be mended;
+/// Cancelled. Any thread.
+[[nodiscard]] OpenedDocument openDocument(const std::filesystem::path& file, Job* job = nullptr);
+
+/// What is saved: states as the session has them.
+struct SaveRequest {
+  std::vector<HistoryState> states;
+  size_t done = 0;
+  FaceData face;                     ///< Empty members: what the file at `base` has stays.
+  std::shared_ptr<Archive> archive;
+  std::shared_ptr<const Base> base;  ///< Of the file that it was opened from or saved to last; null: none.
+  std::vector<std::shared_ptr<io::RecordSource>> sources;  ///< Where states without a document are read, besides the base.
+  std::string writer;
+};
+
+/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. Durable when it returns. Throws Error (kind
+/// work), Cancelled; then the old file stands. Holds the archive's lock but for the last wait on the disk. Any thread.
+[[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
+
+/// A document without history or journal, for the command line.
+void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr);
+
+/// Reads one state near another document: for Session::setReader.
+[[nodiscard]] DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near);
+
+/// A name for a work: no two are alike.
+[[nodiscard]] std::string newWriter();
+
+}  // namespace argil::engine

@@ -1,0 +1,215 @@
+#include "engine/model_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "clay/error.h"
+#include "clay/mesh_to_clay.h"
+#include "clay/store.h"
+#include "clay/surface.h"
+#include "engine/prepare_clay.h"
+#include "haptics/part_mesh.h"
+#include "io/model_writer.h"
+#include "io/vdb_file.h"
+
+namespace argil::engine {
+namespace {
+
+constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
+
+bool endsWith(const std::filesystem::path& file, std::string_view ending) {
+  std::string own = file.extension().string();
+  std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return own == ending;
+}
+
+std::array<float, 3> colourOf(const io::Colour& c) { return {float(c.red) / 255, float(c.green) / 255, float(c.blue) / 255}; }
+
+io::Colour colourOf(const std::array<float, 3>& c) {
+  const auto part = [](float x) { return static_cast<uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f))); };
+  return {part(c[0]), part(c[1]), part(c[2]), 255};
+}
+
+// The name is the file's where the object has none: the caller knows it.
+Piece pieceOf(const io::ModelObject& object, clay::Version version) {
+  Piece piece;
+  piece.name = object.name;
+  if (const auto colour = io::meanColour(object)) piece.colour = colourOf(*colour);
+  piece.version = std::move(version);
+  return piece;
+}
+
+ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& how, Job* job) {
+  ImportedModel imported;
+  for (io::VdbObject& object : io::readVdb(file, unitMm(how.units), job)) {
+    Piece piece;
+    piece.name = object.name;
+    piece.version = std::move(object.version);
+    imported.pieces.push_back(std::move(piece));
+    for (std::string& note : object.notes) imported.notes.push_back(std::move(note));
+  }
+  if (how.asPart || how.fitMm || how.voxelMm) imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
+  return imported;
+}
+
+Part partOf(io::ModelObject&& object, Job* job) {
+  Part part;
+  part.name = object.name;
+  if (const auto colour = io::meanColour(object)) part.colour = colourOf(*colour);
+  part.mesh = std::make_shared<const clay::TriangleMesh>(std::move(object.mesh));
+  part.felt = std::make_shared<const haptics::PartMesh>(*part.mesh, job);
+  return part;
+}
+
+}  // namespace
+
+double unitMm(const std::string& units) {
+  struct Unit {
+    const char* name;
+    double mm;
+  };
+  for (const Unit& u : {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
+    if (units == u.name) return u.mm;
+  throw Error(fmt::format("units {}: give mm, um, cm, m, in or ft", units));
+}
+
+ImportedModel importModel(const std::filesystem::path& file, const ModelImport& how, Job* job) {
+  const double given = unitMm(how.units);
+  if (endsWith(file, ".vdb")) return importVdb(file, how, job);
+  io::ModelFile read = io::readModel(file, job);
+  ImportedModel imported;
+  imported.notes = std::move(read.notes);
+  const double mm = read.unitMm.value_or(given);
+  if (mm != 1) {
+    for (io::ModelObject& object : read.objects) {
+      for (Vec3d& position : object.mesh.positions) position *= mm;
+    }
+  }
+  const bool separate = read.objects.size() <= kMostObjects && !how.fitMm;
+  io::ModelObject all = separate && read.objects.size() > 1 ? io::merged(std::vector<io::ModelObject>(read.objects)) : io::merged(std::move(read.objects));
+  if (how.fitMm) imported.notes.push_back(fitMesh(all.mesh, *how.fitMm));
+  try {
+    if (how.asPart) {
+      if (read.objects.size() > 1) {
+        for (io::ModelObject& object : read.objects) imported.parts.push_back(partOf(std::move(object), job));
+      } else {
+        imported.parts.push_back(partOf(std::move(all), job));
+      }
+      return imported;
+    }
+    const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
+    if (how.onRead) how.onRead(whole);
+    clay::ImportOptions options;
+    options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
+    const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
+      clay::Imported made = clay::meshToClay(clay::Store::make(), mesh, options, job);
+      imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+      for (std::string& sentence : made.report.sentences()) {
+        if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));
+      }
+    };
+    if (read.objects.size() > 1) {
+      const size_t notes = imported.notes.size();
+      try {
+        for (const io::ModelObject& object : read.objects) add(object, object.mesh);
+        return imported;
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const Error&) {
+        // Some object is no solid alone: together they may be one.
+        imported.pieces.clear();
+        imported.notes.resize(notes);
+      }
+    }
+    add(all, *whole);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", file.string(), e.what()), e.kind());
+  }
+  return imported;
+}
+
+std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport& what, Job* job) {
+  std::vector<io::ModelObject> objects;
+  for (const Piece& each : document.pieces) {
+    if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
+    if (job) job->step(0);
+    clay::Surface surface(false);
+    surface.update(each.version, 2);
+    io::ModelObject object;
+    object.name = each.name;
+    object.colour = colourOf(each.colour);
+    object.mesh = surface.toMesh();
+    if (object.mesh.triangles.empty()) continue;
+    for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position);
+    objects.push_back(std::move(object));
+  }
+  if (objects.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+  return objects;
+}
+
+std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport& how, Job* job) {
+  uint64_t before = 0, after = 0;
+  for (const io::ModelObject& object : objects) before += object.mesh.triangles.size();
+  double most = 0;
+  for (io::ModelObject& object : objects) {
+    clay::ReduceOptions options;
+    options.errorMm = how.errorMm;
+    if (how.triangles) options.triangles = std::max<uint64_t>(4, uint64_t(double(*how.triangles) * double(object.mesh.triangles.size()) / double(before)));
+    clay::Reduced reduced = clay::reduce(object.mesh, options, job);
+    object.mesh = std::move(reduced.mesh);
+    most = std::max(most, reduced.deviation.most());
+    after += object.mesh.triangles.size();
+  }
+  return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.", before, after, most);
+}
+
+clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, Job* job) {
+  ModelExport what;
+  what.piece = piece;
+  what.visibleOnly = visibleOnly;
+  return io::merged(modelOf(document, what, job)).mesh;
+}
+
+std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document, const ModelExport& what, Job* job) {
+  std::vector<std::string> sentences;
+  std::vector<io::ModelObject> objects;
+  std::string reduction;
+  double tolerance = 0;
+  for (const Piece& piece : document.pieces) {
+    if (piece.version) tolerance = std::max(tolerance, 0.1 * piece.version.grid().voxelMm);
+  }
+  for (const std::filesystem::path& file : files) {
+    io::WriteReport report;
+    if (endsWith(file, ".vdb")) {
+      std::vector<io::VdbView> clays;
+      for (const Piece& each : document.pieces) {
+        if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
+        clays.push_back({each.name, each.version});
+      }
+      if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+      report = io::writeVdb(file, clays, job);
+      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(), clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
+    } else {
+      if (objects.empty()) {
+        objects = modelOf(document, what, job);
+        if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
+      }
+      io::WriteOptions write;
+      write.distinct = true;
+      write.tolerance = tolerance;
+      report = io::writeModel(file, {objects, {}}, write, job);
+      sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(), report.triangles, report.format, double(report.bytes) * 1e-6));
+    }
+    if (!report.warning.empty()) sentences.back() += " " + report.warning;
+  }
+  if (!reduction.empty()) sentences.push_back(reduction);
+  return sentences;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,165 @@
+#include "engine/recovery.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "clay/error.h"
+#include "io/document_file.h"
+#include "io/input.h"
+#include "io/journal_file.h"
+
+namespace argil::engine {
+namespace {
+
+std::string nameOf(const std::filesystem::path& file) { return file.empty() ? "an untitled document" : io::displayName(file); }
+
+std::string counted(uint64_t count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
+
+// Undone and redone until it is what was saved: nothing is left to recover.
+bool nothingNew(const JournalStory& story) { return story.strokes.empty() && story.states[story.done].second == story.begin.savedState; }
+
+Recoverable tellOf(const std::filesystem::path& journal, const JournalStory& story) {
+  Recoverable told;
+  told.journal = journal;
+  told.file = story.begin.file;
+  told.from = story.begin.at;
+  told.to = story.last;
+  told.steps = nothingNew(story) ? 0 : std::max<uint64_t>(story.steps, 1);
+  told.midStroke = !story.strokes.empty() && !story.strokes.back().ended;
+  told.sentence = fmt::format("{}: {} since it was {}{}{}.", nameOf(story.begin.file), counted(story.steps, "step"), story.begin.file.empty() ? "begun" : "saved",
+                              told.midStroke ? ", cut off in mid-stroke" : "", story.unread > 0 ? fmt::format("; {} cannot be read", counted(story.unread, "thing")) : "");
+  return told;
+}
+
+}  // namespace
+
+Recoverable examine(const std::filesystem::path& journal) {
+  io::JournalReader reader(journal, false);
+  return tellOf(journal, readStory(reader));
+}
+
+Recovered recover(const std::filesystem::path& journal, Job* job) {
+  const auto reader = std::make_shared<io::JournalReader>(journal, true);
+  JournalStory story = readStory(*reader);
+  Recovered recovered;
+  recovered.file = story.begin.file;
+  recovered.writer = story.begin.writer;
+  recovered.sources = {reader};
+
+  // The saved file under it: as the journal knew it, or another by now.
+  std::shared_ptr<const Base> base;
+  std::shared_ptr<io::DocumentFile> file;
+  std::string trouble;
+  if (!story.begin.file.empty()) {
+    try {
+      base = readBase(story.begin.file);
+      file = io::DocumentFile::open(story.begin.file, false);
+    } catch (const Error& e) {
+      trouble = e.what();
+    }
+  }
+  OpenedDocument& document = recovered.document;
+  document.archive = std::make_shared<Archive>();
+  Archive& archive = *document.archive;
+  const std::lock_guard lock(archive.lock());
+  archive.ids().atLeast(reader->highestId() + 1);
+  if (base) {
+    archive.ids().atLeast(base->next);
+    if (base->save == story.begin.save || base->writer == story.begin.writer) document.base = base;
+    // Else its ids mean other things than the journal's: it is a place to read from, which the journal goes before.
+    else recovered.sources.push_back(file);
+  }
+  std::vector<io::RecordSource*> places{reader.get()};
+  if (file) places.push_back(file.get());
+  Sources sources(places);
+
+  // The newest document that can be read; strokes lead on from the last one only.
+  std::string why;
+  for (size_t at = story.done + 1; at-- > 0;) {
+    try {
+      const DocumentPtr read = archive.get(sources, story.states[at].second, nullptr, job).document;
+      if (at != story.done) {
+        document.notes.push_back(fmt::format("The newest {} could not be read ({}).", counted(story.done - at + story.strokes.size(), "step"), why));
+        story.strokes.clear();
+        story.states.resize(at + 1);
+      }
+      story.done = at;
+      for (const auto& [label, id] : story.states) document.states.push_back({label, nullptr, id});
+      document.states[at].document = read;
+      document.done = at;
+      break;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& e) {
+      if (why.empty()) why = e.what();
+    }
+  }
+  if (document.states.empty()) {
+    throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, trouble.empty() ? "" : fmt::format("; it builds on a file that cannot be read: {}", trouble)), Error::Kind::work);
+  }
+  if (story.unread > 0) document.notes.push_back(fmt::format("{} of the journal could not be read.", counted(story.unread, "thing")));
+  if (!story.begin.file.empty() && !document.base) {
+    document.notes.push_back(trouble.empty() ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
+                                             : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
+  }
+  recovered.strokes = std::move(story.strokes);
+  recovered.continued = Keeper::Continued{journal, reader};
+  recovered.sentence = fmt::format("Recovered {}: {}{}.", nameOf(story.begin.file), counted(story.steps, "step"),
+                                   !recovered.strokes.empty() && !recovered.strokes.back().ended ? ", the last stroke ended where its samples end" : "");
+  return recovered;
+}
+
+size_t replay(Session& session, const std::vector<JournalStroke>& strokes) {
+  size_t leftOut = 0;
+  for (const JournalStroke& stroke : strokes) {
+    try {
+      session.beginStroke(stroke.tool, stroke.mirrors);
+      for (const JournalPoint& point : stroke.points) {
+        if (point.lift) session.liftTool();
+        else session.addPoint(point.timeS, point.mm);
+      }
+      session.endStroke();
+    } catch (const Error&) {
+      ++leftOut;
+      if (session.inStroke()) session.endStroke();
+    }
+  }
+  return leftOut;
+}
+
+std::vector<Recoverable> recoverable(const std::filesystem::path& folder) {
+  std::vector<Recoverable> found;
+  for (const std::filesystem::path& journal : io::abandonedJournals(folder)) {
+    try {
+      io::JournalReader reader(journal, true);
+      const JournalStory story = readStory(reader);
+      // What the file holds by now may be newer than what the journal knew.
+      bool saved = nothingNew(story);
+      if (!saved && story.strokes.empty() && !story.begin.file.empty()) {
+        try {
+          const auto base = readBase(story.begin.file);
+          saved = base->writer == story.begin.writer && base->state == story.states[story.done].second;
+        } catch (const Error&) {
+          // Then there is all the more to recover.
+        }
+      }
+      if (saved) {
+        reader.remove();
+      } else {
+        found.push_back(tellOf(journal, story));
+      }
+    } catch (const Error& e) {
+      if (e.kind() == Error::Kind::work) {
+        Recoverable lost;
+        lost.journal = journal;
+        lost.sentence = fmt::format("{}: nothing can be had from it ({}).", io::displayName(journal), e.what());
+        found.push_back(std::move(lost));
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,186 @@
+// Saving, opening, recovering: what a workbench does with files of its own.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "clay/error.h"
+#include "engine/workbench_state.h"
+#include "io/input.h"
+#include "io/journal_file.h"
+
+namespace argil::engine {
+
+void Workbench::State::begin(Document document, bool saved) {
+  Begin how;
+  how.states = {{.label = {}, .document = std::make_shared<const Document>(std::move(document))}};
+  how.saved = saved;
+  begin(std::move(how));
+}
+
+void Workbench::State::begin(Begin how) {
+  if (loop) loop->finish();
+  loop.reset();
+  archive = how.archive ? std::move(how.archive) : std::make_shared<Archive>();
+  base = std::move(how.base);
+  writer = how.writer.empty() ? newWriter() : std::move(how.writer);
+  sources = std::move(how.sources);
+  file = std::move(how.file);
+  face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
+  savedDocument = how.saved ? how.states.at(how.done).document : nullptr;
+  ++opened;
+  if (options.journal && !keeper) {
+    KeeperOptions keep;
+    keep.folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+    keeper = std::make_unique<Keeper>(keep, [this](const std::string& trouble) {
+      if (!trouble.empty()) tell(Message::Level::error, trouble);
+      const std::lock_guard lock(mutex);
+      journalTrouble = trouble;
+    });
+    findRecoverable();
+  }
+  if (keeper) keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued));
+  session = std::make_unique<Session>(std::move(how.states), how.done);
+  session->setWatch(keeper.get());
+  session->setReader([this](uint64_t kept, const Document& near) { return readState(*archive, base, sources, kept, near); });
+  surfaces.forget();
+  historyOf = UINT64_MAX;
+  makeLoop();
+  latency.clear();
+}
+
+void Workbench::State::findRecoverable() {
+  const std::filesystem::path folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+  finding = std::make_unique<BackgroundJob>([this, folder](Job&) {
+    auto found = std::make_shared<const std::vector<Recoverable>>(engine::recoverable(folder));
+    const std::lock_guard lock(mutex);
+    recoverable = std::move(found);
+  });
+}
+
+void Workbench::State::save(std::filesystem::path target, const SaveExtras& extras) {
+  if (saving) {
+    saveNext = {std::move(target), extras};
+    return;
+  }
+  if (target.empty()) target = file;
+  if (target.empty()) throw Error("the document has no file yet: save it under a name");
+  if (target.extension() != ".argil") target += ".argil";
+  auto request = std::make_shared<SaveRequest>();
+  request->states = session->states();
+  request->done = session->undoSteps();
+  request->face = {extras.face, extras.thumbnail};
+  request->archive = archive;
+  request->base = base;
+  request->sources = sources;
+  request->writer = writer;
+  saving = true;
+  const auto next = [this] {
+    saving = false;
+    if (auto asked = std::exchange(saveNext, std::nullopt)) save(std::move(asked->first), asked->second);
+  };
+  begin("Saving " + target.filename().string(), [this, request, target, next, at = opened](Job& job) -> std::function<void()> {
+    std::shared_ptr<const Base> made;
+    try {
+      made = saveDocument(target, *request, &job);
+    } catch (const Cancelled&) {
+      post(next);
+      throw;
+    } catch (const std::exception& e) {
+      post(next);
+      throw Error(fmt::format("Not saved: {}", e.what()), Error::Kind::work);
+    }
+    return [this, request, target, made, at, next] {
+      tell(Message::Level::done, fmt::format("Saved {}.", io::displayName(target)));
+      if (at == opened) {  // else another document is in work by now
+        base = made;
+        file = target;
+        savedDocument = request->states[request->done].document;
+        if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
+        if (keeper) keeper->saved(made);
+      }
+      next();
+    };
+  });
+}
+
+void Workbench::save(const SaveExtras& extras) {
+  state_->post([s = state_.get(), extras] { s->save({}, extras); });
+}
+
+void Workbench::saveAs(const std::filesystem::path& file, const SaveExtras& extras) {
+  state_->post([s = state_.get(), file, extras] { s->save(std::filesystem::absolute(file), extras); });
+}
+
+void Workbench::openKept(const std::filesystem::path& file) {
+  state_->begin("Opening " + file.filename().string(), [=, s = state_.get()](Job& job) -> std::function<void()> {
+    auto opened = std::make_shared<OpenedDocument>(openDocument(std::filesystem::absolute(file), &job));
+    for (const Piece& piece : opened->states[opened->done].document->pieces) s->surfaces.prepare(piece.version);
+    return [=] {
+      State::Begin how;
+      how.states = std::move(opened->states);
+      how.done = opened->done;
+      how.face = std::move(opened->face.face);
+      how.archive = std::move(opened->archive);
+      how.base = std::move(opened->base);
+      how.saved = how.base != nullptr;
+      if (how.base) how.file = how.base->path;
+      s->begin(std::move(how));
+      for (const std::string& note : opened->notes) s->tell(Message::Level::warning, note);
+    };
+  });
+}
+
+std::shared_ptr<const std::vector<Recoverable>> Workbench::recoverable() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->recoverable;
+}
+
+void Workbench::recover(const Recoverable& what) {
+  state_->begin("Recovering", [=, s = state_.get()](Job& job) -> std::function<void()> {
+    auto recovered = std::make_shared<Recovered>(engine::recover(what.journal, &job));
+    OpenedDocument& document = recovered->document;
+    for (const Piece& piece : document.states[document.done].document->pieces) s->surfaces.prepare(piece.version);
+    return [=] {
+      State::Begin how;
+      OpenedDocument& from = recovered->document;
+      how.states = std::move(from.states);
+      how.done = from.done;
+      how.archive = std::move(from.archive);
+      how.base = std::move(from.base);
+      if (how.base) how.file = how.base->path;
+      how.writer = recovered->writer;
+      how.sources = std::move(recovered->sources);
+      how.continued = std::move(recovered->continued);
+      s->begin(std::move(how));
+      const size_t leftOut = replay(*s->session, recovered->strokes);
+      s->tell(Message::Level::done, recovered->sentence);
+      for (const std::string& note : from.notes) s->tell(Message::Level::warning, note);
+      if (leftOut > 0) s->tell(Message::Level::warning, fmt::format("{} stroke{} could not be repeated and {} left out.", leftOut, leftOut == 1 ? "" : "s", leftOut == 1 ? "is" : "are"));
+      const std::lock_guard lock(s->mutex);
+      if (!s->recoverable) return;
+      auto left = *s->recoverable;
+      std::erase_if(left, [&](const Recoverable& each) { return each.journal == what.journal; });
+      s->recoverable = std::make_shared<const std::vector<Recoverable>>(std::move(left));
+    };
+  });
+}
+
+void Workbench::discard(const Recoverable& what) {
+  state_->post([s = state_.get(), what] {
+    io::JournalReader(what.journal, true).remove();
+    const std::lock_guard lock(s->mutex);
+    if (!s->recoverable) return;
+    auto left = *s->recoverable;
+    std::erase_if(left, [&](const Recoverable& each) { return each.journal == what.journal; });
+    s->recoverable = std::make_shared<const std::vector<Recoverable>>(std::move(left));
+  }, false);
+}
+
+void Workbench::leaveJournal() {
+  const std::lock_guard lock(state_->mutex);
+  state_->leaveJournal = true;
+}
+
+}  // namespace argil::engine

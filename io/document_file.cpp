@@ -1,0 +1,577 @@
+#include "io/document_file.h"
+
+#define XXH_INLINE_ALL
+#include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "clay/error.h"
+#include "io/atomic_file.h"
+#include "io/input.h"
+#include "io/sqlite.h"
+
+namespace argil::io {
+
+namespace {
+
+constexpr uint32_t kApplicationId = 0x41726744;  // "ArgD"
+/// One record of the largest size fits in a leaf page: 8192 - 35 bytes of payload are kept local (sqlite.org/fileformat2.html, "B-tree cell format").
+constexpr int64_t kPageBytes = 8192;
+constexpr const char* kMetaTable = "CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID";
+constexpr const char* kRecordTable = "CREATE TABLE record(id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, body BLOB NOT NULL)";
+/// Sets of ids are bits: a file that claims more would cost a GiB. A stroke takes about a thousand.
+constexpr RecordId kMostIds = RecordId{1} << 33;
+constexpr int kMostMetaRows = 64;
+/// What SQLite adds to a record in its page: cell pointer, sizes, id, kind.
+constexpr int64_t kRowOverhead = 16;
+/// Smaller files are not worth shrinking.
+constexpr int64_t kLeastShrinkBytes = int64_t{1} << 20;
+constexpr size_t kIdOffset = 16;  // Of the id in a record's header.
+
+/// What a commit leaves in `meta`.
+struct Facts {
+  uint64_t save = 0;
+  uint64_t stamp = 0;  ///< Random, so that two saves of one count are told apart.
+  RecordId head = 0;
+  RecordId nextId = 1;
+};
+
+struct Identity {
+  dev_t device = 0;
+  ino_t inode = 0;
+  bool operator==(const Identity&) const = default;
+};
+
+std::optional<Identity> identityOf(const std::filesystem::path& path) {
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0) return std::nullopt;
+  return Identity{facts.st_dev, facts.st_ino};
+}
+
+/// The folder's entries are on the disk. File systems that cannot do that say EINVAL.
+bool flushFolderOf(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return false;
+  const bool done = ::fsync(fd) == 0 || errno == EINVAL;
+  ::close(fd);
+  return done;
+}
+
+uint64_t randomStamp() {
+  uint64_t stamp = 0;
+  (void)!::getrandom(&stamp, sizeof stamp, 0);
+  return stamp >> 1;  // SQLite's integers have a sign.
+}
+
+[[noreturn]] void damaged(const std::string& name, const std::string& what) {
+  fail(name, "is damaged (" + what + "); recover what is whole in it and save that under another name");
+}
+
+/// Over all rows but that of the checksum itself.
+int64_t checksumOfMeta(Database& database, const std::string& name) {
+  Query all(database, "SELECT key, value FROM meta WHERE key <> 'check' ORDER BY key");
+  uint64_t sum = 0;
+  for (int rows = 0; all.step(); ++rows) {
+    if (rows == kMostMetaRows) damaged(name, "its table of facts is too long");
+    const std::string row = all.text(0) + (all.isNumber(1) ? "\1" : "\2") + all.text(1);
+    sum = XXH3_64bits_withSeed(row.data(), row.size(), sum);
+  }
+  return static_cast<int64_t>(sum >> 1);
+}
+
+void writeFacts(Database& database, const Facts& facts, const std::string& name) {
+  Query put(database, "INSERT OR REPLACE INTO meta(key, value) VALUES(?1, ?2)");
+  const auto set = [&](const char* key, int64_t value) {
+    const std::string text = key;
+    put.bind(0, text).bind(1, value).step();
+    put.reset();
+  };
+  set("schema", kDocumentSchema);
+  set("needs", kDocumentSchema);
+  set("save", static_cast<int64_t>(facts.save));
+  set("stamp", static_cast<int64_t>(facts.stamp));
+  set("head", static_cast<int64_t>(facts.head));
+  set("next_id", static_cast<int64_t>(facts.nextId));
+  const std::string key = "written_by", version = ARGIL_VERSION;
+  put.bind(0, key).bind(1, version).step();
+  put.reset();
+  set("check", checksumOfMeta(database, name));
+}
+
+int64_t metaNumber(Database& database, const char* key, const std::string& name) {
+  Query one(database, "SELECT value FROM meta WHERE key = ?1");
+  const std::string text = key;
+  one.bind(0, text);
+  if (!one.step() || !one.isNumber(0) || one.number(0) < 0) damaged(name, "its table of facts lacks " + text);
+  return one.number(0);
+}
+
+Facts readFacts(Database& database, const std::string& name) {
+  if (metaNumber(database, "check", name) != checksumOfMeta(database, name)) damaged(name, "its table of facts has changed");
+  Facts facts;
+  facts.save = static_cast<uint64_t>(metaNumber(database, "save", name));
+  facts.stamp = static_cast<uint64_t>(metaNumber(database, "stamp", name));
+  facts.head = static_cast<RecordId>(metaNumber(database, "head", name));
+  facts.nextId = static_cast<RecordId>(metaNumber(database, "next_id", name));
+  if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId) damaged(name, "its ids are out of range");
+  return facts;
+}
+
+/// Exactly our two tables: whatever else a schema can hold (views, triggers, indices, generated columns, checks) is code.
+void checkSchema(Database& database, const std::string& name) {
+  const int64_t version = database.number("PRAGMA user_version");
+  int ours = 0, others = 0;
+  {
+    Query all(database, "SELECT type, name, sql FROM sqlite_schema LIMIT 8");
+    while (all.step()) {
+      const std::string table = all.text(1), sql = all.text(2);
+      const bool known = all.text(0) == "table" && ((table == "meta" && sql == kMetaTable) || (table == "record" && sql == kRecordTable));
+      (known ? ours : others) += 1;
+    }
+  }
+  Query meta(database, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = 'meta' AND sql = ?1");
+  const std::string sql = kMetaTable;
+  const bool mayAsk = meta.bind(0, sql).step();
+  meta.reset();
+  // The table of facts stays as it is in all schemas, so that every Argil can tell which one a file needs.
+  if (mayAsk && metaNumber(database, "needs", name) > kDocumentSchema) {
+    Query by(database, "SELECT value FROM meta WHERE key = 'written_by'");
+    const std::string who = by.step() ? displayName(by.text(0).substr(0, 40)) : "of a later date";
+    fail(name, "was written by Argil " + who + " and needs at least that to be read; nothing was opened");
+  }
+  if (ours == 2 && others == 0) return;
+  if (version > kDocumentSchema) fail(name, "was written by a newer Argil and needs that to be read; nothing was opened");
+  damaged(name, "its tables are not those of a document");
+}
+
+/// What a sane path to a document is; throws Error for what is none.
+void checkFile(const std::filesystem::path& path, const std::string& name) {
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) fail(name, "there is no such file; check the name and the folder");
+    fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check the name and the permissions");
+  }
+  if (S_ISDIR(facts.st_mode)) fail(name, "is a folder; name a file in it");
+  if (!S_ISREG(facts.st_mode)) fail(name, "is not a regular file; name a document");
+  if (::access(path.c_str(), R_OK) != 0) fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check its permissions");
+  if (!isDocument(path)) fail(name, "is not an Argil document, or its beginning is damaged; if it was one, recover what is whole in it");
+}
+
+/// The rollback journal or log of a file that is replaced would be taken for that of its successor.
+void removeCompanions(const std::filesystem::path& path) {
+  std::error_code ignored;
+  for (const char* ending : {"-journal", "-wal", "-shm"}) std::filesystem::remove(path.string() + ending, ignored);
+}
+
+}  // namespace
+
+struct DocumentFile::State {
+  std::filesystem::path path;
+  std::string name;  ///< As messages show it.
+  bool toWrite = true;
+  Facts facts;
+  Identity identity;
+  std::unique_ptr<AtomicFile> fresh;  ///< Until the first commit.
+  std::unique_ptr<Database> database;
+  std::optional<Query> insert, one, walk;
+
+  ~State() { close(); }
+
+  void close() {
+    insert.reset();
+    one.reset();
+    walk.reset();
+    database.reset();
+  }
+
+  /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed, and one flush at the end.
+  void openFresh() {
+    if (!fresh) fresh = std::make_unique<AtomicFile>(path);
+    database = std::make_unique<Database>(fresh->temporary(), name);
+    database->expectWriting();
+    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
+    database->run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
+    database->run("BEGIN IMMEDIATE");
+    database->run(kMetaTable);
+    database->run(kRecordTable);
+    prepare();
+  }
+
+  void openSaved() {
+    checkFile(path, name);
+    database = std::make_unique<Database>(path, name);
+    database->run("BEGIN");
+    checkSchema(*database, name);
+    facts = readFacts(*database, name);
+    database->run("COMMIT");
+    const auto found = identityOf(path);
+    if (!found) fail(name, "there is no such file; check the name and the folder");
+    identity = *found;
+    if (toWrite) {
+      if (!database->mayWrite()) fail(name, "may not be written; change its permissions or save it under another name");
+      // EXTRA flushes the folder too when the rollback journal has gone: a save that was reported stays.
+      database->run("PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA");
+      database->expectWriting();
+    } else {
+      database->run("PRAGMA query_only = ON");
+    }
+    prepare();
+  }
+
+  void prepare() {
+    if (toWrite) insert.emplace(*database, "INSERT OR REPLACE INTO record(id, kind, body) VALUES(?1, ?2, ?3)");
+    one.emplace(*database, "SELECT body FROM record WHERE id = ?1");
+    walk.emplace(*database, "SELECT id, body FROM record WHERE id >= ?1 ORDER BY id");
+  }
+
+  [[nodiscard]] std::string changed() const { return name + ": was changed by another program since it was opened; save it under another name"; }
+
+  /// Null before the first transaction of a new file.
+  Database* reader() {
+    if (!database && facts.save > 0) {
+      const Facts mine = facts;
+      try {
+        openSaved();
+        if (facts.stamp != mine.stamp) throw Error(changed(), Error::Kind::work);
+      } catch (...) {
+        facts = mine;
+        close();
+        throw;
+      }
+    }
+    return database.get();
+  }
+
+  void abandon() noexcept {
+    if (fresh) {
+      close();
+      fresh.reset();
+    } else if (database) {
+      database->rollBack();
+    }
+  }
+
+  /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it was replaced.
+  void putInPlace(AtomicFile& file) {
+    std::unique_ptr<Database> old;
+    const std::filesystem::path target = file.target();
+    if (std::filesystem::exists(target) && isDocument(target)) {
+      try {
+        old = std::make_unique<Database>(target, name);
+        old->run("BEGIN EXCLUSIVE");
+      } catch (const Error& error) {
+        if (error.kind() == Error::Kind::work) throw;
+        old.reset();  // Damaged: nobody can write to it.
+      }
+    }
+    removeCompanions(target);
+    file.commit();
+  }
+
+  void commitFresh() {
+    database->run("COMMIT");
+    close();
+    putInPlace(*fresh);
+    fresh.reset();
+  }
+
+  void commitInPlace(const Facts& next) {
+    try {
+      database->run("COMMIT");
+    } catch (const Error&) {
+      // When all was written but the folder could not be flushed, SQLite reports a failure and the file is the new one.
+      database->rollBack();
+      bool settled = false;
+      try {
+        const Facts now = readFacts(*database, name);
+        if (now.stamp == next.stamp) {
+          facts = now;
+          settled = flushFolderOf(path);
+        }
+      } catch (const Error&) {
+      }
+      if (!settled) throw;
+    }
+  }
+
+  /// A copy without holes replaces the file. What fails here is no loss: the file is whole, only larger.
+  void shrink() {
+    try {
+      AtomicFile file(path);
+      {
+        Query copy(*database, "VACUUM INTO ?1");
+        const std::string to = file.temporary().string();
+        copy.bind(0, to).step();
+      }
+      database->run("BEGIN IMMEDIATE");
+      const bool mine = identityOf(path) == identity && readFacts(*database, name).stamp == facts.stamp;
+      if (mine) file.commit();
+      database->rollBack();
+      if (mine) close();
+    } catch (const Error&) {
+      database->rollBack();
+    }
+  }
+};
+
+DocumentFile::DocumentFile(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+DocumentFile::~DocumentFile() = default;
+
+std::unique_ptr<DocumentFile> DocumentFile::create(const std::filesystem::path& path) {
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->name = displayName(path);
+  state->fresh = std::make_unique<AtomicFile>(path);
+  return std::unique_ptr<DocumentFile>(new DocumentFile(std::move(state)));
+}
+
+std::unique_ptr<DocumentFile> DocumentFile::open(const std::filesystem::path& path, bool toWrite) {
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->name = displayName(path);
+  state->toWrite = toWrite;
+  state->openSaved();
+  return std::unique_ptr<DocumentFile>(new DocumentFile(std::move(state)));
+}
+
+const std::filesystem::path& DocumentFile::path() const { return state_->path; }
+
+uint64_t DocumentFile::save() const { return state_->facts.save; }
+
+RecordId DocumentFile::head() const { return state_->facts.head; }
+
+RecordId DocumentFile::nextId() const { return state_->facts.nextId; }
+
+RecordSet DocumentFile::held() {
+  RecordSet set;
+  Database* database = state_->reader();
+  if (database == nullptr) return set;
+  Query all(*database, "SELECT id FROM record");
+  while (all.step()) {
+    const auto id = static_cast<RecordId>(all.number(0));
+    if (id == 0 || id > kMostIds) damaged(state_->name, "its ids are out of range");
+    set.add(id);
+  }
+  return set;
+}
+
+namespace {
+
+/// A record under a wrong id would be another one's content with a valid checksum.
+bool isRecord(std::span<const std::byte> body, RecordId id) {
+  return body.size() >= kRecordHeaderBytes && body.size() <= kMostRecordBytes && std::memcmp(body.data() + kIdOffset, &id, sizeof id) == 0;
+}
+
+/// Ends a read transaction whatever happens.
+struct Reading {
+  Database& database;
+  bool own;
+  explicit Reading(Database& in) : database(in), own(!in.inTransaction()) {
+    if (own) database.run("BEGIN");
+  }
+  ~Reading() {
+    if (own) database.rollBack();
+  }
+};
+
+struct Resetting {
+  Query& query;
+  ~Resetting() { query.reset(); }
+};
+
+}  // namespace
+
+bool DocumentFile::get(RecordId id, std::vector<std::byte>& record) {
+  if (state_->reader() == nullptr) return false;
+  Query& one = *state_->one;
+  const Resetting resetting{one};
+  bool bad = false;
+  one.bind(0, static_cast<int64_t>(id));
+  if (!one.step(bad)) return false;
+  const auto body = one.bytes(0);
+  if (!isRecord(body, id)) return false;
+  record.assign(body.begin(), body.end());
+  return true;
+}
+
+void DocumentFile::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+  Database* database = state_->reader();
+  if (database == nullptr || ids.empty()) return;
+  const Reading reading(*database);
+  const Resetting resettingWalk{*state_->walk}, resettingOne{*state_->one};
+  Query& walk = *state_->walk;
+  bool bad = false, onRow = false;
+  RecordId at = 0;
+  const auto advance = [&] {
+    onRow = walk.step(bad);
+    if (onRow) at = static_cast<RecordId>(walk.number(0));
+  };
+  // Walking over a row is several times cheaper than a search; how far that pays depends on how many rows are not wanted.
+  constexpr int kMostSteps = 64;
+  int steps = 4;
+  size_t i = 0;
+  for (bool ended = false; i < ids.size() && !bad && !ended; ++i) {
+    const RecordId wanted = ids[i];
+    if (onRow) {
+      int left = steps;
+      while (onRow && at < wanted && left-- > 0) advance();
+      steps = std::clamp(at < wanted && onRow ? steps / 2 : steps * 2, 1, kMostSteps);
+      ended = !onRow && !bad;
+    }
+    if (!bad && !ended && (!onRow || at < wanted)) {
+      walk.reset();
+      walk.bind(0, static_cast<int64_t>(wanted));
+      advance();
+      ended = !onRow && !bad;
+    }
+    if (bad) break;
+    if (onRow && at == wanted) {
+      const auto body = walk.bytes(1);
+      if (isRecord(body, wanted)) each(i, body);
+    }
+  }
+  // A damaged page ends the walk, not the reading: each of the others is searched for.
+  if (!bad) return;
+  walk.reset();
+  for (; i < ids.size(); ++i) {
+    Query& one = *state_->one;
+    one.reset();
+    one.bind(0, static_cast<int64_t>(ids[i]));
+    bool lost = false;
+    if (!one.step(lost)) continue;
+    const auto body = one.bytes(0);
+    if (isRecord(body, ids[i])) each(i, body);
+  }
+}
+
+struct DocumentFile::Transaction::State {
+  DocumentFile::State* file = nullptr;
+  std::vector<std::byte> record;
+  bool done = false;
+  bool compacts = false;
+  int64_t liveBytes = 0;  ///< Of records kept and put since removeAllBut().
+};
+
+DocumentFile::Transaction::Transaction(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+DocumentFile::Transaction::~Transaction() {
+  if (!state_->done) state_->file->abandon();
+}
+
+std::unique_ptr<DocumentFile::Transaction> DocumentFile::begin() {
+  State& file = *state_;
+  auto state = std::make_unique<Transaction::State>();
+  if (!file.toWrite) throw Error(file.name + ": was opened for reading only; save it under another name", Error::Kind::work);
+  Database* database = file.reader();
+  if (file.facts.save == 0) {
+    try {
+      file.openFresh();
+    } catch (...) {
+      file.abandon();
+      throw;
+    }
+  } else {
+    assert(!database->inTransaction());
+    // Before and behind the lock: a missing file is no reason to wait, and it may be replaced while this waits.
+    if (identityOf(file.path) != file.identity) throw Error(file.changed(), Error::Kind::work);
+    database->run("BEGIN IMMEDIATE");
+    try {
+      if (identityOf(file.path) != file.identity || readFacts(*database, file.name).stamp != file.facts.stamp) throw Error(file.changed(), Error::Kind::work);
+    } catch (...) {
+      database->rollBack();
+      throw;
+    }
+  }
+  state->file = &file;
+  return std::unique_ptr<Transaction>(new Transaction(std::move(state)));
+}
+
+void DocumentFile::Transaction::put(const RecordHeader& header, std::span<const std::byte> body) {
+  assert(header.id != 0 && header.id < kMostIds && body.size() <= kMostRecordBody);
+  auto& record = state_->record;
+  record.clear();
+  appendRecord(record, header, body);
+  Query& insert = *state_->file->insert;
+  insert.bind(0, static_cast<int64_t>(header.id)).bind(1, static_cast<int64_t>(header.kind)).bind(2, record);
+  insert.step();
+  insert.reset();
+  state_->liveBytes += static_cast<int64_t>(record.size()) + kRowOverhead;
+}
+
+void DocumentFile::Transaction::removeAllBut(const RecordSet& live) {
+  Database& database = *state_->file->database;
+  // Kinds of later Argils are theirs to remove.
+  struct Range {
+    int64_t first, last;
+  };
+  std::vector<Range> dead;
+  state_->liveBytes = 0;
+  {
+    Query all(database, "SELECT id, length(body), kind BETWEEN 1 AND 3 FROM record ORDER BY id");
+    bool open = false;
+    while (all.step()) {
+      const int64_t id = all.number(0);
+      if (all.number(2) == 0 || (id > 0 && live.contains(static_cast<RecordId>(id)))) {
+        state_->liveBytes += all.number(1) + kRowOverhead;
+        open = false;
+      } else if (open) {
+        dead.back().last = id;
+      } else {
+        dead.push_back({id, id});
+        open = true;
+      }
+    }
+  }
+  Query erase(database, "DELETE FROM record WHERE id BETWEEN ?1 AND ?2");
+  for (const Range& range : dead) {
+    erase.bind(0, range.first).bind(1, range.last).step();
+    erase.reset();
+  }
+  state_->compacts = true;
+}
+
+void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
+  DocumentFile::State& file = *state_->file;
+  Facts next = file.facts;
+  ++next.save;
+  next.stamp = randomStamp();
+  next.head = head;
+  next.nextId = std::max(next.nextId, nextId);
+  if (next.nextId > kMostIds) throw Error(file.name + ": has used up its record numbers; save under another name", Error::Kind::work);
+  writeFacts(*file.database, next, file.name);
+  const int64_t fileBytes = state_->compacts ? file.database->number("PRAGMA page_count") * kPageBytes : 0;
+  if (file.fresh) {
+    file.commitFresh();
+  } else {
+    file.commitInPlace(next);
+  }
+  file.facts = next;
+  state_->done = true;
+  if (state_->compacts && fileBytes >= kLeastShrinkBytes && fileBytes > 2 * state_->liveBytes && file.database) file.shrink();
+}
+
+bool isDocument(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return false;
+  std::array<unsigned char, 100> header{};
+  const ssize_t got = ::pread(fd, header.data(), header.size(), 0);
+  ::close(fd);
+  const uint32_t application = uint32_t{header[68]} << 24 | uint32_t{header[69]} << 16 | uint32_t{header[70]} << 8 | header[71];
+  return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 && application == kApplicationId;
+}
+
+}  // namespace argil::io

@@ -1,0 +1,99 @@
+#include "io/salvage.h"
+
+#include <algorithm>
+#include <cstring>
+#include <tuple>
+
+#include "io/blob.h"
+#include "io/scanned_records.h"
+
+namespace argil::io {
+
+namespace {
+
+template <class Number>
+Number numberAt(std::span<const std::byte> bytes, size_t at) {
+  Number value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+/// What stands in front of each piece of a blob (blob.h).
+struct ChunkFacts {
+  uint32_t index, count;
+  uint64_t total, hash;
+  RecordId id;
+};
+constexpr size_t kChunkFactsBytes = 28;
+
+struct Brick {
+  uint32_t owner;
+  int32_t x, y, z;
+  RecordId id;
+  [[nodiscard]] auto place() const { return std::tie(owner, x, y, z); }
+};
+
+}  // namespace
+
+struct Salvage::State {
+  std::vector<Brick> bricks;  ///< By place, newest first.
+  std::vector<RecordId> heads;
+  std::unique_ptr<ScannedRecords> records;
+};
+
+Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make_unique<State>()) {
+  State& state = *state_;
+  std::vector<ChunkFacts> chunks;
+  state.records = std::make_unique<ScannedRecords>(path, job, [&](const RecordView& record, ScannedRecords::Place) {
+    const auto body = record.body;
+    if (record.header.id == 0) return;
+    if (record.header.kind == RecordKind::brick && body.size() >= 12) {
+      state.bricks.push_back({record.header.owner, numberAt<int32_t>(body, 0), numberAt<int32_t>(body, 4), numberAt<int32_t>(body, 8), record.header.id});
+    } else if (record.header.kind == RecordKind::chunk && body.size() >= kChunkFactsBytes && numberAt<uint32_t>(body, 0) == uint32_t(BlobKind::head)) {
+      chunks.push_back({numberAt<uint32_t>(body, 4), numberAt<uint32_t>(body, 8), numberAt<uint64_t>(body, 12), numberAt<uint64_t>(body, 20), record.header.id});
+    }
+  });
+  // The file may hold a record twice, where SQLite has moved it.
+  const auto orderBricks = [](const Brick& a, const Brick& b) { return a.place() != b.place() ? a.place() < b.place() : a.id > b.id; };
+  std::sort(state.bricks.begin(), state.bricks.end(), orderBricks);
+  const auto same = [](const Brick& a, const Brick& b) { return a.id == b.id && a.place() == b.place(); };
+  state.bricks.erase(std::unique(state.bricks.begin(), state.bricks.end(), same), state.bricks.end());
+  std::sort(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id < b.id; });
+  chunks.erase(std::unique(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id == b.id; }), chunks.end());
+  for (size_t first = 0; first < chunks.size(); ++first) {
+    const ChunkFacts& head = chunks[first];
+    if (head.index != 0 || head.count == 0 || head.count > chunks.size() - first) continue;
+    bool whole = true;
+    for (uint32_t i = 0; i < head.count && whole; ++i) {
+      const ChunkFacts& each = chunks[first + i];
+      whole = each.id == head.id + i && each.index == i && each.count == head.count && each.total == head.total && each.hash == head.hash;
+    }
+    if (whole) state.heads.push_back(head.id);
+  }
+  std::reverse(state.heads.begin(), state.heads.end());
+}
+
+Salvage::~Salvage() = default;
+
+const std::vector<RecordId>& Salvage::heads() const { return state_->heads; }
+
+uint64_t Salvage::records() const { return state_->records->records(); }
+
+RecordId Salvage::highestId() const { return state_->records->highestId(); }
+
+bool Salvage::get(RecordId id, std::vector<std::byte>& record) { return state_->records->get(id, record); }
+
+void Salvage::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+  state_->records->getMany(ids, each);
+}
+
+std::vector<RecordId> Salvage::bricksAt(uint32_t owner, int32_t x, int32_t y, int32_t z) const {
+  const Brick wanted{owner, x, y, z, 0};
+  const auto less = [](const Brick& a, const Brick& b) { return a.place() < b.place(); };
+  const auto [first, last] = std::equal_range(state_->bricks.begin(), state_->bricks.end(), wanted, less);
+  std::vector<RecordId> ids;
+  for (auto each = first; each != last; ++each) ids.push_back(each->id);
+  return ids;
+}
+
+}  // namespace argil::io

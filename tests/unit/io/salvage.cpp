@@ -1,0 +1,137 @@
+// Salvage: what is sound in a file is found, whatever became of the rest.
+
+#include "io/salvage.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "io/blob.h"
+#include "io/document_file.h"
+#include "tests/support/mesh_samples.h"
+#include "tests/support/record_samples.h"
+
+namespace argil::io {
+namespace {
+
+using samples::bodyOf;
+using samples::errorOf;
+using samples::idsFromTo;
+using samples::putSample;
+using samples::slurp;
+using samples::soundSamples;
+using samples::spill;
+
+template <class Number>
+void little(std::vector<std::byte>& bytes, Number value) {
+  const auto* raw = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), raw, raw + sizeof value);
+}
+
+void putBrick(RecordSink& sink, RecordId id, uint32_t owner, int32_t x, int32_t y, int32_t z) {
+  std::vector<std::byte> body;
+  little(body, x);
+  little(body, y);
+  little(body, z);
+  body.resize(60);
+  sink.put({RecordKind::brick, RecordCodec::raw, 0, owner, id}, body);
+}
+
+void putChunk(RecordSink& sink, RecordId id, BlobKind kind, uint32_t index, uint32_t count, uint64_t hash) {
+  std::vector<std::byte> body;
+  little(body, uint32_t(kind));
+  little(body, index);
+  little(body, count);
+  little(body, uint64_t{100});
+  little(body, hash);
+  body.resize(200);
+  sink.put({RecordKind::chunk, RecordCodec::zstd, 0, 0, id}, body);
+}
+
+TEST(Salvage, findsEveryRecordOfADocument) {
+  const samples::Folder folder;
+  const auto file = DocumentFile::create(folder / "a.argil");
+  for (RecordId first = 1; first < 400; first += 100) {
+    const auto transaction = file->begin();
+    for (RecordId id = first; id < first + 100; ++id) putSample(*transaction, id);
+    transaction->commit(first, first + 100);
+  }
+  Salvage salvage(folder / "a.argil");
+  EXPECT_EQ(soundSamples(salvage, idsFromTo(1, 500)), idsFromTo(1, 400));
+  EXPECT_EQ(salvage.highestId(), 400u);
+  EXPECT_GE(salvage.records(), 400u);
+  std::vector<std::byte> record;
+  EXPECT_TRUE(salvage.get(7, record));
+  EXPECT_TRUE(samples::isSample(record, 7));
+  EXPECT_FALSE(salvage.get(401, record));
+}
+
+TEST(Salvage, findsRecordsAcrossBlocksOfTheScan) {
+  // Longer than several blocks, of sizes that meet every block's end differently; with other bytes between some.
+  const samples::Folder folder;
+  std::vector<std::byte> bytes;
+  const RecordId count = 3500;
+  for (RecordId id = 1; id <= count; ++id) {
+    if (id % 3 == 0) bytes.insert(bytes.end(), id % 11, std::byte{0x8a});
+    appendRecord(bytes, {RecordKind::node, RecordCodec::raw, 0, 1, id}, bodyOf(id));
+  }
+  ASSERT_GT(bytes.size(), size_t{3} * (size_t{4} << 20));
+  spill(folder / "a", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  Salvage salvage(folder / "a");
+  EXPECT_EQ(salvage.records(), count);
+  EXPECT_EQ(soundSamples(salvage, idsFromTo(1, count)), idsFromTo(1, count));
+}
+
+TEST(Salvage, knowsWholeHeadsAndBricksByPlaceNewestFirst) {
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  const auto file = DocumentFile::create(path);
+  {
+    const auto transaction = file->begin();
+    putBrick(*transaction, 1, 5, -1, 2, 3);
+    putBrick(*transaction, 2, 5, -1, 2, 4);
+    putBrick(*transaction, 3, 6, -1, 2, 3);
+    putChunk(*transaction, 10, BlobKind::head, 0, 1, 77);
+    putBrick(*transaction, 4, 5, -1, 2, 3);
+    for (uint32_t i = 0; i < 3; ++i) putChunk(*transaction, 20 + i, BlobKind::head, i, 3, 78);
+    for (uint32_t i = 0; i < 3; ++i) putChunk(*transaction, 30 + i, BlobKind::mesh, i, 3, 79);
+    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 40 + i, BlobKind::head, i, 3, 80);        // A piece is missing.
+    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 50 + i, BlobKind::head, i, 2, 81 + i);    // Of two blobs.
+    putChunk(*transaction, 60, BlobKind::head, 0, 0xffffffff, 90);
+    transaction->commit(20, 100);
+  }
+  const Salvage salvage(path);
+  EXPECT_EQ(salvage.heads(), (std::vector<RecordId>{20, 10}));
+  EXPECT_EQ(salvage.bricksAt(5, -1, 2, 3), (std::vector<RecordId>{4, 1}));
+  EXPECT_EQ(salvage.bricksAt(6, -1, 2, 3), (std::vector<RecordId>{3}));
+  EXPECT_TRUE(salvage.bricksAt(5, 1, 2, 3).empty());
+}
+
+TEST(Salvage, refusesOnlyWhatCannotBeRead) {
+  const samples::Folder folder;
+  spill(folder / "empty", "");
+  spill(folder / "text", "not a record");
+  EXPECT_EQ(Salvage(folder / "empty").records(), 0u);
+  EXPECT_EQ(Salvage(folder / "text").records(), 0u);
+  EXPECT_NE(errorOf([&] { Salvage missing(folder / "missing"); }).find("missing: there is no such file"), std::string::npos);
+  EXPECT_NE(errorOf([&] { Salvage itself(folder.path()); }).find("is not a regular file"), std::string::npos);
+  Job job;
+  job.cancel();
+  EXPECT_THROW(Salvage(folder / "text", &job), Cancelled);
+}
+
+TEST(Salvage, aFileThatBecomesShorterLosesOnlyWhatWasThere) {
+  const samples::Folder folder;
+  std::vector<std::byte> bytes;
+  for (RecordId id = 1; id <= 20; ++id) appendRecord(bytes, {RecordKind::node, RecordCodec::raw, 0, 1, id}, bodyOf(id));
+  spill(folder / "a", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  Salvage salvage(folder / "a");
+  std::filesystem::resize_file(folder / "a", bytes.size() / 2);
+  const auto sound = soundSamples(salvage, idsFromTo(1, 20));
+  EXPECT_EQ(sound, idsFromTo(1, sound.size()));
+  EXPECT_LT(sound.size(), 20u);
+  EXPECT_GT(sound.size(), 2u);
+}
+
+}  // namespace
+}  // namespace argil::io
