@@ -21,7 +21,7 @@ struct alignas(64) Brick {
   /// Bit y·8 + z of word x is set where phi < 0. Zero counts as outside.
   uint64_t inside[kBrickEdge];
   uint8_t anyInside, anyOutside;  ///< Whether some voxel is; from `inside`, so that most bricks are told apart by one line.
-  uint64_t serial;  ///< Names this content for good: addresses are reused, serials never.
+  uint64_t serial;  ///< Names this content for good, in all stores: addresses are reused, serials never.
   uint64_t birth;   ///< Id of the version that made it.
   Coord coord;      ///< Brick coordinate: its first voxel is coord · 8.
 

@@ -103,8 +103,9 @@ struct Store::State {
   std::vector<VersionRecord*> dropped;  // waiting for collect()
   uint64_t versions = 0;
 
-  std::atomic<uint64_t> nextId{1};
-  std::atomic<uint64_t> nextSerial{1};
+  // Of all stores together: savers know bricks by serial and nodes by address and birth, and a store may take over the addresses of one that is gone.
+  static inline std::atomic<uint64_t> nextId{1};
+  static inline std::atomic<uint64_t> nextSerial{1};
 
   // The editor's own stock, so that it locks once in a while: one editor at a time.
   std::vector<void*> brickStock, nodeStock;

@@ -38,7 +38,7 @@ class Version {
   friend bool operator==(const Version&, const Version&) = default;
 
   [[nodiscard]] const Grid& grid() const;
-  [[nodiscard]] uint64_t id() const;  ///< Unique in its store, increasing from a version to those made from it.
+  [[nodiscard]] uint64_t id() const;  ///< Unique in the process, increasing from a version to those made from it.
   [[nodiscard]] const std::shared_ptr<Store>& store() const;
   [[nodiscard]] VersionStats stats() const;  ///< O(1).
 

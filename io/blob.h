@@ -25,7 +25,7 @@ RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids
 /// The bytes of a blob, at most `most` of them. Throws Error (kind work) when a chunk is missing or damaged, it is of another kind, or longer.
 [[nodiscard]] std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source, size_t most);
 
-/// The ids of its chunks.
+/// The ids of its chunks, added to `live`. Throws Error (kind work) when one is missing.
 void markBlob(RecordSource& source, RecordId id, RecordSet& live);
 
 }  // namespace argil::io

@@ -1,0 +1,93 @@
+#include "io/clay_records.h"
+
+#include "io/brick_codec.h"
+#include "io/node_body.h"
+
+namespace argil::io {
+
+struct ClayWriting {
+  ClayRecords& memo;
+  uint32_t owner;
+  RecordSet& held;
+  RecordSink& sink;
+  RecordCodec codec;
+  Job* job;
+  double bricksInAll;
+  BrickCodec packer;
+  std::vector<std::byte> bytes;
+  uint64_t written = 0;
+
+  RecordId brick(const clay::Brick& brick) {
+    RecordId id = memo.bricks_.find({brick.serial});
+    if (id != 0 && held.contains(id)) return id;
+    if (id == 0) memo.bricks_.set({brick.serial}, id = memo.ids_.take());
+    RecordCodec used = codec;
+    const std::span<const std::byte> body = packer.pack(brick, used);
+    sink.put({RecordKind::brick, used, static_cast<uint16_t>(body.size()), owner, id}, body);
+    held.add(id);
+    if (job && ++written % 256 == 0) job->step(static_cast<double>(written) / bricksInAll);
+    return id;
+  }
+
+  RecordId node(const clay::TreePlace& place) {
+    const auto key = ClayRecords::keyOf(place, owner);
+    RecordId id = memo.nodes_.find(key);
+    if (id != 0 && held.contains(id)) return id;
+    NodeBody body;
+    body.level = place.level();
+    body.first = place.first();
+    for (int i = 0; i < 512; ++i) {
+      const clay::TreePlace child = place.child(i);
+      if (child.isTile()) {
+        if (child.tile() == clay::Tile::inside) add(body.inside, i);
+        continue;
+      }
+      add(body.record, i);
+      body.ids.push_back(child.isNode() ? node(child) : brick(*child.brick()));
+    }
+    if (id == 0) memo.nodes_.set(key, id = memo.ids_.take());
+    packNode(body, bytes);
+    sink.put({RecordKind::node, RecordCodec::raw, static_cast<uint16_t>(bytes.size()), owner, id}, bytes);
+    held.add(id);
+    return id;
+  }
+};
+
+RecordId ClayRecords::write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec, Job* job) {
+  ClayWriting writing{*this, owner, held, sink, codec, job, static_cast<double>(version.stats().bricks), {}, {}};
+  return writing.node(clay::TreePlace::root(version));
+}
+
+void ClayRecords::learn(const ClayRecords& other) {
+  other.nodes_.forEach([&](const NodeKey& key, RecordId id) { nodes_.set(key, id); });
+  other.bricks_.forEach([&](const BrickKey& key, RecordId id) { bricks_.set(key, id); });
+}
+
+void ClayRecords::forgetUnused(std::span<const clay::Version> inUse) {
+  IdTable<NodeKey> nodes;
+  IdTable<BrickKey> bricks;
+  const auto keep = [&](const auto& self, const clay::TreePlace& place) -> void {
+    const NodeKey key = keyOf(place, 0);
+    if (nodes.find(key) != 0) return;  // what several versions share is walked once
+    if (const RecordId id = nodes_.find(key)) nodes.set(key, id);
+    for (int i = 0; i < 512; ++i) {
+      const clay::TreePlace child = place.child(i);
+      if (child.isNode()) {
+        self(self, child);
+      } else if (const clay::Brick* brick = child.brick()) {
+        if (const RecordId id = bricks_.find({brick->serial})) bricks.set({brick->serial}, id);
+      }
+    }
+  };
+  for (const clay::Version& version : inUse) {
+    const clay::TreePlace root = clay::TreePlace::root(version);
+    if (root.isNode()) keep(keep, root);
+  }
+  nodes_.forEach([&](const NodeKey& key, RecordId id) {
+    if (key.node.address <= 1) nodes.set(key, id);  // versions of one tile: few, and of no address
+  });
+  nodes_ = std::move(nodes);
+  bricks_ = std::move(bricks);
+}
+
+}  // namespace argil::io
