@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/format.h"
+#include "io/three_mf_read.h"
 
 namespace argil::io {
 
@@ -17,6 +18,7 @@ constexpr std::array kFormats = {
     Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder},
     Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
+    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf},
 };
 
 std::string endingOf(const std::string& name) {

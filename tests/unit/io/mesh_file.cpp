@@ -31,7 +31,9 @@ TEST(MeshFile, whatIsNoReadableFileIsRefusedInOneSentence) {
   samples::spill(folder / "packed.ply.gz", "\x1f\x8b\x08 and so on");
   contains(folder / "packed.ply.gz", "compressed with gzip");
   samples::spill(folder / "box.3mf", "PK\x03\x04 and so on");
-  contains(folder / "box.3mf", "ZIP archive");
+  contains(folder / "box.3mf", "cut off");
+  samples::spill(folder / "box.zip", "PK\x03\x04 and so on");
+  contains(folder / "box.zip", "ZIP archive");
   samples::spill(folder / "letter.txt", "Dear reader,\n");
   contains(folder / "letter.txt", "is in no format that can be read");
 }
