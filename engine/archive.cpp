@@ -138,7 +138,7 @@ Part Archive::readPart(Part part, io::RecordSource& source, io::RecordId mesh, c
   return part;
 }
 
-Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job, const io::Salvage* mend) {
+Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job, const io::OlderBricks* mend) {
   DocumentText text = textOfState(source, state);
   Read read;
   auto document = std::make_shared<Document>(std::move(text.document));
@@ -153,11 +153,11 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
       }
     }
     io::ReadClay clay;
-    const io::RecordId nearRoot = relative ? clay_.rootOf(*relative) : 0;
+    const io::RecordId nearRoot = relative ? clay_.rootOf(*relative, key.owner) : 0;
     if (nearRoot != 0 && mend == nullptr) {
       clay = clay_.readNear(source, key.root, *relative, nearRoot, job);
     } else {
-      clay = clay_.read(source, key.root, text.grids[i], storeOf(key.owner), job, 2, mend);
+      clay = clay_.read(source, key.root, text.grids[i], storeOf(key.owner), job, 2, mend, key.owner);
     }
     piece.version = clay.version;
     for (const std::string& note : clay.notes) read.notes.push_back(fmt::format("{}: {}", piece.name, note));

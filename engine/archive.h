@@ -40,7 +40,7 @@ class Archive {
   };
   /// The document of a state. With `near`, clay and meshes that both have are shared and the cost follows the difference. Parts come as they can be felt.
   /// Throws Error (kind work) for what is missing or damaged, Cancelled.
-  Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr, const io::Salvage* mend = nullptr);
+  Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr, const io::OlderBricks* mend = nullptr);
   /// Ids of all that a state consists of.
   void mark(io::RecordSource& source, io::RecordId state, io::RecordSet& live);
   /// Copies what of a state is not in `held`, from one file to another.

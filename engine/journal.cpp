@@ -18,7 +18,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 using io::RecordKind;
 
-constexpr size_t kMostLabel = 500;
+constexpr size_t kMostLabel = 500, kMostPath = 4096;
 constexpr size_t kMostBegin = size_t{64} << 20;
 constexpr double kMostRecord = 9007199254740992.0;
 constexpr double kMostNumber = 1e15;
@@ -169,7 +169,6 @@ class Teller {
           steps_.push_back(std::move(step));
           ++done_;
         }
-        ++story_.steps;
         story_.last = timeAt(place);
         break;
       }
@@ -184,7 +183,6 @@ class Teller {
         const size_t done = whole(place.at("done"));
         if (!begun_ || done >= steps_.size()) throw Error("damaged: it went to a step that is not there", Error::Kind::work);
         done_ = done;
-        ++story_.steps;
         story_.last = timeAt(place);
         break;
       }
@@ -194,6 +192,9 @@ class Teller {
         break;
       case RecordKind::strokeLift:
         if (open_) open_->points.push_back({0, Vec3d::Zero(), true});
+        break;
+      case RecordKind::saving:
+        story_.saving = place.at("file").text();
         break;
       case RecordKind::strokeEnd:
         open_.reset();
@@ -234,6 +235,10 @@ void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bo
 void putState(io::RecordSink& sink, uint64_t number, io::RecordId state) { put(sink, RecordKind::state, {{"number", number}, {"state", state}}); }
 
 void putWent(io::RecordSink& sink, size_t done, WallTime at) { put(sink, RecordKind::went, {{"done", done}, {"at", seconds(at)}}); }
+
+void putSaving(io::RecordSink& sink, const std::filesystem::path& file) {
+  if (file.string().size() <= kMostPath) put(sink, RecordKind::saving, {{"file", file.string()}});
+}
 
 void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at) {
   ordered_json root;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/session.h"
+#include "io/clay_records.h"
 #include "io/journal_file.h"
 #include "io/record.h"
 
@@ -45,6 +46,8 @@ void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& id
 void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bool merged, WallTime at);
 void putState(io::RecordSink& sink, uint64_t number, io::RecordId state);
 void putWent(io::RecordSink& sink, size_t done, WallTime at);
+/// A save to this file is about to be tried.
+void putSaving(io::RecordSink& sink, const std::filesystem::path& file);
 void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at);
 void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points);
 void putStrokeEnd(io::RecordSink& sink);
@@ -55,8 +58,8 @@ struct JournalStory {
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< History as it was at the end, as far as documents of it are in the journal.
   size_t done = 0;
   std::vector<JournalStroke> strokes;   ///< Done after states[done], known by their samples.
-  uint64_t steps = 0;                   ///< Since the begin, those known by samples too.
   WallTime last{};
+  std::filesystem::path saving;         ///< The file of the last save that was tried; empty: none.
   uint64_t unread = 0;                  ///< Things that were damaged, or came after a damaged one on which they depend.
 };
 /// Any bytes are allowed. Throws Error (kind work) when there is no begin.

@@ -63,10 +63,13 @@ struct Begun {
   std::string writer;
   std::optional<Keeper::Continued> continued;
 };
+struct Saving {
+  std::filesystem::path file;
+};
 struct Saved {
   std::shared_ptr<const Base> base;
 };
-using Event = std::variant<JournalPoint, StrokeBegan, StrokeEnded, Stepped, Went, Begun, Saved>;
+using Event = std::variant<JournalPoint, StrokeBegan, StrokeEnded, Stepped, Went, Begun, Saving, Saved>;
 
 }  // namespace
 
@@ -93,6 +96,7 @@ struct Keeper::State {
   void take(Stepped& event);
   void take(Went& event);
   void take(Begun& event);
+  void take(Saving& event);
   void take(Saved& event);
 
   /// The journal, when it can take an event now.
@@ -122,6 +126,7 @@ struct Keeper::State {
   std::shared_ptr<const Base> base;
   std::string writer;
   std::optional<Continued> continued;
+  std::filesystem::path savingTo;   // a save that has not been heard of since
   std::optional<JournalStroke> stroke;
   size_t strokeWritten = 0;      // of its points
   std::unique_ptr<io::JournalWriter> journal;
@@ -193,12 +198,19 @@ void Keeper::State::take(Begun& event) {
   writer = std::move(event.writer);
   continued = std::move(event.continued);
   stroke.reset();
+  savingTo.clear();
   begin = true;
   retryAt = {};
 }
 
+void Keeper::State::take(Saving& event) {
+  savingTo = std::move(event.file);
+  if (io::JournalWriter* sink = sound()) putSaving(*sink, savingTo);
+}
+
 void Keeper::State::take(Saved& event) {
   base = std::move(event.base);
+  savingTo.clear();
   begin = true;
   retryAt = {};
 }
@@ -243,6 +255,7 @@ void Keeper::State::beginJournal() {
       for (const Entry& entry : history) inUse.push_back(entry.document);
       archive->tidy(inUse);
     }
+    if (!savingTo.empty()) putSaving(*fresh, savingTo);
     if (stroke) {
       putStrokeBegin(*fresh, stroke->tool, stroke->mirrors, head.at);
       putStrokePoints(*fresh, stroke->points);
@@ -374,6 +387,8 @@ void Keeper::begin(std::vector<HistoryState> states, size_t done, std::shared_pt
                    std::optional<Continued> continued) {
   state_->queue(Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued)});
 }
+
+void Keeper::saving(const std::filesystem::path& file) { state_->queue(Saving{std::filesystem::absolute(file)}); }
 
 void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(Saved{std::move(base)}); }
 

@@ -40,6 +40,8 @@ class Keeper : public SessionWatch {
   /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed, and that of `continued` once there is a new one.
   void begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
              std::optional<Continued> continued = {});
+  /// A save to this file begins: a crash may find it done before saved() was called.
+  void saving(const std::filesystem::path& file);
   /// All that happened up to here is in this file: the journal begins anew.
   void saved(std::shared_ptr<const Base> base);
   /// When it is destroyed the journal stays.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "clay/error.h"
+#include "io/blob.h"
 #include "io/document_file.h"
 #include "io/input.h"
 #include "io/journal_file.h"
@@ -20,15 +21,32 @@ std::string counted(uint64_t count, const char* what) { return fmt::format("{} {
 // Undone and redone until it is what was saved: nothing is left to recover.
 bool nothingNew(const JournalStory& story) { return story.strokes.empty() && story.states[story.done].second == story.begin.savedState; }
 
+// Away from what was saved, or from the beginning.
+uint64_t stepsOf(const JournalStory& story) {
+  size_t saved = 0;
+  for (size_t i = 0; i < story.states.size(); ++i) {
+    if (story.begin.savedState != 0 && story.states[i].second == story.begin.savedState) saved = i;
+  }
+  return (saved > story.done ? saved - story.done : story.done - saved) + story.strokes.size();
+}
+
+// A document in which nothing was made: it was begun and not used.
+bool isEmpty(io::JournalReader& journal, const JournalStory& story) {
+  if (!story.strokes.empty() || !story.begin.file.empty()) return false;
+  const std::vector<std::byte> text = io::getBlob(io::BlobKind::state, story.states[story.done].second, journal, size_t{64} << 20);
+  const Document document = readDocumentText({reinterpret_cast<const char*>(text.data()), text.size()}, "the journal").document;
+  return document.pieces.empty() && document.parts.empty() && document.guides.empty();
+}
+
 Recoverable tellOf(const std::filesystem::path& journal, const JournalStory& story) {
   Recoverable told;
   told.journal = journal;
   told.file = story.begin.file;
   told.from = story.begin.at;
   told.to = story.last;
-  told.steps = nothingNew(story) ? 0 : std::max<uint64_t>(story.steps, 1);
+  told.steps = nothingNew(story) ? 0 : std::max<uint64_t>(stepsOf(story), 1);
   told.midStroke = !story.strokes.empty() && !story.strokes.back().ended;
-  told.sentence = fmt::format("{}: {} since it was {}{}{}.", nameOf(story.begin.file), counted(story.steps, "step"), story.begin.file.empty() ? "begun" : "saved",
+  told.sentence = fmt::format("{}: {} since it was {}{}{}.", nameOf(story.begin.file), counted(stepsOf(story), "step"), story.begin.file.empty() ? "begun" : "saved",
                               told.midStroke ? ", cut off in mid-stroke" : "", story.unread > 0 ? fmt::format("; {} cannot be read", counted(story.unread, "thing")) : "");
   return told;
 }
@@ -106,7 +124,7 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   }
   recovered.strokes = std::move(story.strokes);
   recovered.continued = Keeper::Continued{journal, reader};
-  recovered.sentence = fmt::format("Recovered {}: {}{}.", nameOf(story.begin.file), counted(story.steps, "step"),
+  recovered.sentence = fmt::format("Recovered {}: {}{}.", nameOf(story.begin.file), counted(stepsOf(story), "step"),
                                    !recovered.strokes.empty() && !recovered.strokes.back().ended ? ", the last stroke ended where its samples end" : "");
   return recovered;
 }
@@ -136,10 +154,11 @@ std::vector<Recoverable> recoverable(const std::filesystem::path& folder) {
       io::JournalReader reader(journal, true);
       const JournalStory story = readStory(reader);
       // What the file holds by now may be newer than what the journal knew.
-      bool saved = nothingNew(story);
-      if (!saved && story.strokes.empty() && !story.begin.file.empty()) {
+      bool saved = nothingNew(story) || isEmpty(reader, story);
+      for (const std::filesystem::path& file : {story.begin.file, story.saving}) {
+        if (saved || !story.strokes.empty() || file.empty()) continue;
         try {
-          const auto base = readBase(story.begin.file);
+          const auto base = readBase(file);
           saved = base->writer == story.begin.writer && base->state == story.states[story.done].second;
         } catch (const Error&) {
           // Then there is all the more to recover.

@@ -76,6 +76,7 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   request->sources = sources;
   request->writer = writer;
   saving = true;
+  if (keeper) keeper->saving(target);
   const auto next = [this] {
     saving = false;
     if (auto asked = std::exchange(saveNext, std::nullopt)) save(std::move(asked->first), asked->second);

@@ -117,10 +117,10 @@ void Workbench::State::makeLoop() {
   };
   loopOptions.latency = &latency;
   loopOptions.paced = true;
-  haptics::Scene base;
-  base.workspace = workspace;
-  base.quality = touchQuality;
-  loop = std::make_unique<EditLoop>(*session, base, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
+  haptics::Scene touched;
+  touched.workspace = workspace;
+  touched.quality = touchQuality;
+  loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
   loop->setCutting(cutting);
   held.reset();
   holdTool();

@@ -197,12 +197,12 @@ struct DocumentFile::State {
     database.reset();
   }
 
-  /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed, and one flush at the end.
+  /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed on the disk, and one flush at the end.
   void openFresh() {
     if (!fresh) fresh = std::make_unique<AtomicFile>(path);
     database = std::make_unique<Database>(fresh->temporary(), name);
     database->expectWriting();
-    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
+    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
     database->run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
     database->run("BEGIN IMMEDIATE");
     database->run(kMetaTable);
@@ -311,10 +311,12 @@ struct DocumentFile::State {
   void shrink() {
     try {
       AtomicFile file(path);
-      {
-        Query copy(*database, "VACUUM INTO ?1");
-        const std::string to = file.temporary().string();
-        copy.bind(0, to).step();
+      const std::string copy = file.temporary().string();
+      try {
+        Query(*database, "VACUUM INTO ?1").bind(0, copy).step();
+      } catch (const Error&) {
+        removeCompanions(copy);
+        throw;
       }
       database->run("BEGIN IMMEDIATE");
       const bool mine = identityOf(path) == identity && readFacts(*database, name).stamp == facts.stamp;

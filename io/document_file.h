@@ -48,7 +48,7 @@ class DocumentFile : public RecordSource {
     /// Removes all records that are not in `live`; gives pages back to the file system when more than half of the file would be empty.
     void removeAllBut(const RecordSet& live);
     /// Durable when it returns: fsync of the file and, for a new one, of its folder. `nextId`: no record has it or a higher id. Throws Error (kind work):
-    /// no space, I/O error; then nothing has changed.
+    /// no space, I/O error; then nothing has changed, unless save() has gone up: all is there, but the folder could not be flushed.
     void commit(RecordId head, RecordId nextId);
 
    private:

@@ -27,6 +27,7 @@ enum class RecordKind : uint8_t {
   strokeLift = 21,
   strokeEnd = 22,
   state = 23,
+  saving = 24,
 };
 
 /// How the body is packed.

@@ -87,13 +87,13 @@ void Salvage::getMany(std::span<const RecordId> ids, const std::function<void(si
   state_->records->getMany(ids, each);
 }
 
-std::vector<RecordId> Salvage::bricksAt(uint32_t owner, int32_t x, int32_t y, int32_t z) const {
-  const Brick wanted{owner, x, y, z, 0};
-  const auto less = [](const Brick& a, const Brick& b) { return a.place() < b.place(); };
-  const auto [first, last] = std::equal_range(state_->bricks.begin(), state_->bricks.end(), wanted, less);
-  std::vector<RecordId> ids;
-  for (auto each = first; each != last; ++each) ids.push_back(each->id);
-  return ids;
+void Salvage::bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const {
+  const auto in = [edge](int32_t value, int32_t from) { return value >= from && int64_t(value) < int64_t(from) + edge; };
+  const auto before = [](const Brick& a, const std::tuple<uint32_t, int32_t>& b) { return std::tie(a.owner, a.x) < b; };
+  auto at = std::lower_bound(state_->bricks.begin(), state_->bricks.end(), std::tuple(owner, first.x), before);
+  for (; at != state_->bricks.end() && at->owner == owner && in(at->x, first.x); ++at) {
+    if (in(at->y, first.y) && in(at->z, first.z)) each({at->x, at->y, at->z}, at->id);
+  }
 }
 
 }  // namespace argil::io

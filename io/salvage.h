@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "clay/job.h"
+#include "io/clay_records.h"
 #include "io/record.h"
 
 namespace argil::io {
 
 /// What can still be read of a damaged document or journal: every sound record found by scanning its bytes, whatever stands around it. Never throws for
 /// content; throws Error when the file cannot be read at all.
-class Salvage : public RecordSource {
+class Salvage : public RecordSource, public OlderBricks {
  public:
   explicit Salvage(const std::filesystem::path& path, Job* job = nullptr);
   ~Salvage() override;
@@ -25,8 +26,7 @@ class Salvage : public RecordSource {
   [[nodiscard]] RecordId highestId() const;
   bool get(RecordId id, std::vector<std::byte>& record) override;
   void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
-  /// Ids of bricks of one clay at one place, newest first: what ClayRecords::read falls back to.
-  [[nodiscard]] std::vector<RecordId> bricksAt(uint32_t owner, int32_t x, int32_t y, int32_t z) const;
+  void bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const override;
 
  private:
   struct State;

@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -24,6 +25,7 @@ bool contentIsToBlame(int code) {
 }  // namespace
 
 Database::Database(const std::filesystem::path& file, std::string name) : name_(std::move(name)) {
+  errno = 0;
   // Absolute: SQLite gives names like ":memory:" and "file:..." a meaning of their own.
   const int code = sqlite3_open_v2(std::filesystem::absolute(file).c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_NOMUTEX, nullptr);
   try {
@@ -49,6 +51,7 @@ Database::Database(const std::filesystem::path& file, std::string name) : name_(
 Database::~Database() { sqlite3_close_v2(handle_); }
 
 void Database::run(const char* sql) {
+  errno = 0;
   const int code = sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) fail(code);
 }
@@ -68,8 +71,9 @@ bool Database::mayWrite() const { return sqlite3_db_readonly(handle_, "main") ==
 
 void Database::fail(int code) const {
   const int primary = code & 0xff;
-  const bool ofTheSystem = handle_ != nullptr && (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN);
-  const int systemError = ofTheSystem ? sqlite3_system_errno(handle_) : 0;
+  // sqlite3_system_errno() knows nothing of a commit that failed. ENOENT is left by looking for files that need not be there.
+  const bool ofTheSystem = (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN) && errno != ENOENT;
+  const int systemError = ofTheSystem ? errno : 0;
   const auto because = [&](const std::string& otherwise) {
     return " (" + (systemError != 0 ? std::generic_category().message(systemError) : otherwise) + ")";
   };
@@ -83,6 +87,7 @@ void Database::fail(int code) const {
 }
 
 Query::Query(Database& database, const char* sql) : database_(database) {
+  errno = 0;
   const int code = sqlite3_prepare_v3(database.handle(), sql, -1, SQLITE_PREPARE_PERSISTENT, &statement_, nullptr);
   if (code != SQLITE_OK) database.fail(code);
 }
@@ -105,6 +110,7 @@ Query& Query::bind(int at, const std::string& text) {
 }
 
 bool Query::step() {
+  errno = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
@@ -117,6 +123,7 @@ bool Query::step() {
 }
 
 bool Query::step(bool& damaged) {
+  errno = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;

@@ -33,7 +33,7 @@ class Database {
   [[nodiscard]] sqlite3* handle() const { return handle_; }
   /// From now on failures are told as those of writing.
   void expectWriting() { writing_ = true; }
-  /// The sentence for what SQLite just said.
+  /// The sentence for what SQLite just said; errno is still what the call left.
   [[noreturn]] void fail(int code) const;
 
  private:

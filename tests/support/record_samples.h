@@ -2,8 +2,6 @@
 // Records with content of their own, and what a file gives back: for tests of documents and journals.
 
 #include <cstring>
-#include <map>
-#include <random>
 #include <vector>
 
 #include "io/record.h"
@@ -12,9 +10,12 @@ namespace argil::samples {
 
 /// Of `size` bytes that follow from the seed.
 inline std::vector<std::byte> someBytes(size_t size, uint64_t seed) {
-  std::mt19937_64 random(seed);
   std::vector<std::byte> bytes(size);
-  for (std::byte& each : bytes) each = static_cast<std::byte>(random());
+  uint64_t state = seed * 0x9e3779b97f4a7c15u + 1;
+  for (std::byte& each : bytes) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    each = static_cast<std::byte>(state >> 56);
+  }
   return bytes;
 }
 

@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 #include <sys/stat.h>
 
+#include <random>
 #include <set>
 
 #include "tests/support/mesh_samples.h"

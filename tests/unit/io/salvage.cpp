@@ -48,6 +48,12 @@ void putChunk(RecordSink& sink, RecordId id, BlobKind kind, uint32_t index, uint
   sink.put({RecordKind::chunk, RecordCodec::zstd, 0, 0, id}, body);
 }
 
+std::vector<RecordId> bricksAt(const Salvage& salvage, uint32_t owner, Coord place) {
+  std::vector<RecordId> ids;
+  salvage.bricksIn(owner, place, 1, [&](Coord, RecordId id) { ids.push_back(id); });
+  return ids;
+}
+
 TEST(Salvage, findsEveryRecordOfADocument) {
   const samples::Folder folder;
   const auto file = DocumentFile::create(folder / "a.argil");
@@ -102,9 +108,9 @@ TEST(Salvage, knowsWholeHeadsAndBricksByPlaceNewestFirst) {
   }
   const Salvage salvage(path);
   EXPECT_EQ(salvage.heads(), (std::vector<RecordId>{20, 10}));
-  EXPECT_EQ(salvage.bricksAt(5, -1, 2, 3), (std::vector<RecordId>{4, 1}));
-  EXPECT_EQ(salvage.bricksAt(6, -1, 2, 3), (std::vector<RecordId>{3}));
-  EXPECT_TRUE(salvage.bricksAt(5, 1, 2, 3).empty());
+  EXPECT_EQ(bricksAt(salvage, 5, {-1, 2, 3}), (std::vector<RecordId>{4, 1}));
+  EXPECT_EQ(bricksAt(salvage, 6, {-1, 2, 3}), (std::vector<RecordId>{3}));
+  EXPECT_TRUE(bricksAt(salvage, 5, {1, 2, 3}).empty());
 }
 
 TEST(Salvage, refusesOnlyWhatCannotBeRead) {

@@ -1,0 +1,344 @@
+// Documents come back from their files, journals bring back what was not saved.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "engine/document_text.h"
+#include "engine/keeper.h"
+#include "engine/kept_document.h"
+#include "engine/random.h"
+#include "engine/recovery.h"
+#include "engine/session.h"
+#include "io/document_file.h"
+#include "io/journal_file.h"
+
+namespace argil::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Keeping : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("argil-keeping-" + std::to_string(getpid()));
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  static clay::Version ball(double radiusMm = 12) {
+    clay::Grid grid;
+    grid.voxelMm = 0.5;
+    return clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radiusMm);
+  }
+
+  static Document fullDocument() {
+    Document document;
+    Piece piece;
+    piece.name = "Körper \"A\"";
+    piece.version = ball();
+    piece.pose.translation = {1.25, -3, 1e-9};
+    piece.pose.rotation = Eigen::AngleAxisd(0.3, Vec3d(1, 2, 3).normalized());
+    piece.colour = {0.1f, 0.2f, 0.3f};
+    piece.material.stiffnessNmm = 0.7;
+    document.add(piece);
+    Piece hidden;
+    hidden.version = ball(5);
+    hidden.visible = false;
+    hidden.locked = true;
+    document.add(hidden);
+    Piece copy = document.pieces[0];
+    copy.id = 0;
+    copy.name.clear();
+    document.add(copy);
+    Part part;
+    auto mesh = std::make_shared<clay::TriangleMesh>();
+    mesh->positions = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}};
+    mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    part.mesh = mesh;
+    document.add(part);
+    Guide plane;
+    plane.feel = Guide::Feel::lock;
+    document.add(plane);
+    Guide curve;
+    curve.kind = Guide::Kind::curve;
+    curve.pointsMm = {{0, 0, 0}, {1, 2, 3}, {0.1, 0.2, 1e7}};
+    curve.closed = true;
+    document.add(curve);
+    document.symmetry.x = true;
+    document.symmetry.pose.translation = {0.5, 0, 0};
+    return document;
+  }
+
+  // All that a document is, clay by its hash.
+  static std::string told(const Document& document) {
+    std::vector<ClayKey> clay;
+    std::vector<io::RecordId> meshes;
+    for (const Piece& piece : document.pieces) clay.push_back({piece.version.hash() >> 12, 0});
+    for (const Part& part : document.parts) meshes.push_back(part.mesh->positions.size() * 1000 + part.mesh->triangles.size());
+    return documentText(document, clay, meshes);
+  }
+
+  static void stroke(Session& session, uint64_t seed, bool end = true) {
+    Random random(seed);
+    Tool tool;
+    tool.radiusMm = 2;
+    tool.operation = static_cast<clay::Operation>(seed % 3);
+    session.beginStroke(tool);
+    Vec3d at = 12 * random.inBall().normalized();
+    for (int i = 0; i < 20; ++i) {
+      session.addPoint(0.001 * i, at);
+      at += 0.5 * random.inBall();
+      if (i == 9) session.liftTool();
+    }
+    if (end) session.endStroke();
+  }
+
+  fs::path folder;
+};
+
+TEST_F(Keeping, textComesBackAsItWas) {
+  const Document document = fullDocument();
+  const std::string text = documentText(document, {{11, 1}, {12, 2}, {11, 1}}, {77});
+  const DocumentText read = readDocumentText(text, "it");
+  EXPECT_EQ(read.clay, (std::vector<ClayKey>{{11, 1}, {12, 2}, {11, 1}}));
+  EXPECT_EQ(read.meshes, (std::vector<io::RecordId>{77}));
+  Document filled = read.document;
+  for (size_t i = 0; i < 3; ++i) filled.pieces[i].version = document.pieces[i].version;
+  EXPECT_EQ(documentText(filled, read.clay, read.meshes), text);
+  for (size_t cut = 0; cut < text.size(); cut += 7) EXPECT_THROW((void)readDocumentText(text.substr(0, cut), "it"), Error) << cut;
+  for (const auto& [from, to] : {std::pair{"\"active\":1", "\"active\":9"}, {"\"turn\":[1.0", "\"turn\":[0.9"}, {"\"id\":2", "\"id\":1"}, {"\"kind\":\"plane\"", "\"kind\":\"plan\""}}) {
+    std::string wrong = text;
+    const size_t at = wrong.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    wrong.replace(at, std::string_view(from).size(), to);
+    EXPECT_THROW((void)readDocumentText(wrong, "it"), Error) << to;
+  }
+}
+
+TEST_F(Keeping, aDocumentIsSavedAndOpened) {
+  const Document document = fullDocument();
+  saveDocument(folder / "a.argil", document);
+  const OpenedDocument opened = openDocument(folder / "a.argil");
+  EXPECT_TRUE(opened.notes.empty());
+  const Document& back = *opened.states.at(opened.done).document;
+  EXPECT_EQ(told(back), told(document));
+  EXPECT_NE(back.parts[0].felt, nullptr);
+  EXPECT_EQ(back.pieces[0].version.store(), back.pieces[2].version.store()) << "copies share their clay again";
+}
+
+TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
+  const fs::path file = folder / "h.argil";
+  std::vector<std::string> tale;
+  {
+    Session session(fullDocument());
+    for (uint64_t i = 1; i <= 6; ++i) stroke(session, i);
+    session.change("Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; });
+    session.goTo(5);
+    SaveRequest request{session.states(), 5, {"{\"v\":1}", {}}, std::make_shared<Archive>(), nullptr, {}, newWriter()};
+    const auto base = saveDocument(file, request);
+    EXPECT_EQ(base->save, 1u);
+    for (const HistoryState& state : session.states()) tale.push_back(told(*state.document));
+  }
+  OpenedDocument opened = openDocument(file);
+  EXPECT_EQ(opened.face.face, "{\"v\":1}");
+  ASSERT_EQ(opened.states.size(), 8u);
+  EXPECT_EQ(opened.states[7].label, "Move");
+  Session session(opened.states, opened.done);
+  session.setReader([&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
+  for (const size_t to : {4u, 0u, 7u, 2u, 5u}) {
+    session.goTo(to);
+    EXPECT_EQ(told(*session.document()), tale[to]) << to;
+  }
+  // Only what is new is written by the next save.
+  const uintmax_t before = fs::file_size(file);
+  stroke(session, 40);
+  SaveRequest again{session.states(), session.undoSteps(), {}, opened.archive, opened.base, {}, newWriter()};
+  const auto base = saveDocument(file, again);
+  EXPECT_EQ(base->save, 2u);
+  EXPECT_LT(fs::file_size(file) - before, before / 2);
+  const OpenedDocument third = openDocument(file);
+  EXPECT_EQ(told(*third.states[third.done].document), told(*session.document()));
+  EXPECT_EQ(third.face.face, "{\"v\":1}") << "what is not given stays";
+  // Another program wrote it meanwhile.
+  EXPECT_THROW((void)saveDocument(file, again), Error);
+  // Under another name all of it goes along, steps that are not in memory too.
+  Session lazy(third.states, third.done);
+  SaveRequest other{lazy.states(), lazy.undoSteps(), {}, third.archive, third.base, {}, newWriter()};
+  (void)saveDocument(folder / "other.argil", other);
+  fs::remove(file);
+  OpenedDocument copy = openDocument(folder / "other.argil");
+  ASSERT_EQ(copy.states.size(), third.states.size());
+  Session walked(copy.states, copy.done);
+  walked.setReader([&](uint64_t kept, const Document& near) { return readState(*copy.archive, copy.base, {}, kept, near); });
+  walked.goTo(2);
+  EXPECT_EQ(told(*walked.document()), tale[2]);
+}
+
+// A session with a keeper, whose program "crashes": its journal is copied away while it lives.
+struct Kept {
+  explicit Kept(Document first, const fs::path& journals) : session(std::move(first)) {
+    KeeperOptions options;
+    options.folder = journals;
+    options.syncS = 0.01;
+    keeper = std::make_unique<Keeper>(options, [this](const std::string& text) { trouble = text; });
+    keeper->begin(session.states(), 0, archive, nullptr, writer);
+    session.setWatch(keeper.get());
+  }
+  ~Kept() { session.setWatch(nullptr); }
+  fs::path crash(const fs::path& to) {
+    keeper->flush();
+    for (const auto& entry : fs::directory_iterator(journals())) {
+      if (entry.path().extension() == ".journal") fs::copy_file(entry.path(), to, fs::copy_options::overwrite_existing);
+    }
+    return to;
+  }
+  [[nodiscard]] fs::path journals() const { return folder; }
+  fs::path folder;
+  Session session;
+  std::shared_ptr<Archive> archive = std::make_shared<Archive>();
+  std::string writer = newWriter();
+  std::string trouble;
+  std::unique_ptr<Keeper> keeper;
+};
+
+TEST_F(Keeping, aJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
+  const fs::path journals = folder / "journals";
+  Kept kept(fullDocument(), journals);
+  kept.folder = journals;
+  for (uint64_t i = 1; i <= 4; ++i) stroke(kept.session, i);
+  kept.session.change("Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
+  kept.session.change("Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
+  kept.session.undo();
+  kept.session.undo();
+  stroke(kept.session, 9);
+  stroke(kept.session, 10, false);
+  const fs::path journal = kept.crash(folder / "crashed.journal");
+  kept.session.endStroke();
+
+  const Recoverable told1 = examine(journal);
+  EXPECT_TRUE(told1.midStroke);
+  EXPECT_TRUE(told1.file.empty());
+  EXPECT_EQ(told1.steps, 5u) << "four away from the beginning, and the one that was cut off";
+  Recovered recovered = recover(journal);
+  EXPECT_TRUE(recovered.document.notes.empty());
+  ASSERT_EQ(recovered.strokes.size(), 1u);
+  Session session(recovered.document.states, recovered.document.done);
+  session.setReader([&](uint64_t id, const Document& near) { return readState(*recovered.document.archive, nullptr, recovered.sources, id, near); });
+  EXPECT_EQ(replay(session, recovered.strokes), 0u);
+  EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
+  EXPECT_EQ(session.history(), kept.session.history());
+  for (size_t i = 0; i <= kept.session.undoSteps(); ++i) {
+    session.goTo(i);
+    kept.session.goTo(i);
+    EXPECT_EQ(told(*session.document()), told(*kept.session.document())) << i;
+  }
+  EXPECT_EQ(kept.trouble, "");
+}
+
+TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
+  const fs::path journals = folder / "journals";
+  fs::path journal;
+  std::string wanted;
+  {
+    Kept kept(fullDocument(), journals);
+    kept.folder = journals;
+    for (uint64_t i = 1; i <= 3; ++i) stroke(kept.session, i);
+    journal = kept.crash(folder / "first.journal");
+    wanted = told(*kept.session.document());
+  }
+  EXPECT_TRUE(fs::is_empty(journals)) << "who ends orderly leaves none";
+  fs::rename(journal, journals / "1.journal");
+  std::vector<Recoverable> found = recoverable(journals);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].steps, 3u);
+  Recovered recovered = recover(found[0].journal);
+  EXPECT_THROW((void)recover(found[0].journal), Error) << "one at a time";
+  {
+    KeeperOptions options;
+    options.folder = journals;
+    Keeper keeper(options, [](const std::string&) {});
+    Session session(recovered.document.states, recovered.document.done);
+    keeper.begin(recovered.document.states, recovered.document.done, recovered.document.archive, nullptr, recovered.writer, std::move(recovered.continued));
+    session.setWatch(&keeper);
+    stroke(session, 77);
+    keeper.flush();
+    wanted = told(*session.document());
+    EXPECT_FALSE(fs::exists(journals / "1.journal"));
+    session.setWatch(nullptr);
+    keeper.leave();
+  }
+  found = recoverable(journals);
+  ASSERT_EQ(found.size(), 1u);
+  Recovered again = recover(found[0].journal);
+  EXPECT_EQ(told(*again.document.states[again.document.done].document), wanted);
+  EXPECT_EQ(again.document.states.size(), 5u) << "with the history of both";
+}
+
+TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
+  const fs::path journals = folder / "journals", file = folder / "s.argil";
+  Kept kept(fullDocument(), journals);
+  kept.folder = journals;
+  stroke(kept.session, 1);
+  SaveRequest request{kept.session.states(), 1, {}, kept.archive, nullptr, {}, kept.writer};
+  kept.keeper->saving(file);
+  auto base = saveDocument(file, request);
+  // Killed between the save and what the journal hears of it.
+  fs::create_directories(folder / "a");
+  kept.crash(folder / "a" / "1.journal");
+  EXPECT_TRUE(recoverable(folder / "a").empty());
+  EXPECT_TRUE(fs::is_empty(folder / "a"));
+  kept.keeper->saved(base);
+  kept.crash(folder / "a" / "2.journal");
+  EXPECT_TRUE(recoverable(folder / "a").empty());
+  stroke(kept.session, 2);
+  kept.crash(folder / "a" / "3.journal");
+  EXPECT_LT(fs::file_size(folder / "a" / "3.journal"), fs::file_size(file)) << "what the file holds is not written again";
+  ASSERT_EQ(recoverable(folder / "a").size(), 1u);
+  const Recovered recovered = recover(folder / "a" / "3.journal");
+  EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*kept.session.document()));
+  EXPECT_EQ(recovered.file, file);
+  ASSERT_NE(recovered.document.base, nullptr);
+  // Undone to what was saved: nothing to recover either.
+  kept.session.undo();
+  kept.crash(folder / "a" / "4.journal");
+  EXPECT_EQ(examine(folder / "a" / "4.journal").steps, 0u);
+  // The file goes: the journal says what it misses.
+  fs::remove(file);
+  try {
+    (void)recover(folder / "a" / "3.journal");
+    FAIL() << "its clay was in the file";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("s.argil"));
+  }
+}
+
+TEST_F(Keeping, aJournalThatCannotBeWrittenIsToldAndTriedAgain) {
+  const fs::path journals = folder / "journals";
+  std::ofstream(folder / "journals").put('x');  // a file where the folder should be
+  Kept kept(fullDocument(), journals);
+  kept.folder = journals;
+  stroke(kept.session, 1);
+  kept.keeper->flush();
+  EXPECT_THAT(kept.trouble, HasSubstr("journal"));
+  fs::remove(journals);
+  stroke(kept.session, 2, false);
+  kept.keeper->flush();
+  EXPECT_EQ(kept.trouble, "");
+  const Recovered recovered = recover(kept.crash(folder / "c.journal"));
+  EXPECT_EQ(recovered.strokes.size(), 1u);
+  kept.session.endStroke();
+  Session session(recovered.document.states, recovered.document.done);
+  replay(session, recovered.strokes);
+  EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
+}
+
+}  // namespace
+}  // namespace argil::engine
