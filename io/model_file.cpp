@@ -8,6 +8,7 @@
 
 #include "io/format.h"
 #include "io/three_mf_read.h"
+#include "io/three_mf_write.h"
 
 namespace argil::io {
 
@@ -18,7 +19,7 @@ constexpr std::array kFormats = {
     Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder},
     Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
-    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf},
+    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true},
 };
 
 std::string endingOf(const std::string& name) {

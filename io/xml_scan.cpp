@@ -54,34 +54,56 @@ void appendUtf8(std::string& to, uint32_t code) {
   }
 }
 
-// Shortest forms only, as RFC 3629 says.
+/// Bytes of the character that `text` begins with; 0 when it is no valid UTF-8. Shortest forms only, as RFC 3629 says.
+size_t characterBytes(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (first < 0x80) return 1;
+  const size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : 1;
+  if (first < 0xc2 || first > 0xf4 || text.size() <= more) return 0;
+  uint32_t code = first & (0x3fu >> more);
+  for (size_t k = 1; k <= more; ++k) {
+    const auto byte = static_cast<unsigned char>(text[k]);
+    if ((byte & 0xc0) != 0x80) return 0;
+    code = code << 6 | (byte & 0x3f);
+  }
+  constexpr uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
+  return code < kLeast[more] || !isCharacter(code) ? 0 : 1 + more;
+}
+
 bool isUtf8(std::string_view text) {
-  for (size_t i = 0; i < text.size();) {
-    const auto first = static_cast<unsigned char>(text[i]);
-    if (first < 0x80) {
-      ++i;
-      continue;
-    }
-    const int more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : 1;
-    if (first < 0xc2 || first > 0xf4 || text.size() - i <= static_cast<size_t>(more)) return false;
-    uint32_t code = first & (0x3fu >> more);
-    for (int k = 1; k <= more; ++k) {
-      const auto byte = static_cast<unsigned char>(text[i + static_cast<size_t>(k)]);
-      if ((byte & 0xc0) != 0x80) return false;
-      code = code << 6 | (byte & 0x3f);
-    }
-    constexpr uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
-    if (code < kLeast[more] || !isCharacter(code)) return false;
-    i += 1 + static_cast<size_t>(more);
+  while (!text.empty()) {
+    const size_t bytes = characterBytes(text);
+    if (bytes == 0) return false;
+    text.remove_prefix(bytes);
   }
   return true;
 }
+
+constexpr std::pair<std::string_view, char> kEntities[] = {{"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"apos", '\''}, {"quot", '"'}};
 
 bool equalIgnoringCase(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
 }
 
 }  // namespace
+
+std::string xmlEscaped(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const size_t bytes = characterBytes(text);
+    const char c = text[0];
+    const auto* entity = std::find_if(std::begin(kEntities), std::end(kEntities), [&](const auto& each) { return each.second == c; });
+    if (entity != std::end(kEntities)) {
+      result.append("&").append(entity->first).append(";");
+    } else if (bytes == 0 || (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t')) {
+      result += '?';
+    } else {
+      result += text.substr(0, bytes);
+    }
+    text.remove_prefix(std::max<size_t>(bytes, 1));
+  }
+  return result;
+}
 
 XmlScanner::XmlScanner(const Input& input, std::string part) : input_(input), part_(std::move(part)), text_(input.text()) {
   if (text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff")) fail("is written in UTF-16; save it as UTF-8");
@@ -252,7 +274,6 @@ void XmlScanner::resolve(std::string_view raw, bool isValue, std::string& to) co
       const size_t end = raw.find(';', i);
       if (end == std::string_view::npos) fail("'&' stands alone; write &amp; or export it again");
       const std::string_view entity = raw.substr(i + 1, end - i - 1);
-      constexpr std::pair<std::string_view, char> kEntities[] = {{"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"apos", '\''}, {"quot", '"'}};
       const auto* known = std::find_if(std::begin(kEntities), std::end(kEntities), [&](const auto& each) { return each.first == entity; });
       if (known != std::end(kEntities)) {
         to += known->second;

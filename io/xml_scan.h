@@ -13,6 +13,10 @@
 
 namespace argil::io {
 
+/// `text` as it may stand between tags and in quotes: entities for what is special, '?' for what is no valid UTF-8 or no character of XML. No characters by number: lib3mf does not read them.
+/// (So a line end in quotes is read as a space.)
+std::string xmlEscaped(std::string_view text);
+
 /// Walks through a document element by element; what a caller does not enter is skipped, but must be well formed as far as tags go:
 ///
 ///     XmlScanner xml(input, "3D/3dmodel.model");
