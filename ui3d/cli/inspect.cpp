@@ -52,6 +52,7 @@ void inspect(const InspectOptions& options) {
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = file.format;
+  json["notes"] = file.notes;
   json["mesh"] = topologyJson(mesh);
   if (!options.json) {
     fmt::print("{}: {}\n", options.input.string(), file.format);
@@ -66,6 +67,7 @@ void inspect(const InspectOptions& options) {
     const clay::VersionStats stats = imported.version.stats();
     const uint64_t active = imported.version.activeVoxels();
     json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}};
+    json["repair"] = imported.report.sentences();
     json["surface"] = topologyJson(skin);
     if (!options.json) {
       fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);
