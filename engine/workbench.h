@@ -81,10 +81,10 @@ struct Message {
 
 struct ExportOptions {
   std::vector<std::filesystem::path> files;  ///< The ending says the format: .3mf, .stl, .obj, .ply, .glb, .gltf, .drc, .vdb.
-  std::optional<uint64_t> triangles;         ///< Reduced to at most so many in all, or
-  std::optional<double> errorMm;             ///< to as few as keep within this.
   bool visibleOnly = true;                   ///< Else every piece.
   Id piece = 0;                              ///< This one alone; 0: all that count.
+  std::optional<uint64_t> triangles = {};         ///< Reduced to at most so many in all, or
+  std::optional<double> errorMm = {};           ///< to as few as keep within this.
 };
 
 /// Members may be called from the thread that shows it, one thread; none waits for edits, files or devices. What goes wrong later

@@ -60,7 +60,7 @@ Chunk firstChunk(RecordSource& source, RecordId id) {
 
 }  // namespace
 
-RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink) {
+RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink, RecordId as) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
   const size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
   RecordCodec codec = RecordCodec::raw;
@@ -84,7 +84,7 @@ RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids
     const auto* front = reinterpret_cast<const std::byte*>(&head);
     body.assign(front, front + sizeof head);
     body.insert(body.end(), slice.begin(), slice.end());
-    const RecordId id = ids.take();
+    const RecordId id = as != 0 ? as + head.index : ids.take();
     if (first == 0) first = id;
     sink.put({RecordKind::chunk, codec, static_cast<uint16_t>(body.size()), 0, id}, body);
     held.add(id);

@@ -19,8 +19,8 @@ enum class BlobKind : uint8_t {
 };
 
 /// Writes a blob as chunks of consecutive ids (kind, index, count of chunks, length in all and a checksum of the whole stand in each); packed with zstd. The id of
-/// the first names it.
-RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink);
+/// the first names it. `as`, not 0: the id that the same bytes got before, in another file.
+RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink, RecordId as = 0);
 
 /// The bytes of a blob, at most `most` of them. Throws Error (kind work) when a chunk is missing or damaged, it is of another kind, or longer.
 [[nodiscard]] std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source, size_t most);

@@ -61,6 +61,9 @@ class ClayRecords {
   /// what the sink throws, Cancelled; then `held` may hold ids that the file lost: the caller who rolls back restores its copy.
   RecordId write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec, Job* job = nullptr);
 
+  /// The id that write() or a reading gave this version; 0 when neither has seen it.
+  [[nodiscard]] RecordId rootOf(const clay::Version& version, uint32_t owner) const { return nodes_.find(keyOf(clay::TreePlace::root(version), owner)); }
+
   /// The version with this root, in `store`, which nobody else edits meanwhile. Throws Error (kind work, "damaged: ...") when a record is missing or damaged,
   /// unless there is a `mend`: then what is lost is taken from older records of the same owner and place, or from the clay around it, and told; the
   /// surface is closed in any case. Throws Cancelled, Error for a bad grid and for more than kMostBricks. `threads` for unpacking, 1 to 64.

@@ -302,10 +302,12 @@ TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
   kept.crash(folder / "a" / "3.journal");
   EXPECT_LT(fs::file_size(folder / "a" / "3.journal"), fs::file_size(file)) << "what the file holds is not written again";
   ASSERT_EQ(recoverable(folder / "a").size(), 1u);
-  const Recovered recovered = recover(folder / "a" / "3.journal");
-  EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*kept.session.document()));
-  EXPECT_EQ(recovered.file, file);
-  ASSERT_NE(recovered.document.base, nullptr);
+  {
+    const Recovered recovered = recover(folder / "a" / "3.journal");
+    EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*kept.session.document()));
+    EXPECT_EQ(recovered.file, file);
+    ASSERT_NE(recovered.document.base, nullptr);
+  }
   // Undone to what was saved: nothing to recover either.
   kept.session.undo();
   kept.crash(folder / "a" / "4.journal");

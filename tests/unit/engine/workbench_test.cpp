@@ -21,6 +21,7 @@ class WorkbenchTest : public ::testing::Test {
  protected:
   static Workbench::Options options() {
     Workbench::Options given;
+    given.journal = false;
     given.realtime = false;
     return given;
   }
