@@ -1,12 +1,10 @@
 #include "io/brick_codec.h"
 
-#include <zstd.h>
-
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <new>
 
 namespace argil::io {
 
@@ -14,86 +12,208 @@ namespace {
 
 constexpr size_t kCoordBytes = 12;
 constexpr size_t kRawBytes = sizeof(clay::Brick::phi);
-constexpr int kZstdLevel = 1;
+constexpr size_t kMostBits = 3 + clay::kBrickVoxels * 40;  // whatever is read: no voxel takes more than 40 bits
+constexpr size_t kWorkBytes = kMostBits / 8 + 16;
 
-// Order of magnitude of the bits of a float in one integer: neighbours in value are neighbours in number.
-uint32_t ordered(uint32_t bits) { return bits ^ ((bits >> 31) != 0 ? 0xffffffffu : 0x80000000u); }
-uint32_t unordered(uint32_t order) { return order ^ ((order >> 31) != 0 ? 0x80000000u : 0xffffffffu); }
+// A number that rises with the value of a float: neighbours in value are neighbours in number.
+uint32_t ordered(float value) {
+  const auto bits = std::bit_cast<uint32_t>(value);
+  return bits ^ (static_cast<uint32_t>(static_cast<int32_t>(bits) >> 31) | 0x80000000u);
+}
+float unordered(uint32_t order) { return std::bit_cast<float>(order ^ (~static_cast<uint32_t>(static_cast<int32_t>(order) >> 31) | 0x80000000u)); }
+
+// Differences of both signs as small numbers.
 uint32_t zigzag(uint32_t step) { return (step << 1) ^ (0u - (step >> 31)); }
 uint32_t unzigzag(uint32_t code) { return (code >> 1) ^ (0u - (code & 1)); }
 
-using Planes = std::array<unsigned char, kRawBytes>;
+int bitLength(uint32_t value) { return 32 - std::countl_zero(value); }
 
-void split(const float* phi, Planes& planes) {
-  uint32_t before = ordered(0);
-  for (size_t i = 0; i < clay::kBrickVoxels; ++i) {
-    const uint32_t value = ordered(std::bit_cast<uint32_t>(phi[i]));
-    const uint32_t code = zigzag(value - before);
-    before = value;
-    for (size_t plane = 0; plane < 4; ++plane) planes[plane * clay::kBrickVoxels + i] = static_cast<unsigned char>(code >> (8 * plane));
+constexpr int kCornerBits = 3;
+constexpr int kFirstLength = 24;   // expected of the first voxel, which nothing predicts
+constexpr int kMostPrefix = 4;     // longer ones say the length in kLengthBits instead
+constexpr int kLengthBits = 5;
+constexpr float kBeyondBand = 8;   // how far distances are continued past the band, in voxels
+
+// Goes through the voxels (index x·64 + y·8 + z, from the chosen corner) in order and calls step(index, prediction as an ordered number), which returns
+// the value there. The prediction is Lorenzo's: exact where the field is a sum of functions of two coordinates each. Where values are clamped it goes on
+// from what it predicted instead, so that a plane that comes back into the band is still known. Encoder and decoder must do the same arithmetic.
+template <class Step>
+void predict(float band, const Step& step) {
+  std::array<float, clay::kBrickVoxels + 2 * 64> store{};  // rows before the first ones are zero
+  float* at = store.data() + 2 * 64;
+  const auto value = [&](float predicted, int index) __attribute__((always_inline)) {
+    const float within = std::min(std::max(predicted, -band), band) + 0.0f;
+    const float is = step(index, ordered(within));
+    float goOn = is;
+    if (is >= band) goOn = std::min(std::max(predicted, band), band + kBeyondBand);
+    if (is <= -band) goOn = std::max(std::min(predicted, -band), -band - kBeyondBand);
+    at[index] = goOn;
+    return goOn;
+  };
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      const int row = x * 64 + y * 8;
+      float base[8];
+      for (int z = 0; z < 8; ++z) base[z] = x == 0 ? (y == 0 ? 0.0f : at[row + z - 8]) : y == 0 ? at[row + z - 64] : (at[row + z - 8] - at[row + z - 72]) + at[row + z - 64];
+      float first = base[0];
+      if (y == 0 && x > 1) first = 2 * at[row - 64] - at[row - 128];
+      if (x == 0 && y > 1) first = 2 * at[row - 8] - at[row - 16];
+      float before = value(first, row);
+      if (row == 0) {
+        float slope = 0;
+        for (int z = 1; z < 8; ++z) {
+          const float now = value(before + slope, z);
+          slope = now - before;
+          before = now;
+        }
+      } else {
+        for (int z = 1; z < 8; ++z) before = value(before + (base[z] - base[z - 1]), row + z);
+      }
+    }
   }
 }
 
-void join(const Planes& planes, float* phi) {
-  uint32_t before = ordered(0);
-  for (size_t i = 0; i < clay::kBrickVoxels; ++i) {
-    uint32_t code = 0;
-    for (size_t plane = 0; plane < 4; ++plane) code |= static_cast<uint32_t>(planes[plane * clay::kBrickVoxels + i]) << (8 * plane);
-    before += unzigzag(code);
-    phi[i] = std::bit_cast<float>(unordered(before));
+// Bit lengths of codes as far as they are known, and what they say about the next.
+class Lengths {
+ public:
+  void set(int index, uint32_t code) { of_[static_cast<size_t>(index)] = static_cast<int8_t>(bitLength(code)); }
+  // How many low bits of the code at `index` stand as they are.
+  [[nodiscard]] int plainBits(int index) const {
+    if (index == 0) return kFirstLength - 1;
+    const int x = index >> 6, y = (index >> 3) & 7, z = index & 7;
+    const int8_t* at = of_.data() + index;
+    const int byZ = z > 0 ? at[-1] : y > 0 ? at[-8] : at[-64];
+    const int byY = y > 0 ? at[-8] : x > 0 ? at[-64] : byZ;
+    const int byX = x > 0 ? at[-64] : (byZ + byY + 1) / 2;
+    const int median = std::max(std::min(byZ, byY), std::min(std::max(byZ, byY), byX));
+    return std::max(0, median - 1);
   }
+
+ private:
+  std::array<int8_t, clay::kBrickVoxels> of_{};
+};
+
+// Bits from the lowest of the first byte on.
+class BitWriter {
+ public:
+  explicit BitWriter(std::byte* to) : to_(to) {}
+  void add(uint64_t bits, int count) {  // at most 32 at once
+    word_ |= bits << filled_;
+    filled_ += count;
+    if (filled_ >= 32) {
+      const auto low = static_cast<uint32_t>(word_);
+      std::memcpy(to_, &low, 4);
+      to_ += 4;
+      word_ >>= 32;
+      filled_ -= 32;
+    }
+  }
+  std::byte* finish() {
+    std::memcpy(to_, &word_, 8);
+    return to_ + (filled_ + 7) / 8;
+  }
+
+ private:
+  std::byte* to_;
+  uint64_t word_ = 0;
+  int filled_ = 0;
+};
+
+size_t encode(const float* phi, float band, std::byte* to) {
+  // The corner nearest to the surface: from there the field is known before it is clamped.
+  int corner = 0;
+  for (int i = 1; i < 8; ++i) {
+    const int other = (i & 4 ? 448 : 0) | (i & 2 ? 56 : 0) | (i & 1 ? 7 : 0);
+    if (std::abs(phi[other]) < std::abs(phi[corner])) corner = other;
+  }
+  BitWriter writer(to);
+  writer.add(static_cast<uint64_t>((corner >> 6 & 4) | (corner >> 3 & 2) | (corner & 1)), kCornerBits);
+  Lengths lengths;
+  predict(band, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+    const float value = phi[index ^ corner];
+    const uint32_t code = zigzag(ordered(value) - predicted);
+    const int plain = lengths.plainBits(index);
+    lengths.set(index, code);
+    const int prefix = bitLength(code >> plain);
+    if (prefix < kMostPrefix) {
+      writer.add((uint64_t{1} << prefix) - 1, prefix + 1);
+      const int rest = plain + std::max(0, prefix - 1);
+      writer.add(code & ((uint64_t{1} << rest) - 1), rest);
+    } else {
+      const int length = bitLength(code);
+      writer.add((uint64_t{1} << kMostPrefix) - 1 + (static_cast<uint64_t>(length - 1) << kMostPrefix), kMostPrefix + kLengthBits);
+      writer.add(code & ((uint64_t{1} << (length - 1)) - 1), length - 1);
+    }
+    return value;
+  });
+  return static_cast<size_t>(writer.finish() - to);
+}
+
+// `from` has kWorkBytes, zeros behind the body. Returns how many bytes were used; it may be more than the body had.
+size_t decode(const std::byte* from, float band, float* phi) {
+  size_t at = kCornerBits;
+  const auto first = static_cast<int>(from[0]);
+  const int corner = (first & 4 ? 448 : 0) | (first & 2 ? 56 : 0) | (first & 1 ? 7 : 0);
+  Lengths lengths;
+  predict(band, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+    uint64_t bits;
+    std::memcpy(&bits, from + at / 8, 8);
+    bits >>= at % 8;  // 57 at least
+    const int plain = lengths.plainBits(index);
+    const int prefix = std::min(std::countr_one(bits), kMostPrefix);
+    uint32_t code;
+    if (prefix < kMostPrefix) {
+      const int rest = plain + std::max(0, prefix - 1);
+      code = static_cast<uint32_t>((bits >> (prefix + 1)) & ((uint64_t{1} << rest) - 1)) | static_cast<uint32_t>((prefix > 0 ? uint64_t{1} : 0) << rest);
+      at += static_cast<size_t>(prefix + 1 + rest);
+    } else {
+      const auto rest = static_cast<int>((bits >> kMostPrefix) & ((1u << kLengthBits) - 1));
+      code = static_cast<uint32_t>((bits >> (kMostPrefix + kLengthBits)) & ((uint64_t{1} << rest) - 1)) | static_cast<uint32_t>(uint64_t{1} << rest);
+      at += static_cast<size_t>(kMostPrefix + kLengthBits + rest);
+    }
+    lengths.set(index, code);
+    const float value = unordered(predicted + unzigzag(code));
+    phi[index ^ corner] = value;
+    return value;
+  });
+  return (at + 7) / 8;
 }
 
 // Fills `inside`; false for what no version holds.
 bool settle(clay::Brick& brick, float band) {
-  const uint32_t bandBits = std::bit_cast<uint32_t>(band);
-  uint32_t bad = 0, inBand = 0;
+  const auto bandBits = std::bit_cast<int32_t>(band);
+  int32_t bad = 0, inBand = 0;
+  for (const float phi : brick.phi) {  // apart from the next loop, so that it runs on vectors
+    const auto bits = std::bit_cast<int32_t>(phi);
+    const int32_t size = bits & 0x7fffffff;  // in the order of the absolute values; NaN is above all
+    bad |= (bandBits - size) | ((size - 1) & bits);  // negative: out of the band; -0
+    inBand |= size - bandBits;
+  }
   for (size_t x = 0; x < clay::kBrickEdge; ++x) {
     uint64_t word = 0;
-    for (size_t i = 0; i < 64; ++i) {
-      const uint32_t bits = std::bit_cast<uint32_t>(brick.phi[x * 64 + i]);
-      const uint32_t size = bits & 0x7fffffffu;  // as a number in the order of the absolute values; NaN is above all
-      bad |= static_cast<uint32_t>(size > bandBits) | static_cast<uint32_t>(bits == 0x80000000u);
-      inBand |= static_cast<uint32_t>(size < bandBits);
-      word |= static_cast<uint64_t>(bits >> 31) << i;
+    for (size_t i = 0; i < 64; i += 4) {
+      const auto sign = [&](size_t k) { return static_cast<uint64_t>(std::bit_cast<uint32_t>(brick.phi[x * 64 + i + k]) >> 31) << k; };
+      word |= (sign(0) | sign(1) | sign(2) | sign(3)) << i;
     }
     brick.inside[x] = word;
   }
-  return bad == 0 && inBand != 0;
+  return bad >= 0 && inBand < 0;
 }
 
 }  // namespace
 
-struct BrickCodec::State {
-  ZSTD_CCtx* packer = ZSTD_createCCtx();
-  ZSTD_DCtx* unpacker = ZSTD_createDCtx();
-  Planes planes;
-  State() {
-    if (packer == nullptr || unpacker == nullptr) throw std::bad_alloc();
-  }
-  ~State() {
-    ZSTD_freeCCtx(packer);
-    ZSTD_freeDCtx(unpacker);
-  }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-};
+BrickCodec::BrickCodec() : work_(kCoordBytes + std::max(kWorkBytes, kRawBytes)) {}
 
-BrickCodec::BrickCodec() : state_(std::make_unique<State>()) {}
-BrickCodec::~BrickCodec() = default;
-
-std::span<const std::byte> BrickCodec::pack(const clay::Brick& brick, RecordCodec& codec) {
-  body_.resize(kCoordBytes + ZSTD_compressBound(kRawBytes));
+std::span<const std::byte> BrickCodec::pack(const clay::Brick& brick, float band, RecordCodec& codec) {
   const int32_t coord[3] = {brick.coord.x, brick.coord.y, brick.coord.z};
-  std::memcpy(body_.data(), coord, kCoordBytes);
-  if (codec == RecordCodec::zstd) {
-    split(brick.phi, state_->planes);
-    const size_t size = ZSTD_compressCCtx(state_->packer, &body_[kCoordBytes], body_.size() - kCoordBytes, state_->planes.data(), kRawBytes, kZstdLevel);
-    if (ZSTD_isError(size) == 0 && size < kRawBytes) return std::span(body_).first(kCoordBytes + size);
-    codec = RecordCodec::raw;
+  std::memcpy(work_.data(), coord, kCoordBytes);
+  if (codec != RecordCodec::raw) {
+    const size_t size = encode(brick.phi, band, &work_[kCoordBytes]);
+    codec = size < kRawBytes ? RecordCodec::predicted : RecordCodec::raw;
+    if (codec == RecordCodec::predicted) return std::span(work_).first(kCoordBytes + size);
   }
-  std::memcpy(&body_[kCoordBytes], brick.phi, kRawBytes);
-  return std::span(body_).first(kCoordBytes + kRawBytes);
+  std::memcpy(&work_[kCoordBytes], brick.phi, kRawBytes);
+  return std::span(work_).first(kCoordBytes + kRawBytes);
 }
 
 std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, clay::Brick& brick) {
@@ -105,9 +225,11 @@ std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, cl
   if (record.header.codec == RecordCodec::raw) {
     if (packed.size() != kRawBytes) return std::nullopt;
     std::memcpy(brick.phi, packed.data(), kRawBytes);
-  } else if (record.header.codec == RecordCodec::zstd) {
-    if (ZSTD_decompressDCtx(state_->unpacker, state_->planes.data(), kRawBytes, packed.data(), packed.size()) != kRawBytes) return std::nullopt;
-    join(state_->planes, brick.phi);
+  } else if (record.header.codec == RecordCodec::predicted) {
+    if (packed.size() >= kRawBytes) return std::nullopt;
+    std::memcpy(work_.data(), packed.data(), packed.size());
+    std::memset(&work_[packed.size()], 0, kWorkBytes - packed.size());
+    if (decode(work_.data(), band, brick.phi) != packed.size()) return std::nullopt;
   } else {
     return std::nullopt;
   }

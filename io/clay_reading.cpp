@@ -141,12 +141,16 @@ void ClayReading::loadNodes(size_t begin, size_t end) {
     if (begin == 0 && owner_ == 0) owner_ = record.header.owner;
     auto node = parseNode(record);
     if (!node || record.header.owner != owner_ || node->level != item.level || node->first != item.first) return;
+    bool reached = true;
+    if (node->level == 1) forEachPlace(node->record, [&](int place) { reached &= inReach(clay::childFirst(node->first, 1, place)); });
+    if (!reached) return;
     item.body = std::move(*node);
     item.there = true;
   });
   for (size_t i = begin; i < end; ++i) {
     if (items_[i].there) continue;
     if (!mending_) damaged(fmt::format("{} of the clay's tree is missing or damaged", i == 0 ? "the root" : "a node"));
+    if (owner_ == 0) damaged("the root of the clay's tree is lost, and nothing says whose it was");
     lostNodes_.push_back(i);
   }
 }
@@ -197,7 +201,6 @@ void ClayReading::expand(size_t index) {
       if (child.base.isNode()) child.nearId = nearIdAt(item, place);
       items_.push_back(std::move(child));
     } else {
-      if (!inReach(first)) damaged("a brick lies out of reach");
       bricks_.push_back({id, first});
     }
   });
@@ -256,6 +259,51 @@ void ClayReading::build() {
   }
 }
 
+// Puts older bricks where the version's own are lost; what nothing was found for comes back.
+std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadClay& read) {
+  std::vector<LostBlock> blocks, still;
+  for (const Place& place : bricks_)
+    if (!place.sound) blocks.push_back({place.coord, 0});
+  read.bricksLost = blocks.size();
+  for (const size_t lost : lostNodes_) blocks.push_back({items_[lost].first, items_[lost].level});
+  read.blocksLost = lostNodes_.size();
+  uint64_t inPlace = 0, inBlocks = 0;
+  BrickCodec codec;
+  std::vector<std::byte> bytes;
+  for (const LostBlock& block : blocks) {
+    const int32_t edge = 1 << (3 * block.level);
+    std::vector<std::pair<Coord, RecordId>> found;
+    mend.bricksIn(owner_, block.first, edge, [&](Coord coord, RecordId id) {
+      const Coord d = coord - block.first;
+      if (inReach(coord) && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge) found.emplace_back(coord, id);
+    });
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; });
+    std::optional<Coord> filled;
+    for (const auto& [coord, id] : found) {
+      if (filled == coord || !source_.get(id, bytes)) continue;
+      const auto record = parseRecord(bytes);
+      if (!record || record->header.owner != owner_) continue;
+      clay::Brick* brick = editor_.newBrick(coord);
+      if (codec.unpack(*record, editor_.grid().band, *brick) != coord) {
+        editor_.recycle(brick);
+        continue;
+      }
+      editor_.link(brick, true);
+      filled = coord;
+      ++(block.level == 0 ? inPlace : inBlocks);
+    }
+    if (block.level > 0 || !filled) still.push_back(block);
+    if (job_) job_->step(1);
+  }
+  if (read.bricksLost > 0)
+    read.notes.push_back(fmt::format("{} of {} bricks of the clay were damaged: {} were taken from an earlier state, {} were filled from the clay around them", read.bricksLost,
+                                     bricks_.size(), inPlace, read.bricksLost - inPlace));
+  if (read.blocksLost > 0)
+    read.notes.push_back(fmt::format("{} blocks of the clay were lost: {} bricks in them were found, what lies between was guessed from the clay around it", read.blocksLost,
+                                     inBlocks));
+  return still;
+}
+
 // True when what stands there is to the bit what the node's record says, so that the record can stand for it.
 bool ClayReading::teach(size_t index, const clay::TreePlace& place) {
   const Item& item = items_[index];
@@ -305,10 +353,12 @@ ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int 
     if (job_) job_->step(0);
   }
   loadBricks(threads);
-  for (const Place& place : bricks_) read.bricksLost += !place.sound;
-  if (read.bricksLost > 0 && !mending_) damaged(fmt::format("{} of {} bricks of the clay are missing or damaged", read.bricksLost, bricks_.size()));
+  const auto lost = static_cast<size_t>(std::count_if(bricks_.begin(), bricks_.end(), [](const Place& place) { return !place.sound; }));
+  if (lost > 0 && !mend) damaged(fmt::format("{} of {} bricks of the clay are missing or damaged", lost, bricks_.size()));
   build();
-  read.version = editor_.commit();
+  std::vector<LostBlock> blocks;
+  if (mend) blocks = fillFromOlder(*mend, read);
+  read.version = mendClay(editor_.commit(), blocks);
   for (const Place& place : bricks_)
     if (place.serial != 0) memo_.bricks_.set({place.serial}, place.id);
   (void)teach(0, clay::TreePlace::root(read.version));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clay/editor.h"
+#include "io/clay_mending.h"
 #include "io/clay_records.h"
 #include "io/node_body.h"
 
@@ -54,7 +55,7 @@ class ClayReading {
   void loadBricks(int threads);
   void setTile(const clay::TreePlace& at, clay::Tile tile);
   void build();
-  void fillFromOlder(const OlderBricks& mend, ReadClay& read);
+  [[nodiscard]] std::vector<LostBlock> fillFromOlder(const OlderBricks& mend, ReadClay& read);
   [[nodiscard]] bool teach(size_t item, const clay::TreePlace& place);
 
   ClayRecords& memo_;

@@ -13,6 +13,7 @@ struct ClayWriting {
   RecordCodec codec;
   Job* job;
   double bricksInAll;
+  float band;
   BrickCodec packer;
   std::vector<std::byte> bytes;
   uint64_t written = 0;
@@ -22,7 +23,7 @@ struct ClayWriting {
     if (id != 0 && held.contains(id)) return id;
     if (id == 0) memo.bricks_.set({brick.serial}, id = memo.ids_.take());
     RecordCodec used = codec;
-    const std::span<const std::byte> body = packer.pack(brick, used);
+    const std::span<const std::byte> body = packer.pack(brick, band, used);
     sink.put({RecordKind::brick, used, static_cast<uint16_t>(body.size()), owner, id}, body);
     held.add(id);
     if (job && ++written % 256 == 0) job->step(static_cast<double>(written) / bricksInAll);
@@ -54,7 +55,7 @@ struct ClayWriting {
 };
 
 RecordId ClayRecords::write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec, Job* job) {
-  ClayWriting writing{*this, owner, held, sink, codec, job, static_cast<double>(version.stats().bricks), {}, {}};
+  ClayWriting writing{*this, owner, held, sink, codec, job, static_cast<double>(version.stats().bricks), version.grid().band, {}, {}};
   return writing.node(clay::TreePlace::root(version));
 }
 

@@ -30,8 +30,12 @@ enum class RecordKind : uint8_t {
   saving = 24,
 };
 
-/// How the body is packed.
-enum class RecordCodec : uint8_t { raw = 0, zstd = 1 };
+/// How the body is packed. Stored in files: numbers are never given a new meaning.
+enum class RecordCodec : uint8_t {
+  raw = 0,
+  zstd = 1,
+  predicted = 2,  ///< Bricks alone (brick_codec.h).
+};
 
 inline constexpr size_t kRecordHeaderBytes = 40;
 /// Header and body: a record lies whole in one page of a document.

@@ -57,7 +57,7 @@ ReadClay readFresh(RecordMemory& memory, RecordId root, int threads = 2) {
 }
 
 TEST(ClayRecords, ComesBackToTheBitInBothCodecs) {
-  for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::zstd}) {
+  for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::predicted}) {
     const Version version = dab(ball(), {20, 3, 1});
     File file;
     const RecordId root = file.write(version, codec);

@@ -1,0 +1,176 @@
+// Clay as records, over random strokes and random damage.
+
+#include "io/clay_records.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "clay/brush.h"
+#include "clay/error.h"
+#include "clay/mesh_topology.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "clay/surface.h"
+#include "io/node_body.h"
+#include "tests/support/record_memory.h"
+
+namespace argil::io {
+namespace {
+
+using clay::Version;
+using testing::RecordMemory;
+
+constexpr uint32_t kSeed = 20261120;
+
+class ClayRecordsProperty : public ::testing::Test {
+ protected:
+  void SetUp() override { RecordProperty("seed", std::to_string(kSeed)); }
+
+  double within(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  size_t below(size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(random_); }
+
+  // A stroke of a few stamps across a ball of this radius about zero.
+  Version stroke(const Version& version, double radius) {
+    clay::BrushStroke brush(version);
+    Vec3d at = Vec3d(within(-1, 1), within(-1, 1), within(-1, 1)).normalized() * radius;
+    const auto operation = static_cast<clay::Operation>(below(3));
+    const double size = within(2, radius / 3);
+    for (size_t i = 0; i < 1 + below(5); ++i) {
+      const Vec3d to = at + Vec3d(within(-4, 4), within(-4, 4), within(-4, 4));
+      brush.apply({at, to, size, operation, 0.7f});
+      at = to;
+    }
+    return brush.finish();
+  }
+
+  static clay::Grid grid() {
+    clay::Grid grid;
+    grid.voxelMm = 1;
+    return grid;
+  }
+  static Version ball(double radius) { return clay::makeSphere(clay::Store::make(), grid(), Vec3d(0.3, 0.2, 0.1), radius); }
+
+  static void expectClosed(const Version& version) {
+    clay::Surface surface;
+    surface.update(version);
+    const clay::TriangleMesh mesh = surface.toMesh();
+    if (mesh.triangles.empty()) return;
+    const clay::TopologyReport report = clay::checkTopology(mesh);
+    ASSERT_TRUE(report.closed()) << report.boundaryEdges << " boundary edges, " << report.nonManifoldEdges << " non-manifold";
+  }
+  // Canonical, as the editor would make it: what is written and read again is the same.
+  static void expectCanonical(const Version& version) {
+    const float band = version.grid().band;
+    version.forEachBrick([&](const clay::Brick& brick) {
+      bool inBand = false;
+      for (const float phi : brick.phi) {
+        ASSERT_LE(std::abs(phi), band);
+        inBand |= std::abs(phi) < band;
+      }
+      ASSERT_TRUE(inBand);
+    });
+    RecordIds ids;
+    ClayRecords clay(ids);
+    RecordMemory memory;
+    RecordSet held;
+    const RecordId root = clay.write(version, 1, held, memory, RecordCodec::raw);
+    RecordIds others;
+    ClayRecords other(others);
+    ASSERT_EQ(other.read(memory, root, grid(), clay::Store::make(), nullptr, 1).version.hash(), version.hash());
+  }
+
+  std::mt19937 random_{kSeed};
+};
+
+TEST_F(ClayRecordsProperty, EveryStateOfALongSessionComesBack) {
+  RecordIds ids;
+  ClayRecords clay(ids);
+  RecordMemory memory;
+  RecordSet held;
+  std::vector<std::pair<RecordId, uint64_t>> states;
+  Version version = ball(25);
+  for (int i = 0; i < 150; ++i) {
+    const Version next = stroke(version, 25);
+    uint64_t changed = 0;
+    Version::forEachDifference(version, next, [&](Coord, clay::Slot, clay::Slot now) { changed += now.brick() != nullptr; });
+    memory.puts.clear();
+    states.emplace_back(clay.write(next, 1, held, memory, i % 2 == 0 ? RecordCodec::raw : RecordCodec::predicted), next.hash());
+    if (i > 0) {
+      ASSERT_EQ(memory.puts[RecordKind::brick], changed);
+      ASSERT_LE(memory.puts[RecordKind::node], 30u);
+    }
+    version = next;
+  }
+  // Whole, and each from another one.
+  RecordIds others;
+  ClayRecords fresh(others);
+  size_t nearIndex = 0;
+  Version near = fresh.read(memory, states[0].first, grid(), clay::Store::make()).version;
+  for (int i = 0; i < 60; ++i) {
+    const size_t k = below(states.size());
+    const Version whole = ClayRecords(others).read(memory, states[k].first, grid(), clay::Store::make()).version;
+    ASSERT_EQ(whole.hash(), states[k].second);
+    const Version beside = fresh.readNear(memory, states[k].first, near, states[nearIndex].first).version;
+    ASSERT_EQ(beside.hash(), states[k].second);
+    ASSERT_EQ(beside.stats().bricks, whole.stats().bricks);
+    ASSERT_EQ(beside.stats().nodes, whole.stats().nodes);
+    near = beside;
+    nearIndex = k;
+  }
+}
+
+TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
+  uint64_t lostBricks = 0, lostBlocks = 0, fromOlder = 0;
+  for (int round = 0; round < 50; ++round) {
+    RecordIds ids;
+    ClayRecords clay(ids);
+    RecordMemory whole;
+    RecordSet held;
+    Version version = ball(within(8, 40));
+    for (size_t i = 0; i < below(4); ++i) {
+      if (below(2) == 0) clay.write(version, 1, held, whole, RecordCodec::raw);  // earlier states
+      version = stroke(version, 20);
+    }
+    const RecordId root = clay.write(version, 1, held, whole, RecordCodec::predicted);
+    for (int damage = 0; damage < 20; ++damage) {
+      RecordMemory memory = whole;
+      const size_t losses = 1 + below(below(4) == 0 ? memory.records.size() : 8);
+      for (size_t i = 0; i < losses && !memory.records.empty(); ++i) {
+        const RecordId id = memory.order[below(memory.order.size())];
+        if (id == root && below(4) != 0) continue;
+        if (below(3) == 0 && memory.records.contains(id))
+          memory.records[id][below(memory.records[id].size())] ^= std::byte{16};
+        else
+          memory.records.erase(id);
+      }
+      RecordIds others(ids.next());
+      ClayRecords reader(others);
+      const ReadClay read = reader.read(memory, root, grid(), clay::Store::make(), nullptr, 1, &memory, 1);
+      lostBricks += read.bricksLost;
+      lostBlocks += read.blocksLost;
+      ASSERT_EQ(read.notes.empty(), read.bricksLost + read.blocksLost == 0);
+      for (const std::string& note : read.notes) fromOlder += note.find(": 0 were taken") == std::string::npos;
+      if (read.bricksLost + read.blocksLost == 0) {
+        ASSERT_EQ(read.version.hash(), version.hash());
+      }
+      ASSERT_NO_FATAL_FAILURE(expectClosed(read.version)) << "round " << round << ", damage " << damage;
+      ASSERT_NO_FATAL_FAILURE(expectCanonical(read.version)) << "round " << round << ", damage " << damage;
+      // What was mended is not taken for what the damaged records say: it is written anew and comes back.
+      RecordMemory saved = memory;
+      RecordSet nothing;
+      for (const auto& [id, bytes] : memory.records)
+        if (const auto record = parseRecord(bytes); record && record->header.id == id) nothing.add(id);
+      std::erase_if(saved.records, [&](const auto& entry) { return !nothing.contains(entry.first); });
+      const RecordId again = reader.write(read.version, 1, nothing, saved, RecordCodec::raw);
+      RecordIds more;
+      ASSERT_EQ(ClayRecords(more).read(saved, again, grid(), clay::Store::make(), nullptr, 1).version.hash(), read.version.hash());
+    }
+  }
+  EXPECT_GT(lostBricks, 1000u);
+  EXPECT_GT(lostBlocks, 100u);
+  EXPECT_GT(fromOlder, 100u);
+}
+
+}  // namespace
+}  // namespace argil::io
