@@ -20,6 +20,7 @@
 #include "clay/error.h"
 #include "io/atomic_file.h"
 #include "io/input.h"
+#include "io/open_documents.h"
 #include "io/sqlite.h"
 
 namespace argil::io {
@@ -47,18 +48,6 @@ struct Facts {
   RecordId head = 0;
   RecordId nextId = 1;
 };
-
-struct Identity {
-  dev_t device = 0;
-  ino_t inode = 0;
-  bool operator==(const Identity&) const = default;
-};
-
-std::optional<Identity> identityOf(const std::filesystem::path& path) {
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) return std::nullopt;
-  return Identity{facts.st_dev, facts.st_ino};
-}
 
 /// The folder's entries are on the disk. File systems that cannot do that say EINVAL.
 bool flushFolderOf(const std::filesystem::path& path) {
@@ -105,6 +94,7 @@ void writeFacts(Database& database, const Facts& facts, const std::string& name)
   set("stamp", static_cast<int64_t>(facts.stamp));
   set("head", static_cast<int64_t>(facts.head));
   set("next_id", static_cast<int64_t>(facts.nextId));
+  if (database.number("PRAGMA user_version") < kDocumentSchema) database.run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
   const std::string key = "written_by", version = ARGIL_VERSION;
   put.bind(0, key).bind(1, version).step();
   put.reset();
@@ -182,8 +172,9 @@ struct DocumentFile::State {
   std::filesystem::path path;
   std::string name;  ///< As messages show it.
   bool toWrite = true;
+  bool checked = false;  ///< Its structure is sound: else what is added may be laid over what is there.
   Facts facts;
-  Identity identity;
+  std::optional<OpenDocument> registered;  ///< As long as the database is open under its own name.
   std::unique_ptr<AtomicFile> fresh;  ///< Until the first commit.
   std::unique_ptr<Database> database;
   std::optional<Query> insert, one, walk;
@@ -195,6 +186,7 @@ struct DocumentFile::State {
     one.reset();
     walk.reset();
     database.reset();
+    registered.reset();
   }
 
   /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed on the disk, and one flush at the end.
@@ -203,7 +195,6 @@ struct DocumentFile::State {
     database = std::make_unique<Database>(fresh->temporary(), name);
     database->expectWriting();
     database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
-    database->run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
     database->run("BEGIN IMMEDIATE");
     database->run(kMetaTable);
     database->run(kRecordTable);
@@ -212,14 +203,12 @@ struct DocumentFile::State {
 
   void openSaved() {
     checkFile(path, name);
+    registered.emplace(path);
     database = std::make_unique<Database>(path, name);
     database->run("BEGIN");
     checkSchema(*database, name);
     facts = readFacts(*database, name);
     database->run("COMMIT");
-    const auto found = identityOf(path);
-    if (!found) fail(name, "there is no such file; check the name and the folder");
-    identity = *found;
     if (toWrite) {
       if (!database->mayWrite()) fail(name, "may not be written; change its permissions or save it under another name");
       // EXTRA flushes the folder too when the rollback journal has gone: a save that was reported stays.
@@ -266,10 +255,12 @@ struct DocumentFile::State {
 
   /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it was replaced.
   void putInPlace(AtomicFile& file) {
-    std::unique_ptr<Database> old;
     const std::filesystem::path target = file.target();
-    if (std::filesystem::exists(target) && isDocument(target)) {
+    std::optional<OpenDocument> keeps;
+    std::unique_ptr<Database> old;
+    if (isDocument(target)) {
       try {
+        keeps.emplace(target);
         old = std::make_unique<Database>(target, name);
         old->run("BEGIN EXCLUSIVE");
       } catch (const Error& error) {
@@ -279,6 +270,14 @@ struct DocumentFile::State {
     }
     removeCompanions(target);
     file.commit();
+  }
+
+  /// Once: reads the whole file, 0.1 s of work for 200 MB.
+  void checkStructure() {
+    if (checked) return;
+    Query check(*database, "PRAGMA quick_check(1)");
+    if (!check.step() || check.text(0) != "ok") throw Error(name + ": is damaged, so that a save could destroy what is whole in it; save it under another name", Error::Kind::work);
+    checked = true;
   }
 
   void commitFresh() {
@@ -319,7 +318,7 @@ struct DocumentFile::State {
         throw;
       }
       database->run("BEGIN IMMEDIATE");
-      const bool mine = identityOf(path) == identity && readFacts(*database, name).stamp == facts.stamp;
+      const bool mine = registered->isStill(path) && readFacts(*database, name).stamp == facts.stamp;
       if (mine) file.commit();
       database->rollBack();
       if (mine) close();
@@ -338,6 +337,7 @@ std::unique_ptr<DocumentFile> DocumentFile::create(const std::filesystem::path& 
   state->path = path;
   state->name = displayName(path);
   state->fresh = std::make_unique<AtomicFile>(path);
+  state->checked = true;
   return std::unique_ptr<DocumentFile>(new DocumentFile(std::move(state)));
 }
 
@@ -489,10 +489,11 @@ std::unique_ptr<DocumentFile::Transaction> DocumentFile::begin() {
   } else {
     assert(!database->inTransaction());
     // Before and behind the lock: a missing file is no reason to wait, and it may be replaced while this waits.
-    if (identityOf(file.path) != file.identity) throw Error(file.changed(), Error::Kind::work);
+    if (!file.registered->isStill(file.path)) throw Error(file.changed(), Error::Kind::work);
     database->run("BEGIN IMMEDIATE");
     try {
-      if (identityOf(file.path) != file.identity || readFacts(*database, file.name).stamp != file.facts.stamp) throw Error(file.changed(), Error::Kind::work);
+      if (!file.registered->isStill(file.path) || readFacts(*database, file.name).stamp != file.facts.stamp) throw Error(file.changed(), Error::Kind::work);
+      file.checkStructure();
     } catch (...) {
       database->rollBack();
       throw;
@@ -571,7 +572,7 @@ bool isDocument(const std::filesystem::path& path) {
   if (fd < 0) return false;
   std::array<unsigned char, 100> header{};
   const ssize_t got = ::pread(fd, header.data(), header.size(), 0);
-  ::close(fd);
+  closeKeepingLocks(fd);
   const uint32_t application = uint32_t{header[68]} << 24 | uint32_t{header[69]} << 16 | uint32_t{header[70]} << 8 | header[71];
   return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 && application == kApplicationId;
 }

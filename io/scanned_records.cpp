@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "io/input.h"
+#include "io/open_documents.h"
 
 namespace argil::io {
 
@@ -31,7 +32,7 @@ int openForScan(const std::filesystem::path& path, bool writable) {
   }
   struct stat facts {};
   if (::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode)) return fd;
-  ::close(fd);
+  closeKeepingLocks(fd);
   fail(name, "is not a regular file; name a file");
 }
 
@@ -41,12 +42,12 @@ ScannedRecords::ScannedRecords(int fd, const std::filesystem::path& path, Job* j
   try {
     scan(displayName(path), job, visit);
   } catch (...) {
-    ::close(fd_);
+    closeKeepingLocks(fd_);
     throw;
   }
 }
 
-ScannedRecords::~ScannedRecords() { ::close(fd_); }
+ScannedRecords::~ScannedRecords() { closeKeepingLocks(fd_); }
 
 void ScannedRecords::scan(const std::string& name, Job* job, const Visit& visit) {
   struct stat facts {};

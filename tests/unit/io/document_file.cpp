@@ -2,13 +2,17 @@
 
 #include "io/document_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <random>
 #include <set>
 
+#include "io/salvage.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 
@@ -188,11 +192,40 @@ TEST(DocumentFile, removesWhatIsNotLiveButNotWhatALaterArgilWrote) {
   EXPECT_EQ(DocumentFile::open(path, false)->save(), 4u);
 }
 
+TEST(DocumentFile, isNotMixedWithTheJournalOfTheFileThatItReplaces) {
+  const samples::Folder folder;
+  const auto path = folder / "a.argil", journal = folder / "a.argil-journal";
+  save(*DocumentFile::create(path), idsFromTo(1, 200), 200);
+  // As another program leaves it that is killed in the middle of a transaction too large for its memory.
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "PRAGMA cache_size = 2; BEGIN; UPDATE record SET body = zeroblob(3000)", nullptr, nullptr, nullptr), SQLITE_OK);
+  const std::string halfWritten = slurp(path), hot = slurp(journal);
+  sqlite3_close(other);
+  const auto leave = [&] {
+    spill(path, halfWritten);
+    spill(journal, hot);
+  };
+  leave();
+  EXPECT_EQ(soundSamples(*DocumentFile::open(path, false), idsFromTo(1, 300)), idsFromTo(1, 200)) << "rolled back";
+  EXPECT_FALSE(std::filesystem::exists(journal));
+  leave();
+  save(*DocumentFile::create(path), {7}, 7);
+  EXPECT_FALSE(std::filesystem::exists(journal));
+  EXPECT_EQ(soundSamples(*DocumentFile::open(path, false), idsFromTo(1, 300)), std::vector<RecordId>{7});
+  // A file that is no database any more is replaced as well.
+  spill(path, "gone");
+  spill(journal, hot);
+  save(*DocumentFile::create(path), {8}, 8);
+  EXPECT_EQ(soundSamples(*DocumentFile::open(path, false), idsFromTo(1, 300)), std::vector<RecordId>{8});
+}
+
 TEST(DocumentFile, whoComesSecondIsTold) {
   const samples::Folder folder;
   const auto path = folder / "a.argil";
   const auto first = DocumentFile::create(path);
   save(*first, {1}, 1);
+  EXPECT_EQ(heldIds(*first, 9), std::vector<RecordId>{1});
   const auto second = DocumentFile::open(path, true);
   save(*second, {2}, 2);
   const std::string told = errorOf([&] { (void)first->begin(); });
@@ -215,6 +248,39 @@ TEST(DocumentFile, saysWhoHoldsIt) {
   EXPECT_NE(errorOf([&] { (void)file->begin(); }).find("a.argil: is in use by another program"), std::string::npos);
   sqlite3_close(other);
   save(*file, {2}, 2);
+}
+
+TEST(DocumentFile, keepsItsLocksWhenTheSameProgramLooksAtTheFile) {
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  const auto file = DocumentFile::create(path);
+  save(*file, {1}, 1);
+  // Locks are seen by other processes alone. SQLite's lie at 2^30 (sqlite.org/fileformat2.html, "The lock-byte page").
+  const auto locked = [&] {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int fd = ::open(path.c_str(), O_RDWR);
+      struct flock lock {};
+      lock.l_type = F_WRLCK;
+      lock.l_start = 0x40000000;
+      lock.l_len = 512;
+      std::_Exit(::fcntl(fd, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK ? 1 : 0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WEXITSTATUS(status) == 1;
+  };
+  EXPECT_FALSE(locked());
+  {
+    const auto transaction = file->begin();
+    putSample(*transaction, 2);
+    EXPECT_TRUE(locked());
+    EXPECT_TRUE(isDocument(path));
+    { const Salvage salvage(path); }
+    EXPECT_TRUE(locked());
+    transaction->commit(2, 3);
+  }
+  EXPECT_FALSE(locked());
 }
 
 TEST(DocumentFile, readingNeverChangesTheFile) {
@@ -272,6 +338,9 @@ TEST(DocumentFile, saysWhichArgilAFileNeeds) {
   const auto path = folder / "a.argil";
   // Through the same door as a later Argil: the facts are summed up again. Here by hand, so only refusals can be seen.
   save(*DocumentFile::create(path), {1}, 1);
+  sql(path, "PRAGMA user_version = 7");
+  save(*DocumentFile::open(path, true), {2}, 2);  // A later schema that this one may read.
+  EXPECT_EQ(DocumentFile::open(path, true)->head(), 2u);
   sql(path, "UPDATE meta SET value = 7 WHERE key = 'needs'; UPDATE meta SET value = '9.1' WHERE key = 'written_by'; CREATE TABLE more(x); PRAGMA user_version = 7");
   EXPECT_NE(errorOf([&] { (void)DocumentFile::open(path, true); }).find("was written by Argil 9.1 and needs at least that to be read; nothing was opened"), std::string::npos);
 }

@@ -73,7 +73,7 @@ TEST(Salvage, findsEveryRecordOfADocument) {
 }
 
 TEST(Salvage, findsRecordsAcrossBlocksOfTheScan) {
-  // Longer than several blocks, of sizes that meet every block's end differently; with other bytes between some.
+  // Longer than several blocks, with other bytes between some.
   const samples::Folder folder;
   std::vector<std::byte> bytes;
   const RecordId count = 3500;
@@ -86,6 +86,22 @@ TEST(Salvage, findsRecordsAcrossBlocksOfTheScan) {
   Salvage salvage(folder / "a");
   EXPECT_EQ(salvage.records(), count);
   EXPECT_EQ(soundSamples(salvage, idsFromTo(1, count)), idsFromTo(1, count));
+}
+
+TEST(Salvage, findsARecordWhereverABlockOfTheScanEnds) {
+  const samples::Folder folder;
+  const size_t block = (size_t{4} << 20) + kMostRecordBytes - 1;
+  for (const size_t before : {0, 1, 7, 8, 39, 40, 41, 3000, 5000, 7998, 7999, 8000}) {
+    std::vector<std::byte> bytes(block - before);
+    appendRecord(bytes, {RecordKind::node, RecordCodec::raw, 0, 1, 5}, samples::someBytes(kMostRecordBody, 1));
+    appendRecord(bytes, {RecordKind::node, RecordCodec::raw, 0, 1, 6}, samples::someBytes(100, 1));
+    spill(folder / "a", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    Salvage salvage(folder / "a");
+    EXPECT_EQ(salvage.records(), 2u) << before;
+    std::vector<std::byte> record;
+    ASSERT_TRUE(salvage.get(5, record));
+    EXPECT_EQ(parseRecord(record)->body.size(), kMostRecordBody);
+  }
 }
 
 TEST(Salvage, knowsWholeHeadsAndBricksByPlaceNewestFirst) {
