@@ -21,7 +21,11 @@ using clay::Tile;
 using clay::TreePlace;
 using clay::Version;
 
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+constexpr size_t kMostWallBricks = size_t{1} << 12;  // Each costs 0.1 ms there.
+#else
 constexpr size_t kMostWallBricks = size_t{1} << 18;  // half a GiB
+#endif
 // Relaxation of lost bricks: eight sweeps carry a value through a brick, twelve rounds through a few bricks side by side.
 constexpr int kRounds = 12, kSweeps = 8;
 constexpr size_t kManyLost = 20000;  // then two rounds must do
@@ -245,8 +249,11 @@ class Mending {
       const TreePlace other = placeAt(version_, across(first, level, face), level);
       if (other.isNode())
         forFaceChildren(first, level, face, [&](Coord child) { self(self, child, level - 1, face, tile); });
-      else if (!other.brick() && other.tile() != tile)
+      else if (!other.brick() && other.tile() != tile) {
+        // Before they are counted out one by one: a face of level 8 would have 64^8.
+        if (2 * (uint64_t{1} << (6 * level)) > kMostWallBricks) throw Error("damaged: too much of the clay is lost", Error::Kind::work);
         addPair(addPair, first, level, face, tile);
+      }
     };
     for (const Leaf& leaf : leaves_) {
       const TreePlace at = placeAt(version_, leaf.first, leaf.level);
