@@ -109,7 +109,7 @@ inline void putBrick(ByteInput& input, io::RecordSink& sink) {
     brick.phi[i] = static_cast<float>(std::clamp(along - double(pattern >> 3 & 7) + noise, -3.0, 3.0));
   }
   static io::BrickCodec packer;
-  const auto body = packer.pack(brick, codec);
+  const auto body = packer.pack(brick, 3.0f, codec);
   sink.put({io::RecordKind::brick, codec, 0, owner, id}, body);
 }
 

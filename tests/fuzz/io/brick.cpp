@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (const io::RecordCodec wanted : {io::RecordCodec::raw, io::RecordCodec::zstd}) {
     io::RecordView packed = record;
     packed.header.codec = wanted;
-    packed.body = again.pack(brick, packed.header.codec);
+    packed.body = again.pack(brick, kBand, packed.header.codec);
     packed.header.bodyBytes = uint16_t(packed.body.size());
     tests::require(packed.body.size() <= io::kMostRecordBody && codec.unpack(packed, kBand, back) == coord);
     tests::require(std::memcmp(back.phi, brick.phi, sizeof brick.phi) == 0);
