@@ -21,14 +21,16 @@ using clay::Tile;
 using clay::TreePlace;
 using clay::Version;
 
-#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-constexpr size_t kMostWallBricks = size_t{1} << 12;  // Each costs 0.1 ms there.
+// Relaxation of lost bricks: eight sweeps carry a value through a brick, twelve rounds through a few bricks side by side.
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // a fuzzer has no time for smooth clay
+constexpr size_t kMostWallBricks = size_t{1} << 11;
+constexpr int kRounds = 1, kSweeps = 1;
+constexpr size_t kManyLost = 600;
 #else
 constexpr size_t kMostWallBricks = size_t{1} << 18;  // half a GiB
-#endif
-// Relaxation of lost bricks: eight sweeps carry a value through a brick, twelve rounds through a few bricks side by side.
 constexpr int kRounds = 12, kSweeps = 8;
 constexpr size_t kManyLost = 20000;  // then two rounds must do
+#endif
 
 int edgeOf(int level) { return 1 << (3 * level); }
 
