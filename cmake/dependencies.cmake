@@ -19,6 +19,9 @@ pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(IGZIP REQUIRED IMPORTED_TARGET libisal)
 
+# Compressed meshes.
+find_package(draco REQUIRED)
+
 find_package(Vulkan REQUIRED COMPONENTS glslc)
 find_package(X11 REQUIRED)
 find_package(glfw3 REQUIRED)

@@ -1,9 +1,12 @@
-# argil_room(NAME DEPENDS rooms... LIBRARIES libs... PRIVATE_LIBRARIES libs...)
-# One static library per room from the .cpp files of its folder and its subfolders. DEPENDS names the rooms that it may
+# argil_room(NAME DEPENDS rooms... LIBRARIES libs... PRIVATE_LIBRARIES libs... EXCEPT folders...)
+# One static library per room from the .cpp files of its folder and its subfolders, but for those that are programs of their own. DEPENDS names the rooms that it may
 # include: the arrows of the plan (tests/arrows checks the includes themselves).
 function(argil_room name)
-  cmake_parse_arguments(ROOM "" "" "DEPENDS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "DEPENDS;LIBRARIES;PRIVATE_LIBRARIES;EXCEPT" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  foreach(folder IN LISTS ROOM_EXCEPT)
+    list(FILTER sources EXCLUDE REGEX "/${name}/${folder}/")
+  endforeach()
   if(NOT sources)
     add_library(argil_${name} INTERFACE)
     return()

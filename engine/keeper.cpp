@@ -135,6 +135,7 @@ struct Keeper::State {
   uint64_t number = 0;
   bool begin = false;            // a new journal is due
   bool behind = false;           // some step has no document in it yet
+  double retry = options.retryS;
   Clock::time_point retryAt{};
   bool troubled = false;
   uint64_t bytesBefore = 0;
@@ -324,9 +325,11 @@ void Keeper::State::turn(std::vector<Event>& batch) {
       putStates();
       journal->sync();
     }
+    retry = options.retryS;
     if (std::exchange(troubled, false)) tell("");
   } catch (const std::exception& e) {
-    retryAt = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.retryS));
+    retryAt = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(retry));
+    retry = std::min(2 * retry, options.mostRetryS);
     begin = true;
     troubled = true;
     tell(fmt::format("The journal cannot be kept: {}. Work goes on in memory: save it, or make room.", e.what()));

@@ -20,7 +20,7 @@ struct KeeperOptions {
   std::filesystem::path folder;          ///< Of journals; empty: none is written.
   double syncS = 0.25;
   uint64_t rollBytes = uint64_t{512} << 20;  ///< A journal that grew by this since its begin is begun anew with what is still needed.
-  double retryS = 2;                     ///< After a failure the journal is begun anew so often until it works.
+  double retryS = 0.25, mostRetryS = 10; ///< After a failure the journal is begun anew after this time, then after twice as long each time, until it works.
 };
 
 /// Writes a journal of a session, on a thread of its own: samples of the stroke in work, bricks and documents of finished steps, durable within a second, never in the saved

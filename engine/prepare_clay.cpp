@@ -4,6 +4,7 @@
 
 #include "clay/error.h"
 #include "clay/primitives.h"
+#include "engine/load_document.h"
 #include "io/input.h"
 #include "io/mesh_file.h"
 
@@ -25,8 +26,20 @@ bool isYUp(const io::MeshFile& file, Up up) {
 PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesystem::path& file, const Script& script,
                         const std::optional<double>& voxelMm, Job* job) {
   PreparedClay prepared;
+  if (holdsClay(file)) {
+    const LoadedDocument loaded = loadDocument(file, {}, job);
+    const Piece* piece = loaded.document->piece(loaded.document->active);
+    if (!piece) throw Error(file.string() + ": has no piece to work on");
+    prepared.version = piece->version;
+    prepared.notes = loaded.notes;
+    if (voxelMm || script.fitMm) prepared.notes.push_back("The clay stays as it was saved: voxel and size of the script do not apply to it.");
+    return prepared;
+  }
   io::MeshFile read = io::readMesh(file, job);
   prepared.notes = std::move(read.notes);
+  if (read.unitMm && *read.unitMm != 1) {
+    for (Vec3d& position : read.mesh.positions) position *= *read.unitMm;
+  }
   if (isYUp(read, script.up)) {
     standUp(read.mesh);
     prepared.notes.push_back("Turned so that its y axis points up.");

@@ -20,7 +20,7 @@ struct PreparedClay {
 };
 
 struct PrepareOptions {
-  std::filesystem::path input = {};   ///< A mesh that takes the place of the script's own clay; empty: none.
+  std::filesystem::path input = {};   ///< A mesh or a saved document that takes the place of the script's own clay; empty: none.
   std::optional<double> voxelMm = {}; ///< Goes before the script's.
   Job* job = nullptr;
 };

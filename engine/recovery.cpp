@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "clay/error.h"
@@ -28,6 +29,13 @@ uint64_t stepsOf(const JournalStory& story) {
     if (story.begin.savedState != 0 && story.states[i].second == story.begin.savedState) saved = i;
   }
   return (saved > story.done ? saved - story.done : story.done - saved) + story.strokes.size();
+}
+
+// The program ended while it was being begun: what it was to hold is in the one before it.
+bool isUnborn(const io::JournalReader& journal) {
+  bool begun = false;
+  journal.forEachEvent([&](const io::RecordView& record) { begun = begun || record.header.kind == io::RecordKind::journalBegin; });
+  return !begun && journal.damagedPlaces() == 0;
 }
 
 // A document in which nothing was made: it was begun and not used.
@@ -149,10 +157,20 @@ size_t replay(Session& session, const std::vector<JournalStroke>& strokes) {
 
 std::vector<Recoverable> recoverable(const std::filesystem::path& folder) {
   std::vector<Recoverable> found;
+  std::set<std::string> writers;
   for (const std::filesystem::path& journal : io::abandonedJournals(folder)) {
     try {
       io::JournalReader reader(journal, true);
+      if (isUnborn(reader)) {
+        reader.remove();
+        continue;
+      }
       const JournalStory story = readStory(reader);
+      // A journal that was begun anew holds all that the one before it held, which a crash may have left beside it.
+      if (!writers.insert(story.begin.writer).second) {
+        reader.remove();
+        continue;
+      }
       // What the file holds by now may be newer than what the journal knew.
       bool saved = nothingNew(story) || isEmpty(reader, story);
       for (const std::filesystem::path& file : {story.begin.file, story.saving}) {

@@ -1,11 +1,9 @@
 #include "io/document_file.h"
 
-#define XXH_INLINE_ALL
 #include <fcntl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -19,6 +17,7 @@
 
 #include "clay/error.h"
 #include "io/atomic_file.h"
+#include "io/document_facts.h"
 #include "io/input.h"
 #include "io/open_documents.h"
 #include "io/sqlite.h"
@@ -27,27 +26,13 @@ namespace argil::io {
 
 namespace {
 
-constexpr uint32_t kApplicationId = 0x41726744;  // "ArgD"
 /// One record of the largest size fits in a leaf page: 8192 - 35 bytes of payload are kept local (sqlite.org/fileformat2.html, "B-tree cell format").
 constexpr int64_t kPageBytes = 8192;
-constexpr const char* kMetaTable = "CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID";
-constexpr const char* kRecordTable = "CREATE TABLE record(id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, body BLOB NOT NULL)";
-/// Sets of ids are bits: a file that claims more would cost a GiB. A stroke takes about a thousand.
-constexpr RecordId kMostIds = RecordId{1} << 33;
-constexpr int kMostMetaRows = 64;
 /// What SQLite adds to a record in its page: cell pointer, sizes, id, kind.
 constexpr int64_t kRowOverhead = 16;
 /// Smaller files are not worth shrinking.
 constexpr int64_t kLeastShrinkBytes = int64_t{1} << 20;
 constexpr size_t kIdOffset = 16;  // Of the id in a record's header.
-
-/// What a commit leaves in `meta`.
-struct Facts {
-  uint64_t save = 0;
-  uint64_t stamp = 0;  ///< Random, so that two saves of one count are told apart.
-  RecordId head = 0;
-  RecordId nextId = 1;
-};
 
 /// The folder's entries are on the disk. File systems that cannot do that say EINVAL.
 bool flushFolderOf(const std::filesystem::path& path) {
@@ -63,88 +48,6 @@ uint64_t randomStamp() {
   uint64_t stamp = 0;
   (void)!::getrandom(&stamp, sizeof stamp, 0);
   return stamp >> 1;  // SQLite's integers have a sign.
-}
-
-[[noreturn]] void damaged(const std::string& name, const std::string& what) {
-  fail(name, "is damaged (" + what + "); recover what is whole in it and save that under another name");
-}
-
-/// Over all rows but that of the checksum itself.
-int64_t checksumOfMeta(Database& database, const std::string& name) {
-  Query all(database, "SELECT key, value FROM meta WHERE key <> 'check' ORDER BY key");
-  uint64_t sum = 0;
-  for (int rows = 0; all.step(); ++rows) {
-    if (rows == kMostMetaRows) damaged(name, "its table of facts is too long");
-    const std::string row = all.text(0) + (all.isNumber(1) ? "\1" : "\2") + all.text(1);
-    sum = XXH3_64bits_withSeed(row.data(), row.size(), sum);
-  }
-  return static_cast<int64_t>(sum >> 1);
-}
-
-void writeFacts(Database& database, const Facts& facts, const std::string& name) {
-  Query put(database, "INSERT OR REPLACE INTO meta(key, value) VALUES(?1, ?2)");
-  const auto set = [&](const char* key, int64_t value) {
-    const std::string text = key;
-    put.bind(0, text).bind(1, value).step();
-    put.reset();
-  };
-  set("schema", kDocumentSchema);
-  set("needs", kDocumentSchema);
-  set("save", static_cast<int64_t>(facts.save));
-  set("stamp", static_cast<int64_t>(facts.stamp));
-  set("head", static_cast<int64_t>(facts.head));
-  set("next_id", static_cast<int64_t>(facts.nextId));
-  if (database.number("PRAGMA user_version") < kDocumentSchema) database.run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
-  const std::string key = "written_by", version = ARGIL_VERSION;
-  put.bind(0, key).bind(1, version).step();
-  put.reset();
-  set("check", checksumOfMeta(database, name));
-}
-
-int64_t metaNumber(Database& database, const char* key, const std::string& name) {
-  Query one(database, "SELECT value FROM meta WHERE key = ?1");
-  const std::string text = key;
-  one.bind(0, text);
-  if (!one.step() || !one.isNumber(0) || one.number(0) < 0) damaged(name, "its table of facts lacks " + text);
-  return one.number(0);
-}
-
-Facts readFacts(Database& database, const std::string& name) {
-  if (metaNumber(database, "check", name) != checksumOfMeta(database, name)) damaged(name, "its table of facts has changed");
-  Facts facts;
-  facts.save = static_cast<uint64_t>(metaNumber(database, "save", name));
-  facts.stamp = static_cast<uint64_t>(metaNumber(database, "stamp", name));
-  facts.head = static_cast<RecordId>(metaNumber(database, "head", name));
-  facts.nextId = static_cast<RecordId>(metaNumber(database, "next_id", name));
-  if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId) damaged(name, "its ids are out of range");
-  return facts;
-}
-
-/// Exactly our two tables: whatever else a schema can hold (views, triggers, indices, generated columns, checks) is code.
-void checkSchema(Database& database, const std::string& name) {
-  const int64_t version = database.number("PRAGMA user_version");
-  int ours = 0, others = 0;
-  {
-    Query all(database, "SELECT type, name, sql FROM sqlite_schema LIMIT 8");
-    while (all.step()) {
-      const std::string table = all.text(1), sql = all.text(2);
-      const bool known = all.text(0) == "table" && ((table == "meta" && sql == kMetaTable) || (table == "record" && sql == kRecordTable));
-      (known ? ours : others) += 1;
-    }
-  }
-  Query meta(database, "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = 'meta' AND sql = ?1");
-  const std::string sql = kMetaTable;
-  const bool mayAsk = meta.bind(0, sql).step();
-  meta.reset();
-  // The table of facts stays as it is in all schemas, so that every Argil can tell which one a file needs.
-  if (mayAsk && metaNumber(database, "needs", name) > kDocumentSchema) {
-    Query by(database, "SELECT value FROM meta WHERE key = 'written_by'");
-    const std::string who = by.step() ? displayName(by.text(0).substr(0, 40)) : "of a later date";
-    fail(name, "was written by Argil " + who + " and needs at least that to be read; nothing was opened");
-  }
-  if (ours == 2 && others == 0) return;
-  if (version > kDocumentSchema) fail(name, "was written by a newer Argil and needs that to be read; nothing was opened");
-  damaged(name, "its tables are not those of a document");
 }
 
 /// What a sane path to a document is; throws Error for what is none.
@@ -173,7 +76,7 @@ struct DocumentFile::State {
   std::string name;  ///< As messages show it.
   bool toWrite = true;
   bool checked = false;  ///< Its structure is sound: else what is added may be laid over what is there.
-  Facts facts;
+  DocumentFacts facts;
   std::optional<OpenDocument> registered;  ///< As long as the database is open under its own name.
   std::unique_ptr<AtomicFile> fresh;  ///< Until the first commit.
   std::unique_ptr<Database> database;
@@ -194,10 +97,9 @@ struct DocumentFile::State {
     if (!fresh) fresh = std::make_unique<AtomicFile>(path);
     database = std::make_unique<Database>(fresh->temporary(), name);
     database->expectWriting();
-    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA application_id = 0x41726744; PRAGMA auto_vacuum = NONE");
+    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA auto_vacuum = NONE");
     database->run("BEGIN IMMEDIATE");
-    database->run(kMetaTable);
-    database->run(kRecordTable);
+    makeTables(*database);
     prepare();
   }
 
@@ -206,7 +108,7 @@ struct DocumentFile::State {
     registered.emplace(path);
     database = std::make_unique<Database>(path, name);
     database->run("BEGIN");
-    checkSchema(*database, name);
+    checkTables(*database, name);
     facts = readFacts(*database, name);
     database->run("COMMIT");
     if (toWrite) {
@@ -231,7 +133,7 @@ struct DocumentFile::State {
   /// Null before the first transaction of a new file.
   Database* reader() {
     if (!database && facts.save > 0) {
-      const Facts mine = facts;
+      const DocumentFacts mine = facts;
       try {
         openSaved();
         if (facts.stamp != mine.stamp) throw Error(changed(), Error::Kind::work);
@@ -287,7 +189,7 @@ struct DocumentFile::State {
     fresh.reset();
   }
 
-  void commitInPlace(const Facts& next) {
+  void commitInPlace(const DocumentFacts& next) {
     try {
       database->run("COMMIT");
     } catch (const Error&) {
@@ -295,7 +197,7 @@ struct DocumentFile::State {
       database->rollBack();
       bool settled = false;
       try {
-        const Facts now = readFacts(*database, name);
+        const DocumentFacts now = readFacts(*database, name);
         if (now.stamp == next.stamp) {
           facts = now;
           settled = flushFolderOf(path);
@@ -365,7 +267,7 @@ RecordSet DocumentFile::held() {
   Query all(*database, "SELECT id FROM record");
   while (all.step()) {
     const auto id = static_cast<RecordId>(all.number(0));
-    if (id == 0 || id > kMostIds) damaged(state_->name, "its ids are out of range");
+    if (id == 0 || id > kMostIds) failDamaged(state_->name, "its ids are out of range");
     set.add(id);
   }
   return set;
@@ -549,7 +451,7 @@ void DocumentFile::Transaction::removeAllBut(const RecordSet& live) {
 
 void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   DocumentFile::State& file = *state_->file;
-  Facts next = file.facts;
+  DocumentFacts next = file.facts;
   ++next.save;
   next.stamp = randomStamp();
   next.head = head;
@@ -574,7 +476,7 @@ bool isDocument(const std::filesystem::path& path) {
   const ssize_t got = ::pread(fd, header.data(), header.size(), 0);
   closeKeepingLocks(fd);
   const uint32_t application = uint32_t{header[68]} << 24 | uint32_t{header[69]} << 16 | uint32_t{header[70]} << 8 | header[71];
-  return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 && application == kApplicationId;
+  return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 && application == kDocumentApplicationId;
 }
 
 }  // namespace argil::io

@@ -23,6 +23,11 @@ class MeshEncoder {
   virtual ~MeshEncoder() = default;
   virtual void begin(ByteSink& sink, const MeshCounts& counts) = 0;
   virtual void vertices(ByteSink& sink, std::span<const Vec3d> positions) = 0;
+  /// The same when counts.colours, one colour a vertex. A format without colours leaves them out.
+  virtual void colouredVertices(ByteSink& sink, std::span<const Vec3d> positions, std::span<const Colour> colours) {
+    static_cast<void>(colours);
+    vertices(sink, positions);
+  }
   virtual void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) = 0;
   virtual void end(ByteSink& sink) = 0;
 };
@@ -38,8 +43,8 @@ struct Format {
   ModelFile (*readInProcess)(const std::filesystem::path&, Job*) = nullptr;
   // How it is written: piece by piece, or as a whole, or not.
   std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&) = nullptr;
-  /// Puts the model, which was checked, into the file; the caller commits. May throw Error, Cancelled.
-  void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, Job*) = nullptr;
+  /// Puts the model, which was checked, into the file and says in the report what was lost; the caller counts and commits. May throw Error, Cancelled.
+  void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*) = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
 };
 
@@ -59,6 +64,17 @@ std::unique_ptr<MeshEncoder> makePlyEncoder(const WriteOptions&);
 
 bool recognizesOff(const Input&);
 MeshFile parseOff(const Input&);
+
+bool recognizesGlb(const Input&);
+bool recognizesGltf(const Input&);
+ModelFile readGltf(const std::filesystem::path&, Job*);
+void writeGlb(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*);
+/// With its buffers inside, as two files do not appear as one.
+void writeGltf(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*);
+
+bool recognizesDraco(const Input&);
+ModelFile readDraco(const std::filesystem::path&, Job*);
+void writeDraco(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*);
 
 /// Adds the polygon as a fan of triangles and counts it. At least three corners.
 void addPolygon(MeshFile& file, std::span<const uint32_t> corners);

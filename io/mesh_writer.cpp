@@ -61,28 +61,49 @@ std::string rounded(double value) {
 
 [[noreturn]] void failWork(const std::string& name, const std::string& wrong) { throw Error(name + ": " + wrong, Error::Kind::work); }
 
-void checkPosition(const std::string& name, const Vec3d& p, uint64_t index, bool single, WriteReport& report) {
-  for (const double x : {p.x(), p.y(), p.z()}) {
-    if (!std::isfinite(x)) failWork(name, "vertex " + std::to_string(index) + " is not finite; nothing was written");
-    if (!single) continue;
-    if (std::abs(x) > double(std::numeric_limits<float>::max())) {
-      failWork(name, "a coordinate of " + rounded(x) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+/// Notes what 32-bit numbers lose. The first that cannot be written is looked for where the whole says that there is one: most have none, and then one pass without
+/// branches is enough.
+void checkPositions(const std::string& name, std::span<const Vec3d> positions, uint64_t first, bool single, WriteReport& report) {
+  bool good = true;
+  double loss = 0;
+  const double most = single ? double(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
+  const double* const numbers = positions.front().data();
+  for (size_t i = 0; i < 3 * positions.size(); ++i) good &= std::abs(numbers[i]) <= most;
+  if (!good) {
+    for (size_t i = 0; i < 3 * positions.size(); ++i) {
+      if (!std::isfinite(numbers[i])) failWork(name, "vertex " + std::to_string(first + i / 3) + " is not finite; nothing was written");
+      if (std::abs(numbers[i]) > most) {
+        failWork(name, "a coordinate of " + rounded(numbers[i]) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+      }
     }
-    report.rounding = std::max(report.rounding, std::abs(narrowed(x) - x));
   }
+  if (!single) return;
+  for (size_t i = 0; i < 3 * positions.size(); ++i) loss = std::max(loss, std::abs(narrowed(numbers[i]) - numbers[i]));
+  report.rounding = std::max(report.rounding, loss);
 }
 
 void checkCorners(const std::string& name, std::span<const std::array<uint32_t, 3>> triangles, uint64_t vertices) {
-  for (const auto& [a, b, c] : triangles) {
-    if (std::max({a, b, c}) >= vertices) failWork(name, "a triangle names a vertex that is not there; nothing was written");
-  }
+  uint32_t highest = 0;
+  for (const auto& triangle : triangles)
+    for (const uint32_t v : triangle) highest = std::max(highest, v);
+  if (highest >= vertices) failWork(name, "a triangle names a vertex that is not there; nothing was written");
 }
 
 void checkMesh(const std::string& name, const clay::TriangleMesh& mesh, bool single, WriteReport& report) {
-  for (size_t i = 0; i < mesh.positions.size(); ++i) checkPosition(name, mesh.positions[i], report.vertices + i, single, report);
+  if (!mesh.positions.empty()) checkPositions(name, mesh.positions, report.vertices, single, report);
   checkCorners(name, mesh.triangles, mesh.positions.size());
   report.vertices += mesh.positions.size();
   report.triangles += mesh.triangles.size();
+}
+
+/// One a vertex; white where the object says nothing. A colour of triangles goes to their corners, the last triangle's where they differ.
+std::vector<Colour> coloursOfVertices(const ModelObject& object) {
+  if (object.triangleColours.empty() && !object.vertexColours.empty()) return object.vertexColours;
+  std::vector<Colour> colours(object.mesh.positions.size(), object.colour.value_or(Colour{}));
+  for (size_t t = 0; t < object.triangleColours.size(); ++t)
+    for (const uint32_t v : object.mesh.triangles[t])
+      if (v < colours.size()) colours[v] = object.triangleColours[t];
+  return colours;
 }
 
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
@@ -136,13 +157,21 @@ MeshWriter::MeshWriter(const std::filesystem::path& path, const MeshCounts& coun
 
 MeshWriter::~MeshWriter() = default;
 
-void MeshWriter::vertices(std::span<const Vec3d> positions) {
+void MeshWriter::vertices(std::span<const Vec3d> positions) { vertices(positions, {}); }
+
+void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colour> colours) {
   State& s = *state_;
   if (positions.size() > s.counts.vertices - s.report.vertices) s.failWork("more vertices came than were announced");
+  if (colours.size() != (s.counts.colours ? positions.size() : 0)) s.failWork("vertices came without the colours that were announced, or with others");
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
-    for (size_t i = 0; i < piece.size(); ++i) checkPosition(s.name, piece[i], s.report.vertices + i, s.single, s.report);
-    s.encoder->vertices(s.sink, piece);
+    checkPositions(s.name, piece, s.report.vertices, s.single, s.report);
+    if (s.counts.colours) {
+      s.encoder->colouredVertices(s.sink, piece, colours.first(piece.size()));
+      colours = colours.subspan(piece.size());
+    } else {
+      s.encoder->vertices(s.sink, piece);
+    }
     s.report.vertices += piece.size();
     s.step();
     positions = positions.subspan(piece.size());
@@ -208,8 +237,17 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   }
   requireAmount(path, counts);
   if (format.write == nullptr) {
+    for (const ModelObject& object : model.objects) {
+      counts.colours = counts.colours || object.colour || !object.vertexColours.empty() || !object.triangleColours.empty();
+    }
     MeshWriter writer(path, counts, options, job);
-    for (const ModelObject& object : model.objects) writer.vertices(object.mesh.positions);
+    for (const ModelObject& object : model.objects) {
+      if (counts.colours) {
+        writer.vertices(object.mesh.positions, coloursOfVertices(object));
+      } else {
+        writer.vertices(object.mesh.positions);
+      }
+    }
     uint32_t first = 0;
     std::vector<std::array<uint32_t, 3>> moved;
     for (const ModelObject& object : model.objects) {
@@ -229,7 +267,7 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   const std::string name = displayName(path);
   for (const ModelObject& object : model.objects) checkMesh(name, object.mesh, format.singlePrecision, report);
   AtomicFile file(path);
-  format.write(file, model, options, job);
+  format.write(file, model, options, report, job);
   file.commit();
   report.format = format.name;
   report.bytes = file.bytes();

@@ -11,6 +11,7 @@
 
 #include "clay/job.h"
 #include "clay/triangle_mesh.h"
+#include "io/model_file.h"
 
 namespace argil::io {
 
@@ -21,6 +22,9 @@ struct WriteOptions {
   /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
   /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
   bool distinct = false;
+  bool draco = true;  ///< glTF only: compressed with Draco (KHR_draco_mesh_compression).
+  /// glTF with Draco, and .drc: mm that a coordinate may move by quantization; 0: a 131 070th of the model's largest extent (16 bits). No finer than 2^-29 of the extent.
+  double quantization = 0;
   /// mm: what a coordinate may lose to 32-bit numbers before the report warns.
   double tolerance = std::numeric_limits<double>::infinity();
 };
@@ -28,6 +32,7 @@ struct WriteOptions {
 struct MeshCounts {
   uint64_t vertices = 0;
   uint64_t triangles = 0;
+  bool colours = false;  ///< Each vertex has one. PLY and OBJ keep them, without alpha; STL does not.
 };
 
 struct WriteReport {
@@ -36,13 +41,15 @@ struct WriteReport {
   uint64_t triangles = 0;
   uint64_t bytes = 0;
   double rounding = 0;  ///< mm: the most that a coordinate lost to 32-bit numbers.
+  double deviation = 0;  ///< mm: the farthest that a vertex was moved, where the format rounds on purpose (Draco); measured on all of them.
   std::string warning;  ///< A sentence when that is more than the tolerance, else empty.
 };
 
 /// Writes a mesh that need not exist as a whole: all vertices, in any number of pieces, then all triangles. The file
 /// appears at finish(), whole and on the disk; before, and after any error or cancel, there is nothing and an old file
 /// stands. Memory: STL keeps 12 bytes a vertex (about 60 when
-/// they are kept distinct), the others a buffer. One thread.
+/// they are kept distinct), the others two buffers. One
+/// thread, and one that writes.
 class MeshWriter {
  public:
   /// Throws Error: an ending that is not supported, a place that cannot be written, no triangles, too many for the
@@ -55,6 +62,8 @@ class MeshWriter {
 
   /// mm. Throws Error (kind work): not finite, beyond 32-bit numbers, more than announced, no space; Cancelled.
   void vertices(std::span<const Vec3d> positions);
+  /// The same with colours, as many, if they were announced.
+  void vertices(std::span<const Vec3d> positions, std::span<const Colour> colours);
   /// Counter-clockwise from outside; indices in the order of vertices(). Throws Error (kind work); Cancelled.
   void triangles(std::span<const std::array<uint32_t, 3>> triangles);
   /// Throws Error (kind work) when fewer came than announced, or from the disk.

@@ -20,6 +20,9 @@ constexpr std::array kFormats = {
     Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
     Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true},
+    Format{.name = "glTF (binary)", .extension = ".glb", .recognizes = recognizesGlb, .readInProcess = readGltf, .write = writeGlb},
+    Format{.name = "glTF", .extension = ".gltf", .recognizes = recognizesGltf, .readInProcess = readGltf, .write = writeGltf},
+    Format{.name = "Draco", .extension = ".drc", .recognizes = recognizesDraco, .readInProcess = readDraco, .write = writeDraco},
 };
 
 std::string endingOf(const std::string& name) {

@@ -18,7 +18,8 @@ struct ModelView {
   std::vector<std::pair<std::string, std::string>> metadata;
 };
 
-/// Writes a model, whole or not at all, as MeshWriter does; formats of one mesh (STL, OBJ, PLY, .drc) get all objects as one and drop what they cannot say.
+/// Writes a model, whole or not at all, as MeshWriter does; formats of one mesh (STL, OBJ, PLY, .drc) get all objects as one and drop what they cannot say:
+/// PLY and OBJ keep a colour a vertex, STL none.
 /// Throws Error, Cancelled.
 WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options = {}, Job* job = nullptr);
 

@@ -248,12 +248,22 @@ class ObjEncoder : public MeshEncoder {
  public:
   void begin(ByteSink& sink, const MeshCounts&) override { sink.text("# Written by Argil, units: mm\n"); }
 
-  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override {
-    for (const Vec3d& p : positions) {
+  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override { colouredVertices(sink, positions, {}); }
+
+  /// Colours, 0 to 1, behind the coordinates: no standard, but what MeshLab, Blender and others write and read.
+  void colouredVertices(ByteSink& sink, std::span<const Vec3d> positions, std::span<const Colour> colours) override {
+    for (size_t i = 0; i < positions.size(); ++i) {
+      const Vec3d& p = positions[i];
       sink.text("v");
       for (const double x : {p.x(), p.y(), p.z()}) {
         sink.text(" ");
         sink.decimal(x);
+      }
+      if (!colours.empty()) {
+        for (const uint8_t level : {colours[i].red, colours[i].green, colours[i].blue}) {
+          sink.text(" ");
+          sink.decimal(float(level) / 255.0f);
+        }
       }
       sink.text("\n");
     }

@@ -1,6 +1,8 @@
 // Stanford polygon format, text and binary: http://paulbourke.net/dataformats/ply/
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <optional>
 
@@ -463,6 +465,7 @@ class PlyEncoder : public MeshEncoder {
       sink.text(" ");
       sink.text({&axis, 1});
     }
+    if (counts.colours) sink.text("\nproperty uchar red\nproperty uchar green\nproperty uchar blue");
     sink.text("\nelement face ");
     sink.decimal(counts.triangles);
     // Most readers want int; it reaches to 2^31 - 1.
@@ -471,28 +474,32 @@ class PlyEncoder : public MeshEncoder {
     sink.text("\nend_header\n");
   }
 
-  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override {
-    for (const Vec3d& p : positions) {
-      for (const double x : {p.x(), p.y(), p.z()}) {
-        if (doubles_) {
-          sink.little(x);
-        } else {
-          sink.little(float(x));
-        }
-      }
+  void vertices(ByteSink& sink, std::span<const Vec3d> positions) override { colouredVertices(sink, positions, {}); }
+
+  void colouredVertices(ByteSink& sink, std::span<const Vec3d> positions, std::span<const Colour> colours) override {
+    const size_t place = doubles_ ? sizeof(Vec3d) : sizeof(Vec3f), size = place + (colours.empty() ? 0 : 3);
+    for (size_t i = 0; i < positions.size(); ++i) {
+      std::byte* const at = sink.room(size);
+      const Vec3f narrow = positions[i].cast<float>();
+      std::memcpy(at, doubles_ ? static_cast<const void*>(positions[i].data()) : narrow.data(), place);
+      if (!colours.empty()) std::memcpy(at + place, &colours[i], 3);
     }
   }
 
   void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
     for (const auto& triangle : triangles) {
-      sink.little(uint8_t(3));
-      for (const uint32_t v : triangle) sink.little(v);
+      std::byte* const at = sink.room(1 + sizeof triangle);
+      *at = std::byte{3};
+      std::memcpy(at + 1, triangle.data(), sizeof triangle);
     }
   }
 
   void end(ByteSink&) override {}
 
  private:
+  static_assert(std::endian::native == std::endian::little && sizeof(Vec3d) == 24 && sizeof(Vec3f) == 12);
+  static_assert(offsetof(Colour, red) == 0 && offsetof(Colour, green) == 1 && offsetof(Colour, blue) == 2);
+
   bool doubles_;
 };
 

@@ -3,24 +3,52 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "clay/job.h"
+#include "io/reader/wire.h"
 
 namespace argil::io {
 
 struct ReaderLimits {
-  uint64_t memoryBytes = uint64_t{4} << 30;  ///< Address space of the process.
+  uint64_t memoryBytes = uint64_t{4} << 30;  ///< Address space of the process, and what it may send.
   double seconds = 120;                      ///< Of its CPU time, and twice that on the clock.
 };
 
-/// Starts `argil-reader WHAT FILE` (beside the running program, or what ARGIL_READER names) without forking, gives it the limits, lets it open nothing to write, and calls back with what it sends,
-/// piece by piece. Throws Error with the sentence that the reader sent, or one that says that the file made it run out of memory, time or crash; Cancelled (it is
-/// killed). Any thread but the servo's.
-void runReader(const std::string& what, const std::filesystem::path& file, const std::function<void(std::span<const std::byte>)>& take, Job* job = nullptr,
+/// Where argil-reader is: what ARGIL_READER names, else beside the running program. Throws Error when it is not there.
+[[nodiscard]] std::filesystem::path readerProgram();
+
+/// Starts `argil-reader WHAT FILE` without forking, gives it the limits, lets it open nothing to write, and calls back
+/// with each message that it sends: its kind and its payload, of which nothing was checked but the length; `end` comes
+/// last. Throws Error with the sentence that the reader sent, or one that says that the file made it run out of memory,
+/// time or crash; Cancelled (it is killed). It has ended when this returns or throws. Any thread but the servo's.
+void runReader(const std::string& what, const std::filesystem::path& file,
+               const std::function<void(wire::Kind, std::span<const std::byte>)>& take, Job* job = nullptr,
                const ReaderLimits& limits = {});
+
+/// Text from the reader as a message or a name may have it: one line, no control characters.
+[[nodiscard]] std::string wireText(std::span<const std::byte> payload);
+
+/// A struct at the beginning of a payload, and what follows. Throws Error when it is too short.
+template <class Struct>
+[[nodiscard]] Struct wireStruct(std::span<const std::byte> payload, std::span<const std::byte>* rest = nullptr);
+/// For callbacks: throws the Error for a stream that does not keep to the rules. runReader puts the file's name before
+/// every Error of its callback.
+[[noreturn]] void failWire();
+
+template <class Struct>
+Struct wireStruct(std::span<const std::byte> payload, std::span<const std::byte>* rest) {
+  static_assert(std::is_trivially_copyable_v<Struct>);
+  Struct value;
+  if (payload.size() < sizeof value) failWire();
+  std::memcpy(&value, payload.data(), sizeof value);
+  if (rest != nullptr) *rest = payload.subspan(sizeof value);
+  return value;
+}
 
 }  // namespace argil::io

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 
 #include "clay/weld.h"
 #include "io/format.h"
@@ -16,6 +18,8 @@ constexpr size_t kHeader = 80;
 constexpr size_t kStart = kHeader + 4;
 constexpr size_t kTriangle = 50;  ///< Normal and three corners of three 32-bit floats, two bytes of attributes.
 constexpr size_t kBatch = 4096;   ///< Triangles read between two looks at the job.
+constexpr size_t kWritten = 256;  ///< Triangles whose normals are found together.
+static_assert(kTriangle * kWritten <= ByteSink::kSize);
 /// A binary file that begins with "solid" has a zero byte here, in its padding or in the upper byte of its count.
 constexpr size_t kTextProbe = 84;
 
@@ -198,7 +202,9 @@ MeshFile parseText(const Input& input) {
 /// STL repeats its vertices, so they are kept until their triangles come: as the floats that are written.
 class StlEncoder : public MeshEncoder {
  public:
-  explicit StlEncoder(const WriteOptions& options) : text_(options.text), distinct_(options.distinct) {}
+  explicit StlEncoder(const WriteOptions& options) : text_(options.text), distinct_(options.distinct) {
+    for (auto* values : {&x_, &y_, &z_}) values->setZero();
+  }
 
   void begin(ByteSink& sink, const MeshCounts& counts) override {
     positions_.reserve(counts.vertices);
@@ -222,23 +228,12 @@ class StlEncoder : public MeshEncoder {
   }
 
   void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
-    for (const auto& [a, b, c] : triangles) {
-      const std::array<Vec3f, 3> corners = {positions_[a], positions_[b], positions_[c]};
-      const Vec3f normal = normalOf(corners);
+    for (; !triangles.empty(); triangles = triangles.subspan(std::min(kWritten, triangles.size()))) {
+      const auto piece = triangles.first(std::min(kWritten, triangles.size()));
       if (text_) {
-        sink.text("facet normal");
-        decimals(sink, normal);
-        sink.text("\n outer loop\n");
-        for (const Vec3f& corner : corners) {
-          sink.text("  vertex");
-          decimals(sink, corner);
-          sink.text("\n");
-        }
-        sink.text(" endloop\nendfacet\n");
+        for (const auto& triangle : piece) describe(sink, triangle);
       } else {
-        littles(sink, normal);
-        for (const Vec3f& corner : corners) littles(sink, corner);
-        sink.little(uint16_t(0));
+        pack(piece, sink.room(kTriangle * piece.size()));
       }
     }
   }
@@ -248,18 +243,49 @@ class StlEncoder : public MeshEncoder {
   }
 
  private:
-  /// Zero where the triangle has no direction, as the format allows.
-  static Vec3f normalOf(const std::array<Vec3f, 3>& corners) {
-    const Vec3d a = corners[0].cast<double>();
-    const Vec3d edge1 = corners[1].cast<double>() - a;
-    const Vec3d edge2 = corners[2].cast<double>() - a;
-    // Lengths are scaled first, so that neither tiny nor huge triangles leave the range of the cross product.
-    const double size = std::max(edge1.cwiseAbs().maxCoeff(), edge2.cwiseAbs().maxCoeff());
-    if (size == 0) return Vec3f::Zero();
-    const Vec3d cross = (edge1 / size).cross(edge2 / size);
+  /// As the file has it, but for padding at the end.
+  struct Record {
+    std::array<Vec3f, 4> vectors;
+    uint16_t attributes;
+  };
+  static_assert(std::endian::native == std::endian::little && sizeof(Vec3f) == 12 && offsetof(Record, attributes) == kTriangle - 2);
+
+  /// Products of four 32-bit numbers are far from the limits of a double: neither tiny nor huge triangles need care.
+  static Vec3d crossOf(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+    const Vec3d from = a.cast<double>();
+    return (b.cast<double>() - from).cross(c.cast<double>() - from);
+  }
+
+  /// Root and division, half of all the work, go over many triangles at once. A triangle without direction gets a normal of zero, as the format allows.
+  void pack(std::span<const std::array<uint32_t, 3>> triangles, std::byte* to) {
+    for (size_t i = 0; i < triangles.size(); ++i) {
+      const auto& [a, b, c] = triangles[i];
+      const Vec3d cross = crossOf(positions_[a], positions_[b], positions_[c]);
+      x_[Eigen::Index(i)] = cross.x(), y_[Eigen::Index(i)] = cross.y(), z_[Eigen::Index(i)] = cross.z();
+    }
+    scale_ = (x_ * x_ + y_ * y_ + z_ * z_).max(std::numeric_limits<double>::min()).sqrt().inverse();
+    x_ *= scale_, y_ *= scale_, z_ *= scale_;
+    for (size_t i = 0; i < triangles.size(); ++i, to += kTriangle) {
+      const auto& [a, b, c] = triangles[i];
+      const auto at = Eigen::Index(i);
+      const Record record{{Vec3f(float(x_[at]), float(y_[at]), float(z_[at])), positions_[a], positions_[b], positions_[c]}, 0};
+      std::memcpy(to, &record, kTriangle);
+    }
+  }
+
+  void describe(ByteSink& sink, const std::array<uint32_t, 3>& triangle) const {
+    const auto& [a, b, c] = triangle;
+    sink.text("facet normal");
+    const Vec3d cross = crossOf(positions_[a], positions_[b], positions_[c]);
     const double length = cross.norm();
-    if (length == 0) return Vec3f::Zero();
-    return (cross / length).cast<float>();
+    decimals(sink, length > 0 ? Vec3f((cross / length).cast<float>()) : Vec3f::Zero());
+    sink.text("\n outer loop\n");
+    for (const uint32_t v : triangle) {
+      sink.text("  vertex");
+      decimals(sink, positions_[v]);
+      sink.text("\n");
+    }
+    sink.text(" endloop\nendfacet\n");
   }
 
   /// Until nobody was there before, axis by axis; the step is a few last digits, and not lost beside zero.
@@ -273,11 +299,6 @@ class StlEncoder : public MeshEncoder {
     }
   }
 
-  static void littles(ByteSink& sink, const Vec3f& v) {
-    sink.little(v.x());
-    sink.little(v.y());
-    sink.little(v.z());
-  }
   static void decimals(ByteSink& sink, const Vec3f& v) {
     for (const float x : {v.x(), v.y(), v.z()}) {
       sink.text(" ");
@@ -286,6 +307,7 @@ class StlEncoder : public MeshEncoder {
   }
 
   bool text_, distinct_;
+  Eigen::Array<double, kWritten, 1> x_, y_, z_, scale_;  // Of pack(); behind the last triangle what was there before.
   std::vector<Vec3f> positions_;
   clay::VertexWelder taken_;
 };

@@ -264,7 +264,7 @@ std::string relations() {
 
 }  // namespace
 
-void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions&, Job* job) {
+void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions&, WriteReport&, Job* job) {
   const ModelText text(displayName(file.target()), model);
   ZipWriter zip(file);
   zip.add("[Content_Types].xml", kContentTypes);

@@ -45,8 +45,8 @@ int run(int argc, char** argv) {
   std::string sculptSize = "1280x720";
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes");
   sculptVerb->add_option("script", sculpt.script, "Script (JSON)")->required();
-  sculptVerb->add_option("-i,--input", sculpt.input, "Mesh in place of the script's clay");
-  sculptVerb->add_option("-o,--output", sculpt.outputs, "Mesh to write (.stl, .obj, .ply); may be repeated");
+  sculptVerb->add_option("-i,--input", sculpt.input, "Mesh or document in place of the script's clay");
+  sculptVerb->add_option("-o,--output", sculpt.outputs, "Document (.argil) or model to write (.3mf, .stl, .obj, .ply, .glb, .drc, .vdb); may be repeated");
   sculptVerb->add_option("--png", sculpt.png, "Picture of the result");
   sculptVerb->add_option("--before-png", sculpt.beforePng, "Picture of the clay before the first stroke");
   sculptVerb->add_option("--report", sculpt.report, "Figures as JSON");
@@ -58,22 +58,29 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
 
   cli::ConvertOptions convert;
-  auto* convertVerb = app.add_subcommand("convert", "Convert a mesh, straight or by way of clay");
-  convertVerb->add_option("input", convert.input, "Mesh (.stl, .obj, .ply, .off)")->required();
-  convertVerb->add_option("output", convert.output, "Mesh (.stl, .obj, .ply)")->required();
+  auto* convertVerb = app.add_subcommand("convert", "Convert a model or document, straight or by way of clay");
+  convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .off, .glb, .gltf, .drc)")->required();
+  convertVerb->add_option("output", convert.output, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .glb, .drc)")->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
-  convertVerb->add_option("--units", convert.units, "Units of the input: mm, um, cm, m, in, ft")->capture_default_str();
+  convertVerb->add_option("--units", convert.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
+  convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
+  convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
 
   cli::InspectOptions inspect;
   auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");
-  inspectVerb->add_option("file", inspect.input, "Mesh")->required();
+  inspectVerb->add_option("file", inspect.input, "Document or model")->required();
   inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
+  cli::RecoverOptions recover;
+  auto* recoverVerb = app.add_subcommand("recover", "What sessions that ended by a crash left, and its way into a file");
+  recoverVerb->add_option("journal", recover.journal, "A journal; all are listed when left out");
+  recoverVerb->add_option("-o,--output", recover.output, "Document to write (.argil)");
+
   cli::RenderOptions render;
   std::string renderSize = "1280x720";
-  auto* renderVerb = app.add_subcommand("render", "A picture of a mesh as clay, or the frames of a turntable");
-  renderVerb->add_option("file", render.input, "Mesh")->required();
+  auto* renderVerb = app.add_subcommand("render", "A picture of a document or model, or the frames of a turntable");
+  renderVerb->add_option("file", render.input, "Document or model")->required();
   renderVerb->add_option("-o,--output", render.output, "Picture (.png); with --frames %d or %03d in it for the frame's number")->required();
   renderVerb->add_option("--frames", render.frames, "Frames of one revolution about the upright axis")->capture_default_str();
   renderVerb->add_option("--samples", render.samples, "Samples a pixel along each axis, 1 to 4")->capture_default_str();
@@ -116,8 +123,8 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
 
   cli::BenchOptions bench;
-  auto* benchVerb = app.add_subcommand("bench", "Measure this machine (edit, surface, touch, render) or the feel of simulated devices (buzz, stability)");
-  benchVerb->add_option("names", bench.names, "edit, surface, touch, render, buzz, stability; all but the last when left out");
+  auto* benchVerb = app.add_subcommand("bench", "Measure this machine (edit, surface, touch, render, keep) or the feel of simulated devices (buzz, stability)");
+  benchVerb->add_option("names", bench.names, "edit, surface, touch, render, keep, buzz, stability; all but the last when left out");
   benchVerb->add_option("--json", bench.json, "Figures as JSON");
   benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz or stability)");
   benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
@@ -133,7 +140,7 @@ int run(int argc, char** argv) {
   studio::StudioOptions studio;
   std::string studioSize, studioTheme;
   auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone does too");
-  studioVerb->add_option("file", studio.file, "Script (.json) or mesh to open");
+  studioVerb->add_option("file", studio.file, "Document (.argil), script (.json), level set or model to open");
   studioVerb->add_option("--size", studioSize, "Of the window in pixels");
   studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit; as the display says when left out")->check(CLI::Range(0.5, 4.0));
   studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")->capture_default_str();
@@ -155,13 +162,14 @@ int run(int argc, char** argv) {
     return 2;
   }
 
-  sculpt.job = convert.job = inspect.job = render.job = feel.job = bench.job = &job;
+  sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = bench.job = &job;
   if (*sculptVerb) {
     sculpt.size = parseSize(sculptSize);
     cli::sculpt(sculpt);
   }
   if (*convertVerb) cli::convert(convert);
   if (*inspectVerb) cli::inspect(inspect);
+  if (*recoverVerb) cli::recover(recover);
   if (*renderVerb) {
     render.size = parseSize(renderSize);
     cli::render(render);

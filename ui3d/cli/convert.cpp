@@ -1,36 +1,99 @@
-// argil convert: from one mesh format to another, straight or by way of clay.
+// argil convert: from one format to another, straight or by way of clay.
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "clay/surface.h"
-#include "io/mesh_writer.h"
-#include "ui3d/cli/mesh_input.h"
+#include "clay/error.h"
+#include "engine/kept_document.h"
+#include "engine/load_document.h"
+#include "io/model_file.h"
+#include "io/model_writer.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {
+namespace {
 
-void convert(const ConvertOptions& options) {
-  io::requireWritable(options.output);
-  clay::TriangleMesh mesh = readMeshIn(options.input, options.units, options.job).mesh;
-  io::WriteOptions write;
-  if (options.voxelMm) {
-    const clay::Imported imported = meshAsClay(options.input, mesh, options.voxelMm, options.job);
-    mesh = {};
-    clay::Surface surface(false);
-    surface.update(imported.version, 2);
-    mesh = surface.toMesh();
-    write.tolerance = 0.1 * *options.voxelMm;
-    write.distinct = true;
-  } else {
-    write.tolerance = 1e-3;
+// Above one a count of triangles, else a part of what there is.
+uint64_t wantedTriangles(double reduce, uint64_t triangles) {
+  if (!(reduce > 0) || !std::isfinite(reduce)) throw Error(fmt::format("--reduce {}: give a count of triangles, or a part of them between 0 and 1", reduce));
+  return reduce < 1 ? static_cast<uint64_t>(reduce * static_cast<double>(triangles)) : static_cast<uint64_t>(reduce);
+}
+
+engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io::ModelObject>& objects) {
+  engine::ModelExport how;
+  how.visibleOnly = false;
+  how.errorMm = options.errorMm;
+  if (options.reduce) {
+    uint64_t triangles = 0;
+    for (const io::ModelObject& object : objects) triangles += object.mesh.triangles.size();
+    how.triangles = wantedTriangles(*options.reduce, triangles);
+  }
+  return how;
+}
+
+void convertClay(const ConvertOptions& options) {
+  engine::ModelImport how;
+  how.units = options.units;
+  how.voxelMm = options.voxelMm;
+  engine::LoadedDocument loaded;
+  {
+    const ProgressLine line("reading " + options.input.filename().string(), options.job);
+    loaded = engine::loadDocument(options.input, how, options.job);
+  }
+  for (const std::string& note : loaded.notes) fmt::print("{}\n", note);
+  const ProgressLine line("writing " + options.output.filename().string(), options.job);
+  if (options.output.extension() == ".argil") {
+    engine::saveDocument(options.output, *loaded.document, options.job);
+    fmt::print("{}: saved\n", options.output.string());
+    return;
+  }
+  engine::ModelExport what;
+  what.visibleOnly = false;
+  if (options.reduce || options.errorMm) what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
+  for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
+}
+
+void convertMesh(const ConvertOptions& options) {
+  const double given = engine::unitMm(options.units);
+  io::ModelFile model;
+  {
+    const ProgressLine line("reading " + options.input.filename().string(), options.job);
+    model = io::readModel(options.input, options.job);
+  }
+  for (const std::string& note : model.notes) fmt::print("{}\n", note);
+  const double mm = model.unitMm.value_or(given);
+  if (mm != 1) {
+    for (io::ModelObject& object : model.objects) {
+      for (Vec3d& p : object.mesh.positions) p *= mm;
+    }
+  }
+  if (options.reduce || options.errorMm) {
+    const ProgressLine line("reducing", options.job);
+    fmt::print("{}\n", engine::reduceModel(model.objects, exportOf(options, model.objects), options.job));
   }
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
-  const io::WriteReport report = io::writeMesh(options.output, mesh, write, options.job);
+  io::WriteOptions write;
+  write.tolerance = 1e-3;
+  const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);
   fmt::print("{}: {} triangles, {} vertices, {} bytes, {}\n", options.output.string(), report.triangles, report.vertices, report.bytes, report.format);
+}
+
+}  // namespace
+
+void convert(const ConvertOptions& options) {
+  if (options.reduce && options.errorMm) throw Error("--reduce and --error: give one of them");
+  const bool toClay = engine::holdsClay(options.output.filename());
+  if (!toClay) io::requireWritable(options.output);
+  if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));
+  if (toClay || options.voxelMm || engine::holdsClay(options.input)) convertClay(options);
+  else convertMesh(options);
 }
 
 }  // namespace argil::cli

@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/mesh_topology.h"
+#include "clay/error.h"
 #include "clay/surface.h"
+#include "engine/load_document.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -44,9 +46,48 @@ void printTopology(const clay::TopologyReport& t) {
   fmt::print("  area        {:.6g} mm²\n", t.area);
 }
 
+// What a document holds and what it pays for.
+void inspectClay(const InspectOptions& options) {
+  if (options.voxelMm) throw Error("--voxel: clay has its voxels already; leave it out");
+  const engine::LoadedDocument loaded = engine::loadDocument(options.input, {}, options.job);
+  const engine::Document& document = *loaded.document;
+  nlohmann::ordered_json json;
+  json["file"] = options.input.string();
+  json["format"] = loaded.what;
+  json["history_steps"] = loaded.steps;
+  json["guides"] = document.guides.size();
+  if (!options.json) {
+    fmt::print("{}: {}, {} piece{}, {} part{}, {} guide{}, {} step{} of history\n", options.input.string(), loaded.what, document.pieces.size(), document.pieces.size() == 1 ? "" : "s",
+               document.parts.size(), document.parts.size() == 1 ? "" : "s", document.guides.size(), document.guides.size() == 1 ? "" : "s", loaded.steps, loaded.steps == 1 ? "" : "s");
+    for (const std::string& note : loaded.notes) fmt::print("  note        {}\n", note);
+  }
+  for (const engine::Piece& piece : document.pieces) {
+    clay::Surface surface(false);
+    surface.update(piece.version, 2);
+    const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
+    const clay::VersionStats stats = piece.version.stats();
+    const uint64_t active = piece.version.activeVoxels();
+    json["pieces"].push_back({{"name", piece.name}, {"voxel_mm", piece.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active},
+                              {"hash", fmt::format("{:016x}", piece.version.hash())}, {"surface", topologyJson(skin)}});
+    if (options.json) continue;
+    fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden", piece.locked ? ", locked" : "");
+    fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; no channels\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active);
+    printTopology(skin);
+  }
+  for (const engine::Part& part : document.parts) {
+    const clay::TopologyReport mesh = clay::checkTopology(*part.mesh);
+    json["parts"].push_back({{"name", part.name}, {"mesh", topologyJson(mesh)}});
+    if (options.json) continue;
+    fmt::print("{}: a part\n", part.name);
+    printTopology(mesh);
+  }
+  if (options.json) fmt::print("{}\n", json.dump(2));
+}
+
 }  // namespace
 
 void inspect(const InspectOptions& options) {
+  if (engine::holdsClay(options.input)) return inspectClay(options);
   const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
   const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
   nlohmann::ordered_json json;

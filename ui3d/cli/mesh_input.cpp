@@ -11,9 +11,10 @@
 namespace argil::cli {
 
 io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& units, Job* job) {
-  const double mm = engine::unitMm(units);
+  const double given = engine::unitMm(units);
   const ProgressLine line("reading " + file.filename().string(), job);
   io::MeshFile mesh = io::readMesh(file, job);
+  const double mm = mesh.unitMm.value_or(given);
   if (mm != 1)
     for (Vec3d& p : mesh.mesh.positions) p *= mm;
   return mesh;

@@ -9,7 +9,7 @@
 
 namespace argil::cli {
 
-/// Reads a mesh, in mm.
+/// Reads a mesh, in mm: `units` are those of a file that names none.
 [[nodiscard]] io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& units, Job* job);
 
 /// Makes the mesh of a file clay, with `voxelMm` or 256 voxels along its longest side; with `tell` prints what was repaired. What is

@@ -10,7 +10,8 @@
 #include "clay/error.h"
 #include "clay/surface.h"
 #include "render/renderer.h"
-#include "ui3d/cli/mesh_input.h"
+#include "engine/load_document.h"
+#include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {
@@ -87,6 +88,29 @@ render::View turntableView(render::View view, const render::Box& bounds, double 
   return view;
 }
 
+/// What is visible of a document; colours only where it says which is which.
+void show(const engine::Document& document, render::Renderer& renderer) {
+  const bool coloured = document.pieces.size() + document.parts.size() > 1;
+  const auto place = [&](const engine::Thing& thing, const haptics::Pose& pose, const std::array<float, 3>& colour) {
+    render::PieceLook look;
+    look.rotation = pose.rotation;
+    look.translationMm = pose.translation;
+    if (coloured) look.colour = {colour[0], colour[1], colour[2], 1};
+    renderer.place(thing.id, look);
+  };
+  for (const engine::Piece& piece : document.pieces) {
+    if (!piece.visible) continue;
+    clay::Surface surface;
+    renderer.update(piece.id, surface.update(piece.version, 2));
+    place(piece, piece.pose, piece.colour);
+  }
+  for (const engine::Part& part : document.parts) {
+    if (!part.visible) continue;
+    renderer.updatePart(part.id, *part.mesh);
+    place(part, part.pose, part.colour);
+  }
+}
+
 }  // namespace
 
 void render(const RenderOptions& options) {
@@ -97,13 +121,17 @@ void render(const RenderOptions& options) {
   const NumberPlace place = options.frames > 1 ? numberPlace(name) : NumberPlace{};
   if (options.samples < 1 || options.samples > 4) throw Error(fmt::format("--samples {}: give 1 to 4", options.samples));
 
-  const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
-  const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job);
-  clay::Surface surface;
+  const engine::LoadedDocument loaded = [&] {
+    const ProgressLine line("reading " + options.input.filename().string(), options.job);
+    engine::ModelImport how;
+    how.voxelMm = options.voxelMm;
+    return engine::loadDocument(options.input, how, options.job);
+  }();
+  for (const std::string& note : loaded.notes) fmt::print("{}\n", note);
   render::RendererOptions rendererOptions;
   rendererOptions.quality.supersample = options.samples;
   render::Renderer renderer(rendererOptions);
-  renderer.update(surface.update(imported.version, 2));
+  show(*loaded.document, renderer);
   const double aspect = static_cast<double>(options.size[0]) / options.size[1];
   const auto projection = options.orthographic ? render::Projection::orthographic : render::Projection::perspective;
   render::View view = render::View::named(options.view, renderer.bounds(), aspect, projection);

@@ -11,6 +11,8 @@
 #include "clay/sampler.h"
 #include "clay/store.h"
 #include "engine/prepare_clay.h"
+#include "engine/kept_document.h"
+#include "engine/load_document.h"
 #include "engine/run.h"
 #include "haptics/devices/sheets.h"
 #include "io/atomic_file.h"
@@ -160,7 +162,9 @@ void sculpt(const SculptOptions& options) {
   // What is wrong with the call is told before the work.
   static_cast<void>(render::View::named(options.view, {}, 1));
   static_cast<void>(haptics::deviceSheet(options.device));
-  for (const std::filesystem::path& file : options.outputs) io::requireWritable(file);
+  for (const std::filesystem::path& file : options.outputs) {
+    if (!engine::holdsClay(file.filename())) io::requireWritable(file);
+  }
   const engine::Script script = engine::readScript(options.script);
   engine::PrepareOptions prepare;
   prepare.input = options.input;
@@ -213,6 +217,19 @@ void sculpt(const SculptOptions& options) {
   write.distinct = true;
   for (const std::filesystem::path& file : options.outputs) {
     const ProgressLine line("writing " + file.filename().string(), options.job);
+    if (file.extension() == ".argil") {
+      engine::SaveRequest request;
+      request.states = session.states();
+      request.done = session.undoSteps();
+      request.archive = std::make_shared<engine::Archive>();
+      request.writer = engine::newWriter();
+      (void)engine::saveDocument(file, request, options.job);
+      continue;
+    }
+    if (engine::holdsClay(file.filename())) {
+      (void)engine::writeModelFiles({file}, *session.document(), {}, options.job);
+      continue;
+    }
     const io::WriteReport written = io::writeMesh(file, mesh, write, options.job);
     if (!written.warning.empty()) fmt::print(stderr, "{}\n", written.warning);
   }

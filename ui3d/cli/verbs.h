@@ -33,7 +33,9 @@ void sculpt(const SculptOptions& options);
 struct ConvertOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;  ///< By way of clay, which closes and repairs; else triangle by triangle.
-  std::string units = "mm";       ///< Of the input.
+  std::string units = "mm";       ///< Of an input that names none.
+  std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
+  std::optional<double> errorMm;  ///< To as few triangles as keep within this.
   Job* job = nullptr;
 };
 void convert(const ConvertOptions& options);
@@ -45,6 +47,13 @@ struct InspectOptions {
   Job* job = nullptr;
 };
 void inspect(const InspectOptions& options);
+
+struct RecoverOptions {
+  std::filesystem::path journal;  ///< Empty: list what there is.
+  std::filesystem::path output;
+  Job* job = nullptr;
+};
+void recover(const RecoverOptions& options);
 
 struct RenderOptions {
   std::filesystem::path input, output;

@@ -322,6 +322,28 @@ TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
   }
 }
 
+TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
+  const fs::path journals = folder / "journals", left = folder / "left";
+  fs::create_directories(left);
+  Kept kept(fullDocument(), journals);
+  kept.folder = journals;
+  stroke(kept.session, 1);
+  kept.crash(left / "000000000000001.journal");
+  stroke(kept.session, 2);
+  SaveRequest request{kept.session.states(), 2, {}, kept.archive, nullptr, {}, kept.writer};
+  kept.keeper->saved(saveDocument(folder / "x.argil", request));
+  stroke(kept.session, 3);
+  kept.crash(left / "000000000000002.journal");
+  // And the beginning of one that never was.
+  std::ofstream(left / "000000000000003.journal", std::ios::binary) << std::ifstream(left / "000000000000001.journal", std::ios::binary).rdbuf();
+  fs::resize_file(left / "000000000000003.journal", 5000);
+  const std::vector<Recoverable> found = recoverable(left);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].journal, left / "000000000000002.journal");
+  EXPECT_EQ(found[0].steps, 1u);
+  EXPECT_EQ(std::distance(fs::directory_iterator(left), {}), 1);
+}
+
 TEST_F(Keeping, aJournalThatCannotBeWrittenIsToldAndTriedAgain) {
   const fs::path journals = folder / "journals";
   std::ofstream(folder / "journals").put('x');  // a file where the folder should be

@@ -1,0 +1,96 @@
+// argil-reader: parses one file with somebody else's library, checks it, and sends what is in it to standard output
+// (wire.h).
+//   argil-reader gltf|draco|vdb FILE [MEMORY-BYTES SECONDS]
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <string_view>
+
+#include "clay/error.h"
+#include "io/reader/reader.h"
+#include "io/reader/sandbox.h"
+
+namespace argil::io::reader {
+
+std::vector<unsigned char> contentOf(const std::filesystem::path& file, uint64_t most) {
+  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) throw Error("cannot be opened; check the name and the permissions");
+  struct stat facts {};
+  if (::fstat(fd, &facts) != 0 || !S_ISREG(facts.st_mode))
+    throw Error("is not a regular file; copy its content to a file first");
+  if (facts.st_size == 0) throw Error("is empty (0 bytes); export it again");
+  if (uint64_t(facts.st_size) > most)
+    throw Error("is larger than " + std::to_string(most >> 20) + " MiB; split it first");
+  std::vector<unsigned char> bytes(size_t(facts.st_size), 0);
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw Error("cannot be read to its end; wait until it is written");
+    done += size_t(got);
+  }
+  ::close(fd);
+  return bytes;
+}
+
+void tryForbidden(const std::filesystem::path& file, Sender& sender) {
+  const std::string target = file.string() + ".forbidden";
+  if (::open(target.c_str(), O_WRONLY | O_CREAT, 0600) >= 0) sender.note("a file was opened to write");
+  if (::open(file.c_str(), O_RDWR) >= 0) sender.note("the file was opened to write");
+  if (::rename(file.c_str(), target.c_str()) == 0) sender.note("the file was renamed");
+  if (::unlink(file.c_str()) == 0) sender.note("the file was removed");
+  if (::socket(AF_UNIX, SOCK_STREAM, 0) >= 0) sender.note("a socket was opened");
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  if (child > 0) sender.note("a process was started");
+  ::execl("/bin/true", "true", nullptr);  // whose empty stream is the note
+}
+
+}  // namespace argil::io::reader
+
+int main(int argc, char** argv) {
+  using namespace argil;
+  using namespace argil::io;
+  if (argc < 3) {
+    std::fputs("argil-reader is started by argil: argil-reader gltf|draco|vdb FILE [MEMORY-BYTES SECONDS]\n", stderr);
+    return 2;
+  }
+  const std::string_view what = argv[1];
+  const std::filesystem::path file = argv[2];
+  reader::Sender sender;
+  try {
+    reader::limitResources(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : uint64_t{4} << 30,
+                           argc > 4 ? std::strtoull(argv[4], nullptr, 10) : 120);
+    reader::confine();
+    if (what == "gltf") {
+      reader::readGltf(file, sender);
+    } else if (what == "draco") {
+      reader::readDraco(file, sender);
+    } else if (what == "vdb") {
+      reader::readVdb(file, sender);
+    } else if (what == "forbidden") {
+      reader::tryForbidden(file, sender);
+    } else {
+      throw Error("the reader does not know the format " + std::string(what), Error::Kind::work);
+    }
+    sender.plain(wire::Kind::end);
+  } catch (const Error& error) {
+    sender.text(wire::Kind::error, error.what());
+  } catch (const std::bad_alloc&) {
+    sender.plain(wire::Kind::memory);
+  } catch (const std::length_error&) {
+    sender.plain(wire::Kind::memory);
+  } catch (const std::exception& error) {
+    sender.text(wire::Kind::error, std::string("is damaged (") + error.what() + "); export it again");
+  }
+  sender.flush();
+  ::_exit(0);  // what the libraries hold is not worth destroying
+}

@@ -1,0 +1,25 @@
+#pragma once
+// What argil-reader can read. Each throws Error, a sentence without the file's name.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/reader/sender.h"
+
+namespace argil::io::reader {
+
+/// A regular file that is not empty, whole. `most`: bytes.
+[[nodiscard]] std::vector<unsigned char> contentOf(const std::filesystem::path& file,
+                                                   uint64_t most = uint64_t{1} << 31);
+
+/// A scene of a .gltf or .glb file: an object for each node that shows a mesh, in metres, z up.
+void readGltf(const std::filesystem::path& file, Sender& sender);
+/// A .drc mesh as one object, in its own units and axes.
+void readDraco(const std::filesystem::path& file, Sender& sender);
+/// The level sets of a .vdb file, as bricks.
+void readVdb(const std::filesystem::path& file, Sender& sender);
+/// Tries what the sandbox forbids and sends a note for each thing that worked: for tests.
+void tryForbidden(const std::filesystem::path& file, Sender& sender);
+
+}  // namespace argil::io::reader

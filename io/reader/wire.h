@@ -1,0 +1,59 @@
+#pragma once
+// What argil-reader says to the program that started it: kMagic, then messages, each a head and its payload, until
+// `end`, `error` or `memory`. All little endian, as both ends run on one machine. The receiver believes none of it.
+
+#include <bit>
+#include <cstdint>
+
+namespace argil::io::wire {
+
+static_assert(std::endian::native == std::endian::little, "swap the bytes of messages here for a big-endian machine");
+
+inline constexpr char kMagic[8] = {'A', 'R', 'G', 'I', 'L', 'R', 'D', '1'};
+inline constexpr uint32_t kMostBytes = uint32_t{4} << 20;  ///< Of a payload: longer arrays come in pieces.
+inline constexpr uint32_t kMostText = 1000;                ///< Of a name, a note, a sentence.
+
+enum class Kind : uint32_t {
+  error = 1,  ///< Text: what is wrong with the file and what to do; the last message.
+  memory,     ///< Nothing: there was not enough of it; the last message.
+  note,       ///< Text.
+  format,     ///< Text.
+  metadata,   ///< Text: key, a zero byte, value.
+  object,     ///< Object, then its name. Its arrays follow, each complete before the next begins.
+  positions,  ///< Of 3 doubles.
+  triangles,  ///< Of 3 uint32_t.
+  colours,    ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
+  grid,       ///< Grid, then its name. Its tiles follow, then its bricks.
+  tiles,      ///< Of Tile: what is inside.
+  bricks,     ///< Of Brick.
+  end,        ///< Nothing: all was sent.
+};
+
+struct Head {
+  Kind kind;
+  uint32_t bytes;
+};
+
+struct Object {
+  uint64_t vertices, triangles;
+  uint8_t colour[4];
+  uint8_t hasColour, hasColours;
+  uint8_t padding[2] = {};
+};
+
+struct Grid {
+  double voxel, origin[3];  ///< In units of the file.
+  uint64_t tiles, bricks;
+};
+
+struct Tile {
+  int32_t x, y, z;  ///< First brick.
+  int32_t edge;     ///< Bricks: 1, 16 or 512.
+};
+
+struct Brick {
+  int32_t x, y, z;
+  float phi[512];  ///< Distances in voxels, x · 64 + y · 8 + z.
+};
+
+}  // namespace argil::io::wire

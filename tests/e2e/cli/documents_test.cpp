@@ -1,0 +1,103 @@
+// Saved documents on the command line: made, looked at, drawn, converted, recovered; and what is wrong with a file is one line.
+
+#include "tests/e2e/cli/command.h"
+
+#include <algorithm>
+
+namespace argil::tests {
+namespace {
+
+using testing::Test;
+
+void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+class Documents : public Test {
+ protected:
+  void SetUp() override {
+    script = scratch / "s.json";
+    write(script, R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],
+      "strokes":[{"tool":"carve","radius_mm":3,"path":[[0,-6,0,8],[1,6,0,8]]},{"tool":"add","radius_mm":2,"path":[[0,0,-8,0]]}]})");
+    document = scratch / "d.argil";
+    const Outcome made = argil({"sculpt", script.string(), "-o", document.string()});
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+  Scratch scratch;
+  fs::path script, document;
+};
+
+TEST_F(Documents, areInspectedDrawnAndWorkedOn) {
+  const Outcome seen = argil({"inspect", document.string()});
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_TRUE(has(seen.out, "2 steps of history") && has(seen.out, "closed      yes")) << seen.out;
+  EXPECT_EQ(argil({"render", document.string(), "-o", (scratch / "p.png").string(), "--size", "320x200"}).code, 0);
+  EXPECT_GT(fs::file_size(scratch / "p.png"), 1000u);
+  // Strokes on what was saved, into the same file: the same as all strokes at once, or it would not be what was saved.
+  const fs::path more = scratch / "more.json", first = scratch / "first.argil", rest = scratch / "rest.json";
+  write(more, R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],"strokes":[{"tool":"carve","radius_mm":3,"path":[[0,-6,0,8],[1,6,0,8]]}]})");
+  write(rest, R"({"argil":1,"units":"mm","strokes":[{"tool":"add","radius_mm":2,"path":[[0,0,-8,0]]}]})");
+  ASSERT_EQ(argil({"sculpt", more.string(), "-o", first.string()}).code, 0);
+  const Outcome on = argil({"sculpt", rest.string(), "-i", first.string(), "-o", first.string()});
+  ASSERT_EQ(on.code, 0) << on.err;
+  const auto hash = [](const fs::path& file) {
+    const std::string json = argil({"inspect", "--json", file.string()}).out;
+    const size_t at = json.find("\"hash\"");
+    return at == std::string::npos ? json : json.substr(at, 30);
+  };
+  EXPECT_EQ(hash(first), hash(document));
+}
+
+TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
+  for (const char* ending : {"3mf", "stl", "obj", "ply", "glb", "drc", "vdb", "argil"}) {
+    const fs::path out = scratch / (std::string("out.") + ending);
+    const Outcome made = argil({"convert", document.string(), out.string()});
+    ASSERT_EQ(made.code, 0) << ending << ": " << made.err;
+    const Outcome seen = argil({"inspect", out.string()});
+    EXPECT_EQ(seen.code, 0) << seen.err;
+    EXPECT_TRUE(has(seen.out, "closed      yes")) << ending << ": " << seen.out;
+  }
+  const Outcome few = argil({"convert", document.string(), (scratch / "few.3mf").string(), "--reduce", "1000"});
+  EXPECT_EQ(few.code, 0) << few.err;
+  EXPECT_TRUE(has(few.out, "to 1000 triangles") || has(few.out, "to 998 triangles") || has(few.out, "to 999 triangles")) << few.out;
+  EXPECT_TRUE(has(argil({"inspect", (scratch / "few.3mf").string()}).out, "closed      yes"));
+  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--reduce", "10", "--error", "1"}).code, 2);
+  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--reduce", "10"}).code, 2);
+}
+
+TEST_F(Documents, damageAndNewerFilesAreOneLine) {
+  write(scratch / "no.argil", "nothing of the kind");
+  Outcome o = argil({"inspect", (scratch / "no.argil").string()});
+  EXPECT_EQ(o.code, 2) << o.err;
+  EXPECT_TRUE(has(o.err, "no.argil")) << o.err;
+  o = argil({"inspect", (scratch / "gone.argil").string()});
+  EXPECT_EQ(o.code, 2) << o.err;
+  // A place in the middle of the file: mended and told.
+  std::string bytes = slurp(document);
+  for (size_t i = bytes.size() / 2; i < bytes.size() / 2 + 3000; ++i) bytes[i] = '?';
+  write(scratch / "hurt.argil", bytes);
+  o = argil({"inspect", (scratch / "hurt.argil").string()});
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(has(o.out, "closed      yes")) << o.out;
+  EXPECT_EQ(slurp(scratch / "hurt.argil"), bytes) << "looking changes nothing";
+  // Nothing left to mend.
+  write(scratch / "stump.argil", slurp(document).substr(0, 9000));
+  o = argil({"inspect", (scratch / "stump.argil").string()});
+  EXPECT_EQ(o.code, 2) << o.err;
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+}
+
+TEST_F(Documents, recoverListsAndRefuses) {
+  setenv("ARGIL_STATE", (scratch / "state").c_str(), 1);
+  const Outcome none = argil({"recover"});
+  EXPECT_EQ(none.code, 0) << none.err;
+  EXPECT_TRUE(has(none.out, "nothing to recover")) << none.out;
+  write(scratch / "x.journal", "no journal");
+  const Outcome bad = argil({"recover", (scratch / "x.journal").string(), "-o", (scratch / "y.argil").string()});
+  EXPECT_NE(bad.code, 0);
+  EXPECT_FALSE(fs::exists(scratch / "y.argil"));
+  unsetenv("ARGIL_STATE");
+}
+
+}  // namespace
+}  // namespace argil::tests

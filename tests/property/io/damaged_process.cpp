@@ -1,0 +1,106 @@
+// Damaged files in formats that the reader process parses: read with what readers promise, or one sentence; nothing else, and never late.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "clay/mesh_topology.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "io/model_file.h"
+#include "io/model_writer.h"
+#include "io/vdb_file.h"
+#include "tests/support/mesh_samples.h"
+
+namespace argil::io {
+namespace {
+
+constexpr uint32_t kSeed = 20265;
+
+int rounds() { return std::getenv("ARGIL_LONG") != nullptr ? 2000 : 40; }
+
+/// One to four changes: bytes, words of extreme size, digits of its JSON, pieces cut out or doubled, an early end.
+std::string damaged(std::string bytes, std::mt19937& random) {
+  const auto below = [&](size_t n) { return n == 0 ? 0 : random() % n; };
+  for (size_t changes = 1 + below(4); changes > 0 && !bytes.empty(); --changes) {
+    const size_t at = below(bytes.size());
+    switch (below(7)) {
+      case 0: bytes[at] = char(below(256)); break;
+      case 1: bytes[at] = char(bytes[at] ^ char(1 << below(8))); break;
+      case 2: {
+        constexpr uint32_t kWords[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, 0x7f800000, 0x7fc00000, 0x10000000};
+        const uint32_t word = kWords[below(std::size(kWords))];
+        if (at + 4 <= bytes.size()) std::memcpy(&bytes[at], &word, 4);
+        break;
+      }
+      case 3: {
+        const size_t digit = bytes.find_first_of("0123456789", at);
+        if (digit != std::string::npos) bytes[digit] = char('0' + below(10));
+        break;
+      }
+      case 4: bytes.erase(at, 1 + below(16)); break;
+      case 5: bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(16))); break;
+      default:
+        if (below(4) == 0) bytes.resize(at);
+    }
+  }
+  return bytes;
+}
+
+class DamagedForOthers : public testing::TestWithParam<const char*> {};
+
+TEST_P(DamagedForOthers, IsReadOrOneSentence) {
+  const samples::Folder folder;
+  const std::string name = GetParam();
+  const auto path = folder / name;
+  const bool vdb = name.ends_with(".vdb");
+  if (vdb) {
+    writeVdb(path, {{"ball", clay::makeSphere(clay::Store::make(), {}, Vec3d(1, 2, 3), 5)}});
+  } else {
+    std::vector<ModelObject> objects(2);
+    objects[0].mesh = samples::cube();
+    objects[0].colour = Colour{10, 20, 30, 255};
+    objects[1].mesh = samples::cube(2, Vec3d(5, 5, 5));
+    objects[1].vertexColours.resize(8, Colour{1, 2, 3, 4});
+    WriteOptions options;
+    options.draco = name != "plain.glb";
+    static_cast<void>(writeModel(path, {objects, {}}, options));
+  }
+  const std::string whole = samples::slurp(path);
+  std::mt19937 random(kSeed);
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  int read = 0, crashed = 0;
+  for (int i = 0; i < rounds(); ++i) {
+    const std::string bytes = damaged(whole, random);
+    if (bytes.empty()) continue;
+    samples::spill(path, bytes);
+    try {
+      if (vdb) {
+        for (const VdbObject& object : readVdb(path)) EXPECT_GT(object.version.stats().bricks, 0u);
+      } else {
+        const ModelFile model = readModel(path);
+        EXPECT_FALSE(model.objects.empty());
+        for (const ModelObject& object : model.objects) {
+          EXPECT_FALSE(object.mesh.triangles.empty());
+          for (const Vec3d& p : object.mesh.positions) EXPECT_TRUE(p.allFinite());
+          static_cast<void>(clay::checkTopology(object.mesh));
+        }
+      }
+      ++read;
+    } catch (const Error& error) {
+      const std::string sentence = error.what();
+      EXPECT_EQ(sentence.find(path.string() + ": "), 0u) << sentence << " in round " << i;
+      EXPECT_EQ(sentence.find_first_of("\r\n"), std::string::npos) << sentence;
+      EXPECT_EQ(sentence.find("should not"), std::string::npos) << sentence << " in round " << i;
+      crashed += sentence.find("crash") != std::string::npos;
+    }
+  }
+  RecordProperty("read", read);
+  RecordProperty("crashed", crashed);
+  std::printf("%s: %d of %d read, %d ended the reader\n", name.c_str(), read, rounds(), crashed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, DamagedForOthers, testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb"));
+
+}  // namespace
+}  // namespace argil::io

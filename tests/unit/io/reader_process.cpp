@@ -1,0 +1,135 @@
+// The process that parses with other people's libraries: what it may, what it may not, and how its end is told.
+#include "io/reader_process.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <thread>
+
+#include "io/model_file.h"
+#include "tests/support/mesh_samples.h"
+
+namespace argil::io {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Another reader for the time of a test: a script, or a name that is not there.
+class OtherReader {
+ public:
+  explicit OtherReader(const std::string& program) { ::setenv("ARGIL_READER", program.c_str(), 1); }
+  ~OtherReader() { ::unsetenv("ARGIL_READER"); }
+  OtherReader(const OtherReader&) = delete;
+  OtherReader& operator=(const OtherReader&) = delete;
+};
+
+class ReaderProcess : public testing::Test {
+ protected:
+  ReaderProcess() { samples::spill(file_, "something"); }
+  /// A reader that is a shell script.
+  std::string script(const std::string& lines) {
+    const auto path = folder_ / "reader";
+    samples::spill(path, "#!/bin/sh\n" + lines + "\n");
+    ::chmod(path.c_str(), 0755);
+    return path.string();
+  }
+  std::string sentenceOf(const std::string& what, const ReaderLimits& limits = {}, Job* job = nullptr) {
+    return samples::errorOf([&] {
+      runReader(
+          what, file_, [](wire::Kind, std::span<const std::byte>) {}, job, limits);
+    });
+  }
+
+  samples::Folder folder_;
+  std::filesystem::path file_ = folder_ / "a.bin";
+};
+
+TEST_F(ReaderProcess, MissingReaderIsNamed) {
+  const OtherReader none("/nowhere/argil-reader");
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("/nowhere/argil-reader"));
+}
+
+TEST_F(ReaderProcess, SentencesComeThrough) {
+  EXPECT_THAT(sentenceOf("draco"), HasSubstr("a.bin: its Draco data is damaged"));
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("a.bin: is no glTF"));
+  EXPECT_THAT(sentenceOf("vdb"), HasSubstr("a.bin: is no OpenVDB file"));
+  EXPECT_THAT(sentenceOf("png"), HasSubstr("does not know the format png"));
+}
+
+TEST_F(ReaderProcess, CrashesAreSentences) {
+  const OtherReader crashing(script("kill -SEGV $$"));
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("made the reader crash (Segmentation fault)"));
+}
+
+TEST_F(ReaderProcess, GarbageIsASentence) {
+  const OtherReader garbage(script("cat /proc/cpuinfo /proc/cpuinfo"));
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("sent what it should not"));
+}
+
+TEST_F(ReaderProcess, HugeMessageIsGarbage) {
+  const OtherReader garbage(script("printf 'ARGILRD1\\003\\000\\000\\000\\377\\377\\377\\377'; sleep 5"));
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("sent what it should not"));
+}
+
+TEST_F(ReaderProcess, EarlyEndIsASentence) {
+  const OtherReader empty(script("printf 'ARGILRD1'"));
+  EXPECT_THAT(sentenceOf("gltf"), HasSubstr("ended too early"));
+}
+
+TEST_F(ReaderProcess, EndlessReaderIsStopped) {
+  const OtherReader sleeping(script("exec sleep 60"));
+  EXPECT_THAT(sentenceOf("gltf", {.seconds = 0.1}), HasSubstr("takes more than"));
+}
+
+TEST_F(ReaderProcess, MemoryIsLimited) {
+#ifndef __SANITIZE_ADDRESS__
+  // A .drc of many zeros cannot be held in 64 MiB.
+  std::filesystem::resize_file(file_, size_t{200} << 20);
+  EXPECT_THAT(sentenceOf("draco", {.memoryBytes = uint64_t{400} << 20}), HasSubstr("Draco"));
+  EXPECT_THAT(sentenceOf("draco", {.memoryBytes = uint64_t{192} << 20}), HasSubstr("192 MiB of memory"));
+#endif
+}
+
+TEST_F(ReaderProcess, WhatItSendsIsLimited) {
+  const OtherReader endless(
+      script("printf ARGILRD1; while :; do printf '\\003\\000\\000\\000\\004\\000\\000\\000abcd'; done"));
+  EXPECT_THAT(sentenceOf("gltf", {.memoryBytes = 100000}), HasSubstr("memory"));
+}
+
+TEST_F(ReaderProcess, CancelKillsIt) {
+  const OtherReader sleeping(script("exec sleep 60"));
+  Job job;
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    job.cancel();
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(runReader(
+                   "gltf", file_, [](wire::Kind, std::span<const std::byte>) {}, &job),
+               Cancelled);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+  other.join();
+}
+
+TEST_F(ReaderProcess, MayWriteSendAndStartNothing) {
+#ifndef __SANITIZE_ADDRESS__
+  std::vector<std::string> notes;
+  runReader("forbidden", file_, [&](wire::Kind kind, std::span<const std::byte> payload) {
+    if (kind == wire::Kind::note) notes.push_back(wireText(payload));
+  });
+  EXPECT_THAT(notes, IsEmpty());
+  EXPECT_EQ(samples::slurp(file_), "something");
+  EXPECT_EQ(folder_.entries(), 1u);
+#endif
+}
+
+TEST_F(ReaderProcess, TextIsOneLine) {
+  const std::string raw = "two\nlines\x1b[31m";
+  EXPECT_EQ(wireText(std::as_bytes(std::span(raw))), "two?lines?[31m");
+}
+
+}  // namespace
+}  // namespace argil::io

@@ -1,0 +1,214 @@
+// .vdb files: what OpenVDB itself reads in them, and what becomes of the files of others.
+#include "io/vdb_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <openvdb/tools/LevelSetUtil.h>
+
+#include <cmath>
+
+#include "clay/editor.h"
+#include "clay/primitives.h"
+#include "clay/vdb_bridge.h"
+#include "tests/support/mesh_samples.h"
+
+namespace argil::io {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::filesystem::path dataFile(const char* name) {
+  const char* root = std::getenv("ARGIL_DATA");
+  return root == nullptr ? std::filesystem::path() : std::filesystem::path(root) / "vdb" / name;
+}
+
+class VdbFile : public testing::Test {
+ protected:
+  VdbFile() { clay::initializeVdb(); }
+  void write(const openvdb::GridPtrVec& grids) { openvdb::io::File(path_.string()).write(grids); }
+  std::vector<VdbObject> readBack(const openvdb::GridBase::Ptr& grid, double unitMm = 1) {
+    write({grid});
+    return readVdb(path_, unitMm);
+  }
+  std::string refusal(const openvdb::GridBase::Ptr& grid) {
+    write({grid});
+    return samples::errorOf([&] { static_cast<void>(readVdb(path_)); });
+  }
+  static openvdb::FloatGrid::Ptr ball(float radius = 10, float voxel = 0.5f, float band = 3) {
+    auto grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(radius, openvdb::Vec3f(1, 2, 3), voxel, band);
+    grid->setName("ball");
+    return grid;
+  }
+  /// Signed distance in mm at a place of the world, from the nearest voxel.
+  static double distanceAt(const clay::Version& version, const Vec3d& world) {
+    const Vec3d v = version.grid().toVoxel(world);
+    const Coord voxel = {int(std::lround(v.x())), int(std::lround(v.y())), int(std::lround(v.z()))};
+    return double(version.find(voxel >> 3)
+                      .phi(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), version.grid().band)) *
+           version.grid().voxelMm;
+  }
+  /// Whether it is a ball about (1, 2, 3) · unit of that radius, everywhere on a line through it.
+  static void expectBall(const clay::Version& version, double radius, double unit = 1, double voxels = 0.1) {
+    const clay::Grid& grid = version.grid();
+    for (double t = -1.5; t <= 1.5; t += 0.05) {
+      const Vec3d at =
+          grid.toWorld(grid.toVoxel(unit * Vec3d(1, 2, 3) + t * radius * Vec3d(0.36, 0.48, 0.8)).array().round());
+      const double exact = (at - unit * Vec3d(1, 2, 3)).norm() - radius, most = double(grid.band) * grid.voxelMm;
+      EXPECT_NEAR(distanceAt(version, at), std::clamp(exact, -most, most), voxels * grid.voxelMm);
+    }
+  }
+
+  samples::Folder folder_;
+  std::filesystem::path path_ = folder_ / "a.vdb";
+};
+
+TEST_F(VdbFile, OpenVdbReadsWhatWeWrite) {
+  clay::Grid grid;
+  grid.voxelMm = 0.3;
+  grid.originMm = {5, -6, 7.25};
+  const auto unit = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(30, openvdb::Vec3f(1, 2, 3), 1, 3);
+  const clay::Version version = clay::fromVdb(clay::Store::make(), grid, {unit});
+  const WriteReport report = writeVdb(path_, {{"first", version}, {"second", version}});
+  EXPECT_EQ(report.bytes, std::filesystem::file_size(path_));
+  EXPECT_EQ(folder_.entries(), 1u);
+
+  openvdb::io::File file(path_.string());
+  file.open(false);
+  const auto grids = file.getGrids();
+  ASSERT_EQ(grids->size(), 2u);
+  const auto first = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("first"));
+  EXPECT_EQ(first->getGridClass(), openvdb::GRID_LEVEL_SET);
+  EXPECT_EQ(first->getCreator(), "Argil");
+  EXPECT_EQ(first->background(), float(double(grid.band) * 0.3));
+  EXPECT_EQ(first->indexToWorld(openvdb::Vec3d(10, 20, 30)),
+            openvdb::Vec3d(5 + 0.3 * 10, -6 + 0.3 * 20, 7.25 + 0.3 * 30));
+  uint64_t bricks = 0;
+  version.forEachBrick([&](const clay::Brick& brick) {
+    ++bricks;
+    const auto* leaf = first->tree().probeConstLeaf({brick.coord.x * 8, brick.coord.y * 8, brick.coord.z * 8});
+    ASSERT_NE(leaf, nullptr);
+    for (unsigned i = 0; i < 512; ++i) {
+      ASSERT_EQ(leaf->getValue(i), float(double(brick.phi[i]) * 0.3));
+      ASSERT_EQ(leaf->isValueOn(i), std::abs(brick.phi[i]) < grid.band);
+    }
+  });
+  EXPECT_EQ(first->tree().leafCount(), bricks);
+  EXPECT_LT(first->tree().getValue({1, 2, 3}), 0);  // solid, not a shell
+
+  const auto objects = readVdb(path_);
+  ASSERT_EQ(objects.size(), 2u);
+  EXPECT_EQ(objects[1].name, "second");
+  EXPECT_THAT(objects[0].notes, IsEmpty());
+  const clay::Version& again = objects[0].version;
+  EXPECT_EQ(again.grid(), grid);
+  EXPECT_EQ(again.stats().bricks, version.stats().bricks);
+  EXPECT_EQ(again.activeVoxels(), version.activeVoxels());
+  EXPECT_EQ(again.stats().nodes, version.stats().nodes);
+  version.forEachBrick([&](const clay::Brick& brick) {
+    const clay::Slot there = again.find(brick.coord);
+    ASSERT_FALSE(there.isTile());
+    for (int i = 0; i < 512; ++i) ASSERT_NEAR(there.brick()->phi[i], brick.phi[i], 4e-7);
+  });
+}
+
+TEST_F(VdbFile, UnitsAndKindsOfNumbers) {
+  auto plain = readBack(ball());
+  expectBall(plain[0].version, 10);
+  EXPECT_EQ(plain[0].version.grid().voxelMm, 0.5);
+  EXPECT_THAT(plain[0].notes, IsEmpty());
+  expectBall(readBack(ball(), 25.4)[0].version, 254, 25.4);
+  auto half = ball();
+  half->setSaveFloatAsHalf(true);
+  expectBall(readBack(half)[0].version, 10);
+  auto twice = std::make_shared<openvdb::DoubleGrid>(*ball());
+  twice->setGridClass(openvdb::GRID_LEVEL_SET);
+  expectBall(readBack(twice)[0].version, 10);
+}
+
+TEST_F(VdbFile, OtherLevelSetsAreMadeAnew) {
+  const auto narrow = readBack(ball(10, 0.5f, 2));
+  expectBall(narrow[0].version, 10, 1, 0.2);
+  EXPECT_THAT(narrow[0].notes, Contains(HasSubstr("fewer than 3 voxels")));
+
+  auto steep = ball();
+  for (auto value = steep->beginValueOn(); value; ++value) value.setValue(*value * 0.2f);
+  const auto anew = readBack(steep);
+  expectBall(anew[0].version, 10, 1, 0.2);
+  EXPECT_THAT(anew[0].notes, Contains(HasSubstr("holds no distances")));
+
+  auto turned = ball();
+  openvdb::Mat4R matrix = openvdb::Mat4R::identity();
+  matrix.preScale(openvdb::Vec3d(0.5, 0.5, 0.5));
+  matrix.postRotate(openvdb::math::Z_AXIS, 0.7);
+  turned->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
+  const auto straight = readBack(turned);
+  EXPECT_THAT(straight[0].notes, Contains(HasSubstr("turned, skewed or scaled by axis")));
+  const openvdb::Vec3d middle = turned->indexToWorld(openvdb::Vec3d(2, 4, 6));
+  EXPECT_NEAR(distanceAt(straight[0].version, {middle.x() + 10, middle.y(), middle.z()}), 0, 0.3);
+  EXPECT_LT(distanceAt(straight[0].version, {middle.x(), middle.y(), middle.z()}), -1);
+}
+
+TEST_F(VdbFile, FarAwayComesNear) {
+  const auto near = ball();
+  auto far = openvdb::FloatGrid::create(near->background());
+  const openvdb::Coord shift(8 * 100000, 0, -8 * 50000);
+  for (auto leaf = near->tree().cbeginLeaf(); leaf; ++leaf) {
+    auto* to = far->tree().touchLeaf(leaf->origin() + shift);
+    for (unsigned i = 0; i < 512; ++i) to->setValueOn(i, leaf->getValue(i));
+  }
+  far->setGridClass(openvdb::GRID_LEVEL_SET);
+  auto transform = openvdb::math::Transform::createLinearTransform(0.5);
+  transform->postTranslate(-0.5 * shift.asVec3d());
+  far->setTransform(transform);
+  expectBall(readBack(far)[0].version, 10);
+}
+
+TEST_F(VdbFile, Refusals) {
+  auto fog = ball();
+  openvdb::tools::sdfToFogVolume(*fog);
+  EXPECT_THAT(refusal(fog), HasSubstr("grid ball is a fog volume"));
+  EXPECT_THAT(refusal(openvdb::Vec3SGrid::create()), HasSubstr("holds no level set"));
+  auto bad = ball();
+  bad->tree().setValue({20, 4, 6}, NAN);
+  EXPECT_THAT(refusal(bad), HasSubstr("not finite"));
+  auto open = ball();
+  for (int x = -20; x < 40; ++x) open->tree().addTile(1, {x * 8, 0, 0}, open->background(), false);
+  EXPECT_THAT(refusal(open), HasSubstr("changes from inside to outside"));
+  auto empty = openvdb::FloatGrid::create(3);
+  empty->setGridClass(openvdb::GRID_LEVEL_SET);
+  EXPECT_THAT(refusal(empty), HasSubstr("no surface"));
+  write({ball(), fog});
+  const auto objects = readVdb(path_);
+  EXPECT_EQ(objects.size(), 1u);
+  EXPECT_THAT(objects[0].notes, Contains(HasSubstr("is a fog volume, which is not kept")));
+  EXPECT_THAT(samples::errorOf([&] { static_cast<void>(readVdb(path_, 1e-9)); }),
+              HasSubstr("a.vdb: grid \"ball\" cannot be clay"));
+  EXPECT_THAT(samples::errorOf([&] { static_cast<void>(readVdb(folder_ / "none.vdb")); }), HasSubstr("none.vdb"));
+}
+
+TEST_F(VdbFile, FullFolderOrCancelLeaveTheOldFile) {
+  samples::spill(path_, "old");
+  const auto unit = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(30, openvdb::Vec3f(0, 0, 0), 1, 3);
+  const clay::Version version = clay::fromVdb(clay::Store::make(), {}, {unit});
+  Job job;
+  job.cancel();
+  EXPECT_THROW(writeVdb(path_, {{"a", version}}, &job), Cancelled);
+  EXPECT_EQ(samples::slurp(path_), "old");
+  EXPECT_EQ(folder_.entries(), 1u);
+  EXPECT_THAT(samples::errorOf([&] { writeVdb("/dev/full", {{"a", version}}); }), HasSubstr("/dev/full"));
+}
+
+TEST_F(VdbFile, FilesOfOthers) {
+  if (dataFile("").empty()) GTEST_SKIP() << "ARGIL_DATA is not set";
+  const auto sphere = readVdb(dataFile("sphere.vdb"));
+  ASSERT_EQ(sphere.size(), 1u);
+  EXPECT_GT(sphere[0].version.activeVoxels(), 10000u);
+  EXPECT_THAT(samples::errorOf([&] { static_cast<void>(readVdb(dataFile("smoke.vdb"))); }), HasSubstr("fog volume"));
+}
+
+}  // namespace
+}  // namespace argil::io
