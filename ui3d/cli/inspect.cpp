@@ -54,6 +54,7 @@ void inspectClay(const InspectOptions& options) {
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = loaded.what;
+  json["notes"] = loaded.notes;
   json["history_steps"] = loaded.steps;
   json["guides"] = document.guides.size();
   if (!options.json) {
@@ -88,7 +89,7 @@ void inspectClay(const InspectOptions& options) {
 
 void inspect(const InspectOptions& options) {
   if (engine::holdsClay(options.input)) return inspectClay(options);
-  const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
+  const io::MeshFile file = readMeshIn(options.input, options.units, options.job);
   const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
