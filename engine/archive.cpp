@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include "clay/error.h"
 #include "clay/store.h"
@@ -67,6 +69,28 @@ DocumentText textOfState(io::RecordSource& source, io::RecordId state) {
 
 }  // namespace
 
+Archive::Lock Archive::lock() {
+  ++waiting_;
+  Lock held(mutex_);
+  --waiting_;
+  return held;
+}
+
+Archive::Lock Archive::tryLock(std::chrono::milliseconds most) {
+  ++waiting_;
+  Lock held(mutex_, most);
+  --waiting_;
+  return held;
+}
+
+void Archive::Giving::put(const io::RecordHeader& header, std::span<const std::byte> body) {
+  sink_.put(header, body);
+  if (header.kind != io::RecordKind::brick || archive_.waiting_.load(std::memory_order_relaxed) == 0) return;
+  lock_.unlock();
+  while (archive_.waiting_.load() > 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
+  lock_.lock();
+}
+
 uint32_t Archive::ownerOf(const clay::Version& version) {
   const auto [at, fresh] = owners_.try_emplace(version.store(), nextOwner_);
   if (fresh) ++nextOwner_;
@@ -113,8 +137,8 @@ io::RecordId Archive::put(const DocumentPtr& document, io::RecordSet& held, io::
   std::vector<io::RecordId> meshes;
   for (const Part& part : document->parts) meshes.push_back(putMesh(part.mesh, held, sink));
   const std::string text = documentText(*document, clay, meshes);
-  // The same text whatever file it goes to, as all ids in it are the archive's: so it may keep its own.
-  const io::RecordId id = io::putBlob(io::BlobKind::state, bytesOf(text), ids_, held, sink, before);
+  // The same text whatever file it goes to, as all ids in it are the archive's: so it may keep its own. Meanwhile another file may have got it.
+  const io::RecordId id = io::putBlob(io::BlobKind::state, bytesOf(text), ids_, held, sink, known(document));
   states_[document] = id;
   return id;
 }

@@ -1,6 +1,8 @@
 #pragma once
 // Documents to records and back: what saved files and journals have in common.
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -17,15 +19,30 @@
 namespace argil::engine {
 
 /// What a document in work is called in its files: which record holds what. All files of one document in work share one archive, so that what was written to the
-/// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time writes (`lock`).
+/// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
 class Archive {
  public:
   Archive() : clay_(ids_) {}
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// Held while something is put or read. A writer of a large document holds it for long: who must not wait tries.
-  [[nodiscard]] std::mutex& lock() { return mutex_; }
+  /// Held while something is put or read. Waits for a save at most until its next brick (see Giving).
+  using Lock = std::unique_lock<std::timed_mutex>;
+  [[nodiscard]] Lock lock();
+  /// The same, but no longer than that, as whoever holds it may wait for a disk: look whether it is owned.
+  [[nodiscard]] Lock tryLock(std::chrono::milliseconds most);
+
+  /// A sink of who holds the lock for long: lets those pass who wait for it, between two bricks.
+  class Giving : public io::RecordSink {
+   public:
+    Giving(io::RecordSink& sink, Archive& archive, Lock& lock) : sink_(sink), archive_(archive), lock_(lock) {}
+    void put(const io::RecordHeader& header, std::span<const std::byte> body) override;
+
+   private:
+    io::RecordSink& sink_;
+    Archive& archive_;
+    Lock& lock_;
+  };
 
   // With the lock held:
 
@@ -59,7 +76,8 @@ class Archive {
   io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink);
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
+  std::atomic<int> waiting_{0};
   io::RecordIds ids_;
   io::ClayRecords clay_;
   std::map<std::weak_ptr<clay::Store>, uint32_t, std::owner_less<>> owners_;

@@ -22,6 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::chrono::milliseconds kMostWait{100};
 constexpr size_t kHistoryKept = 100;  // steps that a new journal takes over, besides those that can be redone
 
 WallTime now() { return std::chrono::system_clock::now(); }
@@ -88,7 +89,10 @@ struct Keeper::State {
 
   void run();
   void turn(std::vector<Event>& batch);
-  void beginJournal();
+  bool beginJournal();
+  void syncLoop();
+  void askSync();
+  void requireSynced();
   void putStates();
   void take(JournalPoint& point);
   void take(StrokeBegan& event);
@@ -100,7 +104,7 @@ struct Keeper::State {
   void take(Saved& event);
 
   /// The journal, when it can take an event now.
-  io::JournalWriter* sound() { return journal && !begin && !journal->broken() ? journal.get() : nullptr; }
+  io::JournalWriter* sound() { return journal && fits && !journal->broken() ? journal.get() : nullptr; }
 
   const KeeperOptions options;
   const std::function<void(const std::string&)> tell;
@@ -111,6 +115,14 @@ struct Keeper::State {
   bool stop = false, leaving = false;
   uint64_t flushWanted = 0, flushed = 0;
   Counts counts;
+
+  // The disk's thread: it alone waits for the disk, so that what was made goes on to the system meanwhile. Guarded by the mutex too.
+  std::condition_variable syncWake, syncIdle;
+  std::shared_ptr<io::JournalWriter> toSync;
+  bool syncing = false;
+  std::string syncTrouble;
+  std::vector<std::shared_ptr<io::JournalWriter>> retired;  // removed when the one after them is on the disk
+  std::vector<std::filesystem::path> retiredFiles;
 
   // The thread's own.
   struct Entry {
@@ -129,11 +141,12 @@ struct Keeper::State {
   std::filesystem::path savingTo;   // a save that has not been heard of since
   std::optional<JournalStroke> stroke;
   size_t strokeWritten = 0;      // of its points
-  std::unique_ptr<io::JournalWriter> journal;
+  std::shared_ptr<io::JournalWriter> journal;
   uint64_t journalBegan = 0;     // bytes when it had begun
   io::RecordSet held;
   uint64_t number = 0;
-  bool begin = false;            // a new journal is due
+  bool begin = false;            // a new journal is due; until it is there the old one goes on
+  bool fits = false;             // the journal is of the document in work
   bool behind = false;           // some step has no document in it yet
   double retry = options.retryS;
   Clock::time_point retryAt{};
@@ -141,7 +154,7 @@ struct Keeper::State {
   uint64_t bytesBefore = 0;
   double syncBefore = 0;
 
-  std::thread thread;
+  std::thread thread, disk;
 };
 
 // Puts the points that came since the last time.
@@ -201,6 +214,7 @@ void Keeper::State::take(Begun& event) {
   stroke.reset();
   savingTo.clear();
   begin = true;
+  fits = false;
   retryAt = {};
 }
 
@@ -216,9 +230,12 @@ void Keeper::State::take(Saved& event) {
   retryAt = {};
 }
 
-void Keeper::State::beginJournal() {
+// False when the archive is not to be had and there is a journal that can go on.
+bool Keeper::State::beginJournal() {
   begin = true;  // until it is there
-  auto fresh = std::make_unique<io::JournalWriter>(journalName(options.folder));
+  Archive::Lock lock = sound() ? archive->tryLock(kMostWait) : archive->lock();
+  if (!lock) return false;
+  auto fresh = std::make_shared<io::JournalWriter>(journalName(options.folder));
   try {
     io::RecordSet freshHeld;
     if (base) freshHeld = base->held;
@@ -231,38 +248,41 @@ void Keeper::State::beginJournal() {
     }
     head.at = now();
     {
-      const std::lock_guard lock(archive->lock());
       const size_t first = done > kHistoryKept ? done - kHistoryKept : 0;
-      for (size_t i = first; i < history.size(); ++i) {
+      head.done = done;
+      for (size_t i = 0; i < history.size(); ++i) {
         Entry& entry = history[i];
-        try {
-          if (entry.document) {
-            entry.kept = archive->put(entry.document, freshHeld, *fresh, io::RecordCodec::raw);
-          } else if (!freshHeld.contains(entry.kept)) {
-            if (!continued) continue;  // a step of the past that no file has any more
-            archive->copy(*continued->source, entry.kept, freshHeld, *fresh);
+        io::RecordId kept = freshHeld.contains(entry.kept) ? entry.kept : 0;  // 0: its place in the history stays, but no file has it
+        if (kept == 0 && i >= first) {
+          try {
+            if (entry.document) {
+              kept = archive->put(entry.document, freshHeld, *fresh, io::RecordCodec::raw);
+            } else if (continued) {
+              archive->copy(*continued->source, entry.kept, freshHeld, *fresh);
+              kept = entry.kept;
+            }
+          } catch (const Error&) {
+            if (entry.document || fresh->broken()) throw;
           }
-        } catch (const Error&) {
-          if (entry.document || fresh->broken()) throw;
-          continue;
         }
+        if (kept != 0) entry.kept = kept;
         entry.stated = true;
         entry.number = 0;
-        if (i == done) head.done = head.states.size();
-        head.states.emplace_back(entry.label, entry.kept);
+        head.states.emplace_back(entry.label, kept);
       }
       putBegin(*fresh, head, archive->ids(), freshHeld);
       std::vector<DocumentPtr> inUse;
       for (const Entry& entry : history) inUse.push_back(entry.document);
       archive->tidy(inUse);
     }
+    lock.unlock();
     if (!savingTo.empty()) putSaving(*fresh, savingTo);
     if (stroke) {
       putStrokeBegin(*fresh, stroke->tool, stroke->mirrors, head.at);
       putStrokePoints(*fresh, stroke->points);
       strokeWritten = stroke->points.size();
     }
-    fresh->sync();
+    fresh->write();
     held = std::move(freshHeld);
   } catch (...) {
     fresh->remove();
@@ -271,25 +291,32 @@ void Keeper::State::beginJournal() {
   if (journal) {
     bytesBefore += journal->bytes();
     syncBefore += journal->syncSeconds();
-    journal->remove();
   }
-  if (continued) {
-    std::error_code ignored;
-    std::filesystem::remove(continued->journal, ignored);
-    continued.reset();
+  {
+    const std::lock_guard guard(mutex);
+    if (journal) retired.push_back(std::move(journal));
+    if (continued) retiredFiles.push_back(continued->journal);
+    syncTrouble.clear();  // of the one before
   }
+  continued.reset();
   journal = std::move(fresh);
+  askSync();
   journalBegan = journal->bytes();
   number = 0;
   begin = false;
-  const std::lock_guard lock(mutex);
+  fits = true;
+  const std::lock_guard guard(mutex);
   ++counts.generations;
+  return true;
 }
 
-// Documents of steps, when nobody else is at the archive: until then their samples stand for them.
 void Keeper::State::putStates() {
-  std::unique_lock lock(archive->lock(), std::try_to_lock);
-  if (!lock) return;
+  if (std::none_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; })) return;
+  // What happened is with the system already; documents come when nobody keeps the archive waiting.
+  journal->write();
+  const Archive::Lock lock = archive->tryLock(kMostWait);
+  behind = !lock.owns_lock();
+  if (behind) return;
   uint64_t put = 0;
   for (Entry& entry : history) {
     if (entry.stated || !entry.document) continue;
@@ -313,17 +340,21 @@ void Keeper::State::turn(std::vector<Event>& batch) {
       }
     }
     if (!archive || options.folder.empty()) return;
+    requireSynced();
     if (journal && journal->bytes() - journalBegan > options.rollBytes) begin = true;
-    if (!journal || journal->broken() || begin) {
-      if (Clock::now() < retryAt) return;
-      beginJournal();
-    } else {
+    bool fresh = false;
+    if (begin || !sound()) {
+      if (Clock::now() >= retryAt) fresh = beginJournal();
+      else if (!sound()) return;
+    }
+    if (!fresh) {
       if (stroke) {
         putStrokePoints(*journal, {stroke->points.begin() + std::ptrdiff_t(strokeWritten), stroke->points.end()});
         strokeWritten = stroke->points.size();
       }
       putStates();
-      journal->sync();
+      journal->write();
+      askSync();
     }
     retry = options.retryS;
     if (std::exchange(troubled, false)) tell("");
@@ -333,6 +364,52 @@ void Keeper::State::turn(std::vector<Event>& batch) {
     begin = true;
     troubled = true;
     tell(fmt::format("The journal cannot be kept: {}. Work goes on in memory: save it, or make room.", e.what()));
+  }
+}
+
+void Keeper::State::askSync() {
+  {
+    const std::lock_guard lock(mutex);
+    toSync = journal;
+  }
+  syncWake.notify_one();
+}
+
+// What the disk's thread met is told here, where all else is.
+void Keeper::State::requireSynced() {
+  const std::lock_guard lock(mutex);
+  if (!syncTrouble.empty()) throw Error(std::exchange(syncTrouble, {}), Error::Kind::work);
+}
+
+void Keeper::State::syncLoop() {
+  std::unique_lock lock(mutex);
+  for (;;) {
+    syncWake.wait(lock, [this] { return stop || toSync; });
+    if (!toSync) break;
+    const auto behindUs = std::exchange(toSync, nullptr);
+    const auto old = std::exchange(retired, {});
+    const auto oldFiles = std::exchange(retiredFiles, {});
+    syncing = true;
+    lock.unlock();
+    std::string trouble;
+    try {
+      behindUs->sync();
+      for (const auto& each : old) each->remove();
+      for (const auto& each : oldFiles) {
+        std::error_code ignored;
+        std::filesystem::remove(each, ignored);
+      }
+    } catch (const Error& e) {
+      trouble = e.what();
+    }
+    lock.lock();
+    syncing = false;
+    if (!trouble.empty()) {
+      retired.insert(retired.end(), old.begin(), old.end());
+      retiredFiles.insert(retiredFiles.end(), oldFiles.begin(), oldFiles.end());
+      syncTrouble = std::move(trouble);
+    }
+    syncIdle.notify_all();
   }
 }
 
@@ -355,9 +432,15 @@ void Keeper::State::run() {
     lock.unlock();
     turn(batch);
     batch.clear();
-    // Another chance for what had to wait for the archive.
-    behind = journal && std::any_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; });
     lock.lock();
+    if (flushing != flushed) {
+      syncIdle.wait(lock, [this] { return stop || (!toSync && !syncing); });
+      if (!syncTrouble.empty()) {
+        lock.unlock();
+        turn(batch);
+        lock.lock();
+      }
+    }
     flushed = flushing;
     flushedOne.notify_all();
     counts.bytes = bytesBefore + (journal ? journal->bytes() : 0);
@@ -368,6 +451,7 @@ void Keeper::State::run() {
 
 Keeper::Keeper(const KeeperOptions& options, std::function<void(const std::string&)> tell) : state_(std::make_unique<State>(options, std::move(tell))) {
   state_->thread = std::thread([state = state_.get()] { state->run(); });
+  state_->disk = std::thread([state = state_.get()] { state->syncLoop(); });
 }
 
 Keeper::~Keeper() {
@@ -376,7 +460,11 @@ Keeper::~Keeper() {
     state_->stop = true;
   }
   state_->wake.notify_one();
+  state_->syncIdle.notify_all();
   state_->thread.join();
+  state_->syncWake.notify_one();
+  state_->disk.join();
+  for (const auto& each : state_->retired) each->remove();
   if (state_->journal && !state_->leaving) state_->journal->remove();
 }
 

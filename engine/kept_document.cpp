@@ -21,6 +21,7 @@ using nlohmann::ordered_json;
 
 constexpr size_t kMostHead = size_t{64} << 20;
 constexpr size_t kMostPicture = size_t{4} << 20;
+constexpr size_t kMostAttempts = 64;  // states of a file without a head
 constexpr double kMostRecord = 9007199254740992.0;
 
 // What a saved document consists of, beside its states.
@@ -88,20 +89,18 @@ std::vector<HistoryState> statesOf(const Head& head) {
   return states;
 }
 
-// From any head that holds together, the newest first; of its history only what is whole.
+// From any head that holds together, the newest first, else from any state.
 OpenedDocument mended(const std::filesystem::path& file, const std::string& why, Job* job) {
   io::Salvage salvage(file, job);
   std::string reason = why;
-  for (const io::RecordId id : salvage.heads()) {
+  const auto attempt = [&](const std::function<io::RecordId(OpenedDocument&)>& choose) -> std::optional<OpenedDocument> {
     try {
-      const Head head = readHead(salvage, id, io::displayName(file));
       OpenedDocument opened;
       opened.archive = std::make_shared<Archive>();
       opened.archive->ids().atLeast(salvage.highestId() + 1);
-      const std::lock_guard lock(opened.archive->lock());
-      Archive::Read read = opened.archive->get(salvage, head.states[head.done].second, nullptr, job, &salvage);
+      const auto lock = opened.archive->lock();
+      Archive::Read read = opened.archive->get(salvage, choose(opened), nullptr, job, &salvage);
       opened.states = {{.label = {}, .document = read.document}};
-      opened.face = faceOf(head, salvage);
       opened.notes.push_back(fmt::format("{} is damaged ({}) and was mended from {} sound records; save it under another name.", io::displayName(file), why, salvage.records()));
       for (std::string& note : read.notes) opened.notes.push_back(std::move(note));
       return opened;
@@ -109,7 +108,20 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
       throw;
     } catch (const Error& e) {
       reason = e.what();
+      return std::nullopt;
     }
+  };
+  for (const io::RecordId id : salvage.heads()) {
+    auto opened = attempt([&](OpenedDocument& document) {
+      const Head head = readHead(salvage, id, io::displayName(file));
+      document.face = faceOf(head, salvage);
+      return head.states[head.done].second;
+    });
+    if (opened) return std::move(*opened);
+  }
+  for (size_t i = 0; i < salvage.states().size() && i < kMostAttempts; ++i) {
+    auto opened = attempt([&](OpenedDocument&) { return salvage.states()[i]; });
+    if (opened) return std::move(*opened);
   }
   throw Error(fmt::format("{}: is damaged ({}), and nothing can be mended: {} sound records, none of them tells what the document was; open a copy of it", io::displayName(file), reason, salvage.records()));
 }
@@ -124,6 +136,8 @@ std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
   const auto document = io::DocumentFile::open(file, false);
   return std::make_shared<const Base>(baseOf(file, *document, readHead(*document, document->head(), io::displayName(file))));
 }
+
+OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job) { return mended(file, why, job); }
 
 std::string newWriter() {
   uint64_t words[2] = {};
@@ -144,7 +158,7 @@ OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
     opened.archive = std::make_shared<Archive>();
     opened.archive->ids().atLeast(document->nextId());
     {
-      const std::lock_guard lock(opened.archive->lock());
+      const auto lock = opened.archive->lock();
       opened.states = statesOf(head);
       opened.done = head.done;
       HistoryState& now = opened.states[head.done];
@@ -162,7 +176,7 @@ OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
 }
 
 std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job, const SaveLimits& limits) {
-  std::unique_lock lock(request.archive->lock());
+  auto lock = request.archive->lock();
   Archive& archive = *request.archive;
   const bool same = request.base && request.base->path == file;
   std::shared_ptr<io::DocumentFile> from;
@@ -182,6 +196,7 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   Sources sources(places);
 
   const auto transaction = to->begin();
+  Archive::Giving sink(*transaction, archive, lock);
   Head head;
   head.writer = request.writer;
   const size_t first = request.done > limits.steps ? request.done - limits.steps : 0;
@@ -190,7 +205,7 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   const auto keep = [&](size_t i, Job* watch) {
     const HistoryState& state = request.states[i];
     if (state.document) {
-      ids[i] = archive.put(state.document, base->held, *transaction, io::RecordCodec::zstd, watch);
+      ids[i] = archive.put(state.document, base->held, sink, io::RecordCodec::zstd, watch);
     } else {
       archive.copy(sources, state.kept, base->held, *transaction);
       ids[i] = state.kept;
@@ -250,7 +265,13 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   const io::RecordId next = archive.ids().next();
   // From here on only the disk is waited for: others may go on.
   lock.unlock();
-  transaction->commit(id, next);
+  const uint64_t saves = to->save();
+  try {
+    transaction->commit(id, next);
+  } catch (const Error&) {
+    // The file may have it although the folder could not be flushed.
+    if (to->save() <= saves) throw;
+  }
   base->save = to->save();
   base->state = head.states[head.done].second;
   base->next = next;
@@ -274,7 +295,7 @@ DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base,
     places.push_back(file.get());
   }
   Sources all(places);
-  const std::lock_guard lock(archive.lock());
+  const auto lock = archive.lock();
   return archive.get(all, state, &near).document;
 }
 

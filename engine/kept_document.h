@@ -52,6 +52,10 @@ struct OpenedDocument {
 /// Cancelled. Any thread.
 [[nodiscard]] OpenedDocument openDocument(const std::filesystem::path& file, Job* job = nullptr);
 
+/// What can be had of a damaged document or journal: the newest document in it, its clay filled from older records where it has to be. `why` stands in its notes. Throws Error
+/// when there is nothing; Cancelled.
+[[nodiscard]] OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job = nullptr);
+
 /// What is saved: states as the session has them.
 struct SaveRequest {
   std::vector<HistoryState> states;
@@ -64,7 +68,7 @@ struct SaveRequest {
 };
 
 /// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. Durable when it returns. Throws Error (kind
-/// work), Cancelled; then the old file stands. Holds the archive's lock but for the last wait on the disk. Any thread.
+/// work), Cancelled; then the old file stands. Lets others at the archive between two bricks. Any thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
 /// A document without history or journal, for the command line.

@@ -178,6 +178,10 @@ clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, 
 
 std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document, const ModelExport& what, Job* job) {
   std::vector<std::string> sentences;
+  // What is wrong with a name is told before the work.
+  for (const std::filesystem::path& file : files) {
+    if (!endsWith(file, ".vdb")) io::requireWritable(file);
+  }
   std::vector<io::ModelObject> objects;
   std::string reduction;
   double tolerance = 0;

@@ -68,8 +68,20 @@ Recoverable examine(const std::filesystem::path& journal) {
 
 Recovered recover(const std::filesystem::path& journal, Job* job) {
   const auto reader = std::make_shared<io::JournalReader>(journal, true);
-  JournalStory story = readStory(*reader);
   Recovered recovered;
+  const auto mend = [&](const std::string& damage) {
+    recovered.document = mendDocument(journal, damage, job);
+    recovered.writer = newWriter();
+    recovered.continued = Keeper::Continued{journal, reader};
+    recovered.sentence = fmt::format("Recovered what {} still holds.", io::displayName(journal));
+    return std::move(recovered);
+  };
+  JournalStory story;
+  try {
+    story = readStory(*reader);
+  } catch (const Error& e) {
+    return mend(e.what());
+  }
   recovered.file = story.begin.file;
   recovered.writer = story.begin.writer;
   recovered.sources = {reader};
@@ -89,7 +101,7 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   OpenedDocument& document = recovered.document;
   document.archive = std::make_shared<Archive>();
   Archive& archive = *document.archive;
-  const std::lock_guard lock(archive.lock());
+  const auto lock = archive.lock();
   archive.ids().atLeast(reader->highestId() + 1);
   if (base) {
     archive.ids().atLeast(base->next);
@@ -122,6 +134,7 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
       if (why.empty()) why = e.what();
     }
   }
+  if (document.states.empty() && story.begin.file.empty()) return mend(why);
   if (document.states.empty()) {
     throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, trouble.empty() ? "" : fmt::format("; it builds on a file that cannot be read: {}", trouble)), Error::Kind::work);
   }

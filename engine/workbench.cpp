@@ -213,18 +213,8 @@ void Workbench::exportTo(const ExportOptions& how) {
     what.triangles = how.triangles;
     what.errorMm = how.errorMm;
     for (const std::string& sentence : writeModelFiles(how.files, *document, what, &job)) s->tell(Message::Level::done, sentence);
-    if (how.piece == 0) {
-      DocumentPtr kept = document;
-      const std::lock_guard lock(s->mutex);
-      s->exported.swap(kept);
-    }
     return {};
   });
-}
-
-DocumentPtr Workbench::exported() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->exported;
 }
 
 bool Workbench::idle() const {

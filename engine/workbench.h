@@ -159,8 +159,6 @@ class Workbench {
   void leaveJournal();
   void exportTo(const ExportOptions& options);
 
-  /// The document of which all visible pieces, or all, were last written to files; null before. What fails does not count.
-  [[nodiscard]] DocumentPtr exported() const;
   /// Nothing is under way: no job, no stroke, no edit or sample that waits. A moment later something may be.
   [[nodiscard]] bool idle() const;
   [[nodiscard]] std::vector<JobView> jobs() const;

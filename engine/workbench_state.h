@@ -97,7 +97,6 @@ struct Workbench::State {
   std::shared_ptr<const clay::TriangleMesh> preview;
   std::shared_ptr<const std::vector<Recoverable>> recoverable;
   std::string journalTrouble;
-  DocumentPtr exported;
   bool stopping = false;
   bool leaveJournal = false;
   bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on

@@ -76,7 +76,7 @@ RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids
   head.count = static_cast<uint32_t>(count);
   head.bytes = bytes.size();
   head.checksum = XXH3_64bits(bytes.data(), bytes.size());
-  RecordId first = 0;
+  const RecordId first = as != 0 ? as : ids.take(count);
   std::vector<std::byte> body;
   for (head.index = 0; head.index < head.count; ++head.index) {
     const size_t begin = head.index * kMostSlice;
@@ -84,8 +84,7 @@ RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids
     const auto* front = reinterpret_cast<const std::byte*>(&head);
     body.assign(front, front + sizeof head);
     body.insert(body.end(), slice.begin(), slice.end());
-    const RecordId id = as != 0 ? as + head.index : ids.take();
-    if (first == 0) first = id;
+    const RecordId id = first + head.index;
     sink.put({RecordKind::chunk, codec, static_cast<uint16_t>(body.size()), 0, id}, body);
     held.add(id);
   }

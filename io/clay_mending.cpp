@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -21,16 +22,18 @@ using clay::Tile;
 using clay::TreePlace;
 using clay::Version;
 
-// Relaxation of lost bricks: eight sweeps carry a value through a brick, twelve rounds through a few bricks side by side.
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // a fuzzer has no time for smooth clay
 constexpr size_t kMostWallBricks = size_t{1} << 11;
 constexpr int kRounds = 1, kSweeps = 1;
 constexpr size_t kManyLost = 600;
 #else
-constexpr size_t kMostWallBricks = size_t{1} << 18;  // half a GiB
-constexpr int kRounds = 12, kSweeps = 8;
+constexpr size_t kMostWallBricks = size_t{1} << 16;  // 140 MB
+// Relaxation of lost bricks: eight sweeps carry a value through a brick, eight rounds through a few bricks side by side.
+constexpr int kRounds = 8, kSweeps = 8;
 constexpr size_t kManyLost = 20000;  // then two rounds must do
 #endif
+constexpr int kLargeLevel = 2;  // blocks of 512 voxels
+constexpr float kSettled = 1e-3f;   // voxels a sweep: far below what such a guess is off
 
 int edgeOf(int level) { return 1 << (3 * level); }
 
@@ -63,32 +66,54 @@ TreePlace placeAt(const Version& version, Coord first, int level) {
   return at;
 }
 
-// The 64 children of a block that lie at its face.
+// The 64 of 8×8×8 that lie at a face: voxels of a brick, children of a node.
 template <class Visit>
-void forFaceChildren(Coord first, int level, int face, const Visit& visit) {
-  const int step = edgeOf(level - 1), axis = face / 2, at = face % 2 == 0 ? 0 : 7;
-  for (int i = 0; i < 8; ++i)
-    for (int k = 0; k < 8; ++k) {
-      Coord c;
-      axisOf(c, axis) = at;
-      axisOf(c, (axis + 1) % 3) = i;
-      axisOf(c, (axis + 2) % 3) = k;
-      visit(first + c * step);
-    }
-}
-
-// Voxels of a brick's face that are inside, less those outside.
-int signOfFace(const clay::Brick& brick, int face) {
-  int inside = 0;
+void forFaceVoxels(int face, const Visit& visit) {
   for (int i = 0; i < 8; ++i)
     for (int k = 0; k < 8; ++k) {
       Coord c;
       axisOf(c, face / 2) = face % 2 == 0 ? 0 : 7;
       axisOf(c, (face / 2 + 1) % 3) = i;
       axisOf(c, (face / 2 + 2) % 3) = k;
-      inside += brick.phi[clay::Brick::offset(c.x, c.y, c.z)] < 0 ? 1 : -1;
+      visit(c);
     }
+}
+template <class Visit>
+void forFaceChildren(Coord first, int level, int face, const Visit& visit) {
+  forFaceVoxels(face, [&](Coord c) { visit(first + c * edgeOf(level - 1)); });
+}
+
+// Voxels of a brick's face that are inside, less those outside.
+int signOfFace(const clay::Brick& brick, int face) {
+  int inside = 0;
+  forFaceVoxels(face, [&](Coord c) { inside += brick.phi[clay::Brick::offset(c.x, c.y, c.z)] < 0 ? 1 : -1; });
   return inside;
+}
+
+using Halo = float[10][10][10];  // a brick's voxels from (1, 1, 1) on, and those beside its faces
+
+// Sweeps towards the harmonic function between what stands at the faces. The largest change of the last sweep.
+float relax(Halo& at, std::array<float, clay::kBrickVoxels>& values) {
+  const auto index = [](int x, int y, int z) { return static_cast<size_t>(clay::Brick::offset(x - 1, y - 1, z - 1)); };
+  for (int x = 1; x < 9; ++x)
+    for (int y = 1; y < 9; ++y)
+      for (int z = 1; z < 9; ++z) at[x][y][z] = values[index(x, y, z)];
+  float change = 0;
+  for (int sweep = 0; sweep < kSweeps && (sweep == 0 || change > 0); ++sweep) {
+    change = 0;
+    for (int x = 1; x < 9; ++x)
+      for (int y = 1; y < 9; ++y)
+        for (int z = 1; z < 9; ++z) {
+          const float sum = ((at[x - 1][y][z] + at[x + 1][y][z]) + (at[x][y - 1][z] + at[x][y + 1][z])) + (at[x][y][z + 1] + at[x][y][z - 1]);
+          const float next = sum / 6;
+          change = std::max(change, std::abs(next - at[x][y][z]));
+          at[x][y][z] = next;
+        }
+  }
+  for (int x = 1; x < 9; ++x)
+    for (int y = 1; y < 9; ++y)
+      for (int z = 1; z < 9; ++z) values[index(x, y, z)] = at[x][y][z];
+  return change;
 }
 
 class Mending {
@@ -110,9 +135,15 @@ class Mending {
   }
 
   Version run() {
-    decideTiles();
-    fill();
-    return closeWalls();
+    const Version damaged = version_;
+    for (const bool cautious : {false, true}) {
+      decideTiles(cautious);
+      fill();
+      if (const auto closed = closeWalls()) return *closed;
+      // A large block was taken for inside by little evidence: without large ones, walls follow the small blocks.
+      version_ = damaged;
+    }
+    throw Error("damaged: too much of the clay is lost", Error::Kind::work);
   }
 
  private:
@@ -157,10 +188,14 @@ class Mending {
   }
 
   // Each leaf as most voxels around it are; what touches no known clay, as the leaves beside it.
-  void decideTiles() {
+  void decideTiles(bool cautious) {
     std::vector<size_t> queue;
     for (size_t i = 0; i < leaves_.size(); ++i) {
       Leaf& leaf = leaves_[i];
+      leaf.votes = 0;
+      leaf.tile = Tile::outside;
+      leaf.decided = cautious && leaf.level >= kLargeLevel;
+      if (leaf.decided) continue;
       for (int face = 0; face < 6; ++face) {
         visitTouching(across(leaf.first, leaf.level, face), leaf.level, face, [&](Leaf* other, const TreePlace& at, int level) {
           if (other) return;
@@ -203,49 +238,43 @@ class Mending {
       values[i].fill(editor.find(bricks[i]).phi(0, band));
     }
     const int rounds = bricks.size() > kManyLost ? 2 : kRounds;
-    for (int round = 0; round < rounds; ++round)
+    std::vector<char> settled(bricks.size());
+    for (int round = 0; round < rounds; ++round) {
       for (size_t i = 0; i < bricks.size(); ++i) {
-        float around[10][10][10] = {};
+        if (settled[i]) continue;
+        Halo halo = {};
         for (int face = 0; face < 6; ++face) {
           const Coord beside = across(bricks[i], 0, face);
           const auto other = indexOf.find(beside);
           const clay::Slot slot = editor.find(beside);
-          for (int a = 0; a < 8; ++a)
-            for (int b = 0; b < 8; ++b) {
-              Coord to, from;
-              axisOf(to, face / 2) = face % 2 == 0 ? 0 : 9;
-              axisOf(from, face / 2) = face % 2 == 0 ? 7 : 0;
-              axisOf(from, (face / 2 + 1) % 3) = a;
-              axisOf(from, (face / 2 + 2) % 3) = b;
-              axisOf(to, (face / 2 + 1) % 3) = a + 1;
-              axisOf(to, (face / 2 + 2) % 3) = b + 1;
-              const int offset = clay::Brick::offset(from.x, from.y, from.z);
-              around[to.x][to.y][to.z] = other == indexOf.end() ? slot.phi(offset, band) : values[other->second][static_cast<size_t>(offset)];
-            }
+          forFaceVoxels(face ^ 1, [&](Coord from) {
+            Coord to = from + Coord{1, 1, 1};
+            axisOf(to, face / 2) = face % 2 == 0 ? 0 : 9;
+            const int offset = clay::Brick::offset(from.x, from.y, from.z);
+            halo[to.x][to.y][to.z] = other == indexOf.end() ? slot.phi(offset, band) : values[other->second][static_cast<size_t>(offset)];
+          });
         }
-        for (int k = 0; k < clay::kBrickVoxels; ++k) around[(k >> 6) + 1][(k >> 3 & 7) + 1][(k & 7) + 1] = values[i][static_cast<size_t>(k)];
-        for (int sweep = 0; sweep < kSweeps; ++sweep)
-          for (int x = 1; x < 9; ++x)
-            for (int y = 1; y < 9; ++y)
-              for (int z = 1; z < 9; ++z)
-                around[x][y][z] = (around[x - 1][y][z] + around[x + 1][y][z] + around[x][y - 1][z] + around[x][y + 1][z] + around[x][y][z - 1] + around[x][y][z + 1]) / 6;
-        for (int k = 0; k < clay::kBrickVoxels; ++k) values[i][static_cast<size_t>(k)] = around[(k >> 6) + 1][(k >> 3 & 7) + 1][(k & 7) + 1];
+        settled[i] = relax(halo, values[i]) < kSettled;
+        if (settled[i]) continue;
+        for (int face = 0; face < 6; ++face)
+          if (const auto other = indexOf.find(across(bricks[i], 0, face)); other != indexOf.end()) settled[other->second] = 0;
       }
+    }
     for (size_t i = 0; i < bricks.size(); ++i) editor.setVoxels(bricks[i], values[i]);
     version_ = editor.commit();
   }
 
   // No brick would own the surface between an inside tile and an outside one: both sides become bricks.
-  Version closeWalls() {
+  std::optional<Version> closeWalls() {
     std::map<Coord, Tile> wall;
     const auto addPair = [&](const auto& self, Coord first, int level, int face, Tile tile) -> void {
+      if (wall.size() > kMostWallBricks) return;
       if (level > 0) {
         forFaceChildren(first, level, face, [&](Coord child) { self(self, child, level - 1, face, tile); });
         return;
       }
       wall.emplace(first, tile);
       wall.emplace(across(first, 0, face), tile == Tile::inside ? Tile::outside : Tile::inside);
-      if (wall.size() > kMostWallBricks) throw Error("damaged: too much of the clay is lost", Error::Kind::work);
     };
     const auto visit = [&](const auto& self, Coord first, int level, int face, Tile tile) -> void {
       const TreePlace other = placeAt(version_, across(first, level, face), level);
@@ -263,6 +292,7 @@ class Mending {
       for (int face = 0; face < 6; ++face)
         if (inTree(across(leaf.first, leaf.level, face))) visit(visit, leaf.first, leaf.level, face, at.tile());
     }
+    if (wall.size() > kMostWallBricks) return std::nullopt;
     clay::Editor editor(version_);
     const float band = editor.grid().band;
     for (const auto& [brick, tile] : wall) {

@@ -46,6 +46,8 @@ struct ClayWriting {
       add(body.record, i);
       body.ids.push_back(child.isNode() ? node(child) : brick(*child.brick()));
     }
+    // A sink may let another writer in meanwhile, who may have come to this node first.
+    if (id == 0) id = memo.nodes_.find(key);
     if (id == 0) memo.nodes_.set(key, id = memo.ids_.take());
     packNode(body, bytes);
     sink.put({RecordKind::node, RecordCodec::raw, static_cast<uint16_t>(bytes.size()), owner, id}, bytes);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clay/job.h"
@@ -30,7 +31,8 @@ class OlderBricks {
 class RecordIds {
  public:
   explicit RecordIds(RecordId next = 1) : next_(next) {}
-  RecordId take() { return next_++; }
+  /// The first of `count` ids in a row.
+  RecordId take(uint64_t count = 1) { return std::exchange(next_, next_ + count); }
   void atLeast(RecordId next) { next_ = std::max(next_, next); }
   [[nodiscard]] RecordId next() const { return next_; }
 

@@ -58,7 +58,7 @@ class DocumentFile : public RecordSource {
     std::unique_ptr<State> state_;
   };
   /// Throws Error (kind work) when the file was changed by another program since it was opened, is in use by one for two seconds, or is damaged: save under another
-  /// name. The first call after open() reads the whole file for that (0.1 s of work for 200 MB).
+  /// name. For that the whole file is read once (0.1 s of work for 200 MB), not again behind a save of this program.
   [[nodiscard]] std::unique_ptr<Transaction> begin();
 
  private:

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <mutex>
 #include <system_error>
 #include <thread>
 #include <tuple>
@@ -48,7 +49,9 @@ struct JournalWriter::State {
   std::filesystem::path path;
   int fd = -1;
   std::vector<std::byte> buffer;
+  mutable std::mutex mutex;  ///< Guards all but the wait for the disk.
   uint64_t put = 0, synced = 0;
+  bool folderFlushed = false;
   double syncSeconds = 0;
   std::string broken;  ///< The sentence, once something failed.
 
@@ -109,12 +112,12 @@ JournalWriter::JournalWriter(const std::filesystem::path& path) : state_(std::ma
     ::unlink(hidden.c_str());
     failWork(path, "the journal cannot be made (" + reason(error) + "); set ARGIL_STATE to another folder");
   }
-  flushFolder(folder);
 }
 
 JournalWriter::~JournalWriter() = default;
 
 void JournalWriter::put(const RecordHeader& header, std::span<const std::byte> body) {
+  const std::lock_guard lock(state_->mutex);
   state_->mustWork();
   const size_t before = state_->buffer.size();
   appendRecord(state_->buffer, header, body);
@@ -122,25 +125,46 @@ void JournalWriter::put(const RecordHeader& header, std::span<const std::byte> b
   if (state_->buffer.size() >= kBufferBytes) state_->flush();
 }
 
+void JournalWriter::write() {
+  const std::lock_guard lock(state_->mutex);
+  state_->mustWork();
+  state_->flush();
+}
+
 void JournalWriter::sync() {
   State& state = *state_;
+  std::unique_lock lock(state.mutex);
   state.mustWork();
   state.flush();
   if (state.put == state.synced) return;
+  const uint64_t reached = state.put;
+  const bool folder = !std::exchange(state.folderFlushed, true);
+  lock.unlock();
   const auto begin = std::chrono::steady_clock::now();
   const int result = ::fdatasync(state.fd);
   const int error = errno;
+  if (folder) flushFolder(state.path.parent_path());
+  lock.lock();
   state.syncSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // Never tried again: the kernel may have dropped the pages that it could not write, and call the rest clean.
   if (result != 0) state.breakOff("the journal cannot be flushed to the disk (" + reason(error) + "); save your work elsewhere");
-  state.synced = state.put;
+  state.synced = reached;
 }
 
-bool JournalWriter::broken() const { return !state_->broken.empty(); }
+bool JournalWriter::broken() const {
+  const std::lock_guard lock(state_->mutex);
+  return !state_->broken.empty();
+}
 
-uint64_t JournalWriter::bytes() const { return state_->put; }
+uint64_t JournalWriter::bytes() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->put;
+}
 
-double JournalWriter::syncSeconds() const { return state_->syncSeconds; }
+double JournalWriter::syncSeconds() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->syncSeconds;
+}
 
 void JournalWriter::remove() {
   if (state_->fd < 0) return;

@@ -12,7 +12,8 @@
 
 namespace argil::io {
 
-/// The writing side. The file is locked (flock) as long as this lives, so that others can tell a journal in work from one that a crash left. One thread.
+/// The writing side. The file is locked (flock) as long as this lives, so that others can tell a journal in work from one that a crash left.
+/// One thread writes; sync() may be called by another one beside it.
 class JournalWriter : public RecordSink {
  public:
   /// Makes the file, and its folder with access for the person alone. Throws Error (kind work).
@@ -20,6 +21,8 @@ class JournalWriter : public RecordSink {
   ~JournalWriter() override;
   /// Into a buffer of ours; large buffers go to the file. Throws Error (kind work) when the file cannot take it: the journal is then as it was after the last sync().
   void put(const RecordHeader& header, std::span<const std::byte> body) override;
+  /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put() does.
+  void write();
   /// What was put is on the disk when it returns (fdatasync). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
   [[nodiscard]] bool broken() const;   ///< Something failed: begin another file.

@@ -33,24 +33,45 @@ struct Brick {
   [[nodiscard]] auto place() const { return std::tie(owner, x, y, z); }
 };
 
+/// The blobs of which every chunk is there, newest first.
+std::vector<RecordId> wholeBlobs(std::vector<ChunkFacts>& chunks) {
+  std::sort(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id < b.id; });
+  chunks.erase(std::unique(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id == b.id; }), chunks.end());
+  std::vector<RecordId> whole;
+  for (size_t first = 0; first < chunks.size(); ++first) {
+    const ChunkFacts& head = chunks[first];
+    if (head.index != 0 || head.count == 0 || head.count > chunks.size() - first) continue;
+    bool all = true;
+    for (uint32_t i = 0; i < head.count && all; ++i) {
+      const ChunkFacts& each = chunks[first + i];
+      all = each.id == head.id + i && each.index == i && each.count == head.count && each.total == head.total && each.hash == head.hash;
+    }
+    if (all) whole.push_back(head.id);
+  }
+  std::reverse(whole.begin(), whole.end());
+  return whole;
+}
+
 }  // namespace
 
 struct Salvage::State {
   std::vector<Brick> bricks;  ///< By place, newest first.
-  std::vector<RecordId> heads;
+  std::vector<RecordId> heads, states;
   std::unique_ptr<ScannedRecords> records;
 };
 
 Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make_unique<State>()) {
   State& state = *state_;
-  std::vector<ChunkFacts> chunks;
+  std::vector<ChunkFacts> heads, states;
   state.records = std::make_unique<ScannedRecords>(path, job, [&](const RecordView& record, ScannedRecords::Place) {
     const auto body = record.body;
     if (record.header.id == 0) return;
     if (record.header.kind == RecordKind::brick && body.size() >= 12) {
       state.bricks.push_back({record.header.owner, numberAt<int32_t>(body, 0), numberAt<int32_t>(body, 4), numberAt<int32_t>(body, 8), record.header.id});
-    } else if (record.header.kind == RecordKind::chunk && body.size() >= kChunkFactsBytes && numberAt<uint32_t>(body, 0) == uint32_t(BlobKind::head)) {
-      chunks.push_back({numberAt<uint32_t>(body, 4), numberAt<uint32_t>(body, 8), numberAt<uint64_t>(body, 12), numberAt<uint64_t>(body, 20), record.header.id});
+    } else if (record.header.kind == RecordKind::chunk && body.size() >= kChunkFactsBytes) {
+      const auto kind = numberAt<uint32_t>(body, 0);
+      if (kind != uint32_t(BlobKind::head) && kind != uint32_t(BlobKind::state)) return;
+      (kind == uint32_t(BlobKind::head) ? heads : states).push_back({numberAt<uint32_t>(body, 4), numberAt<uint32_t>(body, 8), numberAt<uint64_t>(body, 12), numberAt<uint64_t>(body, 20), record.header.id});
     }
   });
   // The file may hold a record twice, where SQLite has moved it.
@@ -58,24 +79,15 @@ Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make
   std::sort(state.bricks.begin(), state.bricks.end(), orderBricks);
   const auto same = [](const Brick& a, const Brick& b) { return a.id == b.id && a.place() == b.place(); };
   state.bricks.erase(std::unique(state.bricks.begin(), state.bricks.end(), same), state.bricks.end());
-  std::sort(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id < b.id; });
-  chunks.erase(std::unique(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id == b.id; }), chunks.end());
-  for (size_t first = 0; first < chunks.size(); ++first) {
-    const ChunkFacts& head = chunks[first];
-    if (head.index != 0 || head.count == 0 || head.count > chunks.size() - first) continue;
-    bool whole = true;
-    for (uint32_t i = 0; i < head.count && whole; ++i) {
-      const ChunkFacts& each = chunks[first + i];
-      whole = each.id == head.id + i && each.index == i && each.count == head.count && each.total == head.total && each.hash == head.hash;
-    }
-    if (whole) state.heads.push_back(head.id);
-  }
-  std::reverse(state.heads.begin(), state.heads.end());
+  state.heads = wholeBlobs(heads);
+  state.states = wholeBlobs(states);
 }
 
 Salvage::~Salvage() = default;
 
 const std::vector<RecordId>& Salvage::heads() const { return state_->heads; }
+
+const std::vector<RecordId>& Salvage::states() const { return state_->states; }
 
 uint64_t Salvage::records() const { return state_->records->records(); }
 

@@ -22,6 +22,8 @@ class Salvage : public RecordSource, public OlderBricks {
   ~Salvage() override;
   /// Heads that were found (all chunks there), newest first.
   [[nodiscard]] const std::vector<RecordId>& heads() const;
+  /// The same of BlobKind::state, for files whose head is gone.
+  [[nodiscard]] const std::vector<RecordId>& states() const;
   [[nodiscard]] uint64_t records() const;
   [[nodiscard]] RecordId highestId() const;
   bool get(RecordId id, std::vector<std::byte>& record) override;

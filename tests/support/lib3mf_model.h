@@ -43,16 +43,34 @@ std::string text(Get&& get) {
   return buffer.c_str();
 }
 
+/// What lib3mf handed out goes back to it.
+class Owned {
+ public:
+  Owned() = default;
+  ~Owned() {
+    for (auto each = all_.rbegin(); each != all_.rend(); ++each) NMR::lib3mf_release(*each);
+  }
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
+  void operator()(NMR::PLib3MFBase* object) { all_.push_back(object); }
+
+ private:
+  std::vector<NMR::PLib3MFBase*> all_;
+};
+
 }  // namespace peer
 
-/// Throws std::runtime_error when lib3mf does. (Its objects are left to the end of the test program: they are few.)
+/// Throws std::runtime_error when lib3mf does.
 inline PeerModel readByLib3mf(const std::filesystem::path& path) {
   using namespace NMR;
   using peer::check;
+  peer::Owned own;
   PLib3MFModel* model = nullptr;
   check(lib3mf_createmodel(&model), "create");
+  own(model);
   PLib3MFModelReader* reader = nullptr;
   check(lib3mf_model_queryreader(model, "3mf", &reader), "reader");
+  own(reader);
   check(lib3mf_reader_setstrictmodeactive(reader, true), "strict");
   if (lib3mf_reader_readfromfileutf8(reader, path.c_str()) != LIB3MF_OK) {
     DWORD code = 0;
@@ -75,9 +93,11 @@ inline PeerModel readByLib3mf(const std::filesystem::path& path) {
   }
   PLib3MFModelResourceIterator* groups = nullptr;
   check(lib3mf_model_getbasematerials(model, &groups), "materials");
+  own(groups);
   for (BOOL more = 0; lib3mf_resourceiterator_movenext(groups, &more) == LIB3MF_OK && more;) {
     PLib3MFModelResource* group = nullptr;
     check(lib3mf_resourceiterator_getcurrent(groups, &group), "material");
+    own(group);
     check(lib3mf_basematerial_getcount(group, &count), "count");
     for (DWORD i = 0; i < count; ++i) {
       io::Colour c;
@@ -87,11 +107,14 @@ inline PeerModel readByLib3mf(const std::filesystem::path& path) {
   }
   PLib3MFModelBuildItemIterator* items = nullptr;
   check(lib3mf_model_getbuilditems(model, &items), "items");
+  own(items);
   for (BOOL more = 0; lib3mf_builditemiterator_movenext(items, &more) == LIB3MF_OK && more;) {
     PLib3MFModelBuildItem* item = nullptr;
     check(lib3mf_builditemiterator_getcurrent(items, &item), "item");
+    own(item);
     PLib3MFModelObjectResource* mesh = nullptr;
     check(lib3mf_builditem_getobjectresource(item, &mesh), "object");
+    own(mesh);
     PeerObject object;
     object.name = peer::text([&](char* to, ULONG size, ULONG* needed) { return lib3mf_object_getnameutf8(mesh, to, size, needed); });
     check(lib3mf_meshobject_getvertexcount(mesh, &count), "vertices");
@@ -102,6 +125,7 @@ inline PeerModel readByLib3mf(const std::filesystem::path& path) {
     check(lib3mf_meshobject_gettriangleindices(mesh, reinterpret_cast<MODELMESHTRIANGLE*>(object.triangles.data()), count, nullptr), "triangles");
     PLib3MFPropertyHandler* properties = nullptr;
     check(lib3mf_meshobject_createpropertyhandler(mesh, &properties), "properties");
+    own(properties);
     for (DWORD i = 0; i < count; ++i) {
       eModelPropertyType type = MODELPROPERTYTYPE_NONE;
       check(lib3mf_propertyhandler_getpropertytype(properties, i, &type), "property");

@@ -1,8 +1,10 @@
 #pragma once
 // A file of records in memory, whose records tests damage and lose.
 
+#include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -38,13 +40,19 @@ class RecordMemory : public RecordSink, public RecordSource, public OlderBricks 
     }
   }
   void bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const override {
-    for (const auto& [id, bytes] : records) {
-      const auto record = parseRecord(bytes);
-      if (!record || record->header.kind != RecordKind::brick || record->header.owner != owner || record->body.size() < 12) continue;
-      int32_t c[3];
-      std::memcpy(c, record->body.data(), sizeof c);
-      const auto in = [&](int32_t at, int32_t from) { return at >= from && int64_t{at} < int64_t{from} + edge; };
-      if (in(c[0], first.x) && in(c[1], first.y) && in(c[2], first.z)) each({c[0], c[1], c[2]}, id);
+    if (!bricks_) {
+      bricks_.emplace();
+      for (const auto& [id, bytes] : records) {
+        const auto record = parseRecord(bytes);
+        if (!record || record->header.kind != RecordKind::brick || record->body.size() < 12) continue;
+        int32_t c[3];
+        std::memcpy(c, record->body.data(), sizeof c);
+        bricks_->push_back({record->header.owner, {c[0], c[1], c[2]}, id});
+      }
+    }
+    for (const BrickRecord& brick : *bricks_) {
+      const Coord d = brick.coord - first;
+      if (brick.owner == owner && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge) each(brick.coord, brick.id);
     }
   }
   /// Puts another record in the place of one, with a right checksum.
@@ -60,6 +68,14 @@ class RecordMemory : public RecordSink, public RecordSource, public OlderBricks 
   std::map<RecordKind, uint64_t> puts;
   uint64_t bytesPut = 0;
   uint64_t failAfter = UINT64_MAX;       ///< So many more puts succeed.
+
+ private:
+  struct BrickRecord {
+    uint32_t owner;
+    Coord coord;
+    RecordId id;
+  };
+  mutable std::optional<std::vector<BrickRecord>> bricks_;  // made by the first bricksIn()
 };
 
 }  // namespace argil::io::testing

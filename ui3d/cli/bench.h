@@ -23,7 +23,7 @@ struct BenchResult {
   std::optional<double> peer;   ///< The same work by the named library in the same run, in `unit`.
   std::string peerName;
   std::optional<double> ratio;  ///< peer / median.
-  std::optional<uint64_t> bricks, chunks, triangles, bytes, hash;
+  std::optional<uint64_t> bricks, chunks, triangles, bytes, memory, hash;  ///< memory: bytes at the peak, beside what was there before.
   std::string note;             ///< For the reader of the table; not in the JSON.
 };
 
@@ -63,11 +63,12 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, touch, render, keep, buzz, stability; empty: all but the last.
+  std::vector<std::string> names;   ///< edit, surface, touch, render, keep, io, buzz, stability; empty: all but the last.
   std::filesystem::path json;
   std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;              ///< Million active voxels of the largest model.
   double seconds = 60;              ///< Of the paced servo.
+  std::filesystem::path folder;     ///< Where io writes; empty: that of temporary files.
   Job* job = nullptr;
 };
 
@@ -76,6 +77,7 @@ void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchRender(BenchReport& report, const BenchOptions& options);
 void benchKeep(BenchReport& report, const BenchOptions& options);
+void benchIo(BenchReport& report, const BenchOptions& options);
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 

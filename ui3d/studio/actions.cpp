@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "ui3d/studio/camera.h"
+#include "ui3d/studio/file_kinds.h"
 #include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
@@ -18,6 +19,10 @@ constexpr double kRadiusStep = 1.15;  // Of a tool, for each press of a key.
 
 const engine::Thing* selected(const Context& c) { return c.now.document->thing(c.state.selected); }
 bool hasSelected(const Context& c) { return selected(c) != nullptr; }
+bool hasRecoverable(const Context& c) {
+  const auto list = c.bench.recoverable();
+  return list && !list->empty();
+}
 bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 
 // Document
@@ -196,13 +201,20 @@ std::string capital(Text text) {
 
 void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", openDialog, "new"});
-  rows.push_back({"file.open", "Open…", "A script or a mesh as a new document.", "File", "Ctrl+O", openDialog, "open"});
-  rows.push_back({"file.import", "Import as clay…", "A mesh becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
-  rows.push_back({"file.part", "Import as part…", "A mesh that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});
-  rows.push_back({"file.export", "Export…", "Writes the clay as STL, OBJ or PLY.", "File", "Ctrl+E", openDialog, "export", hasClay});
-  rows.push_back({"file.export.stl", "Export STL…", "For printers.", "File", "", openDialog, "export.stl", hasClay});
-  rows.push_back({"file.export.obj", "Export OBJ…", "For other modellers.", "File", "", openDialog, "export.obj", hasClay});
-  rows.push_back({"file.export.ply", "Export PLY…", "For scanners' and researchers' programs.", "File", "", openDialog, "export.ply", hasClay});
+  rows.push_back({"file.open", "Open…", "A saved document, a script or a model as the document.", "File", "Ctrl+O", openDialog, "open"});
+  rows.push_back({"file.recent", "Open recent…", "What was opened or saved last.", "File", "Ctrl+Shift+O", openDialog, "recent"});
+  rows.push_back({"file.recover", "Recover…", "What was not saved when Argil ended without asking.", "File", "", openDialog, "recover", hasRecoverable});
+  rows.push_back({"file.save", "Save", "The document with its history, to its file.", "File", "Ctrl+S", openDialog, "save"});
+  rows.push_back({"file.saveAs", "Save as…", "The document to another file, with which work goes on.", "File", "Ctrl+Shift+S", openDialog, "saveAs"});
+  rows.push_back({"file.import", "Import as clay…", "A model becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
+  rows.push_back({"file.part", "Import as part…", "A model that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});
+  rows.push_back({"file.export", "Export…", "Writes the clay for printers and other programs.", "File", "Ctrl+E", openDialog, "export", hasClay});
+  for (const FileKind& kind : fileKinds()) {
+    if (kind.writes.empty()) continue;
+    rows.push_back({"file.export" + std::string(kind.ending), "Export " + std::string(kind.name) + "…", std::string(kind.writes), "File", "", openDialog,
+                    "export" + std::string(kind.ending), hasClay});
+  }
+  rows.push_back({"file.picture", "Save picture…", "The view as a PNG, at full quality and without panels.", "File", "Ctrl+Shift+P", openDialog, "picture"});
   rows.push_back({"file.quit", "Quit", "Leaves Argil.", "File", "Ctrl+Q", [](Context& c, Text) { c.state.quit = true; }});
 
   rows.push_back({"edit.undo", "Undo", "One step back.", "Edit", "Ctrl+Z", [](Context& c, Text) { c.bench.undo(); }, "",

@@ -105,7 +105,7 @@ void SessionWindow::handle(const Event& event) {
       panels_.dropped(c, event.text);
       break;
     }
-    case Kind::close: state_.quit = true; break;
+    case Kind::close: state_.quit = true; break;  // The panels ask where work would be lost.
     case Kind::motion6: {
       std::array<float, 6> axes = event.axes;
       for (float& axis : axes) axis = std::clamp(std::isfinite(axis) ? axis : 0.0f, -1.0f, 1.0f);
@@ -271,7 +271,7 @@ void SessionWindow::key(const Event& event) {
   mouse_.modifiers = event.modifiers;
   changed();
   const bool down = event.kind == Kind::keyDown;
-  if (typing || asking_) {
+  if (typing) {
     sizeKey_ = sizing_ = false;
     return;
   }

@@ -1,9 +1,11 @@
 #pragma once
-// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), the loop (studio.cpp).
+// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), files (keeping.cpp), the loop (studio.cpp).
 
 #include <map>
 #include <set>
 
+#include "engine/jobs.h"
+#include "clay/error.h"
 #include "render/renderer.h"
 #include "ui3d/studio/actions.h"
 #include "ui3d/studio/camera.h"
@@ -44,15 +46,21 @@ class SessionWindow {
   [[nodiscard]] double restS(double now);
   void changed() { changedS_ = window_.nowS(); }
   void writeReport();
+  /// A command that fails leaves a message, not the studio.
   template <class Command>
-  void attempt(const Command& command);
+  void attempt(const Command& command) {
+    try {
+      command();
+    } catch (const Error& e) {
+      bench_.tell(engine::Message::Level::error, e.what());
+    }
+  }
 
   // Panels (studio.cpp)
   [[nodiscard]] Context context();
   void uiStep();
   void settleUi();
   void applyTheme();
-  void askToLeave(Context& context);
   void serveWishes(Context& context);
 
   // Events (routing.cpp)
@@ -72,6 +80,13 @@ class SessionWindow {
   [[nodiscard]] std::optional<render::Renderer::Hit> pick(const Camera::Ray& ray) const;
   [[nodiscard]] Vec3d under(const Event& event) const;
   void beginStroke(const Event& event);
+
+  // Files (keeping.cpp)
+  void followFile();
+  [[nodiscard]] render::Shot pictureShot();
+  [[nodiscard]] std::vector<std::byte> thumbnail();
+  void serveSave();
+  bool servePicture();
 
   // Pictures (showing.cpp)
   bool collect();
@@ -148,7 +163,16 @@ class SessionWindow {
   bool cuts_ = true;                         // The stylus is on no widget.
   std::shared_ptr<const clay::TriangleMesh> preview_;  // Shown while it becomes clay.
 
-  bool leave_ = false, asking_ = false;
+  // The document's file
+  uint64_t openedShown_ = 0;
+  bool viewGiven_ = false;                   // By the document: it is not to be shown as a whole.
+  std::string titleShown_;
+  std::filesystem::path pathShown_;
+  std::filesystem::path pictureFile_;
+  std::shared_ptr<render::Image> fileImage_; // For pictureFile_: without pixels while it is drawn.
+  std::unique_ptr<engine::BackgroundJob> pictureJob_;
+
+  bool leave_ = false;
   size_t jobs_ = 0;
   PictureThread pictures_;                   // Last: it uses the others.
 };

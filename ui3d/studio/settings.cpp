@@ -12,8 +12,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kRecent = 12;
-
 struct PanelSwitch {
   const char* name;
   bool PanelsShown::* member;
@@ -87,6 +85,8 @@ std::string settingsText(const StudioState& state) {
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
   json["recent"] = state.recentFiles;
+  json["folder"] = state.lastFolder;
+  json["import"] = {{"units", state.imports.units}, {"voxel_given", state.imports.voxelGiven}, {"voxel", state.imports.voxelMm}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -113,7 +113,7 @@ bool applySettings(const std::string& text, StudioState& state) {
   }
   take(json, "pointer_depth", state.pointerDepthMm, 0, 1);
   take(json, "snap", state.snapWidgets);
-  const Json panels = part(json, "panels"), look = part(json, "look"), stereo = part(json, "stereo"), quality = part(json, "quality");
+  const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"), stereo = part(json, "stereo"), quality = part(json, "quality");
   for (const PanelSwitch& panel : kPanels) take(panels, panel.name, state.shown.*panel.member);
   choose(look, "shading", state.look.shading, 3);
   choose(look, "matcap", state.look.matcap, 6);
@@ -131,7 +131,11 @@ bool applySettings(const std::string& text, StudioState& state) {
     if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())
     for (const Json& file : *recent)
-      if (file.is_string() && state.recentFiles.size() < kRecent) state.recentFiles.push_back(file.get<std::string>());
+      if (file.is_string() && state.recentFiles.size() < StudioState::kMostRecent) state.recentFiles.push_back(file.get<std::string>());
+  if (const auto folder = json.find("folder"); folder != json.end() && folder->is_string()) state.lastFolder = folder->get<std::string>();
+  take(imports, "units", state.imports.units, 0, 3);
+  take(imports, "voxel_given", state.imports.voxelGiven);
+  take(imports, "voxel", state.imports.voxelMm, 0.01, 10);
   return true;
 }
 

@@ -48,6 +48,7 @@ bool SessionWindow::collect() {
     lost(e);
     return true;
   }
+  if (frame_.beganNs == 0) return true;  // It was a picture for a file.
   log_.add(frame_);
   if (frame_.uploads > 0) hoverStale_ = true;
   if (!frame_.shown) {
@@ -78,6 +79,7 @@ bool SessionWindow::collect() {
 void SessionWindow::lost(const Error& error) {
   const double now = window_.nowS();
   shotShown_ = panelsShown_ = 0;
+  fileImage_.reset();
   if (!renderer_.deviceLost()) {
     if (now - failedS_ > 5 * kAgainS) bench_.tell(engine::Message::Level::error, error.what());
     failedS_ = now;
@@ -145,7 +147,7 @@ void SessionWindow::follow() {
     if (before == placed_.end() || !same(before->second, look)) renderer_.place(id, look);
   }
   placed_ = std::move(wanted);
-  if (newWorld && !placed_.empty()) showAll_ = true;
+  if (newWorld && !placed_.empty()) showAll_ = !std::exchange(viewGiven_, false);
   hoverStale_ = true;  // What is under the cursor may have gone.
   changed();
 }

@@ -10,7 +10,6 @@
 #include "clay/error.h"
 #include "haptics/clock.h"
 #include "ui3d/studio/icon.h"
-#include "ui3d/studio/panels/kit.h"
 #include "ui3d/studio/panels/theme.h"
 #include "ui3d/studio/picture_labels.h"
 #include "ui3d/studio/session_window.h"
@@ -35,6 +34,7 @@ render::RendererOptions rendererOptions(const StudioOptions& options) {
 engine::Workbench::Options benchOptions(const StudioOptions& options) {
   engine::Workbench::Options result;
   result.device = options.device;
+  result.journal = options.play.empty();  // A recording is no work of anybody.
   return result;
 }
 
@@ -52,7 +52,11 @@ StudioState firstState(const StudioOptions& options) {
   if (options.play.empty()) loadSettings(state);
   if (options.theme) state.theme = *options.theme;
   state.look.lightBackground = state.theme == Theme::light;
-  if (!options.file.empty()) state.shown.firstStart = false;
+  if (!options.file.empty()) {
+    state.shown.firstStart = false;
+    if (options.play.empty()) state.remember(options.file);
+  }
+  state.offersRecovery = options.play.empty();
   return state;
 }
 
@@ -70,10 +74,7 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       hand_(bench_),
       pictures_([this] { window_.wake(); }) {
   if (!options.record.empty()) recording_.emplace(options.record);
-  if (!options.file.empty()) {
-    bench_.open(options.file);
-    window_.setTitle(options.file.filename().string() + " — Argil");
-  }
+  if (!options.file.empty()) bench_.open(options.file);
   window_.setIcon(icon(64));
   renderer_.attach(window_.hooks());
   ui_.useClipboardOf(&window_);
@@ -89,7 +90,9 @@ SessionWindow::SessionWindow(const StudioOptions& options)
   applyTheme();
 }
 
-SessionWindow::~SessionWindow() = default;
+SessionWindow::~SessionWindow() {
+  if (!leave_) bench_.leaveJournal();  // Something went wrong.
+}
 
 void SessionWindow::applyTheme() {
   if (themeShown_ == state_.theme && scaleShown_ == scale_) return;
@@ -98,16 +101,6 @@ void SessionWindow::applyTheme() {
   Panels::applyTheme(state_.theme, scale_);
   sendFont();
   uiSteps_ = 2;
-}
-
-// A command that fails leaves a message, not the studio.
-template <class Command>
-void SessionWindow::attempt(const Command& command) {
-  try {
-    command();
-  } catch (const Error& e) {
-    bench_.tell(engine::Message::Level::error, e.what());
-  }
 }
 
 Context SessionWindow::context() {
@@ -130,10 +123,7 @@ void SessionWindow::uiStep() {
     const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
     drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }
-  attempt([&] {
-    panels_.draw(c);
-    askToLeave(c);
-  });
+  attempt([&] { panels_.draw(c); });
   ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
   ImGui::Render();
   uiS_ = now;
@@ -153,33 +143,7 @@ void SessionWindow::serveWishes(Context& context) {
     state_.fullScreen = window_.fullScreen();
   }
   if (options_.scale == 0) window_.setScale(state_.interfaceScale);
-  if (state_.quit) {
-    state_.quit = false;
-    // Clay that was just added or opened is one step: nobody's work.
-    if (now_->done > 1 && now_->document != bench_.exported()) asking_ = true;
-    else leave_ = true;
-    uiSteps_ = 2;
-  }
-}
-
-void SessionWindow::askToLeave(Context& context) {
-  if (!kit::beginDialog("Leave", "Leave Argil?", 440, 0, &asking_)) return;
-  kit::wrapped("The clay was changed since it was last exported. Export it as a mesh to keep it: the studio has no file of its own yet.", colours().text);
-  kit::gap(10);
-  constexpr float kWide = 110;
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * kWide - 2 * kGap);
-  if (kit::button("Leave", kit::Weight::danger, kWide)) {
-    leave_ = true;
-    asking_ = false;
-  }
-  ImGui::SameLine();
-  if (kit::button("Stay", kit::Weight::plain, kWide)) asking_ = false;
-  ImGui::SameLine();
-  if (kit::button("Export…", kit::Weight::chief, kWide)) {
-    context.state.wishes.dialog = "export";
-    asking_ = false;
-  }
-  kit::endDialog(asking_);
+  if (state_.leave) leave_ = true;
 }
 
 // Everything that happened since the last time, in order.
@@ -277,6 +241,7 @@ void SessionWindow::turn() {
     uiSteps_ = std::max(uiSteps_, 1);
     if (now_->document != before->document) hoverStale_ = true;
   }
+  followFile();
   for (const Event& event : std::exchange(events_, {})) attempt([&] { handle(event); });
   if (camera_.tick(std::min(now - tickS_, 0.1))) {
     changed();
@@ -308,6 +273,8 @@ void SessionWindow::turn() {
                       : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)] : CursorShape::arrow);
   }
   serveRecording(now);
+  serveSave();
+  if (servePicture()) return;
   if (!leave_ && window_.nowS() >= nextFrameS_) attempt([&] { draw(); });
 }
 
@@ -331,7 +298,10 @@ void SessionWindow::run() {
     events_.erase(events_.begin(), events_.begin() + std::ptrdiff_t(done));
     if (collect()) turn();
     const double due = hand_.pump(window_.nowS());
-    if (options_.interrupted && options_.interrupted()) leave_ = true;
+    if (options_.interrupted && options_.interrupted()) {
+      bench_.leaveJournal();  // Nobody was asked: what is not saved can be had at the next start.
+      leave_ = true;
+    }
     if (leave_) break;
     const double now = window_.nowS();
     const int descriptors[] = {pen_.descriptor()};

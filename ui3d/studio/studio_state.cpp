@@ -1,5 +1,7 @@
 #include "ui3d/studio/studio_state.h"
 
+#include <system_error>
+
 namespace argil::studio {
 
 engine::Tool& StudioState::tool() {
@@ -24,6 +26,16 @@ engine::Tool StudioState::effectiveTool() {
   engine::Tool result = kept == tools.end() ? engine::standardTool(*otherRow) : kept->second;
   result.radiusMm = inHand.radiusMm;
   return result;
+}
+
+void StudioState::remember(const std::filesystem::path& file) {
+  std::error_code failed;
+  std::filesystem::path whole = std::filesystem::absolute(file, failed).lexically_normal();
+  if (failed || whole.empty()) whole = file;
+  std::erase(recentFiles, whole.string());
+  recentFiles.insert(recentFiles.begin(), whole.string());
+  if (recentFiles.size() > kMostRecent) recentFiles.resize(kMostRecent);
+  lastFolder = whole.parent_path().string();
 }
 
 }  // namespace argil::studio

@@ -1,7 +1,9 @@
 #pragma once
 // What the studio itself remembers: how things are looked at and what the person has in hand. The model is the workbench's.
 
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,10 +33,26 @@ struct FrameFigures {
   std::vector<render::PassTime> passes;
 };
 
+/// A picture for a file.
+struct PictureWish {
+  std::filesystem::path file;
+  int longestPixels = 0;  ///< Of its longer edge; 0: as large as the window's.
+};
+
 /// What an action or a panel asks of another part of the studio. Who serves it empties it.
 struct Wishes {
   std::string place;    ///< A kind of guide, to be placed by clicks: Widgets::place().
-  std::string dialog;   ///< Of the panels: "new", "open", "import", "part", "export", "clay"; "export.stl" names a format.
+  std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "import", "part", "export", "picture", "recover", "clay"; "export.stl" names a format.
+  std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
+  std::optional<PictureWish> picture;
+};
+
+/// How models came in last: asked for again, this is what is offered.
+struct ImportChoice {
+  int units = 0;            ///< mm, cm, m, in.
+  bool voxelGiven = false;  ///< Else 256 voxels along the longest side.
+  double voxelMm = 0.5;
+  friend bool operator==(const ImportChoice&, const ImportChoice&) = default;
 };
 
 struct StudioState {
@@ -61,16 +79,24 @@ struct StudioState {
   Theme theme = Theme::dark;
   float interfaceScale = 0;      ///< 0: as the display says; else 0.75 to 4.
   std::map<std::string, std::string, std::less<>> keys;  ///< Shortcuts that the person changed: action id → "Ctrl+Z".
-  std::vector<std::string> recentFiles;
+  std::vector<std::string> recentFiles;  ///< Newest first, absolute.
+  std::string lastFolder;        ///< Where a file was opened or saved last.
+  ImportChoice imports;
 
   FrameFigures figures;
   Wishes wishes;
   bool fullScreen = false;       ///< The window follows.
-  bool quit = false;             ///< The person wants to leave.
+  bool offersRecovery = true;    ///< What crashed sessions left is offered as soon as it is known.
+  bool quit = false;             ///< The person wants to leave: the panels ask about unsaved work.
+  bool leave = false;            ///< And nothing stands in the way of it.
 
   /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never taken.
   engine::Tool& tool();
   engine::Tool effectiveTool();
+
+  static constexpr size_t kMostRecent = 12;
+  /// To the front of recentFiles; its folder is lastFolder.
+  void remember(const std::filesystem::path& file);
 };
 
 }  // namespace argil::studio

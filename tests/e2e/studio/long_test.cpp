@@ -218,6 +218,7 @@ TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
   for (int i = 0; i < 100; ++i) {
     lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"down\", \"key\": \"N\", \"modifiers\": [\"ctrl\"]}\n";
     lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"up\", \"key\": \"N\"}\n";
+    if (i > 0) lines += "{\"t\": " + std::to_string(t += 0.2) + ", \"kind\": \"text\", \"character\": 100}\n";  // D: don't save.
     lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"check\"}\n";
     lines += byPalette(t, i % 2 ? "add a block" : "add a ball");
     if (i == 19 || i == 99) lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"at" + std::to_string(i + 1) + ".png\"}\n";

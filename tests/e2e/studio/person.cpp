@@ -51,10 +51,11 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
   std::vector<char*> argv, environment;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  std::string config = "XDG_CONFIG_HOME=" + home.string();
+  std::string config = "XDG_CONFIG_HOME=" + home.string(), state = "ARGIL_STATE=" + (home / "state").string();
   for (char** e = environ; *e; ++e)
-    if (std::string(*e).rfind("XDG_CONFIG_HOME=", 0) != 0) environment.push_back(*e);
+    if (std::string(*e).rfind("XDG_CONFIG_HOME=", 0) != 0 && std::string(*e).rfind("ARGIL_STATE=", 0) != 0) environment.push_back(*e);
   environment.push_back(config.data());
+  environment.push_back(state.data());
   environment.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

@@ -17,7 +17,7 @@ namespace argil::tests {
 /// The studio as a program of its own on the DISPLAY of this process. Killed when it is still there at the end.
 class RunningStudio {
  public:
-  /// `home`: its settings are kept there.
+  /// `home`: its settings and journals are kept there.
   RunningStudio(const std::vector<std::string>& arguments, const std::filesystem::path& home);
   ~RunningStudio();
   RunningStudio(const RunningStudio&) = delete;

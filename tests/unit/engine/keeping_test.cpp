@@ -344,6 +344,19 @@ TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
   EXPECT_EQ(std::distance(fs::directory_iterator(left), {}), 1);
 }
 
+TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
+  const fs::path journals = folder / "journals";
+  Kept kept(Document::of(ball(5)), journals);
+  kept.folder = journals;
+  for (int i = 0; i < 130; ++i) kept.session.change("Move " + std::to_string(i), [](Document& d) { d.pieces[0].pose.translation.x() += 1; });
+  kept.keeper->flush();
+  kept.session.goTo(121);
+  const Recovered recovered = recover(kept.crash(folder / "l.journal"));
+  EXPECT_EQ(recovered.document.states[recovered.document.done].document->pieces[0].pose.translation.x(), 121);
+  EXPECT_EQ(recovered.document.states[recovered.document.done].label, "Move 120");
+  EXPECT_EQ(recovered.document.states.size() - recovered.document.done, 10u) << "what can be redone";
+}
+
 TEST_F(Keeping, aJournalThatCannotBeWrittenIsToldAndTriedAgain) {
   const fs::path journals = folder / "journals";
   std::ofstream(folder / "journals").put('x');  // a file where the folder should be

@@ -202,7 +202,6 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   bench.exportTo({{folder / "a.stl", folder / "a.obj", folder / "a.ply"}, true, 0});
   ASSERT_TRUE(rest());
   EXPECT_EQ(bench.takeMessages().size(), 3u);
-  EXPECT_EQ(bench.exported(), document());
   for (const char* name : {"a.stl", "a.obj", "a.ply"}) EXPECT_GT(std::filesystem::file_size(folder / name), 10000u);
   Workbench::ImportOptions how;
   how.voxelMm = 1;
@@ -228,7 +227,6 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   EXPECT_EQ(messages.size(), 4u);
   for (const Message& message : messages) EXPECT_EQ(message.level, Message::Level::error) << message.text;
   EXPECT_EQ(document(), before);
-  EXPECT_NE(bench.exported(), before);  // what failed is not kept
   std::filesystem::remove_all(folder);
 }
 

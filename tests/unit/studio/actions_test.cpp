@@ -79,7 +79,7 @@ TEST(Actions, KeysOfSculptorsAreThere) {
   const std::map<std::string, std::string> keys = {
       {"Ctrl+Z", "edit.undo"}, {"Ctrl+Shift+Z", "edit.redo"}, {"[", "tool.smaller"}, {"]", "tool.larger"}, {"X", "symmetry.x"},
       {"1", "view.front"}, {"Ctrl+1", "view.back"}, {"3", "view.right"}, {"Ctrl+3", "view.left"}, {"7", "view.top"}, {"Ctrl+7", "view.bottom"},
-      {"5", "view.projection"}, {"F", "view.focus"}, {"Home", "view.all"}, {"Ctrl+P", "panel.palette"}, {"Space", "panel.palette"},
+      {"5", "view.projection"}, {"F", "view.focus"}, {"Home", "view.all"}, {"Ctrl+N", "file.new"}, {"Ctrl+O", "file.open"}, {"Ctrl+S", "file.save"}, {"Ctrl+Shift+S", "file.saveAs"}, {"Ctrl+P", "panel.palette"}, {"Space", "panel.palette"},
       {"G", "gizmo.move"}, {"R", "gizmo.rotate"}, {"T", "gizmo.scale"}, {"F11", "window.fullScreen"}, {"Ctrl+.", "touch.stop"}};
   for (const auto& [key, id] : keys) {
     const Action* action = actionOf(*parseShortcut(key), state);
@@ -123,6 +123,9 @@ TEST(Actions, AreFoundByWhatIsTyped) {
   EXPECT_EQ(first("undo"), "edit.undo");
   EXPECT_EQ(first("carve"), "tool.carve");
   EXPECT_EQ(first("exp stl"), "file.export.stl");
+  EXPECT_EQ(first("export 3mf"), "file.export.3mf");
+  EXPECT_EQ(first("save"), "file.save");
+  EXPECT_EQ(first("open recent"), "file.recent");
   EXPECT_EQ(first("symx"), "symmetry.x");
   EXPECT_EQ(first("front"), "view.front");
   EXPECT_EQ(first("add plane"), "guides.plane");

@@ -83,8 +83,8 @@ TEST_F(Dialogs, ADroppedMeshAsksForItsUnits) {
   Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
   rig.panels->dropped(context, (folder / "models" / "tetra.obj").string());
   rig.frames(3);
-  rig.click(rig.find("Dropped", {"As a part: seen and felt, not clay", "switch"}));
-  press("Dropped", "Import");
+  rig.click(rig.find("Asked", {"As a part: seen and felt, not clay", "switch"}));
+  press("Asked", "Import");
   rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "imported");
   EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
 }
@@ -115,7 +115,7 @@ TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
 TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
   rig.until([&] { return pieces() == 1; }, "a block");
-  rig.run("file.export");
+  rig.run("file.export.stl");
   const ImVec2 at = rig.find("Export", {"folders"});
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);
@@ -127,7 +127,7 @@ TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
   ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "the export is gone";
   EXPECT_STREQ(ImGui::GetTopMostPopupModal()->Name, "Export");
   press("Export", "Export");
-  rig.until([&] { return fs::exists(folder / "clay.stl"); }, "written there");
+  rig.until([&] { return fs::exists(folder / "Block.stl"); }, "written there");
 }
 
 TEST_F(Dialogs, AKeyIsChangedAndATakenOneRefused) {
@@ -169,27 +169,6 @@ TEST_F(Dialogs, TheStopButtonStopsForces) {
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);
   rig.until([&] { return !std::isnan(rig.find("Bar", {"Stop forces", "button"}).x); }, "running again");
-}
-
-TEST_F(Dialogs, ANewDocumentAsksWhereWorkWouldBeLost) {
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
-  rig.until([&] { return pieces() == 1; }, "a block");
-  rig.run("file.new");
-  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr) << "asks for a block that nobody worked on";
-  rig.until([&] { return pieces() == 0; }, "a new document");
-
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
-  rig.until([&] { return pieces() == 1; }, "a block");
-  rig.edit("Work", [](engine::Document& d) { d.pieces[0].name = "Work"; });
-  rig.run("file.new");
-  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "work is gone without a question";
-  press("Beginning", "Cancel");
-  rig.frames(20);
-  EXPECT_EQ(pieces(), 1u);
-  rig.run("file.new");
-  press("Beginning", "Begin anew");
-  rig.until([&] { return pieces() == 0; }, "a new document");
-  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
 }
 
 TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {

@@ -49,6 +49,11 @@ class PanelsRig {
     ImGui::NewFrame();
     panels->draw(c);
     ImGui::Render();
+    if (state.wishes.save) {  // As the window does.
+      if (state.wishes.save->empty()) bench.save({});
+      else bench.saveAs(*state.wishes.save, {});
+      state.wishes.save.reset();
+    }
   }
   void frames(int count) {
     for (int i = 0; i < count; ++i) frame();

@@ -21,6 +21,8 @@ TEST(Settings, comeBackAsTheyWere) {
   state.quality.supersample = 3;
   state.keys["edit.undo"] = "Ctrl+U";
   state.recentFiles = {"/a b/µ.stl"};
+  state.lastFolder = "/a b";
+  state.imports = {3, true, 0.25};
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -35,13 +37,16 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.quality, state.quality);
   EXPECT_EQ(back.keys, state.keys);
   EXPECT_EQ(back.recentFiles, state.recentFiles);
+  EXPECT_EQ(back.lastFolder, state.lastFolder);
+  EXPECT_EQ(back.imports, state.imports);
   EXPECT_EQ(settingsText(back), settingsText(state));
 }
 
 TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
   const std::string standard = settingsText(StudioState());
   for (const char* text : {"{}", R"({"theme": 3, "interface_scale": 99, "tool": "hammer", "tools": {"carve": 5, "hammer": {}}, "panels": [], "look": {"shading": 17,
-                            "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100}, "keys": {"a": 5}, "recent": [1, {}]})",
+                            "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100}, "keys": {"a": 5}, "recent": [1, {}], "folder": 5,
+                            "import": {"units": 9, "voxel": -1, "voxel_given": "yes"}})",
                            R"({"tools": {"carve": {"radius": -5}}})"}) {
     StudioState state;
     EXPECT_TRUE(applySettings(text, state)) << text;
@@ -57,6 +62,20 @@ TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
   const std::string whole = settingsText(state);
   for (size_t length = 0; length < whole.size(); ++length) (void)applySettings(whole.substr(0, length), state);
   EXPECT_EQ(settingsText(state), standard);
+}
+
+TEST(StudioState, recentFilesAreEachOnceAndTheNewestFirst) {
+  StudioState state;
+  state.remember("/x/a.argil");
+  state.remember("/y/b.stl");
+  state.remember("/x/../x/a.argil");
+  EXPECT_EQ(state.recentFiles, (std::vector<std::string>{"/x/a.argil", "/y/b.stl"}));
+  EXPECT_EQ(state.lastFolder, "/x");
+  state.remember("here.argil");
+  EXPECT_EQ(state.recentFiles[0], (std::filesystem::current_path() / "here.argil").string());
+  for (int i = 0; i < 40; ++i) state.remember("/z/" + std::to_string(i));
+  EXPECT_EQ(state.recentFiles.size(), StudioState::kMostRecent);
+  EXPECT_EQ(state.recentFiles[0], "/z/39");
 }
 
 TEST(StudioState, keysThatAreHeldTurnTheToolOverAtItsSize) {

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "ui3d/studio/camera.h"
+#include "ui3d/studio/keep_words.h"
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
@@ -81,7 +82,8 @@ void drawMenu(Context& context, Memory& memory) {
       kit::sharpen(*ImGui::GetWindowDrawList());
       std::string prefix;
       for (const Action& action : actions()) {
-        if (action.group != group) continue;
+        // Formats are chosen in the export; by name they are found in the palette.
+        if (action.group != group || action.id.starts_with("file.export.")) continue;
         // Rows of one family stand together.
         const std::string family = action.id.substr(0, action.id.find('.'));
         if (!prefix.empty() && family != prefix) ImGui::Separator();
@@ -187,10 +189,12 @@ void drawStatus(Context& context, Memory& memory) {
   const Colours& c = colours();
   const float y = std::floor((kStatusHeight - ImGui::GetTextLineHeight()) / 2) + 0.0f;
 
+  const Keeping keeping = keepingWords(context.now.file, std::chrono::system_clock::now());
   // Right to left: what matters most stays when the window is narrow.
   const FrameFigures& f = context.state.figures;
   const haptics::StylusSample& s = memory.touch.latest;
   std::vector<std::pair<std::string, float>> right;
+  right.emplace_back(keeping.words, 0);
   right.emplace_back(memory.touch.device.empty() ? "no device" : context.bench.usesPointer() ? "mouse or pen" : memory.touch.device, 0);
   right.emplace_back(kit::written(std::round(f.framesPerSecond)) + " frames/s", 96);
   right.emplace_back(kit::counted(f.triangles) + " triangles", 128);
@@ -203,11 +207,13 @@ void drawStatus(Context& context, Memory& memory) {
   }
   float x = rect.width() - 10;
   for (const auto& [words, least] : right) {
+    const bool first = &words == &right.front().first;
     const float needed = std::max(least, std::ceil(ImGui::CalcTextSize(words.c_str()).x));
-    if (x - needed < 0.4f * rect.width()) break;
+    if (x - needed < 0.33f * rect.width()) break;
     x -= needed;
     ImGui::SetCursorPos({x, y});
-    kit::dimText(words);
+    if (first && keeping.ails) kit::elided(words, needed, c.warning);
+    else kit::dimText(words);
     x -= 14;
     list.AddLine({x + 7, rect.top + 7}, {x + 7, rect.bottom - 6}, c.line, 1);
   }

@@ -39,8 +39,9 @@ std::string small(std::string text) {
 void FileDialog::open(Request request) {
   request_ = std::move(request);
   open_ = true;
-  typed_.clear();
+  typed_ = request_.name;
   problem_.clear();
+  replacing_.clear();
   std::error_code ignored;
   fs::path where = request_.where.empty() ? folder_ : meant(request_.where, fs::path(home()));
   if (where.empty() || !fs::is_directory(where, ignored)) where = home();
@@ -85,18 +86,38 @@ void FileDialog::list() {
   });
 }
 
+// Where a file is to be written: true when it may be.
+bool FileDialog::writes(fs::path whole) {
+  if (std::find(request_.endings.begin(), request_.endings.end(), small(whole.extension().string())) == request_.endings.end()) whole += request_.endings.front();
+  std::error_code ignored;
+  if (!fs::is_directory(whole.parent_path(), ignored)) {
+    problem_ = "There is no folder " + whole.parent_path().string();
+    return false;
+  }
+  if (fs::exists(whole, ignored) && replacing_ != whole) {
+    replacing_ = whole;
+    return false;
+  }
+  path_ = whole;
+  return true;
+}
+
 bool FileDialog::chooses(const std::string& typed) {
   const fs::path whole = meant(typed, folder_);
   std::error_code ignored;
+  problem_.clear();
   if (fs::is_directory(whole, ignored) && !(request_.endings.empty() && typed.empty())) {
     go(whole);
-    typed_.clear();
+    // The name of what is to be written goes along from folder to folder.
+    if (!request_.toWrite) typed_.clear();
+    else if (typed_ == typed) typed_ = request_.name;
     return false;
   }
   if (request_.endings.empty()) {
     path_ = folder_;
     return true;
   }
+  if (request_.toWrite) return writes(whole);
   if (!fs::is_regular_file(whole, ignored)) {
     problem_ = "There is no file " + whole.string();
     return false;
@@ -115,7 +136,11 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   ImGui::SameLine();
   if (kit::textField("##folder", folderText_, 0, "Folder")) go(meant(folderText_, folder_));
 
-  const float foot = kRow + (problem_.empty() ? 0 : ImGui::GetTextLineHeightWithSpacing()) + (folders ? 0 : ImGui::GetFrameHeightWithSpacing()) + moreHeight;
+  // Another name, another question.
+  if (!replacing_.empty() && replacing_ != meant(typed_, folder_) && replacing_ != meant(typed_ + request_.endings.front(), folder_)) replacing_.clear();
+  const bool replaces = !replacing_.empty();
+  const float lines = (problem_.empty() ? 0.0f : 1.0f) + (replaces ? 1.0f : 0.0f);
+  const float foot = kRow + lines * ImGui::GetTextLineHeightWithSpacing() + (folders ? 0 : ImGui::GetFrameHeightWithSpacing()) + moreHeight;
   ImGui::PushStyleColor(ImGuiCol_ChildBg, colours().bar);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {6, 6});
   ImGui::BeginChild("list", {0, ImGui::GetContentRegionAvail().y - foot - kGap}, true, ImGuiWindowFlags_AlwaysUseWindowPadding);
@@ -125,7 +150,7 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, 0});
   constexpr float kHeight = 27;
   int opened = -1;
-  if (entries_.empty()) kit::dimText(folders ? "No folders in here." : "Nothing in here that can be opened.");
+  if (entries_.empty()) kit::dimText(folders ? "No folders in here." : request_.toWrite ? "No files of this kind in here." : "Nothing in here that can be opened.");
   ImGuiListClipper clipper;
   clipper.Begin(int(entries_.size()), kHeight);
   while (clipper.Step()) {
@@ -165,13 +190,15 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
     done = chooses(typed_);
   }
   if (!problem_.empty()) kit::wrapped(problem_, colours().error);
+  if (replaces) kit::elided(replacing_.filename().string() + " is there already: replace it?", ImGui::GetContentRegionAvail().x, colours().warning);
   if (more) more();
-  const float wide = std::max(96.0f, kit::buttonWidth(request_.verb));
+  const std::string_view verb = replaces ? std::string_view("Replace") : std::string_view(request_.verb);
+  const float wide = std::max(96.0f, kit::buttonWidth(verb));
   ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open_ = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!folders && typed_.empty());
-  if (kit::button(request_.verb, kit::Weight::chief, wide)) done = chooses(typed_);
+  if (kit::button(verb, replaces ? kit::Weight::danger : kit::Weight::chief, wide)) done = chooses(typed_);
   ImGui::EndDisabled();
   if (done) open_ = false;
   kit::endDialog(open_);

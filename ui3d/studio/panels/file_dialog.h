@@ -1,5 +1,5 @@
 #pragma once
-// Choosing a file or a folder.
+// Choosing a file or a folder, or where a file is to be.
 
 #include <filesystem>
 #include <functional>
@@ -14,7 +14,9 @@ class FileDialog {
   struct Request {
     std::string title, verb;           ///< "Open a document", "Open".
     std::vector<std::string> endings;  ///< ".stl" and so on, small letters; empty: folders are chosen.
-    std::string where;                 ///< Folder to begin in; empty: where the last one was, or the person's home.
+    std::string where = {};            ///< Folder to begin in; empty: where the last one was, or the person's home.
+    bool toWrite = false;              ///< The file need not be there: the first ending is added to a name without one, another file is replaced after a question.
+    std::string name = {};             ///< That is typed already.
   };
   void open(Request request);
   void close() { open_ = false; }
@@ -24,6 +26,8 @@ class FileDialog {
   /// one frame in which a file was chosen: path() names it.
   bool draw(const std::function<void()>& more = {}, float moreHeight = 0);
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// As it is typed or clicked so far.
+  [[nodiscard]] const std::string& typed() const { return typed_; }
 
  private:
   struct Entry {
@@ -34,11 +38,13 @@ class FileDialog {
   void go(const std::filesystem::path& folder);
   void list();
   bool chooses(const std::string& typed);
+  bool writes(std::filesystem::path whole);
 
   Request request_;
   bool open_ = false;
   std::filesystem::path folder_, path_;
   std::string folderText_, typed_, problem_;
+  std::filesystem::path replacing_;  // Asked about: there already.
   std::vector<Entry> entries_;
   int chosen_ = -1;
 };

@@ -6,12 +6,15 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "haptics/devices/registry.h"
 #include "ui3d/studio/actions.h"
 #include "ui3d/studio/context.h"
+#include "ui3d/studio/file_kinds.h"
+#include "ui3d/studio/keep_flow.h"
 #include "ui3d/studio/panels/file_dialog.h"
 #include "ui3d/studio/panels/kit.h"
 #include "ui3d/studio/panels/layout.h"
@@ -31,13 +34,21 @@ struct NewClay {
 };
 
 /// What the file dialog was opened for.
-enum class FilesFor : uint8_t { none, open, import, folder };
+enum class FilesFor : uint8_t { none, open, import, folder, save, picture };
 
 struct ExportChoice {
-  std::array<bool, 3> formats{true, false, false};  ///< STL, OBJ, PLY.
+  std::set<std::string, std::less<>> endings{".3mf"};
   int what = 0;                                     ///< 0 what is visible, 1 every piece, 2 the selected one.
-  std::string folder, name = "clay";
+  int reduce = 0;                                   ///< 0 no, 1 to a count, 2 within an error.
+  double thousandTriangles = 200, errorMm = 0.05;
+  std::string folder, name;
   std::vector<std::string> existing;                ///< Files that would be written over: asked about.
+};
+
+/// A model that waits for its units; without a name: none.
+struct AskedModel {
+  std::string file;
+  bool asDocument = false;  ///< To be opened, not imported.
 };
 
 struct Memory {
@@ -68,12 +79,13 @@ struct Memory {
   bool newClayOpen = false;
   NewClay newClay;
   ExportChoice exporting;
-  engine::Workbench::ImportOptions importOptions;
-  bool importVoxelGiven = false;
-  double importVoxelMm = 0.5;
-  int importUnits = 0;
-  std::optional<std::filesystem::path> beginning;  ///< A document that waits for leave to replace this one; an empty path: a new one.
-  std::string dropped;        ///< A mesh that waits for its units; empty: none.
+  bool importAsPart = false;
+  AskedModel asked;
+  int pictureSize = 0;        ///< 0 the view's, 1 4K.
+  bool recentOpen = false, recoverOpen = false;
+  KeepFlow keep;
+  bool recoverOffered = false;          ///< Once after the start.
+  std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
   bool firstStartSeen = false;
 };
 
@@ -114,10 +126,16 @@ void drawPalette(Context& context, Memory& memory);
 void drawShortcuts(Context& context, Memory& memory);
 void drawPreferences(Context& context, Memory& memory);
 void drawFirstStart(Context& context, Memory& memory);
-/// Begins a new document, or that of a file; asks first where work would be lost.
+/// Puts the open document away for something else; asks first where work would be lost.
+void depart(Context& context, Memory& memory, Departure departure);
+/// Opens a file as the document; asks for its units first where it names none.
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file);
-void drawBeginning(Context& context, Memory& memory);
-void drawDropped(Context& context, Memory& memory);
+void openSaveAs(Context& context, Memory& memory);
+void drawKeep(Context& context, Memory& memory);
+void drawRecover(Context& context, Memory& memory);
+void drawRecent(Context& context, Memory& memory);
+/// The units of a model that was dropped or opened without a dialog.
+void drawAsked(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);
 void drawFiles(Context& context, Memory& memory);

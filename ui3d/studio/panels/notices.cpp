@@ -27,15 +27,26 @@ void drawNotices(Context& context, Memory& memory) {
   std::vector<engine::JobView> jobs = context.bench.jobs();
   memory.moves |= !jobs.empty();
   std::erase_if(jobs, [](const engine::JobView& job) { return job.seconds < kJobShownS; });
+  const std::string& trouble = context.now.file.journalTrouble;
   std::vector<Said*> toasts;
   for (auto said = memory.said.rbegin(); said != memory.said.rend() && toasts.size() < kMostToasts; ++said) {
+    if (!trouble.empty() && said->message.text == trouble) continue;  // It stands there anyway.
     if (!said->dismissed && context.timeS - said->timeS < kSeenS[size_t(said->message.level)]) toasts.push_back(&*said);
   }
   memory.moves |= !toasts.empty();
-  if ((jobs.empty() && toasts.empty()) || free.width() < 120) return;
+  // Work goes on in memory alone: said as long as it is so.
+  if ((jobs.empty() && toasts.empty() && trouble.empty()) || free.width() < 120) return;
 
   const float width = std::min(420.0f, free.width() - 24);
   kit::beginCard("Notices", {std::floor((free.left + free.right) / 2), free.bottom - 14}, {0.5f, 1}, width, free.height() - 28);
+  if (!trouble.empty()) {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    drawIcon(*ImGui::GetWindowDrawList(), iconOf(Level::warning), {at.x + 9, at.y + 9}, 18, colourOf(Level::warning));
+    ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 28);
+    ImGui::PushTextWrapPos(width - 16);
+    kit::text(kit::sentence(trouble));
+    ImGui::PopTextWrapPos();
+  }
   for (auto toast = toasts.rbegin(); toast != toasts.rend(); ++toast) {
     Said& said = **toast;
     ImGui::PushID(&said);

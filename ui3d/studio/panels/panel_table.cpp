@@ -17,7 +17,7 @@ constexpr std::array kPanels{
     PanelRow{"quality", "Quality", "Speed against looks, and what each costs.", "quality", "F8", Dock::lower, &P::quality},
     PanelRow{"facts", "Document", "Sizes and costs of what is open.", "facts", "F9", Dock::lower, &P::facts},
     PanelRow{"messages", "Messages", "What was said since the start.", "messages", "F10", Dock::lower, &P::messages},
-    PanelRow{"exporting", "Export", "Writes the clay to STL, OBJ or PLY files.", "export", "", Dock::middle, &P::exporting},
+    PanelRow{"exporting", "Export", "Writes the clay for printers and other programs.", "export", "", Dock::middle, &P::exporting},
     PanelRow{"palette", "Command palette", "Finds everything that can be done by its name.", "search", "Ctrl+P Space", Dock::middle, &P::palette},
     PanelRow{"shortcuts", "Keys", "All shortcuts, to look up and to change.", "keys", "F1", Dock::middle, &P::shortcuts},
     PanelRow{"preferences", "Preferences", "Theme and size of the interface.", "preferences", "Ctrl+,", Dock::middle, &P::preferences},

@@ -109,8 +109,10 @@ void Panels::draw(Context& context) {
   drawFirstStart(context, memory);
   drawNotices(context, memory);
   drawFiles(context, memory);
-  drawDropped(context, memory);
-  drawBeginning(context, memory);
+  drawRecent(context, memory);
+  drawAsked(context, memory);
+  drawKeep(context, memory);
+  drawRecover(context, memory);
   drawExport(context, memory);
   drawNewClay(context, memory);
   drawShortcuts(context, memory);
@@ -120,12 +122,15 @@ void Panels::draw(Context& context) {
 }
 
 void Panels::dropped(Context& context, const std::string& path) {
-  const std::string ending = std::filesystem::path(path).extension().string();
-  if (ending == ".json") {
+  const FileKind* kind = kindOf(path);
+  if (!kind) {
+    context.bench.tell(engine::Message::Level::warning, path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
+  } else if (kind->imports) {
+    state_->importAsPart = false;
+    state_->asked = {path, false};
+  } else {
     beginDocument(context, *state_, path);
-    return;
   }
-  state_->dropped = path;
 }
 
 bool Panels::moves() const { return state_->moves; }

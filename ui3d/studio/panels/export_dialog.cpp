@@ -1,0 +1,141 @@
+// Clay out to files.
+
+#include <algorithm>
+#include <cmath>
+
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr size_t kColumns = 4;
+
+// The formats as switches; what the last one that is on is for, or what all have in common.
+void formats(ExportChoice& choice) {
+  kit::dimText("Formats");
+  const float each = std::floor((ImGui::GetContentRegionAvail().x - float(kColumns - 1) * kGap) / float(kColumns));
+  size_t shown = 0;
+  const FileKind* only = nullptr;
+  bool reduces = true;
+  for (const FileKind& kind : fileKinds()) {
+    if (kind.writes.empty()) continue;
+    if (shown++ % kColumns > 0) ImGui::SameLine();
+    const auto on = choice.endings.find(kind.ending);
+    const bool chosen = on != choice.endings.end();
+    if (chosen) {
+      only = &kind;
+      reduces &= kind.reduces;
+    }
+    if (kit::button(kind.name, chosen ? kit::Weight::chief : kit::Weight::plain, each)) {
+      if (chosen) choice.endings.erase(on);
+      else choice.endings.insert(std::string(kind.ending));
+    }
+  }
+  if (choice.endings.size() == 1 && only) kit::wrapped(only->writes, colours().dim);
+  else if (!choice.endings.empty()) kit::wrapped("One file for each of them; lengths in mm, in metres where glTF wants it.", colours().dim);
+  if (!reduces && choice.reduce != 0) kit::wrapped("A level set has no triangles: OpenVDB is written whole.", colours().warning);
+}
+
+void reduction(ExportChoice& choice) {
+  static constexpr std::array<std::string_view, 3> kHow{"All triangles", "To a count", "Within an error"};
+  kit::dimText("Triangles");
+  kit::segmented("reduce", kHow, choice.reduce);
+  if (choice.reduce == 1) kit::number({"thousand", "At most", "In all; the error is told.", "thousand", 0.1, 50000, 200, true}, choice.thousandTriangles);
+  if (choice.reduce == 2) kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true}, choice.errorMm);
+}
+
+// Why it cannot be written; empty: it can.
+std::string problemOf(const Context& context, const ExportChoice& choice) {
+  std::error_code ignored;
+  const engine::Document& document = *context.now.document;
+  if (choice.name.empty() || choice.name.find('/') != std::string::npos) return "A name is needed, without a slash.";
+  if (!fs::is_directory(choice.folder, ignored)) return "There is no folder " + choice.folder;
+  if (choice.endings.empty()) return "Choose a format.";
+  if (document.pieces.empty()) return "There is no clay to export.";
+  if (choice.what == 2 && !document.piece(context.state.selected)) return "No piece of clay is selected.";
+  return {};
+}
+
+engine::ExportOptions optionsOf(const Context& context, const ExportChoice& choice) {
+  engine::ExportOptions options;
+  options.visibleOnly = choice.what == 0;
+  options.piece = choice.what == 2 ? context.state.selected : 0;
+  if (choice.reduce == 1) options.triangles = uint64_t(std::llround(1000 * choice.thousandTriangles));
+  if (choice.reduce == 2) options.errorMm = choice.errorMm;
+  // In the order in which they are offered: the first names the job.
+  for (const FileKind& kind : fileKinds())
+    if (choice.endings.contains(kind.ending)) options.files.push_back(fs::path(choice.folder) / (choice.name + std::string(kind.ending)));
+  return options;
+}
+
+std::vector<std::string> existing(const std::vector<fs::path>& files) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const fs::path& file : files)
+    if (fs::exists(file, ignored)) names.push_back(file.filename().string());
+  return names;
+}
+
+}  // namespace
+
+void drawExport(Context& context, Memory& memory) {
+  ExportChoice& choice = memory.exporting;
+  bool& open = context.state.shown.exporting;
+  if (!kit::beginDialog("Export", "Export", 460, 0, &open)) return;
+  std::error_code ignored;
+  if (choice.name.empty() && ImGui::IsWindowAppearing()) choice.name = "clay";
+  if (choice.folder.empty()) choice.folder = context.state.lastFolder.empty() ? fs::current_path(ignored).string() : context.state.lastFolder;
+  formats(choice);
+  static constexpr std::array<std::string_view, 3> kWhat{"What is visible", "Every piece", "Selected"};
+  kit::dimText("What");
+  kit::segmented("what", kWhat, choice.what);
+  reduction(choice);
+  kit::dimText("Name and folder");
+  bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
+  kit::textField("##folder", choice.folder, ImGui::GetContentRegionAvail().x - kRow - kGap, "Folder");
+  ImGui::SameLine();
+  if (kit::iconButton("folders", "folder", kRow, kit::Lit::off, "Choose a folder", "", "", false)) {
+    memory.files.open({"Choose a folder", "Choose", {}, choice.folder});
+    memory.filesFor = FilesFor::folder;
+  }
+  if (memory.filesFor == FilesFor::folder) {
+    if (memory.files.draw()) choice.folder = memory.files.path().string();
+    if (!memory.files.isOpen()) memory.filesFor = FilesFor::none;
+  }
+
+  const std::string problem = problemOf(context, choice);
+  if (!problem.empty()) kit::wrapped(problem, colours().warning);
+  const engine::ExportOptions options = optionsOf(context, choice);
+  const std::vector<std::string> there = existing(options.files);
+  const bool asking = !choice.existing.empty() && choice.existing == there;
+  if (asking) {
+    std::string names;
+    for (const std::string& name : there) names += (names.empty() ? "" : ", ") + name;
+    kit::wrapped(names + (there.size() == 1 ? " is there already: write over it?" : " are there already: write over them?"), colours().warning);
+  } else {
+    choice.existing.clear();
+  }
+  kit::gap(6);
+  const std::string_view verb = asking ? "Write over" : "Export";
+  const float wide = 110;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
+  if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!problem.empty());
+  asked |= kit::button(verb, asking ? kit::Weight::danger : kit::Weight::chief, wide);
+  ImGui::EndDisabled();
+  if (asked && problem.empty()) {
+    if (!there.empty() && !asking) {
+      choice.existing = there;
+    } else {
+      context.bench.exportTo(options);
+      open = false;
+    }
+  }
+  if (!open) choice.existing.clear();
+  kit::endDialog(open);
+}
+
+}  // namespace argil::studio

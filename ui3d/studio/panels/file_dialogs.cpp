@@ -1,0 +1,223 @@
+// Opening, importing, saving: where the file is and what is to be known of it.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::array<std::string_view, 4> kUnits{"mm", "cm", "m", "in"};
+constexpr int k4kPixels = 3840;
+
+void openFiles(Context& context, Memory& memory, FilesFor what, FileDialog::Request request) {
+  if (request.where.empty()) request.where = context.state.lastFolder;
+  memory.files.open(std::move(request));
+  memory.filesFor = what;
+}
+
+// A name for a file, from what is in the document.
+std::string proposedName(const Context& context) {
+  if (!context.now.file.path.empty()) return context.now.file.path.stem().string();
+  const auto& pieces = context.now.document->pieces;
+  std::string name = pieces.empty() ? std::string() : pieces.front().name;
+  std::replace(name.begin(), name.end(), '/', '-');
+  return name.empty() ? "clay" : name;
+}
+
+// Rows of a dialog, for a file that need not be known yet.
+int unitRows(StudioState& state, const fs::path& file, bool draw) {
+  const FileKind* kind = kindOf(file);
+  if (kind && !kind->imports) return 0;
+  if (!draw) return 1;
+  if (kind && !kind->units.empty()) kit::fact("Units of the file", std::string(kind->name) + ": " + std::string(kind->units));
+  else kit::choice("Units of the file", kUnits, state.imports.units, "These files name none: a wrong choice makes the model too large or too small.");
+  return 1;
+}
+
+int importRows(Memory& memory, StudioState& state, const fs::path& file, bool asDocument, bool draw) {
+  int rows = unitRows(state, file, draw);
+  const FileKind* kind = kindOf(file);
+  if (asDocument && kind && !kind->imports) return rows;
+  if (!asDocument) {
+    ++rows;
+    if (draw) kit::toggle("As a part: seen and felt, not clay", memory.importAsPart);
+    if (memory.importAsPart) return rows;
+  }
+  ++rows;
+  if (draw) kit::toggle("Voxel size by hand", state.imports.voxelGiven, "Else 256 voxels along the longest side.");
+  if (!state.imports.voxelGiven) return rows;
+  ++rows;
+  if (draw) kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true}, state.imports.voxelMm);
+  return rows;
+}
+
+engine::Workbench::ImportOptions importOptions(const Memory& memory, const StudioState& state, const fs::path& file, bool asDocument) {
+  engine::Workbench::ImportOptions options;
+  if (asksForUnits(file)) options.units = kUnits[size_t(std::clamp(state.imports.units, 0, 3))];
+  options.asPart = !asDocument && memory.importAsPart;
+  if (state.imports.voxelGiven && !options.asPart) options.voxelMm = state.imports.voxelMm;
+  return options;
+}
+
+void open(Context& context, Memory& memory, const fs::path& file) {
+  const FileKind* kind = kindOf(file);
+  Departure departure{Departure::To::file, file};
+  if (kind && kind->imports) departure.import = importOptions(memory, context.state, file, true);
+  depart(context, memory, std::move(departure));
+}
+
+void import(Context& context, Memory& memory, const fs::path& file) {
+  context.bench.import(file, importOptions(memory, context.state, file, false));
+  context.state.lastFolder = file.parent_path().string();
+  context.state.shown.firstStart = false;
+}
+
+void save(Context& context, Memory& memory) {
+  if (context.now.file.path.empty()) openSaveAs(context, memory);
+  else context.state.wishes.save = fs::path();
+}
+
+}  // namespace
+
+void openSaveAs(Context& context, Memory& memory) {
+  const fs::path& path = context.now.file.path;
+  openFiles(context, memory, FilesFor::save,
+            {"Save the document", "Save", {".argil"}, path.empty() ? std::string() : path.parent_path().string(), true, proposedName(context) + ".argil"});
+}
+
+void serveWishes(Context& context, Memory& memory) {
+  if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
+  const std::string wish = std::exchange(context.state.wishes.dialog, {});
+  if (wish == "new") {
+    depart(context, memory, {Departure::To::newDocument});
+  } else if (wish == "open") {
+    openFiles(context, memory, FilesFor::open, {"Open a document", "Open", endingsToOpen(), {}});
+  } else if (wish == "recent") {
+    memory.recentOpen = true;
+  } else if (wish == "save") {
+    save(context, memory);
+  } else if (wish == "saveAs") {
+    openSaveAs(context, memory);
+  } else if (wish == "import" || wish == "part") {
+    memory.importAsPart = wish == "part";
+    openFiles(context, memory, FilesFor::import, {"Import a model", "Import", endingsToImport(), {}});
+  } else if (wish == "picture") {
+    openFiles(context, memory, FilesFor::picture, {"Save a picture of the view", "Save", {".png"}, {}, true, proposedName(context) + ".png"});
+  } else if (wish == "recover") {
+    memory.recoverOpen = true;
+  } else if (wish == "clay") {
+    memory.newClayOpen = true;
+  } else if (wish.starts_with("export")) {
+    if (wish.size() > 6) memory.exporting.endings = {wish.substr(6)};
+    if (memory.exporting.name.empty()) memory.exporting.name = proposedName(context);
+    context.state.shown.exporting = true;
+  }
+}
+
+void drawFiles(Context& context, Memory& memory) {
+  constexpr float kRowHeight = kRow - 2 + kGap;
+  FileDialog& files = memory.files;
+  StudioState& state = context.state;
+  const bool asDocument = memory.filesFor == FilesFor::open;
+  switch (memory.filesFor) {
+    case FilesFor::none:
+    case FilesFor::folder: return;  // Drawn within the export.
+    case FilesFor::open:
+    case FilesFor::import: {
+      const int rows = importRows(memory, state, files.typed(), asDocument, false);
+      if (!files.draw([&] { importRows(memory, state, files.typed(), asDocument, true); }, float(rows) * kRowHeight)) break;
+      if (asDocument) open(context, memory, files.path());
+      else import(context, memory, files.path());
+      break;
+    }
+    case FilesFor::save:
+      if (files.draw()) {
+        state.wishes.save = files.path();
+        memory.keep.named();
+      } else if (!files.isOpen()) {
+        memory.keep.notNamed();
+      }
+      break;
+    case FilesFor::picture:
+      if (files.draw([&] {
+            static constexpr std::array<std::string_view, 2> kSizes{"As large as the view", "4K: 3840 pixels wide"};
+            kit::segmented("size", kSizes, memory.pictureSize);
+          }, kRow + kGap)) {
+        state.wishes.picture = PictureWish{files.path(), memory.pictureSize == 1 ? k4kPixels : 0};
+        state.lastFolder = files.path().parent_path().string();
+      }
+      break;
+  }
+  if (!files.isOpen()) memory.filesFor = FilesFor::none;
+}
+
+void drawAsked(Context& context, Memory& memory) {
+  bool open = !memory.asked.file.empty();
+  if (!kit::beginDialog("Asked", memory.asked.asDocument ? "Open a model" : "Import a model", 420, 0, &open)) return;
+  const fs::path file = memory.asked.file;
+  const bool asDocument = memory.asked.asDocument;
+  const std::string_view verb = asDocument ? "Open" : "Import";
+  kit::elided(file.filename().string(), ImGui::GetContentRegionAvail().x, colours().dim);
+  importRows(memory, context.state, file, asDocument, true);
+  kit::gap(6);
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * 96 - kGap);
+  if (kit::button("Cancel", kit::Weight::plain, 96)) open = false;
+  ImGui::SameLine();
+  const bool chosen = kit::button(verb, kit::Weight::chief, 96);
+  if (!open || chosen) memory.asked.file.clear();
+  kit::endDialog(open && !chosen);
+  if (!chosen) return;
+  if (asDocument) studio::open(context, memory, file);
+  else import(context, memory, file);
+}
+
+void drawRecent(Context& context, Memory& memory) {
+  if (!kit::beginDialog("Recent", "Open recent", 560, 0, &memory.recentOpen)) return;
+  std::vector<std::string>& recent = context.state.recentFiles;
+  if (recent.empty()) kit::wrapped("No file was opened or saved yet.", colours().dim);
+  std::string chosen;
+  for (size_t i = 0; i < recent.size(); ++i) {
+    const fs::path file = recent[i];
+    std::error_code ignored;
+    const bool there = fs::is_regular_file(file, ignored);
+    ImGui::PushID(int(i));
+    const float width = ImGui::GetContentRegionAvail().x;
+    ImGui::BeginDisabled(!there);
+    if (ImGui::InvisibleButton("recent", {width, 28})) chosen = recent[i];
+    ImGui::EndDisabled();
+    const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const Colours& c = colours();
+    if (there && ImGui::IsItemHovered()) list.AddRectFilled(a, b, c.fieldHover, kRound);
+    drawIcon(list, "file", {a.x + 15, (a.y + b.y) / 2}, 17, there ? c.accent : c.dim);
+    const ImVec2 after = ImGui::GetCursorPos();
+    const std::string name = file.filename().string();
+    const float named = std::min(ImGui::CalcTextSize(name.c_str()).x, 0.5f * width), y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);
+    ImGui::SetCursorScreenPos({a.x + 30, y});
+    kit::elided(name, named, there ? c.text : c.dim);
+    ImGui::SetCursorScreenPos({a.x + 30 + named + 14, y});
+    kit::elided(there ? file.parent_path().string() : "no longer there: " + file.parent_path().string(), width - named - 54, c.dim);
+    ImGui::SetCursorPos(after);
+    ImGui::PopID();
+  }
+  kit::gap(8);
+  bool open = chosen.empty() && memory.recentOpen;
+  const float clear = kit::buttonWidth("Clear list");
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 96 - clear - kGap);
+  ImGui::BeginDisabled(recent.empty());
+  if (kit::button("Clear list", kit::Weight::plain, clear)) recent.clear();
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  if (kit::button("Cancel", kit::Weight::plain, 96)) open = false;
+  memory.recentOpen = open;
+  kit::endDialog(open);
+  if (!chosen.empty()) beginDocument(context, memory, chosen);
+}
+
+}  // namespace argil::studio
