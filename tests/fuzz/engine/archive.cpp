@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const io::RecordId state = input.two();
   tests::RecordList list = tests::recordsOf(input);
   engine::Archive archive;
-  const std::lock_guard lock(archive.lock());
+  const auto lock = archive.lock();
   try {
     const engine::Archive::Read read = archive.get(list, state, nullptr);
     tests::require(read.document != nullptr && read.notes.empty());
