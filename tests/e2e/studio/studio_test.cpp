@@ -122,7 +122,10 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
     person.pause(0.5);
     shot("16-exported-" + format);
   }
+  // Everything behind the question is dimmed.
+  const render::Image exported = person.settled();
   person.close();
+  for (int i = 0; i < 20 && difference(exported, person.settled()) <= 0.3; ++i) continue;
   shot("17-leaving");
   person.type("d");  // Exports keep the shape, not the document: it is asked about.
   EXPECT_EQ(studio.wait(20), 0) << studio.said();

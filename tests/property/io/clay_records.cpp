@@ -122,7 +122,7 @@ TEST_F(ClayRecordsProperty, EveryStateOfALongSessionComesBack) {
 
 TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
   uint64_t lostBricks = 0, lostBlocks = 0, fromOlder = 0;
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < 20; ++round) {
     RecordIds ids;
     ClayRecords clay(ids);
     RecordMemory whole;
