@@ -60,6 +60,14 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
+/// A piece of the file as a sentence may quote it: one line of at most 40 characters.
+std::string quoted(std::string_view text) {
+  constexpr size_t kLongest = 40;
+  std::string result = "'";
+  for (const char c : text.substr(0, kLongest)) result += c >= ' ' && c <= '~' ? c : '?';
+  return result + (text.size() > kLongest ? "...'" : "'");
+}
+
 std::string lower(std::string_view text) {
   std::string result(text);
   for (char& c : result)
@@ -110,7 +118,7 @@ class Header {
     for (std::string_view cell : cells) {
       const auto found = std::find(kHouse.begin(), kHouse.end(), cell);
       if (found == kHouse.end())
-        fail("unknown column '" + std::string(cell) + "'; a hand path has the columns t_s, x_mm, y_mm, z_mm; a file of another layout needs its units to be said");
+        fail("unknown column " + quoted(cell) + "; a hand path has the columns t_s, x_mm, y_mm, z_mm; a file of another layout needs its units to be said");
       columns.push_back({static_cast<Role>(found - kHouse.begin()), 1, false});
     }
   }
@@ -185,7 +193,7 @@ HandPath read(std::string_view text, const std::string& name, const HandPathLayo
       const auto [rest, code] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
       value *= column.scale;
       if (code != std::errc() || rest != cells[i].data() + cells[i].size() || !std::isfinite(value))
-        throw Error(where() + ": '" + std::string(cells[i]) + "' is not a finite number");
+        throw Error(where() + ": " + quoted(cells[i]) + " is not a finite number");
       if (*column.role == kButtons && (value < 0 || value > 4294967295.0)) throw Error(where() + ": buttons must be 0 or a sum of powers of two");
       assign(point, *column.role, value);
     }

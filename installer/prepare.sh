@@ -20,8 +20,10 @@ asRoot() {
   fi
 }
 
-# Installs what packages.txt names and this system lacks. Touches the network only when something is missing.
+# installPackages [LIST...]: installs what packages.txt, or the lists, name and this system lacks. Touches the network only when something is
+# missing.
 installPackages() {
+  [ "$#" != 0 ] || set -- packages.txt
   missing=""
   local line name
   while read -r line; do
@@ -31,7 +33,7 @@ installPackages() {
     if [ "$(dpkg-query -W -f '${db:Status-Status}' "$name" 2> /dev/null)" != installed ]; then
       missing+=" $name"
     fi
-  done < "$root/installer/packages.txt"
+  done < <(cd "$root/installer" && cat -- "$@")
   if [ -z "$missing" ]; then
     say "packages: all there"
     return

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # installer/test.sh [--long]: from a bare Debian 12 to every test run. Ends with one line such as "37 passed, 0 failed";
 # exit 0 when nothing failed. Real models are read from the folder that ARGIL_DATA names; without it their tests are
-# skipped. --long adds the long tests and both sanitizer builds.
+# skipped. --long adds the long tests, both sanitizer builds and libFuzzer
+# for some seconds a reader.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/prepare.sh"
 
@@ -67,6 +68,8 @@ if $long; then
   buildPreset tsan
   export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp"
   runTests tsan -E '^e2e'
+  say "fuzzing every reader for a few seconds"
+  if "$root/installer/fuzz.sh" 10; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 else
   # Suites named Long... are the soaks.
   GTEST_FILTER='-Long*' runTests release

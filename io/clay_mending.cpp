@@ -22,12 +22,18 @@ using clay::Tile;
 using clay::TreePlace;
 using clay::Version;
 
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // a fuzzer has no time for smooth clay
+constexpr size_t kMostWallBricks = size_t{1} << 11;
+constexpr int kRounds = 1, kSweeps = 1;
+constexpr size_t kManyLost = 600;
+#else
 constexpr size_t kMostWallBricks = size_t{1} << 16;  // 140 MB
-constexpr int kLargeLevel = 2;  // blocks of 512 voxels
 // Relaxation of lost bricks: eight sweeps carry a value through a brick, eight rounds through a few bricks side by side.
 constexpr int kRounds = 8, kSweeps = 8;
-constexpr float kSettled = 1e-3f;   // voxels a sweep: far below what such a guess is off
 constexpr size_t kManyLost = 20000;  // then two rounds must do
+#endif
+constexpr int kLargeLevel = 2;  // blocks of 512 voxels
+constexpr float kSettled = 1e-3f;   // voxels a sweep: far below what such a guess is off
 
 int edgeOf(int level) { return 1 << (3 * level); }
 
@@ -274,8 +280,11 @@ class Mending {
       const TreePlace other = placeAt(version_, across(first, level, face), level);
       if (other.isNode())
         forFaceChildren(first, level, face, [&](Coord child) { self(self, child, level - 1, face, tile); });
-      else if (!other.brick() && other.tile() != tile)
+      else if (!other.brick() && other.tile() != tile) {
+        // Before they are counted out one by one: a face of level 8 would have 64^8.
+        if (2 * (uint64_t{1} << (6 * level)) > kMostWallBricks) throw Error("damaged: too much of the clay is lost", Error::Kind::work);
         addPair(addPair, first, level, face, tile);
+      }
     };
     for (const Leaf& leaf : leaves_) {
       const TreePlace at = placeAt(version_, leaf.first, leaf.level);

@@ -55,7 +55,7 @@ MeshFile parseStl(const Input&);
 std::unique_ptr<MeshEncoder> makeStlEncoder(const WriteOptions&);
 
 bool recognizesObj(const Input&);
-MeshFile parseObj(const Input&);
+ModelFile parseObj(const Input&);
 std::unique_ptr<MeshEncoder> makeObjEncoder(const WriteOptions&);
 
 bool recognizesPly(const Input&);

@@ -15,6 +15,25 @@ namespace {
 
 constexpr size_t kReadStep = size_t(4) << 20;
 constexpr size_t kShownToken = 40;
+constexpr size_t kLongestName = 200;
+
+/// Bytes of the well-formed UTF-8 character that begins `text`; 0 when none does (Unicode 15, table 3-7).
+size_t utf8Length(std::string_view text) {
+  const auto byte = [&text](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const auto in = [&byte](size_t i, unsigned low, unsigned high) { return byte(i) >= low && byte(i) <= high; };
+  const unsigned first = byte(0);
+  if (first < 0x80) return text.empty() ? 0 : 1;
+  if (first >= 0xc2 && first <= 0xdf) return in(1, 0x80, 0xbf) ? 2 : 0;
+  if (first >= 0xe0 && first <= 0xef) {
+    const bool second = in(1, first == 0xe0 ? 0xa0 : 0x80, first == 0xed ? 0x9f : 0xbf);
+    return second && in(2, 0x80, 0xbf) ? 3 : 0;
+  }
+  if (first >= 0xf0 && first <= 0xf4) {
+    const bool second = in(1, first == 0xf0 ? 0x90 : 0x80, first == 0xf4 ? 0x8f : 0xbf);
+    return second && in(2, 0x80, 0xbf) && in(3, 0x80, 0xbf) ? 4 : 0;
+  }
+  return 0;
+}
 
 std::string printable(std::string_view text) {
   std::string result;
@@ -51,6 +70,23 @@ std::string shown(std::string_view token) {
 
 std::string displayName(const std::filesystem::path& path) {
   return printable(path.string());
+}
+
+std::string cleanName(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\v\f\r\n";
+  const size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  text = text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
+  std::string result;
+  while (!text.empty()) {
+    const size_t length = utf8Length(text);
+    const bool shownAsIs = length > 1 || (length == 1 && text[0] >= 0x20 && text[0] != 0x7f);
+    const std::string_view piece = shownAsIs ? text.substr(0, length) : "?";
+    if (result.size() + piece.size() > kLongestName) break;
+    result += piece;
+    text.remove_prefix(std::max<size_t>(length, 1));
+  }
+  return result;
 }
 
 FileBytes readFile(const std::filesystem::path& path, Job* job) {

@@ -40,6 +40,9 @@ struct FileBytes {
 [[nodiscard]] std::string shown(std::string_view token);
 [[nodiscard]] std::string displayName(const std::filesystem::path& path);
 
+/// A name from inside a file as valid UTF-8 of one line, at most 200 bytes, blanks around it gone; "?" for what is neither.
+[[nodiscard]] std::string cleanName(std::string_view text);
+
 /// Tells a job now and then how far a reader is.
 class Ticker {
  public:

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array kFormats = {
     Format{.name = "STL", .extension = ".stl", .recognizes = recognizesStl, .parseMesh = parseStl, .encoder = makeStlEncoder, .singlePrecision = true},
-    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseMesh = parseObj, .encoder = makeObjEncoder},
+    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder},
     Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
     Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true},

@@ -1,7 +1,11 @@
-// Wavefront OBJ: polygons of a file in the sense of its appendix B (vertices, faces, groups); the rest is passed over.
+// Wavefront OBJ: polygons of a file in the sense of its appendix B (vertices, faces, objects); the rest is passed over.
+// Colours behind a position are what MeshLab and others write.
 #include <algorithm>
 #include <array>
+#include <map>
+#include <set>
 
+#include "io/colour_list.h"
 #include "io/format.h"
 #include "io/text_cursor.h"
 
@@ -10,8 +14,8 @@ namespace argil::io {
 namespace {
 
 /// What may begin a line besides v and f, and whether the mesh loses something by passing over it.
-constexpr std::array<std::string_view, 12> kHarmless = {"vt",     "vn", "g",      "o",      "s",   "usemtl",
-                                                        "mtllib", "mg", "usemap", "maplib", "lod", "bevel"};
+constexpr std::array<std::string_view, 7> kHarmless = {"vt", "vn", "s", "mg", "maplib", "lod", "bevel"};
+constexpr std::array<std::string_view, 3> kMaterials = {"mtllib", "usemtl", "usemap"};
 constexpr std::array<std::string_view, 2> kLines = {"l", "p"};
 constexpr std::array<std::string_view, 9> kFreeForm = {"vp",   "cstype", "deg",  "curv", "curv2",
                                                        "surf", "parm",   "trim", "end"};
@@ -26,7 +30,7 @@ class ObjReader {
   explicit ObjReader(const Input& input)
       : input_(input), cursor_(input, {.hashComments = true, .backslashContinues = true}), ticker_(input) {}
 
-  MeshFile read() {
+  ModelFile read() {
     file_.format = "OBJ";
     while (!cursor_.atEnd()) {
       if (cursor_.wordOnLine()) statement(cursor_.word());
@@ -41,19 +45,30 @@ class ObjReader {
     note(lines_, "line and point elements were left out");
     note(freeForm_, "statements of free-form curves and surfaces were left out");
     note(unknown_, "lines of an unknown kind were left out");
-    return std::move(file_);
+    if (materials_) file_.notes.emplace_back("materials and their colours were left out");
+    if (groups_.size() > 1) note(groups_.size(), "groups were put together");
+    return model();
   }
 
  private:
+  /// Triangles from `begin` on, up to the next run, belong to an object.
+  struct Run {
+    size_t begin;
+    uint32_t object;
+  };
+
   void statement(std::string_view word) {
     if (word == "v") {
-      const double x = cursor_.number("an x coordinate");
-      const double y = cursor_.number("a y coordinate");
-      const double z = cursor_.number("a z coordinate");
-      if (file_.mesh.positions.size() >= UINT32_MAX) cursor_.fail("there are too many vertices; reduce the mesh first");
-      file_.mesh.positions.emplace_back(x, y, z);
+      vertex();
     } else if (word == "f" || word == "fo") {
       face();
+    } else if (word == "o") {
+      object_ = objectNamed(cleanName(cursor_.restOfLine()));
+    } else if (word == "g") {
+      group_ = cursor_.restOfLine();
+      newGroup_ = true;
+    } else if (contains(kMaterials, word)) {
+      materials_ = true;
     } else if (contains(kLines, word)) {
       ++lines_;
     } else if (contains(kFreeForm, word)) {
@@ -63,6 +78,25 @@ class ObjReader {
     }
   }
 
+  /// x y z, and then a weight, which is of no use to polygons, or a colour of three or four numbers.
+  void vertex() {
+    const double x = cursor_.number("an x coordinate");
+    const double y = cursor_.number("a y coordinate");
+    const double z = cursor_.number("a z coordinate");
+    if (file_.mesh.positions.size() >= UINT32_MAX) cursor_.fail("there are too many vertices; reduce the mesh first");
+    std::array<double, 4> colour;
+    size_t count = 0;
+    while (count < colour.size() && cursor_.wordOnLine() && parseNumber(cursor_.word(), colour[count])) ++count;
+    if (count >= 3) colours_.add(file_.mesh.positions.size(), {colour.data(), count});
+    file_.mesh.positions.emplace_back(x, y, z);
+  }
+
+  uint32_t objectNamed(const std::string& name) {
+    const auto [found, isNew] = objects_.try_emplace(name, uint32_t(names_.size()));
+    if (isNew) names_.push_back(name);
+    return found->second;
+  }
+
   void face() {
     corners_.clear();
     while (cursor_.wordOnLine()) corners_.push_back(corner(cursor_.word()));
@@ -70,7 +104,79 @@ class ObjReader {
       cursor_.fail("a face has " + std::to_string(corners_.size()) +
                    " corners and needs 3; repair the line or export again");
     }
+    if (runs_.empty() || runs_.back().object != object_) runs_.push_back({file_.mesh.triangles.size(), object_});
+    if (newGroup_) groups_.emplace(group_);
+    newGroup_ = false;
     addPolygon(file_, corners_);
+  }
+
+  /// One object each where "o" names several that have no vertex in common; else all is one, or a surface would be torn.
+  ModelFile model() {
+    ModelFile model;
+    model.format = std::move(file_.format);
+    model.faces = file_.faces;
+    model.polygons = file_.polygons;
+    std::vector<Colour> colours = colours_.take(file_.mesh.positions.size());
+    const bool several = std::any_of(runs_.begin(), runs_.end(), [this](const Run& run) { return run.object != runs_[0].object; });
+    if (several && apart()) {
+      split(model, colours);
+    } else if (!file_.mesh.triangles.empty()) {
+      if (several) file_.notes.emplace_back("the objects share vertices and were put together");
+      ModelObject& all = model.objects.emplace_back();
+      if (!several) all.name = names_[runs_[0].object];
+      all.mesh = std::move(file_.mesh);
+      all.vertexColours = std::move(colours);
+    }
+    model.notes = std::move(file_.notes);
+    return model;
+  }
+
+  template <class Each>
+  void forEachRun(const Each& each) const {
+    for (size_t r = 0; r < runs_.size(); ++r) {
+      const size_t end = r + 1 < runs_.size() ? runs_[r + 1].begin : file_.mesh.triangles.size();
+      each(runs_[r].object, std::span(file_.mesh.triangles).subspan(runs_[r].begin, end - runs_[r].begin));
+    }
+  }
+
+  /// Whether each vertex belongs to one object at most.
+  bool apart() const {
+    constexpr uint32_t kNobody = UINT32_MAX;
+    std::vector<uint32_t> owner(file_.mesh.positions.size(), kNobody);
+    bool shared = false;
+    forEachRun([&](uint32_t object, std::span<const std::array<uint32_t, 3>> triangles) {
+      for (const auto& triangle : triangles) {
+        for (const uint32_t v : triangle) {
+          shared = shared || (owner[v] != kNobody && owner[v] != object);
+          owner[v] = object;
+        }
+      }
+    });
+    return !shared;
+  }
+
+  void split(ModelFile& model, const std::vector<Colour>& colours) {
+    constexpr uint32_t kNone = UINT32_MAX;
+    std::vector<uint32_t> place(file_.mesh.positions.size(), kNone);  // in the vertex's object
+    std::vector<ModelObject> objects(names_.size());
+    forEachRun([&](uint32_t number, std::span<const std::array<uint32_t, 3>> triangles) {
+      ModelObject& object = objects[number];
+      object.name = names_[number];
+      for (std::array<uint32_t, 3> triangle : triangles) {
+        for (uint32_t& v : triangle) {
+          if (place[v] == kNone) {
+            place[v] = uint32_t(object.mesh.positions.size());
+            object.mesh.positions.push_back(file_.mesh.positions[v]);
+            if (!colours.empty()) object.vertexColours.push_back(colours[v]);
+          }
+          v = place[v];
+        }
+        object.mesh.triangles.push_back(triangle);
+      }
+    });
+    for (ModelObject& object : objects) {
+      if (!object.mesh.triangles.empty()) model.objects.push_back(std::move(object));
+    }
   }
 
   /// "v", "v/vt", "v//vn", "v/vt/vn", any of the later ones empty.
@@ -120,8 +226,17 @@ class ObjReader {
   const Input& input_;
   TextCursor cursor_;
   Ticker ticker_;
-  MeshFile file_;
+  MeshFile file_;  ///< All of it, before it is known what is an object of its own.
+  ColourList colours_;
   std::vector<uint32_t> corners_;
+  std::vector<std::string> names_{""};  ///< Of the objects; what comes before the first "o" has none.
+  std::map<std::string, uint32_t> objects_{{"", 0}};
+  uint32_t object_ = 0;
+  std::vector<Run> runs_;
+  std::string_view group_;
+  bool newGroup_ = false;
+  std::set<std::string_view> groups_;  ///< Those with faces, as the file writes them.
+  bool materials_ = false;
   uint64_t highest_ = 0;  ///< Highest vertex that a face names, counted from 1.
   uint64_t highestLine_ = 0;
   uint64_t lines_ = 0;
@@ -178,7 +293,7 @@ bool recognizesObj(const Input& input) {
          first == "g";
 }
 
-MeshFile parseObj(const Input& input) {
+ModelFile parseObj(const Input& input) {
   return ObjReader(input).read();
 }
 

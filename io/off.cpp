@@ -1,4 +1,8 @@
 // Object File Format of Geomview, the text kind: http://www.geomview.org/docs/html/OFF.html
+#include <algorithm>
+#include <array>
+
+#include "io/colour_list.h"
 #include "io/format.h"
 #include "io/text_cursor.h"
 
@@ -10,11 +14,13 @@ constexpr TextCursor::Rules kRules{.hashComments = true, .backslashContinues = f
 
 struct Header {
   bool found = false;
+  bool colours = false;      ///< Behind the position and the normal, if there is one.
+  bool normals = false;
   bool homogeneous = false;  ///< Four coordinates a vertex.
   bool anyDimension = false;
 };
 
-/// [ST][C][N][4][n]OFF: texture coordinates, colours and normals follow the position on its line and are passed over.
+/// [ST][C][N][4][n]OFF: normals, colours and texture coordinates follow the position on its line, in this order.
 Header headerOf(std::string_view word) {
   Header header;
   const auto take = [&word](std::string_view prefix) {
@@ -23,8 +29,8 @@ Header headerOf(std::string_view word) {
     return true;
   };
   take("ST");
-  take("C");
-  take("N");
+  header.colours = take("C");
+  header.normals = take("N");
   header.homogeneous = take("4");
   header.anyDimension = take("n");
   header.found = word == "OFF";
@@ -45,6 +51,14 @@ void checkRoom(const TextCursor& cursor, uint64_t count, size_t bytesEach, const
   }
 }
 
+/// The numbers up to the end of the line, at most N; fewer where something else stands.
+template <size_t N>
+size_t numbersOnLine(TextCursor& cursor, std::array<double, N>& numbers) {
+  size_t count = 0;
+  while (count < N && cursor.wordOnLine() && parseNumber(cursor.word(), numbers[count])) ++count;
+  return count;
+}
+
 }  // namespace
 
 bool recognizesOff(const Input& input) {
@@ -54,10 +68,11 @@ bool recognizesOff(const Input& input) {
 
 MeshFile parseOff(const Input& input) {
   TextCursor cursor(input, kRules);
+  Header header;
   // The keyword may be missing: then the counts come first.
   if (recognizesOff(input)) {
     cursor.wordAhead();
-    const Header header = headerOf(cursor.word());
+    header = headerOf(cursor.word());
     if (header.homogeneous || header.anyDimension) {
       cursor.fail("only OFF in three dimensions can be read; export it as plain OFF, STL, OBJ or PLY");
     }
@@ -76,11 +91,17 @@ MeshFile parseOff(const Input& input) {
   checkRoom(cursor, vertices, 6, "vertices");  // "0 0 0\n"
   file.mesh.positions.reserve(vertices);
   Ticker ticker(input);
+  ColourList vertexColours, triangleColours;
   for (uint64_t v = 0; v < vertices; ++v) {
     const double x = cursor.number("an x coordinate", true);
     const double y = cursor.number("a y coordinate");
     const double z = cursor.number("a z coordinate");
     file.mesh.positions.emplace_back(x, y, z);
+    if (header.colours) {
+      std::array<double, 7> more;
+      const size_t count = numbersOnLine(cursor, more), before = header.normals ? 3 : 0;
+      if (count >= before + 3) vertexColours.add(v, std::span(more).subspan(before, std::min<size_t>(count - before, 4)));
+    }
     cursor.skipLine();
     ticker.at(cursor.offset());
   }
@@ -101,10 +122,18 @@ MeshFile parseOff(const Input& input) {
       }
       corners.push_back(uint32_t(vertex));
     }
+    const size_t first = file.mesh.triangles.size();
     addPolygon(file, corners);
+    // One number would be the place in a table that nobody has.
+    std::array<double, 4> colour;
+    if (const size_t numbers = numbersOnLine(cursor, colour); numbers >= 3) {
+      for (size_t t = first; t < file.mesh.triangles.size(); ++t) triangleColours.add(t, {colour.data(), numbers});
+    }
     cursor.skipLine();
     ticker.at(cursor.offset());
   }
+  file.vertexColours = vertexColours.take(file.mesh.positions.size());
+  file.triangleColours = triangleColours.take(file.mesh.triangles.size());
   if (cursor.wordAhead())
     file.notes.push_back("what follows the last face, from line " + std::to_string(cursor.line()) + " on, was ignored");
   return file;

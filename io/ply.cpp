@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "io/colour_list.h"
 #include "io/format.h"
 #include "io/text_cursor.h"
 
@@ -215,11 +216,60 @@ class TextValues {
   TextCursor cursor_;
 };
 
-/// The list of a face that names its vertices.
-bool isCorners(const Element& element, const Property& p) {
-  return element.name == "face" && p.countType && isWhole(p.type) &&
-         (p.name == "vertex_indices" || p.name == "vertex_index");
+/// The list of a face, or of strips, that names vertices.
+bool namesVertices(const Property& p) {
+  return p.countType && isWhole(p.type) && (p.name == "vertex_indices" || p.name == "vertex_index");
 }
+bool isCorners(const Element& element, const Property& p) { return element.name == "face" && namesVertices(p); }
+bool isStrips(const Element& element) { return element.name == "tristrips"; }
+
+/// Part of a colour that a property holds, 0 to 3, or -1.
+int colourPart(const Property& p) {
+  constexpr std::string_view kParts[] = {"red", "green", "blue", "alpha"};
+  if (p.countType) return -1;
+  const std::string_view name = std::string_view(p.name).substr(p.name.starts_with("diffuse_") ? 8 : 0);
+  const auto part = std::find(std::begin(kParts), std::end(kParts), name);
+  return part == std::end(kParts) ? -1 : int(part - std::begin(kParts));
+}
+
+/// Collects the colours of one element: whole numbers have their type's range, the others decide at the end.
+class ElementColours {
+ public:
+  explicit ElementColours(const Element& element) {
+    int parts = 0;
+    for (const Property& p : element.properties) {
+      const int part = colourPart(p);
+      if (part < 0) continue;
+      parts |= 1 << part;
+      // One scale for all parts; no program mixes types.
+      scale_ = p.type == Scalar::u8 || p.type == Scalar::i8 ? 1 : isWhole(p.type) ? 1 / 257.0 : 0;
+    }
+    there_ = (parts & 7) == 7;
+    count_ = parts == 15 ? 4 : 3;
+  }
+  [[nodiscard]] bool there() const { return there_; }
+  void set(int part, double value) { numbers_[size_t(part)] = value; }
+  /// What was set is the colour of `count` items from `index` on.
+  void put(size_t index, size_t count) {
+    if (!there_) return;
+    if (scale_ == 0) {
+      for (size_t i = 0; i < count; ++i) fractions_.add(index + i, {numbers_.data(), count_});
+      return;
+    }
+    const auto byte = [this](size_t part) { return uint8_t(std::clamp(numbers_[part] * scale_, 0.0, 255.0) + 0.5); };
+    bytes_.resize(index);
+    bytes_.insert(bytes_.end(), count, Colour{byte(0), byte(1), byte(2), count_ == 4 ? byte(3) : uint8_t{255}});
+  }
+  [[nodiscard]] std::vector<Colour> take(size_t count) { return scale_ == 0 ? fractions_.take(count) : std::move(bytes_); }
+
+ private:
+  bool there_ = false;
+  size_t count_ = 0;
+  double scale_ = 0;  ///< From the numbers of the file to 255; 0 for fractions.
+  std::array<double, 4> numbers_{};
+  ColourList fractions_;
+  std::vector<Colour> bytes_;
+};
 
 /// Refuses a count that the rest of the file cannot hold.
 template <class Values>
@@ -265,22 +315,37 @@ void readVertices(Values& values, const Element& element, MeshFile& file, Ticker
   if (found != 7) values.fail("the vertices do not have x, y and z; export it again with positions");
   if (element.count >= UINT32_MAX) values.fail("there are too many vertices; reduce the mesh first");
   file.mesh.positions.reserve(element.count);
+  ElementColours colours(element);
   for (uint64_t v = 0; v < element.count; ++v) {
     Vec3d position = Vec3d::Zero();
     for (size_t i = 0; i < axes.size(); ++i) {
-      if (axes[i] < 0) {
-        passProperty(values, element.properties[i]);
+      const Property& property = element.properties[i];
+      if (axes[i] >= 0) {
+        position[axes[i]] = values.real(property.type);
+      } else if (const int part = colourPart(property); part >= 0 && colours.there()) {
+        colours.set(part, values.real(property.type));
       } else {
-        position[axes[i]] = values.real(element.properties[i].type);
+        passProperty(values, property);
       }
     }
     if (!position.allFinite()) {
       values.fail("vertex " + std::to_string(v) +
                   " has a coordinate that is not finite; repair the file or export it again");
     }
+    colours.put(file.mesh.positions.size(), 1);
     file.mesh.positions.push_back(position);
     ticker.at(values.offset());
   }
+  file.vertexColours = colours.take(file.mesh.positions.size());
+}
+
+template <class Values>
+uint32_t checkedVertex(const Values& values, int64_t vertex, uint64_t vertices, const char* of, uint64_t number) {
+  if (vertex < 0 || uint64_t(vertex) >= vertices) {
+    values.fail(of + std::to_string(number) + " names vertex " + std::to_string(vertex) + " and there are " +
+                std::to_string(vertices) + ", counted from 0; repair the file or export it again");
+  }
+  return uint32_t(vertex);
 }
 
 template <class Values>
@@ -291,8 +356,14 @@ void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFi
   }
   file.mesh.triangles.reserve(element.count);
   std::vector<uint32_t> corners;
+  ElementColours colours(element);
   for (uint64_t f = 0; f < element.count; ++f) {
+    const size_t first = file.mesh.triangles.size();
     for (const Property& property : element.properties) {
+      if (const int part = colourPart(property); part >= 0 && colours.there()) {
+        colours.set(part, values.real(property.type));
+        continue;
+      }
       if (!isCorners(element, property)) {
         passProperty(values, property);
         continue;
@@ -303,17 +374,48 @@ void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFi
                     " corners and needs 3; repair the file or export it again");
       }
       corners.clear();
-      for (int64_t c = 0; c < count; ++c) {
-        const int64_t vertex = values.whole(property.type);
-        if (vertex < 0 || uint64_t(vertex) >= vertices) {
-          values.fail("face " + std::to_string(f) + " names vertex " + std::to_string(vertex) + " and there are " +
-                      std::to_string(vertices) + ", counted from 0; repair the file or export it again");
-        }
-        corners.push_back(uint32_t(vertex));
-      }
+      for (int64_t c = 0; c < count; ++c) corners.push_back(checkedVertex(values, values.whole(property.type), vertices, "face ", f));
       addPolygon(file, corners);
     }
+    colours.put(first, file.mesh.triangles.size() - first);
     ticker.at(values.offset());
+  }
+  if (colours.there()) file.triangleColours = colours.take(file.mesh.triangles.size());
+}
+
+/// Strips of triangles: each vertex makes one with the two before it, every other one turned; -1 begins a new strip. A triangle that
+/// names a vertex twice only leads to the next.
+template <class Values>
+void readStrips(Values& values, const Element& element, uint64_t vertices, MeshFile& file, Ticker& ticker) {
+  uint64_t strips = 0;
+  for (uint64_t s = 0; s < element.count; ++s) {
+    for (const Property& property : element.properties) {
+      if (!namesVertices(property)) {
+        passProperty(values, property);
+        continue;
+      }
+      const int64_t count = values.whole(*property.countType);
+      if (count < 0) values.fail("a list has a negative count; repair the file or export it again");
+      std::array<uint32_t, 2> before{};
+      uint64_t length = 0;
+      for (int64_t i = 0; i < count; ++i) {
+        const int64_t number = values.whole(property.type);
+        if (number == -1) {
+          length = 0;
+          continue;
+        }
+        if (length == 0) ++strips;
+        const uint32_t vertex = checkedVertex(values, number, vertices, "strip ", strips - 1);
+        if (length >= 2 && before[0] != before[1] && before[0] != vertex && before[1] != vertex) {
+          const bool turned = length % 2 == 1;
+          file.mesh.triangles.push_back({before[turned], before[!turned], vertex});
+          ++file.faces;
+        }
+        before = {before[1], vertex};
+        ++length;
+        ticker.at(values.offset());
+      }
+    }
   }
 }
 
@@ -332,6 +434,8 @@ void readBody(Values values, const Input& input, const Header& header, MeshFile&
       readVertices(values, element, file, ticker);
     } else if (element.name == "face") {
       readFaces(values, element, vertices, file, ticker);
+    } else if (isStrips(element)) {
+      readStrips(values, element, vertices, file, ticker);
     } else {
       for (uint64_t i = 0; i < element.count; ++i) {
         for (const Property& property : element.properties) passProperty(values, property);
@@ -343,6 +447,8 @@ void readBody(Values values, const Input& input, const Header& header, MeshFile&
       }
     }
   }
+  // Strips, or other faces, may have come without a colour.
+  if (!file.triangleColours.empty()) file.triangleColours.resize(file.mesh.triangles.size());
 }
 
 class PlyEncoder : public MeshEncoder {

@@ -44,6 +44,39 @@ bool beginsWithSolid(const Input& input) {
   return cursor.wordAhead() && is(cursor.word(), "solid");
 }
 
+/// Colours of a binary file as Magics writes them: the header says "COLOR=" and four bytes, the colour of the whole, and a triangle whose
+/// attribute has bit 15 clear has its own, five bits each of red, green and blue from bit 0 up
+/// (https://en.wikipedia.org/wiki/STL_(file_format)#Color). Others use the bits otherwise and do not say so.
+class Attributes {
+ public:
+  explicit Attributes(const Input& input) : bytes_(input.bytes) {
+    constexpr std::string_view kKey = "COLOR=";
+    const std::string_view header = input.text().substr(0, kHeader);
+    const size_t at = header.find(kKey);
+    coloured_ = at != std::string_view::npos && at + kKey.size() + 4 <= kHeader;
+    if (!coloured_) return;
+    const auto byte = [&](size_t i) { return static_cast<uint8_t>(header[at + kKey.size() + i]); };
+    whole_ = {byte(0), byte(1), byte(2), byte(3)};
+  }
+  void read(size_t t, MeshFile& file) {
+    uint16_t bits = 0;
+    std::memcpy(&bits, bytes_.data() + kStart + kTriangle * (t + 1) - sizeof bits, sizeof bits);
+    if (!coloured_) {
+      passedOver_ += bits != 0;
+      return;
+    }
+    const auto part = [bits](int shift) { return static_cast<uint8_t>(((bits >> shift) & 31) * 255 / 31); };
+    file.triangleColours.push_back((bits & 0x8000) != 0 ? whole_ : Colour{part(0), part(5), part(10), 255});
+  }
+  [[nodiscard]] uint64_t passedOver() const { return passedOver_; }
+
+ private:
+  std::span<const std::byte> bytes_;
+  bool coloured_ = false;
+  Colour whole_;
+  uint64_t passedOver_ = 0;
+};
+
 /// Appends the corners of triangle `t` of a binary file.
 void readCorners(const Input& input, size_t t, std::vector<Vec3d>& corners) {
   const size_t at = kStart + kTriangle * t;
@@ -79,10 +112,14 @@ MeshFile parseBinary(const Input& input) {
   clay::VertexWelder welder;
   std::vector<Vec3d> corners;
   std::vector<uint32_t> indices;
+  Attributes attributes(input);
   for (size_t begin = 0; begin < count; begin += kBatch) {
     const size_t end = std::min(begin + kBatch, count);
     corners.clear();
-    for (size_t t = begin; t < end; ++t) readCorners(input, t, corners);
+    for (size_t t = begin; t < end; ++t) {
+      readCorners(input, t, corners);
+      attributes.read(t, file);
+    }
     indices.resize(corners.size());
     welder.add(corners, indices);
     for (size_t i = 0; i < indices.size(); i += 3) {
@@ -91,6 +128,10 @@ MeshFile parseBinary(const Input& input) {
     if (input.job != nullptr) input.job->step(0.1 + 0.9 * double(end) / double(count));
   }
   file.mesh.positions = welder.take();
+  if (attributes.passedOver() != 0) {
+    file.notes.push_back("the attribute bytes of " + std::to_string(attributes.passedOver()) +
+                         " triangles were left out: they may be colours, but the file does not say which");
+  }
   return file;
 }
 

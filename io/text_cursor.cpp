@@ -82,6 +82,12 @@ std::string_view TextCursor::word() {
   return text_.substr(begin, at_ - begin);
 }
 
+std::string_view TextCursor::restOfLine() {
+  const size_t begin = at_;
+  while (at_ < text_.size() && !isLineEnd(text_[at_])) ++at_;
+  return text_.substr(begin, at_ - begin);
+}
+
 void TextCursor::skipLine() {
   while (at_ < text_.size() && !isLineEnd(text_[at_])) {
     const bool continued =

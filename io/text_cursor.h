@@ -27,6 +27,8 @@ class TextCursor {
   bool wordAhead();
   /// The next word on this line; empty at its end.
   std::string_view word();
+  /// The rest of this line as it stands; leaves the cursor at its end.
+  std::string_view restOfLine();
   /// Leaves the line: the next word is the first of the following one.
   void skipLine();
   [[nodiscard]] bool atEnd() const { return at_ >= text_.size(); }

@@ -69,6 +69,7 @@ int run(int argc, char** argv) {
   cli::InspectOptions inspect;
   auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");
   inspectVerb->add_option("file", inspect.input, "Document or model")->required();
+  inspectVerb->add_option("--units", inspect.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
   inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 

@@ -54,6 +54,7 @@ void inspectClay(const InspectOptions& options) {
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = loaded.what;
+  json["notes"] = loaded.notes;
   json["history_steps"] = loaded.steps;
   json["guides"] = document.guides.size();
   if (!options.json) {
@@ -88,11 +89,12 @@ void inspectClay(const InspectOptions& options) {
 
 void inspect(const InspectOptions& options) {
   if (engine::holdsClay(options.input)) return inspectClay(options);
-  const io::MeshFile file = readMeshIn(options.input, "mm", options.job);
+  const io::MeshFile file = readMeshIn(options.input, options.units, options.job);
   const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = file.format;
+  json["notes"] = file.notes;
   json["mesh"] = topologyJson(mesh);
   if (!options.json) {
     fmt::print("{}: {}\n", options.input.string(), file.format);
@@ -107,6 +109,7 @@ void inspect(const InspectOptions& options) {
     const clay::VersionStats stats = imported.version.stats();
     const uint64_t active = imported.version.activeVoxels();
     json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}};
+    json["repair"] = imported.report.sentences();
     json["surface"] = topologyJson(skin);
     if (!options.json) {
       fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);

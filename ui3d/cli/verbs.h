@@ -42,6 +42,7 @@ void convert(const ConvertOptions& options);
 
 struct InspectOptions {
   std::filesystem::path input;
+  std::string units = "mm";       ///< Of an input that names none.
   std::optional<double> voxelMm;  ///< Also say what it costs as clay.
   bool json = false;
   Job* job = nullptr;

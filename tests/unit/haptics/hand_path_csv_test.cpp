@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -70,6 +71,19 @@ TEST(HandPathCsv, readsARecordedPathOfAnotherLaboratory) {
     EXPECT_GT(path.points()[0].position.norm(), 100);
   }
   EXPECT_EQ(points, 10920u);
+}
+
+TEST(HandPathCsv, whatTheFileSaysIsQuotedInOneLine) {
+  for (const std::string& text : {std::string("t_s,x_mm,y_mm,z\r\x1b[31mmm\n"), "t_s,x_mm,y_mm,z_mm\n0,1,2,\r3\x07" + std::string(500, '9') + "\n"}) {
+    try {
+      (void)HandPath::fromCsv(text, "p.csv");
+      FAIL() << text;
+    } catch (const Error& error) {
+      const std::string sentence = error.what();
+      EXPECT_TRUE(std::all_of(sentence.begin(), sentence.end(), [](unsigned char c) { return c >= ' '; })) << sentence;
+      EXPECT_LT(sentence.size(), 250u) << sentence;
+    }
+  }
 }
 
 }  // namespace

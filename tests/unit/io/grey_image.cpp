@@ -41,5 +41,18 @@ TEST_F(GreyImageFile, whatIsNoneIsRefused) {
   EXPECT_THROW((void)readGreyImage(folder_, 16), Error);
 }
 
+TEST_F(GreyImageFile, whatIsWrongIsOneLineWhateverTheFileSays) {
+  // A chunk that nobody knows, whose name holds a line end: libraries quote it.
+  const std::string header = std::string("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\1\0\0\0\1\x08\0\0\0\0", 8 + 8 + 13) + "crc!";
+  const std::string image = header + std::string("\0\0\0\0", 4) + "A\nCD" + "crc!";
+  try {
+    (void)readGreyImage(write(image), 16);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()).find_first_of("\r\n"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace argil::io

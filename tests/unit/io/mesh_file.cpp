@@ -5,6 +5,7 @@
 
 #include "clay/mesh_topology.h"
 #include "clay/weld.h"
+#include "io/input.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {
@@ -51,6 +52,20 @@ TEST(MeshFile, contentDecidesBeforeTheEnding) {
   EXPECT_EQ(readMesh(folder / "a.stl").format, "OBJ");
   EXPECT_EQ(readMesh(folder / "b.obj").format, "OFF");
   EXPECT_EQ(readMesh(folder / "C.OBJ").format, "OBJ");
+}
+
+TEST(MeshFile, namesFromFilesAreCleanUtf8) {
+  EXPECT_EQ(cleanName("  Gro\xc3\x9f \xe2\x82\xac \xf0\x9f\x8e\x88\t"), "Gro\xc3\x9f \xe2\x82\xac \xf0\x9f\x8e\x88");
+  // Cut off, overlong, a surrogate, beyond Unicode, control characters.
+  EXPECT_EQ(cleanName("a\xc3"), "a?");
+  EXPECT_EQ(cleanName("\xc0\xaf.\xe0\x80\x80.\xed\xa0\x80.\xf4\x90\x80\x80"), "??.???.???.????");
+  EXPECT_EQ(cleanName("a\nb\x1b\x7f"), "a?b??");
+  EXPECT_EQ(cleanName(" \t "), "");
+  const std::string longest = cleanName("a" + std::string(150, 'b') + std::string(100, '\xc3') + "\x9f");
+  EXPECT_EQ(longest.size(), 200u);
+  std::string cut;
+  for (int i = 0; i < 150; ++i) cut += "\xc3\x9f";
+  EXPECT_EQ(cleanName("a" + cut).size(), 199u) << "no half of a character";
 }
 
 TEST(MeshFile, readsThroughALink) {

@@ -51,7 +51,9 @@ TEST(Obj, groupsMaterialsCommentsAndExtraNumbersArePassedOver) {
       "g a b\r\ns off\r\nusemtl\r\nf 1 2 3 # last",
       "no-ending");
   EXPECT_EQ(file.mesh.triangles.size(), 1u);
-  EXPECT_TRUE(file.notes.empty());
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"materials and their colours were left out"}));
+  EXPECT_EQ(parse(std::string(kSquare) + "g a\nf 1 2 3\ng b c\ng a\nf 1 2 3\ng d\nf 1 3 4\n").notes,
+            (std::vector<std::string>{"2 groups were put together"}));
 }
 
 TEST(Obj, whatIsLeftOutIsNoted) {
@@ -84,6 +86,46 @@ TEST(Obj, errorsNameTheLine) {
   contains("v 1 2 inf\n", "line 5: a z coordinate is \"inf\"");
   contains("v 1 2 1e999\n", "only finite numbers");
   contains("v 1 2 3,5\n", "\"3,5\" stands where a z coordinate should");
+}
+
+TEST(Obj, namedObjectsBecomeObjects) {
+  const auto model = [](const std::string& text) { return parseModel(samples::bytesOf(text), "part.obj"); };
+  // Two objects, the first in two places, one without faces and faces before any object.
+  const ModelFile file = model(std::string(kSquare) + "f 1 2 3\n" + "o  left hand \n" + kSquare + "f 5 6 7\no empty\no right\n" + kSquare +
+                               "f -4 -3 -2\no left hand\nf -6 -5 -8\n");
+  ASSERT_EQ(file.objects.size(), 3u);
+  EXPECT_EQ(file.objects[0].name, "");
+  EXPECT_EQ(file.objects[1].name, "left hand");
+  EXPECT_EQ(file.objects[2].name, "right");
+  EXPECT_EQ(file.objects[1].mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {2, 3, 0}}));
+  EXPECT_EQ(file.objects[1].mesh.positions.size(), 4u);
+  EXPECT_EQ(file.objects[1].mesh.positions[3], Vec3d(0, 1, 0));
+  EXPECT_EQ(file.faces, 4u);
+  EXPECT_TRUE(file.notes.empty());
+
+  const ModelFile one = model(std::string("o \xff\x01 part\n") + kSquare + "f 1 2 3\n");
+  ASSERT_EQ(one.objects.size(), 1u);
+  EXPECT_EQ(one.objects[0].name, "?? part");
+  EXPECT_EQ(one.objects[0].mesh.positions.size(), 4u) << "vertices without faces stay";
+}
+
+TEST(Obj, objectsThatShareVerticesStayOneSurface) {
+  const ModelFile file = parseModel(samples::bytesOf(std::string(kSquare) + "o a\nf 1 2 3\no b\nf 1 3 4\n"), "part.obj");
+  ASSERT_EQ(file.objects.size(), 1u);
+  EXPECT_EQ(file.objects[0].mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"the objects share vertices and were put together"}));
+}
+
+TEST(Obj, coloursBehindPositionsAreRead) {
+  const MeshFile file = parse("v 0 0 0 1 0.5 0\nv 1 0 0 0 0 1 0.2\nv 1 1 0\nv 0 1 0 1\nf 1 2 3\n");
+  EXPECT_EQ(file.vertexColours, (std::vector<Colour>{{255, 128, 0}, {0, 0, 255, 51}, {}, {}}));
+  EXPECT_EQ(parse("v 0 0 0 255 128 1\nv 1 0 0 0 0 300\nv 0 1 0 nan -1 1\nf 1 2 3\n").vertexColours,
+            (std::vector<Colour>{{255, 128, 1}, {0, 0, 255}, {0, 0, 1}}))
+      << "one above 1 says that 255 is full";
+  EXPECT_TRUE(parse("v 0 0 0 1\nv 1 0 0 1 1\nv 0 1 0 a b c\nf 1 2 3\n").vertexColours.empty());
+  const ModelFile split = parseModel(samples::bytesOf("o a\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0\nf 1 2 3\no b\nv 0 0 1\nv 1 0 1\nv 0 1 1 0 0 1\nf 6 5 4\n"), "x.obj");
+  ASSERT_EQ(split.objects.size(), 2u);
+  EXPECT_EQ(split.objects[1].vertexColours, (std::vector<Colour>{{0, 0, 255}, {}, {}}));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <limits>
 
 #include "io/mesh_file.h"
@@ -112,6 +113,23 @@ TEST(Stl, binaryErrors) {
     triangle[4] = bad;
     contains(binary(2, {kOther, triangle}), "byte 134: triangle 2 has a coordinate that is not finite");
   }
+}
+
+TEST(Stl, coloursAreKeptWhereTheHeaderSaysSo) {
+  const auto withAttributes = [](std::string_view header, uint16_t first, uint16_t second) {
+    std::string bytes = binary(2, {kTriangle, kOther}, header);
+    std::memcpy(bytes.data() + 84 + 48, &first, 2);
+    std::memcpy(bytes.data() + 84 + 98, &second, 2);
+    return parse(bytes);
+  };
+  const MeshFile coloured = withAttributes("by Magics COLOR=\x01\x02\x03\x04 more", 31 | (1 << 5), 0x8000);
+  EXPECT_EQ(coloured.triangleColours, (std::vector<Colour>{{255, 8, 0}, {1, 2, 3, 4}}));
+  EXPECT_TRUE(coloured.notes.empty());
+  const MeshFile unsaid = withAttributes("by somebody", 0x8000 | 31, 0);
+  EXPECT_TRUE(unsaid.triangleColours.empty());
+  ASSERT_EQ(unsaid.notes.size(), 1u);
+  EXPECT_NE(unsaid.notes[0].find("attribute bytes of 1 triangles"), std::string::npos);
+  EXPECT_TRUE(withAttributes(std::string(72, '.') + "COLOR=xx", 1, 1).triangleColours.empty()) << "the colour is cut off";
 }
 
 }  // namespace

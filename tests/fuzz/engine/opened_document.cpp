@@ -1,0 +1,37 @@
+// Documents with clay and a part, damaged anywhere: opened, mended or refused.
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "engine/kept_document.h"
+#include "tests/fuzz/patched_file.h"
+
+namespace {
+
+using namespace argil;
+
+std::string madeDocument(const tests::MemoryFolder& folder) {
+  clay::Grid grid;
+  grid.voxelMm = 1;
+  engine::Document document = engine::Document::of(clay::makeSphere(clay::Store::make(), grid, {0, 0, 0}, 5));
+  const auto path = folder / "whole.argil";
+  engine::saveDocument(path, document);
+  return tests::contentOf(path);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static tests::MemoryFolder folder;
+  static const std::string whole = madeDocument(folder);
+  const auto path = folder / "input.argil";
+  folder.clear();
+  tests::ByteInput input(data, size);
+  tests::write(path, tests::patched(input, whole));
+  try {
+    const engine::OpenedDocument opened = engine::openDocument(path);
+    tests::require(opened.done < opened.states.size() && opened.states[opened.done].document != nullptr);
+    tests::require(opened.base != nullptr || !opened.notes.empty());
+  } catch (const Error& error) {
+    tests::requireSentence(error, error.kind());
+  }
+  return 0;
+}
