@@ -65,13 +65,14 @@ class Keeping : public ::testing::TestWithParam<Screen> {
     person.close();
     (void)other(person, before, 0.3);  // Everything behind it is dimmed.
   }
+  static void offTheClay(Person& person) { person.move(middleX() - 250, middleY() + 240); }  // No cursor in the picture.
   void carve(Person& person, double y) {
     const render::Image before = person.settled();
     person.key("c");
     std::vector<std::array<double, 2>> points;
     for (int i = 0; i <= 24; ++i) points.push_back({middleX() - 110 + 190.0 * i / 24, middleY() + y + 14 * std::sin(i / 4.0)});
     person.drag(points);
-    person.move(middleX() - 250, middleY() + 240);  // Off the clay: no cursor in the picture.
+    offTheClay(person);
     EXPECT_GT(difference(clay(before), clay(other(person, before, 0.002))), 0.002);
   }
   // The clay, without panels and messages.
@@ -171,6 +172,7 @@ TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
     (void)other(person, before, 0.3);
     shot(person, "08-recent");
     person.click(middleX() - 100, middleY() - 4);
+    offTheClay(person);
     shot(person, "09-opened-by-the-list");
     expectSame(person, carvedTwice, "opened by the list");
     person.close();
@@ -231,6 +233,7 @@ TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
 TEST_P(Keeping, picturesAndModelsGoToFiles) {
   const auto running = studio();
   Person person(*running, at().scale);
+  offTheClay(person);
   (void)addBlock(person);
   byPalette(person, "save picture");
   person.pause(0.3);
@@ -241,7 +244,9 @@ TEST_P(Keeping, picturesAndModelsGoToFiles) {
   const render::Image picture = readPng(scratch_ / "view.png");
   EXPECT_EQ(picture.width, at().width);
   EXPECT_EQ(picture.height, at().height);
-  EXPECT_LT(difference(clay(picture), clay(person.settled())), 0.05) << "the same without panels";
+  double away = 1;
+  for (int i = 0; i < 20 && away >= 0.05; ++i) away = difference(clay(picture), clay(person.settled()));
+  EXPECT_LT(away, 0.05) << "the same without panels";
   byPalette(person, "export 3mf");
   person.key("ctrl+a");
   person.type("block");
@@ -254,7 +259,7 @@ TEST_P(Keeping, picturesAndModelsGoToFiles) {
   const Json mesh = Json::parse(o.out, nullptr, false);
   ASSERT_TRUE(mesh.is_object()) << o.out;
   EXPECT_TRUE(mesh["mesh"]["closed"].get<bool>()) << mesh.dump();
-  EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 60 * 60 * 40, 2000);
+  EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 60 * 60 * 40 - 2200, 400) << "rounding the edges by 4 mm takes 2200";
   question(person);
   person.type("d");
   EXPECT_EQ(running->wait(60), 0) << running->said();
