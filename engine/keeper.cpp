@@ -465,7 +465,17 @@ Keeper::~Keeper() {
   state_->syncWake.notify_one();
   state_->disk.join();
   for (const auto& each : state_->retired) each->remove();
-  if (state_->journal && !state_->leaving) state_->journal->remove();
+  if (state_->leaving) return;
+  if (state_->journal) state_->journal->remove();
+  // What was taken over and is not in a journal of ours yet was decided about too.
+  if (state_->continued) state_->retiredFiles.push_back(state_->continued->journal);
+  for (const Event& event : state_->events) {
+    if (const Begun* begun = std::get_if<Begun>(&event); begun && begun->continued) state_->retiredFiles.push_back(begun->continued->journal);
+  }
+  for (const auto& each : state_->retiredFiles) {
+    std::error_code ignored;
+    std::filesystem::remove(each, ignored);
+  }
 }
 
 void Keeper::leave() {

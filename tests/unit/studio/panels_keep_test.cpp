@@ -41,6 +41,9 @@ class KeepPanels : public testing::Test {
     const ImVec2 at = rig.find("Files", {"##name"});
     ASSERT_FALSE(std::isnan(at.x));
     rig.click(at);
+    ImGui::GetIO().KeyCtrl = true;
+    rig.key(ImGuiKey_A);
+    ImGui::GetIO().KeyCtrl = false;
     rig.type(name);
     rig.key(ImGuiKey_Enter);
     rig.frames(3);
