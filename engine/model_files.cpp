@@ -210,6 +210,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       report = io::writeModel(file, {objects, {}}, write, job);
       sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(), report.triangles, report.format, double(report.bytes) * 1e-6));
     }
+    if (report.deviation > 0) sentences.back() += fmt::format(" Packing moved the surface by at most {:.2g} mm.", report.deviation);
     if (!report.warning.empty()) sentences.back() += " " + report.warning;
   }
   if (!reduction.empty()) sentences.push_back(reduction);

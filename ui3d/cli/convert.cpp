@@ -81,6 +81,7 @@ void convertMesh(const ConvertOptions& options) {
   io::WriteOptions write;
   write.tolerance = 1e-3;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
+  if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);
   fmt::print("{}: {} triangles, {} vertices, {} bytes, {}\n", options.output.string(), report.triangles, report.vertices, report.bytes, report.format);
 }
