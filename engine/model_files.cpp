@@ -92,6 +92,16 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   const bool separate = read.objects.size() <= kMostObjects && !how.fitMm;
   io::ModelObject all = separate && read.objects.size() > 1 ? io::merged(std::vector<io::ModelObject>(read.objects)) : io::merged(std::move(read.objects));
   if (how.fitMm) imported.notes.push_back(fitMesh(all.mesh, *how.fitMm));
+  const Vec3d first = all.mesh.positions.front();
+  if (std::string moved = bringNear(all.mesh); !moved.empty()) {
+    imported.notes.push_back(std::move(moved));
+    const Vec3d by = all.mesh.positions.front() - first;
+    if (read.objects.size() > 1) {
+      for (io::ModelObject& object : read.objects) {
+        for (Vec3d& position : object.mesh.positions) position += by;
+      }
+    }
+  }
   try {
     if (how.asPart) {
       if (read.objects.size() > 1) {

@@ -21,8 +21,8 @@ namespace argil::engine {
 
 struct ModelImport {
   std::string units = "mm";        ///< Where the file names none.
-  std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side; level sets keep their own.
-  std::optional<double> fitMm;     ///< Centred at zero and scaled until the longest side is this.
+  std::optional<double> voxelMm = {};  ///< None: 256 voxels along the longest side; level sets keep their own.
+  std::optional<double> fitMm = {};    ///< Centred at zero and scaled until the longest side is this.
   bool asPart = false;             ///< Stays as it is: parts.
   /// Gets the mesh as soon as it is read, in mm, long before it is clay: to be shown meanwhile.
   std::function<void(std::shared_ptr<const clay::TriangleMesh>)> onRead = {};

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "clay/error.h"
 #include "clay/primitives.h"
 #include "engine/load_document.h"
@@ -12,6 +14,7 @@ namespace argil::engine {
 namespace {
 
 constexpr double kShapeVoxelMm = 0.5;
+constexpr double kFarMm = 0.9e6;  // clay's origin may lie 10^6 mm from zero, and has a margin
 constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
 
 // Turns y up to z up; what looked along +z then looks along -y, to the front.
@@ -45,6 +48,7 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     prepared.notes.push_back("Turned so that its y axis points up.");
   }
   if (script.fitMm) prepared.notes.push_back(fitMesh(read.mesh, *script.fitMm));
+  if (std::string moved = bringNear(read.mesh); !moved.empty()) prepared.notes.push_back(std::move(moved));
   clay::Imported imported;
   try {
     clay::ImportOptions options;
@@ -63,6 +67,15 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
 }
 
 }  // namespace
+
+std::string bringNear(clay::TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3d& position : mesh.positions) box.extend(position);
+  if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm) return {};
+  const Vec3d by = -box.center().array().round().matrix();
+  for (Vec3d& position : mesh.positions) position += by;
+  return fmt::format("It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm.", by.x(), by.y(), by.z());
+}
 
 std::string fitMesh(clay::TriangleMesh& mesh, double fitMm) {
   Eigen::AlignedBox3d box;

@@ -29,6 +29,9 @@ struct PrepareOptions {
 /// when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
 [[nodiscard]] PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options = {});
 
+/// Clay reaches 10^6 mm from zero: a mesh that lies farther off is moved, by whole millimetres, until its middle is there; empty when it did not have to be.
+std::string bringNear(clay::TriangleMesh& mesh);
+
 /// Centres a mesh at zero and scales its longest side to `fitMm`, as prepareClay does; says so in a sentence.
 std::string fitMesh(clay::TriangleMesh& mesh, double fitMm);
 

@@ -9,6 +9,7 @@
 #include "clay/error.h"
 #include "clay/surface.h"
 #include "engine/load_document.h"
+#include "engine/prepare_clay.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -89,7 +90,7 @@ void inspectClay(const InspectOptions& options) {
 
 void inspect(const InspectOptions& options) {
   if (engine::holdsClay(options.input)) return inspectClay(options);
-  const io::MeshFile file = readMeshIn(options.input, options.units, options.job);
+  io::MeshFile file = readMeshIn(options.input, options.units, options.job);
   const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
@@ -102,6 +103,7 @@ void inspect(const InspectOptions& options) {
     printTopology(mesh);
   }
   if (options.voxelMm) {
+    if (const std::string moved = engine::bringNear(file.mesh); !moved.empty() && !options.json) fmt::print("{}\n", moved);
     const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
     clay::Surface surface;
     surface.update(imported.version, 2);

@@ -1,0 +1,87 @@
+// Models that lie far away, hold several objects, or come in other units become pieces where clay can be.
+
+#include "engine/model_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "clay/error.h"
+#include "io/model_writer.h"
+
+namespace argil::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+io::ModelObject cube(const std::string& name, const Vec3d& at, double edge, io::Colour colour) {
+  io::ModelObject object;
+  object.name = name;
+  object.colour = colour;
+  for (int i = 0; i < 8; ++i) object.mesh.positions.push_back(at + edge * Vec3d(i & 1, (i >> 1) & 1, i >> 2));
+  object.mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return object;
+}
+
+class ModelFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("argil-model-files-" + std::to_string(getpid()));
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  fs::path folder;
+};
+
+TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
+  const std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {255, 0, 0, 255}), cube("right", {20, 0, 0}, 10, {0, 0, 255, 255})};
+  io::writeModel(folder / "two.3mf", {objects, {}});
+  const ImportedModel clay = importModel(folder / "two.3mf", {.voxelMm = 0.5});
+  ASSERT_EQ(clay.pieces.size(), 2u);
+  EXPECT_EQ(clay.pieces[1].name, "right");
+  EXPECT_EQ(clay.pieces[1].colour, (std::array<float, 3>{0, 0, 1}));
+  const ImportedModel parts = importModel(folder / "two.3mf", {.asPart = true});
+  ASSERT_EQ(parts.parts.size(), 2u);
+  EXPECT_EQ(parts.parts[0].name, "left");
+  EXPECT_NE(parts.parts[0].felt, nullptr);
+  // And out again: what was two objects is two objects.
+  Document document;
+  for (const Piece& piece : clay.pieces) document.add(piece);
+  const auto sentences = writeModelFiles({folder / "again.3mf", folder / "again.vdb"}, document, {});
+  EXPECT_EQ(sentences.size(), 2u);
+  const io::ModelFile back = io::readModel(folder / "again.3mf");
+  ASSERT_EQ(back.objects.size(), 2u);
+  EXPECT_EQ(back.objects[0].name, "left");
+  EXPECT_EQ(io::meanColour(back.objects[1]), (io::Colour{0, 0, 255, 255}));
+  EXPECT_EQ(importModel(folder / "again.vdb", {}).pieces.size(), 2u);
+}
+
+TEST_F(ModelFiles, farModelsAreBroughtNearAndSaySo) {
+  const io::ModelObject far = cube("far", {5e6, -3e6, 0}, 100, {});
+  io::writeModel(folder / "far.obj", {{&far, 1}, {}});
+  const ImportedModel near = importModel(folder / "far.obj", {.voxelMm = 2});
+  ASSERT_EQ(near.pieces.size(), 1u);
+  EXPECT_THAT(near.notes, testing::Contains(HasSubstr("moved by")));
+  Document document;
+  document.add(near.pieces[0]);
+  for (const Vec3d& p : meshOf(document, 0, false).positions) EXPECT_LT(p.cwiseAbs().maxCoeff(), 60);
+}
+
+TEST_F(ModelFiles, unitsOfTheFileGoBeforeTheOnesGiven) {
+  const io::ModelObject one = cube("one", {0, 0, 0}, 10, {});
+  for (const char* name : {"u.3mf", "u.glb", "u.stl"}) {
+    io::writeModel(folder / name, {{&one, 1}, {}});
+    const ImportedModel part = importModel(folder / name, {.units = "in", .asPart = true});
+    ASSERT_EQ(part.parts.size(), 1u);
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& p : part.parts[0].mesh->positions) box.extend(p);
+    EXPECT_NEAR(box.sizes().maxCoeff(), std::string(name) == "u.stl" ? 254 : 10, 0.01) << name;
+  }
+}
+
+}  // namespace
+}  // namespace argil::engine
