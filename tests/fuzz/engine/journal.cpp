@@ -1,20 +1,52 @@
-// Recovery from a journal of any records: a document and strokes to do again, or an Error.
+// A journal of steps and a stroke that was cut off, damaged anywhere: what is intact is recovered and done again, or an Error says why.
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "engine/keeper.h"
 #include "engine/recovery.h"
+#include "tests/fuzz/patched_file.h"
 
-#include "tests/fuzz/file_input.h"
-#include "tests/fuzz/record_input.h"
+namespace {
+
+using namespace argil;
+
+std::string madeJournal() {
+  const tests::MemoryFolder folder;
+  clay::Grid grid;
+  grid.voxelMm = 1;
+  engine::KeeperOptions options;
+  options.folder = folder / "journals";
+  engine::Keeper keeper(options, [](const std::string& trouble) { tests::require(trouble.empty()); });
+  engine::Session session(engine::Document::of(clay::makeSphere(clay::Store::make(), grid, {0, 0, 0}, 5)));
+  keeper.begin(session.states(), 0, std::make_shared<engine::Archive>(), nullptr, "fuzz");
+  keeper.flush();
+  session.setWatch(&keeper);
+  for (int stroke = 0; stroke < 3; ++stroke) {
+    session.beginStroke({.radiusMm = 2});
+    for (int i = 0; i < 5; ++i) session.addPoint(0.01 * i, {double(i), 5, double(stroke)});
+    if (stroke < 2) session.endStroke();
+    keeper.flush();
+  }
+  std::string content;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "journals")) content = tests::contentOf(entry.path());
+  session.setWatch(nullptr);
+  return content;
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  using namespace argil;
-  static tests::MemoryFile file;
+  static tests::MemoryFolder folder;
+  static const std::string whole = madeJournal();
+  const auto path = folder / "input.journal";
+  folder.clear();
   tests::ByteInput input(data, size);
-  const std::vector<std::byte> bytes = tests::recordsOf(input).bytes();
-  const auto path = file.holding(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
+  tests::write(path, tests::patched(input, whole));
   try {
-    (void)engine::examine(path);
-    const engine::Recovered recovered = engine::recover(path);
+    engine::Recovered recovered = engine::recover(path);
     const engine::OpenedDocument& opened = recovered.document;
     tests::require(opened.done < opened.states.size() && opened.states[opened.done].document != nullptr);
+    engine::Session session(opened.states, opened.done);
+    (void)engine::replay(session, recovered.strokes);
   } catch (const Error& error) {
     tests::requireSentence(error, error.kind());
   }
