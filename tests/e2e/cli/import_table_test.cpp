@@ -26,7 +26,6 @@ const std::map<std::string, std::string> kRefused = {
 };
 /// What is read, but bounds no solid: as a part it is kept as it is.
 const std::map<std::string, std::string> kNoSolid = {
-    {"mesh/gebco7510_55cl_utm.stl", "open sheet"},  // a piece of sea floor, far from zero
     {"mesh/many_small_holes.ply", "open sheet"},
     {"mesh/non_manif_hole.ply", "open sheet"},
     {"3mf/malformed_property_index_oob.3mf", "no inside"},
