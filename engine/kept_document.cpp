@@ -178,13 +178,22 @@ OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
 std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job, const SaveLimits& limits) {
   auto lock = request.archive->lock();
   Archive& archive = *request.archive;
-  const bool same = request.base && request.base->path == file;
+  // A base that was deleted, damaged or written by somebody else is no reason to lose what is in memory: it is done without, in a new file.
+  const bool gone = request.base && !std::filesystem::exists(request.base->path);
+  const bool same = request.base && request.base->path == file && !gone;
   std::shared_ptr<io::DocumentFile> from;
-  if (request.base) from = io::DocumentFile::open(request.base->path, same);
-  std::shared_ptr<io::DocumentFile> to = same ? from : std::shared_ptr<io::DocumentFile>(io::DocumentFile::create(file));
-  if (same && to->save() != request.base->save) {
+  if (request.base && !gone) {
+    try {
+      from = io::DocumentFile::open(request.base->path, same);
+      if (from->save() != request.base->save) from.reset();
+    } catch (const Error&) {
+      if (same) throw;
+    }
+  }
+  if (same && !from) {
     throw Error(fmt::format("{} was changed by another program since it was opened: save under another name", io::displayName(file)), Error::Kind::work);
   }
+  std::shared_ptr<io::DocumentFile> to = same ? from : std::shared_ptr<io::DocumentFile>(io::DocumentFile::create(file));
   auto base = std::make_shared<Base>();
   base->path = file;
   base->writer = request.writer;
@@ -292,6 +301,10 @@ DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base,
   for (const auto& source : sources) places.push_back(source.get());
   if (base) {
     file = io::DocumentFile::open(base->path, false);
+    // A later save of our own keeps the ids; somebody else's gives them another meaning.
+    if (file->save() != base->save && readHead(*file, file->head(), io::displayName(base->path)).writer != base->writer) {
+      throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base->path)), Error::Kind::work);
+    }
     places.push_back(file.get());
   }
   Sources all(places);

@@ -344,6 +344,47 @@ TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
   EXPECT_EQ(std::distance(fs::directory_iterator(left), {}), 1);
 }
 
+TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
+  const fs::path file = folder / "f.argil", other = folder / "o.argil";
+  Session session(fullDocument());
+  stroke(session, 1);
+  const auto archive = std::make_shared<Archive>();
+  const std::string writer = newWriter();
+  const auto base = saveDocument(file, {session.states(), 1, {}, archive, nullptr, {}, writer});
+  stroke(session, 2);
+  const SaveRequest request{session.states(), 2, {}, archive, base, {}, writer};
+  const auto expectAll = [&](const fs::path& saved) {
+    const OpenedDocument opened = openDocument(saved);
+    EXPECT_TRUE(opened.notes.empty());
+    EXPECT_EQ(told(*opened.states.at(opened.done).document), told(*session.document()));
+    EXPECT_EQ(opened.states.size(), 3u);
+  };
+  // Written by somebody else: refused in place, whole under another name, and no step is read from it.
+  saveDocument(file, Document::of(ball(3)));
+  saveDocument(file, Document::of(ball(4)));
+  const auto foreign = std::make_shared<Base>(*base);
+  foreign->save = 99;
+  SaveRequest stale = request;
+  stale.base = foreign;
+  EXPECT_THROW((void)saveDocument(file, stale), Error);
+  (void)saveDocument(other, stale);
+  expectAll(other);
+  EXPECT_THROW((void)readState(*archive, foreign, {}, base->state, *session.document()), Error);
+  // Deleted: made again, or saved elsewhere.
+  fs::remove(file);
+  (void)saveDocument(file, request);
+  expectAll(file);
+  fs::remove(file);
+  fs::remove(other);
+  (void)saveDocument(other, request);
+  expectAll(other);
+  // No document any more: elsewhere.
+  std::ofstream(file) << "something else";
+  fs::remove(other);
+  (void)saveDocument(other, request);
+  expectAll(other);
+}
+
 TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
   const fs::path journals = folder / "journals";
   Kept kept(Document::of(ball(5)), journals);
