@@ -10,8 +10,11 @@
 #include <fmt/format.h>
 
 #include "clay/brick_set.h"
+#include "clay/brush_channels.h"
 #include "clay/brush_kernels.h"
+#include "clay/brush_method.h"
 #include "clay/error.h"
+#include "clay/parallel.h"
 #include "clay/redistance.h"
 
 namespace argil::clay {
@@ -31,8 +34,44 @@ constexpr uint64_t kTrail = 2;
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
 constexpr uint64_t kDone = 0;
+// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used up.
+constexpr float kMostDrift = 1;
+// Places are multiples of this, so that sums and mirror images in planes between voxels are exact.
+constexpr double kPlaceStep = 1.0 / 65536;
+// Bricks of an application that are worth a second thread.
+constexpr size_t kParallelFrom = 256;
 
-// Distance of a point to the segment, as the kernels define it but in double: it only selects bricks.
+Vec3d quantised(const Vec3d& p) { return (p / kPlaceStep).array().round().matrix() * kPlaceStep; }
+
+void check(const Stamp& s) {
+  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) || !s.axes.allFinite())
+    throw Error("stamp with a number that is not finite");
+  for (const double radius : {s.radius, s.radiusAtEnd()})
+    if (!(radius >= kMinRadius && radius <= kMaxRadius))
+      throw Error(fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
+  if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
+    throw Error("stamp out of the clay's reach: move the tool nearer to the model");
+  if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
+  if (!(s.axes.transpose() * s.axes).isIdentity(1e-3f)) throw Error("stamp whose axes are not at right angles");
+}
+
+const Operation* distanceOperation(const Brush& brush) {
+  for (const Operation& each : brush.operations)
+    if (each.property == Property::distance) return &each;
+  return nullptr;
+}
+
+std::vector<Coord> withNeighbours(const std::vector<Coord>& bricks) {
+  BrickSet set;
+  for (const Coord c : bricks)
+    for (int i = 0; i < 27; ++i) set.add(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+  std::vector<Coord> all = set.sorted();
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+}  // namespace
+
 double segmentDistance(const Stamp& s, const Vec3d& p) {
   const Vec3d d = s.b - s.a;
   const double length2 = d.squaredNorm();
@@ -40,8 +79,8 @@ double segmentDistance(const Stamp& s, const Vec3d& p) {
   return (p - s.a - t * d).norm();
 }
 
-SweptBall relativeTo(const Stamp& s, Coord brick) {
-  const Vec3d a = s.a - (brick * kBrickEdge).toVec3d(), d = s.b - s.a;
+SweptBall sweptBall(const Stamp& s, Coord brick) {
+  const Vec3d a = s.a - ((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)), d = s.b - s.a;
   SweptBall ball{};
   ball.ax = static_cast<float>(a.x());
   ball.ay = static_cast<float>(a.y());
@@ -54,37 +93,126 @@ SweptBall relativeTo(const Stamp& s, Coord brick) {
   const float inverse = length2 > 0 ? 1.0f / length2 : 0.0f;
   ball.inverseLength2 = std::isfinite(inverse) ? inverse : 0.0f;
   ball.radius = static_cast<float>(s.radius);
+  ball.growth = static_cast<float>(s.radiusAtEnd()) - ball.radius;
   return ball;
 }
 
-void check(const Stamp& s) {
-  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength))
-    throw Error("stamp with a number that is not finite");
-  if (s.radius < kMinRadius || s.radius > kMaxRadius)
-    throw Error(fmt::format("brush radius of {} voxels: give one from {} to {} voxels", s.radius, kMinRadius, kMaxRadius));
-  if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
-    throw Error("stamp out of the clay's reach: move the tool nearer to the model");
-  if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]) {
+  std::fill(std::begin(weight), std::end(weight), 0.0f);
+  for (const Stamp& each : images) ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight);
 }
 
-}  // namespace
+float falloff(Falloff shape, float t) noexcept {
+  if (!(t < 1)) return 0;
+  switch (shape) {
+    case Falloff::constant: return 1;
+    case Falloff::smooth: return (1 - t * t) * (1 - t * t);
+    case Falloff::linear: return 1 - t;
+    case Falloff::sharp: return (1 - t) * (1 - t);
+    case Falloff::dome: return std::sqrt(1 - t * t);
+  }
+  return 0;
+}
+
+std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
+  switch (context.operation.method) {
+    case Method::carve:
+    case Method::add:
+    case Method::wax: return makeSweep(context);
+    case Method::smooth:
+    case Method::smoothKeep: return makeSmoothing(context);
+    case Method::scrape:
+    case Method::fill:
+    case Method::flatten: return makeLevelling(context);
+    case Method::raise: return makeRaising(context);
+    case Method::crease:
+    case Method::tug:
+    case Method::smudge:
+    case Method::pinch:
+    case Method::twist: return makeWarping(context);
+    case Method::morph: return makeMorphing(context);
+    case Method::set:
+    case Method::blur: break;
+  }
+  throw Error("a brush cannot do that to distances");
+}
+
+std::shared_ptr<const Brush> Brush::of(Method method, float amount) {
+  auto brush = std::make_shared<Brush>();
+  brush->operations.push_back({Property::distance, method, Falloff::smooth, amount});
+  return brush;
+}
+
+void Brush::check() const {
+  if (operations.empty() || operations.size() > 4) throw Error("a brush has one to four operations");
+  for (size_t i = 0; i < operations.size(); ++i) {
+    const Operation& each = operations[i];
+    if (!(each.amount >= -1 && each.amount <= 1)) throw Error(fmt::format("a brush's amount of {}: give one from -1 to 1", each.amount));
+    for (size_t j = 0; j < i; ++j)
+      if (operations[j].property == each.property) throw Error("a brush names a property twice");
+    const bool channel = each.method == Method::set || each.method == Method::blur;
+    if (channel == (each.property == Property::distance)) throw Error("a brush whose method does not go with what it changes");
+  }
+  const auto within = [](float value, float low, float high, const char* what) {
+    if (!(value >= low && value <= high)) throw Error(fmt::format("a brush's {} of {}: give one from {} to {}", what, value, low, high));
+  };
+  for (int i = 0; i < 3; ++i) within(proportions[i], 0.05f, 1, "proportion");
+  within(round, 0, 1, "roundness");
+  within(blend, 0, 64, "blend");
+  within(height, 0, 4096, "height");
+  within(angle, -3.15f, 3.15f, "angle");
+  if (tip == Tip::shape && !shape) throw Error("a brush that stamps a shape has none");
+}
 
 struct BrushStroke::State {
-  explicit State(Version base) : editor(std::in_place, std::move(base)) {}
+  State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount) : brush(std::move(given)), threads(threadCount) {
+    brush->check();
+    if (const Operation* operation = distanceOperation(*brush)) {
+      const bool csg = operation->method == Method::carve || operation->method == Method::add;
+      if (csg && brush->tip == Tip::ball) {
+        ball = operation->method;
+      } else {
+        method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band});
+      }
+    }
+    editor.emplace(std::move(base));
+  }
 
+  std::shared_ptr<const Brush> brush;
+  int threads;
+  std::optional<Method> ball;              // carve or add with a ball: the way that costs least
+  std::unique_ptr<DistanceMethod> method;  // any other
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
   uint64_t stamps = 0, touched = 0;
 
-  // Redistancing: when a brick was last within the band of a stamp, in the order of stamps.
-  std::unordered_map<Coord, uint64_t, CoordHash> lastTouch;  // kDone once it was redistanced
+  // Redistancing.
+  struct Touched {
+    uint64_t stamp = kDone;  // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
+    float drift = 0;         // how much its distances may have changed since
+    bool renew = false;      // what was done to it leaves no distances beside the surface
+  };
+  std::unordered_map<Coord, Touched, CoordHash> lastTouch;
   std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
   std::vector<Coord> due;
 
-  void carveOrAdd(const Stamp& s, std::vector<Coord>& influenced);
-  void smooth(const Stamp& s, std::vector<Coord>& influenced);
+  void sweepBall(const Stamp& s, std::vector<Coord>& influenced);
+  BrickChange masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const;
+  void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
+  [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
   void trail(uint64_t upTo);
   void redistanceDue();
+
+  [[nodiscard]] Editor::Counts counts() const {
+    const Editor::Counts now = editor->counts();
+    return {before.bricksMade + now.bricksMade, before.nodesMade + now.nodesMade, before.channelBricksMade + now.channelBricksMade};
+  }
+  [[nodiscard]] Version commit() {
+    before = counts();
+    Version version = editor->commit();
+    editor.emplace(version);
+    return version;
+  }
 
   // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first, with the
   // region's first brick and the distance of its middle to the segment.
@@ -106,23 +234,28 @@ struct BrushStroke::State {
   }
 };
 
-void BrushStroke::State::carveOrAdd(const Stamp& s, std::vector<Coord>& influenced) {
+void BrushStroke::State::sweepBall(const Stamp& s, std::vector<Coord>& influenced) {
   const double band = editor->grid().band;
-  const bool carving = s.operation == Operation::carve;
+  // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
+  const double least = std::min(s.radius, s.radiusAtEnd()), largest = s.largestRadius();
+  const bool carving = *ball == Method::carve;
+  const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
   float flat[kBrickVoxels];
   std::optional<Tile> flatTile;
   const auto enter = [&](Coord region, double middle) {
-    if (middle - kRegionHalfDiagonal - s.radius >= band) return false;
-    if (middle + kRegionHalfDiagonal - s.radius > -band) return true;
+    if (middle - kRegionHalfDiagonal - largest >= band) return false;
+    if (masks || middle + kRegionHalfDiagonal - least > -band) return true;
     touched += editor->setBlock(region, 1, result);
     return false;
   };
-  forBricks(s, s.radius + band, enter, [&](Coord coord) {
+  forBricks(s, largest + band, enter, [&](Coord coord) {
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
-    if (centre - kHalfDiagonal - s.radius >= band) return;
+    if (centre - kHalfDiagonal - largest >= band) return;
     const Slot slot = editor->find(coord);
-    if (centre + kHalfDiagonal - s.radius <= -band) {
+    const ChannelSlot mask = masks ? editor->find(Channel::mask, coord) : ChannelSlot();
+    if (mask == ChannelSlot(true)) return;
+    if (mask == ChannelSlot() && centre + kHalfDiagonal - least <= -band) {
       if (slot != Slot(result)) {
         ++touched;
         editor->setTile(coord, result);
@@ -141,10 +274,15 @@ void BrushStroke::State::carveOrAdd(const Stamp& s, std::vector<Coord>& influenc
     } else {
       source = slot.brick()->phi;
     }
-    Brick* mine = slot.isTile() ? nullptr : editor->own(coord);
+    Brick* mine = slot.isTile() || mask != ChannelSlot() ? nullptr : editor->own(coord);
     Brick* target = mine ? mine : editor->newBrick(coord);
-    const SweptBall ball = relativeTo(s, coord);
-    const BrickChange change = carving ? carveBrick(ball, editor->grid().band, source, *target) : addBrick(ball, editor->grid().band, source, *target);
+    const SweptBall swept = sweptBall(s, coord);
+    BrickChange change = carving ? carveBrick(swept, editor->grid().band, source, *target) : addBrick(swept, editor->grid().band, source, *target);
+    if (mask != ChannelSlot()) {
+      float most = 0;
+      change = masked(mask, source, *target, most);
+      lastTouch[coord].renew = true;
+    }
     if (!change.changed) {
       if (!mine) editor->recycle(target);
     } else {
@@ -154,40 +292,95 @@ void BrushStroke::State::carveOrAdd(const Stamp& s, std::vector<Coord>& influenc
   });
 }
 
-void BrushStroke::State::smooth(const Stamp& s, std::vector<Coord>& influenced) {
-  struct Result {
-    Brick* brick;
-    bool inBand;
-  };
-  std::vector<Result> results;
-  float padded[kPaddedSize];
-  std::fill(std::begin(padded), std::end(padded), 0.0f);
-  const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal < s.radius; };
-  forBricks(s, s.radius, enter, [&](Coord coord) {
-    const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
-    if (centre - kHalfDiagonal >= s.radius) return;
-    if (editor->find(coord).isTile()) return;
-    ++touched;
-    gatherPadded(*editor, coord, padded);
-    Brick* brick = editor->newBrick(coord);
-    const BrickChange change = smoothBrick(relativeTo(s, coord), editor->grid().band, s.strength, padded, *brick);
-    if (change.changed)
-      results.push_back({brick, change.inBand});
-    else
-      editor->recycle(brick);
+// What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
+BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const {
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const uint8_t cover = mask.value(i);
+    if (cover == 0) continue;
+    brick.phi[i] = cover == 255 ? source[i] : source[i] + (brick.phi[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
+  }
+  return sealBrick(source, editor->grid().band, brick, most);
+}
+
+// Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
+std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images) {
+  std::vector<Coord> surface;
+  for (const Stamp& s : images) {
+    const double reach = method->reach(s);
+    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - 8 < reach; };
+    forBricks(s, reach + 8, enter, [&](Coord coord) {
+      if (!editor->find(coord).isTile()) surface.push_back(coord);
+    });
+  }
+  std::vector<Coord> all = withNeighbours(surface);
+  std::erase_if(all, [&](Coord coord) {
+    const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+    return std::none_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });
   });
-  // Linked once all have been computed: every brick smooths the field as it was before the stamp.
+  return all;
+}
+
+void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>& influenced) {
+  const std::vector<Coord> coords = bricksWithin(images);
+  if (coords.empty()) return;
+  const float band = editor->grid().band;
+  const bool masks = editor->has(Channel::mask);
+  Sampler field(*editor);
+  method->begin(field, images, coords);
+  struct Result {
+    Brick* brick = nullptr;
+    ChannelSlot mask;
+    BrickChange change;
+    float most = 0;
+  };
+  std::vector<Result> results(coords.size());
+  for (size_t i = 0; i < coords.size(); ++i) {
+    results[i].brick = editor->newBrick(coords[i]);
+    if (masks) results[i].mask = editor->find(Channel::mask, coords[i]);
+  }
+  // Linked once all have been computed: every brick comes from the field as it was before.
+  parallelBlocks(
+      coords.size(), coords.size() >= kParallelFrom ? threads : 1,
+      [&](size_t begin, size_t end) {
+        Sampler mine(*editor);
+        float flat[kBrickVoxels];
+        for (size_t i = begin; i < end; ++i) {
+          Result& r = results[i];
+          if (r.mask == ChannelSlot(true) || !method->brick(mine, images, coords[i], r.brick->phi)) continue;
+          const Slot slot = mine.slot(coords[i]);
+          if (slot.isTile()) std::fill(std::begin(flat), std::end(flat), slot.phi(0, band));
+          const float* source = slot.isTile() ? flat : slot.brick()->phi;
+          r.change = r.mask == ChannelSlot() ? sealBrick(source, band, *r.brick, r.most) : masked(r.mask, source, *r.brick, r.most);
+        }
+      },
+      16);
+  touched += coords.size();
+  std::vector<Coord> changed, drifted;
   for (const Result& r : results) {
     const Coord coord = r.brick->coord;
-    editor->link(r.brick, r.inBand);
-    for (int i = 0; i < 27; ++i) {
-      // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
-      const Coord near = coord + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-      influenced.push_back(near);
+    if (!r.change.changed) {
+      editor->recycle(r.brick);
+      continue;
     }
+    Touched& touch = lastTouch[coord];
+    touch.drift += r.most;
+    touch.renew = touch.renew || !method->exact() || masks;
+    if (touch.drift > kMostDrift) drifted.push_back(coord);
+    changed.push_back(coord);
+    editor->link(r.brick, r.change.inBand);
   }
-  std::sort(influenced.begin(), influenced.end());
-  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
+  // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
+  influenced = withNeighbours(changed);
+  if (!drifted.empty()) {
+    const std::vector<Coord> ring = withNeighbours(drifted);
+    std::vector<uint8_t> renew;
+    for (const Coord c : ring) {
+      Touched& touch = lastTouch[c];
+      renew.push_back(touch.renew);
+      touch.drift = 0;
+    }
+    redistance(*editor, ring, renew);
+  }
 }
 
 void BrushStroke::State::redistanceDue() {
@@ -196,52 +389,71 @@ void BrushStroke::State::redistanceDue() {
   // still trail need not be, for they will be solved against what is solved now.
   std::vector<Coord> all;
   all.reserve(due.size() * 4);
-  for (const Coord c : due) lastTouch[c] = kDone;
+  for (const Coord c : due) lastTouch[c].stamp = kDone;
   for (const Coord c : due)
     for (int i = 0; i < 27; ++i) {
       const Coord near = c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
       const auto it = lastTouch.find(near);
-      if (it != lastTouch.end() && it->second == kDone) all.push_back(near);
+      if (it != lastTouch.end() && it->second.stamp == kDone) all.push_back(near);
     }
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  redistance(*editor, all);
+  std::vector<uint8_t> renew;
+  for (const Coord c : all) {
+    Touched& touch = lastTouch[c];
+    renew.push_back(touch.renew);
+    touch.drift = 0;
+  }
+  redistance(*editor, all, renew);
   due.clear();
 }
 
 void BrushStroke::State::trail(uint64_t upTo) {
   while (!influencedBy.empty() && influencedBy.front().first <= upTo) {
     for (const Coord c : influencedBy.front().second)
-      if (lastTouch[c] == influencedBy.front().first) due.push_back(c);
+      if (lastTouch[c].stamp == influencedBy.front().first) due.push_back(c);
     influencedBy.pop_front();
   }
 }
 
-BrushStroke::BrushStroke(Version base) : state_(std::make_unique<State>(std::move(base))) {}
+BrushStroke::BrushStroke(Version base, std::shared_ptr<const Brush> brush, Version start, int threads)
+    : state_(std::make_unique<State>(std::move(base), std::move(brush), std::move(start), threads)) {}
 BrushStroke::~BrushStroke() = default;
 
-void BrushStroke::apply(const Stamp& stamp) {
-  check(stamp);
+void BrushStroke::apply(std::span<const Stamp> given) {
+  if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
+  for (const Stamp& each : given) check(each);
   State& s = *state_;
+  std::vector<Stamp> images(given.begin(), given.end());
+  for (Stamp& each : images) {
+    each.a = quantised(each.a);
+    each.b = quantised(each.b);
+  }
+  // What is painted goes along: that needs the clay as it was.
+  Version was;
+  if (hasPaint(*s.editor) && (s.ball || s.method)) was = s.commit();
   std::vector<Coord> influenced;
-  if (stamp.operation == Operation::smooth)
-    s.smooth(stamp, influenced);
-  else
-    s.carveOrAdd(stamp, influenced);
+  if (s.ball) {
+    // Cutting away one thing after the other gives the same in any order.
+    for (const Stamp& each : images) s.sweepBall(each, influenced);
+    if (images.size() > 1) {
+      std::sort(influenced.begin(), influenced.end());
+      influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
+    }
+  } else if (s.method) {
+    s.work(images, influenced);
+  }
+  if (was) carryChannels(*s.editor, was, *s.brush, s.method.get(), images, influenced);
+  for (const Operation& each : s.brush->operations)
+    if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
   const uint64_t number = ++s.stamps;
-  for (const Coord c : influenced) s.lastTouch[c] = number;
+  for (const Coord c : influenced) s.lastTouch[c].stamp = number;
   s.influencedBy.emplace_back(number, std::move(influenced));
   if (number > kTrail) s.trail(number - kTrail);
   if (s.due.size() >= kBatch) s.redistanceDue();
 }
 
-Version BrushStroke::publish() {
-  State& s = *state_;
-  s.before = counts();
-  Version version = s.editor->commit();
-  s.editor.emplace(version);
-  return version;
-}
+Version BrushStroke::publish() { return state_->commit(); }
 
 Version BrushStroke::finish() {
   State& s = *state_;
@@ -252,9 +464,6 @@ Version BrushStroke::finish() {
 
 uint64_t BrushStroke::touched() const { return state_->touched; }
 
-Editor::Counts BrushStroke::counts() const {
-  const Editor::Counts now = state_->editor->counts();
-  return {state_->before.bricksMade + now.bricksMade, state_->before.nodesMade + now.nodesMade};
-}
+Editor::Counts BrushStroke::counts() const { return state_->counts(); }
 
 }  // namespace argil::clay

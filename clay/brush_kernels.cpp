@@ -27,8 +27,12 @@ HWY_INLINE hn::Mask<RowTag> loadBits(int lane, uint8_t row) {
   return hn::LoadMaskBits(d, bits);
 }
 
-// Squared distance from voxels (x, y, z + lane) to the segment.
-HWY_INLINE Row distance2(const SweptBall& b, float x, float y, Row z) {
+// Squared distance from voxels (x, y, z + lane), from the brick's middle, to the segment.
+struct FromSegment {
+  Row squared, radius;  // of the distance; the ball's where it is nearest
+};
+
+HWY_INLINE FromSegment fromSegment(const SweptBall& b, float x, float y, Row z) {
   const RowTag d;
   const float vx = x - b.ax, vy = y - b.ay;
   const Row vz = hn::Sub(z, hn::Set(d, b.az));
@@ -37,13 +41,19 @@ HWY_INLINE Row distance2(const SweptBall& b, float x, float y, Row z) {
   const Row ex = hn::Sub(hn::Set(d, vx), hn::Mul(t, hn::Set(d, b.dx)));
   const Row ey = hn::Sub(hn::Set(d, vy), hn::Mul(t, hn::Set(d, b.dy)));
   const Row ez = hn::Sub(vz, hn::Mul(t, hn::Set(d, b.dz)));
-  return hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
+  return {hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez)), hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)))};
+}
+
+// Less than zero inside of the swept ball.
+HWY_INLINE Row outsideOf(const SweptBall& b, float x, float y, Row z) {
+  const FromSegment from = fromSegment(b, x, y, z);
+  return hn::Sub(hn::Sqrt(from.squared), from.radius);
 }
 
 template <class Value>
 HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& out, const Value& value) {
   const RowTag d;
-  const Row lanes = hn::Iota(d, 0.0f), bound = hn::Set(d, band), zero = hn::Zero(d);
+  const Row lanes = hn::Iota(d, -3.5f), bound = hn::Set(d, band), zero = hn::Zero(d);
   auto* bits = reinterpret_cast<uint8_t*>(out.inside);
   auto changed = hn::Lt(zero, zero), inBand = changed;  // no lane yet
   for (int x = 0; x < 8; ++x)
@@ -56,7 +66,7 @@ HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& 
         const Row old = hn::LoadU(d, source + lane);
         const Row z = hn::Add(lanes, hn::Set(d, static_cast<float>(lane)));
         // + 0 turns −0 into 0.
-        const Row next = hn::Add(value(old, static_cast<float>(x), static_cast<float>(y), z, source + lane), zero);
+        const Row next = hn::Add(value(old, static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, z, source + lane), zero);
         changed = hn::Or(changed, hn::Ne(next, old));
         inBand = hn::Or(inBand, hn::Lt(hn::Abs(next), bound));
         storeBits(hn::Lt(next, zero), static_cast<int>(lane), row);
@@ -68,18 +78,73 @@ HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& 
 
 BrickChange Carve(const SweptBall& ball, float band, const float* phi, Brick& out) {
   const RowTag d;
-  const Row bound = hn::Set(d, band), radius = hn::Set(d, ball.radius);
+  const Row bound = hn::Set(d, band);
   return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
-    return hn::Min(hn::Max(old, hn::Sub(radius, hn::Sqrt(distance2(ball, x, y, z)))), bound);
+    return hn::Min(hn::Max(old, hn::Neg(outsideOf(ball, x, y, z))), bound);
   });
 }
 
 BrickChange Add(const SweptBall& ball, float band, const float* phi, Brick& out) {
   const RowTag d;
-  const Row bound = hn::Set(d, -band), radius = hn::Set(d, ball.radius);
+  const Row bound = hn::Set(d, -band);
   return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
-    return hn::Max(hn::Min(old, hn::Sub(hn::Sqrt(distance2(ball, x, y, z)), radius)), bound);
+    return hn::Max(hn::Min(old, outsideOf(ball, x, y, z)), bound);
   });
+}
+
+BrickChange Seal(const float* source, float band, Brick& out, float& most) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band);
+  Row largest = hn::Zero(d);
+  const float* mine = out.phi;
+  const BrickChange change = forRows(band, source, 8, out, [&](Row old, float, float, Row, const float* at) {
+    const Row next = hn::Min(hn::Max(hn::LoadU(d, mine + (at - source)), hn::Neg(bound)), bound);
+    largest = hn::Max(largest, hn::Abs(hn::Sub(next, old)));
+    return next;
+  });
+  most = hn::GetLane(hn::MaxOfLanes(d, largest));
+  return change;
+}
+
+template <class Value>
+HWY_INLINE void forVoxels(const Value& value) {
+  const RowTag d;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d))
+        value(static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, hn::Iota(d, static_cast<float>(lane) - 3.5f), x * 64 + y * 8 + static_cast<int>(lane));
+}
+
+void Weights(const SweptBall& ball, int shape, float strength, float* weight) {
+  const RowTag d;
+  const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  forVoxels([&](float x, float y, Row z, int at) {
+    const FromSegment from = fromSegment(ball, x, y, z);
+    const Row t2 = hn::Div(from.squared, hn::Mul(from.radius, from.radius));
+    Row w = one;
+    switch (shape) {
+      case 0: break;
+      case 1: {
+        const Row rest = hn::Max(hn::Sub(one, t2), zero);
+        w = hn::Mul(rest, rest);
+        break;
+      }
+      case 2: w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero); break;
+      case 3: {
+        const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+        w = hn::Mul(rest, rest);
+        break;
+      }
+      default: w = hn::Sqrt(hn::Max(hn::Sub(one, t2), zero));
+    }
+    w = hn::IfThenElse(hn::Lt(t2, one), hn::Mul(w, hn::Set(d, strength)), zero);
+    hn::StoreU(hn::Max(w, hn::LoadU(d, weight + at)), d, weight + at);
+  });
+}
+
+void Distances(const SweptBall& ball, float* distance) {
+  const RowTag d;
+  forVoxels([&](float x, float y, Row z, int at) { hn::StoreU(outsideOf(ball, x, y, z), d, distance + at); });
 }
 
 HWY_INLINE Row binomialZ(const float* at) {
@@ -93,19 +158,17 @@ HWY_INLINE Row binomialYZ(const float* at) {
   return hn::Add(hn::Add(binomialZ(at - kPaddedRow), binomialZ(at + kPaddedRow)), hn::Add(centre, centre));
 }
 
-BrickChange Smooth(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) {
+void Smooth(const float* padded, const float* weight, float amount, float band, float* out) {
   const RowTag d;
-  const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  const Row inverseRadius2 = hn::Set(d, 1.0f / (ball.radius * ball.radius));
-  return forRows(band, padded, 0, out, [&](Row old, float x, float y, Row z, const float* at) {
-    const Row centre = binomialYZ(at);
+  const Row bound = hn::Set(d, band), share = hn::Set(d, 1.0f / 64);
+  forVoxels([&](float, float, Row, int voxel) {
+    const float* at = padded + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, 1) + (voxel & 7);
+    const Row old = hn::LoadU(d, at), centre = binomialYZ(at);
     const Row sum = hn::Add(hn::Add(binomialYZ(at - 10 * kPaddedRow), binomialYZ(at + 10 * kPaddedRow)), hn::Add(centre, centre));
-    const Row mean = hn::Mul(sum, hn::Set(d, 1.0f / 64));
-    const Row rest = hn::Max(hn::Sub(one, hn::Mul(distance2(ball, x, y, z), inverseRadius2)), zero);
-    const Row weight = hn::Mul(hn::Set(d, strength), hn::Mul(rest, rest));
-    const Row next = hn::Add(old, hn::Mul(weight, hn::Sub(mean, old)));
-    const Row clamped = hn::Min(hn::Max(next, hn::Neg(bound)), bound);
-    return hn::IfThenElse(hn::Lt(hn::Abs(old), bound), clamped, old);
+    const Row mean = hn::Mul(sum, share);
+    const Row w = hn::Mul(hn::LoadU(d, weight + voxel), hn::Set(d, amount));
+    const Row next = hn::Add(old, hn::Mul(w, hn::Sub(mean, old)));
+    hn::StoreU(hn::IfThenElse(hn::Lt(hn::Abs(old), bound), next, old), d, out + voxel);
   });
 }
 
@@ -130,12 +193,49 @@ void Start(const float* padded, float band, uint64_t* frozen, float* u) {
     }
 }
 
+// Both ends of a plane of any slope come out exact: the slopes taken are those of the edge that the surface crosses, else those towards the surface.
+void Renew(const float* padded, const uint64_t* frozen, float* u) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), tiny = hn::Set(d, 1e-12f), half = hn::Set(d, 0.5f), low = hn::Set(d, 0.7f), high = hn::Set(d, 2.2f);
+  const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      if (bits[x * 8 + y] == 0) continue;
+      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+        const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
+        const Row mine = hn::LoadU(d, padded + at), size = hn::Abs(mine);
+        const auto in = hn::Lt(mine, zero);
+        Row sum = zero;
+        auto kink = hn::Lt(zero, zero);
+        const auto axis = [&](int step) {
+          const Row before = hn::LoadU(d, padded + at - step), after = hn::LoadU(d, padded + at + step);
+          const Row down = hn::Abs(hn::Sub(mine, before)), up = hn::Abs(hn::Sub(after, mine));
+          const auto crossesDown = hn::Xor(in, hn::Lt(before, zero)), crossesUp = hn::Xor(in, hn::Lt(after, zero));
+          const Row across = hn::Max(hn::IfThenElse(crossesDown, down, zero), hn::IfThenElse(crossesUp, up, zero));
+          const Row towards = hn::Max(hn::Sub(size, hn::Min(hn::Abs(before), hn::Abs(after))), zero);
+          const Row slope = hn::IfThenElse(hn::Or(crossesDown, crossesUp), across, towards);
+          sum = hn::Add(sum, hn::Mul(slope, slope));
+          kink = hn::Or(kink, hn::Gt(hn::Abs(hn::Sub(up, down)), half));
+        };
+        axis(10 * kPaddedRow);
+        axis(kPaddedRow);
+        axis(1);
+        // At a crease of true distances one side of the voxel slopes by its plane, the other by another's: what is there is right.
+        const auto crease = hn::And(kink, hn::And(hn::Gt(sum, low), hn::Lt(sum, high)));
+        const Row renewed = hn::Div(size, hn::Sqrt(hn::Max(sum, tiny)));
+        const auto mineToo = hn::AndNot(crease, loadBits(static_cast<int>(lane), bits[x * 8 + y]));
+        const Row old = hn::LoadU(d, u + at);
+        hn::StoreU(hn::IfThenElse(mineToo, hn::Min(renewed, hn::Set(d, 1.5f)), old), d, u + at);
+      }
+    }
+}
+
 BrickChange Settle(const float* phi, const float* u, float band, float tolerance, Brick& out) {
   const RowTag d;
   const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
-  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row, const float* at) {
-    const auto lane = (at - phi) & 7;
-    const Row solved = hn::LoadU(d, u + paddedOffset(static_cast<int>(x) + 1, static_cast<int>(y) + 1, 1) + lane);
+  return forRows(band, phi, 8, out, [&](Row old, float, float, Row, const float* at) {
+    const auto voxel = static_cast<int>(at - phi);
+    const Row solved = hn::LoadU(d, u + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, 1) + (voxel & 7));
     const Row value = hn::IfThenElse(hn::Lt(old, zero), hn::Neg(solved), solved);
     return hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(value, old)), limit), old, value);
   });
@@ -184,6 +284,10 @@ namespace argil::clay {
 HWY_EXPORT(Carve);
 HWY_EXPORT(Add);
 HWY_EXPORT(Smooth);
+HWY_EXPORT(Seal);
+HWY_EXPORT(Weights);
+HWY_EXPORT(Distances);
+HWY_EXPORT(Renew);
 HWY_EXPORT(Start);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
@@ -194,9 +298,17 @@ BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Bric
 BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Add)(ball, band, phi, out);
 }
-BrickChange smoothBrick(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Smooth)(ball, band, strength, padded, out);
+void smoothBrick(const float* padded, const float* weight, float amount, float band, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(Smooth)(padded, weight, amount, band, out);
 }
+BrickChange sealBrick(const float* source, float band, Brick& out, float& most) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Seal)(source, band, out, most);
+}
+void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept {
+  HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, weight);
+}
+void ballDistances(const SweptBall& ball, float* distance) noexcept { HWY_DYNAMIC_DISPATCH(Distances)(ball, distance); }
+void renewNearDistance(const float* padded, const uint64_t* frozen, float* u) noexcept { HWY_DYNAMIC_DISPATCH(Renew)(padded, frozen, u); }
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(Start)(padded, band, frozen, u);
 }

@@ -7,17 +7,18 @@
 
 namespace argil::clay {
 
-/// A ball swept along a segment, relative to the first voxel of the brick it is applied to; voxels.
+/// A ball swept along a segment, relative to the middle (3.5, 3.5, 3.5) of the brick it is applied to, so that mirrored places have mirrored bits; voxels.
 struct SweptBall {
   float ax, ay, az;      ///< Start.
   float dx, dy, dz;      ///< End − start.
   float inverseLength2;  ///< 1 / |d|², 0 for a single dab.
-  float radius;
+  float radius;          ///< At the start.
+  float growth;          ///< End − start.
 };
 
 struct BrickChange {
-  bool changed;  ///< Some bit of phi differs from the source.
-  bool inBand;   ///< Some |phi| < band.
+  bool changed = false;  ///< Some bit of phi differs from the source.
+  bool inBand = false;   ///< Some |phi| < band.
 };
 
 /// A brick with one voxel of its neighbours around it: [x][y][z] at (x·10 + y)·kPaddedRow + z, voxel (0,0,0) of the brick at
@@ -33,12 +34,25 @@ inline constexpr int paddedOffset(int x, int y, int z) { return (x * 10 + y) * k
 BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
 BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
 
-/// Moves phi towards its 3×3×3 binomial mean by strength · (1 − (distance to the segment / radius)²)² where |phi| < band.
-BrickChange smoothBrick(const SweptBall& ball, float band, float strength, const float* padded, Brick& out) noexcept;
+/// Finishes a brick whose out.phi was filled: clamps to ±band, turns −0 to 0, sets `inside`; `most`: the largest change from `source`.
+BrickChange sealBrick(const float* source, float band, Brick& out, float& most) noexcept;
+
+/// The largest over the ball of falloff(distance to the segment / radius) · strength and what `weight` holds already. `shape`: as Falloff.
+void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept;
+
+/// Distances to the swept ball (negative inside).
+void ballDistances(const SweptBall& ball, float* distance) noexcept;
+
+/// Moves phi towards its 3×3×3 binomial mean by weight · amount where |phi| < band.
+void smoothBrick(const float* padded, const float* weight, float amount, float band, float* out) noexcept;
 
 /// Redistancing begins: writes |phi| to `u` around the brick and at its voxels beside a sign change along an axis, whose bits
 /// it sets in `frozen`; `band` elsewhere.
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept;
+
+/// Where a field is no distance near its surface: `u` at frozen voxels becomes |phi| over the length of its gradient there, but at creases of true distances,
+/// where both sides of a voxel differ. `frozen` and `u` as startDistance left them.
+void renewNearDistance(const float* padded, const uint64_t* frozen, float* u) noexcept;
 
 /// One Jacobi pass of the eikonal equation |∇u| = 1 (first-order Godunov upwind): out = solution from the six neighbours, at
 /// most `band`; voxels whose bit in `frozen` is set keep their value. Writes the inner 8×8×8 of `out` alone.

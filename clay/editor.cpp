@@ -26,28 +26,37 @@ void requireReach(Coord brick) {
 
 }  // namespace
 
-uint64_t Editor::Counts::bytes() const { return bricksMade * sizeof(Brick) + nodesMade * sizeof(Node); }
+uint64_t Editor::Counts::bytes() const {
+  return bricksMade * sizeof(Brick) + channelBricksMade * sizeof(ChannelBrick) + nodesMade * sizeof(Node);
+}
 
-Editor::Editor(Version base) : base_(std::move(base)), store_(base_.store().get()), root_(base_.record()->root) {
+Editor::Editor(Version base) : base_(std::move(base)), store_(base_.store().get()) {
+  for (size_t i = 0; i < trees_.size(); ++i) trees_[i].root = base_.record()->roots[i];
+  trees_[kDistanceTree].distances = true;
   id_ = store_->state().nextId++;
 }
 
 Editor::~Editor() {
   if (!store_ || !changed_) return;
-  std::vector<void*> bricks, nodes;
-  gatherExclusive(root_, base_.record()->root, 0, kTreeLevels, bricks, nodes);
-  store_->state().freeAll(bricks, nodes);
+  Store::State::Freed freed;
+  for (size_t i = 0; i < trees_.size(); ++i)
+    gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels, freed.leaves(static_cast<int>(i)), freed.nodes);
+  store_->state().freeAll(freed);
 }
 
-Slot Editor::find(Coord brick) const noexcept {
+Link Editor::linkAt(const Tree& tree, Coord brick) const noexcept {
   const Coord region = brick >> 3;
-  if (region != cachedRegion_) {
-    if (!inReach(brick)) return Tile::outside;
-    cachedRegion_ = region;
-    cachedLink_ = descend(root_, brick, 1);
+  if (region != tree.cachedRegion) {
+    if (!inReach(brick)) return 0;
+    tree.cachedRegion = region;
+    tree.cachedLink = descend(tree.root, brick, 1);
   }
-  return slotOf(isTile(cachedLink_) ? cachedLink_ : nodeOf(cachedLink_)->child[childIndex(brick, 1)]);
+  return isTile(tree.cachedLink) ? tree.cachedLink : nodeOf(tree.cachedLink)->child[childIndex(brick, 1)];
 }
+
+Slot Editor::find(Coord brick) const noexcept { return slotOf(linkAt(trees_[kDistanceTree], brick)); }
+ChannelSlot Editor::find(Channel channel, Coord brick) const noexcept { return channelSlotOf(linkAt(treeOfChannel(channel), brick)); }
+bool Editor::has(Channel channel) const noexcept { return treeOfChannel(channel).root != 0; }
 
 Node* Editor::newNode(Link fill) {
   Node* node = store_->state().newNode();
@@ -58,8 +67,8 @@ Node* Editor::newNode(Link fill) {
 }
 
 // The link at `level` on the way to a brick, every node above it made this transaction's own.
-Link* Editor::writableLink(Coord brick, int level) {
-  Link* link = &root_;
+Link* Editor::writableLink(Tree& tree, Coord brick, int level) {
+  Link* link = &tree.root;
   for (int at = kTreeLevels; at > level; --at) {
     if (isTile(*link)) {
       *link = reinterpret_cast<Link>(newNode(*link));
@@ -72,8 +81,8 @@ Link* Editor::writableLink(Coord brick, int level) {
       *link = reinterpret_cast<Link>(copy);
     }
     if (at == 1) {
-      cachedRegion_ = brick >> 3;
-      cachedLink_ = *link;
+      tree.cachedRegion = brick >> 3;
+      tree.cachedLink = *link;
     }
     link = &nodeOf(*link)->child[childIndex(brick, at)];
   }
@@ -82,52 +91,91 @@ Link* Editor::writableLink(Coord brick, int level) {
 }
 
 // Takes a subtree out of the new version: what this transaction made goes back at once, the rest belongs to the base.
-void Editor::release(Link link, int level) {
+void Editor::release(const Tree& tree, Link link, int level) {
   if (isTile(link)) return;
-  if (level == 0) {
+  if (level == 0 && tree.distances) {
     --bricksDelta_;
     if (brickOf(link)->birth == id_) store_->state().brickStock.push_back(brickOf(link));
     return;
   }
+  if (level == 0) {
+    --channelDelta_;
+    auto* brick = reinterpret_cast<ChannelBrick*>(link);
+    if (brick->birth == id_) store_->state().channelStock.push_back(brick);
+    return;
+  }
   --nodesDelta_;
-  for (const Link child : nodeOf(link)->child) release(child, level - 1);
+  for (const Link child : nodeOf(link)->child) release(tree, child, level - 1);
   if (nodeOf(link)->birth == id_) store_->state().nodeStock.push_back(nodeOf(link));
 }
 
-void Editor::place(Coord brick, Link link) {
-  const Slot now = find(brick);
-  if (slotOf(link) == now) return;
+void Editor::place(Tree& tree, Coord brick, Link link) {
+  if (linkAt(tree, brick) == link) return;
   // A region whose node is this transaction's own already needs no walk from the root.
-  Link* at = !isTile(cachedLink_) && nodeOf(cachedLink_)->birth == id_ && cachedRegion_ == brick >> 3
-                 ? &nodeOf(cachedLink_)->child[childIndex(brick, 1)]
-                 : writableLink(brick, 0);
-  release(*at, 0);
+  Link* at = !isTile(tree.cachedLink) && nodeOf(tree.cachedLink)->birth == id_ && tree.cachedRegion == brick >> 3
+                 ? &nodeOf(tree.cachedLink)->child[childIndex(brick, 1)]
+                 : writableLink(tree, brick, 0);
+  release(tree, *at, 0);
   *at = link;
   if (isTile(link)) {
     const Coord region = brick >> 3;
-    if (mayCollapse_.empty() || mayCollapse_.back() >> 3 != region) mayCollapse_.push_back(brick);
+    if (tree.mayCollapse.empty() || tree.mayCollapse.back() >> 3 != region) tree.mayCollapse.push_back(brick);
   } else {
-    ++bricksDelta_;
+    ++(tree.distances ? bricksDelta_ : channelDelta_);
   }
 }
 
 void Editor::setTile(Coord brick, Tile tile) {
   requireReach(brick);
-  place(brick, linkOf(tile));
+  place(trees_[kDistanceTree], brick, linkOf(tile));
+}
+
+void Editor::setChannelTile(Channel channel, Coord brick, bool full) {
+  requireReach(brick);
+  place(treeOfChannel(channel), brick, full);
+}
+
+void Editor::setChannel(Channel channel, Coord coord, std::span<const uint8_t, kBrickVoxels> values) {
+  requireReach(coord);
+  const uint8_t first = values[0];
+  if ((first == 0 || first == 255) && std::all_of(values.begin(), values.end(), [first](uint8_t v) { return v == first; })) {
+    place(treeOfChannel(channel), coord, first == 255);
+    return;
+  }
+  Tree& tree = treeOfChannel(channel);
+  const ChannelBrick* now = find(channel, coord).brick();
+  if (now && std::memcmp(now->value, values.data(), kBrickVoxels) == 0) return;
+  ChannelBrick* brick = now && now->birth == id_ ? const_cast<ChannelBrick*>(now) : store_->state().newChannelBrick();
+  std::memcpy(brick->value, values.data(), kBrickVoxels);
+  if (brick == now) return;
+  brick->serial = nextSerial();
+  brick->birth = id_;
+  brick->coord = coord;
+  ++counts_.channelBricksMade;
+  place(tree, coord, reinterpret_cast<Link>(brick));
+}
+
+uint64_t Editor::nextSerial() {
+  if (serial_ == serialEnd_) {
+    serial_ = store_->state().nextSerial.fetch_add(kSerialBatch);
+    serialEnd_ = serial_ + kSerialBatch;
+  }
+  return serial_++;
 }
 
 bool Editor::setBlock(Coord brick, int level, Tile tile) {
   requireReach(brick);
-  if (descend(root_, brick, level) == linkOf(tile)) return false;
+  Tree& tree = trees_[kDistanceTree];
+  if (descend(tree.root, brick, level) == linkOf(tile)) return false;
   if (level == 0) {
     setTile(brick, tile);
     return true;
   }
-  Link* link = writableLink(brick, level);
-  release(*link, level);
+  Link* link = writableLink(tree, brick, level);
+  release(tree, *link, level);
   *link = linkOf(tile);
-  cachedRegion_ = {INT32_MIN, 0, 0};
-  mayCollapse_.push_back(brick);
+  tree.cachedRegion = {INT32_MIN, 0, 0};
+  tree.mayCollapse.push_back(brick);
   return true;
 }
 
@@ -161,11 +209,7 @@ Coord Editor::blockFirst(Coord brick, int level) {
 
 Brick* Editor::newBrick(Coord coord) {
   Brick* brick = store_->state().newBrick();
-  if (serial_ == serialEnd_) {
-    serial_ = store_->state().nextSerial.fetch_add(kSerialBatch);
-    serialEnd_ = serial_ + kSerialBatch;
-  }
-  brick->serial = serial_++;
+  brick->serial = nextSerial();
   brick->birth = id_;
   brick->coord = coord;
   ++counts_.bricksMade;
@@ -187,12 +231,12 @@ void Editor::link(Brick* brick, bool inBand) {
     }
     brick->anyInside = any != 0;
     brick->anyOutside = all != ~uint64_t{0};
-    place(coord, reinterpret_cast<Link>(brick));
+    place(trees_[kDistanceTree], coord, reinterpret_cast<Link>(brick));
     return;
   }
   const Tile tile = brick->phi[0] < 0 ? Tile::inside : Tile::outside;
   if (find(coord) != Slot(brick)) recycle(brick);
-  place(coord, linkOf(tile));
+  place(trees_[kDistanceTree], coord, linkOf(tile));
 }
 
 Brick* Editor::own(Coord coord) noexcept {
@@ -201,17 +245,17 @@ Brick* Editor::own(Coord coord) noexcept {
 }
 
 // Nodes whose children have all become one tile turn into that tile, upwards as far as it goes.
-void Editor::collapse(Coord brick) {
+void Editor::collapse(Tree& tree, Coord brick) {
   for (int level = 1; level <= kTreeLevels; ++level) {
-    const Link link = descend(root_, brick, level);
+    const Link link = descend(tree.root, brick, level);
     if (isTile(link)) {
       continue;  // the block itself was made a tile: its parent may follow
     }
     const Node* node = nodeOf(link);
     const Link first = node->child[0];
     if (!isTile(first) || !std::all_of(std::begin(node->child), std::end(node->child), [first](Link c) { return c == first; })) return;
-    Link* at = writableLink(brick, level);
-    release(*at, level);
+    Link* at = writableLink(tree, brick, level);
+    release(tree, *at, level);
     *at = first;
   }
 }
@@ -221,14 +265,17 @@ Version Editor::commit() {
     store_ = nullptr;
     return base_;
   }
-  std::sort(mayCollapse_.begin(), mayCollapse_.end());
-  for (const Coord brick : mayCollapse_) collapse(brick);
+  for (Tree& tree : trees_) {
+    std::sort(tree.mayCollapse.begin(), tree.mayCollapse.end());
+    for (const Coord brick : tree.mayCollapse) collapse(tree, brick);
+  }
   auto* record = new VersionRecord;
   record->grid = base_.grid();
   record->id = id_;
-  record->root = root_;
+  for (size_t i = 0; i < trees_.size(); ++i) record->roots[i] = trees_[i].root;
   record->stats.bricks = base_.stats().bricks + static_cast<uint64_t>(bricksDelta_);
   record->stats.nodes = base_.stats().nodes + static_cast<uint64_t>(nodesDelta_);
+  record->stats.channelBricks = base_.stats().channelBricks + static_cast<uint64_t>(channelDelta_);
   record->parent = const_cast<VersionRecord*>(base_.record());
   record->store = base_.store();
   store_ = nullptr;

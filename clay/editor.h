@@ -1,6 +1,7 @@
 #pragma once
 // Builds the next version from one that stays as it is.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,6 +32,12 @@ class Editor {
   void setVoxels(Coord brick, std::span<const float, kBrickVoxels> phi);
   /// Makes a brick coordinate a tile. Throws Error out of reach.
   void setTile(Coord brick, Tile tile);
+  /// Equal values keep the old brick; all 0 or all 255 become a tile. Throws Error out of reach.
+  void setChannel(Channel channel, Coord brick, std::span<const uint8_t, kBrickVoxels> values);
+  void setChannelTile(Channel channel, Coord brick, bool full);
+  [[nodiscard]] ChannelSlot find(Channel channel, Coord brick) const noexcept;
+  [[nodiscard]] bool has(Channel channel) const noexcept;
+
   /// Makes the tree's block of 8^level bricks along each axis that holds `brick` one tile (level 0 to kTreeLevels). Blocks of
   /// level 1 start at multiples of eight bricks, larger ones where blockFirst() says. Cost follows what stood there. False
   /// when it was that tile already. Throws Error out of reach.
@@ -53,29 +60,38 @@ class Editor {
   [[nodiscard]] Version commit();
 
   struct Counts {
-    uint64_t bricksMade = 0, nodesMade = 0;
+    uint64_t bricksMade = 0, nodesMade = 0, channelBricksMade = 0;
     [[nodiscard]] uint64_t bytes() const;
   };
   /// What this transaction took from the store so far.
   [[nodiscard]] Counts counts() const { return counts_; }
 
  private:
-  [[nodiscard]] uintptr_t* writableLink(Coord brick, int level);
+  friend class Sampler;
+  struct Tree {
+    uintptr_t root = 0;
+    bool distances = false;           // its leaves are Bricks, else ChannelBricks
+    std::vector<Coord> mayCollapse;   // a brick coordinate in each region that got a tile
+    mutable Coord cachedRegion{INT32_MIN, 0, 0};
+    mutable uintptr_t cachedLink = 0;
+  };
+  [[nodiscard]] uintptr_t linkAt(const Tree& tree, Coord brick) const noexcept;
+  [[nodiscard]] uintptr_t* writableLink(Tree& tree, Coord brick, int level);
   [[nodiscard]] Node* newNode(uintptr_t fill);
-  void release(uintptr_t link, int level);
-  void collapse(Coord brick);
-  void place(Coord brick, uintptr_t link);
+  [[nodiscard]] uint64_t nextSerial();
+  void release(const Tree& tree, uintptr_t link, int level);
+  void collapse(Tree& tree, Coord brick);
+  void place(Tree& tree, Coord brick, uintptr_t link);
+  [[nodiscard]] Tree& treeOfChannel(Channel channel) { return trees_[1 + static_cast<size_t>(channel)]; }
+  [[nodiscard]] const Tree& treeOfChannel(Channel channel) const { return trees_[1 + static_cast<size_t>(channel)]; }
 
   Version base_;
   Store* store_;
   uint64_t id_;
-  uintptr_t root_;
-  int64_t bricksDelta_ = 0, nodesDelta_ = 0;
+  std::array<Tree, 1 + kChannels> trees_;  // distances first
+  int64_t bricksDelta_ = 0, nodesDelta_ = 0, channelDelta_ = 0;
   Counts counts_;
   bool changed_ = false;
-  std::vector<Coord> mayCollapse_;  // a brick coordinate in each region that got a tile
-  mutable Coord cachedRegion_{INT32_MIN, 0, 0};
-  mutable uintptr_t cachedLink_ = 0;
   uint64_t serial_ = 0, serialEnd_ = 0;
 };
 

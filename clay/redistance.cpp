@@ -34,8 +34,8 @@ void copyFace(const float* from, float* to, int axis, bool positive) {
 
 }  // namespace
 
-void gatherPadded(const Editor& editor, Coord coord, float* padded) noexcept {
-  const float band = editor.grid().band;
+void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
+  const float band = field.band();
   const auto range = [](int side, int& begin, int& end) {
     begin = side < 0 ? 0 : side == 0 ? 1 : 9;
     end = side < 0 ? 1 : side == 0 ? 9 : 10;
@@ -43,7 +43,7 @@ void gatherPadded(const Editor& editor, Coord coord, float* padded) noexcept {
   for (int sx = -1; sx <= 1; ++sx)
     for (int sy = -1; sy <= 1; ++sy)
       for (int sz = -1; sz <= 1; ++sz) {
-        const Slot slot = editor.find(coord + Coord{sx, sy, sz});
+        const Slot slot = field.slot(coord + Coord{sx, sy, sz});
         int x0, x1, y0, y1, z0, z1;
         range(sx, x0, x1);
         range(sy, y0, y1);
@@ -63,7 +63,26 @@ void gatherPadded(const Editor& editor, Coord coord, float* padded) noexcept {
       }
 }
 
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords) {
+namespace {
+
+// What a mask covers whole is a source for the others and keeps its bits.
+void holdMasked(ChannelSlot mask, const float* padded, Block& block) {
+  if (mask == ChannelSlot()) return;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; ++z) {
+        const int voxel = Brick::offset(x, y, z), at = paddedOffset(x + 1, y + 1, z + 1);
+        if (mask.value(voxel) != 255) continue;
+        block.frozen[x] |= uint64_t{1} << (y * 8 + z);
+        block.u[0][at] = std::abs(padded[at]);
+      }
+}
+
+}  // namespace
+
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> renew) {
+  const bool masks = editor.has(Channel::mask);
+  Sampler field(editor);
   const float band = editor.grid().band;
   const auto count = coords.size();
   // Kept between calls: a megabyte of fresh pages would cost more than the passes.
@@ -84,8 +103,10 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords) {
     b.source = editor.find(coords[i]);
     float padded[kPaddedSize];
     std::fill(std::begin(padded), std::end(padded), band);
-    gatherPadded(editor, coords[i], padded);
+    gatherPadded(field, coords[i], padded);
     startDistance(padded, band, b.frozen, b.u[0]);
+    if (!renew.empty() && renew[i]) renewNearDistance(padded, b.frozen, b.u[0]);
+    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b);
     std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
   }
   // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
@@ -121,7 +142,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords) {
     const Block& b = blocks[i];
     Brick* brick = editor.newBrick(coords[i]);
     const float* phi = b.source.isTile() ? (b.source.tile() == Tile::inside ? flat.inside : flat.outside) : b.source.brick()->phi;
-    const BrickChange change = settleDistance(phi, b.u[now], band, kRedistanceTolerance, *brick);
+    const BrickChange change = settleDistance(phi, b.u[now], band, !renew.empty() && renew[i] ? kRenewTolerance : kRedistanceTolerance, *brick);
     if (!change.changed) {
       editor.recycle(brick);
       continue;

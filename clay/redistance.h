@@ -6,21 +6,26 @@
 
 #include "clay/brush_kernels.h"
 #include "clay/editor.h"
+#include "clay/sampler.h"
 
 namespace argil::clay {
 
 /// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values).
-void gatherPadded(const Editor& editor, Coord coord, float* padded) noexcept;
+void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 
 /// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them as
 /// boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where the
 /// solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. Six Jacobi passes over all of
 /// them, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick. Returns the bricks that
 /// changed. Method: NOTES.md, "Redistancing".
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords);
+///
+/// `renew` (one for each of `coords`, or none): not zero where an edit left no distances beside the surface either. There |phi| over its slope takes the place of what
+/// is kept elsewhere, and differences from kRenewTolerance on count. What a mask covers whole keeps its bits.
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> renew = {});
 
 /// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call on
 /// the same field changes nothing.
 inline constexpr float kRedistanceTolerance = 0.1f;
+inline constexpr float kRenewTolerance = 0.02f;
 
 }  // namespace argil::clay

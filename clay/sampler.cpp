@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/editor.h"
 #include "clay/tree.h"
 
 namespace argil::clay {
@@ -42,8 +43,14 @@ void cubicWeights(float t, float w[4], float d[4]) noexcept {
 }  // namespace
 
 void Sampler::reset(const Version& version) noexcept {
-  root_ = version.record()->root;
+  root_ = version.record()->roots[kDistanceTree];
   band_ = version.record()->grid.band;
+  regionCoord_ = {INT32_MIN, 0, 0};
+}
+
+void Sampler::reset(const Editor& editor) noexcept {
+  root_ = editor.trees_[kDistanceTree].root;
+  band_ = editor.grid().band;
   regionCoord_ = {INT32_MIN, 0, 0};
 }
 

@@ -5,6 +5,8 @@
 
 namespace argil::clay {
 
+class Editor;
+
 /// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each other
 /// skip the tree. One thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while
 /// it is used.
@@ -13,6 +15,9 @@ class Sampler {
  public:
   explicit Sampler(const Version& version) noexcept { reset(version); }
   Sampler() noexcept = default;
+  /// The clay as the editor has it now; until its next change.
+  explicit Sampler(const Editor& editor) noexcept { reset(editor); }
+  void reset(const Editor& editor) noexcept;
   /// Reads another version from now on.
   void reset(const Version& version) noexcept;
 

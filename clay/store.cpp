@@ -70,14 +70,26 @@ Node* Store::State::newNode() {
   return node;
 }
 
-void Store::State::freeAll(std::vector<void*>& bricksFreed, std::vector<void*>& nodesFreed) {
+ChannelBrick* Store::State::newChannelBrick() {
+  if (channelStock.empty()) {
+    const std::lock_guard lock(mutex);
+    channelBricks.take(kStock, channelStock);
+    liveChannelBricks += kStock;
+  }
+  auto* brick = static_cast<ChannelBrick*>(channelStock.back());
+  channelStock.pop_back();
+  return brick;
+}
+
+void Store::State::freeAll(Freed& freed) {
   const std::lock_guard lock(mutex);
-  bricks.give(bricksFreed);
-  nodes.give(nodesFreed);
-  liveBricks -= bricksFreed.size();
-  liveNodes -= nodesFreed.size();
-  bricksFreed.clear();
-  nodesFreed.clear();
+  bricks.give(freed.bricks);
+  channelBricks.give(freed.channelBricks);
+  nodes.give(freed.nodes);
+  liveBricks -= freed.bricks.size();
+  liveChannelBricks -= freed.channelBricks.size();
+  liveNodes -= freed.nodes.size();
+  freed = {};
 }
 
 Store::Store() : state_(std::make_unique<State>()) {}
@@ -90,22 +102,22 @@ Store::~Store() {
 
 std::shared_ptr<Store> Store::make() { return std::shared_ptr<Store>(new Store); }
 
-void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& bricks, std::vector<void*>& nodes) {
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves, std::vector<void*>& nodes) {
   if (isTile(own) || own == before || own == after) return;
   if (level == 0) {
-    bricks.push_back(reinterpret_cast<void*>(own));
+    leaves.push_back(reinterpret_cast<void*>(own));
     return;
   }
   const auto* node = reinterpret_cast<const Node*>(own);
   const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
-  for (int i = 0; i < 512; ++i) gatherExclusive(node->child[i], childOf(before, i), childOf(after, i), level - 1, bricks, nodes);
+  for (int i = 0; i < 512; ++i) gatherExclusive(node->child[i], childOf(before, i), childOf(after, i), level - 1, leaves, nodes);
   nodes.push_back(reinterpret_cast<void*>(own));
 }
 
 bool Store::collect(size_t maxObjects) {
   State& s = *state_;
   const std::lock_guard onlyOne(s.collecting);
-  std::vector<void*> bricks, nodes;
+  State::Freed freed;
   // A node's 512 links count as 8 objects: the bound is on time, and a scan of shared links frees nothing.
   size_t work = 0;
   while (work < maxObjects) {
@@ -119,11 +131,18 @@ bool Store::collect(size_t maxObjects) {
         s.dropped.pop_back();
       }
       if (!s.victim) break;
-      const Link before = s.victim->parent ? s.victim->parent->root : 0;
-      const Link after = s.victim->children.empty() ? 0 : s.victim->children.front()->root;
-      if (!isTile(s.victim->root) && s.victim->root != before && s.victim->root != after)
-        s.walk.push_back({s.victim->root, before, after, kTreeLevels, 0});
+      s.victimTree = 0;
     }
+    for (; s.walk.empty() && s.victimTree < kTrees; ++s.victimTree) {
+      // The tree of versions may grow meanwhile, but not between these three: a child of the victim is made from a handle, and it has none.
+      const std::lock_guard lock(s.mutex);
+      const auto tree = static_cast<size_t>(s.victimTree);
+      const Link own = s.victim->roots[tree];
+      const Link before = s.victim->parent ? s.victim->parent->roots[tree] : 0;
+      const Link after = s.victim->children.empty() ? 0 : s.victim->children.front()->roots[tree];
+      if (!isTile(own) && own != before && own != after) s.walk.push_back({own, before, after, kTreeLevels, 0});
+    }
+    auto& leaves = freed.leaves(s.victimTree - 1);
     while (!s.walk.empty() && work < maxObjects) {
       State::Frame& f = s.walk.back();
       const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
@@ -136,7 +155,7 @@ bool Store::collect(size_t maxObjects) {
         const Link before = childOf(f.before, i), after = childOf(f.after, i);
         if (own == before || own == after) continue;
         if (f.level == 1) {
-          bricks.push_back(reinterpret_cast<void*>(own));
+          leaves.push_back(reinterpret_cast<void*>(own));
           ++work;
         } else {
           s.walk.push_back({own, before, after, f.level - 1, 0});
@@ -145,12 +164,12 @@ bool Store::collect(size_t maxObjects) {
         }
       }
       if (!deeper) {
-        nodes.push_back(const_cast<Node*>(node));
+        freed.nodes.push_back(const_cast<Node*>(node));
         work += 8;
         s.walk.pop_back();
       }
     }
-    if (s.walk.empty()) {
+    if (s.walk.empty() && s.victimTree == kTrees) {
       const std::lock_guard lock(s.mutex);
       VersionRecord* v = s.victim;
       VersionRecord* child = v->children.empty() ? nullptr : v->children.front();
@@ -170,8 +189,8 @@ bool Store::collect(size_t maxObjects) {
       ++work;
     }
   }
-  s.freeAll(bricks, nodes);
-  for (SlabPool* pool : {&s.bricks, &s.nodes}) {
+  s.freeAll(freed);
+  for (SlabPool* pool : {&s.bricks, &s.channelBricks, &s.nodes}) {
     const auto low = [&] {
       const std::lock_guard lock(s.mutex);
       return pool->low();
@@ -193,11 +212,12 @@ Store::Usage Store::usage() const {
   Usage usage;
   usage.bricks = state_->liveBricks - state_->brickStock.size();
   usage.nodes = state_->liveNodes - state_->nodeStock.size();
-  usage.slabBytes = state_->bricks.bytes() + state_->nodes.bytes();
+  usage.channelBricks = state_->liveChannelBricks - state_->channelStock.size();
+  usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes();
   usage.versions = state_->versions;
   return usage;
 }
 
-uint64_t Store::Usage::bytes() const { return bricks * sizeof(Brick) + nodes * sizeof(Node); }
+uint64_t Store::Usage::bytes() const { return bricks * sizeof(Brick) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
 
 }  // namespace argil::clay

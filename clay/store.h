@@ -22,7 +22,7 @@ class Store : public std::enable_shared_from_this<Store> {
   bool collect(size_t maxObjects = 4096);
 
   struct Usage {
-    uint64_t bricks = 0, nodes = 0;  ///< Live or waiting to be collected.
+    uint64_t bricks = 0, nodes = 0, channelBricks = 0;  ///< Live or waiting to be collected.
     uint64_t slabBytes = 0;          ///< Taken from the system.
     uint64_t versions = 0;           ///< Pinned or waiting.
     [[nodiscard]] uint64_t bytes() const;

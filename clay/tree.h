@@ -1,6 +1,7 @@
 #pragma once
 // Inside of a version: the tree of nodes. For the files of this room alone; others read through Version and Sampler.
 
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <vector>
@@ -52,17 +53,28 @@ inline Slot slotOf(Link link) {
   return isTile(link) ? Slot(static_cast<Tile>(link)) : Slot(reinterpret_cast<const Brick*>(link));
 }
 
+/// Trees of a version: distances, then the channels.
+inline constexpr int kTrees = 1 + kChannels;
+inline constexpr int kDistanceTree = 0;
+inline constexpr int treeOf(Channel channel) { return 1 + static_cast<int>(channel); }
+
+inline ChannelSlot channelSlotOf(Link link) {
+  return isTile(link) ? ChannelSlot(link == 1) : ChannelSlot(reinterpret_cast<const ChannelBrick*>(link));
+}
+
 struct VersionRecord {
   std::shared_ptr<Store> store;
   Grid grid;
   uint64_t id = 0;
-  Link root = 0;
+  std::array<Link, kTrees> roots{};
   VersionStats stats;
   // The tree of versions, guarded by the store's mutex: what a dropped version may free is what neither its parent nor
   // its child has at the same place.
   VersionRecord* parent = nullptr;
   std::vector<VersionRecord*> children;
 };
+
+inline Link rootOf(const VersionRecord& record, Channel channel) { return record.roots[static_cast<size_t>(treeOf(channel))]; }
 
 /// Memory of equal-sized objects in pre-touched slabs. Guarded by the store's mutex, but for mapSlab().
 class SlabPool {
@@ -99,7 +111,8 @@ struct Store::State {
   std::mutex mutex;
   SlabPool bricks{sizeof(Brick)};
   SlabPool nodes{sizeof(Node)};
-  uint64_t liveBricks = 0, liveNodes = 0;
+  SlabPool channelBricks{sizeof(ChannelBrick)};
+  uint64_t liveBricks = 0, liveNodes = 0, liveChannelBricks = 0;
   std::vector<VersionRecord*> dropped;  // waiting for collect()
   uint64_t versions = 0;
 
@@ -108,7 +121,7 @@ struct Store::State {
   static inline std::atomic<uint64_t> nextSerial{1};
 
   // The editor's own stock, so that it locks once in a while: one editor at a time.
-  std::vector<void*> brickStock, nodeStock;
+  std::vector<void*> brickStock, nodeStock, channelStock;
 
   // A collection in progress: what is being walked, and where.
   struct Frame {
@@ -119,14 +132,21 @@ struct Store::State {
   std::mutex collecting;
   VersionRecord* victim = nullptr;
   std::vector<Frame> walk;
+  int victimTree = kTrees;  // the next of its trees to be walked
 
   Brick* newBrick();
   Node* newNode();
-  void freeAll(std::vector<void*>& bricksFreed, std::vector<void*>& nodesFreed);
+  ChannelBrick* newChannelBrick();
+  struct Freed {
+    std::vector<void*> bricks, channelBricks, nodes;
+    /// Where leaves of a tree go.
+    [[nodiscard]] std::vector<void*>& leaves(int tree) { return tree == kDistanceTree ? bricks : channelBricks; }
+  };
+  void freeAll(Freed& freed);
 };
 
-/// Collects into `bricks` and `nodes` what `own` uses at places where neither `before` nor `after` uses the same.
-void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& bricks, std::vector<void*>& nodes);
+/// Collects into `leaves` and `nodes` what `own` uses at places where neither `before` nor `after` uses the same.
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves, std::vector<void*>& nodes);
 
 /// Hands out a record as a version whose last handle gives it to the store's collector.
 Version makeVersion(VersionRecord* record);

@@ -8,7 +8,7 @@ Coord treeFirst() { return {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin}; }
 
 TreePlace TreePlace::root(const Version& version) {
   TreePlace place;
-  place.link_ = version.record()->root;
+  place.link_ = version.record()->roots[kDistanceTree];
   place.first_ = treeFirst();
   place.level_ = kTreeLevels;
   return place;

@@ -20,7 +20,7 @@ void Grid::check() const {
   if (!(band >= 2 && band <= 8)) throw Error(fmt::format("narrow band of {} voxels: give one from 2 to 8", band));
 }
 
-uint64_t VersionStats::bytes() const { return bricks * sizeof(Brick) + nodes * sizeof(Node); }
+uint64_t VersionStats::bytes() const { return bricks * sizeof(Brick) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
 
 Version makeVersion(VersionRecord* record) {
   {
@@ -51,24 +51,32 @@ const std::shared_ptr<Store>& Version::store() const { return record_->store; }
 VersionStats Version::stats() const { return record_->stats; }
 
 Slot Version::find(Coord brick) const noexcept {
-  return inReach(brick) ? slotOf(descend(record_->root, brick, 0)) : Slot(Tile::outside);
+  return inReach(brick) ? slotOf(descend(record_->roots[kDistanceTree], brick, 0)) : Slot(Tile::outside);
 }
+
+ChannelSlot Version::find(Channel channel, Coord brick) const noexcept {
+  return inReach(brick) ? channelSlotOf(descend(rootOf(*record_, channel), brick, 0)) : ChannelSlot();
+}
+
+bool Version::has(Channel channel) const noexcept { return rootOf(*record_, channel) != 0; }
 
 namespace {
 
-void visitBricks(Link link, int level, const std::function<void(const Brick&)>& visit) {
+template <class Leaf>
+void visitBricks(Link link, int level, const std::function<void(const Leaf&)>& visit) {
   if (isTile(link)) return;
   if (level == 0) {
-    visit(*reinterpret_cast<const Brick*>(link));
+    visit(*reinterpret_cast<const Leaf*>(link));
     return;
   }
   for (const Link child : reinterpret_cast<const Node*>(link)->child) visitBricks(child, level - 1, visit);
 }
 
-void visitDifference(Link a, Link b, int level, Coord first, const std::function<void(Coord, Slot, Slot)>& visit) {
+template <class Visit>
+void visitDifference(Link a, Link b, int level, Coord first, const Visit& visit) {
   if (a == b || (isTile(a) && isTile(b))) return;
   if (level == 0) {
-    visit(first, slotOf(a), slotOf(b));
+    visit(first, a, b);
     return;
   }
   const int step = 1 << (3 * (level - 1));
@@ -79,22 +87,39 @@ void visitDifference(Link a, Link b, int level, Coord first, const std::function
   }
 }
 
+template <class Leaf>
 void hashTree(Link link, int level, Hasher& hasher) {
   hasher.add(isTile(link) ? link : 2 + static_cast<uint64_t>(level));
   if (isTile(link)) return;
   if (level == 0) {
-    hasher.add(reinterpret_cast<const Brick*>(link)->phi, sizeof(Brick::phi));
+    const auto* leaf = reinterpret_cast<const Leaf*>(link);
+    if constexpr (std::is_same_v<Leaf, Brick>)
+      hasher.add(leaf->phi, sizeof leaf->phi);
+    else
+      hasher.add(leaf->value, sizeof leaf->value);
     return;
   }
-  for (const Link child : reinterpret_cast<const Node*>(link)->child) hashTree(child, level - 1, hasher);
+  for (const Link child : reinterpret_cast<const Node*>(link)->child) hashTree<Leaf>(child, level - 1, hasher);
 }
+
+constexpr Coord kTreeFirst{-kBrickOrigin, -kBrickOrigin, -kBrickOrigin};
 
 }  // namespace
 
-void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const { visitBricks(record_->root, kTreeLevels, visit); }
+void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const { visitBricks(record_->roots[kDistanceTree], kTreeLevels, visit); }
+
+void Version::forEachBrick(Channel channel, const std::function<void(const ChannelBrick&)>& visit) const {
+  visitBricks(rootOf(*record_, channel), kTreeLevels, visit);
+}
 
 void Version::forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit) {
-  visitDifference(a.record_->root, b.record_->root, kTreeLevels, {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin}, visit);
+  visitDifference(a.record_->roots[kDistanceTree], b.record_->roots[kDistanceTree], kTreeLevels, kTreeFirst,
+                  [&](Coord at, Link x, Link y) { visit(at, slotOf(x), slotOf(y)); });
+}
+
+void Version::forEachDifference(Channel channel, const Version& a, const Version& b, const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit) {
+  visitDifference(rootOf(*a.record_, channel), rootOf(*b.record_, channel), kTreeLevels, kTreeFirst,
+                  [&](Coord at, Link x, Link y) { visit(at, channelSlotOf(x), channelSlotOf(y)); });
 }
 
 uint64_t Version::hash() const {
@@ -102,7 +127,13 @@ uint64_t Version::hash() const {
   const Grid& g = record_->grid;
   const double numbers[] = {g.voxelMm, g.originMm.x(), g.originMm.y(), g.originMm.z(), g.band};
   hasher.add(numbers, sizeof numbers);
-  hashTree(record_->root, kTreeLevels, hasher);
+  hashTree<Brick>(record_->roots[kDistanceTree], kTreeLevels, hasher);
+  // What is absent counts for nothing: a version without channels has the hash of its distances alone.
+  for (const Channel channel : kAllChannels) {
+    if (!has(channel)) continue;
+    hasher.add(0x100 + static_cast<uint64_t>(channel));
+    hashTree<ChannelBrick>(rootOf(*record_, channel), kTreeLevels, hasher);
+  }
   return hasher.value();
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "clay/brick.h"
+#include "clay/channel.h"
 #include "clay/grid.h"
 
 namespace argil::clay {
@@ -21,7 +22,8 @@ inline constexpr int kBrickReach = 14000;
 struct VersionStats {
   uint64_t bricks = 0;
   uint64_t nodes = 0;
-  [[nodiscard]] uint64_t bytes() const;  ///< Bricks and nodes; what versions share is counted in each of them.
+  uint64_t channelBricks = 0;
+  [[nodiscard]] uint64_t bytes() const;  ///< Bricks of all kinds and nodes; what versions share is counted in each of them.
 };
 
 /// Handle to a version: copying it pins the version, dropping the last handle hands what only that version used to
@@ -45,6 +47,11 @@ class Version {
   /// What stands at a brick coordinate; outside of the reach: Tile::outside. Five dependent loads, noexcept, servo-safe.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
 
+  /// The same of a channel; where nothing was ever set, 0.
+  [[nodiscard]] ChannelSlot find(Channel channel, Coord brick) const noexcept;
+  /// Whether something was set in it anywhere.
+  [[nodiscard]] bool has(Channel channel) const noexcept;
+
   /// Calls back with every brick, in order of the tree (deterministic). O(model).
   void forEachBrick(const std::function<void(const Brick&)>& visit) const;
 
@@ -52,7 +59,10 @@ class Version {
   /// at least one of them a brick. Cost follows the difference, not the model. Both must be of one store.
   static void forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit);
 
-  /// 64-bit hash of grid, coordinates and voxels: equal for equal content, whatever path led there. O(model).
+  void forEachBrick(Channel channel, const std::function<void(const ChannelBrick&)>& visit) const;
+  static void forEachDifference(Channel channel, const Version& a, const Version& b, const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit);
+
+  /// 64-bit hash of grid, coordinates, voxels and channels: equal for equal content, whatever path led there. O(model).
   [[nodiscard]] uint64_t hash() const;
 
   /// Count of voxels with |phi| < band. O(model).

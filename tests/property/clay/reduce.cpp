@@ -24,13 +24,13 @@ TriangleMesh sculpted(uint64_t seed, bool noisy) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(-1, 1);
   Version version = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 11);
-  BrushStroke stroke(version);
   for (int i = 0; i < 30; ++i) {
     const Vec3d a = Vec3d(u(random), u(random), u(random)).normalized() * (7 + 5 * u(random));
     // Cuts through the whole leave walls and bodies.
-    stroke.apply({a, i % 3 ? a : Vec3d(-a), 1 + 1.2 * (u(random) + 1), i % 5 ? Operation::carve : Operation::add, 1});
+    BrushStroke stroke(version, Brush::of(i % 5 ? Method::carve : Method::add));
+    stroke.apply({a, i % 3 ? a : Vec3d(-a), 1 + 1.2 * (u(random) + 1)});
+    version = stroke.finish();
   }
-  version = stroke.finish();
   if (noisy) {
     Editor editor(version);
     version.forEachBrick([&](const Brick& brick) {

@@ -17,21 +17,26 @@
 namespace argil::clay {
 namespace {
 
-std::vector<Stamp> randomStroke(std::mt19937_64& random, double reach) {
+struct RandomStroke {
+  std::shared_ptr<const Brush> brush;
+  std::vector<Stamp> stamps;
+};
+
+RandomStroke randomStroke(std::mt19937_64& random, double reach) {
   std::uniform_real_distribution<double> u(-1, 1);
   std::normal_distribution<double> normal;
   const Vec3d at = Vec3d(normal(random), normal(random), normal(random)).normalized() * reach;
-  const auto operation = static_cast<Operation>(random() % 3);
+  const Method method = std::array{Method::carve, Method::add, Method::smooth}[random() % 3];
   const double radius = 2 + 5 * (u(random) + 1);
   std::vector<Stamp> stamps;
   Vec3d a = at;
   const int count = 1 + static_cast<int>(random() % 6);
   for (int i = 0; i < count; ++i) {
     const Vec3d b = a + Vec3d(u(random), u(random), u(random)) * radius * 0.5;
-    stamps.push_back({a, b, radius, operation, static_cast<float>(0.5 + 0.5 * u(random))});
+    stamps.push_back({a, b, radius, static_cast<float>(0.5 + 0.5 * u(random))});
     a = b;
   }
-  return stamps;
+  return {Brush::of(method), stamps};
 }
 
 // The outcome of a number of random strokes as hashes, so that whole runs can be compared.
@@ -47,9 +52,10 @@ Outcome run(int strokes, uint64_t seed, int publishEvery) {
   Outcome result;
   Surface surface;
   for (int s = 0; s < strokes; ++s) {
-    BrushStroke stroke(version);
+    const RandomStroke drawn = randomStroke(random, 40);
+    BrushStroke stroke(version, drawn.brush);
     int n = 0;
-    for (const Stamp& stamp : randomStroke(random, 40)) {
+    for (const Stamp& stamp : drawn.stamps) {
       stroke.apply(stamp);
       if (++n % publishEvery == 0) surface.update(stroke.publish());
     }
@@ -82,8 +88,9 @@ TEST(Strokes, ThousandStrokesFollowedUndoneAndRedone) {
   Surface following[3];
   const int threads[3] = {1, 2, 4};
   for (int s = 0; s < 1000; ++s) {
-    BrushStroke stroke(history.back());
-    for (const Stamp& stamp : randomStroke(random, 50)) {
+    const RandomStroke drawn = randomStroke(random, 50);
+    BrushStroke stroke(history.back(), drawn.brush);
+    for (const Stamp& stamp : drawn.stamps) {
       stroke.apply(stamp);
       following[0].update(stroke.publish());
     }
@@ -114,8 +121,9 @@ TEST(Strokes, FieldStaysCanonicalAndFinite) {
   const auto store = Store::make();
   Version version = makeSphere(store, Grid{}, Vec3d::Zero(), 20);
   for (int s = 0; s < 100; ++s) {
-    BrushStroke stroke(version);
-    for (const Stamp& stamp : randomStroke(random, 40)) stroke.apply(stamp);
+    const RandomStroke drawn = randomStroke(random, 40);
+    BrushStroke stroke(version, drawn.brush);
+    for (const Stamp& stamp : drawn.stamps) stroke.apply(stamp);
     version = stroke.finish();
   }
   uint64_t bricks = 0;
@@ -151,9 +159,9 @@ TEST(Strokes, FieldStaysCanonicalAndFinite) {
 TEST(Brush, CarveAndAddAreTheCsgOfDistances) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
   std::mt19937_64 random(11);
-  for (const Operation operation : {Operation::carve, Operation::add}) {
-    const Stamp stamp{{35, 3, -2}, {38, 20, 5}, 9.5, operation, 1};
-    BrushStroke stroke(base);
+  for (const Method method : {Method::carve, Method::add}) {
+    const Stamp stamp{{35, 3, -2}, {38, 20, 5}, 9.5};
+    BrushStroke stroke(base, Brush::of(method));
     stroke.apply(stamp);
     const Version after = stroke.publish();
     Sampler before(base), now(after);
@@ -161,7 +169,7 @@ TEST(Brush, CarveAndAddAreTheCsgOfDistances) {
       const Coord c{static_cast<int>(random() % 60) + 5, static_cast<int>(random() % 50) - 15, static_cast<int>(random() % 40) - 20};
       const Vec3d d = stamp.b - stamp.a, p = c.toVec3d() - stamp.a;
       const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).norm() - stamp.radius, old = before.voxel(c);
-      const double expected = operation == Operation::carve ? std::max(old, -distance) : std::min(old, distance);
+      const double expected = method == Method::carve ? std::max(old, -distance) : std::min(old, distance);
       ASSERT_NEAR(now.voxel(c), std::clamp(expected, -3.0, 3.0), 2e-5);
     }
   }
@@ -170,8 +178,8 @@ TEST(Brush, CarveAndAddAreTheCsgOfDistances) {
 // A brush that swallows whole regions of 64 voxels decides them without their voxels, with the same result.
 TEST(Brush, LargeBrushesCostTheirSurface) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 120);
-  const Stamp stamp{{150, 10, 20}, {170, 30, 10}, 140, Operation::carve, 1};
-  BrushStroke stroke(base);
+  const Stamp stamp{{150, 10, 20}, {170, 30, 10}, 140};
+  BrushStroke stroke(base, Brush::of(Method::carve));
   stroke.apply(stamp);
   const Version after = stroke.publish();
   Sampler before(base), now(after);
@@ -183,31 +191,31 @@ TEST(Brush, LargeBrushesCostTheirSurface) {
     ASSERT_NEAR(now.voxel(c), std::clamp(std::max<double>(before.voxel(c), -distance), -3.0, 3.0), 5e-5);
   }
   // All of it, and canonical.
-  BrushStroke everything(base);
-  everything.apply({{0, 0, 0}, {0, 0, 0}, 4000, Operation::carve, 1});
+  BrushStroke everything(base, Brush::of(Method::carve));
+  everything.apply({{0, 0, 0}, {0, 0, 0}, 4000});
   EXPECT_LT(everything.touched(), 1000u);  // regions; there are 24 000 bricks to go
   EXPECT_EQ(everything.finish().hash(), Version::empty(base.store(), base.grid()).hash());
 }
 
 TEST(Brush, OutOfRangeStampsAreRefusedAndChangeNothing) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 10);
-  BrushStroke stroke(base);
+  BrushStroke stroke(base, Brush::of(Method::carve));
   const double bad = std::nan("");
   EXPECT_THROW(stroke.apply({{bad, 0, 0}, {0, 0, 0}, 5}), Error);
   EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, bad}), Error);
   EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, 0.1}), Error);
   EXPECT_THROW(stroke.apply({{1e9, 0, 0}, {0, 0, 0}, 5}), Error);
-  EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, 5, Operation::smooth, 1.5f}), Error);
+  EXPECT_THROW(stroke.apply({{0, 0, 0}, {0, 0, 0}, 5, 1.5f}), Error);
   EXPECT_EQ(stroke.finish(), base);
 }
 
 TEST(Brush, SmoothFlattensABumpAndLeavesTheRestToTheBit) {
   const Version ball = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
-  BrushStroke bump(ball);
-  bump.apply({{40, 0, 0}, {40, 0, 0}, 4, Operation::add});
+  BrushStroke bump(ball, Brush::of(Method::add));
+  bump.apply({{40, 0, 0}, {40, 0, 0}, 4});
   const Version rough = bump.finish();
-  BrushStroke stroke(rough);
-  for (int i = 0; i < 40; ++i) stroke.apply({{40, 0, 0}, {40, 0, 0}, 12, Operation::smooth, 1});
+  BrushStroke stroke(rough, Brush::of(Method::smooth));
+  for (int i = 0; i < 40; ++i) stroke.apply({{40, 0, 0}, {40, 0, 0}, 12});
   const Version smooth = stroke.finish();
   Sampler before(rough), after(smooth);
   EXPECT_LT(before.trilinear(Vec3d(43, 0, 0)), 0);
@@ -236,9 +244,9 @@ TEST(Redistance, LeavesExactDistancesToTheBit) {
 TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
   const auto store = Store::make();
   const Version block = makeBlock(store, Grid{}, Vec3d::Zero(), {40, 40, 20}, 0);
-  BrushStroke stroke(block);
+  BrushStroke stroke(block, Brush::of(Method::carve));
   // A ball whose centre lies on the upper face: the rim is a circle of its radius there, at a right angle.
-  stroke.apply({{0, 0, 20}, {0, 0, 20}, 12, Operation::carve});
+  stroke.apply({{0, 0, 20}, {0, 0, 20}, 12});
   const Version cut = stroke.publish(), mended = stroke.finish();
   Surface a(false), b(false);
   a.update(cut);
@@ -282,8 +290,9 @@ TEST(Redistance, SecondTimeChangesNothing) {
   std::mt19937_64 random(17);
   Version version = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
   for (int s = 0; s < 20; ++s) {
-    BrushStroke stroke(version);
-    for (const Stamp& stamp : randomStroke(random, 40)) stroke.apply(stamp);
+    const RandomStroke drawn = randomStroke(random, 40);
+    BrushStroke stroke(version, drawn.brush);
+    for (const Stamp& stamp : drawn.stamps) stroke.apply(stamp);
     version = stroke.finish();
   }
   Editor once(version);

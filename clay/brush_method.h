@@ -1,0 +1,89 @@
+#pragma once
+// One way of changing distances: what a file of a new method implements. This room's own.
+
+#include <memory>
+#include <span>
+
+#include "clay/brush.h"
+#include "clay/brush_kernels.h"
+#include "clay/sampler.h"
+
+namespace argil::clay {
+
+/// What a method knows for a whole stroke.
+struct StrokeContext {
+  std::shared_ptr<const Brush> brush;
+  Operation operation;   ///< Of that brush, on distances.
+  Version start;         ///< The clay as it was when the stroke began.
+  float band = 3;
+};
+
+/// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick() for each of its bricks, those from
+/// several threads. Equal bits on every CPU and thread count: add, multiply, divide, square root, min, max only, in an order that follows from the arguments.
+/// Where images overlap they combine so that their order does not matter: the largest weight, or combineImages() for sums.
+class DistanceMethod {
+ public:
+  virtual ~DistanceMethod() = default;
+
+  /// How far from a stamp's segment it may change anything, voxels. The same every time.
+  [[nodiscard]] virtual double reach(const Stamp& stamp) const { return stamp.largestRadius(); }
+
+  /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that hold or touch some surface.
+  virtual void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+    (void)before, (void)images, (void)bricks;
+  }
+
+  /// New distances of a brick, from the clay `before` the application: fills phi (clamping and signs are the caller's) and returns true; false where
+  /// nothing changes. What a mask covers is put back by the caller.
+  [[nodiscard]] virtual bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const = 0;
+
+  /// Of a method that moves clay: where the clay of each voxel (its place in voxels) was before this application, for what it carries along. False: it stayed.
+  [[nodiscard]] virtual bool origins(std::span<const Stamp> images, Coord coord, Vec3f (&from)[kBrickVoxels]) const {
+    (void)images, (void)coord, (void)from;
+    return false;
+  }
+
+  /// Whether what it leaves near the surface are distances, as of a CSG of distances. Else voxels beside the surface are made distances again too.
+  [[nodiscard]] virtual bool exact() const { return false; }
+};
+
+/// The method of the context's operation. One line a method.
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context);
+
+// Makers, each in the file of its method.
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeSweep(const StrokeContext& context);     // carve, add, wax with any tip (sweep.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context); // smooth, smoothKeep (smoothing.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context); // scrape, fill, flatten (levelling.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context);   // raise (raising.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context);   // crease, tug, smudge, pinch, twist (warping.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context);  // morph (morphing.cpp)
+
+/// Distance of a point from a stamp's segment, voxels; in double, for choosing.
+[[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
+
+/// A stamp's ball as kernels take it.
+[[nodiscard]] SweptBall sweptBall(const Stamp& stamp, Coord brick);
+
+/// Weight of the images at the voxels of a brick: the largest over all images of falloff(distance to the segment / radius) · strength.
+/// Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]);
+
+/// Sums over images in an order that mirroring does not change: halves first.
+template <class T>
+[[nodiscard]] T combineImages(std::span<const T> terms) {
+  if (terms.size() == 1) return terms[0];
+  const size_t half = terms.size() / 2;
+  return combineImages(terms.first(half)) + combineImages(terms.subspan(half));
+}
+
+/// Where voxel (x, y, z) of a brick lies relative to a point, computed through the brick's middle: mirrored places give mirrored bits.
+struct BrickFrame {
+  BrickFrame(const Vec3d& point, Coord coord)
+      : middle((point - ((coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5))).cast<float>()) {}
+  [[nodiscard]] Vec3f at(int x, int y, int z) const {
+    return {(static_cast<float>(x) - 3.5f) - middle.x(), (static_cast<float>(y) - 3.5f) - middle.y(), (static_cast<float>(z) - 3.5f) - middle.z()};
+  }
+  Vec3f middle;  ///< The point, from the brick's middle.
+};
+
+}  // namespace argil::clay
