@@ -42,7 +42,7 @@ std::filesystem::path journalName(const std::filesystem::path& folder) {
 
 struct StrokeBegan {
   Tool tool;
-  std::vector<MirrorPlane> mirrors;
+  StrokeImages images;
   WallTime at;
 };
 struct StrokeEnded {};
@@ -165,9 +165,9 @@ void Keeper::State::take(JournalPoint& point) {
 void Keeper::State::take(StrokeBegan& event) {
   stroke.emplace();
   stroke->tool = event.tool;
-  stroke->mirrors = event.mirrors;
+  stroke->images = event.images;
   strokeWritten = 0;
-  if (io::JournalWriter* sink = sound()) putStrokeBegin(*sink, event.tool, event.mirrors, event.at);
+  if (io::JournalWriter* sink = sound()) putStrokeBegin(*sink, event.tool, event.images, event.at);
 }
 
 void Keeper::State::take(StrokeEnded&) {
@@ -278,7 +278,7 @@ bool Keeper::State::beginJournal() {
     lock.unlock();
     if (!savingTo.empty()) putSaving(*fresh, savingTo);
     if (stroke) {
-      putStrokeBegin(*fresh, stroke->tool, stroke->mirrors, head.at);
+      putStrokeBegin(*fresh, stroke->tool, stroke->images, head.at);
       putStrokePoints(*fresh, stroke->points);
       strokeWritten = stroke->points.size();
     }
@@ -505,9 +505,9 @@ Keeper::Counts Keeper::counts() const {
   return state_->counts;
 }
 
-void Keeper::strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) { state_->queue(StrokeBegan{tool, mirrors, now()}); }
-void Keeper::strokePoint(double timeS, const Vec3d& mm) { state_->queue(JournalPoint{timeS, mm, false}); }
-void Keeper::toolLifted() { state_->queue(JournalPoint{0, Vec3d::Zero(), true}); }
+void Keeper::strokeBegan(const Tool& tool, const StrokeImages& images) { state_->queue(StrokeBegan{tool, images, now()}); }
+void Keeper::strokePoint(const PathPoint& point) { state_->queue(JournalPoint{point, false}); }
+void Keeper::toolLifted() { state_->queue(JournalPoint{{}, true}); }
 void Keeper::strokeEnded() { state_->queue(StrokeEnded{}); }
 void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool merged) { state_->queue(Stepped{label, after, merged, now()}); }
 void Keeper::went(size_t done) { state_->queue(Went{done, now()}); }

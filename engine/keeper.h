@@ -58,8 +58,8 @@ class Keeper : public SessionWatch {
   };
   [[nodiscard]] Counts counts() const;
 
-  void strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) override;
-  void strokePoint(double timeS, const Vec3d& mm) override;
+  void strokeBegan(const Tool& tool, const StrokeImages& images) override;
+  void strokePoint(const PathPoint& point) override;
   void toolLifted() override;
   void strokeEnded() override;
   void stepped(const std::string& label, const DocumentPtr& after, bool merged) override;

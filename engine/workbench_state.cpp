@@ -122,6 +122,7 @@ void Workbench::State::makeLoop() {
   touched.quality = touchQuality;
   loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
   loop->setCutting(cutting);
+  loop->setOriented(oriented);
   held.reset();
   holdTool();
 }
@@ -165,6 +166,7 @@ void Workbench::State::takeHand(const std::string& name) {
     tell(Message::Level::error, fmt::format("{} The mouse stands in.", e.what()));
     fresh = open(kPointer);
   }
+  oriented = fresh->device->sheet().dofIn == 6 && !fresh->pointer;
   makeLoop();  // the new servo counts its samples from zero
   fresh->grant = fresh->servo.start().sentence;
   stopped.store(false);

@@ -125,6 +125,7 @@ struct Workbench::State {
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
   bool cutting = true;
+  bool oriented = false;      // the device in hand tells how it is turned
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   haptics::Histogram latency;

@@ -18,7 +18,7 @@ enum class RecordKind : uint8_t {
   brick = 1,   ///< One clay brick: coordinate and 512 distances (clay_records.h).
   node = 2,    ///< One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
   chunk = 3,   ///< A piece of a blob: a mesh, a picture, a text (blob.h).
-  // Journals alone, without an id; the body is text in JSON but for strokePoints (engine/journal.h).
+  // Journals alone, without an id; the body is text in JSON but for strokePoints and strokeSamples (engine/journal.h).
   journalBegin = 16,
   step = 17,
   went = 18,
@@ -28,6 +28,7 @@ enum class RecordKind : uint8_t {
   strokeEnd = 22,
   state = 23,
   saving = 24,
+  strokeSamples = 25,  ///< Points with pressure and rotation.
 };
 
 /// How the body is packed. Stored in files: numbers are never given a new meaning.

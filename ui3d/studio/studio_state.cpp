@@ -21,7 +21,11 @@ engine::Tool StudioState::effectiveTool() {
   const engine::ToolRow* row = engine::findTool(toolId);
   const std::string_view other = smoothing ? std::string_view("smooth") : inverted && row ? row->opposite : std::string_view();
   const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
-  if (!otherRow) return inHand;
+  if (!otherRow) {
+    engine::Tool turned = inHand;
+    turned.inverted = inHand.inverted != (inverted && !smoothing && other == toolId);
+    return turned;
+  }
   const auto kept = tools.find(other);
   engine::Tool result = kept == tools.end() ? engine::standardTool(*otherRow) : kept->second;
   result.radiusMm = inHand.radiusMm;

@@ -81,15 +81,15 @@ TEST(StudioState, recentFilesAreEachOnceAndTheNewestFirst) {
 TEST(StudioState, keysThatAreHeldTurnTheToolOverAtItsSize) {
   StudioState state;
   state.tool().radiusMm = 9;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::carve);
+  EXPECT_EQ(state.effectiveTool().id, "carve");
   state.inverted = true;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::add);
+  EXPECT_EQ(state.effectiveTool().id, "add");
   EXPECT_EQ(state.effectiveTool().radiusMm, 9);
   state.smoothing = true;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::smooth);
+  EXPECT_EQ(state.effectiveTool().id, "smooth");
   state.inverted = state.smoothing = false;
   state.toolId = "nothing of this name";
-  EXPECT_EQ(state.tool().operation, clay::Operation::carve);
+  EXPECT_EQ(state.tool().id, "carve");
 }
 
 }  // namespace
