@@ -274,7 +274,7 @@ void Keeper::leave() {
 std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
                                               std::optional<Continued> continued, const std::vector<std::shared_ptr<io::RecordSource>>& sources) {
   auto records = std::make_shared<HistoryRecords>();
-  HistoryRecords::Layer first{0, sources, recordsOf(base)};
+  HistoryRecords::Layer first{0, sources, recordsOf(base, true)};
   if (continued && sources.empty()) first.journals = {continued->source};
   records->add(std::move(first));
   state_->queue(State::Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued), records});
@@ -320,5 +320,25 @@ void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool me
 void Keeper::went(size_t done) { state_->queue(State::Went{done, now()}); }
 void Keeper::spilled(size_t state) { state_->queue(State::Spilled{state}); }
 void Keeper::cameBack(size_t state, const DocumentPtr& document) { state_->queue(State::CameBack{state, document}); }
+
+DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near) {
+  const auto known = [&] {
+    const auto lock = archive.lock();
+    return archive.knowsClay(near);
+  };
+  if (known()) {
+    try {
+      return readState(archive, nullptr, {records}, kept, near);
+    } catch (const Error&) {
+      // What is known may be in a save that is not done, or was given up.
+    }
+  }
+  keeper.catchUp();
+  try {
+    return readState(archive, nullptr, {records}, kept, near);
+  } catch (const Error&) {
+    return readState(archive, nullptr, {records}, kept, Document());
+  }
+}
 
 }  // namespace argil::engine

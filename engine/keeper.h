@@ -81,4 +81,8 @@ class Keeper : public SessionWatch {
   std::unique_ptr<State> state_;
 };
 
+/// A state of the document in work, whose places are `records` (of Keeper::begin), read near a document in memory: it shares with that one even when that was made a moment ago; only
+/// what no file could take is shared with nothing, and the whole is read. Throws Error when it cannot be read. The editing thread.
+[[nodiscard]] DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near);
+
 }  // namespace argil::engine

@@ -89,7 +89,7 @@ bool Keeper::State::beginJournal() {
         entry.number = 0;
         needed.insert({entry.place.layer, entry.copy.layer});
       }
-      records->add({layer, {fresh->records()}, recordsOf(base)});
+      records->add({layer, {fresh->records()}, recordsOf(base, true)});
       records->keepOnly(needed);
       std::vector<DocumentPtr> inUse;
       for (const Entry& entry : history) inUse.push_back(entry.document);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -132,22 +133,39 @@ Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const
 
 class BaseRecords : public io::RecordSource {
  public:
-  explicit BaseRecords(std::shared_ptr<const Base> base) : base_(std::move(base)) {}
-  bool get(io::RecordId id, std::vector<std::byte>& record) override { return open()->get(id, record); }
+  BaseRecords(std::shared_ptr<const Base> base, bool hold) : base_(std::move(base)) {
+    if (!hold) return;
+    try {
+      inode_ = inodeNow();
+      held_ = open();
+    } catch (const Error&) {
+      // Then it is told when something is read.
+    }
+  }
+  bool get(io::RecordId id, std::vector<std::byte>& record) override {
+    return now()->get(id, record);
+  }
   void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
-    if (!ids.empty()) open()->getMany(ids, each);
+    if (!ids.empty()) now()->getMany(ids, each);
   }
 
  private:
-  [[nodiscard]] std::unique_ptr<io::DocumentFile> open() const {
-    auto file = io::DocumentFile::open(base_->path, false);
+  [[nodiscard]] std::shared_ptr<io::DocumentFile> open() const {
+    std::shared_ptr<io::DocumentFile> file = io::DocumentFile::open(base_->path, false);
     // A later save of our own keeps the ids; somebody else's gives them another meaning.
     if (file->save() != base_->save && readHead(*file, file->head(), io::displayName(base_->path)).writer != base_->writer) {
       throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base_->path)), Error::Kind::work);
     }
     return file;
   }
+  [[nodiscard]] std::shared_ptr<io::DocumentFile> now() const { return held_ && inodeNow() != inode_ ? held_ : open(); }
+  [[nodiscard]] ino_t inodeNow() const {
+    struct stat facts {};
+    return ::stat(base_->path.c_str(), &facts) == 0 ? facts.st_ino : 0;
+  }
   std::shared_ptr<const Base> base_;
+  std::shared_ptr<io::DocumentFile> held_;
+  ino_t inode_ = 0;
 };
 
 }  // namespace
@@ -327,9 +345,9 @@ void saveDocument(const std::filesystem::path& file, const Document& document, J
   (void)saveDocument(file, request, job);
 }
 
-std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base) {
+std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold) {
   if (!base) return nullptr;
-  return std::make_shared<BaseRecords>(std::move(base));
+  return std::make_shared<BaseRecords>(std::move(base), hold);
 }
 
 DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near) {

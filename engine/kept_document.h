@@ -30,8 +30,8 @@ struct Base {
 [[nodiscard]] std::shared_ptr<const Base> readBase(const std::filesystem::path& file);
 
 /// Records of a saved file, of its commit that `base` is of or a later one by the same work. Reading throws Error when somebody else wrote the file since. It is opened for
-/// each call: nothing stays open. Null stays null.
-[[nodiscard]] std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base);
+/// each call. With `hold` the file can be read when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
+[[nodiscard]] std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold = false);
 
 /// Saved beside the document.
 struct FaceData {

@@ -29,6 +29,7 @@ void Workbench::State::begin(Begin how) {
   sources = std::move(how.sources);
   file = std::move(how.file);
   face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
+  records.reset();
   savedDocument.reset();
   if (how.saved) savedDocument = how.states.at(how.done).document;
   ++opened;
@@ -36,7 +37,7 @@ void Workbench::State::begin(Begin how) {
     makeKeeper();
     findRecoverable();
   }
-  if (keeper) sources = {keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued), sources)};
+  if (keeper) records = keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued), sources);
   session = std::make_unique<Session>(std::move(how.states), how.done);
   session->setWatch(keeper.get());
   session->setReader([this](uint64_t kept, const Document& near) { return readKept(kept, near); });
@@ -58,22 +59,7 @@ void Workbench::State::makeKeeper() {
 }
 
 DocumentPtr Workbench::State::readKept(uint64_t kept, const Document& near) {
-  const auto read = [&] { return readState(*archive, keeper ? nullptr : base, sources, kept, near); };
-  DocumentPtr document;
-  // What was made a moment ago may not be written yet: nothing could be shared with it, and the whole would be read.
-  const auto written = [&] {
-    const auto lock = archive->lock();
-    return archive->knowsClay(near);
-  };
-  if (keeper && !written()) keeper->catchUp();
-  try {
-    document = read();
-  } catch (const Error&) {
-    // What is known may be in a save that is not done, or was given up.
-    if (!keeper) throw;
-    keeper->catchUp();
-    document = read();
-  }
+  const DocumentPtr document = keeper ? readStep(*keeper, *archive, records, kept, near) : readState(*archive, base, sources, kept, near);
   if (base && kept == base->state) savedDocument = document;
   return document;
 }
@@ -84,7 +70,7 @@ void Workbench::State::keepUndoBudget() {
   undo = budget.keep(*session, [this](const DocumentPtr& document) { return keeper ? keeper->kept(document) : 0; });
   if (undo.over && !keeper) {
     makeKeeper();
-    sources = {keeper->begin(session->states(), session->undoSteps(), archive, base, writer, {}, sources)};
+    records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer, {}, sources);
     session->setWatch(keeper.get());
   }
   const auto trouble = [this] {
@@ -124,6 +110,7 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   request->archive = archive;
   request->base = base;
   request->sources = sources;
+  if (records) request->sources = {records};
   request->writer = writer;
   saving = true;
   if (keeper) keeper->saving(target);

@@ -117,7 +117,8 @@ struct Workbench::State {
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;
   std::string writer;
-  std::vector<std::shared_ptr<io::RecordSource>> sources;
+  std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
+  std::shared_ptr<HistoryRecords> records;                  // all places of its steps, while there is a keeper
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
   bool saving = false;
