@@ -288,13 +288,32 @@ void Session::goTo(size_t steps) {
   HistoryState& at = states_[steps];
   if (!at.document) {
     if (!reader_) throw Error("that step is not at hand any more", Error::Kind::work);
-    at.document = reader_(at.kept, *newest_);
+    at.document = reader_(at.kept, nearest(steps));
+    if (watch_) watch_->cameBack(steps, at.document);
   }
   merge_.clear();
   ++steps_;
   if (steps != done_ && watch_) watch_->went(steps);
   done_ = steps;
   if (at.document != newest_) setDocument(at.document);
+}
+
+const Document& Session::nearest(size_t state) const {
+  for (size_t away = 1; away < states_.size(); ++away) {
+    const bool below = away <= state && states_[state - away].document, above = state + away < states_.size() && states_[state + away].document;
+    if (below && (!above || state > done_)) return *states_[state - away].document;
+    if (above) return *states_[state + away].document;
+  }
+  return *newest_;
+}
+
+void Session::spill(size_t state, uint64_t kept) {
+  HistoryState& at = states_.at(state);
+  if (state == done_ || kept == 0) throw Error("the newest document cannot leave memory, nor one that no file has", Error::Kind::work);
+  at.kept = kept;
+  at.document.reset();
+  if (watch_) watch_->spilled(state);
+  collector_->wake();
 }
 
 std::vector<std::string> Session::history() const {

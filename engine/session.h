@@ -50,6 +50,9 @@ class SessionWatch {
   /// A step was done, or (`merged`) the last one is now another; what was undone before is gone.
   virtual void stepped(const std::string& label, const DocumentPtr& after, bool merged) = 0;
   virtual void went(size_t done) = 0;
+  /// The document of a state has left memory; or it is there again, just before it is gone to.
+  virtual void spilled(size_t /*state*/) {}
+  virtual void cameBack(size_t /*state*/, const DocumentPtr& /*document*/) {}
 };
 
 /// A document that the history holds: the first one, or what a step led to.
@@ -115,7 +118,10 @@ class Session {
   /// The first document and what each step led to.
   [[nodiscard]] const std::vector<HistoryState>& states() const { return states_; }
 
-  /// Reads a state that is kept in a file, given the newest document; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
+  /// The document of a state leaves memory: it is read again under `kept` when it is gone to. Throws Error for the newest one. Its clay is freed in the background.
+  void spill(size_t state, uint64_t kept);
+
+  /// Reads a state that is kept in a file, given the document in memory that is the fewest steps away; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
   void setReader(std::function<DocumentPtr(uint64_t kept, const Document& near)> reader) { reader_ = std::move(reader); }
   /// Null: nobody. It must outlive its time here.
   void setWatch(SessionWatch* watch) { watch_ = watch; }
@@ -139,6 +145,7 @@ class Session {
   void setVersion(const clay::Version& version);
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
+  [[nodiscard]] const Document& nearest(size_t state) const;
 
   StrokeQuality quality_;
   mutable std::mutex mutex_;      // guards newest_ alone

@@ -188,14 +188,16 @@ void Workbench::State::publish() {
       bytes += store->usage().bytes();
     }
     clayBytes = bytes;
+    undoOf = UINT64_MAX;
   }
   const bool inStroke = session->inStroke();
+  if (!inStroke && undoOf != session->steps()) keepUndoBudget();
   const uint64_t steps = session->undoSteps() + session->redoSteps();
   const uint64_t historyNow = inStroke ? historyOf : session->steps();
   const Snapshot& last = *snapshot;  // written by this thread alone
   FileState kept;
   kept.path = file;
-  kept.unsaved = now != savedDocument;
+  kept.unsaved = now != savedDocument.lock();
   kept.saving = saving;
   kept.opened = opened;
   kept.face = face;
@@ -203,7 +205,7 @@ void Workbench::State::publish() {
     const std::lock_guard lock(mutex);
     kept.journalTrouble = journalTrouble;
   }
-  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes &&
+  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes && last.undo == undo &&
       last.tool == held.value_or(Tool()) && last.file == kept) {
     return;
   }
@@ -223,6 +225,7 @@ void Workbench::State::publish() {
   next->points = session->counts().points;
   next->versions = loop->versions();
   next->clayBytes = clayBytes;
+  next->undo = undo;
   next->editP50Us = latency.quantileUs(0.5);
   next->editP99Us = latency.quantileUs(0.99);
   next->file = std::move(kept);

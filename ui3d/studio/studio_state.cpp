@@ -1,5 +1,7 @@
 #include "ui3d/studio/studio_state.h"
 
+#include <cmath>
+
 #include <system_error>
 
 namespace argil::studio {
@@ -41,5 +43,7 @@ void StudioState::remember(const std::filesystem::path& file) {
   if (recentFiles.size() > kMostRecent) recentFiles.resize(kMostRecent);
   lastFolder = whole.parent_path().string();
 }
+
+uint64_t StudioState::undoBytes() const { return static_cast<uint64_t>(std::llround(std::ldexp(undoGiB, 30))); }
 
 }  // namespace argil::studio

@@ -23,6 +23,7 @@ TEST(Settings, comeBackAsTheyWere) {
   state.recentFiles = {"/a b/µ.stl"};
   state.lastFolder = "/a b";
   state.imports = {3, true, 0.25};
+  state.undoGiB = 0.5;
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -39,6 +40,7 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.recentFiles, state.recentFiles);
   EXPECT_EQ(back.lastFolder, state.lastFolder);
   EXPECT_EQ(back.imports, state.imports);
+  EXPECT_EQ(back.undoBytes(), uint64_t{512} << 20);
   EXPECT_EQ(settingsText(back), settingsText(state));
 }
 
