@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "clay/block_pool.h"
 #include "clay/triangle_mesh.h"
 #include "clay/version.h"
 
@@ -32,13 +31,11 @@ struct PackedNormal {
 /// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed out.
 struct BrickMesh {
   Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
-  uint64_t serial = 0;  ///< Names this content for good within its Surface.
+  uint64_t serial = 0;        ///< Names this content for good within its Surface.
+  uint64_t vertexSerial = 0;  ///< The same for positions and normals: meshes that share it differ in quads alone.
   std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis.
   std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards; empty when not asked for.
   std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
-
-  std::shared_ptr<const void> vertexStorage;  ///< Behind positions and normals; shared by meshes that differ in quads alone.
-  PoolArray<std::array<VertexRef, 4>> quadStorage;
 };
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
