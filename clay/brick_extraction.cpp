@@ -80,7 +80,7 @@ Vec3f loopCentre(const float* v, const CellCase& c, int loop) {
   return {sum[0] * inverse, sum[1] * inverse, sum[2] * inverse};
 }
 
-// Gradient of the trilinear field in a cell, normalised; `at` in cell coordinates.
+// Gradient of the trilinear field in a cell; `at` in cell coordinates.
 Vec3f cellNormal(const float* v, const Vec3f& at) {
   constexpr int X = cornerOffset(1, 0, 0), Y = cornerOffset(0, 1, 0);
   const auto mix = [](float a, float b, float t) { return a + (b - a) * t; };
@@ -88,11 +88,9 @@ Vec3f cellNormal(const float* v, const Vec3f& at) {
   const float v00 = mix(v[0], v[1], fz), v01 = mix(v[Y], v[Y + 1], fz), v10 = mix(v[X], v[X + 1], fz), v11 = mix(v[X + Y], v[X + Y + 1], fz);
   const float z0 = mix(v[1] - v[0], v[Y + 1] - v[Y], fy), z1 = mix(v[X + 1] - v[X], v[X + Y + 1] - v[X + Y], fy);
   const float gx = mix(v10 - v00, v11 - v01, fy), gy = mix(v01 - v00, v11 - v10, fx), gz = mix(z0, z1, fx);
-  const float length = std::sqrt(gx * gx + gy * gy + gz * gz);
   // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
-  if (!(length > 1e-12f)) return {0, 0, 1};
-  const float inverse = 1.0f / length;
-  return {gx * inverse, gy * inverse, gz * inverse};
+  if (!(std::abs(gx) + std::abs(gy) + std::abs(gz) > 1e-12f)) return {0, 0, 1};
+  return {gx, gy, gz};
 }
 
 // Where the vertices that the quads of a brick may use lie in a map by cells, from −1 to 7 along each axis; cells are x·64 + y·8 + z.

@@ -87,13 +87,38 @@ class TaskList {
     return tasks_[last_];
   }
   // The brick's vertices are to be looked at, and the quads that may use them.
-  void want(Coord brick) {
-    const Coord in{brick.x & 7, brick.y & 7, brick.z & 7};
-    at(brick >> 3).wanted[static_cast<size_t>(in.x)] |= uint64_t{1} << (in.y * 8 + in.z);
-    if (in.x < 7 && in.y < 7 && in.z < 7) return;
-    for (int k = 1; k < 8; ++k) at((brick + Coord{k >> 2, (k >> 1) & 1, k & 1}) >> 3);
+  void want(Coord brick) { at(brick >> 3).wanted[static_cast<size_t>(brick.x & 7)] |= bitOf(brick); }
+  static uint64_t bitOf(Coord brick) { return uint64_t{1} << ((brick.y & 7) * 8 + (brick.z & 7)); }
+
+  // The same of all bricks dx, dy, dz (k = dx·4 + dy·2 + dz) lower than those of a region, by words.
+  void wantLower(Coord region, int k, const RegionBits& bricks) {
+    const int dx = k >> 2, dy = (k >> 1) & 1, dz = k & 1;
+    for (int x = 0; x < 8; ++x) {
+      const uint64_t word = bricks[static_cast<size_t>(x)];
+      if (word == 0) continue;
+      // What stays in the region, and what passes its lower face, along y and then along z.
+      const uint64_t alongY[2] = {dy ? word >> 8 : word, dy ? word << 56 : 0};
+      for (int py = 0; py < 2; ++py) {
+        const uint64_t alongZ[2] = {dz ? alongY[py] >> 1 & ~(kLowZ << 7) : alongY[py], dz ? (alongY[py] & kLowZ) << 7 : 0};
+        for (int pz = 0; pz < 2; ++pz)
+          if (alongZ[pz] != 0) at(region - Coord{x < dx, py, pz}).wanted[static_cast<size_t>((x - dx) & 7)] |= alongZ[pz];
+      }
+    }
   }
-  std::vector<Task> sorted() {
+
+  // With those regions whose quads alone may change, in order.
+  std::vector<Task> finish() {
+    for (size_t i = 0, count = tasks_.size(); i < count; ++i) {
+      const RegionBits wanted = tasks_[i].wanted;
+      const Coord region = tasks_[i].region;
+      const uint64_t all = wanted[0] | wanted[1] | wanted[2] | wanted[3] | wanted[4] | wanted[5] | wanted[6] | wanted[7];
+      for (int k = 1; k < 8; ++k) {
+        uint64_t last = k & 4 ? wanted[7] : all;
+        if (k & 2) last &= uint64_t{0xff} << 56;
+        if (k & 1) last &= kLowZ << 7;
+        if (last != 0) at(region + Coord{k >> 2, (k >> 1) & 1, k & 1});
+      }
+    }
     std::sort(tasks_.begin(), tasks_.end(), [](const Task& a, const Task& b) { return a.region < b.region; });
     return std::move(tasks_);
   }
@@ -227,11 +252,20 @@ HeldPtr Surface::State::hold(Coord brick, const CellTable& table, const Vec3f* p
 // face also reads the cell beyond.
 TaskList Surface::State::changedRegions(const Version& next) const {
   TaskList tasks;
+  // Of the region at hand, by how much lower: bricks with a change for those.
+  Coord region{INT32_MIN, 0, 0};
+  std::array<RegionBits, 8> changes{};
+  const auto flush = [&] {
+    for (int k = 0; k < 8; ++k) tasks.wantLower(region, k, changes[static_cast<size_t>(k)]);
+    changes = {};
+  };
   Version::forEachDifference(version, next, [&](Coord brick, Slot before, Slot after) {
-    for (unsigned left = changedFor(before, after); left != 0; left &= left - 1) {
-      const int k = std::countr_zero(left);
-      tasks.want(brick - Coord{k >> 2, (k >> 1) & 1, k & 1});
+    if (brick >> 3 != region) {
+      flush();
+      region = brick >> 3;
     }
+    for (unsigned left = changedFor(before, after); left != 0; left &= left - 1)
+      changes[static_cast<size_t>(std::countr_zero(left))][static_cast<size_t>(brick.x & 7)] |= TaskList::bitOf(brick);
     if (foldedBricks == 0) return;
     for (int i = 0; i < 27; ++i) {
       const Coord step{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
@@ -240,6 +274,7 @@ TaskList Surface::State::changedRegions(const Version& next) const {
       if (held && held->table.folded) tasks.want(brick + step);
     }
   });
+  flush();
   return tasks;
 }
 
@@ -426,7 +461,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   }
   s.version = version;
   try {
-    s.follow(tasks.sorted(), whole, threads, delta);
+    s.follow(tasks.finish(), whole, threads, delta);
   } catch (...) {
     // Half of it is no surface: the next update starts anew.
     *this = Surface(s.normals);

@@ -22,7 +22,8 @@ inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
 /// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
 struct PackedNormal {
   int16_t u = 0, v = 0;
-  static PackedNormal pack(const Vec3f& unit) noexcept;
+  /// Of any vector but zero: its length does not matter.
+  static PackedNormal pack(const Vec3f& direction) noexcept;
   [[nodiscard]] Vec3f unpack() const noexcept;
   friend bool operator==(PackedNormal, PackedNormal) = default;
 };

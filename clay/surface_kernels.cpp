@@ -19,12 +19,15 @@ using Ints = hn::Vec<IntTag>;
 
 HWY_INLINE Floats mix(Floats a, Floats b, Floats t) { return hn::Add(a, hn::Mul(hn::Sub(b, a), t)); }
 
-// Octahedral, as PackedNormal::pack.
-HWY_INLINE Ints packNormal(Floats x, Floats y, Floats z) {
+// Octahedral, as PackedNormal::pack; a vector without length gives z.
+HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
   const Tag d;
   const IntTag di;
   const Floats one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  const Floats scale = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
+  const Floats sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(gz));
+  // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
+  const auto flat = hn::Not(hn::Gt(sum, hn::Set(d, 1e-12f)));
+  const Floats scale = hn::IfThenElse(flat, zero, hn::Div(one, sum)), z = hn::IfThenElse(flat, one, gz);
   const Floats u = hn::Mul(x, scale), v = hn::Mul(y, scale);
   const auto sign = [&](Floats a) { return hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -1.0f), one); };
   const auto below = hn::Lt(z, zero);
@@ -47,9 +50,7 @@ HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& 
     // Bytes, as the pairs overlap.
     return hn::BitCast(d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
   };
-  const IntTag di;
   const Floats lower = load(hn::LowerHalf(half, index)), upper = load(hn::UpperHalf(half, index));
-  (void)di;
   first = hn::ConcatEven(d, upper, lower);
   second = hn::ConcatOdd(d, upper, lower);
 }
@@ -101,13 +102,7 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     const Floats v00 = mix(v[0], v[1], fz), v01 = mix(v[2], v[3], fz), v10 = mix(v[4], v[5], fz), v11 = mix(v[6], v[7], fz);
     const Floats z0 = mix(hn::Sub(v[1], v[0]), hn::Sub(v[3], v[2]), fy), z1 = mix(hn::Sub(v[5], v[4]), hn::Sub(v[7], v[6]), fy);
     const Floats gx = mix(hn::Sub(v10, v00), hn::Sub(v11, v01), fy), gy = mix(hn::Sub(v01, v00), hn::Sub(v11, v10), fx), gz = mix(z0, z1, fx);
-    const Floats length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)));
-    // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
-    const auto flat = hn::Not(hn::Gt(length, hn::Set(d, 1e-12f)));
-    const Floats scale = hn::Div(one, length);
-    const Ints packed = packNormal(hn::IfThenElse(flat, zero, hn::Mul(gx, scale)), hn::IfThenElse(flat, zero, hn::Mul(gy, scale)),
-                                   hn::IfThenElse(flat, one, hn::Mul(gz, scale)));
-    hn::StoreU(packed, di, reinterpret_cast<int32_t*>(normals + first));
+    hn::StoreU(packNormal(gx, gy, gz), di, reinterpret_cast<int32_t*>(normals + first));
   }
 }
 
