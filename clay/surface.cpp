@@ -454,7 +454,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   // Another model: all that stood is looked at again, together with all that stands.
   const bool whole = !s.version || s.version.store() != version.store() || !(s.version.grid() == version.grid());
   if (whole) {
-    addRegions(version.record()->root, kTreeLevels, treeFirst(), tasks);
+    addRegions(version.record()->roots[kDistanceTree], kTreeLevels, treeFirst(), tasks);
     for (const auto& entry : s.regions) tasks.at(entry.first);
   } else {
     tasks = s.changedRegions(version);
