@@ -33,6 +33,7 @@ constexpr double kOtherSheet = 8;       // Voxels: sources of one place that are
 constexpr double kSameSource = 0.5;     // Voxels: solutions that are closer are one.
 constexpr double kSolved = 0.02;        // Voxels: Newton's next step squares it.
 constexpr int kMostSteps = 24;
+constexpr double kExact = 0.6;          // Voxels of the old clay: beside the surface it is read by cubics, whose values are the new clay's.
 constexpr double kNear = 0.25;          // Voxels: closer to the surface the first-order distance is exact enough.
 constexpr size_t kBatch = 2048;         // Bricks computed before they are linked: 4 MiB.
 
@@ -163,6 +164,7 @@ class Deformer {
     for (const auto& [coord, at] : first_) order_.push_back(at);
     std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return candidates_[a].brick < candidates_[b].brick; });
     upper_.resize(order_.size());
+    stays_.resize(order_.size());
     for (const uint32_t i : order_)
       for (int level = 0; level <= kTreeLevels; ++level) {
         if (!occupied_[static_cast<size_t>(level)].insert(Editor::blockFirst(candidates_[i].brick, level)).second) break;
@@ -231,7 +233,7 @@ class Deformer {
           [&](size_t from, size_t to) {
             Sampler sampler(source_);
             for (size_t i = from; i < to; ++i) {
-              computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data());
+              stays_[begin + i] = computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data());
               step(0.2 + 0.7 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(order_.size()));
             }
           },
@@ -243,7 +245,8 @@ class Deformer {
     }
   }
 
-  void computeBrick(Sampler& sampler, const Candidate& first, float* field) const {
+  // True when the brick is as it was.
+  bool computeBrick(Sampler& sampler, const Candidate& first, float* field) const {
     const Vec3d origin = (first.brick * kBrickEdge).toVec3d(), middle = origin + Vec3d::Constant(kHalfBrick);
     // Places of the old clay that go to this brick's middle.
     std::vector<Vec3d> sheets;
@@ -262,7 +265,7 @@ class Deformer {
     if (first.next < 0 && (first.source - middle).squaredNorm() < kSameSource * kSameSource && warp_.fixes(origin, origin + Vec3d::Constant(2 * kHalfBrick))) {
       const Slot slot = old_.find(first.brick);
       for (int i = 0; i < kBrickVoxels; ++i) field[i] = slot.phi(i, grid_.band);
-      return;
+      return true;
     }
     std::fill(field, field + kBrickVoxels, grid_.band);
     for (size_t s = 0; s < sheets.size(); ++s) {
@@ -302,14 +305,17 @@ class Deformer {
         ofPlane += planeBack.col(0);
       }
     }
+    return false;
   }
 
   // From p to the warped surface; `source` goes to p. One step down the gradient finds a place beside the surface, a second one the surface there.
   double distance(Sampler& sampler, const Vec3d& p, const Vec3d& source, const Matrix3d& back) const {
     const double known = double(sampler.band()) - 0.02;
     Vec3f slope;
-    const double phi = double(sampler.tricubic(source, slope));
+    double phi = double(sampler.trilinear(source, slope));
     if (!(std::abs(phi) < known)) return phi < 0 ? -band_ : band_;
+    // Farther out this only leads to the surface; beside it, it is the answer.
+    if (std::abs(phi) < kExact) phi = double(sampler.tricubic(source, slope));
     Vec3d normal = slope.cast<double>();
     const double length = std::sqrt(normal.squaredNorm());
     if (length < 1e-3) return std::clamp(phi, -band_, band_);
@@ -317,7 +323,8 @@ class Deformer {
     const Vec3d gradient = back.transpose() * (normal / length);
     const double grows = std::sqrt(gradient.squaredNorm());
     const double firstOrder = phi / grows;
-    if (std::abs(firstOrder) < kNear || std::abs(firstOrder) > 1.5 * band_) return std::clamp(firstOrder, -band_, band_);
+    if (std::abs(firstOrder) < kNear && std::abs(phi) < kExact) return std::clamp(firstOrder, -band_, band_);
+    if (std::abs(firstOrder) > 1.2 * band_) return std::clamp(firstOrder, -band_, band_);
 
     Matrix3d j;
     const Vec3d besideSource = source - back * (gradient * (firstOrder / grows));
@@ -354,7 +361,8 @@ class Deformer {
   void settle() {
     std::vector<Coord> bricks;
     bricks.reserve(order_.size());
-    for (const uint32_t i : order_) bricks.push_back(candidates_[i].brick);
+    for (size_t i = 0; i < order_.size(); ++i)
+      if (!stays_[i]) bricks.push_back(candidates_[order_[i]].brick);
     redistanceByRegion(editor_, bricks, job_, 0.9);
   }
 
@@ -370,6 +378,7 @@ class Deformer {
   std::unordered_map<Coord, uint32_t, CoordHash> first_;  // of the candidates of a brick
   std::vector<uint32_t> order_;                           // first candidates, by coordinate
   std::array<std::unordered_set<Coord, CoordHash>, kTreeLevels + 1> occupied_;  // blocks of each level that hold some
+  std::vector<uint8_t> stays_;                            // whether each of them keeps what the old clay has there
   std::vector<Tile> upper_;                               // side of the last voxel of the first column of each of them
 };
 
