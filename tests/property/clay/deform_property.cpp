@@ -60,8 +60,8 @@ TEST(Deform, AnAffineLatticeMakesASphereTheExactEllipsoid) {
     std::printf("scaled by %g %g %g\n", factors.x(), factors.y(), factors.z());
     print("beside", beside, 1);
     print("band", band, 2.9);
-    EXPECT_LE(beside.rms, 0.05);
-    EXPECT_LE(band.worst, 0.5);
+    EXPECT_LE(beside.rms, 0.002);
+    EXPECT_LE(band.worst, 0.15);
     expectSolid(deformed);
   }
 }
@@ -98,7 +98,7 @@ TEST(Deform, TwistedThereAndBackIsWhatItWas) {
   const FieldError error = fieldError(back, block, 1);
   print("twist back", error, 1);
   print("twist back band", fieldError(back, block, 2.9), 2.9);
-  EXPECT_LE(error.rms, 0.05);
+  EXPECT_LE(error.rms, 0.005);
   expectSolid(back);
 }
 
@@ -123,8 +123,8 @@ TEST(Deform, ABentRodIsAPieceOfARing) {
   print("bend", beside, 1);
   print("bend band", band, 2.9);
   EXPECT_GT(beside.voxels, 1000u);
-  EXPECT_LE(beside.rms, 0.05);
-  EXPECT_LE(band.worst, 0.3);
+  EXPECT_LE(beside.rms, 0.002);
+  EXPECT_LE(band.worst, 0.02);
   expectSolid(bent);
 }
 
