@@ -38,6 +38,7 @@ class Cutter {
     compute();
     std::sort(cutBricks_.begin(), cutBricks_.end());
     redistanceByRegion(editor_, cutBricks_, job_, 0.8);
+    keepChannels(editor_, version_);
     return editor_.commit();
   }
 

@@ -125,6 +125,8 @@ struct Candidate {
 };
 
 class Deformer {
+  using Places = std::array<Coord, kBrickVoxels>;
+
  public:
   Deformer(const Version& version, const Warp& warp, std::shared_ptr<Store> store, Job* job, int threads)
       : old_(version), grid_(version.grid()), warp_(warp, grid_), band_(double(grid_.band)), editor_(Version::empty(std::move(store), version.grid())), job_(job),
@@ -225,6 +227,7 @@ class Deformer {
 
   void compute() {
     std::vector<std::array<float, kBrickVoxels>> fields(std::min(kBatch, order_.size()));
+    std::vector<Places> places(carries_ ? fields.size() : 0);
     std::atomic<size_t> done{0};
     for (size_t begin = 0; begin < order_.size(); begin += kBatch) {
       const size_t count = std::min(kBatch, order_.size() - begin);
@@ -233,20 +236,21 @@ class Deformer {
           [&](size_t from, size_t to) {
             Sampler sampler(source_);
             for (size_t i = from; i < to; ++i) {
-              stays_[begin + i] = computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data());
+              stays_[begin + i] = computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data(), carries_ ? &places[i] : nullptr);
               step(0.2 + 0.7 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(order_.size()));
             }
           },
           16);
       for (size_t i = 0; i < count; ++i) {
         editor_.setVoxels(candidates_[order_[begin + i]].brick, fields[i]);
+        if (carries_) carry(candidates_[order_[begin + i]].brick, places[i]);
         upper_[begin + i] = fields[i][Brick::offset(0, 0, 7)] < 0 ? Tile::inside : Tile::outside;
       }
     }
   }
 
   // True when the brick is as it was.
-  bool computeBrick(Sampler& sampler, const Candidate& first, float* field) const {
+  bool computeBrick(Sampler& sampler, const Candidate& first, float* field, Places* places) const {
     const Vec3d origin = (first.brick * kBrickEdge).toVec3d(), middle = origin + Vec3d::Constant(kHalfBrick);
     // Places of the old clay that go to this brick's middle.
     std::vector<Vec3d> sheets;
@@ -264,7 +268,10 @@ class Deformer {
     // Clay that stays keeps its bits, unless other clay comes there.
     if (first.next < 0 && (first.source - middle).squaredNorm() < kSameSource * kSameSource && warp_.fixes(origin, origin + Vec3d::Constant(2 * kHalfBrick))) {
       const Slot slot = old_.find(first.brick);
-      for (int i = 0; i < kBrickVoxels; ++i) field[i] = slot.phi(i, grid_.band);
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        field[i] = slot.phi(i, grid_.band);
+        if (places) (*places)[static_cast<size_t>(i)] = first.brick * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+      }
       return true;
     }
     std::fill(field, field + kBrickVoxels, grid_.band);
@@ -297,7 +304,13 @@ class Deformer {
               }
             }
             float& value = field[Brick::offset(x, y, z)];
-            value = std::min(value, static_cast<float>(distance(sampler, p, source, back)));
+            Vec3d surface = source;
+            const auto away = static_cast<float>(distance(sampler, p, source, back, surface));
+            if (places && (s == 0 || away < value)) {
+              const Vec3d nearest = (surface + Vec3d::Constant(0.5)).array().floor();
+              (*places)[static_cast<size_t>(Brick::offset(x, y, z))] = {int(nearest.x()), int(nearest.y()), int(nearest.z())};
+            }
+            value = std::min(value, away);
             source += back.col(2);
           }
           ofRow += rowBack.col(1);
@@ -308,8 +321,8 @@ class Deformer {
     return false;
   }
 
-  // From p to the warped surface; `source` goes to p. One step down the gradient finds a place beside the surface, a second one the surface there.
-  double distance(Sampler& sampler, const Vec3d& p, const Vec3d& source, const Matrix3d& back) const {
+  // From p to the warped surface; `source` goes to p, and `surface` becomes a place of the old clay beside the one that is nearest. One step down the gradient finds a place beside the surface, a second one the surface there.
+  double distance(Sampler& sampler, const Vec3d& p, const Vec3d& source, const Matrix3d& back, Vec3d& surface) const {
     const double known = double(sampler.band()) - 0.02;
     Vec3f slope;
     double phi = double(sampler.trilinear(source, slope));
@@ -329,6 +342,7 @@ class Deformer {
     Matrix3d j;
     const Vec3d besideSource = source - back * (gradient * (firstOrder / grows));
     const Vec3d beside = warp_.map(besideSource, j);
+    surface = besideSource;
     const double rest = double(sampler.tricubic(besideSource, slope));
     normal = slope.cast<double>();
     const double length2 = std::sqrt(normal.squaredNorm());
@@ -357,6 +371,25 @@ class Deformer {
     return below.x == brick.x && below.y == brick.y ? upper_[static_cast<size_t>(at - 1 - order_.begin())] : Tile::outside;
   }
 
+  // Channels come from the nearest voxel of the old clay.
+  void carry(Coord brick, const Places& places) {
+    for (const Channel channel : kAllChannels) {
+      if (!old_.has(channel)) continue;
+      std::array<uint8_t, kBrickVoxels> values;
+      Coord last{INT32_MIN, 0, 0};
+      ChannelSlot slot;
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        const Coord v = places[static_cast<size_t>(i)];
+        if (last != v >> kBrickBits) {
+          last = v >> kBrickBits;
+          slot = old_.find(channel, last);
+        }
+        values[static_cast<size_t>(i)] = slot.value(Brick::offset(v.x & 7, v.y & 7, v.z & 7));
+      }
+      editor_.setChannel(channel, brick, values);
+    }
+  }
+
   // Distances again where the warp left only bounds: beside creases, and where it presses more than the band is wide.
   void settle() {
     std::vector<Coord> bricks;
@@ -364,6 +397,8 @@ class Deformer {
     for (size_t i = 0; i < order_.size(); ++i)
       if (!stays_[i]) bricks.push_back(candidates_[order_[i]].brick);
     redistanceByRegion(editor_, bricks, job_, 0.9);
+    if (!carries_) return;
+    for (const uint32_t i : order_) clearChannelsOutsideBand(editor_, candidates_[i].brick);
   }
 
   const Version& old_;
@@ -373,6 +408,7 @@ class Deformer {
   Editor editor_;
   Job* job_;
   int threads_;
+  bool carries_ = std::any_of(kAllChannels.begin(), kAllChannels.end(), [this](Channel channel) { return old_.has(channel); });
   Version source_;
   std::vector<Candidate> candidates_;
   std::unordered_map<Coord, uint32_t, CoordHash> first_;  // of the candidates of a brick

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 #include <thread>
 
+#include "clay/cut.h"
 #include "clay/deform.h"
+#include "clay/editor.h"
 #include "clay/error.h"
 #include "clay/lattice.h"
 #include "clay/primitives.h"
@@ -154,6 +157,66 @@ TEST(Deform, RefusesFoldsInASentence) {
   // A thick rod about a tight arc.
   EXPECT_THROW((void)deform(ball, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, Vec3d::UnitX(), 2), Store::make()), Error);
   EXPECT_THROW((void)deform(ball, Taper({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, 0.06), Store::make()), Error);  // 16 times thinner.
+}
+
+// A ball that is painted where x is positive, in the band.
+Version halfPainted() {
+  const Version ball = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 9);
+  Editor editor(ball);
+  ball.forEachBrick([&](const Brick& brick) {
+    std::array<uint8_t, kBrickVoxels> values;
+    for (int i = 0; i < kBrickVoxels; ++i) values[size_t(i)] = brick.coord.x >= 0 && std::abs(brick.phi[i]) < 3 ? 200 : 0;
+    editor.setChannel(Channel::cover, brick.coord, values);
+  });
+  return editor.commit();
+}
+
+// Painted voxels are those on the side where `side` is positive, but for a rim of a voxel; none is out of the band.
+void expectPaintedWhere(const Version& version, const std::function<double(const Vec3d&)>& side) {
+  size_t painted = 0, wrong = 0, loose = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    const ChannelSlot slot = version.find(Channel::cover, brick.coord);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const bool is = slot.value(i) == 200;
+      EXPECT_TRUE(is || slot.value(i) == 0);
+      painted += is;
+      loose += is && std::abs(brick.phi[i]) >= 3;
+      const double at = side((brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d());
+      if (std::abs(brick.phi[i]) < 2.5f && std::abs(at) > 2) wrong += is != (at > 0);
+    }
+  });
+  version.forEachBrick(Channel::cover, [&](const ChannelBrick& brick) { EXPECT_FALSE(version.find(brick.coord).isTile()); });
+  EXPECT_GT(painted, 1000u);
+  EXPECT_EQ(wrong, 0u);
+  EXPECT_EQ(loose, 0u);
+}
+
+TEST(Deform, PaintGoesWithTheClay) {
+  const Version ball = halfPainted();
+  expectPaintedWhere(ball, [](const Vec3d& p) { return p.x() + 0.5; });
+  // A quarter turn about z for all that lies above the ball's foot, and a little back: what was x is y.
+  const Twist twist({Vec3d::Zero(), Vec3d::UnitZ(), -31, -30}, 1.5707963267948966);
+  expectPaintedWhere(deform(ball, twist, Store::make()), [](const Vec3d& p) { return p.y() + 0.5; });
+}
+
+TEST(Cut, PaintStaysWhereTheClayStays) {
+  const Version ball = halfPainted();
+  const Vec3d n(1, 1, 0);
+  for (const bool copied : {false, true}) {
+    const Version part = cut(ball, PlaneDivider(Vec3d(2, 0, 0), n), true, copied ? Store::make() : ball.store());
+    size_t painted = 0;
+    part.forEachBrick([&](const Brick& brick) {
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        const uint8_t value = part.find(Channel::cover, brick.coord).value(i);
+        painted += value > 0;
+        const Slot was = ball.find(brick.coord);
+        const bool both = std::abs(brick.phi[i]) < 3 && std::abs(was.phi(i, 3)) < 3;
+        ASSERT_EQ(value, both ? ball.find(Channel::cover, brick.coord).value(i) : 0);
+      }
+    });
+    EXPECT_GT(painted, 500u);
+    part.forEachBrick(Channel::cover, [&](const ChannelBrick& brick) { EXPECT_FALSE(part.find(brick.coord).isTile()); });
+  }
 }
 
 TEST(Deform, EmptyClayStaysEmpty) {
