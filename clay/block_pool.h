@@ -32,47 +32,27 @@ class BlockPool {
   size_t used_ = kSlab;  // of the newest slab
 };
 
-/// Standard allocator over a shared pool, for std::allocate_shared: what it makes keeps the pool alive.
+/// For std::allocate_shared over a shared pool: makes each object with `tail` bytes behind it in the same block, and says at `*at` where
+/// they begin (aligned as T is). What it makes keeps the pool alive.
 template <class T>
-struct PoolAllocator {
+struct TailAllocator {
   using value_type = T;
-  explicit PoolAllocator(std::shared_ptr<BlockPool> p) : pool(std::move(p)) {}
+  TailAllocator(std::shared_ptr<BlockPool> p, size_t tailBytes, std::byte** where) : pool(std::move(p)), tail(tailBytes), at(where) {}
   template <class U>
-  PoolAllocator(const PoolAllocator<U>& other) : pool(other.pool) {}
-  T* allocate(size_t n) { return static_cast<T*>(pool->allocate(n * sizeof(T))); }
-  void deallocate(T* p, size_t n) noexcept { pool->release(p, n * sizeof(T)); }
+  TailAllocator(const TailAllocator<U>& other) : pool(other.pool), tail(other.tail), at(other.at) {}
+  T* allocate(size_t n) {
+    auto* block = static_cast<std::byte*>(pool->allocate(n * sizeof(T) + tail));
+    *at = block + n * sizeof(T);
+    return reinterpret_cast<T*>(block);
+  }
+  void deallocate(T* p, size_t n) noexcept { pool->release(p, n * sizeof(T) + tail); }
   template <class U>
-  bool operator==(const PoolAllocator<U>& other) const {
-    return pool == other.pool;
+  bool operator==(const TailAllocator<U>& other) const {
+    return pool == other.pool && tail == other.tail;
   }
   std::shared_ptr<BlockPool> pool;
-};
-
-/// An array of trivial elements from a pool; uninitialised when made.
-template <class T>
-class PoolArray {
- public:
-  PoolArray() = default;
-  PoolArray(std::shared_ptr<BlockPool> pool, size_t count)
-      : pool_(std::move(pool)), data_(count > 0 ? static_cast<T*>(pool_->allocate(count * sizeof(T))) : nullptr), count_(count) {}
-  PoolArray(PoolArray&& other) noexcept
-      : pool_(std::move(other.pool_)), data_(std::exchange(other.data_, nullptr)), count_(std::exchange(other.count_, 0)) {}
-  PoolArray& operator=(PoolArray&& other) noexcept {
-    std::swap(pool_, other.pool_);
-    std::swap(data_, other.data_);
-    std::swap(count_, other.count_);
-    return *this;
-  }
-  ~PoolArray() {
-    if (data_) pool_->release(data_, count_ * sizeof(T));
-  }
-  [[nodiscard]] T* data() const { return data_; }
-  [[nodiscard]] size_t size() const { return count_; }
-
- private:
-  std::shared_ptr<BlockPool> pool_;
-  T* data_ = nullptr;
-  size_t count_ = 0;
+  size_t tail;
+  std::byte** at;  ///< Used by allocate() alone.
 };
 
 }  // namespace argil::clay

@@ -3,13 +3,26 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
+#include <span>
 
 #include "clay/sampler.h"
 #include "clay/surface.h"
 #include "clay/surface_kernels.h"
 
 namespace argil::clay {
+
+/// What the extraction of one brick reads.
+struct BrickInput {
+  Slot slots[2][2][2];  ///< At its coordinate and one step higher along each axis, as [x][y][z].
+  BrickSigns signs;
+  bool crossed = false;       ///< Some cell is active.
+  uint16_t rows[9], ends[9];  ///< Bit y: the row of voxels, and its ninth value, is a corner of active cells. Only when crossed.
+};
+
+/// From `slots`: the signs.
+void readSigns(BrickInput& input);
+/// From the signs: the rest. Sends for the voxels that will be read, so call it a few bricks ahead of extractVertices.
+void readRows(BrickInput& input);
 
 /// How the cells of a brick number their vertices. A cell's first loop has its rank among the active cells; further loops
 /// come after all of those.
@@ -22,13 +35,13 @@ struct CellTable {
     uint16_t extraFirst;  ///< Index of its second loop's vertex.
     friend bool operator==(const Special&, const Special&) = default;
   };
-  uint64_t active[8] = {};   ///< Bit y·8 + z of word x: the cell has a vertex.
-  uint16_t before[8] = {};   ///< Active cells in the words before.
-  uint64_t special[8] = {};  ///< Cells listed in `specials`.
-  std::vector<Special> specials;  ///< In order of cell.
+  uint64_t active[8];     ///< Bit y·8 + z of word x: the cell has a vertex.
+  uint16_t before[8];     ///< Active cells in the words before.
   uint16_t vertices = 0;
+  uint16_t quads = 0;     ///< Voxel edges with a sign change from the brick's own voxels.
   /// Some cell has a folded face: its vertices depend on the cells beyond, one brick lower too.
   bool folded = false;
+  std::span<const Special> specials;  ///< In order of cell.
 
   friend bool operator==(const CellTable& a, const CellTable& b);
 
@@ -36,18 +49,19 @@ struct CellTable {
   [[nodiscard]] uint32_t vertexOf(int cell, int edge) const;
 };
 
-/// Vertices of one brick on their way: room for the most there can be, and for whole vectors past the last.
-struct VertexBuffer {
-  static constexpr size_t kMost = 4 * kBrickVoxels + kCellPadding;
-  std::array<Vec3f, kMost> positions;
-  std::array<PackedNormal, kMost> normals;
-  size_t count = 0;
-  [[nodiscard]] std::span<const Vec3f> usedPositions() const { return {positions.data(), count}; }
-  [[nodiscard]] std::span<const PackedNormal> usedNormals() const { return {normals.data(), count}; }
+/// Room for one brick on its way: for the most there can be, and for whole vectors past the last.
+struct ExtractionBuffer {
+  static constexpr size_t kMostVertices = 4 * kBrickVoxels + kCellPadding;
+  CellTable table;
+  std::array<CellTable::Special, kBrickVoxels> specials;
+  std::array<Vec3f, kMostVertices> positions;
+  std::array<PackedNormal, kMostVertices> normals;
+  std::array<std::array<VertexRef, 4>, 3 * kBrickVoxels + kEdgePadding> quads;
 };
 
-/// Vertices of the cells of `brick`, with normals when asked for; none where there is no surface.
-void extractVertices(Sampler& field, Coord brick, bool wantNormals, CellTable& table, VertexBuffer& out);
+/// Vertices of the cells of `brick` into out.table, positions and, when asked for, normals; out.table.vertices may be 0. `field` reads
+/// the same version, for the rare cells that look beyond.
+void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, ExtractionBuffer& out);
 
 /// What extractQuads needs of a brick coordinate and of its seven lower neighbours; null tables have no vertices.
 struct VertexSource {
@@ -55,15 +69,8 @@ struct VertexSource {
   const Vec3f* positions = nullptr;
 };
 
-/// Quads of one brick: three edges a voxel at the most.
-struct QuadBuffer {
-  std::array<std::array<VertexRef, 4>, 3 * kBrickVoxels> quads;
-  size_t count = 0;
-  [[nodiscard]] std::span<const std::array<VertexRef, 4>> used() const { return {quads.data(), count}; }
-};
-
-/// Quads of the voxel edges whose lower voxel is in `brick`; `sources[dx·4 + dy·2 + dz]` is the brick that is dx, dy, dz lower.
-/// Each is split along its shorter diagonal.
-void extractQuads(Sampler& field, Coord brick, const std::array<VertexSource, 8>& sources, QuadBuffer& out);
+/// Quads of the voxel edges whose lower voxel is in the brick of `signs`, into out.quads: `sources[0].table->quads` of them; `sources[dx·4 + dy·2 + dz]` is the
+/// brick that is dx, dy, dz lower. Each is split along its shorter diagonal.
+void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out);
 
 }  // namespace argil::clay

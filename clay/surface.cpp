@@ -1,16 +1,21 @@
 #include "clay/surface.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <unordered_map>
 
+#include "clay/block_pool.h"
 #include "clay/brick_extraction.h"
 #include "clay/brick_set.h"
 #include "clay/hash.h"
 #include "clay/parallel.h"
+#include "clay/region_slots.h"
 #include "clay/sampler.h"
+#include "clay/tree_view.h"
 
 namespace argil::clay {
 
@@ -38,64 +43,168 @@ Vec3f PackedNormal::unpack() const noexcept {
 
 namespace {
 
-struct Vertices {
-  Vertices(const std::shared_ptr<BlockPool>& pool, std::span<const Vec3f> p, std::span<const PackedNormal> n)
-      : positionStorage(pool, p.size()), normalStorage(pool, n.size()), positions(positionStorage.data(), p.size()), normals(normalStorage.data(), n.size()) {
-    std::uninitialized_copy(p.begin(), p.end(), positionStorage.data());
-    std::uninitialized_copy(n.begin(), n.end(), normalStorage.data());
-  }
-  PoolArray<Vec3f> positionStorage;
-  PoolArray<PackedNormal> normalStorage;
-  std::span<const Vec3f> positions;
-  std::span<const PackedNormal> normals;
+constexpr uint64_t kLowZ = 0x0101010101010101ull;  // z = 0 of each row of a region's words
+
+// Bit y·8 + z of word x: a brick of a region.
+using RegionBits = std::array<uint64_t, 8>;
+
+// A mesh, how its cells number their vertices, and behind them in one block all that it spans.
+struct Held : BrickMesh {
+  CellTable table;
+};
+using HeldPtr = std::shared_ptr<Held>;
+
+struct Region {
+  std::array<HeldPtr, 512> held;
+  int count = 0;
+  // Of the update that runs: vertices are not there yet; bricks whose vertices are others now.
+  std::atomic<bool> pending = false;
+  RegionBits changed{};
 };
 
-template <class T>
-bool sameBytes(std::span<const T> a, std::span<const T> b) {
-  // Two empty ones have no bytes that may be asked for.
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+// What an update does in one region.
+struct Task {
+  Coord region;
+  RegionBits wanted{};  // bricks whose vertices may be others now
+  Region* target = nullptr;
+  uint64_t firstSerial = 0;
+  // Filled in:
+  RegionBits looked{}, gone{};
+  std::vector<BrickMeshPtr> changed;
+  std::vector<std::pair<int, HeldPtr>> replaced;  // what differs in quads alone, not to be put in before all others have read what was
+  int64_t vertices = 0, quads = 0, folded = 0;  // what came on top
+};
+
+// Tasks by region, cheap to find again.
+class TaskList {
+ public:
+  Task& at(Coord region) {
+    if (tasks_.empty() || region != lastRegion_) {
+      lastRegion_ = region;
+      last_ = index_.try_emplace(region, tasks_.size()).first->second;
+      if (last_ == tasks_.size()) tasks_.emplace_back().region = region;
+    }
+    return tasks_[last_];
+  }
+  // The brick's vertices are to be looked at, and the quads that may use them.
+  void want(Coord brick) { at(brick >> 3).wanted[static_cast<size_t>(brick.x & 7)] |= bitOf(brick); }
+  static uint64_t bitOf(Coord brick) { return uint64_t{1} << ((brick.y & 7) * 8 + (brick.z & 7)); }
+
+  // The same of all bricks dx, dy, dz (k = dx·4 + dy·2 + dz) lower than those of a region, by words.
+  void wantLower(Coord region, int k, const RegionBits& bricks) {
+    const int dx = k >> 2, dy = (k >> 1) & 1, dz = k & 1;
+    for (int x = 0; x < 8; ++x) {
+      const uint64_t word = bricks[static_cast<size_t>(x)];
+      if (word == 0) continue;
+      // What stays in the region, and what passes its lower face, along y and then along z.
+      const uint64_t alongY[2] = {dy ? word >> 8 : word, dy ? word << 56 : 0};
+      for (int py = 0; py < 2; ++py) {
+        const uint64_t alongZ[2] = {dz ? alongY[py] >> 1 & ~(kLowZ << 7) : alongY[py], dz ? (alongY[py] & kLowZ) << 7 : 0};
+        for (int pz = 0; pz < 2; ++pz)
+          if (alongZ[pz] != 0) at(region - Coord{x < dx, py, pz}).wanted[static_cast<size_t>((x - dx) & 7)] |= alongZ[pz];
+      }
+    }
+  }
+
+  // With those regions whose quads alone may change, in order.
+  std::vector<Task> finish() {
+    for (size_t i = 0, count = tasks_.size(); i < count; ++i) {
+      const RegionBits wanted = tasks_[i].wanted;
+      const Coord region = tasks_[i].region;
+      const uint64_t all = wanted[0] | wanted[1] | wanted[2] | wanted[3] | wanted[4] | wanted[5] | wanted[6] | wanted[7];
+      for (int k = 1; k < 8; ++k) {
+        uint64_t last = k & 4 ? wanted[7] : all;
+        if (k & 2) last &= uint64_t{0xff} << 56;
+        if (k & 1) last &= kLowZ << 7;
+        if (last != 0) at(region + Coord{k >> 2, (k >> 1) & 1, k & 1});
+      }
+    }
+    std::sort(tasks_.begin(), tasks_.end(), [](const Task& a, const Task& b) { return a.region < b.region; });
+    return std::move(tasks_);
+  }
+
+ private:
+  std::vector<Task> tasks_;
+  std::unordered_map<Coord, size_t, CoordHash> index_;
+  Coord lastRegion_;
+  size_t last_ = 0;
+};
+
+// Regions whose bricks can have a vertex.
+void addRegions(Link link, int level, Coord first, TaskList& tasks) {
+  if (isTile(link)) return;
+  if (level == 1) {
+    for (int k = 0; k < 8; ++k) tasks.at((first >> 3) - Coord{k >> 2, (k >> 1) & 1, k & 1});
+    return;
+  }
+  const int step = 1 << (3 * (level - 1));
+  for (int i = 0; i < 512; ++i)
+    addRegions(reinterpret_cast<const Node*>(link)->child[i], level - 1, first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, tasks);
 }
 
-struct Entry {
-  CellTable table;
-  std::shared_ptr<const Vertices> vertices;
-  BrickMeshPtr mesh;
-};
+// Bricks of a region that can have a vertex: both signs among them and those one step higher.
+RegionBits crossedBricks(const RegionSlots& slots) {
+  for (int i = 0; i < 9 * 9 * 9; ++i)
+    if (const Brick* brick = slots.at(i / 81, i / 9 % 9, i % 9).brick()) {
+      __builtin_prefetch(&brick->anyInside);
+      __builtin_prefetch(brick->inside);
+    }
+  // Bit z of [x][y]; first each brick, then together with those one step higher.
+  unsigned inside[9][9] = {}, outside[9][9] = {};
+  for (int x = 0; x < 9; ++x)
+    for (int y = 0; y < 9; ++y)
+      for (int z = 0; z < 9; ++z) {
+        const Slot slot = slots.at(x, y, z);
+        const bool in = slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
+        const bool out = slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
+        inside[x][y] |= static_cast<unsigned>(in) << z;
+        outside[x][y] |= static_cast<unsigned>(out) << z;
+      }
+  const auto together = [](unsigned (&bits)[9][9], int x, int y) {
+    const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
+    return (all | all >> 1) & 0xff;
+  };
+  RegionBits crossed{};
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      crossed[static_cast<size_t>(x)] |= uint64_t{together(inside, x, y) & together(outside, x, y)} << (y * 8);
+  return crossed;
+}
+
+// Bit dx·4 + dy·2 + dz: the bricks differ in a voxel that cells of the brick dx, dy, dz lower have as a corner.
+unsigned changedFor(Slot before, Slot after) {
+  if (before.isTile() || after.isTile()) return 0xff;
+  uint64_t d[8];
+  differingVoxels(before.brick()->phi, after.brick()->phi, d);
+  const uint64_t all = d[0] | d[1] | d[2] | d[3] | d[4] | d[5] | d[6] | d[7];
+  const auto bits = [](uint64_t word) {
+    return unsigned{word != 0} | unsigned{(word & kLowZ) != 0} << 1 | unsigned{(word & 0xff) != 0} << 2 | unsigned{(word & 1) != 0} << 3;
+  };
+  return bits(all) | bits(d[0]) << 4;
+}
+
+template <class T>
+bool sameBytes(std::span<const T> a, const T* b) {
+  return a.empty() || std::memcmp(a.data(), b, a.size_bytes()) == 0;
+}
 
 }  // namespace
 
 struct Surface::State {
-  using Region = std::array<std::unique_ptr<Entry>, 512>;
-
   bool normals;
   Version version;
   std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
+  std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
   uint64_t nextSerial = 1;
   uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
 
-  static size_t indexIn(Coord brick) { return static_cast<size_t>((brick.x & 7) << 6 | (brick.y & 7) << 3 | (brick.z & 7)); }
-
-  // Remembers the region of the last look-up; one per thread.
-  struct Cursor {
-    explicit Cursor(const State& s) : state(s) {}
-    const State& state;
-    Coord region{INT32_MIN, 0, 0};
-    Region* found = nullptr;
-
-    Entry* find(Coord brick) {
-      if (brick >> 3 != region) {
-        region = brick >> 3;
-        const auto it = state.regions.find(region);
-        found = it == state.regions.end() ? nullptr : it->second.get();
-      }
-      return found ? (*found)[indexIn(brick)].get() : nullptr;
-    }
-  };
-
-  std::unique_ptr<Entry>& place(Coord brick) {
-    auto& region = regions[brick >> 3];
-    if (!region) region = std::make_unique<Region>();
-    return (*region)[indexIn(brick)];
+  Region* region(Coord at) const {
+    const auto it = regions.find(at);
+    return it == regions.end() ? nullptr : it->second.get();
+  }
+  const Held* find(Coord brick) const {
+    const Region* in = region(brick >> 3);
+    return in ? in->held[static_cast<size_t>(Brick::offset(brick.x & 7, brick.y & 7, brick.z & 7))].get() : nullptr;
   }
 
   template <class Visit>
@@ -105,215 +214,231 @@ struct Surface::State {
     for (const auto& entry : regions) keys.push_back(entry.first);
     std::sort(keys.begin(), keys.end());
     for (const Coord key : keys)
-      for (const auto& entry : *regions.at(key))
-        if (entry) visit(*entry);
+      for (const HeldPtr& held : regions.at(key)->held)
+        if (held) visit(*held);
   }
 
-  using QuadArray = PoolArray<std::array<VertexRef, 4>>;
-  std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
-
-  BrickMeshPtr makeMesh(Coord brick, std::shared_ptr<const Vertices> vertices, QuadArray quads) {
-    auto mesh = std::allocate_shared<BrickMesh>(PoolAllocator<BrickMesh>(pool));
-    mesh->brick = brick;
-    mesh->serial = nextSerial++;
-    if (vertices) {
-      mesh->positions = vertices->positions;
-      mesh->normals = vertices->normals;
-      mesh->vertexStorage = std::move(vertices);
-    }
-    mesh->quadStorage = std::move(quads);
-    mesh->quads = {mesh->quadStorage.data(), mesh->quadStorage.size()};
-    return mesh;
-  }
-
-  std::vector<Coord> changedBricks(const Version& next);
-  void followVertices(std::span<const Coord> bricks, int threads, BrickSet& quadBricks, std::vector<Coord>& gone);
-  void followQuads(std::span<const Coord> bricks, int threads, std::span<const Coord>& gone, SurfaceDelta& delta);
-  void follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta);
+  HeldPtr hold(Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere, const std::array<VertexRef, 4>* quads);
+  TaskList changedRegions(const Version& next) const;
+  void extractRegionVertices(Task& task, bool whole, ExtractionBuffer& buffer);
+  void followVertices(Task& task, int index, Coord brick, const ExtractionBuffer& buffer);
+  void extractRegionQuads(Task& task, ExtractionBuffer& buffer);
+  void follow(std::vector<Task> tasks, bool whole, int threads, SurfaceDelta& delta);
 };
 
-// Both signs among a brick and those one step higher.
-bool mayBeCrossed(Sampler& field, Coord brick) {
-  Slot slots[2][2][2];
-  field.corner(brick, slots);
-  bool inside = false, outside = false;
-  for (int i = 0; i < 8; ++i) {
-    const Slot slot = slots[i >> 2][(i >> 1) & 1][i & 1];
-    inside |= slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
-    outside |= slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
-  }
-  return inside && outside;
-}
-
-// Bricks of a whole model that can have a vertex: both signs among them and the bricks one step higher. By bits, region by
-// region: each brick is looked at once.
-std::vector<Coord> crossedBricks(const Version& version) {
-  std::vector<Coord> regions;
-  version.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < 8; ++i) {
-      const Coord region = (brick.coord - Coord{i >> 2, (i >> 1) & 1, i & 1}) >> 3;
-      if (regions.empty() || regions.back() != region) regions.push_back(region);
-    }
-  });
-  std::sort(regions.begin(), regions.end());
-  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
-  std::vector<Coord> crossed;
-  Sampler field(version);
-  for (const Coord region : regions) {
-    // Bit z of [x][y]; first each brick, then together with those one step higher.
-    unsigned inside[9][9] = {}, outside[9][9] = {};
-    for (int x = 0; x < 9; ++x)
-      for (int y = 0; y < 9; ++y)
-        for (int z = 0; z < 9; ++z) {
-          const Slot slot = field.slot(region * 8 + Coord{x, y, z});
-          const bool in = slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
-          const bool out = slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
-          inside[x][y] |= static_cast<unsigned>(in) << z;
-          outside[x][y] |= static_cast<unsigned>(out) << z;
-        }
-    const auto together = [](unsigned (&bits)[9][9], int x, int y) {
-      const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
-      return all | all >> 1;
-    };
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y)
-        for (unsigned left = together(inside, x, y) & together(outside, x, y) & 0xff; left != 0; left &= left - 1)
-          crossed.push_back(region * 8 + Coord{x, y, std::countr_zero(left)});
-  }
-  return crossed;
+// A mesh in one block of memory. Null `quads` leaves them to be written.
+HeldPtr Surface::State::hold(Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+                             const std::array<VertexRef, 4>* quads) {
+  const size_t n = table.vertices, q = table.quads, s = table.specials.size();
+  std::byte* at = nullptr;
+  const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special);
+  HeldPtr held = std::allocate_shared<Held>(TailAllocator<Held>(pool, tail, &at));
+  const auto place = [&at]<class T>(const T* from, size_t count) {
+    T* to = reinterpret_cast<T*>(at);
+    if (from) std::uninitialized_copy_n(from, count, to);
+    at += count * sizeof(T);
+    return std::span<const T>(to, count);
+  };
+  held->brick = brick;
+  held->positions = place(positions, n);
+  held->normals = place(normalsHere, normals ? n : 0);
+  held->quads = place(quads, q);
+  held->table = table;
+  held->table.specials = place(table.specials.data(), s);
+  return held;
 }
 
 // Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
 // face also reads the cell beyond.
-std::vector<Coord> Surface::State::changedBricks(const Version& next) {
-  BrickSet set;
-  Cursor cursor(*this);
-  const auto add = [&](Coord brick) {
-    for (int i = 0; i < 8; ++i) set.add(brick - Coord{i >> 2, (i >> 1) & 1, i & 1});
+TaskList Surface::State::changedRegions(const Version& next) const {
+  TaskList tasks;
+  // Of the region at hand, by how much lower: bricks with a change for those.
+  Coord region{INT32_MIN, 0, 0};
+  std::array<RegionBits, 8> changes{};
+  const auto flush = [&] {
+    for (int k = 0; k < 8; ++k) tasks.wantLower(region, k, changes[static_cast<size_t>(k)]);
+    changes = {};
+  };
+  Version::forEachDifference(version, next, [&](Coord brick, Slot before, Slot after) {
+    if (brick >> 3 != region) {
+      flush();
+      region = brick >> 3;
+    }
+    for (unsigned left = changedFor(before, after); left != 0; left &= left - 1)
+      changes[static_cast<size_t>(std::countr_zero(left))][static_cast<size_t>(brick.x & 7)] |= TaskList::bitOf(brick);
     if (foldedBricks == 0) return;
     for (int i = 0; i < 27; ++i) {
       const Coord step{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
       if (step.x <= 0 && step.y <= 0 && step.z <= 0) continue;
-      const Entry* entry = cursor.find(brick + step);
-      if (entry && entry->table.folded) set.add(brick + step);
-    }
-  };
-  if (!version) return crossedBricks(next);
-  Version::forEachDifference(version, next, [&](Coord brick, Slot, Slot) { add(brick); });
-  // Most bricks of an edit see one sign only, then and now.
-  std::vector<Coord> changed = set.sorted();
-  Sampler field(next);
-  std::erase_if(changed, [&](Coord brick) { return !cursor.find(brick) && !mayBeCrossed(field, brick); });
-  return changed;
-}
-
-// Vertices of `bricks`; then `quadBricks` are those whose quads may be others now, `gone` those that lost their surface.
-void Surface::State::followVertices(std::span<const Coord> bricks, int threads, BrickSet& quadBricks, std::vector<Coord>& gone) {
-  struct Found {
-    CellTable table;
-    std::shared_ptr<const Vertices> vertices;
-    bool changed = false;
-  };
-  std::vector<Found> found(bricks.size());
-  parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
-    Sampler field(version);
-    Cursor cursor(*this);
-    const auto scratch = std::make_unique_for_overwrite<VertexBuffer>();
-    for (size_t i = begin; i < end; ++i) {
-      extractVertices(field, bricks[i], normals, found[i].table, *scratch);
-      const std::span<const Vec3f> positions = scratch->usedPositions();
-      const std::span<const PackedNormal> normalsHere = normals ? scratch->usedNormals() : std::span<const PackedNormal>();
-      const Entry* old = cursor.find(bricks[i]);
-      if (positions.empty()) {
-        found[i].changed = old != nullptr;
-      } else if (old && old->table == found[i].table && sameBytes(old->vertices->positions, positions) && sameBytes(old->vertices->normals, normalsHere)) {
-        found[i].vertices = old->vertices;
-      } else {
-        found[i].changed = true;
-        found[i].vertices = std::allocate_shared<const Vertices>(PoolAllocator<Vertices>(pool), pool, positions, normalsHere);
-      }
+      const Held* held = find(brick + step);
+      if (held && held->table.folded) tasks.want(brick + step);
     }
   });
-  // Quads follow their own signs, and the vertices of their brick and of those one step lower.
-  for (size_t i = 0; i < bricks.size(); ++i) {
-    Found& f = found[i];
-    if (f.vertices) quadBricks.add(bricks[i]);
-    if (!f.changed) continue;
-    for (int k = 1; k < 8; ++k) quadBricks.add(bricks[i] + Coord{k >> 2, (k >> 1) & 1, k & 1});
-    std::unique_ptr<Entry>& entry = place(bricks[i]);
-    if (entry) {
-      vertexCount -= entry->table.vertices;
-      foldedBricks -= entry->table.folded;
-    }
-    if (!f.vertices) {
-      quadCount -= entry->mesh->quads.size();
-      entry.reset();
-      gone.push_back(bricks[i]);
-      continue;
-    }
-    if (!entry) entry = std::make_unique<Entry>();
-    vertexCount += f.table.vertices;
-    foldedBricks += f.table.folded;
-    entry->table = std::move(f.table);
-    entry->vertices = std::move(f.vertices);
+  flush();
+  return tasks;
+}
+
+void Surface::State::extractRegionVertices(Task& task, bool whole, ExtractionBuffer& buffer) {
+  Region& region = *task.target;
+  const RegionSlots slots(version, task.region);
+  Sampler field(version);
+  if (whole) {
+    task.wanted = crossedBricks(slots);
+    for (size_t i = 0; i < 512 && region.count > 0; ++i)
+      if (region.held[i]) task.wanted[i >> 6] |= uint64_t{1} << (i & 63);
+  }
+  uint16_t bricks[512 + kListPadding];
+  const int count = listBits(task.wanted.data(), bricks);
+  // Signs are read some bricks ahead, so that voxels are there when they are needed.
+  constexpr int kAhead = 4;
+  std::array<BrickInput, kAhead> inputs;
+  const auto read = [&](int i) {
+    if (i >= count) return;
+    BrickInput& input = inputs[static_cast<size_t>(i % kAhead)];
+    slots.corner(bricks[i] >> 6, bricks[i] >> 3 & 7, bricks[i] & 7, input.slots);
+    readSigns(input);
+    readRows(input);
+  };
+  for (int i = 0; i < kAhead; ++i) read(i);
+  for (int i = 0; i < count; ++i) {
+    const int index = bricks[i];
+    const Coord brick = task.region * 8 + Coord{index >> 6, index >> 3 & 7, index & 7};
+    extractVertices(field, brick, inputs[static_cast<size_t>(i % kAhead)], normals, buffer);
+    read(i + kAhead);
+    followVertices(task, index, brick, buffer);
   }
 }
 
-void Surface::State::followQuads(std::span<const Coord> bricks, int threads, std::span<const Coord>& gone, SurfaceDelta& delta) {
-  struct Made {
-    Entry* entry = nullptr;
-    QuadArray quads;
+// Puts the vertices in the buffer, or their absence, in the place of those that were.
+void Surface::State::followVertices(Task& task, int index, Coord brick, const ExtractionBuffer& buffer) {
+  Region& region = *task.target;
+  HeldPtr& held = region.held[static_cast<size_t>(index)];
+  const auto set = [index](RegionBits& bits) { bits[static_cast<size_t>(index >> 6)] |= uint64_t{1} << (index & 63); };
+  const CellTable& table = buffer.table;
+  if (table.vertices == 0 && !held) return;
+  if (table.vertices > 0) set(task.looked);
+  if (held) {
+    // Quads follow the signs, which vertices do not tell all of: they are looked at even where these are the same.
+    if (table.vertices > 0 && held->table == table && sameBytes(held->positions, buffer.positions.data()) &&
+        sameBytes(held->normals, buffer.normals.data()))
+      return;
+    task.vertices -= held->table.vertices;
+    task.quads -= static_cast<int64_t>(held->quads.size());
+    task.folded -= held->table.folded;
+    --region.count;
+  }
+  set(region.changed);
+  if (table.vertices == 0) {
+    set(task.gone);
+    held.reset();
+    return;
+  }
+  held = hold(brick, table, buffer.positions.data(), buffer.normals.data(), nullptr);
+  held->serial = held->vertexSerial = task.firstSerial + static_cast<uint64_t>(index);
+  ++region.count;
+  task.vertices += table.vertices;
+  task.quads += table.quads;
+  task.folded += table.folded;
+}
+
+void Surface::State::extractRegionQuads(Task& task, ExtractionBuffer& buffer) {
+  std::array<Region*, 8> lower;  // this one and those dx·4 + dy·2 + dz lower
+  for (int k = 0; k < 8; ++k) {
+    lower[static_cast<size_t>(k)] = region(task.region - Coord{k >> 2, (k >> 1) & 1, k & 1});
+    if (Region* r = lower[static_cast<size_t>(k)])
+      while (r->pending.load(std::memory_order_acquire)) std::this_thread::yield();
+  }
+  const auto changedAt = [&](int k, int x) { return lower[static_cast<size_t>(k)] ? lower[static_cast<size_t>(k)]->changed[static_cast<size_t>(x)] : 0; };
+  // Bricks with a change in themselves or one lower along y and z.
+  const auto spread = [&](int k, int x) {
+    const auto toZ = [](uint64_t here, uint64_t below) { return (here << 1 & ~kLowZ) | (below >> 7 & kLowZ); };
+    const auto toY = [](uint64_t here, uint64_t below) { return here << 8 | below >> 56; };
+    const uint64_t w = changedAt(k, x), z = changedAt(k + 1, x), y = changedAt(k + 2, x), yz = changedAt(k + 3, x);
+    const uint64_t atY = w | toY(w, y);
+    return atY | toZ(atY, z | toY(z, yz));
   };
-  std::vector<Made> made(bricks.size());
-  parallelBlocks(bricks.size(), threads, [&](size_t begin, size_t end) {
-    Sampler field(version);
-    Cursor cursor(*this);
-    const auto buffer = std::make_unique_for_overwrite<QuadBuffer>();
-    for (size_t i = begin; i < end; ++i) {
-      Entry* entry = cursor.find(bricks[i]);
-      if (!entry) continue;
+  const RegionSlots slots(version, task.region);
+  Region& own = *task.target;
+  for (int x = 0; x < 8; ++x) {
+    const auto in = static_cast<size_t>(x);
+    const uint64_t wanted = task.looked[in] | task.gone[in] | spread(0, x) | (x > 0 ? spread(0, x - 1) : spread(4, 7));
+    for (uint64_t left = wanted; left != 0; left &= left - 1) {
+      const int bit = std::countr_zero(left), y = bit >> 3, z = bit & 7;
+      if (task.gone[in] >> bit & 1) {
+        auto none = std::make_shared<BrickMesh>();
+        none->brick = task.region * 8 + Coord{x, y, z};
+        none->serial = none->vertexSerial = task.firstSerial + static_cast<uint64_t>(x * 64 + bit);
+        task.changed.push_back(std::move(none));
+        continue;
+      }
+      HeldPtr held = own.held[static_cast<size_t>(x * 64 + bit)];
+      if (!held) continue;
       std::array<VertexSource, 8> sources;
       for (int k = 0; k < 8; ++k) {
-        const Entry* lower = k == 0 ? entry : cursor.find(bricks[i] - Coord{k >> 2, (k >> 1) & 1, k & 1});
-        if (lower) sources[static_cast<size_t>(k)] = {&lower->table, lower->vertices->positions.data()};
+        const int lx = x - (k >> 2), ly = y - ((k >> 1) & 1), lz = z - (k & 1);
+        const Region* r = lower[static_cast<size_t>((lx < 0) * 4 + (ly < 0) * 2 + (lz < 0))];
+        const Held* source = r ? r->held[static_cast<size_t>(Brick::offset(lx & 7, ly & 7, lz & 7))].get() : nullptr;
+        if (source) sources[static_cast<size_t>(k)] = {&source->table, source->positions.data()};
       }
-      extractQuads(field, bricks[i], sources, *buffer);
-      const std::span<const std::array<VertexRef, 4>> scratch = buffer->used();
-      const BrickMesh* old = entry->mesh.get();
-      if (old && old->vertexStorage == entry->vertices && std::equal(scratch.begin(), scratch.end(), old->quads.begin(), old->quads.end())) continue;
-      made[i].entry = entry;
-      made[i].quads = QuadArray(pool, scratch.size());
-      std::uninitialized_copy(scratch.begin(), scratch.end(), made[i].quads.data());
+      BrickInput input;
+      slots.corner(x, y, z, input.slots);
+      readSigns(input);
+      extractQuads(input.signs, sources, buffer);
+      if (own.changed[in] >> bit & 1) {
+        std::copy_n(buffer.quads.data(), held->quads.size(), const_cast<std::array<VertexRef, 4>*>(held->quads.data()));
+      } else {
+        if (sameBytes(held->quads, buffer.quads.data())) continue;
+        HeldPtr other = hold(held->brick, held->table, held->positions.data(), held->normals.data(), buffer.quads.data());
+        other->serial = task.firstSerial + static_cast<uint64_t>(512 + x * 64 + bit);
+        other->vertexSerial = held->vertexSerial;
+        task.replaced.emplace_back(x * 64 + bit, other);
+        held = std::move(other);
+      }
+      task.changed.push_back(std::move(held));
     }
-  });
-  const auto before = [](Coord a, Coord b) { return std::pair(a >> 3, a) < std::pair(b >> 3, b); };
-  for (size_t i = 0; i < made.size(); ++i) {
-    while (!gone.empty() && before(gone.front(), bricks[i])) {
-      delta.changed.push_back(makeMesh(gone.front(), nullptr, {}));
-      gone = gone.subspan(1);
-    }
-    Entry* entry = made[i].entry;
-    if (!entry) continue;
-    if (entry->mesh) quadCount -= entry->mesh->quads.size();
-    quadCount += made[i].quads.size();
-    entry->mesh = makeMesh(bricks[i], entry->vertices, std::move(made[i].quads));
-    delta.changed.push_back(entry->mesh);
   }
 }
 
-void Surface::State::follow(std::span<const Coord> bricks, int threads, SurfaceDelta& delta) {
-  // In slices, so that what passes between the steps stays in the cache.
-  const size_t slice = 1024 * static_cast<size_t>(threads);
-  BrickSet quadSet;
-  std::vector<Coord> gone;
-  for (size_t at = 0; at < bricks.size(); at += slice)
-    followVertices(bricks.subspan(at, std::min(slice, bricks.size() - at)), threads, quadSet, gone);
-  const std::vector<Coord> quadBricks = quadSet.sorted();
-  std::span<const Coord> goneLeft(gone);
-  delta.changed.reserve(delta.changed.size() + gone.size() + quadBricks.size());
-  for (size_t at = 0; at < quadBricks.size(); at += slice)
-    followQuads(std::span(quadBricks).subspan(at, std::min(slice, quadBricks.size() - at)), threads, goneLeft, delta);
-  for (const Coord brick : goneLeft) delta.changed.push_back(makeMesh(brick, nullptr, {}));
+void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, SurfaceDelta& delta) {
+  for (Task& task : tasks) {
+    std::unique_ptr<Region>& region = regions[task.region];
+    if (!region) region = std::make_unique<Region>();
+    task.target = region.get();
+    region->pending = true;
+    task.firstSerial = nextSerial;
+    nextSerial += 2 * 512;
+  }
+  // Vertices of a region, then quads of one some way back: they need the vertices of that one and of those before it, which are
+  // done by then or in the hands of another thread.
+  if (tasks.size() < 32) threads = 1;
+  const size_t lag = threads > 1 ? 2 * static_cast<size_t>(threads) : 0;
+  parallelBlocks(2 * (tasks.size() + lag), threads, [&](size_t begin, size_t end) {
+    thread_local std::unique_ptr<ExtractionBuffer> buffer = std::make_unique_for_overwrite<ExtractionBuffer>();
+    for (size_t step = begin; step < end; ++step) {
+      const size_t i = step / 2;
+      if (step % 2 == 0 && i < tasks.size()) {
+        struct Done {
+          Region& region;
+          ~Done() { region.pending.store(false, std::memory_order_release); }
+        } done{*tasks[i].target};
+        extractRegionVertices(tasks[i], whole, *buffer);
+      }
+      if (step % 2 == 1 && i >= lag) extractRegionQuads(tasks[i - lag], *buffer);
+    }
+  }, 1);
+
+  size_t changed = 0;
+  for (const Task& task : tasks) changed += task.changed.size();
+  delta.changed.reserve(changed);
+  for (Task& task : tasks) {
+    std::move(task.changed.begin(), task.changed.end(), std::back_inserter(delta.changed));
+    for (auto& [index, held] : task.replaced) task.target->held[static_cast<size_t>(index)] = std::move(held);
+    vertexCount += static_cast<uint64_t>(task.vertices);
+    quadCount += static_cast<uint64_t>(task.quads);
+    foldedBricks += static_cast<uint64_t>(task.folded);
+    task.target->changed = {};
+    if (task.target->count == 0) regions.erase(task.region);
+  }
 }
 
 Surface::Surface(bool normals) : state_(std::make_unique<State>()) { state_->normals = normals; }
@@ -325,19 +450,23 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   State& s = *state_;
   SurfaceDelta delta;
   delta.grid = version.grid();
-  std::vector<Coord> bricks;
-  if (s.version && (s.version.store() != version.store() || !(s.version.grid() == version.grid()))) {
-    // Another model: all that stood is looked at again, together with all that stands.
-    BrickSet all;
-    s.forEach([&](const Entry& entry) { all.add(entry.mesh->brick); });
-    s.version = Version();
-    for (const Coord brick : s.changedBricks(version)) all.add(brick);
-    bricks = all.sorted();
+  TaskList tasks;
+  // Another model: all that stood is looked at again, together with all that stands.
+  const bool whole = !s.version || s.version.store() != version.store() || !(s.version.grid() == version.grid());
+  if (whole) {
+    addRegions(version.record()->root, kTreeLevels, treeFirst(), tasks);
+    for (const auto& entry : s.regions) tasks.at(entry.first);
   } else {
-    bricks = s.changedBricks(version);
+    tasks = s.changedRegions(version);
   }
   s.version = version;
-  s.follow(bricks, threads, delta);
+  try {
+    s.follow(tasks.finish(), whole, threads, delta);
+  } catch (...) {
+    // Half of it is no surface: the next update starts anew.
+    *this = Surface(s.normals);
+    throw;
+  }
   return delta;
 }
 
@@ -345,13 +474,10 @@ const Version& Surface::version() const { return state_->version; }
 uint64_t Surface::vertexCount() const { return state_->vertexCount; }
 uint64_t Surface::quadCount() const { return state_->quadCount; }
 
-const BrickMesh* Surface::find(Coord brick) const {
-  const Entry* entry = State::Cursor(*state_).find(brick);
-  return entry ? entry->mesh.get() : nullptr;
-}
+const BrickMesh* Surface::find(Coord brick) const { return state_->find(brick); }
 
 void Surface::forEach(const std::function<void(const BrickMesh&)>& visit) const {
-  state_->forEach([&](const Entry& entry) { visit(*entry.mesh); });
+  state_->forEach([&](const Held& held) { visit(held); });
 }
 
 uint64_t Surface::hash() const {

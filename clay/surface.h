@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "clay/block_pool.h"
 #include "clay/triangle_mesh.h"
 #include "clay/version.h"
 
@@ -23,7 +22,8 @@ inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
 /// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
 struct PackedNormal {
   int16_t u = 0, v = 0;
-  static PackedNormal pack(const Vec3f& unit) noexcept;
+  /// Of any vector but zero: its length does not matter.
+  static PackedNormal pack(const Vec3f& direction) noexcept;
   [[nodiscard]] Vec3f unpack() const noexcept;
   friend bool operator==(PackedNormal, PackedNormal) = default;
 };
@@ -32,13 +32,11 @@ struct PackedNormal {
 /// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed out.
 struct BrickMesh {
   Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
-  uint64_t serial = 0;  ///< Names this content for good within its Surface.
+  uint64_t serial = 0;        ///< Names this content for good within its Surface.
+  uint64_t vertexSerial = 0;  ///< The same for positions and normals: meshes that share it differ in quads alone.
   std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis.
   std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards; empty when not asked for.
   std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
-
-  std::shared_ptr<const void> vertexStorage;  ///< Behind positions and normals; shared by meshes that differ in quads alone.
-  PoolArray<std::array<VertexRef, 4>> quadStorage;
 };
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;

@@ -1,5 +1,8 @@
 #include "clay/surface_kernels.h"
 
+#include <bit>
+#include <cstring>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "clay/surface_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -16,12 +19,15 @@ using Ints = hn::Vec<IntTag>;
 
 HWY_INLINE Floats mix(Floats a, Floats b, Floats t) { return hn::Add(a, hn::Mul(hn::Sub(b, a), t)); }
 
-// Octahedral, as PackedNormal::pack.
-HWY_INLINE Ints packNormal(Floats x, Floats y, Floats z) {
+// Octahedral, as PackedNormal::pack; a vector without length gives z.
+HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
   const Tag d;
   const IntTag di;
   const Floats one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  const Floats scale = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
+  const Floats sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(gz));
+  // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
+  const auto flat = hn::Not(hn::Gt(sum, hn::Set(d, 1e-12f)));
+  const Floats scale = hn::IfThenElse(flat, zero, hn::Div(one, sum)), z = hn::IfThenElse(flat, one, gz);
   const Floats u = hn::Mul(x, scale), v = hn::Mul(y, scale);
   const auto sign = [&](Floats a) { return hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -1.0f), one); };
   const auto below = hn::Lt(z, zero);
@@ -32,6 +38,21 @@ HWY_INLINE Ints packNormal(Floats x, Floats y, Floats z) {
     return hn::ConvertTo(di, hn::Add(hn::Mul(a, hn::Set(d, 32767.0f)), half));
   };
   return hn::Or(hn::And(fixed(fu), hn::Set(di, 0xffff)), hn::ShiftLeft<16>(fixed(fv)));
+}
+
+// at[index] and at[index + 1], both by one load a lane: loads are what a gather costs.
+HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& second) {
+  const Tag d;
+  const hn::Repartition<int64_t, Tag> d64;
+  const hn::Repartition<double, Tag> pair;
+  const hn::Half<IntTag> half;
+  const auto load = [&](hn::Vec<decltype(half)> i) {
+    // Bytes, as the pairs overlap.
+    return hn::BitCast(d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
+  };
+  const Floats lower = load(hn::LowerHalf(half, index)), upper = load(hn::UpperHalf(half, index));
+  first = hn::ConcatEven(d, upper, lower);
+  second = hn::ConcatOdd(d, upper, lower);
 }
 
 void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions, uint32_t* normals) {
@@ -48,8 +69,8 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     const Ints base = hn::Add(hn::Add(hn::ShiftLeft<3>(xy), xy), z);
     Floats v[8];
     Ints pattern = hn::Zero(di);
+    for (int c = 0; c < 8; c += 2) gatherPairs(corners + cornerOffset(c >> 2, (c >> 1) & 1, 0), base, v[c], v[c + 1]);
     for (int c = 0; c < 8; ++c) {
-      v[c] = hn::GatherIndex(d, corners + cornerOffset(c >> 2, (c >> 1) & 1, c & 1), base);
       pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], zero)), hn::Set(di, 1 << c)));
     }
     hn::StoreU(pattern, di, reinterpret_cast<int32_t*>(patterns + first));
@@ -81,13 +102,96 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     const Floats v00 = mix(v[0], v[1], fz), v01 = mix(v[2], v[3], fz), v10 = mix(v[4], v[5], fz), v11 = mix(v[6], v[7], fz);
     const Floats z0 = mix(hn::Sub(v[1], v[0]), hn::Sub(v[3], v[2]), fy), z1 = mix(hn::Sub(v[5], v[4]), hn::Sub(v[7], v[6]), fy);
     const Floats gx = mix(hn::Sub(v10, v00), hn::Sub(v11, v01), fy), gy = mix(hn::Sub(v01, v00), hn::Sub(v11, v10), fx), gz = mix(z0, z1, fx);
-    const Floats length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)));
-    // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
-    const auto flat = hn::Not(hn::Gt(length, hn::Set(d, 1e-12f)));
-    const Floats scale = hn::Div(one, length);
-    const Ints packed = packNormal(hn::IfThenElse(flat, zero, hn::Mul(gx, scale)), hn::IfThenElse(flat, zero, hn::Mul(gy, scale)),
-                                   hn::IfThenElse(flat, one, hn::Mul(gz, scale)));
-    hn::StoreU(packed, di, reinterpret_cast<int32_t*>(normals + first));
+    hn::StoreU(packNormal(gx, gy, gz), di, reinterpret_cast<int32_t*>(normals + first));
+  }
+}
+
+void Signs(const SignWords& words, BrickSigns& out) {
+  const hn::CappedTag<uint64_t, 8> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto lowZ = hn::Set(d, 0x0101010101010101ull), rest = hn::Set(d, ~0x8080808080808080ull);
+  uint64_t own[9], any[9], all[9];  // by x; over the four voxels of a plane of cells' corners
+  for (int x = 0; x <= 8; x += x < 8 ? lanes : 1) {
+    // The plane of the next brick comes last, in every lane the same.
+    const auto load = [&](int k) { return x < 8 ? hn::LoadU(d, words.own[k] + x) : hn::Set(d, words.next[k]); };
+    const auto w = load(0), z = load(1), y = load(2), yz = load(3);
+    const auto toZ = [&](decltype(w) here, decltype(w) after) {
+      return hn::Or(hn::And(hn::ShiftRight<1>(here), rest), hn::ShiftLeft<7>(hn::And(after, lowZ)));
+    };
+    const auto toY = [](decltype(w) here, decltype(w) after) { return hn::Or(hn::ShiftRight<8>(here), hn::ShiftLeft<56>(after)); };
+    const auto atZ = toZ(w, z), atY = toY(w, y), atYZ = toZ(atY, toY(z, yz));
+    const auto someIn = hn::Or(hn::Or(w, atZ), hn::Or(atY, atYZ)), allIn = hn::And(hn::And(w, atZ), hn::And(atY, atYZ));
+    if (x == 8) {
+      own[8] = hn::GetLane(w);
+      any[8] = hn::GetLane(someIn);
+      all[8] = hn::GetLane(allIn);
+      break;
+    }
+    hn::StoreU(w, d, own + x);
+    hn::StoreU(someIn, d, any + x);
+    hn::StoreU(allIn, d, all + x);
+    hn::StoreU(w, d, out.inside + x);
+    hn::StoreU(hn::Xor(w, atY), d, out.crossed[1] + x);
+    hn::StoreU(hn::Xor(w, atZ), d, out.crossed[2] + x);
+  }
+  for (int x = 0; x < 8; x += lanes) {
+    hn::StoreU(hn::Xor(hn::LoadU(d, own + x), hn::LoadU(d, own + x + 1)), d, out.crossed[0] + x);
+    const auto someIn = hn::Or(hn::LoadU(d, any + x), hn::LoadU(d, any + x + 1));
+    const auto allIn = hn::And(hn::LoadU(d, all + x), hn::LoadU(d, all + x + 1));
+    hn::StoreU(hn::AndNot(allIn, someIn), d, out.active + x);
+  }
+}
+
+static_assert(std::endian::native == std::endian::little, "a quad is written as one word");
+
+void EdgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV, uint16_t* quads) {
+  const hn::Full128<float> d;
+  using Four = hn::Vec<decltype(d)>;
+  const auto load = [&](const CellVertex* v) { return hn::Load(d, &v->x); };
+  // (x² + y²) + z² of four vectors whose squares these are.
+  const auto sums = [&](const Four (&q)[4]) {
+    const Four xy0 = hn::InterleaveLower(d, q[0], q[1]), xy1 = hn::InterleaveLower(d, q[2], q[3]);
+    const Four z = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, q[2], q[3]), hn::InterleaveUpper(d, q[0], q[1]));
+    return hn::Add(hn::Add(hn::ConcatLowerLower(d, xy1, xy0), hn::ConcatUpperUpper(d, xy1, xy0)), z);
+  };
+  for (int first = 0; first < count; first += 4) {
+    Four ac[4], bd[4];
+    for (int i = 0; i < 4; ++i) {
+      const CellVertex* c = vertices + (edges[first + i] & ~kEdgeDown);
+      const Four across = hn::Sub(load(c - stepU - stepV), load(c)), other = hn::Sub(load(c - stepV), load(c - stepU));
+      ac[i] = hn::Mul(across, across);
+      bd[i] = hn::Mul(other, other);
+    }
+    uint8_t turned[8] = {};
+    hn::StoreMaskBits(d, hn::Lt(sums(bd), sums(ac)), turned);
+    for (int i = 0; i < 4; ++i) {
+      const uint16_t edge = edges[first + i];
+      const CellVertex* c = vertices + (edge & ~kEdgeDown);
+      const auto ref = [](const CellVertex* v) { return static_cast<uint64_t>(v->ref & 0xffff); };
+      // Around an edge, counter-clockwise seen from its upper end; the other way round where that is the inside.
+      uint64_t second = ref(c - stepV), fourth = ref(c - stepU);
+      const uint64_t swap = (second ^ fourth) & (uint64_t{0} - (edge >> 15));
+      second ^= swap;
+      fourth ^= swap;
+      const uint64_t quad = ref(c - stepU - stepV) | second << 16 | ref(c) << 32 | fourth << 48;
+      const uint64_t word = std::rotr(quad, ((turned[0] >> i) & 1) * 16);
+      std::memcpy(quads + 4 * (first + i), &word, sizeof word);
+    }
+  }
+}
+
+void Differing(const float* a, const float* b, uint64_t* out) {
+  const hn::CappedTag<uint32_t, 16> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int x = 0; x < 8; ++x) {
+    uint64_t word = 0;
+    for (int i = 0; i < 64; i += lanes) {
+      const auto load = [&](const float* v) { return hn::LoadU(d, reinterpret_cast<const uint32_t*>(v) + x * 64 + i); };
+      uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::Ne(load(a), load(b)), bits);
+      word |= (bits[0] | uint64_t{bits[1]} << 8) << i;
+    }
+    out[x] = word;
   }
 }
 
@@ -97,11 +201,40 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace argil::clay {
 
+HWY_EXPORT(Signs);
 HWY_EXPORT(CellVertices);
+HWY_EXPORT(EdgeQuads);
+HWY_EXPORT(Differing);
+
+void brickSigns(const SignWords& words, BrickSigns& out) noexcept { HWY_DYNAMIC_DISPATCH(Signs)(words, out); }
 
 void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions, uint32_t* normals) noexcept {
   HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, patterns, positions, normals);
 }
+
+int listBits(const uint64_t* words, uint16_t* out) noexcept {
+  uint16_t* at = out;
+  for (int x = 0; x < 8; ++x) {
+    uint64_t left = words[x];
+    const int count = std::popcount(left);
+    // Four at a time, needed or not: how many there are is hard to foresee, and a wrong guess costs more than they do.
+    uint16_t* next = at;
+    do {
+      for (int i = 0; i < 4; ++i) {
+        *next++ = static_cast<uint16_t>(x * 64 + (std::countr_zero(left | uint64_t{1} << 63)));
+        left &= left - 1;
+      }
+    } while (left != 0);
+    at += count;
+  }
+  return static_cast<int>(at - out);
+}
+
+void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV, uint16_t* quads) noexcept {
+  HWY_DYNAMIC_DISPATCH(EdgeQuads)(vertices, edges, count, stepU, stepV, quads);
+}
+
+void differingVoxels(const float* a, const float* b, uint64_t (&out)[8]) noexcept { HWY_DYNAMIC_DISPATCH(Differing)(a, b, out); }
 
 }  // namespace argil::clay
 #endif

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <exception>
+#include <span>
 #include <thread>
 
 #include "clay/error.h"
@@ -18,6 +20,7 @@ namespace {
 
 constexpr size_t kMostState = size_t{64} << 20;
 constexpr size_t kMostMesh = size_t{8} << 30;
+constexpr size_t kCopied = 256;  // records at once
 
 std::span<const std::byte> bytesOf(std::string_view text) { return std::as_bytes(std::span(text)); }
 
@@ -122,6 +125,10 @@ io::RecordId Archive::known(const DocumentPtr& document) const {
   return found == states_.end() ? 0 : found->second;
 }
 
+bool Archive::knowsClay(const Document& document) {
+  return std::all_of(document.pieces.begin(), document.pieces.end(), [this](const Piece& piece) { return !piece.version || clay_.rootOf(piece.version, ownerOf(piece.version)) != 0; });
+}
+
 io::RecordId Archive::put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec, Job* job) {
   const io::RecordId before = known(document);
   if (before != 0 && held.contains(before)) return before;
@@ -215,16 +222,27 @@ void Archive::copy(io::RecordSource& source, io::RecordId state, io::RecordSet& 
   if (held.contains(state)) return;
   io::RecordSet live = held;  // what is there already is not walked
   mark(source, state, live);
-  std::vector<io::RecordId> wanted;
-  for (io::RecordId id = 1; id < ids_.next(); ++id) {
-    if (live.contains(id) && !held.contains(id)) wanted.push_back(id);
+  const std::vector<io::RecordId> wanted = live.without(held);
+  // The sink may let others pass, who may read from the same source: it is not in a call then.
+  std::vector<std::byte> batch;
+  for (size_t at = 0; at < wanted.size(); at += kCopied) {
+    batch.clear();
+    const auto part = std::span(wanted).subspan(at, std::min(kCopied, wanted.size() - at));
+    size_t found = 0;
+    source.getMany(part, [&](size_t, std::span<const std::byte> bytes) {
+      batch.insert(batch.end(), bytes.begin(), bytes.end());
+      ++found;
+    });
+    if (found != part.size()) throw Error("damaged: a record of the history is missing", Error::Kind::work);
+    for (size_t begin = 0; begin < batch.size();) {
+      const auto record = io::parseRecord(std::span(batch).subspan(begin));
+      if (!record) throw Error("damaged: a record of the history", Error::Kind::work);
+      begin += record->whole.size();
+      if (held.contains(record->header.id)) continue;
+      sink.put(record->header, record->body);
+      held.add(record->header.id);
+    }
   }
-  source.getMany(wanted, [&](size_t, std::span<const std::byte> bytes) {
-    const auto record = io::parseRecord(bytes);
-    if (!record) throw Error("damaged: a record of the history", Error::Kind::work);
-    sink.put(record->header, record->body);
-    held.add(record->header.id);
-  });
 }
 
 void Archive::tidy(const std::vector<DocumentPtr>& inUse) {
@@ -242,10 +260,12 @@ void Archive::tidy(const std::vector<DocumentPtr>& inUse) {
 }
 
 bool Sources::get(io::RecordId id, std::vector<std::byte>& record) {
-  for (io::RecordSource* source : sources_) {
-    if (source->get(id, record)) return true;
-  }
-  return false;
+  bool found = false;
+  getMany({&id, 1}, [&](size_t, std::span<const std::byte> bytes) {
+    record.assign(bytes.begin(), bytes.end());
+    found = true;
+  });
+  return found;
 }
 
 void Sources::getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
@@ -257,17 +277,19 @@ void Sources::getMany(std::span<const io::RecordId> ids, const std::function<voi
   std::vector<size_t> left(ids.size());
   for (size_t i = 0; i < ids.size(); ++i) left[i] = i;
   std::vector<std::vector<std::byte>> found(ids.size());
+  std::exception_ptr trouble;
   for (io::RecordSource* source : sources_) {
+    if (left.empty()) break;
     std::vector<io::RecordId> wanted;
     for (const size_t i : left) wanted.push_back(ids[i]);
-    std::vector<size_t> missing;
-    source->getMany(wanted, [&](size_t i, std::span<const std::byte> bytes) { found[left[i]].assign(bytes.begin(), bytes.end()); });
-    for (const size_t i : left) {
-      if (found[i].empty()) missing.push_back(i);
+    try {
+      source->getMany(wanted, [&](size_t i, std::span<const std::byte> bytes) { found[left[i]].assign(bytes.begin(), bytes.end()); });
+    } catch (const Error&) {
+      trouble = std::current_exception();
     }
-    left = std::move(missing);
-    if (left.empty()) break;
+    std::erase_if(left, [&](size_t i) { return !found[i].empty(); });
   }
+  if (!left.empty() && trouble) std::rethrow_exception(trouble);
   for (size_t i = 0; i < ids.size(); ++i) {
     if (!found[i].empty()) each(i, found[i]);
   }

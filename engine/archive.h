@@ -50,6 +50,8 @@ class Archive {
   io::RecordId put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec, Job* job = nullptr);
   /// The id that put() gave a document, 0 if it never did.
   [[nodiscard]] io::RecordId known(const DocumentPtr& document) const;
+  /// All its clay has been put: what is read near it shares with it.
+  [[nodiscard]] bool knowsClay(const Document& document);
 
   struct Read {
     DocumentPtr document;
@@ -87,7 +89,7 @@ class Archive {
   size_t tidyAt_ = 1 << 20;
 };
 
-/// Several sources as one: the first that has a record gives it.
+/// Several sources as one: the first that has a record gives it. What one of them throws is thrown on when no other has what was asked for.
 class Sources : public io::RecordSource {
  public:
   explicit Sources(std::vector<io::RecordSource*> sources) : sources_(std::move(sources)) {}

@@ -115,13 +115,16 @@ bool Document::remove(Id id) {
 
 bool Document::reorder(Id id, int by) { return move(pieces, id, by) || move(parts, id, by) || move(guides, id, by); }
 
-std::vector<MirrorPlane> Document::mirrors() const {
-  std::vector<MirrorPlane> planes;
+StrokeImages Document::images() const {
+  StrokeImages images;
   const bool on[] = {symmetry.x, symmetry.y, symmetry.z};
   for (int axis = 0; axis < 3; ++axis) {
-    if (on[axis]) planes.push_back({symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(axis)});
+    if (on[axis]) images.mirrors.push_back({symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(axis)});
   }
-  return planes;
+  images.turns = symmetry.turns;
+  images.axisPointMm = symmetry.pose.translation;
+  images.axis = symmetry.pose.rotation * Vec3d::UnitZ();
+  return images;
 }
 
 Document Document::of(clay::Version version) {
@@ -218,7 +221,7 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base) {
     if (auto one = felt(guide, taken + guide.id)) scene.guides.push_back(std::move(*one));
   }
   if (scene.materials.empty()) scene.materials.emplace_back();
-  if (!worked) scene.tool.operation.reset();
+  if (!worked) scene.tool.work.reset();
   return scene;
 }
 

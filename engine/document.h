@@ -10,6 +10,7 @@
 
 #include "clay/triangle_mesh.h"
 #include "clay/version.h"
+#include "engine/stroke_images.h"
 #include "haptics/scene.h"
 
 namespace argil::haptics {
@@ -74,17 +75,12 @@ struct Guide : Thing {
   [[nodiscard]] Vec3d axis() const { return pose.rotation * Vec3d::UnitZ(); }
 };
 
-/// Strokes are repeated as mirror images, once for each plane, twice more for both, and so on.
+/// Strokes are repeated as mirror images, once for each plane, twice more for both, and so on; and around the pose's z axis.
 struct Symmetry {
   bool x = false, y = false, z = false;  ///< Planes normal to the pose's axes, through its place.
   haptics::Pose pose;
-  [[nodiscard]] bool any() const { return x || y || z; }
-};
-
-/// A mirror plane, world mm; the normal's length does not matter.
-struct MirrorPlane {
-  Vec3d pointMm = Vec3d::Zero(), normal = Vec3d::UnitX();
-  friend bool operator==(const MirrorPlane&, const MirrorPlane&) = default;
+  int turns = 1;  ///< 1 to kMostTurns.
+  [[nodiscard]] bool any() const { return x || y || z || turns > 1; }
 };
 
 struct Document {
@@ -116,7 +112,7 @@ struct Document {
   /// Moves a thing up (−1) or down (+1) in its list. False at the ends.
   bool reorder(Id id, int by);
 
-  [[nodiscard]] std::vector<MirrorPlane> mirrors() const;
+  [[nodiscard]] StrokeImages images() const;
 
   /// A document of one piece named "Clay".
   static Document of(clay::Version version);

@@ -175,7 +175,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
     line["force"] = finite(guide.forceN);
     root["guides"].push_back(std::move(line));
   }
-  root["symmetry"] = {{"x", document.symmetry.x}, {"y", document.symmetry.y}, {"z", document.symmetry.z}, {"pose", poseJson(document.symmetry.pose)}};
+  root["symmetry"] = {{"x", document.symmetry.x}, {"y", document.symmetry.y}, {"z", document.symmetry.z}, {"pose", poseJson(document.symmetry.pose)}, {"turns", document.symmetry.turns}};
   root["active"] = document.active;
   root["next_id"] = document.nextId;
   return root.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -227,8 +227,9 @@ DocumentText readDocumentText(std::string_view text, const std::string& name) {
     checkId(at, document.guides.back().id);
   }
   const Place symmetry = place.at("symmetry");
-  symmetry.keys({"x", "y", "z", "pose"});
+  symmetry.keys({"x", "y", "z", "pose", "turns"});
   document.symmetry = {symmetry.at("x").truth(), symmetry.at("y").truth(), symmetry.at("z").truth(), readPose(symmetry.at("pose"))};
+  if (const auto turns = symmetry.maybe("turns")) document.symmetry.turns = int(turns->number(1, kMostTurns));
   document.active = readId(place.at("active"));
   if (document.active != 0 && !document.piece(document.active)) place.at("active").fail("names no piece");
   return read;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "haptics/clock.h"
+#include "engine/tool_table.h"
 
 namespace argil::engine {
 namespace {
@@ -26,7 +27,7 @@ void EditLoop::setTool(const Tool& tool) {
   strokes_.setTool(scene_.tool.id + 1, tool);
   ++scene_.tool.id;
   scene_.tool.radiusMm = tool.radiusMm;
-  scene_.tool.operation = tool.operation;
+  scene_.tool.work = rowOf(tool).work;
   changed_ = true;
 }
 
@@ -83,7 +84,7 @@ bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {
   scene_.samplesApplied = applied;
   if (different) scene_.editedFrom = oldest;
   auto scene = std::make_unique<haptics::Scene>(sceneOf(*now, scene_));
-  if (!cutting_) scene->tool.operation.reset();
+  if (!cutting_) scene->tool.work.reset();
   shown_ = now;
   changed_ = false;
   ++versions_;

@@ -39,6 +39,8 @@ class EditLoop {
   void setTool(const Tool& tool);
   /// While false the tool only touches: the hand holds something else than clay.
   void setCutting(bool on);
+  /// As StylusStrokes has it.
+  void setOriented(bool on) { strokes_.setOriented(on); }
   /// Workspace and quality that the servo is to have from the next scene on. Throws Error for what haptics refuses.
   void setWorkspace(const haptics::Workspace& workspace);
   void setQuality(const haptics::Quality& quality);

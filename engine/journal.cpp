@@ -9,6 +9,7 @@
 #include "clay/error.h"
 #include "engine/json_text.h"
 #include "engine/script_place.h"
+#include "engine/tool_text.h"
 #include "io/blob.h"
 
 namespace argil::engine {
@@ -21,12 +22,6 @@ using io::RecordKind;
 constexpr size_t kMostLabel = 500, kMostPath = 4096;
 constexpr size_t kMostBegin = size_t{64} << 20;
 constexpr double kMostRecord = 9007199254740992.0;
-constexpr double kMostNumber = 1e15;
-constexpr size_t kPointBytes = 4 * sizeof(double);
-constexpr size_t kPointsARecord = io::kMostRecordBody / kPointBytes;
-
-constexpr std::pair<std::string_view, clay::Operation> kOperations[] = {
-    {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
 
 double seconds(WallTime at) { return std::chrono::duration<double>(at.time_since_epoch()).count(); }
 WallTime wallTime(double s) { return WallTime(std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(s))); }
@@ -70,22 +65,27 @@ JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
 }
 
 JournalStroke readStroke(const Place& place) {
-  place.keys({"tool", "radius_mm", "strength", "mirrors", "at"});
+  checkToolKeys(place, {"mirrors", "radial", "at"});
   JournalStroke stroke;
-  stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kOperations);
-  stroke.tool.radiusMm = place.at("radius_mm").number(0, kMostNumber);
-  stroke.tool.strength = static_cast<float>(place.at("strength").number(0, 1));
-  for (const Place& plane : place.at("mirrors").items()) {
-    const auto numbers = plane.items();
-    if (numbers.size() != 6) plane.fail("must be 6 numbers");
-    MirrorPlane mirror;
-    for (int axis = 0; axis < 3; ++axis) {
-      mirror.pointMm[axis] = numbers[size_t(axis)].number(-kMostNumber, kMostNumber);
-      mirror.normal[axis] = numbers[size_t(axis) + 3].number(-kMostNumber, kMostNumber);
-    }
-    stroke.mirrors.push_back(mirror);
-  }
+  stroke.tool = readTool(place);
+  stroke.images = readImages(place, "mirrors");
   return stroke;
+}
+
+// Time, place, pressure and quaternion (zero: none).
+constexpr size_t kSampleNumbers = 9;
+constexpr size_t kSamplesARecord = io::kMostRecordBody / (kSampleNumbers * sizeof(double));
+
+PathPoint pointOf(const double* numbers, bool whole) {
+  PathPoint point{numbers[0], {numbers[1], numbers[2], numbers[3]}};
+  if (whole) {
+    point.pressure = numbers[4];
+    const Eigen::Vector4d q(numbers[5], numbers[6], numbers[7], numbers[8]);
+    if (!q.allFinite() || !(point.pressure >= 0 && point.pressure <= 1)) throw Error("damaged: a sample is not finite", Error::Kind::work);
+    if (!q.isZero()) point.rotation = Eigen::Quaterniond(q);
+  }
+  if (!std::isfinite(point.timeS) || !point.mm.allFinite()) throw Error("damaged: a point is not finite", Error::Kind::work);
+  return point;
 }
 
 // Follows the events. What cannot be read stops the story for what depends on it.
@@ -131,14 +131,14 @@ class Teller {
   };
 
   void follow(const io::RecordView& record) {
-    if (record.header.kind == RecordKind::strokePoints) {
+    if (record.header.kind == RecordKind::strokePoints || record.header.kind == RecordKind::strokeSamples) {
       if (!open_) return;
-      for (size_t at = 0; at + kPointBytes <= record.body.size(); at += kPointBytes) {
-        double numbers[4];
-        std::memcpy(numbers, record.body.data() + at, kPointBytes);
-        const JournalPoint point{numbers[0], {numbers[1], numbers[2], numbers[3]}, false};
-        if (!std::isfinite(point.timeS) || !point.mm.allFinite()) throw Error("damaged: a point is not finite", Error::Kind::work);
-        open_->points.push_back(point);
+      const bool whole = record.header.kind == RecordKind::strokeSamples;
+      const size_t bytes = (whole ? kSampleNumbers : 4) * sizeof(double);
+      for (size_t at = 0; at + bytes <= record.body.size(); at += bytes) {
+        double numbers[kSampleNumbers];
+        std::memcpy(numbers, record.body.data() + at, bytes);
+        open_->points.push_back({pointOf(numbers, whole), false});
       }
       return;
     }
@@ -191,7 +191,7 @@ class Teller {
         story_.last = timeAt(place);
         break;
       case RecordKind::strokeLift:
-        if (open_) open_->points.push_back({0, Vec3d::Zero(), true});
+        if (open_) open_->points.push_back({{}, true});
         break;
       case RecordKind::saving:
         story_.saving = place.at("file").text();
@@ -240,18 +240,10 @@ void putSaving(io::RecordSink& sink, const std::filesystem::path& file) {
   if (file.string().size() <= kMostPath) put(sink, RecordKind::saving, {{"file", file.string()}});
 }
 
-void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at) {
+void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const StrokeImages& images, WallTime at) {
   ordered_json root;
-  for (const auto& [name, operation] : kOperations) {
-    if (operation == tool.operation) root["tool"] = name;
-  }
-  root["radius_mm"] = tool.radiusMm;
-  root["strength"] = double(tool.strength);
-  root["mirrors"] = ordered_json::array();
-  for (const MirrorPlane& mirror : mirrors) {
-    const Vec3d &p = mirror.pointMm, &n = mirror.normal;
-    root["mirrors"].push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
-  }
+  putTool(root, tool);
+  putImages(root, images, "mirrors");
   root["at"] = seconds(at);
   put(sink, RecordKind::strokeBegin, root);
 }
@@ -259,7 +251,7 @@ void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<Mi
 void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points) {
   std::vector<double> numbers;
   const auto flush = [&] {
-    if (!numbers.empty()) sink.put({RecordKind::strokePoints, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(numbers)));
+    if (!numbers.empty()) sink.put({RecordKind::strokeSamples, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(numbers)));
     numbers.clear();
   };
   for (const JournalPoint& point : points) {
@@ -268,8 +260,10 @@ void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& poin
       put(sink, RecordKind::strokeLift, ordered_json::object());
       continue;
     }
-    numbers.insert(numbers.end(), {point.timeS, point.mm.x(), point.mm.y(), point.mm.z()});
-    if (numbers.size() == 4 * kPointsARecord) flush();
+    const auto& [timeS, mm, pressure, rotation] = point.point;
+    const Eigen::Vector4d q = rotation ? rotation->coeffs() : Eigen::Vector4d(Eigen::Vector4d::Zero());
+    numbers.insert(numbers.end(), {timeS, mm.x(), mm.y(), mm.z(), pressure, q[0], q[1], q[2], q[3]});
+    if (numbers.size() == kSampleNumbers * kSamplesARecord) flush();
   }
   flush();
 }

@@ -28,14 +28,13 @@ struct JournalBegin {
 };
 
 struct JournalPoint {
-  double timeS = 0;
-  Vec3d mm = Vec3d::Zero();
+  PathPoint point;
   bool lift = false;            ///< No point: the tool was lifted.
 };
 
 struct JournalStroke {
   Tool tool;
-  std::vector<MirrorPlane> mirrors;
+  StrokeImages images;
   std::vector<JournalPoint> points;
   bool ended = false;           ///< False: it was cut off.
 };
@@ -48,7 +47,7 @@ void putState(io::RecordSink& sink, uint64_t number, io::RecordId state);
 void putWent(io::RecordSink& sink, size_t done, WallTime at);
 /// A save to this file is about to be tried.
 void putSaving(io::RecordSink& sink, const std::filesystem::path& file);
-void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const std::vector<MirrorPlane>& mirrors, WallTime at);
+void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const StrokeImages& images, WallTime at);
 void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points);
 void putStrokeEnd(io::RecordSink& sink);
 

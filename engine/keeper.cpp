@@ -2,28 +2,18 @@
 
 #include <fmt/format.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <condition_variable>
-#include <mutex>
-#include <optional>
-#include <thread>
 #include <utility>
-#include <variant>
 
 #include "clay/error.h"
-#include "engine/journal.h"
-#include "io/journal_file.h"
+#include "engine/keeper_state.h"
 
 namespace argil::engine {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kMostWait{100};
-constexpr size_t kHistoryKept = 100;  // steps that a new journal takes over, besides those that can be redone
+constexpr std::chrono::seconds kMostCatchingUp{2};
 
 WallTime now() { return std::chrono::system_clock::now(); }
 
@@ -33,129 +23,7 @@ double threadCpuS() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-// Names sort by time; a program can begin several in a second.
-std::filesystem::path journalName(const std::filesystem::path& folder) {
-  static std::atomic<unsigned> count{0};
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now().time_since_epoch()).count();
-  return folder / fmt::format("{:015}-{}-{}.journal", ms, getpid(), count++);
-}
-
-struct StrokeBegan {
-  Tool tool;
-  std::vector<MirrorPlane> mirrors;
-  WallTime at;
-};
-struct StrokeEnded {};
-struct Stepped {
-  std::string label;
-  DocumentPtr after;
-  bool merged;
-  WallTime at;
-};
-struct Went {
-  size_t done;
-  WallTime at;
-};
-struct Begun {
-  std::vector<HistoryState> states;
-  size_t done;
-  std::shared_ptr<Archive> archive;
-  std::shared_ptr<const Base> base;
-  std::string writer;
-  std::optional<Keeper::Continued> continued;
-};
-struct Saving {
-  std::filesystem::path file;
-};
-struct Saved {
-  std::shared_ptr<const Base> base;
-};
-using Event = std::variant<JournalPoint, StrokeBegan, StrokeEnded, Stepped, Went, Begun, Saving, Saved>;
-
 }  // namespace
-
-struct Keeper::State {
-  State(const KeeperOptions& given, std::function<void(const std::string&)> teller) : options(given), tell(std::move(teller)) {}
-
-  void queue(Event event) {
-    bool first;
-    {
-      const std::lock_guard lock(mutex);
-      first = events.empty();
-      events.push_back(std::move(event));
-    }
-    if (first) wake.notify_one();
-  }
-
-  void run();
-  void turn(std::vector<Event>& batch);
-  bool beginJournal();
-  void syncLoop();
-  void askSync();
-  void requireSynced();
-  void putStates();
-  void take(JournalPoint& point);
-  void take(StrokeBegan& event);
-  void take(StrokeEnded&);
-  void take(Stepped& event);
-  void take(Went& event);
-  void take(Begun& event);
-  void take(Saving& event);
-  void take(Saved& event);
-
-  /// The journal, when it can take an event now.
-  io::JournalWriter* sound() { return journal && fits && !journal->broken() ? journal.get() : nullptr; }
-
-  const KeeperOptions options;
-  const std::function<void(const std::string&)> tell;
-
-  std::mutex mutex;  // guards these
-  std::condition_variable wake, flushedOne;
-  std::vector<Event> events;
-  bool stop = false, leaving = false;
-  uint64_t flushWanted = 0, flushed = 0;
-  Counts counts;
-
-  // The disk's thread: it alone waits for the disk, so that what was made goes on to the system meanwhile. Guarded by the mutex too.
-  std::condition_variable syncWake, syncIdle;
-  std::shared_ptr<io::JournalWriter> toSync;
-  bool syncing = false;
-  std::string syncTrouble;
-  std::vector<std::shared_ptr<io::JournalWriter>> retired;  // removed when the one after them is on the disk
-  std::vector<std::filesystem::path> retiredFiles;
-
-  // The thread's own.
-  struct Entry {
-    std::string label;
-    DocumentPtr document;
-    io::RecordId kept = 0;
-    uint64_t number = 0;   // of the step in this journal; 0: from before
-    bool stated = true;    // its document is in the journal or in the base
-  };
-  std::vector<Entry> history;
-  size_t done = 0;
-  std::shared_ptr<Archive> archive;
-  std::shared_ptr<const Base> base;
-  std::string writer;
-  std::optional<Continued> continued;
-  std::filesystem::path savingTo;   // a save that has not been heard of since
-  std::optional<JournalStroke> stroke;
-  size_t strokeWritten = 0;      // of its points
-  std::shared_ptr<io::JournalWriter> journal;
-  uint64_t journalBegan = 0;     // bytes when it had begun
-  io::RecordSet held;
-  uint64_t number = 0;
-  bool begin = false;            // a new journal is due; until it is there the old one goes on
-  bool fits = false;             // the journal is of the document in work
-  bool behind = false;           // some step has no document in it yet
-  double retry = options.retryS;
-  Clock::time_point retryAt{};
-  bool troubled = false;
-  uint64_t bytesBefore = 0;
-  double syncBefore = 0;
-
-  std::thread thread, disk;
-};
 
 // Puts the points that came since the last time.
 void Keeper::State::take(JournalPoint& point) {
@@ -165,9 +33,9 @@ void Keeper::State::take(JournalPoint& point) {
 void Keeper::State::take(StrokeBegan& event) {
   stroke.emplace();
   stroke->tool = event.tool;
-  stroke->mirrors = event.mirrors;
+  stroke->images = event.images;
   strokeWritten = 0;
-  if (io::JournalWriter* sink = sound()) putStrokeBegin(*sink, event.tool, event.mirrors, event.at);
+  if (io::JournalWriter* sink = sound()) putStrokeBegin(*sink, event.tool, event.images, event.at);
 }
 
 void Keeper::State::take(StrokeEnded&) {
@@ -182,7 +50,7 @@ void Keeper::State::take(StrokeEnded&) {
 void Keeper::State::take(Stepped& event) {
   history.resize(done + 1);
   const bool merged = event.merged && done > 0;
-  Entry entry{event.label, event.after, 0, ++number, false};
+  Entry entry{event.label, event.after, 0, ++number, false, {}, {}};
   if (merged) {
     history.back() = std::move(entry);
   } else {
@@ -205,7 +73,8 @@ void Keeper::State::take(Went& event) {
 
 void Keeper::State::take(Begun& event) {
   history.clear();
-  for (HistoryState& state : event.states) history.push_back({std::move(state.label), std::move(state.document), state.kept, 0, true});
+  for (HistoryState& state : event.states) history.push_back({std::move(state.label), std::move(state.document), state.kept, 0, true, {state.kept != 0 ? 0 : kNowhere, 0}, {}});
+  records = std::move(event.records);
   done = event.done;
   archive = std::move(event.archive);
   base = std::move(event.base);
@@ -218,6 +87,14 @@ void Keeper::State::take(Begun& event) {
   retryAt = {};
 }
 
+void Keeper::State::take(Spilled& event) {
+  if (event.state < history.size() && history[event.state].place.layer != kNowhere) history[event.state].document.reset();
+}
+
+void Keeper::State::take(CameBack& event) {
+  if (event.state < history.size()) history[event.state].document = std::move(event.document);
+}
+
 void Keeper::State::take(Saving& event) {
   savingTo = std::move(event.file);
   if (io::JournalWriter* sink = sound()) putSaving(*sink, savingTo);
@@ -228,105 +105,6 @@ void Keeper::State::take(Saved& event) {
   savingTo.clear();
   begin = true;
   retryAt = {};
-}
-
-// False when the archive is not to be had and there is a journal that can go on.
-bool Keeper::State::beginJournal() {
-  begin = true;  // until it is there
-  Archive::Lock lock = sound() ? archive->tryLock(kMostWait) : archive->lock();
-  if (!lock) return false;
-  auto fresh = std::make_shared<io::JournalWriter>(journalName(options.folder));
-  try {
-    io::RecordSet freshHeld;
-    if (base) freshHeld = base->held;
-    JournalBegin head;
-    head.writer = writer;
-    if (base) {
-      head.file = std::filesystem::absolute(base->path);
-      head.save = base->save;
-      head.savedState = base->state;
-    }
-    head.at = now();
-    {
-      const size_t first = done > kHistoryKept ? done - kHistoryKept : 0;
-      head.done = done;
-      for (size_t i = 0; i < history.size(); ++i) {
-        Entry& entry = history[i];
-        io::RecordId kept = freshHeld.contains(entry.kept) ? entry.kept : 0;  // 0: its place in the history stays, but no file has it
-        if (kept == 0 && i >= first) {
-          try {
-            if (entry.document) {
-              kept = archive->put(entry.document, freshHeld, *fresh, io::RecordCodec::raw);
-            } else if (continued) {
-              archive->copy(*continued->source, entry.kept, freshHeld, *fresh);
-              kept = entry.kept;
-            }
-          } catch (const Error&) {
-            if (entry.document || fresh->broken()) throw;
-          }
-        }
-        if (kept != 0) entry.kept = kept;
-        entry.stated = true;
-        entry.number = 0;
-        head.states.emplace_back(entry.label, kept);
-      }
-      putBegin(*fresh, head, archive->ids(), freshHeld);
-      std::vector<DocumentPtr> inUse;
-      for (const Entry& entry : history) inUse.push_back(entry.document);
-      archive->tidy(inUse);
-    }
-    lock.unlock();
-    if (!savingTo.empty()) putSaving(*fresh, savingTo);
-    if (stroke) {
-      putStrokeBegin(*fresh, stroke->tool, stroke->mirrors, head.at);
-      putStrokePoints(*fresh, stroke->points);
-      strokeWritten = stroke->points.size();
-    }
-    fresh->write();
-    held = std::move(freshHeld);
-  } catch (...) {
-    fresh->remove();
-    throw;
-  }
-  if (journal) {
-    bytesBefore += journal->bytes();
-    syncBefore += journal->syncSeconds();
-  }
-  {
-    const std::lock_guard guard(mutex);
-    if (journal) retired.push_back(std::move(journal));
-    if (continued) retiredFiles.push_back(continued->journal);
-    syncTrouble.clear();  // of the one before
-  }
-  continued.reset();
-  journal = std::move(fresh);
-  askSync();
-  journalBegan = journal->bytes();
-  number = 0;
-  begin = false;
-  fits = true;
-  const std::lock_guard guard(mutex);
-  ++counts.generations;
-  return true;
-}
-
-void Keeper::State::putStates() {
-  if (std::none_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; })) return;
-  // What happened is with the system already; documents come when nobody keeps the archive waiting.
-  journal->write();
-  const Archive::Lock lock = archive->tryLock(kMostWait);
-  behind = !lock.owns_lock();
-  if (behind) return;
-  uint64_t put = 0;
-  for (Entry& entry : history) {
-    if (entry.stated || !entry.document) continue;
-    entry.kept = archive->put(entry.document, held, *journal, io::RecordCodec::raw);
-    putState(*journal, entry.number, entry.kept);
-    entry.stated = true;
-    ++put;
-  }
-  const std::lock_guard guard(mutex);
-  counts.steps += put;
 }
 
 void Keeper::State::turn(std::vector<Event>& batch) {
@@ -371,6 +149,7 @@ void Keeper::State::askSync() {
   {
     const std::lock_guard lock(mutex);
     toSync = journal;
+    toSyncLayer = layer;
   }
   syncWake.notify_one();
 }
@@ -387,6 +166,7 @@ void Keeper::State::syncLoop() {
     syncWake.wait(lock, [this] { return stop || toSync; });
     if (!toSync) break;
     const auto behindUs = std::exchange(toSync, nullptr);
+    const uint64_t behindLayer = toSyncLayer;
     const auto old = std::exchange(retired, {});
     const auto oldFiles = std::exchange(retiredFiles, {});
     syncing = true;
@@ -404,6 +184,10 @@ void Keeper::State::syncLoop() {
     }
     lock.lock();
     syncing = false;
+    if (behindLayer >= syncedLayer) {
+      syncedLayer = behindLayer;
+      syncedAt = behindUs->synced();
+    }
     if (!trouble.empty()) {
       retired.insert(retired.end(), old.begin(), old.end());
       retiredFiles.insert(retiredFiles.end(), oldFiles.begin(), oldFiles.end());
@@ -417,23 +201,26 @@ void Keeper::State::run() {
   std::vector<Event> batch;
   std::unique_lock lock(mutex);
   for (;;) {
-    const auto due = [this] { return stop || !events.empty() || flushWanted != flushed; };
+    const auto hurry = [this] { return stop || flushWanted != flushed || turnWanted != turned; };
+    const auto due = [&] { return hurry() || !events.empty(); };
     if (troubled || begin || behind) {
       wake.wait_for(lock, std::chrono::duration<double>(options.retryS), due);
     } else {
       wake.wait(lock, due);
     }
     // What comes within a moment goes to the disk together.
-    wake.wait_for(lock, std::chrono::duration<double>(options.syncS), [this] { return stop || flushWanted != flushed; });
+    wake.wait_for(lock, std::chrono::duration<double>(options.syncS), hurry);
     if (stop) break;
     batch.swap(events);
-    const uint64_t flushing = flushWanted;
+    const uint64_t flushing = flushWanted, turning = turnWanted;
     if (flushing != flushed) retryAt = {};
     lock.unlock();
     turn(batch);
     batch.clear();
     lock.lock();
+    turned = turning;
     if (flushing != flushed) {
+      flushedOne.notify_all();
       syncIdle.wait(lock, [this] { return stop || (!toSync && !syncing); });
       if (!syncTrouble.empty()) {
         lock.unlock();
@@ -469,8 +256,8 @@ Keeper::~Keeper() {
   if (state_->journal) state_->journal->remove();
   // What was taken over and is not in a journal of ours yet was decided about too.
   if (state_->continued) state_->retiredFiles.push_back(state_->continued->journal);
-  for (const Event& event : state_->events) {
-    if (const Begun* begun = std::get_if<Begun>(&event); begun && begun->continued) state_->retiredFiles.push_back(begun->continued->journal);
+  for (const State::Event& event : state_->events) {
+    if (const State::Begun* begun = std::get_if<State::Begun>(&event); begun && begun->continued) state_->retiredFiles.push_back(begun->continued->journal);
   }
   for (const auto& each : state_->retiredFiles) {
     std::error_code ignored;
@@ -484,14 +271,19 @@ void Keeper::leave() {
   state_->leaving = true;
 }
 
-void Keeper::begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
-                   std::optional<Continued> continued) {
-  state_->queue(Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued)});
+std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
+                                              std::optional<Continued> continued, const std::vector<std::shared_ptr<io::RecordSource>>& sources) {
+  auto records = std::make_shared<HistoryRecords>();
+  HistoryRecords::Layer first{0, sources, recordsOf(base, true)};
+  if (continued && sources.empty()) first.journals = {continued->source};
+  records->add(std::move(first));
+  state_->queue(State::Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued), records});
+  return records;
 }
 
-void Keeper::saving(const std::filesystem::path& file) { state_->queue(Saving{std::filesystem::absolute(file)}); }
+void Keeper::saving(const std::filesystem::path& file) { state_->queue(State::Saving{std::filesystem::absolute(file)}); }
 
-void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(Saved{std::move(base)}); }
+void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(State::Saved{std::move(base)}); }
 
 void Keeper::flush() {
   std::unique_lock lock(state_->mutex);
@@ -500,16 +292,53 @@ void Keeper::flush() {
   state_->flushedOne.wait(lock, [&] { return state_->flushed >= wanted || state_->stop; });
 }
 
+void Keeper::catchUp() {
+  std::unique_lock lock(state_->mutex);
+  const uint64_t wanted = ++state_->turnWanted;
+  state_->wake.notify_one();
+  state_->flushedOne.wait_for(lock, kMostCatchingUp, [&] { return state_->turned >= wanted || state_->stop; });
+}
+
+uint64_t Keeper::kept(const DocumentPtr& document) const {
+  const std::lock_guard lock(state_->mutex);
+  const auto found = state_->known.find(document);
+  if (found == state_->known.end()) return 0;
+  const auto& [id, place] = found->second;
+  return place.layer < state_->syncedLayer || (place.layer == state_->syncedLayer && place.at <= state_->syncedAt) ? id : 0;
+}
+
 Keeper::Counts Keeper::counts() const {
   const std::lock_guard lock(state_->mutex);
   return state_->counts;
 }
 
-void Keeper::strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) { state_->queue(StrokeBegan{tool, mirrors, now()}); }
-void Keeper::strokePoint(double timeS, const Vec3d& mm) { state_->queue(JournalPoint{timeS, mm, false}); }
-void Keeper::toolLifted() { state_->queue(JournalPoint{0, Vec3d::Zero(), true}); }
-void Keeper::strokeEnded() { state_->queue(StrokeEnded{}); }
-void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool merged) { state_->queue(Stepped{label, after, merged, now()}); }
-void Keeper::went(size_t done) { state_->queue(Went{done, now()}); }
+void Keeper::strokeBegan(const Tool& tool, const StrokeImages& images) { state_->queue(State::StrokeBegan{tool, images, now()}); }
+void Keeper::strokePoint(const PathPoint& point) { state_->queue(JournalPoint{point, false}); }
+void Keeper::toolLifted() { state_->queue(JournalPoint{{}, true}); }
+void Keeper::strokeEnded() { state_->queue(State::StrokeEnded{}); }
+void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool merged) { state_->queue(State::Stepped{label, after, merged, now()}); }
+void Keeper::went(size_t done) { state_->queue(State::Went{done, now()}); }
+void Keeper::spilled(size_t state) { state_->queue(State::Spilled{state}); }
+void Keeper::cameBack(size_t state, const DocumentPtr& document) { state_->queue(State::CameBack{state, document}); }
+
+DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near) {
+  const auto known = [&] {
+    const auto lock = archive.lock();
+    return archive.knowsClay(near);
+  };
+  if (known()) {
+    try {
+      return readState(archive, nullptr, {records}, kept, near);
+    } catch (const Error&) {
+      // What is known may be in a save that is not done, or was given up.
+    }
+  }
+  keeper.catchUp();
+  try {
+    return readState(archive, nullptr, {records}, kept, near);
+  } catch (const Error&) {
+    return readState(archive, nullptr, {records}, kept, Document());
+  }
+}
 
 }  // namespace argil::engine

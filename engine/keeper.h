@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/history_records.h"
 #include "engine/kept_document.h"
 #include "engine/session.h"
 
@@ -20,6 +21,7 @@ struct KeeperOptions {
   std::filesystem::path folder;          ///< Of journals; empty: none is written.
   double syncS = 0.25;
   uint64_t rollBytes = uint64_t{512} << 20;  ///< A journal that grew by this since its begin is begun anew with what is still needed.
+  bool unnamed = false;                  ///< Journals that nobody finds after a crash: there for steps that leave memory alone.
   double retryS = 0.25, mostRetryS = 10; ///< After a failure the journal is begun anew after this time, then after twice as long each time, until it works.
 };
 
@@ -38,8 +40,10 @@ class Keeper : public SessionWatch {
     std::shared_ptr<io::RecordSource> source;  ///< Holds its lock until the keeper has a journal of its own.
   };
   /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed, and that of `continued` once there is a new one.
-  void begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
-             std::optional<Continued> continued = {});
+  /// `sources`: where states without a document are read, besides the base. What comes back is where they all can be read as long as this document is in work, those too
+  /// that leave memory later.
+  std::shared_ptr<HistoryRecords> begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
+                                        std::optional<Continued> continued = {}, const std::vector<std::shared_ptr<io::RecordSource>>& sources = {});
   /// A save to this file begins: a crash may find it done before saved() was called.
   void saving(const std::filesystem::path& file);
   /// All that happened up to here is in this file: the journal begins anew.
@@ -48,6 +52,11 @@ class Keeper : public SessionWatch {
   void leave();
   /// Until all that was queued is on the disk, or has failed. For tests and before risky work.
   void flush();
+  /// Until what was queued has been looked at and, unless it failed, written. Does not wait for the disk; for a journal that is just being begun anew it does, two seconds at most.
+  void catchUp();
+
+  /// The id under which a document of the history can be read again whatever becomes of the program's journal; 0 while it is not on the disk. Cheap.
+  [[nodiscard]] uint64_t kept(const DocumentPtr& document) const;
 
   struct Counts {
     uint64_t generations = 0;   ///< Journals begun.
@@ -58,16 +67,22 @@ class Keeper : public SessionWatch {
   };
   [[nodiscard]] Counts counts() const;
 
-  void strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) override;
-  void strokePoint(double timeS, const Vec3d& mm) override;
+  void strokeBegan(const Tool& tool, const StrokeImages& images) override;
+  void strokePoint(const PathPoint& point) override;
   void toolLifted() override;
   void strokeEnded() override;
   void stepped(const std::string& label, const DocumentPtr& after, bool merged) override;
   void went(size_t done) override;
+  void spilled(size_t state) override;
+  void cameBack(size_t state, const DocumentPtr& document) override;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// A state of the document in work, whose places are `records` (of Keeper::begin), read near a document in memory: it shares with that one even when that was made a moment ago; only
+/// what no file could take is shared with nothing, and the whole is read. Throws Error when it cannot be read. The editing thread.
+[[nodiscard]] DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near);
 
 }  // namespace argil::engine

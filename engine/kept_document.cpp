@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -130,6 +131,43 @@ Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const
   return {file, document.save(), head.writer, head.states[head.done].second, document.nextId(), document.held()};
 }
 
+class BaseRecords : public io::RecordSource {
+ public:
+  BaseRecords(std::shared_ptr<const Base> base, bool hold) : base_(std::move(base)) {
+    if (!hold) return;
+    try {
+      inode_ = inodeNow();
+      held_ = open();
+    } catch (const Error&) {
+      // Then it is told when something is read.
+    }
+  }
+  bool get(io::RecordId id, std::vector<std::byte>& record) override {
+    return now()->get(id, record);
+  }
+  void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
+    if (!ids.empty()) now()->getMany(ids, each);
+  }
+
+ private:
+  [[nodiscard]] std::shared_ptr<io::DocumentFile> open() const {
+    std::shared_ptr<io::DocumentFile> file = io::DocumentFile::open(base_->path, false);
+    // A later save of our own keeps the ids; somebody else's gives them another meaning.
+    if (file->save() != base_->save && readHead(*file, file->head(), io::displayName(base_->path)).writer != base_->writer) {
+      throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base_->path)), Error::Kind::work);
+    }
+    return file;
+  }
+  [[nodiscard]] std::shared_ptr<io::DocumentFile> now() const { return held_ && inodeNow() != inode_ ? held_ : open(); }
+  [[nodiscard]] ino_t inodeNow() const {
+    struct stat facts {};
+    return ::stat(base_->path.c_str(), &facts) == 0 ? facts.st_ino : 0;
+  }
+  std::shared_ptr<const Base> base_;
+  std::shared_ptr<io::DocumentFile> held_;
+  ino_t inode_ = 0;
+};
+
 }  // namespace
 
 std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
@@ -200,8 +238,8 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   if (same) base->held = request.base->held;
 
   std::vector<io::RecordSource*> places;
-  for (const auto& source : request.sources) places.push_back(source.get());
   if (from) places.push_back(from.get());
+  for (const auto& source : request.sources) places.push_back(source.get());
   Sources sources(places);
 
   const auto transaction = to->begin();
@@ -216,7 +254,7 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
     if (state.document) {
       ids[i] = archive.put(state.document, base->held, sink, io::RecordCodec::zstd, watch);
     } else {
-      archive.copy(sources, state.kept, base->held, *transaction);
+      archive.copy(sources, state.kept, base->held, sink);
       ids[i] = state.kept;
     }
   };
@@ -261,6 +299,18 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   if (held > 2 * head.records + 1000) {
     io::RecordSet live;
     for (const auto& [label, state] : head.states) archive.mark(*to, state, live);
+    // Steps before those that the file keeps can still be gone back to while this program runs.
+    for (size_t i = 0; same && i < first; ++i) {
+      const HistoryState& state = request.states[i];
+      const io::RecordId kept = state.document ? archive.known(state.document) : state.kept;
+      if (kept == 0) continue;
+      try {
+        archive.mark(sources, kept, live);
+      } catch (const Error&) {
+        // What cannot be read is lost already.
+      }
+    }
+    live.intersect(base->held);
     if (head.thumbnail != 0) io::markBlob(*to, head.thumbnail, live);
     head.records = 0;
     for (io::RecordId each = 1; each < archive.ids().next(); ++each) head.records += live.contains(each);
@@ -295,18 +345,16 @@ void saveDocument(const std::filesystem::path& file, const Document& document, J
   (void)saveDocument(file, request, job);
 }
 
+std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold) {
+  if (!base) return nullptr;
+  return std::make_shared<BaseRecords>(std::move(base), hold);
+}
+
 DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near) {
-  std::unique_ptr<io::DocumentFile> file;
   std::vector<io::RecordSource*> places;
   for (const auto& source : sources) places.push_back(source.get());
-  if (base) {
-    file = io::DocumentFile::open(base->path, false);
-    // A later save of our own keeps the ids; somebody else's gives them another meaning.
-    if (file->save() != base->save && readHead(*file, file->head(), io::displayName(base->path)).writer != base->writer) {
-      throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base->path)), Error::Kind::work);
-    }
-    places.push_back(file.get());
-  }
+  const auto file = recordsOf(base);
+  if (file) places.push_back(file.get());
   Sources all(places);
   const auto lock = archive.lock();
   return archive.get(all, state, &near).document;

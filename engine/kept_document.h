@@ -29,6 +29,10 @@ struct Base {
 /// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
 [[nodiscard]] std::shared_ptr<const Base> readBase(const std::filesystem::path& file);
 
+/// Records of a saved file, of its commit that `base` is of or a later one by the same work. Reading throws Error when somebody else wrote the file since. It is opened for
+/// each call. With `hold` the file can be read when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
+[[nodiscard]] std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold = false);
+
 /// Saved beside the document.
 struct FaceData {
   std::string face;                  ///< JSON of the face's own; empty: none.
@@ -74,7 +78,7 @@ struct SaveRequest {
 /// A document without history or journal, for the command line.
 void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr);
 
-/// Reads one state near another document: for Session::setReader.
+/// Reads one state near another document: for Session::setReader. Where the other one's clay is in no file yet, so that nothing can be shared, the whole is read.
 [[nodiscard]] DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near);
 
 /// A name for a work: no two are alike.

@@ -78,7 +78,9 @@ std::vector<LaidStroke> lay(const clay::Version& version, const ScriptStroke& st
       parts.back().stroke.onto.reset();
       parts.back().stroke.path.clear();
     }
-    parts.back().stroke.path.push_back({point.timeS, point.mm + mm * direction});
+    PathPoint there = point;
+    there.mm = point.mm + mm * direction;
+    parts.back().stroke.path.push_back(there);
     parts.back().to = point.mm;
     depth = at;
     open = true;

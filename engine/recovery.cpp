@@ -1,4 +1,5 @@
 #include "engine/recovery.h"
+#include "engine/tool_text.h"
 
 #include <fmt/format.h>
 
@@ -154,10 +155,12 @@ size_t replay(Session& session, const std::vector<JournalStroke>& strokes) {
   size_t leftOut = 0;
   for (const JournalStroke& stroke : strokes) {
     try {
-      session.beginStroke(stroke.tool, stroke.mirrors);
+      Tool tool = stroke.tool;
+      loadToolFile(tool);
+      session.beginStroke(tool, stroke.images);
       for (const JournalPoint& point : stroke.points) {
         if (point.lift) session.liftTool();
-        else session.addPoint(point.timeS, point.mm);
+        else session.addPoint(point.point);
       }
       session.endStroke();
     } catch (const Error&) {

@@ -26,12 +26,12 @@ void runTip(Session& session, clay::Surface& surface, const ScriptStroke& stroke
     latency.add(haptics::nowNs() - since);
     ++report.versions;
   };
-  session.beginStroke(stroke.tool, stroke.mirrors);
+  session.beginStroke(stroke.tool, stroke.images);
   int64_t since = haptics::nowNs();
   size_t waiting = 0;
   for (const PathPoint& point : stroke.path) {
     if (waiting == 0) since = haptics::nowNs();
-    session.addPoint(point.timeS, point.mm);
+    session.addPoint(point);
     if (++waiting < options.pointsPerVersion) continue;
     if (options.job && options.job->cancelled()) throw Cancelled();
     show(session.publish(), since);

@@ -10,6 +10,8 @@
 #include "engine/json_text.h"
 #include "engine/random.h"
 #include "engine/script_place.h"
+#include "engine/tool_table.h"
+#include "engine/tool_text.h"
 #include "io/atomic_file.h"
 #include "io/input.h"
 
@@ -22,8 +24,6 @@ constexpr double kMaxSeconds = 1e6;
 constexpr double kMinVoxelMm = 1e-3, kMaxVoxelMm = 1e3;
 
 // Names as in a script.
-constexpr std::pair<std::string_view, clay::Operation> kTools[] = {
-    {"carve", clay::Operation::carve}, {"add", clay::Operation::add}, {"smooth", clay::Operation::smooth}};
 constexpr std::pair<std::string_view, Up> kUps[] = {{"z", Up::z}, {"y", Up::y}, {"custom", Up::custom}};
 constexpr std::pair<std::string_view, Drive> kDrives[] = {{"tip", Drive::tip}, {"hand", Drive::hand}};
 
@@ -81,46 +81,44 @@ void readSetup(const Place& item, Script& script) {
   }
 }
 
-constexpr size_t kMaxMirrors = 3;
+// [t, x, y, z], then a pressure, a quaternion, or both.
+PathPoint readPoint(const Place& row) {
+  const auto numbers = row.items();
+  const size_t count = numbers.size();
+  if (count != 4 && count != 5 && count != 8 && count != 9)
+    row.fail(fmt::format("must be 4 numbers [t_s, x, y, z] (5, 8 or 9 with a pressure, a quaternion or both), and has {}", count));
+  PathPoint point;
+  point.timeS = numbers[0].number(-kMaxSeconds, kMaxSeconds);
+  for (int axis = 0; axis < 3; ++axis) point.mm[axis] = numbers[size_t(axis) + 1].number(-kMaxMm, kMaxMm);
+  if (count % 2 == 1) point.pressure = numbers[4].number(0, 1);
+  if (count >= 8) {
+    Eigen::Vector4d q;
+    for (int i = 0; i < 4; ++i) q[i] = numbers[count - 4 + size_t(i)].number(-1e3, 1e3);
+    if (!(q.norm() > 1e-6)) row.fail("its quaternion is no rotation; 0, 0, 0, 1 is upright");
+    point.rotation = Eigen::Quaterniond(q);
+  }
+  return point;
+}
 
 ScriptStroke readStroke(const Place& place) {
-  place.keys({"tool", "radius_mm", "strength", "drive", "onto", "press_mm", "mirror", "path"});
+  checkToolKeys(place, {"drive", "onto", "press_mm", "mirror", "radial", "path"});
   ScriptStroke stroke;
-  stroke.tool.operation = place.at("tool").oneOf<clay::Operation>(kTools);
-  stroke.tool.radiusMm = place.at("radius_mm").positive();
-  if (const auto strength = place.maybe("strength")) {
-    if (stroke.tool.operation != clay::Operation::smooth) strength->fail("only the smooth tool has a strength");
-    stroke.tool.strength = static_cast<float>(strength->number(0, 1));
-  }
+  stroke.tool = readTool(place);
   if (const auto drive = place.maybe("drive")) stroke.drive = drive->oneOf<Drive>(kDrives);
   if (place.maybe("onto") || place.maybe("press_mm")) {
     stroke.onto = Onto{place.at("onto").vector(), place.at("press_mm").number(-kMaxMm, kMaxMm)};
     if (stroke.onto->direction.isZero()) place.at("onto").fail("is no direction; [0, 0, -1] is straight down");
   }
-  if (const auto planes = place.maybe("mirror")) {
-    if (stroke.drive != Drive::tip) planes->fail("goes with \"drive\": \"tip\" only");
-    for (const Place& plane : planes->items()) {
-      const auto numbers = plane.items();
-      if (numbers.size() != 6) plane.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
-      MirrorPlane mirror;
-      for (int axis = 0; axis < 3; ++axis) {
-        mirror.pointMm[axis] = numbers[size_t(axis)].number(-kMaxMm, kMaxMm);
-        mirror.normal[axis] = numbers[size_t(axis) + 3].number(-kMaxMm, kMaxMm);
-      }
-      if (!(mirror.normal.norm() > 1e-6)) plane.fail("its normal is no direction; [0, 0, 0, 1, 0, 0] mirrors in x");
-      stroke.mirrors.push_back(mirror);
-    }
-    if (stroke.mirrors.size() > kMaxMirrors) planes->fail(fmt::format("at most {} planes", kMaxMirrors));
+  stroke.images = readImages(place, "mirror");
+  for (const char* key : {"mirror", "radial"}) {
+    const auto repeated = place.maybe(key);
+    if (repeated && stroke.drive != Drive::tip) repeated->fail("goes with \"drive\": \"tip\" only");
   }
   const auto rows = place.at("path").items();
   if (rows.empty()) place.at("path").fail("is empty; give at least one [t_s, x, y, z]");
   stroke.path.reserve(rows.size());
   for (const Place& row : rows) {
-    const auto numbers = row.items();
-    if (numbers.size() != 4) row.fail(fmt::format("must be 4 numbers [t_s, x, y, z], and has {}", numbers.size()));
-    PathPoint point;
-    point.timeS = numbers[0].number(-kMaxSeconds, kMaxSeconds);
-    for (int axis = 0; axis < 3; ++axis) point.mm[axis] = numbers[axis + 1].number(-kMaxMm, kMaxMm);
+    const PathPoint point = readPoint(row);
     if (!stroke.path.empty() && point.timeS < stroke.path.back().timeS) {
       row.fail(fmt::format("its time {} s comes before the last one's {} s", point.timeS, stroke.path.back().timeS));
     }
@@ -138,9 +136,6 @@ std::string_view nameOf(std::span<const std::pair<std::string_view, T>> table, T
   }
   return {};
 }
-
-// The shortest decimal that reads back as the same float, so that no false digits are written.
-double shortest(float value) { return std::stod(fmt::format("{}", value)); }
 
 void checkFinite(bool finite) {
   if (!finite) throw Error("a script cannot hold a number that is not finite", Error::Kind::work);
@@ -196,25 +191,22 @@ std::string formatScript(const Script& script) {
   std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
   for (const ScriptStroke& stroke : script.strokes) {
     nlohmann::ordered_json line;
-    line["tool"] = nameOf<clay::Operation>(kTools, stroke.tool.operation);
-    checkFinite(std::isfinite(stroke.tool.radiusMm) && std::isfinite(stroke.tool.strength));
-    line["radius_mm"] = stroke.tool.radiusMm;
-    if (stroke.tool.operation == clay::Operation::smooth) line["strength"] = shortest(stroke.tool.strength);
+    putTool(line, stroke.tool);
     line["drive"] = nameOf<Drive>(kDrives, stroke.drive);
     if (stroke.onto) {
       checkFinite(stroke.onto->direction.allFinite() && std::isfinite(stroke.onto->pressMm));
       line["onto"] = list(stroke.onto->direction);
       line["press_mm"] = stroke.onto->pressMm;
     }
-    for (const MirrorPlane& mirror : stroke.mirrors) {
-      checkFinite(mirror.pointMm.allFinite() && mirror.normal.allFinite());
-      const Vec3d &p = mirror.pointMm, &n = mirror.normal;
-      line["mirror"].push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
-    }
+    putImages(line, stroke.images, "mirror");
     auto& path = line["path"] = nlohmann::ordered_json::array();
     for (const PathPoint& point : stroke.path) {
       checkFinite(std::isfinite(point.timeS) && point.mm.allFinite());
-      path.push_back({point.timeS, point.mm.x(), point.mm.y(), point.mm.z()});
+      auto& row = path.emplace_back(nlohmann::ordered_json::array({point.timeS, point.mm.x(), point.mm.y(), point.mm.z()}));
+      checkFinite(std::isfinite(point.pressure) && (!point.rotation || point.rotation->coeffs().allFinite()));
+      if (point.pressure != 1) row.push_back(point.pressure);
+      if (point.rotation)
+        for (int i = 0; i < 4; ++i) row.push_back(point.rotation->coeffs()[i]);
     }
     text += (text.back() == '[' ? "\n" : ",\n") + line.dump();
   }
@@ -233,9 +225,10 @@ Script randomScript(uint64_t seed, const RandomScriptOptions& options) {
   Script script;
   script.strokes.resize(options.strokes);
   for (ScriptStroke& stroke : script.strokes) {
-    stroke.tool.operation = static_cast<clay::Operation>(random.below(options.smooth ? 3 : 2));
+    const uint64_t drawn = random.below(options.smooth ? 3 : 2);
+    stroke.tool = standardTool(*findTool(drawn == 0 ? "carve" : drawn == 1 ? "add" : "smooth"));
     stroke.tool.radiusMm = random.between(options.minRadiusMm, options.maxRadiusMm);
-    if (stroke.tool.operation == clay::Operation::smooth) stroke.tool.strength = static_cast<float>(random.between(0.1, 1));
+    if (drawn == 2) stroke.tool.strength = random.between(0.1, 1);
     // Directions need not be even, only equal everywhere: no trigonometry.
     Vec3d direction = random.inBall();
     const double length = std::sqrt(direction.dot(direction));

@@ -12,6 +12,8 @@
 #include "clay/vec.h"
 #include "engine/document.h"
 #include "engine/guide_setup.h"
+#include "engine/path_point.h"
+#include "engine/stroke_images.h"
 #include "engine/tool.h"
 #include "haptics/scene.h"
 
@@ -21,14 +23,6 @@ namespace argil::engine {
 enum class Drive : uint8_t {
   tip,   ///< The tool's centre goes exactly along the path: pure geometry.
   hand,  ///< The path is where a simulated hand wants to go; device and servo answer, and the clay is cut where they say.
-};
-
-/// A place and its time.
-struct PathPoint {
-  double timeS = 0;             ///< From the stroke's beginning or any other zero; never decreases in a path.
-  Vec3d mm = Vec3d::Zero();
-
-  friend bool operator==(const PathPoint&, const PathPoint&) = default;
 };
 
 /// Lays a path onto whatever clay is there: each point moves along `direction` until the ball's front is `pressMm` below the
@@ -45,7 +39,7 @@ struct ScriptStroke {
   Drive drive = Drive::tip;
   std::vector<PathPoint> path;  ///< At least one point.
   std::optional<Onto> onto = {};
-  std::vector<MirrorPlane> mirrors = {};  ///< Repeated as mirror images: once for each plane, again for their products. At most 3.
+  StrokeImages images = {};               ///< Repeated in mirrors and around an axis.
 
   friend bool operator==(const ScriptStroke&, const ScriptStroke&) = default;
 };
@@ -74,9 +68,11 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
 /// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`; for hand-driven strokes `{"material": {"stiffness_nmm": 1, ...}}`
-/// and `{"guides": [{"guide": "lock_to_plane", "at": [0, 0, 20], "direction": [0, 0, 1]}, ...]}` (engine/guide_setup.h). A stroke: `{"tool": "carve", "add" or
-/// "smooth", "radius_mm": 5, "strength": 0.5 (smooth only), "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "mirror": [[px, py, pz, nx, ny, nz], ...] (at most
-/// three planes by a point and a normal; left out: none), "path": [[t_s, x, y, z], ...]}`.
+/// and `{"guides": [{"guide": "lock_to_plane", "at": [0, 0, 20], "direction": [0, 0, 1]}, ...]}` (engine/guide_setup.h). A stroke: `{"tool": "carve" or any other
+/// id of engine/tool_table.h, "radius_mm": 5, its other parameters with their units ("height_mm", "angle_deg", "strength": 0 to 1, "tip": "box", "colour": "#c8402e"; left out: as the
+/// tool begins), "inverted": true, "file" of an image or a shape, "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "mirror": [[px, py, pz, nx, ny, nz], ...] (at most
+/// three planes by a point and a normal; left out: none), "radial": {"turns": 6, "axis": [px, py, pz, ax, ay, az]}, "path": [[t_s, x, y, z], ...]}`, where a point may go on with
+/// its pressure (0 to 1), with the stylus's quaternion qx, qy, qz, qw, or with both in that order.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "clay/error.h"
+#include "clay/sampler.h"
 #include "engine/tool_table.h"
 
 namespace argil::engine {
@@ -120,66 +121,90 @@ void Session::requireNoStroke(const char* what) const {
   if (stroke_) throw Error(fmt::format("{} has to wait until the stroke has ended", what), Error::Kind::work);
 }
 
-void Session::beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors) {
+void Session::beginStroke(const Tool& tool, StrokeImages images) {
   requireNoStroke("another stroke");
   const Piece* piece = newest_->workedOn();
   if (!piece) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
   const clay::Grid& grid = piece->version.grid();
   (void)StrokePath(grid, tool, quality_);  // throws before anything is changed
+  strokeBrush_ = brushOf(tool, grid, morphGoal(tool, *piece));
   piece_ = piece->id;
   tool_ = tool;
   lifted_ = piece->version;
-  mirrors_ = std::move(mirrors);
-  reflections_.clear();
-  for (const MirrorPlane& plane : mirrors_) {
-    const Mirror mirror{grid.toVoxel(piece->pose.applyInverse(plane.pointMm)), (piece->pose.rotation.conjugate() * plane.normal).normalized()};
-    const size_t before = reflections_.size();
-    reflections_.push_back({mirror});
-    for (size_t i = 0; i < before; ++i) {
-      reflections_.push_back(reflections_[i]);
-      reflections_.back().push_back(mirror);
-    }
-  }
+  images_ = std::move(images);
+  maps_ = ImageMaps(images_, grid, piece->pose);
+  normal_ = Vec3d::UnitZ();
   stroke_.emplace();
   stroke_->before = newest_;
+  stroke_->start = lifted_;
   pointsBefore_ = 0;
-  if (watch_) watch_->strokeBegan(tool_, mirrors_);
+  if (watch_) watch_->strokeBegan(tool_, images_);
 }
 
-void Session::addPoint(double timeS, const Vec3d& mm) {
+// What a morphing tool goes back to: the piece as it was after so many steps, where that step is in memory.
+clay::Version Session::morphGoal(const Tool& tool, const Piece& piece) const {
+  const auto operations = rowOf(tool).operations;
+  if (std::none_of(operations.begin(), operations.end(), [](const clay::Operation& each) { return each.method == clay::Method::morph; })) return {};
+  if (tool.morphTo < 0 || size_t(tool.morphTo) > done_) throw Error(fmt::format("there is no step {} to go back to; {} are done", tool.morphTo, done_));
+  for (size_t step = size_t(tool.morphTo); step <= done_; ++step) {
+    DocumentPtr then = states_[step].document;
+    if (!then && reader_) then = reader_(states_[step].kept, *newest_);
+    const Piece* was = then ? then->piece(piece.id) : nullptr;
+    if (was && was->version.store() == piece.version.store() && was->version.grid() == piece.version.grid()) return was->version;
+  }
+  return piece.version;
+}
+
+// A tip that no stylus turns stands on the surface. Its x lies as near to the world's as it can.
+Eigen::Quaterniond Session::standing(const Vec3d& mm) {
+  clay::Sampler sampler(lifted_);
+  Vec3f gradient;
+  (void)sampler.trilinear(lifted_.grid().toVoxel(mm), gradient);
+  if (gradient.squaredNorm() > 0.25f) normal_ = gradient.cast<double>().normalized();
+  const Vec3d side = std::abs(normal_.x()) < 0.9 ? Vec3d::UnitX() : Vec3d::UnitY();
+  const Vec3d x = (side - side.dot(normal_) * normal_).normalized();
+  Eigen::Matrix3d axes;
+  axes << x, normal_.cross(x), normal_;
+  return Eigen::Quaterniond(axes);
+}
+
+void Session::addPoint(const PathPoint& given) {
   if (!stroke_) throw Error("a point needs a stroke that it belongs to", Error::Kind::work);
-  if (!std::isfinite(timeS)) throw Error("a point of a stroke has a time that is not finite");
+  if (!std::isfinite(given.timeS)) throw Error("a point of a stroke has a time that is not finite");
+  PathPoint point = given;
+  if (tool_.stabiliseMm > 0 && point.mm.allFinite()) {
+    // Drawn on a string: the tool stays where it is until the string is tight.
+    const Vec3d from = drawn_.value_or(point.mm);
+    const double length = (point.mm - from).norm();
+    point.mm = length > tool_.stabiliseMm ? Vec3d(from + (point.mm - from) * ((length - tool_.stabiliseMm) / length)) : from;
+  }
+  if (!point.rotation && StrokePath::reaches(lifted_.grid(), point.mm)) point.rotation = standing(point.mm);
   if (!path_) {
     StrokePath path(lifted_.grid(), tool_, quality_);
-    path.add(mm, stamps_);
+    path.add(point, stamps_);
     path_ = path;
-    brush_ = std::make_unique<clay::BrushStroke>(lifted_);
+    brush_ = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start);
     stroke_->strokes.push_back({tool_, Drive::tip, {}});
-    stroke_->strokes.back().mirrors = mirrors_;
+    stroke_->strokes.back().images = images_;
   } else {
-    path_->add(mm, stamps_);
+    path_->add(point, stamps_);
   }
+  drawn_ = point.mm;
   auto& record = stroke_->strokes.back().path;
   // A script's times never decrease; the stamps do not depend on them.
-  record.push_back({record.empty() ? timeS : std::max(timeS, record.back().timeS), mm});
+  record.push_back(given);
+  if (record.size() > 1) record.back().timeS = std::max(given.timeS, record[record.size() - 2].timeS);
   ++counts_.points;
-  if (watch_) watch_->strokePoint(timeS, mm);
+  if (watch_) watch_->strokePoint(given);
   apply();
 }
 
 void Session::apply() {
   for (const clay::Stamp& stamp : stamps_) {
-    brush_->apply(stamp);
-    for (const std::vector<Mirror>& chain : reflections_) {
-      clay::Stamp image = stamp;
-      for (const Mirror& mirror : chain) {
-        image.a = mirror.apply(image.a);
-        image.b = mirror.apply(image.b);
-      }
-      brush_->apply(image);
-    }
+    maps_.apply(stamp, stampImages_);
+    brush_->apply(stampImages_);
   }
-  counts_.stamps += stamps_.size() * (1 + reflections_.size());
+  counts_.stamps += stamps_.size() * maps_.count();
   stamps_.clear();  // keeps its memory
 }
 
@@ -192,8 +217,10 @@ void Session::liftTool() {
   const auto made = brush_->counts();
   counts_.clay.bricksMade += made.bricksMade;
   counts_.clay.nodesMade += made.nodesMade;
+  counts_.clay.channelBricksMade += made.channelBricksMade;
   brush_.reset();
   path_.reset();
+  drawn_.reset();
   if (watch_) watch_->toolLifted();
 }
 
@@ -211,11 +238,7 @@ clay::Version Session::endStroke() {
   liftTool();
   setVersion(lifted_);
   if (newest_->piece(piece_)->version != stroke_->before->piece(piece_)->version) {
-    const ToolRow* row = nullptr;
-    for (const ToolRow& each : toolTable()) {
-      if (!row && each.operation == tool_.operation) row = &each;
-    }
-    push(row ? std::string(row->name) : "Stroke", newest_, std::move(stroke_->strokes));
+    push(std::string(rowOf(tool_).name), newest_, std::move(stroke_->strokes));
   } else {
     setDocument(stroke_->before);
   }
@@ -265,13 +288,32 @@ void Session::goTo(size_t steps) {
   HistoryState& at = states_[steps];
   if (!at.document) {
     if (!reader_) throw Error("that step is not at hand any more", Error::Kind::work);
-    at.document = reader_(at.kept, *newest_);
+    at.document = reader_(at.kept, nearest(steps));
+    if (watch_) watch_->cameBack(steps, at.document);
   }
   merge_.clear();
   ++steps_;
   if (steps != done_ && watch_) watch_->went(steps);
   done_ = steps;
   if (at.document != newest_) setDocument(at.document);
+}
+
+const Document& Session::nearest(size_t state) const {
+  for (size_t away = 1; away < states_.size(); ++away) {
+    const bool below = away <= state && states_[state - away].document, above = state + away < states_.size() && states_[state + away].document;
+    if (below && (!above || state > done_)) return *states_[state - away].document;
+    if (above) return *states_[state + away].document;
+  }
+  return *newest_;
+}
+
+void Session::spill(size_t state, uint64_t kept) {
+  HistoryState& at = states_.at(state);
+  if (state == done_ || kept == 0) throw Error("the newest document cannot leave memory, nor one that no file has", Error::Kind::work);
+  at.kept = kept;
+  at.document.reset();
+  if (watch_) watch_->spilled(state);
+  collector_->wake();
 }
 
 std::vector<std::string> Session::history() const {

@@ -42,14 +42,17 @@ class Collector {
 class SessionWatch {
  public:
   virtual ~SessionWatch() = default;
-  virtual void strokeBegan(const Tool& tool, const std::vector<MirrorPlane>& mirrors) = 0;
-  virtual void strokePoint(double timeS, const Vec3d& mm) = 0;
+  virtual void strokeBegan(const Tool& tool, const StrokeImages& images) = 0;
+  virtual void strokePoint(const PathPoint& point) = 0;
   virtual void toolLifted() = 0;
   /// A stroke that changed something is told by stepped() first.
   virtual void strokeEnded() = 0;
   /// A step was done, or (`merged`) the last one is now another; what was undone before is gone.
   virtual void stepped(const std::string& label, const DocumentPtr& after, bool merged) = 0;
   virtual void went(size_t done) = 0;
+  /// The document of a state has left memory; or it is there again, just before it is gone to.
+  virtual void spilled(size_t /*state*/) {}
+  virtual void cameBack(size_t /*state*/, const DocumentPtr& /*document*/) {}
 };
 
 /// A document that the history holds: the first one, or what a step led to.
@@ -79,11 +82,12 @@ class Session {
 
   /// Throws Error when the tool does not fit the clay, when there is no piece that can be worked on, or while a stroke is on. Stamps are
   /// repeated as mirror images in these planes, world mm; without any in the document's.
-  void beginStroke(const Tool& tool) { beginStroke(tool, newest_->mirrors()); }
-  void beginStroke(const Tool& tool, std::vector<MirrorPlane> mirrors);
-  /// The tool's centre, in the piece's mm; the time is for the recording alone. Throws Error for what StrokePath refuses; then
-  /// nothing changed and the stroke goes on.
-  void addPoint(double timeS, const Vec3d& mm);
+  void beginStroke(const Tool& tool) { beginStroke(tool, newest_->images()); }
+  void beginStroke(const Tool& tool, StrokeImages images);
+  /// The tool's centre, in the piece's mm; the time is for the recording alone. A point without a rotation gets that of the surface there. Throws Error for
+  /// what StrokePath refuses; then nothing changed and the stroke goes on.
+  void addPoint(const PathPoint& point);
+  void addPoint(double timeS, const Vec3d& mm) { addPoint(PathPoint{timeS, mm}); }
   /// The tool left the clay: the path ends here, the next point begins another one of the same stroke.
   void liftTool();
   /// Makes what was added so far the newest version. Cheap; call at most 500 times a second.
@@ -114,7 +118,10 @@ class Session {
   /// The first document and what each step led to.
   [[nodiscard]] const std::vector<HistoryState>& states() const { return states_; }
 
-  /// Reads a state that is kept in a file, given the newest document; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
+  /// The document of a state leaves memory: it is read again under `kept` when it is gone to. Throws Error for the newest one. Its clay is freed in the background.
+  void spill(size_t state, uint64_t kept);
+
+  /// Reads a state that is kept in a file, given the document in memory that is the fewest steps away; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
   void setReader(std::function<DocumentPtr(uint64_t kept, const Document& near)> reader) { reader_ = std::move(reader); }
   /// Null: nobody. It must outlive its time here.
   void setWatch(SessionWatch* watch) { watch_ = watch; }
@@ -131,16 +138,14 @@ class Session {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  /// A reflection in voxel coordinates: p − 2 ((p − point) · normal) normal.
-  struct Mirror {
-    Vec3d point, normal;
-    [[nodiscard]] Vec3d apply(const Vec3d& p) const { return p - 2 * (p - point).dot(normal) * normal; }
-  };
   void apply();
+  [[nodiscard]] clay::Version morphGoal(const Tool& tool, const Piece& piece) const;
+  [[nodiscard]] Eigen::Quaterniond standing(const Vec3d& mm);
   void setDocument(DocumentPtr document);
   void setVersion(const clay::Version& version);
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
+  [[nodiscard]] const Document& nearest(size_t state) const;
 
   StrokeQuality quality_;
   mutable std::mutex mutex_;      // guards newest_ alone
@@ -157,18 +162,22 @@ class Session {
   // The stroke in work. path_ and brush_ are there between its first point and the next lift.
   struct Stroke {
     DocumentPtr before;
+    clay::Version start;
     std::vector<ScriptStroke> strokes;
   };
   std::optional<Stroke> stroke_;
   Id piece_ = 0;
   Tool tool_;
-  std::vector<MirrorPlane> mirrors_;              // world, for the recording
-  std::vector<std::vector<Mirror>> reflections_;  // each a chain; the stamp itself is not among them
+  std::shared_ptr<const clay::Brush> strokeBrush_;
+  StrokeImages images_;           // world, for the recording
+  ImageMaps maps_;
+  std::optional<Vec3d> drawn_;    // end of the string on which the tool is drawn
+  Vec3d normal_ = Vec3d::UnitZ(); // of the surface at the last point, for a tip without a stylus
   clay::Version lifted_;          // what the paths before this one left
   std::optional<StrokePath> path_;
   std::unique_ptr<clay::BrushStroke> brush_;
   uint64_t pointsBefore_ = 0;     // of paths that were lifted
-  std::vector<clay::Stamp> stamps_;
+  std::vector<clay::Stamp> stamps_, stampImages_;
   std::unique_ptr<Collector> collector_;
 };
 

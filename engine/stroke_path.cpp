@@ -23,16 +23,31 @@ constexpr double kLinesPerSpacing = 4;
 constexpr double kReach = 70000;
 constexpr double kMinRadius = kLeastToolVoxels, kMaxRadius = kMostToolVoxels;  // the range of clay::Stamp
 
+// How much a pressure does: a hyperbola through 0 and 1, so that it needs no power.
+double pressureOf(const Tool& tool, double pressure) {
+  const double late = tool.pressureCurve >= 0 ? 1 + 4 * tool.pressureCurve : 1 / (1 - 4 * tool.pressureCurve);
+  return pressure / (pressure + late * (1 - pressure));
+}
+
 double length(const Vec3d& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
+
+// The parabola through three points (knots by the square root of the chord) goes on beyond the last by as much as the last two are apart: without it
+// a curved stroke would begin and end straight.
+Vec3d beyond(const Vec3d& first, const Vec3d& middle, const Vec3d& last) {
+  const double a = std::sqrt(length(middle - first)), b = std::sqrt(length(last - middle));
+  // Where points crowd at one side a parabola says little: there it goes straight on.
+  if (!(a > 0.5 * b && b > 0.5 * a)) return 2 * last - middle;
+  const double t0 = -a, t1 = 0, t2 = b, t = 2 * b;
+  return first * ((t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))) + middle * ((t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))) +
+         last * ((t - t0) * (t - t1) / ((t2 - t0) * (t2 - t1)));
+}
 
 }  // namespace
 
-StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality) : grid_(grid) {
+StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality) : grid_(grid), tool_(tool) {
   grid.check();
-  stamp_.radius = tool.radiusMm / grid.voxelMm;
-  stamp_.operation = tool.operation;
-  stamp_.strength = tool.strength;
-  if (!(stamp_.radius >= kMinRadius && stamp_.radius <= kMaxRadius)) {
+  const double radius = tool.radiusMm / grid.voxelMm;
+  if (!(radius >= kMinRadius && radius <= kMaxRadius)) {
     throw Error(fmt::format("a tool of radius {} mm does not fit clay of {} mm voxels; choose {} to {} mm", tool.radiusMm,
                             grid.voxelMm, kMinRadius * grid.voxelMm, kMaxRadius * grid.voxelMm));
   }
@@ -44,7 +59,7 @@ StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQua
     throw Error(fmt::format("a stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
                             quality.spacing, quality.minSpacingVoxels));
   }
-  spacing_ = std::max(quality.spacing * stamp_.radius, quality.minSpacingVoxels);
+  spacing_ = std::max(quality.spacing * radius, quality.minSpacingVoxels);
 }
 
 bool StrokePath::reaches(const clay::Grid& grid, const Vec3d& pointMm) {
@@ -52,22 +67,29 @@ bool StrokePath::reaches(const clay::Grid& grid, const Vec3d& pointMm) {
   return point.allFinite() && point.cwiseAbs().maxCoeff() <= kReach;
 }
 
-void StrokePath::add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) {
-  if (!reaches(grid_, pointMm)) {
+void StrokePath::add(const PathPoint& given, std::vector<clay::Stamp>& stamps) {
+  if (!reaches(grid_, given.mm)) {
     throw Error(fmt::format("a stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
-                            pointMm.x(), pointMm.y(), pointMm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
+                            given.mm.x(), given.mm.y(), given.mm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
   }
-  const Vec3d point = grid_.toVoxel(pointMm);
+  if (!(given.pressure >= 0 && given.pressure <= 1)) throw Error(fmt::format("a pressure of {} is out of range; give 0 to 1", given.pressure));
+  Knot point{grid_.toVoxel(given.mm), {given.pressure, given.rotation.value_or(Eigen::Quaterniond::Identity())}};
+  if (!point.held.rotation.coeffs().allFinite() || !(point.held.rotation.norm() > 1e-6)) throw Error("a stylus is held at a rotation that is none");
+  point.held.rotation.normalize();
   if (known_ == 0) {
-    stamp_.a = stamp_.b = pen_ = point;
-    stamps.push_back(stamp_);
+    pen_ = point;
+    stamp_.a = point.at;
+    stampTo(point, stamps);
     passed_ = covered_ = 1;
-  } else if (length(point - last_[0]) < kSamePoint) {
+  } else if (length(point.at - last_[0].at) < kSamePoint) {
     ++added_;
     if (known_ == 1) passed_ = covered_ = added_;
     return;
-  } else if (known_ >= 2) {
-    curve(beforeLast(), last_[1], last_[0], point, stamps);
+  } else if (known_ == 2) {
+    curve(beyond(point.at, last_[0].at, last_[1].at), last_[1], last_[0], point.at, stamps);
+    passed_ = added_;
+  } else if (known_ == 3) {
+    curve(last_[2].at, last_[1], last_[0], point.at, stamps);
     passed_ = added_;
   }
   last_ = {point, last_[0], last_[1]};
@@ -76,20 +98,31 @@ void StrokePath::add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) {
 }
 
 void StrokePath::finish(std::vector<clay::Stamp>& stamps) {
-  if (known_ >= 2) {
-    curve(beforeLast(), last_[1], last_[0], 2 * last_[0] - last_[1], stamps);
-    if (walked_ > kSamePoint) stampTo(last_[0], stamps);
-  }
+  if (known_ == 2) curve(2 * last_[1].at - last_[0].at, last_[1], last_[0], 2 * last_[0].at - last_[1].at, stamps);
+  if (known_ == 3) curve(last_[2].at, last_[1], last_[0], beyond(last_[2].at, last_[1].at, last_[0].at), stamps);
+  if (known_ >= 2 && walked_ > kSamePoint) stampTo(last_[0], stamps);
   covered_ = added_;
   known_ = 0;
   walked_ = 0;
 }
 
-// The first segment has no point before it: its end, mirrored, stands there.
-Vec3d StrokePath::beforeLast() const { return known_ == 3 ? last_[2] : Vec3d(2 * last_[1] - last_[0]); }
+StrokePath::Held StrokePath::between(const Held& a, const Held& b, double share) {
+  // Between neighbouring points the shorter way, without trigonometry.
+  const double side = a.rotation.dot(b.rotation) < 0 ? -1 : 1;
+  Eigen::Quaterniond rotation(a.rotation.coeffs() + share * (side * b.rotation.coeffs() - a.rotation.coeffs()));
+  if (!(rotation.norm() > 1e-6)) rotation = b.rotation;
+  rotation.normalize();
+  return {a.pressure + share * (b.pressure - a.pressure), rotation};
+}
 
-void StrokePath::curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, const Vec3d& after,
+double StrokePath::radiusAt(const Held& held) const {
+  const double share = 1 - tool_.radiusByPressure * (1 - pressureOf(tool_, held.pressure));
+  return std::max(tool_.radiusMm / grid_.voxelMm * share, kMinRadius);
+}
+
+void StrokePath::curve(const Vec3d& before, const Knot& start, const Knot& end, const Vec3d& after,
                        std::vector<clay::Stamp>& stamps) {
+  const Vec3d &from = start.at, &to = end.at;
   // Knots grow by the square root of the chord; neighbours are distinct, so no interval is zero.
   const double t0 = std::sqrt(length(from - before));
   const double t1 = std::sqrt(length(to - from));
@@ -102,28 +135,35 @@ void StrokePath::curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, 
   const int lines = static_cast<int>(std::ceil(std::max(1.0, kLinesPerSpacing * bound / spacing_)));
   for (int i = 1; i < lines; ++i) {
     const double u = double(i) / lines, v = 1 - u;
-    lineTo(v * v * (1 + 2 * u) * from + u * v * v * tangentFrom + u * u * (3 - 2 * u) * to - u * u * v * tangentTo, stamps);
+    lineTo({v * v * (1 + 2 * u) * from + u * v * v * tangentFrom + u * u * (3 - 2 * u) * to - u * u * v * tangentTo, between(start.held, end.held, u)}, stamps);
   }
-  lineTo(to, stamps);
+  lineTo(end, stamps);
 }
 
-void StrokePath::lineTo(const Vec3d& to, std::vector<clay::Stamp>& stamps) {
-  for (double left = length(to - pen_); left > 0; left = length(to - pen_)) {
+void StrokePath::lineTo(const Knot& to, std::vector<clay::Stamp>& stamps) {
+  for (double left = length(to.at - pen_.at); left > 0; left = length(to.at - pen_.at)) {
     if (walked_ + left < spacing_) {
       walked_ += left;
       pen_ = to;
       return;
     }
     // left ≥ the step > 0, so the pen moves on by it and the loop ends.
-    pen_ += (to - pen_) * ((spacing_ - walked_) / left);
+    const double share = (spacing_ - walked_) / left;
+    pen_ = {pen_.at + (to.at - pen_.at) * share, between(pen_.held, to.held, share)};
     stampTo(pen_, stamps);
   }
 }
 
-void StrokePath::stampTo(const Vec3d& to, std::vector<clay::Stamp>& stamps) {
-  stamp_.b = to;
+void StrokePath::stampTo(const Knot& to, std::vector<clay::Stamp>& stamps) {
+  const bool first = known_ == 0;
+  const double radius = radiusAt(to.held);
+  stamp_.b = to.at;
+  stamp_.radius = first ? radius : stamp_.endRadius;
+  stamp_.endRadius = radius;
+  stamp_.strength = static_cast<float>(tool_.strength * (1 - tool_.strengthByPressure * (1 - pressureOf(tool_, to.held.pressure))));
+  stamp_.axes = to.held.rotation.toRotationMatrix().cast<float>();
   stamps.push_back(stamp_);
-  stamp_.a = to;
+  stamp_.a = to.at;
   walked_ = 0;
   covered_ = passed_;
 }

@@ -7,6 +7,7 @@
 
 #include "clay/brush.h"
 #include "clay/grid.h"
+#include "engine/path_point.h"
 #include "engine/tool.h"
 
 namespace argil::engine {
@@ -34,9 +35,10 @@ class StrokePath {
   /// Whether a stroke may go through this place: finite, and within 70 000 voxels of the grid's origin along each axis.
   [[nodiscard]] static bool reaches(const clay::Grid& grid, const Vec3d& pointMm);
 
-  /// Appends to `stamps` what this point (world mm) makes certain. Throws Error for a point that is not finite or out of
-  /// the clay's reach; then nothing changed.
-  void add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps);
+  /// Appends to `stamps` what this point (mm) makes certain. Throws Error for a point that is not finite or out of
+  /// the clay's reach; then nothing changed. Pressure and rotation change evenly from point to point.
+  void add(const PathPoint& point, std::vector<clay::Stamp>& stamps);
+  void add(const Vec3d& pointMm, std::vector<clay::Stamp>& stamps) { add(PathPoint{0, pointMm}, stamps); }
 
   /// Appends what is left up to the last point. The path is over.
   void finish(std::vector<clay::Stamp>& stamps);
@@ -45,20 +47,31 @@ class StrokePath {
   [[nodiscard]] uint64_t covered() const { return covered_; }
 
  private:
-  [[nodiscard]] Vec3d beforeLast() const;
-  void curve(const Vec3d& before, const Vec3d& from, const Vec3d& to, const Vec3d& after, std::vector<clay::Stamp>& stamps);
-  void lineTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
-  void stampTo(const Vec3d& to, std::vector<clay::Stamp>& stamps);
+  /// How the tool is held at a place.
+  struct Held {
+    double pressure = 1;
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  };
+  struct Knot {
+    Vec3d at = Vec3d::Zero();  // voxels
+    Held held;
+  };
+  [[nodiscard]] static Held between(const Held& a, const Held& b, double share);
+  [[nodiscard]] double radiusAt(const Held& held) const;
+  void curve(const Vec3d& before, const Knot& from, const Knot& to, const Vec3d& after, std::vector<clay::Stamp>& stamps);
+  void lineTo(const Knot& to, std::vector<clay::Stamp>& stamps);
+  void stampTo(const Knot& to, std::vector<clay::Stamp>& stamps);
 
   clay::Grid grid_;
+  Tool tool_;
   clay::Stamp stamp_;  // a: where the next stamp starts
   double spacing_;     // voxels
-  std::array<Vec3d, 3> last_;  // the last distinct points, newest first, in voxels
+  std::array<Knot, 3> last_;  // the last distinct points, newest first
   int known_ = 0;              // how many of them
   uint64_t added_ = 0;         // points given, repeated ones too
   uint64_t passed_ = 0;        // of these, those that the pen has reached
   uint64_t covered_ = 0;
-  Vec3d pen_ = Vec3d::Zero();  // end of the curve walked so far
+  Knot pen_;                   // end of the curve walked so far
   double walked_ = 0;          // arc length from stamp_.a to pen_
 };
 

@@ -63,7 +63,11 @@ void StylusStrokes::cut(const haptics::StylusSample& sample, const Vec3d& mm) {
       (sample.timeS - lastTimeS_ > kPauseS || (mm - last_).norm() > kPauseRadii * tool.radiusMm)) {
     session_.liftTool();
   }
-  session_.addPoint(sample.timeS, mm);
+  PathPoint point{sample.timeS, mm};
+  // A pen or a device without pressure says none at all times: then it is full.
+  point.pressure = tool.pressureIsForce ? std::min(sample.forceN.norm() / tool.fullForceN, 1.0) : std::clamp(double(sample.pressure), 0.0, 1.0);
+  if (oriented_) point.rotation = pose_.rotation.conjugate() * sample.device.rotation;
+  session_.addPoint(point);
   pending_.push_back(sample.index);
   lifted_ = false;
   lastIndex_ = sample.index;

@@ -24,6 +24,9 @@ class StylusStrokes {
   /// Samples that carry this tool's id use this tool. Throws Error when it does not fit the clay that is worked on.
   void setTool(uint32_t id, const Tool& tool);
 
+  /// Whether the samples' rotations are those of a hand: else tips stand on the surface.
+  void setOriented(bool on) { oriented_ = on; }
+
   void take(const haptics::StylusSample& sample);
   /// No more samples: ends the stroke in work.
   void finish();
@@ -40,6 +43,7 @@ class StylusStrokes {
   Session& session_;
   std::map<uint32_t, Tool> tools_;
   uint64_t next_ = 0, refused_ = 0;
+  bool oriented_ = false;
   // The stroke in work.
   clay::Grid grid_;
   haptics::Pose pose_;            // from the piece's millimetres to the world's, in which samples are

@@ -92,6 +92,13 @@ void Workbench::goTo(size_t done) {
   state_->post([s = state_.get(), done] { s->session->goTo(done); });
 }
 
+void Workbench::setUndoBudget(uint64_t bytes) {
+  state_->post([s = state_.get(), bytes] {
+    s->budget.set(bytes);
+    s->undoOf = UINT64_MAX;
+  }, false);
+}
+
 void Workbench::newDocument() {
   state_->post([s = state_.get()] { s->begin(Document(), true); });
 }

@@ -13,6 +13,7 @@
 #include "engine/recovery.h"
 #include "engine/surfaces.h"
 #include "engine/tool.h"
+#include "engine/undo_budget.h"
 #include "haptics/device.h"
 #include "haptics/devices/pointer.h"
 #include "haptics/sample_ring.h"
@@ -47,6 +48,7 @@ struct Snapshot {
   Tool tool;                   ///< As the edit thread has it.
   uint64_t strokes = 0, points = 0, versions = 0;
   uint64_t clayBytes = 0;      ///< Of the pieces and their undo steps.
+  UndoUse undo;                ///< What the steps take of memory, and how many are on disk alone.
   double editP50Us = 0, editP99Us = 0;  ///< From a sample that cuts to its changed triangles.
   FileState file;
 };
@@ -98,6 +100,7 @@ class Workbench {
     int surfaceThreads = 1;
     bool journal = true;             ///< False: nothing is kept but what is saved.
     std::filesystem::path journalFolder;  ///< Empty: io::journalFolder().
+    uint64_t undoBytes = UndoBudget::kStandard;  ///< As setUndoBudget() takes it.
   };
   explicit Workbench(const Options& options);
   Workbench() : Workbench(Options()) {}
@@ -127,6 +130,9 @@ class Workbench {
   void redo();
   /// So many steps done: 0 is the beginning.
   void goTo(size_t done);
+  /// Steps may take so much memory beside the newest document; 0: no limit. The oldest leave it for the disk (the journal, or a file without a name where there is no journal) and are read again
+  /// when they are gone to. While the disk does not take them they stay, with a message.
+  void setUndoBudget(uint64_t bytes);
 
   // Clay that comes and goes, as jobs.
 

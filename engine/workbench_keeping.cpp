@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "clay/error.h"
@@ -28,26 +29,61 @@ void Workbench::State::begin(Begin how) {
   sources = std::move(how.sources);
   file = std::move(how.file);
   face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
-  savedDocument = how.saved ? how.states.at(how.done).document : nullptr;
+  records.reset();
+  savedDocument.reset();
+  if (how.saved) savedDocument = how.states.at(how.done).document;
   ++opened;
   if (options.journal && !keeper) {
-    KeeperOptions keep;
-    keep.folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
-    keeper = std::make_unique<Keeper>(keep, [this](const std::string& trouble) {
-      if (!trouble.empty()) tell(Message::Level::error, trouble);
-      const std::lock_guard lock(mutex);
-      journalTrouble = trouble;
-    });
+    makeKeeper();
     findRecoverable();
   }
-  if (keeper) keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued));
+  if (keeper) records = keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued), sources);
   session = std::make_unique<Session>(std::move(how.states), how.done);
   session->setWatch(keeper.get());
-  session->setReader([this](uint64_t kept, const Document& near) { return readState(*archive, base, sources, kept, near); });
+  session->setReader([this](uint64_t kept, const Document& near) { return readKept(kept, near); });
   surfaces.forget();
   historyOf = UINT64_MAX;
   makeLoop();
   latency.clear();
+}
+
+void Workbench::State::makeKeeper() {
+  KeeperOptions keep;
+  keep.folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+  keep.unnamed = !options.journal;
+  keeper = std::make_unique<Keeper>(keep, [this](const std::string& trouble) {
+    if (!trouble.empty()) tell(Message::Level::error, trouble);
+    const std::lock_guard lock(mutex);
+    journalTrouble = trouble;
+  });
+}
+
+DocumentPtr Workbench::State::readKept(uint64_t kept, const Document& near) {
+  const DocumentPtr document = keeper ? readStep(*keeper, *archive, records, kept, near) : readState(*archive, base, sources, kept, near);
+  if (base && kept == base->state) savedDocument = document;
+  return document;
+}
+
+// Called between strokes, when steps have come or gone and four times a second.
+void Workbench::State::keepUndoBudget() {
+  undoOf = session->steps();
+  undo = budget.keep(*session, [this](const DocumentPtr& document) { return keeper ? keeper->kept(document) : 0; });
+  if (undo.over && !keeper) {
+    makeKeeper();
+    records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer, {}, sources);
+    session->setWatch(keeper.get());
+  }
+  const auto trouble = [this] {
+    const std::lock_guard lock(mutex);
+    return !journalTrouble.empty();
+  };
+  if (!undo.over) {
+    undoTold = false;
+  } else if (!undoTold && trouble()) {
+    undoTold = true;
+    tell(Message::Level::warning, fmt::format("Undo takes {:.1f} GiB of memory, more than the {:.1f} GiB that it may: steps cannot go to the disk while the journal cannot be written. Make room there, or close the document.",
+                                              std::ldexp(double(undo.bytes), -30), std::ldexp(double(budget.bytes()), -30)));
+  }
 }
 
 void Workbench::State::findRecoverable() {
@@ -74,6 +110,7 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   request->archive = archive;
   request->base = base;
   request->sources = sources;
+  if (records) request->sources = {records};
   request->writer = writer;
   saving = true;
   if (keeper) keeper->saving(target);

@@ -122,6 +122,7 @@ void Workbench::State::makeLoop() {
   touched.quality = touchQuality;
   loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
   loop->setCutting(cutting);
+  loop->setOriented(oriented);
   held.reset();
   holdTool();
 }
@@ -165,6 +166,7 @@ void Workbench::State::takeHand(const std::string& name) {
     tell(Message::Level::error, fmt::format("{} The mouse stands in.", e.what()));
     fresh = open(kPointer);
   }
+  oriented = fresh->device->sheet().dofIn == 6 && !fresh->pointer;
   makeLoop();  // the new servo counts its samples from zero
   fresh->grant = fresh->servo.start().sentence;
   stopped.store(false);
@@ -186,14 +188,16 @@ void Workbench::State::publish() {
       bytes += store->usage().bytes();
     }
     clayBytes = bytes;
+    undoOf = UINT64_MAX;
   }
   const bool inStroke = session->inStroke();
+  if (!inStroke && undoOf != session->steps()) keepUndoBudget();
   const uint64_t steps = session->undoSteps() + session->redoSteps();
   const uint64_t historyNow = inStroke ? historyOf : session->steps();
   const Snapshot& last = *snapshot;  // written by this thread alone
   FileState kept;
   kept.path = file;
-  kept.unsaved = now != savedDocument;
+  kept.unsaved = now != savedDocument.lock();
   kept.saving = saving;
   kept.opened = opened;
   kept.face = face;
@@ -201,7 +205,7 @@ void Workbench::State::publish() {
     const std::lock_guard lock(mutex);
     kept.journalTrouble = journalTrouble;
   }
-  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes &&
+  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes && last.undo == undo &&
       last.tool == held.value_or(Tool()) && last.file == kept) {
     return;
   }
@@ -221,6 +225,7 @@ void Workbench::State::publish() {
   next->points = session->counts().points;
   next->versions = loop->versions();
   next->clayBytes = clayBytes;
+  next->undo = undo;
   next->editP50Us = latency.quantileUs(0.5);
   next->editP99Us = latency.quantileUs(0.99);
   next->file = std::move(kept);

@@ -35,7 +35,7 @@ struct Hand {
 inline constexpr size_t kForcePoints = 1000;  ///< Of TouchState::forceN: 2 s.
 
 struct Workbench::State {
-  explicit State(const Options& given) : options(given) {}
+  explicit State(const Options& given) : options(given), budget(given.undoBytes) {}
 
   struct Command {
     std::function<void()> run;
@@ -76,6 +76,9 @@ struct Workbench::State {
   void begin(Document document, bool saved = false);
   void save(std::filesystem::path file, const SaveExtras& extras);
   void findRecoverable();
+  void makeKeeper();
+  [[nodiscard]] DocumentPtr readKept(uint64_t kept, const Document& near);
+  void keepUndoBudget();
   void makeLoop();
   void holdTool();
   void publish();
@@ -114,8 +117,9 @@ struct Workbench::State {
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;
   std::string writer;
-  std::vector<std::shared_ptr<io::RecordSource>> sources;
-  DocumentPtr savedDocument;
+  std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
+  std::shared_ptr<HistoryRecords> records;                  // all places of its steps, while there is a keeper
+  std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
   bool saving = false;
   std::optional<std::pair<std::filesystem::path, SaveExtras>> saveNext;  // asked for while another was going on
@@ -125,6 +129,7 @@ struct Workbench::State {
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
   bool cutting = true;
+  bool oriented = false;      // the device in hand tells how it is turned
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   haptics::Histogram latency;
@@ -134,6 +139,10 @@ struct Workbench::State {
   uint64_t historyOf = UINT64_MAX;
   std::chrono::steady_clock::time_point usageAt{};
   uint64_t clayBytes = 0;
+  UndoBudget budget;
+  UndoUse undo;
+  uint64_t undoOf = UINT64_MAX;   // steps of the session when it was looked at
+  bool undoTold = false;          // that it takes more than it may
 
   // The showing thread's.
   haptics::StylusSample newest;

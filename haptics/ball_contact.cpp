@@ -32,8 +32,8 @@ void BallContact::reset() noexcept {
 
 void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Mode wanted = Mode::touch;
-  if (input.operate && scene.tool.operation == clay::Operation::carve) wanted = Mode::cut;
-  if (input.operate && scene.tool.operation == clay::Operation::add) wanted = Mode::add;
+  if (input.operate && scene.tool.work == Work::cut) wanted = Mode::cut;
+  if (input.operate && scene.tool.work == Work::lay) wanted = Mode::add;
   if (wanted == Mode::touch && (mode_ == Mode::cut || mode_ == Mode::settle)) {
     // The edit is still on its way: clay that was cut must not push back as if it were there.
     settleS_ = mode_ == Mode::cut ? 0 : settleS_ + input.periodS;
@@ -103,7 +103,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
     rub.dynamicMm += material.dynamicFriction * before.share[size_t(i)];
     rub.viscousNsmm += material.viscousFrictionNsmm;
     // A tool that smears drags the clay along: what the ball slides on is as thick as what it would cut.
-    if (input.operate && scene.tool.operation == clay::Operation::smooth) rub.viscousNsmm += material.viscosityNsmm;
+    if (input.operate && scene.tool.work == Work::rub) rub.viscousNsmm += material.viscosityNsmm;
   }
   const Subspace within = guides_.locked() ? guides_.lockAt(proxy_.at()) : Subspace();
   const Vec3d goal = before.count > 0 ? friction_.goal(proxy_.at(), within.nearest(hand), rub) : hand;
@@ -188,7 +188,7 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
   switch (mode_) {
     case Mode::touch:
       touch(scene, in, changed, out);
-      if (input.operate && scene.tool.operation == clay::Operation::smooth) {
+      if (input.operate && scene.tool.work == Work::rub) {
         // The harder it is pressed the deeper the smoothing ball reaches, to its centre at most.
         const Vec3d press = input.hand - proxy_.at();
         const double depth = press.norm();

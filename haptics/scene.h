@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "clay/brush.h"
 #include "clay/version.h"
 #include "haptics/guide.h"
 #include "haptics/pose.h"
@@ -45,12 +44,19 @@ struct Part {
   uint32_t material = 0;         ///< Index into Scene::materials; hardness and viscosity mean nothing here.
 };
 
+/// How a tool that works on clay feels.
+enum class Work : uint8_t {
+  cut,  ///< Clay yields to it and is gone.
+  lay,  ///< Clay grows behind it: nothing holds it back.
+  rub,  ///< It works on the clay that it touches, the deeper the harder it is pressed.
+};
+
 /// What the hand holds: a ball.
 struct Tool {
   uint32_t id = 0;               ///< Comes back in StylusSample::tool.
   double radiusMm = 3;
-  std::optional<clay::Operation> operation;  ///< None: only touches.
-  uint32_t buttons = 1;          ///< The operation works while one of these buttons is down.
+  std::optional<Work> work;      ///< None: only touches.
+  uint32_t buttons = 1;          ///< It works while one of these buttons is down.
 };
 
 /// Where touch trades accuracy for speed.

@@ -74,7 +74,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
     in.pointing = device_.sheet().pointing;
-    in.operate = scene->tool.operation && (state.buttons & scene->tool.buttons) != 0;
+    in.operate = scene->tool.work && (state.buttons & scene->tool.buttons) != 0;
     in.buttons = state.buttons;
     in.sampleIndex = sample_.index;
     const Contact::Output out = contact_->tick(*scene, in);

@@ -48,6 +48,7 @@ void flushFolder(const std::filesystem::path& folder) {
 struct JournalWriter::State {
   std::filesystem::path path;
   int fd = -1;
+  std::shared_ptr<WrittenRecords> records;
   std::vector<std::byte> buffer;
   mutable std::mutex mutex;  ///< Guards all but the wait for the disk.
   uint64_t put = 0, synced = 0;
@@ -90,7 +91,7 @@ struct JournalWriter::State {
   }
 };
 
-JournalWriter::JournalWriter(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
+JournalWriter::JournalWriter(const std::filesystem::path& path, bool unnamed) : state_(std::make_unique<State>()) {
   State& state = *state_;
   state.path = path;
   state.buffer.reserve(kBufferBytes + kMostRecordBytes);
@@ -101,7 +102,14 @@ JournalWriter::JournalWriter(const std::filesystem::path& path) : state_(std::ma
   state.fd = ::open(hidden.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   if (state.fd < 0) failWork(path, "the journal cannot be made (" + reason(errno) + "); set ARGIL_STATE to a folder that can be written");
   int error = 0;
-  if (::flock(state.fd, LOCK_EX | LOCK_NB) != 0) {
+  // A description of its own: closing it must not keep or end the lock.
+  const int reading = ::open(hidden.c_str(), O_RDONLY | O_CLOEXEC);
+  if (reading >= 0) state.records = std::make_shared<WrittenRecords>(reading);
+  if (reading < 0) {
+    error = errno;
+  } else if (unnamed) {
+    ::unlink(hidden.c_str());
+  } else if (::flock(state.fd, LOCK_EX | LOCK_NB) != 0) {
     error = errno;
   } else if (::renameat2(AT_FDCWD, hidden.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) != 0) {
     error = errno;
@@ -121,6 +129,7 @@ void JournalWriter::put(const RecordHeader& header, std::span<const std::byte> b
   state_->mustWork();
   const size_t before = state_->buffer.size();
   appendRecord(state_->buffer, header, body);
+  if (header.id != 0) state_->records->add(header.id, state_->put, state_->buffer.size() - before);
   state_->put += state_->buffer.size() - before;
   if (state_->buffer.size() >= kBufferBytes) state_->flush();
 }
@@ -160,6 +169,13 @@ uint64_t JournalWriter::bytes() const {
   const std::lock_guard lock(state_->mutex);
   return state_->put;
 }
+
+uint64_t JournalWriter::synced() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->synced;
+}
+
+std::shared_ptr<WrittenRecords> JournalWriter::records() const { return state_->records; }
 
 double JournalWriter::syncSeconds() const {
   const std::lock_guard lock(state_->mutex);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/record.h"
+#include "io/written_records.h"
 
 namespace argil::io {
 
@@ -16,8 +17,8 @@ namespace argil::io {
 /// One thread writes; sync() may be called by another one beside it.
 class JournalWriter : public RecordSink {
  public:
-  /// Makes the file, and its folder with access for the person alone. Throws Error (kind work).
-  explicit JournalWriter(const std::filesystem::path& path);
+  /// Makes the file, and its folder with access for the person alone. `unnamed`: nobody else finds the file, and it ends with this program. Throws Error (kind work).
+  explicit JournalWriter(const std::filesystem::path& path, bool unnamed = false);
   ~JournalWriter() override;
   /// Into a buffer of ours; large buffers go to the file. Throws Error (kind work) when the file cannot take it: the journal is then as it was after the last sync().
   void put(const RecordHeader& header, std::span<const std::byte> body) override;
@@ -26,7 +27,10 @@ class JournalWriter : public RecordSink {
   /// What was put is on the disk when it returns (fdatasync). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
   [[nodiscard]] bool broken() const;   ///< Something failed: begin another file.
-  [[nodiscard]] uint64_t bytes() const;
+  [[nodiscard]] uint64_t bytes() const;   ///< Put.
+  [[nodiscard]] uint64_t synced() const;  ///< Of these on the disk: what a failure leaves.
+  /// What write() or sync() gave to the file, to be read back; outlives this writer and the file's name. Any thread.
+  [[nodiscard]] std::shared_ptr<WrittenRecords> records() const;
   [[nodiscard]] double syncSeconds() const;  ///< Spent waiting for the disk so far: told apart from work.
   /// Closes and removes the file: nothing of it is needed any more.
   void remove();

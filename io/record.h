@@ -1,6 +1,7 @@
 #pragma once
 // The unit in which documents and journals keep everything: small, checked, readable by itself.
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -20,7 +21,7 @@ enum class RecordKind : uint8_t {
   chunk = 3,   ///< A piece of a blob: a mesh, a picture, a text (blob.h).
   channelBrick = 4,  ///< One channel of one brick: coordinate and 512 bytes (channel_codec.h).
   clay = 5,          ///< A version with channels: the roots of its trees (channel_codec.h).
-  // Journals alone, without an id; the body is text in JSON but for strokePoints (engine/journal.h).
+  // Journals alone, without an id; the body is text in JSON but for strokePoints and strokeSamples (engine/journal.h).
   journalBegin = 16,
   step = 17,
   went = 18,
@@ -30,6 +31,7 @@ enum class RecordKind : uint8_t {
   strokeEnd = 22,
   state = 23,
   saving = 24,
+  strokeSamples = 25,  ///< Points with pressure and rotation.
 };
 
 /// The first document schema that knows a kind.
@@ -100,6 +102,21 @@ class RecordSet {
   }
   void remove(RecordId id) {
     if (contains(id)) words_[id / 64] &= ~(uint64_t{1} << (id % 64));
+  }
+  /// Only what the other one has too stays.
+  void intersect(const RecordSet& other) {
+    if (words_.size() > other.words_.size()) words_.resize(other.words_.size());
+    for (size_t i = 0; i < words_.size(); ++i) words_[i] &= other.words_[i];
+  }
+  /// Ids that the other one has not, rising.
+  [[nodiscard]] std::vector<RecordId> without(const RecordSet& other) const {
+    std::vector<RecordId> ids;
+    for (size_t i = 0; i < words_.size(); ++i) {
+      for (uint64_t word = words_[i] & ~(i < other.words_.size() ? other.words_[i] : 0); word != 0; word &= word - 1) {
+        ids.push_back(64 * i + static_cast<unsigned>(std::countr_zero(word)));
+      }
+    }
+    return ids;
   }
   [[nodiscard]] bool contains(RecordId id) const { return id / 64 < words_.size() && ((words_[id / 64] >> (id % 64)) & 1u); }
 

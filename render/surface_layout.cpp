@@ -121,9 +121,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
     if (brick.mesh && brick.mesh->serial == mesh->serial) continue;
     quads_ += mesh->quads.size() - (brick.mesh ? brick.mesh->quads.size() : 0);
     changedChunks.insert(coord >> kChunkBits);
-    // Meshes that differ in quads alone share their vertices.
-    const bool sameVertices = brick.mesh && brick.mesh->positions.data() == mesh->positions.data() &&
-                              brick.mesh->positions.size() == mesh->positions.size();
+    const bool sameVertices = brick.mesh && brick.mesh->vertexSerial == mesh->vertexSerial;
     brick.mesh = mesh;
     rewrite.insert(coord);
     if (sameVertices) continue;

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include "clay/brush.h"
-#include "clay/brush_kernels.h"
+#include "clay/brush_method.h"
 #include "clay/store.h"
 #include "clay/surface.h"
 #include "clay/vdb_bridge.h"
@@ -42,7 +42,12 @@ void collectAll(const Version& version) {
   }
 }
 
-Stamp dabAt(const Vec3d& at) { return {at, at, kRadius, Operation::carve, 1}; }
+const std::shared_ptr<const Brush>& carving() {
+  static const std::shared_ptr<const Brush> brush = Brush::of(Method::carve);
+  return brush;
+}
+
+Stamp dabAt(const Vec3d& at) { return {at, at, kRadius}; }
 
 // Points of the sphere no two of which lie within a dab of each other, in random order: fresh clay, cold memory.
 std::vector<Vec3d> freshPlaces(const Model& model, uint64_t seed, int count) {
@@ -77,7 +82,7 @@ void freshDab(Model& m, const Vec3d& at) {
   Version after;
   Editor::Counts counts;
   {
-    BrushStroke stroke(base);
+    BrushStroke stroke(base, carving());
     stroke.apply(dabAt(at));
     after = stroke.publish();
     counts = stroke.counts();
@@ -106,9 +111,7 @@ void freshDab(Model& m, const Vec3d& at) {
   Brick scratch;
   Stopwatch kernelWatch;
   for (const Work& w : work) {
-    const Vec3d a = at - (w.from->coord * kBrickEdge).toVec3d();
-    const SweptBall ball{static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z()), 0, 0, 0, 0, static_cast<float>(kRadius)};
-    carveBrick(ball, base.grid().band, w.from->phi, scratch);
+    carveBrick(sweptBall(dabAt(at), w.from->coord), base.grid().band, w.from->phi, scratch);
   }
   m.kernel.add(kernelWatch.us());
   std::vector<Brick> target(work.size());
@@ -131,7 +134,7 @@ void walk(Model& m, int count) {
   for (int i = 0; i < count; ++i) {
     Stopwatch watch;
     {
-      BrushStroke stroke(version);
+      BrushStroke stroke(version, carving());
       stroke.apply(dabAt(at(i)));
       version = stroke.publish();
     }
@@ -142,7 +145,7 @@ void walk(Model& m, int count) {
   }
   m.surface.update(base);
   // The same walk as a stroke, whose redistancing trails.
-  BrushStroke stroke(base);
+  BrushStroke stroke(base, carving());
   for (int i = 0; i < count; ++i) {
     Stopwatch watch;
     stroke.apply(dabAt(at(i)));

@@ -126,8 +126,8 @@ void dabs(BenchReport& report, const BenchOptions& options, Renderer& renderer, 
     if (options.job) options.job->step(0);
     const double angle = 0.4 + 0.9 * kDabVoxels / scene.sphere.radiusVoxels * i;
     const Vec3d at = centre + scene.sphere.radiusVoxels * Vec3d(std::sin(angle), -std::cos(angle), 0.3).normalized();
-    BrushStroke stroke(i == 0 ? base : last);
-    stroke.apply({at, at, kDabVoxels, Operation::carve, 1});
+    BrushStroke stroke(i == 0 ? base : last, Brush::of(Method::carve));
+    stroke.apply({at, at, kDabVoxels});
     last = stroke.publish();
     const SurfaceDelta delta = scene.surface.update(last);
     Stopwatch watch;

@@ -78,7 +78,7 @@ engine::Script strokes(double seconds) {
   for (int s = 0; s < count; ++s) {
     engine::ScriptStroke stroke;
     stroke.drive = engine::Drive::hand;
-    stroke.tool.operation = s % 4 == 3 ? clay::Operation::add : s % 4 == 2 ? clay::Operation::smooth : clay::Operation::carve;
+    stroke.tool.id = s % 4 == 3 ? "add" : s % 4 == 2 ? "smooth" : "carve";
     stroke.tool.radiusMm = 3;
     stroke.tool.strength = 0.5f;
     const double turn = 2.399963 * s, reach = 5 + 25 * std::sqrt((s + 0.5) / count);  // sunflower: spread evenly over the top

@@ -85,11 +85,14 @@ void scaleRadius(Context& c, double factor) {
   }
 }
 void takeOpposite(Context& c, Text) {
-  if (const engine::ToolRow* row = engine::findTool(c.state.toolId)) c.state.toolId = row->opposite;
+  const engine::ToolRow* row = engine::findTool(c.state.toolId);
+  if (!row) return;
+  if (row->opposite == row->id) c.state.tool().inverted = !c.state.tool().inverted;
+  else c.state.toolId = row->opposite;
 }
 bool hasOpposite(const Context& c) {
   const engine::ToolRow* row = engine::findTool(c.state.toolId);
-  return row && !row->opposite.empty() && row->opposite != row->id;
+  return row && !row->opposite.empty();
 }
 
 bool engine::Symmetry::* planeOf(Text axis) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/tool_table.h"
+
 namespace argil::studio {
 namespace {
 
@@ -46,10 +48,10 @@ Cursor basis(const Vec3d& at, const Eigen::Quaterniond& rotation, const engine::
 }  // namespace
 
 render::Colour tintOf(const engine::Tool& tool) {
-  switch (tool.operation) {
-    case clay::Operation::carve: return {0.35f, 0.81f, 0.98f, 1};
-    case clay::Operation::add: return {0.47f, 0.88f, 0.45f, 1};
-    case clay::Operation::smooth: return {0.79f, 0.66f, 0.98f, 1};
+  switch (engine::rowOf(tool).work) {
+    case haptics::Work::cut: return {0.35f, 0.81f, 0.98f, 1};
+    case haptics::Work::lay: return {0.47f, 0.88f, 0.45f, 1};
+    case haptics::Work::rub: return {0.79f, 0.66f, 0.98f, 1};
   }
   return {0.9f, 0.9f, 0.9f, 1};
 }

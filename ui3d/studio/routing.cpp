@@ -226,7 +226,7 @@ void SessionWindow::beginStroke(const Event& event) {
   stroke.section = state_.look.section;
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   stroke.radiusMm = tool.radiusMm;
-  stroke.depthPart = tool.operation == clay::Operation::carve ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
+  stroke.depthPart = engine::rowOf(tool).work == haptics::Work::cut ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
   hand_.begin(std::move(stroke), event, window_.nowS());
   drag_ = Drag::stroke;
 }

@@ -31,8 +31,9 @@ render::RendererOptions rendererOptions(const StudioOptions& options) {
   return result;
 }
 
-engine::Workbench::Options benchOptions(const StudioOptions& options) {
+engine::Workbench::Options benchOptions(const StudioOptions& options, const StudioState& state) {
   engine::Workbench::Options result;
+  result.undoBytes = state.undoBytes();
   result.device = options.device;
   result.journal = options.play.empty();  // A recording is no work of anybody.
   return result;
@@ -66,7 +67,7 @@ SessionWindow::SessionWindow(const StudioOptions& options)
     : options_(options),
       startNs_(haptics::nowNs()),
       state_(firstState(options)),
-      bench_(benchOptions(options)),
+      bench_(benchOptions(options, state_)),
       player_(options.play.empty() ? std::nullopt : std::optional<Player>(options.play)),
       window_(windowOptions(options, state_, startNs_)),
       pen_(window_.x11()),

@@ -1,5 +1,7 @@
 #include "ui3d/studio/studio_state.h"
 
+#include <cmath>
+
 #include <system_error>
 
 namespace argil::studio {
@@ -21,7 +23,11 @@ engine::Tool StudioState::effectiveTool() {
   const engine::ToolRow* row = engine::findTool(toolId);
   const std::string_view other = smoothing ? std::string_view("smooth") : inverted && row ? row->opposite : std::string_view();
   const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
-  if (!otherRow) return inHand;
+  if (!otherRow) {
+    engine::Tool turned = inHand;
+    turned.inverted = inHand.inverted != (inverted && !smoothing && other == toolId);
+    return turned;
+  }
   const auto kept = tools.find(other);
   engine::Tool result = kept == tools.end() ? engine::standardTool(*otherRow) : kept->second;
   result.radiusMm = inHand.radiusMm;
@@ -37,5 +43,7 @@ void StudioState::remember(const std::filesystem::path& file) {
   if (recentFiles.size() > kMostRecent) recentFiles.resize(kMostRecent);
   lastFolder = whole.parent_path().string();
 }
+
+uint64_t StudioState::undoBytes() const { return static_cast<uint64_t>(std::llround(std::ldexp(undoGiB, 30))); }
 
 }  // namespace argil::studio

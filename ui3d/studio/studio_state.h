@@ -82,6 +82,8 @@ struct StudioState {
   std::vector<std::string> recentFiles;  ///< Newest first, absolute.
   std::string lastFolder;        ///< Where a file was opened or saved last.
   ImportChoice imports;
+  double undoGiB = 2;            ///< Memory that undo steps may take: 0 to 64; 0: no limit.
+  [[nodiscard]] uint64_t undoBytes() const;
 
   FrameFigures figures;
   Wishes wishes;

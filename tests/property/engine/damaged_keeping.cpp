@@ -53,7 +53,7 @@ class DamagedKeeping : public testing::Test {
       Random random(i);
       Tool tool;
       tool.radiusMm = 2;
-      tool.operation = static_cast<clay::Operation>(i % 3);
+      tool.id = std::array{"carve", "add", "smooth"}[i % 3];
       session.beginStroke(tool);
       Vec3d at = 10 * random.inBall().normalized();
       for (int k = 0; k < 30; ++k, at += 0.4 * random.inBall()) session.addPoint(0.001 * k, at);

@@ -207,7 +207,7 @@ TEST(BallContact, layingAndSmoothingSayWhereTheyWork) {
   BallContact::Input in = inputAt({0, 0, 5});
   (void)contact.tick(scene, in);
   // Smoothing: held at the surface, the ball of the operation sinks with the pressure.
-  scene.tool.operation = clay::Operation::smooth;
+  scene.tool.work = haptics::Work::rub;
   in.operate = true;
   in.hand = {0, 0, 2};
   BallContact::Output out;
@@ -222,7 +222,7 @@ TEST(BallContact, layingAndSmoothingSayWhereTheyWork) {
   EXPECT_NEAR(out.force.norm(), 3, 1e-9);
   EXPECT_TRUE(out.flags & kClamped);
   // Laying clay: the ball is where the hand is, with drag alone.
-  scene.tool.operation = clay::Operation::add;
+  scene.tool.work = haptics::Work::lay;
   in.hand = {1, 2, -1};
   in.velocity = {50, 0, 0};
   out = contact.tick(scene, in);

@@ -9,6 +9,7 @@
 #include <deque>
 #include <memory>
 
+#include "clay/brush.h"
 #include "clay/primitives.h"
 #include "clay_fields.h"
 #include "haptics/ball_contact.h"
@@ -27,10 +28,10 @@ constexpr double kPeriod = 1e-3;
 class Sculptor {
  public:
   Sculptor(const clay::Version& start, double radiusMm, int delay, int every)
-      : stroke_(std::make_unique<clay::BrushStroke>(start)), delay_(delay), every_(every) {
+      : stroke_(std::make_unique<clay::BrushStroke>(start, clay::Brush::of(clay::Method::carve))), delay_(delay), every_(every) {
     scene_.pieces.push_back({start, Pose(), 0});
     scene_.tool.radiusMm = radiusMm;
-    scene_.tool.operation = clay::Operation::carve;
+    scene_.tool.work = Work::cut;
   }
   Scene& scene() { return scene_; }
   void sample(uint64_t index, const BallContact::Output& out) {

@@ -153,7 +153,7 @@ TEST(GuidesInContact, locksComeBeforeKeepOutsAndTheseBeforeClay) {
 TEST(GuidesInContact, aToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 6, kVoxel);
   Scene scene = bareScene(version);
-  scene.tool.operation = clay::Operation::carve;
+  scene.tool.work = haptics::Work::cut;
   scene.guides = {{1, LockToPlane{kLockPoint, kLockNormal}, 0}};
   double off = 0, deepest = 0, deepestKept = 0;
   for (const bool kept : {false, true}) {

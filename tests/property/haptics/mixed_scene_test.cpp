@@ -62,7 +62,7 @@ TEST(MixedScene, aBallRestsBetweenClayAndAPart) {
 TEST(MixedScene, aCutStopsAtWhatIsNoClay) {
   for (const bool keepOut : {false, true}) {
     Scene scene = blockScene();
-    scene.tool.operation = clay::Operation::carve;
+    scene.tool.work = haptics::Work::cut;
     if (keepOut) scene.guides.push_back({7, KeepOutPlane{{0, 0, -6}, Vec3d::UnitZ()}, 0});
     else scene.parts.push_back({plate({0, 0, -6}, Vec3d::UnitX(), Vec3d::UnitY()), Pose(), 0});
     scene.check();

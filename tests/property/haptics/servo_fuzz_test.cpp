@@ -100,7 +100,7 @@ Scene anyScene(Random& random, std::span<const clay::Version> versions) {
     m.viscousFrictionNsmm = 0.01 * std::abs(unit(random));
   }
   scene.tool.radiusMm = 3 * spread(0.7);
-  if (random() % 2) scene.tool.operation = std::array{clay::Operation::carve, clay::Operation::add, clay::Operation::smooth}[random() % 3];
+  if (random() % 2) scene.tool.work = std::array{haptics::Work::cut, haptics::Work::lay, haptics::Work::rub}[random() % 3];
   for (uint32_t id = 1; id <= 6; ++id) {
     const Vec3d point = 10 * Vec3d(unit(random), unit(random), unit(random));
     const Vec3d normal = Vec3d(unit(random), unit(random), 0.5).normalized();

@@ -82,9 +82,8 @@ TEST(Touch, isNeverLostWhileTheClayChanges) {
         version = past.back();
         ++undone;
       } else {
-        clay::BrushStroke stroke(version);
+        clay::BrushStroke stroke(version, clay::Brush::of(what > 0.1 ? clay::Method::add : what > -0.5 ? clay::Method::carve : clay::Method::smooth));
         clay::Stamp stamp;
-        stamp.operation = what > 0.1 ? clay::Operation::add : what > -0.5 ? clay::Operation::carve : clay::Operation::smooth;
         stamp.strength = 0.5f;
         stamp.radius = 3 + 3 * std::abs(unit(random));
         stamp.a = grid.toVoxel(hand + 3 * Vec3d(unit(random), unit(random), unit(random)));
@@ -149,7 +148,7 @@ TEST(Touch, restsAtItsRadiusInMidStroke) {
   grid.voxelMm = 0.5;
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
     auto store = clay::Store::make();
-    clay::BrushStroke stroke(clay::makeBlock(store, grid, {0, 0, -15}, {70, 70, 30}, 0.5));
+    clay::BrushStroke stroke(clay::makeBlock(store, grid, {0, 0, -15}, {70, 70, 30}, 0.5), clay::Brush::of(clay::Method::carve));
     auto contact = std::make_unique<BallContact>();
     double worst = 0;
     uint64_t touching = 0;

@@ -32,13 +32,12 @@ class ClayRecordsProperty : public ::testing::Test {
 
   // A stroke of a few stamps across a ball of this radius about zero.
   Version stroke(const Version& version, double radius) {
-    clay::BrushStroke brush(version);
     Vec3d at = Vec3d(within(-1, 1), within(-1, 1), within(-1, 1)).normalized() * radius;
-    const auto operation = static_cast<clay::Operation>(below(3));
+    clay::BrushStroke brush(version, clay::Brush::of(std::array{clay::Method::carve, clay::Method::add, clay::Method::smooth}[below(3)]));
     const double size = within(2, radius / 3);
     for (size_t i = 0; i < 1 + below(5); ++i) {
       const Vec3d to = at + Vec3d(within(-4, 4), within(-4, 4), within(-4, 4));
-      brush.apply({at, to, size, operation, 0.7f});
+      brush.apply({at, to, size, 0.7f});
       at = to;
     }
     return brush.finish();

@@ -36,7 +36,7 @@ class SculptedPicture : public testing::Test {
   }
   /// A short cut at an angle around z.
   static clay::Version cut(const clay::Version& version, double angle) {
-    clay::BrushStroke stroke(version);
+    clay::BrushStroke stroke(version, clay::Brush::of(clay::Method::carve));
     const clay::Grid& grid = version.grid();
     const auto at = [&](double a) {
       return grid.toVoxel(kRadiusMm * Vec3d(std::cos(a), std::sin(a), 0.3 * std::sin(3 * a)).normalized());

@@ -67,7 +67,7 @@ inline Op opOf(uint64_t seed, uint64_t number, double radiusMm, double voxelMm) 
   if (kind == 2) op.kind = Op::Kind::move;
   op.save = random.below(6) == 0;
   if (op.kind != Op::Kind::stroke) return op;
-  op.tool.operation = static_cast<clay::Operation>(random.below(3));
+  op.tool.id = std::array{"carve", "add", "smooth"}[random.below(3)];
   op.tool.radiusMm = voxelMm * random.between(4, 12);
   op.tool.strength = 0.5f;
   Vec3d at = random.inBall();

@@ -141,7 +141,7 @@ class KeepingSoak : public testing::Test {
       for (const engine::JournalStroke& stroke : strokes) {
         std::vector<Vec3d> points;
         for (const engine::JournalPoint& point : stroke.points) {
-          if (!point.lift) points.push_back(point.mm);
+          if (!point.lift) points.push_back(point.point.mm);
         }
         // Ops that changed nothing are no steps.
         const auto matches = [&](uint64_t op) {

@@ -90,7 +90,7 @@ class Keeping : public testing::Test {
     Random random(seed);
     Tool tool;
     tool.radiusMm = 2;
-    tool.operation = static_cast<clay::Operation>(seed % 3);
+    tool.id = std::array{"carve", "add", "smooth"}[seed % 3];
     session.beginStroke(tool);
     Vec3d at = 12 * random.inBall().normalized();
     for (int i = 0; i < 20; ++i) {

@@ -16,7 +16,7 @@ clay::Version ball() {
 }
 
 ScriptStroke down(std::vector<PathPoint> path, double pressMm) {
-  ScriptStroke stroke{{clay::Operation::carve, 3, 1}, Drive::hand, std::move(path)};
+  ScriptStroke stroke{{"carve", 3, 1}, Drive::hand, std::move(path)};
   stroke.onto = Onto{Vec3d(0, 0, -2), pressMm};
   return stroke;
 }
@@ -50,9 +50,8 @@ TEST(Lay, LiftsTheToolAtEdges) {
   grid.voxelMm = 0.5;
   const auto store = clay::Store::make();
   const clay::Version upper = clay::makeBlock(store, grid, Vec3d(-10, 0, 20), Vec3d(20, 20, 8), 0);
-  clay::BrushStroke brush(upper);
+  clay::BrushStroke brush(upper, clay::Brush::of(clay::Method::add));
   clay::Stamp stamp;
-  stamp.operation = clay::Operation::add;
   stamp.radius = 8;
   stamp.a = grid.toVoxel({6, 0, 8});
   stamp.b = grid.toVoxel({16, 0, 8});
@@ -69,7 +68,7 @@ TEST(Lay, LiftsTheToolAtEdges) {
 }
 
 TEST(Lay, LeavesOtherStrokesAlone) {
-  const ScriptStroke stroke{{clay::Operation::add, 3, 1}, Drive::tip, {{0, {1, 2, 3}}}};
+  const ScriptStroke stroke{{"add", 3, 1}, Drive::tip, {{0, {1, 2, 3}}}};
   const auto parts = lay(ball(), stroke);
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].stroke, stroke);

@@ -15,7 +15,7 @@ namespace {
 
 using haptics::StylusSample;
 
-constexpr Tool kCarve{clay::Operation::carve, 3, 1};
+const Tool kCarve{"carve", 3};
 
 clay::Version ball() {
   clay::Grid grid;
@@ -42,7 +42,7 @@ std::vector<StylusSample> samples(const std::string& what, uint32_t tool = 1) {
 struct Taken {
   explicit Taken(const std::vector<StylusSample>& all) : session(ball()), strokes(session) {
     strokes.setTool(1, kCarve);
-    strokes.setTool(2, {clay::Operation::add, 2, 1});
+    strokes.setTool(2, {"add", 2, 1});
     for (const StylusSample& sample : all) strokes.take(sample);
     strokes.finish();
   }
@@ -106,7 +106,7 @@ TEST(StylusStrokes, RefusesSamplesThatCannotCut) {
   const Taken taken(all);
   EXPECT_EQ(taken.strokes.refused(), 3u);
   EXPECT_EQ(taken.session.undoSteps(), 1u);
-  EXPECT_THROW(StylusStrokes(*std::make_unique<Session>(ball())).setTool(1, {clay::Operation::carve, 1e9, 1}), Error);
+  EXPECT_THROW(StylusStrokes(*std::make_unique<Session>(ball())).setTool(1, {"carve", 1e9, 1}), Error);
 }
 
 TEST(StylusStrokes, SamplesAreAppliedInOrderAndAllInTheEnd) {

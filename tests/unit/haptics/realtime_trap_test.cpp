@@ -83,7 +83,7 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
 #endif
   Tool tool;
   tool.radiusMm = 3;
-  tool.operation = clay::Operation::carve;
+  tool.work = haptics::Work::cut;
   VirtualSession session(0.5, tool);
   // All that contact can do: friction, texture, wells, a keep-out, a part beside the clay.
   Scene& scene = session.scene();
@@ -171,7 +171,7 @@ TEST(Servo, keepsToTheRulesOfRealTimeWhenPaced) {
   const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
   Tool tool;
   tool.radiusMm = 3;
-  tool.operation = clay::Operation::carve;
+  tool.work = haptics::Work::cut;
   VirtualSession session(0.5, tool, 0, 1);
   SimulatedDevice device(deviceSheet("touch"), testing::scribble(seconds + 1, 3, 1.2));
   TrappedDevice trapped(device);

@@ -77,7 +77,7 @@ TEST(Servo, aWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
 TEST(Servo, runsTheSameTwiceInVirtualTime) {
   const auto run = [] {
     Tool tool = toucher();
-    tool.operation = clay::Operation::carve;
+    tool.work = haptics::Work::cut;
     VirtualSession session(0.5, tool);
     SimulatedDevice device(deviceSheet("touch"), testing::scribble(2, 3, 1.0));
     Servo servo(device, session.published());
@@ -241,7 +241,7 @@ TEST(Servo, sculptsPacedBesideABareLoop) {
   const char* wanted = std::getenv("ARGIL_PACED_SECONDS");
   const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
   Tool tool = toucher();
-  tool.operation = clay::Operation::carve;
+  tool.work = haptics::Work::cut;
   VirtualSession session(0.5, tool, 0, 1);
   SimulatedDevice device(deviceSheet("touch"), testing::scribble(seconds + 1, 3, 1.2));
   Servo servo(device, session.published());
@@ -360,15 +360,15 @@ class MadDevice final : public Device {
 
 TEST(Servo, nothingThatADeviceSaysBreaksALimit) {
   constexpr uint32_t kSeed = 17;
-  for (auto operation : {clay::Operation::carve, clay::Operation::smooth, clay::Operation::add}) {
+  for (auto operation : {haptics::Work::cut, haptics::Work::rub, haptics::Work::lay}) {
     Tool tool = toucher(2);
-    tool.operation = operation;
+    tool.work = operation;
     VirtualSession session(0.5, tool);
     MadDevice device(kSeed);
     Servo servo(device, session.published());
     uint64_t faults = 0, reversed = 0;
     servo.runVirtual(30'000, [&](uint64_t i, double) {
-      if (operation == clay::Operation::carve) session.step(servo.samples(), i);
+      if (operation == haptics::Work::cut) session.step(servo.samples(), i);
       ASSERT_TRUE(servo.tick().last().forceN.allFinite()) << "seed " << kSeed;
       ASSERT_TRUE(servo.tick().last().proxy.allFinite());
       ASSERT_TRUE(servo.tick().last().cutPoint.allFinite());

@@ -59,7 +59,7 @@ class VirtualSession {
     const clay::Grid& grid = scene_.pieces[0].version.grid();
     const Vec3d at = grid.toVoxel(sample.cutPoint);
     if (!stroke_) {
-      stroke_ = std::make_unique<clay::BrushStroke>(scene_.pieces[0].version);
+      stroke_ = std::make_unique<clay::BrushStroke>(scene_.pieces[0].version, clay::Brush::of(clay::Method::carve));
       last_ = at;
       ++strokes;
     } else if ((at - last_).norm() < 0.25) {

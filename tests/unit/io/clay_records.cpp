@@ -28,9 +28,9 @@ clay::Grid unitGrid() {
 
 Version ball(double radius = 25) { return clay::makeSphere(clay::Store::make(), unitGrid(), Vec3d::Zero(), radius); }
 
-Version dab(const Version& version, const Vec3d& at, double radius = 5, clay::Operation operation = clay::Operation::carve) {
-  clay::BrushStroke stroke(version);
-  stroke.apply({at, at, radius, operation, 1});
+Version dab(const Version& version, const Vec3d& at, double radius = 5, clay::Method method = clay::Method::carve) {
+  clay::BrushStroke stroke(version, clay::Brush::of(method));
+  stroke.apply({at, at, radius});
   return stroke.finish();
 }
 
@@ -191,7 +191,7 @@ TEST(ClayRecords, WhatWasReadIsNotWrittenAgain) {
 }
 
 TEST(ClayRecords, ReadingNearSharesWhatBothHave) {
-  const Version first = dab(ball(), {20, 3, 1}), second = dab(dab(first, {-20, 3, 1}), {0, 25, 0}, 6, clay::Operation::add);
+  const Version first = dab(ball(), {20, 3, 1}), second = dab(dab(first, {-20, 3, 1}), {0, 25, 0}, 6, clay::Method::add);
   File file;
   const RecordId a = file.write(first), b = file.write(second);
   RecordIds ids(file.ids.next());

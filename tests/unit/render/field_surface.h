@@ -52,7 +52,7 @@ class FieldSurface {
           } else if (known->second->positions == made->positions && known->second->quads == made->quads) {
             continue;
           }
-          made->mesh.serial = ++serial_;
+          made->mesh.serial = made->mesh.vertexSerial = ++serial_;
           bricks_[brick] = made;
           delta.changed.emplace_back(made, &made->mesh);
         }

@@ -94,8 +94,8 @@ TEST(Cursor, TheFootprintIsOnTheSurfaceThatHoldsTheTool) {
 
 TEST(Cursor, EachToolHasItsTint) {
   engine::Tool carve, add, smooth;
-  add.operation = clay::Operation::add;
-  smooth.operation = clay::Operation::smooth;
+  add.id = "add";
+  smooth.id = "smooth";
   EXPECT_FALSE(tintOf(carve) == tintOf(add));
   EXPECT_FALSE(tintOf(carve) == tintOf(smooth));
   EXPECT_FALSE(tintOf(add) == tintOf(smooth));

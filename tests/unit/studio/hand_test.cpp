@@ -118,7 +118,7 @@ TEST_F(HandTest, besideTheClayTheLastDepthIsKept) {
 }
 
 TEST_F(HandTest, aStrokeCutsTheClayAndIsOneStep) {
-  bench_.setTool({clay::Operation::carve, 5, 1});
+  bench_.setTool({"carve", 5, 1});
   const size_t before = bench_.snapshot()->done;
   const auto begin = std::chrono::steady_clock::now();
   const auto now = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };

@@ -70,6 +70,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
     for (const auto& row : sizeRows(kind)) expectRow(row, engine::Guide{});
   }
   for (const auto& row : handRows()) expectRow(row, StudioState{});
+  for (const auto& row : undoRows()) expectRow(row, StudioState{});
 }
 
 TEST(SettingsTables, SlidingFrictionNeverIsAboveTheStaticOne) {

@@ -23,6 +23,7 @@ TEST(Settings, comeBackAsTheyWere) {
   state.recentFiles = {"/a b/µ.stl"};
   state.lastFolder = "/a b";
   state.imports = {3, true, 0.25};
+  state.undoGiB = 0.5;
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -39,6 +40,7 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.recentFiles, state.recentFiles);
   EXPECT_EQ(back.lastFolder, state.lastFolder);
   EXPECT_EQ(back.imports, state.imports);
+  EXPECT_EQ(back.undoBytes(), uint64_t{512} << 20);
   EXPECT_EQ(settingsText(back), settingsText(state));
 }
 
@@ -81,15 +83,15 @@ TEST(StudioState, recentFilesAreEachOnceAndTheNewestFirst) {
 TEST(StudioState, keysThatAreHeldTurnTheToolOverAtItsSize) {
   StudioState state;
   state.tool().radiusMm = 9;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::carve);
+  EXPECT_EQ(state.effectiveTool().id, "carve");
   state.inverted = true;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::add);
+  EXPECT_EQ(state.effectiveTool().id, "add");
   EXPECT_EQ(state.effectiveTool().radiusMm, 9);
   state.smoothing = true;
-  EXPECT_EQ(state.effectiveTool().operation, clay::Operation::smooth);
+  EXPECT_EQ(state.effectiveTool().id, "smooth");
   state.inverted = state.smoothing = false;
   state.toolId = "nothing of this name";
-  EXPECT_EQ(state.tool().operation, clay::Operation::carve);
+  EXPECT_EQ(state.tool().id, "carve");
 }
 
 }  // namespace

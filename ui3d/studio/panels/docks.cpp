@@ -9,6 +9,7 @@
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/rows.h"
 #include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
@@ -114,11 +115,9 @@ void drawBar(Context& context, Memory& memory) {
   // Two numbers of the tool at the most: the rest is in the settings.
   for (size_t i = 0; tool && i < std::min<size_t>(2, tool->parameters.size()); ++i) {
     if (i > 0) ImGui::SameLine(0, 6);
-    const auto& row = tool->parameters[i];
-    double value = row.get(context.state.tool());
     ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
     ImGui::PushID("bar");
-    if (kit::number({row.id, row.name, row.help, row.unit, row.low, row.high, row.standard, row.logarithmic}, value, 152).changed) row.change(context.state.tool(), value);
+    (void)drawRow(tool->parameters[i], context.state.tool(), 152);
     ImGui::PopID();
   }
   ImGui::SameLine();

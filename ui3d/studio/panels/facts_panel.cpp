@@ -48,6 +48,9 @@ void factsPanel(Context& context, Memory&) {
   kit::fact("Bricks of 512 voxels", kit::counted(bricks));
   kit::fact("Clay and undo", kit::bytes(now.clayBytes));
   kit::fact("Steps, done of all", std::to_string(now.done) + " of " + std::to_string(now.history ? now.history->size() : 0));
+  kit::fact("Steps in memory · on disk", kit::counted(now.undo.inMemory) + " · " + kit::counted(now.undo.onDisk));
+  kit::fact("Undo takes", kit::bytes(now.undo.bytes));
+  if (drawRows(undoRows(), context.state).changed) context.bench.setUndoBudget(context.state.undoBytes());
   kit::fact("Strokes · points", kit::counted(now.strokes) + " · " + kit::counted(now.points));
   kit::fact("Versions", kit::counted(now.versions));
   kit::fact("Edit, p50 · p99", kit::written(now.editP50Us / 1000) + " · " + kit::written(now.editP99Us / 1000) + " ms");

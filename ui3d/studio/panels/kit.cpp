@@ -265,6 +265,27 @@ bool segmented(const char* id, std::span<const std::string_view> names, int& cho
   return changed;
 }
 
+Change colour(std::string_view name, double& value, std::string_view help) {
+  ImGui::PushID(first(name), last(name));
+  const float width = ImGui::GetContentRegionAvail().x, left = std::floor(width * 0.42f);
+  ImGui::AlignTextToFramePadding();
+  text(name);
+  tooltip(help);
+  ImGui::SameLine(left);
+  const auto rgb = static_cast<uint32_t>(value);
+  float parts[3] = {float(rgb >> 16 & 255) / 255, float(rgb >> 8 & 255) / 255, float(rgb & 255) / 255};
+  Change change;
+  ImGui::SetNextItemWidth(width - left);
+  if (ImGui::ColorEdit3("##colour", parts, ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_NoTooltip)) {
+    const auto byte = [](float part) { return static_cast<uint32_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); };
+    value = double(byte(parts[0]) << 16 | byte(parts[1]) << 8 | byte(parts[2]));
+    change.changed = true;
+  }
+  change.ended = ImGui::IsItemDeactivatedAfterEdit();
+  ImGui::PopID();
+  return change;
+}
+
 bool choice(std::string_view name, std::span<const std::string_view> names, int& chosen, std::string_view help) {
   ImGui::PushID(first(name), last(name));
   const float width = ImGui::GetContentRegionAvail().x, left = std::floor(width * 0.42f);

@@ -57,14 +57,17 @@ bool segmented(const char* id, std::span<const std::string_view> names, int& cho
 /// A name and a list that folds out.
 bool choice(std::string_view name, std::span<const std::string_view> names, int& chosen, std::string_view help = {});
 
+struct Change {
+  bool changed = false;  ///< The value is another one now.
+  bool ended = false;    ///< The drag, or the typing, is over.
+};
+/// A name and a patch of colour (0xRRGGBB) that opens a picker.
+Change colour(std::string_view name, double& value, std::string_view help = {});
+
 struct Number {
   std::string_view id, name, help, unit;
   double low = 0, high = 1, standard = 0;
   bool logarithmic = false;
-};
-struct Change {
-  bool changed = false;  ///< The value is another one now.
-  bool ended = false;    ///< The drag, or the typing, is over.
 };
 /// A bar that is dragged (Shift: finely), typed into by a double click or Ctrl-click, and set back by the right button.
 Change number(const Number& row, double& value, float width = 0);

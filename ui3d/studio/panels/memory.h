@@ -58,6 +58,7 @@ struct Memory {
 
   std::deque<Said> said;
   bool moves = false;          ///< Panels::moves().
+  bool handOpen = false;       ///< What every tool has is shown.
 
   engine::Id renaming = 0;
   bool renameBegun = false;

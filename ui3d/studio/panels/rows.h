@@ -39,7 +39,24 @@ struct Touched {
 template <class Owner>
 Touched drawRow(const engine::Parameter<Owner>& row, Owner& owner, float width = 0) {
   double value = row.get(owner);
-  const kit::Change change = kit::number({row.id, row.name, row.help, row.unit, row.low, row.high, row.standard, row.logarithmic}, value, width);
+  kit::Change change;
+  if (!row.choices.empty()) {
+    int chosen = int(value);
+    change.changed = change.ended = kit::choice(row.name, row.choices, chosen, row.help);
+    value = chosen;
+  } else if (row.unit == "on") {
+    bool on = value >= 0.5;
+    change.changed = change.ended = kit::toggle(row.name, on, row.help);
+    value = on;
+  } else if (row.unit == "colour") {
+    change = kit::colour(row.name, value, row.help);
+  } else {
+    const bool share = row.unit == "share";
+    const double scale = share ? 100 : 1;
+    value *= scale;
+    change = kit::number({row.id, row.name, row.help, share ? std::string_view("%") : row.unit, row.low * scale, row.high * scale, row.standard * scale, row.logarithmic}, value, width);
+    value /= scale;
+  }
   if (change.changed) row.change(owner, value);
   return {change.changed, change.ended, row.id, row.name};
 }

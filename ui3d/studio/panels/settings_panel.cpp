@@ -18,7 +18,11 @@ void settingsPanel(Context& context, Memory& memory) {
     ImGui::PopFont();
     kit::wrapped(row->help, colours().dim);
     kit::gap(4);
-    drawRows(row->parameters, context.state.tool());
+    drawRows(engine::ownParameters(*row), context.state.tool());
+    if (row->opposite == row->id) kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
+    kit::gap(2);
+    if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) memory.handOpen = !memory.handOpen;
+    if (memory.handOpen) drawRows(engine::heldParameters(*row), context.state.tool());
   }
   if (context.bench.usesPointer()) drawRows(handRows(), context.state);
 

@@ -124,6 +124,10 @@ constexpr std::array kHand{
     percent<StudioState, &StudioState::pointerDepthMm>("pointerDepth", "Pointer depth", "How deep mouse and pen go under the surface, as a part of the radius.", 0, 100, 60),
 };
 
+constexpr std::array kUndo{
+    plain<StudioState, &StudioState::undoGiB>("undoMemory", "Undo memory", "Older steps go to the disk and come back when you return to them; 0: no limit.", "GiB", 0, 64, 2),
+};
+
 }  // namespace
 
 std::span<const Row<render::Look>> lookRows() { return kLook; }
@@ -143,5 +147,6 @@ std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
   }
 }
 std::span<const engine::Parameter<StudioState>> handRows() { return kHand; }
+std::span<const engine::Parameter<StudioState>> undoRows() { return kUndo; }
 
 }  // namespace argil::studio

@@ -22,5 +22,7 @@ namespace argil::studio {
 [[nodiscard]] std::span<const engine::Parameter<engine::Guide>> sizeRows(engine::Guide::Kind kind);
 /// Of the studio itself: how deep the pointer goes, how large the interface is.
 [[nodiscard]] std::span<const engine::Parameter<StudioState>> handRows();
+/// What undo may cost.
+[[nodiscard]] std::span<const engine::Parameter<StudioState>> undoRows();
 
 }  // namespace argil::studio

@@ -60,7 +60,7 @@ std::vector<Feature> featuresOf(const Document& document, const Target& self) {
     }
   }
   if (self.kind != Target::Kind::symmetry) {
-    for (const engine::MirrorPlane& plane : document.mirrors())
+    for (const engine::MirrorPlane& plane : document.images().mirrors)
       features.push_back({Feature::Kind::plane, "symmetry", {plane.pointMm}, plane.normal.normalized(), {}});
   }
   return features;

@@ -1,0 +1,30 @@
+#include "clay/unshared.h"
+
+#include "clay/tree.h"
+
+namespace argil::clay {
+namespace {
+
+void count(Link own, Link other, int level, uint64_t& leaves, uint64_t& nodes) {
+  if (isTile(own) || own == other) return;
+  if (level == 0) {
+    ++leaves;
+    return;
+  }
+  ++nodes;
+  const auto* node = reinterpret_cast<const Node*>(own);
+  const auto* beside = isTile(other) ? nullptr : reinterpret_cast<const Node*>(other);
+  for (int i = 0; i < 512; ++i) count(node->child[i], beside ? beside->child[i] : other, level - 1, leaves, nodes);
+}
+
+}  // namespace
+
+VersionStats unshared(const Version& version, const Version& other) {
+  if (version.store() != other.store()) return version.stats();
+  VersionStats alone;
+  for (size_t i = 0; i < kTrees; ++i)
+    count(version.record()->roots[i], other.record()->roots[i], kTreeLevels, i == kDistanceTree ? alone.bricks : alone.channelBricks, alone.nodes);
+  return alone;
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,12 @@
+#pragma once
+// What a version does not share with another one: the memory that undo costs.
+
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// Bricks and nodes of `version` that `other` has not at the same place: what would be freed with it if `other` stayed. All of them when they are of two stores. Cost
+/// follows the difference, not the model. Any thread but the servo's.
+[[nodiscard]] VersionStats unshared(const Version& version, const Version& other);
+
+}  // namespace argil::clay
