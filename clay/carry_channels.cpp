@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "clay/brush_channels.h"
+#include "clay/channel_mean.h"
 
 namespace argil::clay {
 
@@ -21,44 +22,6 @@ constexpr int kSteps = 64;
 // A voxel that a mask covers by as much keeps its own when clay moves.
 constexpr uint8_t kHeld = 128;
 
-// A mean of colours, each counting by its weight and by how much it covers; of materials the heaviest. Any order of adding gives the same.
-class Mean {
- public:
-  void add(const ChannelBytes& bytes, int64_t weight) {
-    const int64_t cover = bytes[indexOf(Channel::cover)] * weight;
-    weight_ += weight;
-    cover_ += cover;
-    for (size_t i = 0; i < 3; ++i) colour_[i] += bytes[i] * cover;
-    const uint8_t material = bytes[indexOf(Channel::material)];
-    const auto end = materials_.begin() + kinds_;
-    const auto it = std::find_if(materials_.begin(), end, [&](const auto& each) { return each.first == material; });
-    if (it != end)
-      it->second += weight;
-    else
-      materials_[static_cast<size_t>(kinds_++)] = {material, weight};
-  }
-  [[nodiscard]] bool empty() const { return weight_ == 0; }
-  [[nodiscard]] ChannelBytes value() const {
-    ChannelBytes bytes{};
-    const auto rounded = [](int64_t sum, int64_t count) { return static_cast<uint8_t>((2 * sum + count) / (2 * count)); };
-    const uint8_t cover = rounded(cover_, weight_);
-    if (cover > 0)
-      for (size_t i = 0; i < 3; ++i) bytes[i] = rounded(colour_[i], cover_);
-    bytes[indexOf(Channel::cover)] = cover;
-    const auto heaviest = std::min_element(materials_.begin(), materials_.begin() + kinds_, [](const auto& a, const auto& b) {
-      return a.second != b.second ? a.second > b.second : a.first < b.first;
-    });
-    bytes[indexOf(Channel::material)] = heaviest->first;
-    return bytes;
-  }
-
- private:
-  int64_t weight_ = 0, cover_ = 0;
-  std::array<int64_t, 3> colour_{};
-  std::array<std::pair<uint8_t, int64_t>, 8> materials_{};  // of at most eight voxels
-  int kinds_ = 0;
-};
-
 // The clay at a place between voxels, in place of a voxel's own. False: no band there.
 bool readMoved(ChannelReader<Version>& was, Coord voxel, const Vec3f& from, ChannelBytes& bytes) {
   int32_t first[3], part[3];
@@ -68,7 +31,7 @@ bool readMoved(ChannelReader<Version>& was, Coord voxel, const Vec3f& from, Chan
     first[i] = home[i] + static_cast<int32_t>(steps >= 0 ? steps / kSteps : -((-steps + kSteps - 1) / kSteps));
     part[i] = static_cast<int32_t>(steps - int64_t{first[i] - home[i]} * kSteps);
   }
-  Mean mean;
+  ChannelMean mean;
   for (int corner = 0; corner < 8; ++corner) {
     const int step[3] = {corner >> 2, (corner >> 1) & 1, corner & 1};
     int64_t weight = 1;
@@ -153,11 +116,13 @@ class Carrier {
       layer.clear();
       for (const Place& each : queue.begin()->second) {
         if (stateOf(each) != State::queued || stepsAt(each) != steps) continue;  // a nearer one was found
-        Mean mean;
+        ChannelMean mean;
         forNeighbours(each, [&](const Place& near) {
           if (stateOf(near) == State::known && stepsAt(near) + 1 == steps) mean.add(blockOf(near).channels.bytes(near.voxel), 1);
         });
-        layer.emplace_back(each, mean.value());
+        ChannelBytes bytes = mean.value();
+        bytes[indexOf(Channel::mask)] = 0;
+        layer.emplace_back(each, bytes);
       }
       queue.erase(queue.begin());
       for (const auto& [place, bytes] : layer) {
