@@ -170,7 +170,7 @@ struct BrushStroke::State {
     if (const Operation* operation = distanceOperation(*brush)) {
       const bool csg = operation->method == Method::carve || operation->method == Method::add;
       if (csg && brush->tip == Tip::ball) ball = operation->method;
-      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band});
+      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
     }
     editor.emplace(std::move(base));
   }
@@ -198,6 +198,7 @@ struct BrushStroke::State {
   void sweepBall(const Stamp& s, std::vector<Coord>& influenced);
   BrickChange masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const;
   void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
+  void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
   void trail(uint64_t upTo);
   void redistanceDue();
@@ -304,7 +305,7 @@ void BrushStroke::State::sweepBall(const Stamp& s, std::vector<Coord>& influence
 BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const {
   for (int i = 0; i < kBrickVoxels; ++i) {
     const uint8_t cover = mask.value(i);
-    if (cover == 0) continue;
+    if (cover == 0 || (cover < 255 && method && method->masks())) continue;
     brick.phi[i] = cover == 255 ? source[i] : source[i] + (brick.phi[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
   }
   return sealBrick(source, editor->grid().band, brick, most);
@@ -371,7 +372,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
       continue;
     }
     Touched& touch = lastTouch[coord];
-    touch.drift += r.most;
+    if (!method->lasting()) touch.drift += r.most;
     touch.renew = touch.renew || !method->exact() || masks;
     if (touch.drift > kMostDrift) drifted.push_back(coord);
     changed.push_back(coord);
@@ -389,6 +390,34 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
     }
     redistance(*editor, ring, renew);
   }
+}
+
+void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced) {
+  const int parts = method->parts(images);
+  if (parts == 1) return work(images, influenced);
+  for (int i = 0; i < parts; ++i) {
+    std::vector<Stamp> part(images.begin(), images.end());
+    for (size_t k = 0; k < part.size(); ++k) {
+      const Stamp& whole = images[k];
+      // To even, as mirror images in planes between voxels must be rounded to mirror images.
+      const auto at = [&](int step) {
+        Vec3d p = (whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts)) / kPlaceStep;
+        for (double& each : p) each = std::nearbyint(each);
+        return Vec3d(p * kPlaceStep);
+      };
+      part[k].a = at(i);
+      part[k].b = at(i + 1);
+      part[k].radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * i / parts;
+      part[k].endRadius = whole.radius + (whole.radiusAtEnd() - whole.radius) * (i + 1) / parts;
+      // What goes by the way becomes less with it; a dab has none.
+      if (whole.a == whole.b) part[k].strength = whole.strength / static_cast<float>(parts);
+    }
+    std::vector<Coord> now;
+    work(part, now);
+    influenced.insert(influenced.end(), now.begin(), now.end());
+  }
+  std::sort(influenced.begin(), influenced.end());
+  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
 }
 
 void BrushStroke::State::redistanceDue() {
@@ -450,7 +479,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
       influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
     }
   } else if (s.method) {
-    s.work(images, influenced);
+    s.workInParts(images, influenced);
   }
   s.carry(was, s.ball ? nullptr : s.method.get(), images);
   for (const Operation& each : s.brush->operations)

@@ -16,6 +16,7 @@ struct StrokeContext {
   Operation operation;   ///< Of that brush, on distances.
   Version start;         ///< The clay as it was when the stroke began.
   float band = 3;
+  Version base;          ///< The clay as the first application finds it.
 };
 
 /// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick() for each of its bricks, those from
@@ -45,6 +46,18 @@ class DistanceMethod {
 
   /// Whether what it leaves near the surface are distances, as of a CSG of distances. Else voxels beside the surface are made distances again too.
   [[nodiscard]] virtual bool exact() const { return false; }
+
+  /// Whether every application computes its bricks from the stroke's base, so that nothing adds up that had to be redistanced on the way.
+  [[nodiscard]] virtual bool lasting() const { return false; }
+
+  /// Whether it heeds masks that cover a part itself; what they cover whole is put back in any case.
+  [[nodiscard]] virtual bool masks() const { return false; }
+
+  /// Of how many parts of its way, one after the other, an application is made: where it would carry the surface out of the bricks around it.
+  [[nodiscard]] virtual int parts(std::span<const Stamp> images) const {
+    (void)images;
+    return 1;
+  }
 };
 
 /// The method of the context's operation. One line a method.

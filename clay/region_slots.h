@@ -12,7 +12,7 @@ class RegionSlots {
   RegionSlots(const Version& version, Coord region) noexcept {
     for (int k = 0; k < 8; ++k) {
       const Coord brick = (region + Coord{k >> 2, (k >> 1) & 1, k & 1}) * 8;
-      nodes_[k] = inReach(brick) ? descend(version.record()->root, brick, 1) : linkOf(Tile::outside);
+      nodes_[k] = inReach(brick) ? descend(version.record()->roots[kDistanceTree], brick, 1) : linkOf(Tile::outside);
     }
   }
 

@@ -16,6 +16,7 @@
 #include "clay/region_slots.h"
 #include "clay/sampler.h"
 #include "clay/tree_view.h"
+#include "clay/vertex_channels.h"
 
 namespace argil::clay {
 
@@ -195,6 +196,7 @@ struct Surface::State {
   Version version;
   std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
   std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
+  SurfacePaint paint;
   uint64_t nextSerial = 1;
   uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
 
@@ -454,7 +456,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   // Another model: all that stood is looked at again, together with all that stands.
   const bool whole = !s.version || s.version.store() != version.store() || !(s.version.grid() == version.grid());
   if (whole) {
-    addRegions(version.record()->root, kTreeLevels, treeFirst(), tasks);
+    addRegions(version.record()->roots[kDistanceTree], kTreeLevels, treeFirst(), tasks);
     for (const auto& entry : s.regions) tasks.at(entry.first);
   } else {
     tasks = s.changedRegions(version);
@@ -462,6 +464,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   s.version = version;
   try {
     s.follow(tasks.finish(), whole, threads, delta);
+    s.paint.follow(version, *this, delta);
   } catch (...) {
     // Half of it is no surface: the next update starts anew.
     *this = Surface(s.normals);

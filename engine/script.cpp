@@ -164,6 +164,10 @@ Script readScript(const std::filesystem::path& path) {
   const io::FileBytes file = io::readFile(path);
   Script script = parseScript({reinterpret_cast<const char*>(file.data.get()), file.size}, io::displayName(path));
   if (auto* import = std::get_if<ImportSetup>(&script.clay)) import->file = path.parent_path() / import->file;
+  for (ScriptStroke& stroke : script.strokes) {
+    if (!stroke.tool.file.empty()) stroke.tool.file = (path.parent_path() / stroke.tool.file).string();
+    if (rowOf(stroke.tool).file != ToolFile::none) loadToolFile(stroke.tool);
+  }
   return script;
 }
 

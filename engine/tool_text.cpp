@@ -151,11 +151,11 @@ StrokeImages readImages(const Place& place, const char* mirrorKey) {
   return images;
 }
 
-void loadToolFile(Tool& tool, const std::filesystem::path& folder) {
+void loadToolFile(Tool& tool) {
   const ToolRow& row = rowOf(tool);
   if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.image) : bool(tool.shape))) return;
   if (tool.file.empty()) throw Error(fmt::format("the tool {} needs a file: choose {}", row.name, row.file == ToolFile::image ? "an image" : "a shape"));
-  throw Error(fmt::format("{}: files for tools cannot be read yet", (folder / tool.file).string()));
+  throw Error(fmt::format("{}: files for tools cannot be read yet", tool.file));
 }
 
 }  // namespace argil::engine

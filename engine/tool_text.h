@@ -18,8 +18,8 @@ void checkToolKeys(const Place& place, std::vector<std::string_view> others);
 /// Throws Error for what is missing, unknown or out of range. Files are not read: see loadToolFile.
 [[nodiscard]] Tool readTool(const Place& place);
 
-/// Reads the image or the shape that the tool names. `folder`: where a relative name begins. Throws Error. Nothing for a tool that needs none or has it.
-void loadToolFile(Tool& tool, const std::filesystem::path& folder = {});
+/// Reads the image or the shape that the tool names. Throws Error. Nothing for a tool that needs none or has it.
+void loadToolFile(Tool& tool);
 
 /// "mirror" (`mirrorKey`) and "radial", where there are any.
 void putImages(nlohmann::ordered_json& object, const StrokeImages& images, const char* mirrorKey);

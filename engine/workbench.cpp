@@ -76,6 +76,24 @@ void Workbench::endMerge() {
   state_->post([s = state_.get()] { s->session->endMerge(); });
 }
 
+void Workbench::strokeAlong(std::vector<Vec3d> placesMm) {
+  state_->post([s = state_.get(), places = std::move(placesMm)] {
+    const DocumentPtr now = s->session->document();
+    const Piece* piece = now->workedOn();
+    if (!piece || !s->held) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
+    if (places.size() < 2) throw Error("a stroke along a line needs two places at least");
+    const haptics::Pose pose = piece->pose;
+    s->session->beginStroke(*s->held);
+    try {
+      for (size_t i = 0; i < places.size(); ++i) s->session->addPoint(0.001 * double(i), pose.applyInverse(places[i]));
+    } catch (...) {
+      s->session->endStroke();
+      throw;
+    }
+    s->session->endStroke();
+  });
+}
+
 void Workbench::undo() {
   state_->post([s = state_.get()] {
     if (!s->session->undo()) s->tell(Message::Level::warning, "There is nothing to undo.");
@@ -257,7 +275,7 @@ void Workbench::setTool(const Tool& tool) {
 void Workbench::setCutting(bool on) {
   state_->post([s = state_.get(), on] {
     s->cutting = on;
-    s->loop->setCutting(on);
+    s->loop->setCutting(on && s->ready);
   }, false);
 }
 

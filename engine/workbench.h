@@ -134,6 +134,9 @@ class Workbench {
   /// when they are gone to. While the disk does not take them they stay, with a message.
   void setUndoBudget(uint64_t bytes);
 
+  /// A stroke of the tool in hand along these places (world mm, two at least), as one step: a straight line, a curve.
+  void strokeAlong(std::vector<Vec3d> placesMm);
+
   // Clay that comes and goes, as jobs.
 
   void newDocument();

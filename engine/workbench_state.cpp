@@ -9,6 +9,8 @@
 #include "clay/store.h"
 #include "engine/workbench_state.h"
 #include "haptics/devices/registry.h"
+#include "engine/tool_table.h"
+#include "engine/tool_text.h"
 
 namespace argil::engine {
 namespace {
@@ -121,7 +123,7 @@ void Workbench::State::makeLoop() {
   touched.workspace = workspace;
   touched.quality = touchQuality;
   loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
-  loop->setCutting(cutting);
+  loop->setCutting(cutting && ready);
   loop->setOriented(oriented);
   held.reset();
   holdTool();
@@ -136,8 +138,24 @@ void Workbench::State::holdTool() {
     tool.radiusMm = std::clamp(tool.radiusMm, kLeastToolVoxels * voxel, kMostToolVoxels * voxel);
   }
   if (held == tool) return;
-  loop->setTool(tool);
+  const bool sameFile = held && held->file == tool.file && held->id == tool.id;
+  if (sameFile) {
+    tool.image = held->image;
+    tool.shape = held->shape;
+  }
   held = tool;
+  // A tool that lacks something touches and does not work; that is said once.
+  ready = true;
+  try {
+    loadToolFile(tool);
+    (void)brushOf(tool, clay::Grid());
+    held = tool;
+  } catch (const Error& e) {
+    ready = false;
+    tell(Message::Level::warning, e.what());
+  }
+  loop->setTool(tool);
+  loop->setCutting(cutting && ready);
 }
 
 void Workbench::State::takeHand(const std::string& name) {

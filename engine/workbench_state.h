@@ -128,7 +128,7 @@ struct Workbench::State {
   std::unique_ptr<EditLoop> loop;
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
-  bool cutting = true;
+  bool cutting = true, ready = true;  // the hand holds a tool that can work
   bool oriented = false;      // the device in hand tells how it is turned
   haptics::Workspace workspace;
   haptics::Quality touchQuality;

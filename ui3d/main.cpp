@@ -132,6 +132,12 @@ int run(int argc, char** argv) {
   benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
   benchVerb->add_option("--folder", bench.folder, "Where io writes its files; that of temporary files when left out");
 
+  cli::ToolsOptions tools;
+  auto* toolsVerb = app.add_subcommand("tools", "The tools that there are, what each does and what can be set");
+  toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
+  toolsVerb->add_flag("--ids", tools.ids, "Their names in scripts alone, one a line");
+  toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");
+
   cli::DevicesOptions devices;
   auto* devicesVerb = app.add_subcommand("devices", "The devices that are plugged in or simulated, and what they can do");
   devicesVerb->add_option("--sheet", devices.sheet, "All that is known of this one");
@@ -178,6 +184,7 @@ int run(int argc, char** argv) {
   }
   if (*feelVerb) cli::feel(feel);
   if (*benchVerb) cli::bench(bench);
+  if (*toolsVerb) cli::tools(tools);
   if (*devicesVerb) cli::devices(devices);
 #ifdef ARGIL_STUDIO
   if (*studioVerb || app.get_subcommands().empty()) {

@@ -18,6 +18,7 @@
 #include "clay/vdb_bridge.h"
 #include "ui3d/cli/bench.h"
 #include "ui3d/cli/bench_models.h"
+#include "ui3d/cli/bench_tools.h"
 
 namespace argil::cli {
 
@@ -296,6 +297,8 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   }
   freshDabs(models, options.job);
   reportFresh(report, models, "edit/ball20-flat/");
+  models.clear();
+  benchTools(report, benchSizes(std::min(options.largest, 48.0)), options.job);
 }
 
 }  // namespace argil::cli

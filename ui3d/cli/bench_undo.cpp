@@ -31,7 +31,7 @@ void stroke(engine::Session& session, const BenchModel& model, engine::Random& r
   const double radius = model.radiusVoxels * grid.voxelMm;
   engine::Tool tool;
   tool.radiusMm = kToolVoxels * grid.voxelMm;
-  tool.operation = static_cast<clay::Operation>(random.below(3));
+  tool.id = std::array{"carve", "add", "smooth"}[random.below(3)];
   const int points = kLeastPoints + static_cast<int>(random.below(kMostPoints - kLeastPoints));
   Vec3d at = random.inBall().normalized(), step = random.inBall().cross(at).normalized() * (0.2 * tool.radiusMm / radius);
   session.beginStroke(tool);

@@ -103,6 +103,13 @@ struct DevicesOptions {
 };
 void devices(const DevicesOptions& options);
 
+struct ToolsOptions {
+  bool json = false, ids = false;
+  std::string demo;  ///< Id of a tool: prints the script of its scene instead.
+};
+/// Prints the tools that there are and what can be set of each.
+void tools(const ToolsOptions& options);
+
 void bench(const BenchOptions& options);
 
 }  // namespace argil::cli

@@ -10,9 +10,9 @@
 namespace argil::clay {
 namespace {
 
-Version dabbed(const Version& from, const Vec3d& at, Operation operation) {
-  BrushStroke brush(from);
-  brush.apply({at, at, 6, operation, 1});
+Version dabbed(const Version& from, const Vec3d& at, Method method) {
+  BrushStroke brush(from, Brush::of(method));
+  brush.apply({at, at, 6});
   return brush.finish();
 }
 
@@ -21,8 +21,8 @@ TEST(Unshared, isWhatIsFreedWithAVersion) {
   grid.voxelMm = 1;
   const auto store = Store::make();
   Version old = makeSphere(store, grid, Vec3d::Zero(), 40);
-  Version next = dabbed(old, {40, 0, 0}, Operation::carve);
-  next = dabbed(next, {0, 43, 0}, Operation::add);
+  Version next = dabbed(old, {40, 0, 0}, Method::carve);
+  next = dabbed(next, {0, 43, 0}, Method::add);
   const auto freed = [&] {
     while (store->collect()) {
     }

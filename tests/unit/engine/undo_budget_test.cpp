@@ -40,7 +40,7 @@ void stroke(Session& session, uint64_t seed) {
   Random random(seed);
   Tool tool;
   tool.radiusMm = 2;
-  tool.operation = static_cast<clay::Operation>(seed % 3);
+  tool.id = std::array{"carve", "add", "smooth"}[seed % 3];
   session.beginStroke(tool);
   Vec3d at = kRadiusMm * random.inBall().normalized();
   for (int i = 0; i < 12; ++i) {
@@ -314,7 +314,7 @@ TEST_F(UndoBudgetTest, aWorkbenchKeepsToItWithAJournalAndWithout) {
     for (uint64_t i = 1; i <= 20; ++i) {
       bench.edit("Cut", [i](Document& document) {
         Random random(i);
-        clay::BrushStroke brush(document.pieces[0].version);
+        clay::BrushStroke brush(document.pieces[0].version, clay::Brush::of(clay::Method::carve));
         clay::Stamp stamp;
         stamp.radius = 10;
         stamp.a = stamp.b = 30 * random.inBall().normalized();

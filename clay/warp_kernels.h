@@ -1,0 +1,61 @@
+#pragma once
+// Arithmetic of warps; compiled once per SIMD target. Same rules as brush_kernels.h: equal bits on every target, mirrored bits for mirrored arguments.
+
+#include <cstdint>
+#include <span>
+
+namespace argil::clay {
+
+/// How one image of a stamp moves clay while its tip goes from a to a + d, τ from 0 to 1. Lengths in voxels, relative to the middle of the block of nodes.
+/// With e the place from the tip (or from the nearest place of the segment) and w the falloff of |e| / radius, the clay flows with
+/// w · (move · d − pull · (e − n (n · e)) + lift · n + spin × e).
+struct WarpImage {
+  float ax, ay, az;
+  float dx, dy, dz;
+  float inverseLength2;  ///< 1 / |d|², 0 for a dab.
+  float radius, growth;  ///< At a; what b's has more.
+  float move, pull, lift;
+  float nx, ny, nz;
+  float spinX, spinY, spinZ;
+  bool fromSegment;
+  bool active;  ///< False: it does not reach the block.
+};
+
+inline constexpr int kBlockNodes = 512;  // 8×8×8, z fastest
+
+struct NodePlaces {
+  float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];
+};
+
+/// Where the clay at each node of a block (`spacing` apart around the middle, a power of two) was before the stamp: the flow followed back in `steps` steps of
+/// fourth order. `shape`: as Falloff, with the rims of constant and dome eased so that nothing tears. Places are multiples of 2⁻¹⁶ spacings.
+void traceBack(std::span<const WarpImage> images, int shape, int steps, float spacing, NodePlaces& places) noexcept;
+
+/// Displacements at nodes: x, y, z and one that is not used.
+struct alignas(16) Displacement {
+  float x = 0, y = 0, z = 0, unused = 0;
+};
+
+/// out = displacement (tricubic) at `places` + place − node. `window`: (8 + 2 margin)³ nodes, the block's own begin at index `margin`; places may lie up to margin − 2
+/// spacings from their nodes.
+void composeDisplacements(const NodePlaces& places, float spacing, const Displacement* window, int margin, Displacement* out) noexcept;
+
+/// Weights of the four nodes around a place t (0 to 1) past the second: Catmull-Rom. The weights of 1 − t are the same ones turned round, to the bit.
+void cubicWeights(float t, float (&weights)[4]) noexcept;
+
+/// Separable tricubic refinement of a window of n³ nodes to 10³ places: place i along an axis takes nodes first[axis][i] to first[axis][i] + 3 with
+/// weights[axis][i]. `scratch`: 10 n² + 100 n nodes.
+void refineDisplacements(const Displacement* window, int n, const int (&first)[3][10], const float (&weights)[3][10][4], Displacement* scratch, Displacement* out) noexcept;
+
+/// A field's values around a place and how it reads there.
+struct FieldSample {
+  const float* corner;  ///< Of the lowest of 4×4×4 values, z fastest.
+  float tx, ty, tz;     ///< From the second value, 0 to 1.
+};
+struct FieldValue {
+  float value, x, y, z;  ///< And the gradient.
+};
+/// Tricubic (Catmull-Rom) values and gradients; rows `strideY` and slices `strideX` apart.
+void sampleField(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdiff_t strideY, FieldValue* out) noexcept;
+
+}  // namespace argil::clay

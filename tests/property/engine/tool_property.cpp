@@ -1,0 +1,310 @@
+// What every tool of the table promises.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "clay/mesh_topology.h"
+#include "clay/nearest_triangle.h"
+#include "clay/primitives.h"
+#include "clay/sampler.h"
+#include "clay/store.h"
+#include "clay/surface.h"
+#include "engine/random.h"
+#include "engine/session.h"
+#include "engine/tool_table.h"
+#include "tests/support/tool_files.h"
+
+namespace argil::engine {
+namespace {
+
+using clay::Brick;
+using clay::Slot;
+using clay::Version;
+
+constexpr uint64_t kSeed = 20261120;
+
+clay::Grid gridOf(double voxelMm) {
+  clay::Grid grid;
+  grid.voxelMm = voxelMm;
+  return grid;
+}
+
+Tool toolOf(const ToolRow& row, double radiusMm) {
+  Tool tool = standardTool(row);
+  tool.radiusMm = radiusMm;
+  tool.heightMm = radiusMm / 4;
+  tool.blendMm = radiusMm / 4;
+  tests::giveFile(tool);
+  return tool;
+}
+
+bool shapes(const ToolRow& row) {
+  return std::any_of(row.operations.begin(), row.operations.end(), [](const clay::Operation& each) { return each.property == clay::Property::distance; });
+}
+
+// Calls back with every brick coordinate that either has.
+template <class Visit>
+void forBoth(const Version& a, const Version& b, const Visit& visit) {
+  a.forEachBrick([&](const Brick& brick) { visit(brick.coord); });
+  b.forEachBrick([&](const Brick& brick) {
+    if (a.find(brick.coord).isTile()) visit(brick.coord);
+  });
+}
+
+class EveryTool : public ::testing::TestWithParam<size_t> {
+ protected:
+  void SetUp() override { RecordProperty("seed", std::to_string(kSeed)); }
+  [[nodiscard]] const ToolRow& row() const { return toolTable()[GetParam()]; }
+};
+
+// A circle of 15 mm on a ball, at 200 mm/s.
+Version drawnAt(const ToolRow& row, double hz) {
+  constexpr double kSeconds = 0.4, kSpeed = 200, kCircle = 15;
+  Session session(Document::of(clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 25)));
+  session.beginStroke(toolOf(row, 3));
+  const int count = int(std::lround(kSeconds * hz));
+  for (int i = 0; i <= count; ++i) {
+    const double s = i / hz, angle = kSpeed * s / kCircle;
+    session.addPoint(s, {kCircle * std::cos(angle), kCircle * std::sin(angle), 20});
+  }
+  return session.endStroke();
+}
+
+TEST_P(EveryTool, doesTheSameHoweverOftenTheHandWasLookedAt) {
+  if (!shapes(row())) return;
+  const Version finest = drawnAt(row(), 1000);
+  for (const double hz : {60.0, 250.0}) {
+    const Version other = drawnAt(row(), hz);
+    double worst = 0;
+    forBoth(finest, other, [&](Coord coord) {
+      const Slot a = finest.find(coord), b = other.find(coord);
+      for (int i = 0; i < clay::kBrickVoxels; ++i) {
+        const double x = a.phi(i, 3), y = b.phi(i, 3);
+        if (std::min(std::abs(x), std::abs(y)) < 1) worst = std::max(worst, std::abs(x - y));
+      }
+    });
+    std::printf("%s at %g Hz: %.4f voxels\n", row().id.data(), hz, worst);
+    EXPECT_LE(worst, 0.05) << row().id << " at " << hz << " Hz";
+  }
+}
+
+// Mirror images of a stroke that runs along the plane and across it.
+void strokeAcross(Session& session, const Tool& tool, const StrokeImages& images) {
+  Random random(kSeed);
+  for (int n = 0; n < 3; ++n) {
+    session.beginStroke(tool, images);
+    Vec3d at = Vec3d(0.1 + 0.4 * n, -0.3 * n, 1).normalized() * 20;
+    for (int i = 0; i < 10; ++i) {
+      session.addPoint(0.01 * i, at);
+      at = (at + 1.5 * random.inBall()).normalized() * 20;
+    }
+    session.endStroke();
+  }
+}
+
+TEST_P(EveryTool, mirrorsToTheBitInAPlaneBetweenBricks) {
+  const double voxel = 0.5;
+  Session session(Document::of(clay::makeSphere(clay::Store::make(), gridOf(voxel), Vec3d(-0.5 * voxel, 0, 0), 20)));
+  StrokeImages images;
+  images.mirrors.push_back({Vec3d(-0.5 * voxel, 0, 0), Vec3d::UnitX()});
+  strokeAcross(session, toolOf(row(), 3), images);
+  const Version version = session.version();
+  uint64_t different = 0, channels = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    const Coord there{-1 - brick.coord.x, brick.coord.y, brick.coord.z};
+    const Slot image = version.find(there);
+    for (int i = 0; i < clay::kBrickVoxels; ++i) {
+      const int mirrored = (7 - (i >> 6)) << 6 | (i & 63);
+      different += std::bit_cast<uint32_t>(brick.phi[i]) != std::bit_cast<uint32_t>(image.phi(mirrored, 3));
+      for (const clay::Channel channel : clay::kAllChannels)
+        channels += version.find(channel, brick.coord).value(i) != version.find(channel, there).value(mirrored);
+    }
+  });
+  EXPECT_EQ(different, 0u) << row().id;
+  EXPECT_EQ(channels, 0u) << row().id;
+}
+
+TEST_P(EveryTool, mirrorsInAnyPlane) {
+  if (!shapes(row())) return;
+  Session session(Document::of(clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 20)));
+  const Vec3d normal = Vec3d(1, 0.3, -0.2).normalized();
+  StrokeImages images;
+  images.mirrors.push_back({Vec3d::Zero(), normal});
+  strokeAcross(session, toolOf(row(), 3), images);
+  const Version version = session.version();
+  // Where the surface is smooth: a crease is read differently from place to place.
+  clay::Sampler sampler(version);
+  Random random(7);
+  double worst = 0;
+  size_t looked = 0;
+  for (int i = 0; i < 400000 && looked < 20000; ++i) {
+    Vec3d p = Vec3d(0.1, -0.3, 1).normalized() * 40 + 14 * random.inBall();
+    Vec3f g, h;
+    if (std::abs(sampler.tricubic(p, g)) > 1) continue;
+    for (int k = 0; k < 3; ++k) p -= double(sampler.tricubic(p, g)) * g.cast<double>() / std::max(double(g.squaredNorm()), 0.25);
+    if (std::abs(sampler.tricubic(p, g)) > 1e-3) continue;
+    const Vec3d q = p - 2 * p.dot(normal) * normal;
+    const double there = std::abs(sampler.tricubic(q, h));
+    bool smooth = true;
+    for (int k = 0; k < 52 && smooth; ++k) {
+      const int c = k % 26 < 13 ? k % 26 : k % 26 + 1;
+      const Vec3d step = (k < 26 ? 2.0 : 4.0) * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
+      Vec3f other;
+      (void)sampler.tricubic(p + step - step.dot(g.cast<double>()) * g.cast<double>(), other);
+      smooth = other.normalized().dot(g.normalized()) > 0.94;
+      (void)sampler.tricubic(q + step - step.dot(h.cast<double>()) * h.cast<double>(), other);
+      smooth = smooth && other.normalized().dot(h.normalized()) > 0.94;
+    }
+    if (!smooth) continue;
+    ++looked;
+    worst = std::max(worst, there);
+  }
+  std::printf("%s: %.4f voxels at %zu places\n", row().id.data(), worst, looked);
+  EXPECT_GT(looked, 500u);
+  EXPECT_LE(worst, 0.02) << row().id;
+}
+
+TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
+  const Version ball = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 20);
+  // Half the ball is covered, with a soft rim.
+  clay::Editor editor(ball);
+  std::array<uint8_t, clay::kBrickVoxels> mask;
+  ball.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255));
+    editor.setChannel(clay::Channel::mask, brick.coord, mask);
+  });
+  const Version masked = editor.commit();
+  Session session(Document::of(masked));
+  strokeAcross(session, toolOf(row(), 4), {});
+  const Version version = session.version();
+  uint64_t covered = 0, moved = 0;
+  masked.forEachBrick([&](const Brick& brick) {
+    const clay::ChannelSlot cover = masked.find(clay::Channel::mask, brick.coord);
+    const Slot now = version.find(brick.coord);
+    for (int i = 0; i < clay::kBrickVoxels; ++i) {
+      if (cover.value(i) != 255) continue;
+      ++covered;
+      moved += std::bit_cast<uint32_t>(brick.phi[i]) != std::bit_cast<uint32_t>(now.phi(i, 3));
+    }
+  });
+  EXPECT_GT(covered, 10000u);
+  EXPECT_EQ(moved, 0u) << row().id;
+  EXPECT_EQ(shapes(row()) && row().id != "morph", version.hash() != masked.hash() && session.undoSteps() > 0 && shapes(row()) && row().id != "morph") << row().id << " did nothing";
+}
+
+TEST_P(EveryTool, doesSomethingAndLeavesASolidClosed) {
+  Session session(Document::of(clay::makeBlock(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), {40, 40, 20}, 2)));
+  const uint64_t first = session.version().hash();
+  if (row().id == "morph" || row().id == "blend" || row().id == "blur_mask") {
+    // There has to be something to go back to, or to soften.
+    Tool before = toolOf(*findTool(row().id == "morph" ? "carve" : row().id == "blend" ? "paint" : "mask"), 4);
+    session.beginStroke(before);
+    session.addPoint(0, {0, 0, 10});
+    session.endStroke();
+  }
+  const uint64_t before = session.version().hash();
+  session.beginStroke(toolOf(row(), 4));
+  // Over an edge: there every tool finds something to do.
+  for (int i = 0; i <= 20; ++i) session.addPoint(0.01 * i, {-2.0 + 1.2 * i, 1 + 0.1 * i, 10.5});
+  session.endStroke();
+  EXPECT_NE(session.version().hash(), before) << row().id;
+  clay::Surface surface;
+  surface.update(session.version());
+  EXPECT_TRUE(clay::checkTopology(surface.toMesh()).closed()) << row().id;
+  while (session.undo()) {
+  }
+  EXPECT_EQ(session.version().hash(), first);
+}
+
+std::string nameOf(const ::testing::TestParamInfo<size_t>& info) { return std::string(toolTable()[info.param].id); }
+INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, ::testing::Range(size_t{0}, toolTable().size()), nameOf);
+
+// Random strokes of every tool on a ball. ARGIL_LONG: ten thousand, as in the project's figures.
+TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
+  const int strokes = std::getenv("ARGIL_LONG") ? 10000 : 400;
+  constexpr int kCheckEvery = 200;
+  Random random(kSeed);
+  Version version = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 22);
+  clay::Surface following;
+  double sum = 0, worst = 0;
+  uint64_t count = 0, beyond = 0;
+  int done = 0;
+  while (done < strokes) {
+    Session session(Document::of(version));
+    for (int i = 0; i < 50; ++i, ++done) {
+      const ToolRow& row = toolTable()[random.below(toolTable().size())];
+      Tool tool = toolOf(row, random.between(1.5, 4));
+      tool.strength = random.between(0.2, 1);
+      tool.inverted = row.opposite == row.id && random.below(2) == 0;
+      session.beginStroke(tool);
+      // From somewhere on the surface: along a ray from outside.
+      Vec3d direction = random.inBall().normalized(), at = direction * 40;
+      clay::Sampler sampler(session.version());
+      while (at.norm() > 1 && sampler.trilinear(at / 0.5) > 0) at -= 0.25 * direction;
+      const size_t points = 1 + random.below(8);
+      for (size_t k = 0; k < points; ++k) {
+        session.addPoint(0.01 * double(k), at);
+        at += tool.radiusMm * random.inBall();
+      }
+      session.endStroke();
+      following.update(session.version());
+    }
+    version = session.version();
+    if (done % kCheckEvery != 0) continue;
+    ASSERT_GT(version.stats().bricks, 100u) << "all was cut away; choose tools that balance";
+    clay::Surface anew;
+    anew.update(version, 2);
+    ASSERT_EQ(anew.hash(), following.hash()) << "after " << done;
+    const clay::TriangleMesh mesh = anew.toMesh();
+    ASSERT_TRUE(clay::checkTopology(mesh).closed()) << "after " << done;
+    EXPECT_LE(double(version.stats().bytes()), 2.2 * 1024 * double(version.stats().bricks));
+    // Distances beside the surface, away from creases.
+    const clay::NearestTriangle nearest(mesh);
+    clay::Sampler sampler(version);
+    version.forEachBrick([&](const Brick& brick) {
+      for (int i = 0; i < clay::kBrickVoxels; ++i) {
+        ASSERT_TRUE(std::isfinite(brick.phi[i]));
+        if (std::abs(brick.phi[i]) >= 1 || (i * 7 + brick.coord.x) % 5 != 0) continue;
+        const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
+        Vec3f g;
+        (void)sampler.trilinear(p, g);
+        bool smooth = true;
+        for (int k = 0; k < 26 && smooth; ++k) {
+          const int c = k < 13 ? k : k + 1;
+          Vec3f other;
+          (void)sampler.trilinear(p + 2.0 * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1), other);
+          smooth = other.squaredNorm() > 0.1f && other.normalized().dot(g.normalized()) > 0.94f;  // 20°
+        }
+        if (!smooth) continue;
+        const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(std::abs(double(brick.phi[i])) - exact);
+        sum += error * error;
+        worst = std::max(worst, error);
+        beyond += error > 0.25;
+        ++count;
+      }
+    });
+  }
+  std::printf("%d strokes: |phi| against the distance to the surface %.4f voxels RMS, %.3f worst, %.5f %% beyond 0.25, at %llu voxels\n", done, std::sqrt(sum / double(count)),
+              worst, 100.0 * double(beyond) / double(count), static_cast<unsigned long long>(count));
+  EXPECT_GT(count, 1000u);
+  EXPECT_LE(std::sqrt(sum / double(count)), 0.05);
+  EXPECT_LE(worst, 0.25);
+}
+
+TEST(ToolProperty, aFlickLeavesNoGap) {
+  // 2 m/s looked at 60 times a second: 33 mm from point to point.
+  Session session(Document::of(clay::makeBlock(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), {200, 30, 20}, 2)));
+  session.beginStroke(toolOf(*findTool("carve"), 3));
+  for (int i = 0; i <= 5; ++i) session.addPoint(i / 60.0, {-83.0 + 33.3 * i, 0, 10});
+  const Version version = session.endStroke();
+  clay::Sampler sampler(version);
+  for (double x = -83; x <= 83; x += 0.25) EXPECT_NEAR(sampler.trilinear(Vec3d(x, 0, 7) / 0.5), 0, 0.05) << x;
+}
+
+}  // namespace
+}  // namespace argil::engine
