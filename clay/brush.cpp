@@ -169,11 +169,8 @@ struct BrushStroke::State {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
       const bool csg = operation->method == Method::carve || operation->method == Method::add;
-      if (csg && brush->tip == Tip::ball) {
-        ball = operation->method;
-      } else {
-        method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
-      }
+      if (csg && brush->tip == Tip::ball) ball = operation->method;
+      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
     }
     editor.emplace(std::move(base));
   }
@@ -185,6 +182,8 @@ struct BrushStroke::State {
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
   uint64_t stamps = 0, touched = 0;
+
+  CarriedFrom carriedFrom;
 
   // Redistancing.
   struct Touched {
@@ -215,13 +214,22 @@ struct BrushStroke::State {
     return version;
   }
 
+  // What is painted goes along with distances: that needs the clay as it was. Nothing where there is nothing to carry.
+  [[nodiscard]] Version beforeChange() { return method && carriesChannels(*editor, *brush) ? commit() : Version(); }
+  void carry(const Version& was, const DistanceMethod* by, std::span<const Stamp> images) {
+    if (!was) return;
+    (void)commit();  // the editor's base is the clay as it is now
+    carryChannels(*editor, was, *brush, by, images, carriedFrom);
+  }
+
   // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first, with the
   // region's first brick and the distance of its middle to the segment.
   template <class Enter, class Visit>
   void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
     const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
     Coord first, last;
-    first = {static_cast<int32_t>(std::floor(low.x() / 8)), static_cast<int32_t>(std::floor(low.y() / 8)), static_cast<int32_t>(std::floor(low.z() / 8))};
+    // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
+    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)), static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
     last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)), static_cast<int32_t>(std::floor(high.z() / 8))};
     for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
       for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
@@ -436,7 +444,9 @@ void BrushStroke::State::redistanceDue() {
     renew.push_back(touch.renew);
     touch.drift = 0;
   }
+  const Version was = beforeChange();
   redistance(*editor, all, renew);
+  carry(was, nullptr, {});
   due.clear();
 }
 
@@ -461,11 +471,10 @@ void BrushStroke::apply(std::span<const Stamp> given) {
     each.a = quantised(each.a);
     each.b = quantised(each.b);
   }
-  // What is painted goes along: that needs the clay as it was.
-  Version was;
-  if (hasPaint(*s.editor) && (s.ball || s.method)) was = s.commit();
+  const Version was = s.beforeChange();
   std::vector<Coord> influenced;
-  if (s.ball) {
+  const bool blends = images.size() > 1 && s.editor->has(Channel::mask);  // what a mask covers in part depends on the order of images
+  if (s.ball && !blends) {
     // Cutting away one thing after the other gives the same in any order.
     for (const Stamp& each : images) s.sweepBall(each, influenced);
     if (images.size() > 1) {
@@ -475,7 +484,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   } else if (s.method) {
     s.workInParts(images, influenced);
   }
-  if (was) carryChannels(*s.editor, was, *s.brush, s.method.get(), images, influenced);
+  s.carry(was, s.ball ? nullptr : s.method.get(), images);
   for (const Operation& each : s.brush->operations)
     if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
   const uint64_t number = ++s.stamps;

@@ -1,13 +1,178 @@
+// Colour, material and mask under a stamp.
+
 #include "clay/brush_channels.h"
 
-#include "clay/error.h"
+#include <algorithm>
+#include <cmath>
 
 namespace argil::clay {
 
-bool hasPaint(const Editor& editor) { return editor.has(Channel::cover) || editor.has(Channel::material); }
+namespace {
 
-void carryChannels(Editor&, const Version&, const Brush&, const DistanceMethod*, std::span<const Stamp>, std::span<const Coord>) {}
+// From the centre of a brick's (a region's) voxels to its corner voxel, and a little for rounding.
+const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
+const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
+// Least share that moves a byte at all: less is the rim of a falloff.
+constexpr float kLeastShare = 1.0f / 255;
 
-void applyToChannels(Editor&, const Brush&, const Operation&, std::span<const Stamp>) { throw Error("no brush paints yet"); }
+// A brick with one voxel around it.
+constexpr int kSide = 10, kAround = kSide * kSide * kSide;
+constexpr int around(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
+
+// Sums over 3×3×3 with weights 1 2 1 along each axis, in place; right at the brick's own voxels.
+void binomialSums(std::vector<int32_t>& field) {
+  static thread_local std::vector<int32_t> source;
+  for (const int step : {1, kSide, kSide * kSide}) {
+    source = field;
+    for (int i = step; i < kAround - step; ++i)
+      field[static_cast<size_t>(i)] = source[static_cast<size_t>(i - step)] + 2 * source[static_cast<size_t>(i)] + source[static_cast<size_t>(i + step)];
+  }
+}
+
+// Voxels of the band around a brick, with their weights in the mean: colours count by how much they cover.
+class Blur {
+ public:
+  Blur() {
+    for (auto& field : fields_) field.resize(kAround);
+  }
+
+  void gather(ChannelReader<Editor>& clay, Coord coord, Property property) {
+    const float band = clay.band();
+    const ChannelPlace* places[27];
+    for (int i = 0; i < 27; ++i) places[i] = &clay.at(coord + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    const auto side = [](int c) { return c < 0 ? 0 : c < kBrickEdge ? 1 : 2; };
+    colour_ = property == Property::colour;
+    for (int x = -1; x <= kBrickEdge; ++x)
+      for (int y = -1; y <= kBrickEdge; ++y)
+        for (int z = -1; z <= kBrickEdge; ++z) {
+          const ChannelPlace& place = *places[side(x) * 9 + side(y) * 3 + side(z)];
+          const int voxel = Brick::offset(x & 7, y & 7, z & 7);
+          const auto at = static_cast<size_t>(around(x + 1, y + 1, z + 1));
+          const bool in = place.inBand(voxel, band);
+          const auto byte = [&](Channel channel) { return in ? int32_t{place.channel[indexOf(channel)].value(voxel)} : 0; };
+          fields_[0][at] = in;
+          fields_[1][at] = byte(colour_ ? Channel::cover : Channel::mask);
+          if (!colour_) continue;
+          for (size_t i = 0; i < 3; ++i) fields_[2 + i][at] = fields_[1][at] * byte(kColourChannels[i]);
+        }
+    for (size_t i = 0; i < (colour_ ? 5u : 2u); ++i) binomialSums(fields_[i]);
+  }
+
+  void apply(int voxel, float share, ChannelBytes& bytes) const {
+    const auto at = static_cast<size_t>(around((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1));
+    const auto count = static_cast<float>(fields_[0][at]);
+    const auto towards = [share](float from, float to) { return from + (to - from) * share; };
+    const auto byteOf = [](float value) { return static_cast<uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); };
+    uint8_t& own = bytes[indexOf(colour_ ? Channel::cover : Channel::mask)];
+    const float before = own, after = towards(before, static_cast<float>(fields_[1][at]) / count);
+    own = byteOf(after);
+    if (!colour_) return;
+    for (size_t i = 0; i < 3; ++i) {
+      uint8_t& mine = bytes[indexOf(kColourChannels[i])];
+      const float premultiplied = towards(before * mine, static_cast<float>(fields_[2 + i][at]) / count);
+      mine = own == 0 ? uint8_t{0} : byteOf(premultiplied / after);
+    }
+  }
+
+ private:
+  std::array<std::vector<int32_t>, 5> fields_;
+  bool colour_ = true;
+};
+
+void set(const Brush& brush, const Operation& operation, float share, ChannelBytes& bytes) {
+  const bool erase = operation.amount < 0;
+  switch (operation.property) {
+    case Property::colour:
+      if (!erase) return layColour(bytes, brush.colour, share);
+      bytes[indexOf(Channel::cover)] = approach(bytes[indexOf(Channel::cover)], 0, share);
+      if (bytes[indexOf(Channel::cover)] == 0) bytes[0] = bytes[1] = bytes[2] = 0;
+      return;
+    case Property::material:
+      if (share > 0.5f) bytes[indexOf(Channel::material)] = erase ? uint8_t{0} : brush.material;
+      return;
+    case Property::mask:
+      bytes[indexOf(Channel::mask)] = approach(bytes[indexOf(Channel::mask)], erase ? 0 : 255, share);
+      return;
+    case Property::distance: return;
+  }
+}
+
+}  // namespace
+
+uint8_t approach(uint8_t from, uint8_t to, float share) noexcept {
+  if (from == to || !(share >= kLeastShare)) return from;
+  const int way = std::abs(int{to} - int{from});
+  const int step = std::clamp(static_cast<int>(static_cast<float>(way) * share + 0.5f), 1, way);
+  return static_cast<uint8_t>(to > from ? from + step : from - step);
+}
+
+void layColour(ChannelBytes& bytes, const std::array<uint8_t, 3>& colour, float alpha) noexcept {
+  if (!(alpha >= kLeastShare)) return;
+  uint8_t& cover = bytes[indexOf(Channel::cover)];
+  // What the new layer makes of the whole that covers the piece.
+  const float whole = static_cast<float>(cover) + (255.0f - static_cast<float>(cover)) * alpha;
+  const float share = std::min(alpha * 255.0f / whole, 1.0f);
+  for (size_t i = 0; i < 3; ++i) {
+    uint8_t& mine = bytes[indexOf(kColourChannels[i])];
+    mine = cover == 0 ? colour[i] : approach(mine, colour[i], share);
+  }
+  cover = approach(cover, 255, alpha);
+}
+
+std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> images, const std::function<double(const Stamp&)>& reach) {
+  std::vector<Coord> all;
+  for (const Stamp& s : images) {
+    const double margin = reach(s);
+    // Of bricks with a voxel in the box, so that mirrored stamps choose mirrored ones.
+    const auto brickOf = [](const Vec3d& p) { return Coord{static_cast<int32_t>(p.x()), static_cast<int32_t>(p.y()), static_cast<int32_t>(p.z())}; };
+    const Coord first = brickOf(((s.a.cwiseMin(s.b).array() - margin - 7) / kBrickEdge).ceil()), last = brickOf(((s.a.cwiseMax(s.b).array() + margin) / kBrickEdge).floor());
+    const auto near = [&](Coord brick, double half, double diagonal) {
+      return segmentDistance(s, (brick * kBrickEdge).toVec3d() + Vec3d::Constant(half)) - diagonal < margin;
+    };
+    for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
+      for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
+        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
+          const Coord region = Coord{rx, ry, rz} * 8;
+          if (!near(region, 31.5, kRegionHalfDiagonal)) continue;
+          for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
+            for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
+              for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z)
+                if (!editor.find(Coord{x, y, z}).isTile() && near({x, y, z}, 3.5, kHalfDiagonal)) all.push_back({x, y, z});
+        }
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images) {
+  const bool masks = editor.has(Channel::mask) && operation.property != Property::mask, blurs = operation.method == Method::blur;
+  const float amount = std::abs(operation.amount);
+  ChannelReader<Editor> clay(editor);
+  Blur blur;
+  std::vector<std::pair<Coord, ChannelBlock>> changed;
+  for (const Coord coord : surfaceBricks(editor, images, [](const Stamp& s) { return s.largestRadius(); })) {
+    const ChannelPlace& place = clay.at(coord);
+    if (masks && place.channel[indexOf(Channel::mask)] == ChannelSlot(true)) continue;
+    float weight[kBrickVoxels];
+    imageWeights(images, operation.shape, coord, weight);
+    if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
+    if (blurs) blur.gather(clay, coord, operation.property);
+    ChannelBlock block(place);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      float share = weight[i] * amount;
+      if (masks) share *= static_cast<float>(255 - block[Channel::mask][i]) / 255.0f;
+      if (!(share >= kLeastShare) || !place.inBand(i, clay.band())) continue;
+      ChannelBytes bytes = block.bytes(i);
+      if (blurs)
+        blur.apply(i, share, bytes);
+      else
+        set(brush, operation, share, bytes);
+      block.set(i, bytes);
+    }
+    changed.emplace_back(coord, block);
+  }
+  for (const auto& [coord, block] : changed) block.store(editor, coord);
+}
 
 }  // namespace argil::clay

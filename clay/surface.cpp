@@ -16,6 +16,7 @@
 #include "clay/region_slots.h"
 #include "clay/sampler.h"
 #include "clay/tree_view.h"
+#include "clay/vertex_channels.h"
 
 namespace argil::clay {
 
@@ -195,6 +196,7 @@ struct Surface::State {
   Version version;
   std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
   std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
+  SurfacePaint paint;
   uint64_t nextSerial = 1;
   uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
 
@@ -462,6 +464,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   s.version = version;
   try {
     s.follow(tasks.finish(), whole, threads, delta);
+    s.paint.follow(version, *this, delta);
   } catch (...) {
     // Half of it is no surface: the next update starts anew.
     *this = Surface(s.normals);

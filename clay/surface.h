@@ -41,10 +41,15 @@ struct BrickMesh {
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
 
+struct BrickPaint;  // clay/vertex_channels.h
+
 /// What update() changed: for the renderer. A brick whose surface is gone comes as a mesh without quads and vertices.
 struct SurfaceDelta {
   Grid grid;
   std::vector<BrickMeshPtr> changed;  ///< Each brick coordinate at most once, in the order of the tree.
+  /// What vertices show of colour, material and mask, where that or the mesh changed; a mesh with other vertices that has none here has nothing set. Each brick
+  /// coordinate at most once.
+  std::vector<std::shared_ptr<const BrickPaint>> painted;
 };
 
 /// The surface of one clay model, always closed and 2-manifold, following its versions. One thread calls update(); the

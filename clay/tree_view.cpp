@@ -6,9 +6,12 @@ namespace argil::clay {
 
 Coord treeFirst() { return {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin}; }
 
-TreePlace TreePlace::root(const Version& version) {
+TreePlace TreePlace::root(const Version& version) { return rootOfTree(version, kDistanceTree); }
+TreePlace TreePlace::root(const Version& version, Channel channel) { return rootOfTree(version, treeOf(channel)); }
+
+TreePlace TreePlace::rootOfTree(const Version& version, int tree) {
   TreePlace place;
-  place.link_ = version.record()->roots[kDistanceTree];
+  place.link_ = version.record()->roots[static_cast<size_t>(tree)];
   place.first_ = treeFirst();
   place.level_ = kTreeLevels;
   return place;

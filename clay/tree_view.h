@@ -12,16 +12,18 @@ namespace argil::clay {
 /// is pinned. Any thread. A copy is a few words.
 class TreePlace {
  public:
-  /// All that a version can reach.
+  /// All that a version can reach: of its distances, or of a channel, where a tile is 0 (outside) or 255 (inside) everywhere.
   [[nodiscard]] static TreePlace root(const Version& version);
+  [[nodiscard]] static TreePlace root(const Version& version, Channel channel);
 
   [[nodiscard]] int level() const { return level_; }     ///< kTreeLevels to 0.
   [[nodiscard]] Coord first() const { return first_; }   ///< Its first brick coordinate; it may lie out of reach.
   [[nodiscard]] bool isTile() const { return link_ <= 1; }
   [[nodiscard]] Tile tile() const { return static_cast<Tile>(link_); }
   [[nodiscard]] bool isNode() const { return !isTile() && level_ > 0; }
-  /// The brick, or null.
+  /// The brick, or null: of a tree of distances, or of a channel.
   [[nodiscard]] const Brick* brick() const { return isTile() || level_ > 0 ? nullptr : reinterpret_cast<const Brick*>(link_); }
+  [[nodiscard]] const ChannelBrick* channelBrick() const { return isTile() || level_ > 0 ? nullptr : reinterpret_cast<const ChannelBrick*>(link_); }
 
   /// Of a node: names what stands in it for good, in all of the process. Versions that share it have it at the same address.
   struct Identity {
@@ -34,6 +36,8 @@ class TreePlace {
   [[nodiscard]] TreePlace child(int index) const;
 
  private:
+  [[nodiscard]] static TreePlace rootOfTree(const Version& version, int tree);
+
   uintptr_t link_ = 0;
   Coord first_;
   int level_ = 0;

@@ -72,9 +72,10 @@ void visitBricks(Link link, int level, const std::function<void(const Leaf&)>& v
   for (const Link child : reinterpret_cast<const Node*>(link)->child) visitBricks(child, level - 1, visit);
 }
 
-template <class Visit>
+// Where both are tiles: a full channel brick beside an empty one is a difference; of distances an inside tile and an outside one have no surface.
+template <bool tiles, class Visit>
 void visitDifference(Link a, Link b, int level, Coord first, const Visit& visit) {
-  if (a == b || (isTile(a) && isTile(b))) return;
+  if (a == b || (!tiles && isTile(a) && isTile(b))) return;
   if (level == 0) {
     visit(first, a, b);
     return;
@@ -83,7 +84,7 @@ void visitDifference(Link a, Link b, int level, Coord first, const Visit& visit)
   for (int i = 0; i < 512; ++i) {
     const Link ca = isTile(a) ? a : reinterpret_cast<const Node*>(a)->child[i];
     const Link cb = isTile(b) ? b : reinterpret_cast<const Node*>(b)->child[i];
-    if (ca != cb) visitDifference(ca, cb, level - 1, first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, visit);
+    if (ca != cb) visitDifference<tiles>(ca, cb, level - 1, first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, visit);
   }
 }
 
@@ -113,12 +114,12 @@ void Version::forEachBrick(Channel channel, const std::function<void(const Chann
 }
 
 void Version::forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit) {
-  visitDifference(a.record_->roots[kDistanceTree], b.record_->roots[kDistanceTree], kTreeLevels, kTreeFirst,
+  visitDifference<false>(a.record_->roots[kDistanceTree], b.record_->roots[kDistanceTree], kTreeLevels, kTreeFirst,
                   [&](Coord at, Link x, Link y) { visit(at, slotOf(x), slotOf(y)); });
 }
 
 void Version::forEachDifference(Channel channel, const Version& a, const Version& b, const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit) {
-  visitDifference(rootOf(*a.record_, channel), rootOf(*b.record_, channel), kTreeLevels, kTreeFirst,
+  visitDifference<true>(rootOf(*a.record_, channel), rootOf(*b.record_, channel), kTreeLevels, kTreeFirst,
                   [&](Coord at, Link x, Link y) { visit(at, channelSlotOf(x), channelSlotOf(y)); });
 }
 

@@ -11,6 +11,7 @@
 
 #include "clay/error.h"
 #include "io/brick_codec.h"
+#include "io/channel_reading.h"
 
 namespace argil::io {
 
@@ -365,20 +366,65 @@ ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int 
   return read;
 }
 
+namespace {
+
+// What a root's record says: a version with channels, or its distances themselves.
+struct Root {
+  ClayHead head;
+  bool channels = false;
+  uint32_t owner = 0;
+};
+
+Root headOf(RecordSource& source, RecordId root) {
+  std::vector<std::byte> bytes;
+  if (root != 0 && source.get(root, bytes))
+    if (const auto record = parseRecord(bytes); record && record->header.id == root && record->header.kind == RecordKind::clay) {
+      const auto head = parseClayHead(*record);
+      if (!head) damaged("the root of the clay's trees says nothing that can be");
+      return {*head, true, record->header.owner};
+    }
+  ClayHead head;
+  head.distances = root;
+  return {head, false, 0};
+}
+
+}  // namespace
+
+void ClayRecords::readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead, const clay::Version& near, RecordId root, uint32_t owner, bool mending, Job* job,
+                               ReadClay& read) {
+  if (head.channels == std::array<RecordId, clay::kChannels>{} && nearHead.channels == head.channels) return;
+  ChannelReading channels(*this, source, read.version, near, owner, mending, job);
+  read.version = channels.run(head, nearHead, read);
+  if (root != head.distances && channels.exact() && nodes_.find(keyOf(clay::TreePlace::root(read.version), owner)) == head.distances)
+    nodes_.set(keyOf(read.version, owner), root);
+}
+
 ReadClay ClayRecords::read(RecordSource& source, RecordId root, const clay::Grid& grid, std::shared_ptr<clay::Store> store, Job* job, int threads,
                            const OlderBricks* mend, uint32_t owner) {
-  ClayReading reading(*this, source, clay::Version::empty(std::move(store), grid), job);
-  return reading.run(root, 0, owner, threads, mend);
+  const Root found = headOf(source, root);
+  if (found.channels && owner == 0) owner = found.owner;
+  const clay::Version empty = clay::Version::empty(std::move(store), grid);
+  ReadClay read = ClayReading(*this, source, empty, job).run(found.head.distances, 0, owner, threads, mend);
+  readChannels(source, found.head, {}, empty, root, owner, mend != nullptr, job, read);
+  return read;
 }
 
 ReadClay ClayRecords::readNear(RecordSource& source, RecordId root, const clay::Version& near, RecordId nearRoot, Job* job) {
-  ClayReading reading(*this, source, near, job);
-  return reading.run(root, nearRoot, 0, 1, nullptr);
+  if (root == nearRoot) return {near, 0, 0, {}};
+  const Root found = headOf(source, root), beside = headOf(source, nearRoot);
+  const uint32_t owner = found.channels ? found.owner : beside.owner;
+  ReadClay read = ClayReading(*this, source, near, job).run(found.head.distances, beside.head.distances, owner, 1, nullptr);
+  readChannels(source, found.head, beside.head, near, root, owner, false, job, read);
+  return read;
 }
 
 void markLive(RecordSource& source, RecordId root, RecordSet& live) {
   std::vector<RecordId> level;
-  if (!live.contains(root)) level.push_back(root);
+  const Root found = headOf(source, root);
+  if (found.channels) live.add(root);
+  if (!live.contains(found.head.distances)) level.push_back(found.head.distances);
+  for (const RecordId id : found.head.channels)
+    if (id != 0 && !live.contains(id)) level.push_back(id);
   for (bool first = true; !level.empty(); first = false) {
     std::vector<RecordId> next;
     size_t found = 0;

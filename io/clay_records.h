@@ -40,6 +40,8 @@ class RecordIds {
   RecordId next_;
 };
 
+struct ClayHead;  // io/channel_codec.h
+
 /// Reading a version back.
 struct ReadClay {
   clay::Version version;
@@ -57,18 +59,18 @@ class ClayRecords {
  public:
   explicit ClayRecords(RecordIds& ids) : ids_(ids) {}
 
-  /// Puts what of `version` is not in `held` yet into the sink, children before parents, adds it to `held`, returns the id of its root (the same
+  /// Puts what of `version`, its channels included, is not in `held` yet into the sink, children before parents, adds it to `held`, returns the id of its root (the same
   /// id for the same version, whatever file it goes to). Whoever holds a node holds all under it. Cost follows what is new. `codec` for bricks: raw where
   /// time counts, predicted for files that stay (NOTES.md has the figures). `owner` names the clay in the document: the same for all versions of one store. Throws
   /// what the sink throws, Cancelled; then `held` may hold ids that the file lost: the caller who rolls back restores its copy.
   RecordId write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec, Job* job = nullptr);
 
   /// The id that write() or a reading gave this version; 0 when neither has seen it.
-  [[nodiscard]] RecordId rootOf(const clay::Version& version, uint32_t owner) const { return nodes_.find(keyOf(clay::TreePlace::root(version), owner)); }
+  [[nodiscard]] RecordId rootOf(const clay::Version& version, uint32_t owner) const { return nodes_.find(keyOf(version, owner)); }
 
   /// The version with this root, in `store`, which nobody else edits meanwhile. Throws Error (kind work, "damaged: ...") when a record is missing or damaged,
   /// unless there is a `mend`: then what is lost is taken from older records of the same owner and place, or from the clay around it, and told; the
-  /// surface is closed in any case. Throws Cancelled, Error for a bad grid and for more than kMostBricks. `threads` for unpacking, 1 to 64.
+  /// surface is closed in any case, and colours, materials and masks that are lost are unset. Throws Cancelled, Error for a bad grid and for more than kMostBricks. `threads` for unpacking, 1 to 64.
   /// `owner`: records of another clay are damaged; 0 when it is not known, but then nothing can be mended whose root is lost.
   ReadClay read(RecordSource& source, RecordId root, const clay::Grid& grid, std::shared_ptr<clay::Store> store, Job* job = nullptr, int threads = 2,
                 const OlderBricks* mend = nullptr, uint32_t owner = 0);
@@ -80,11 +82,12 @@ class ClayRecords {
   void learn(const ClayRecords& other);
   /// Forgets what no version in use has: `inUse` are all that may be written again. Cost O(entries that stay).
   void forgetUnused(std::span<const clay::Version> inUse);
-  /// Nodes and bricks known.
+  /// Versions with channels, nodes and bricks known.
   [[nodiscard]] size_t entries() const { return nodes_.size() + bricks_.size(); }
 
  private:
   friend class ClayReading;
+  friend class ChannelReading;
   friend struct ClayWriting;
   struct NodeKey {
     clay::TreePlace::Identity node;
@@ -100,6 +103,10 @@ class ClayRecords {
   static NodeKey keyOf(const clay::TreePlace& place, uint32_t owner) {
     return {place.isTile() ? clay::TreePlace::Identity{static_cast<uint64_t>(place.tile()), owner} : place.identity()};
   }
+  // Of a whole version: of its distances' root, or where it has channels a hash of all roots, odd as no address is.
+  [[nodiscard]] static NodeKey keyOf(const clay::Version& version, uint32_t owner);
+  void readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead, const clay::Version& near, RecordId root, uint32_t owner, bool mending, Job* job,
+                    ReadClay& read);
 
   RecordIds& ids_;
   IdTable<NodeKey> nodes_;

@@ -54,12 +54,12 @@ void writeFacts(Database& database, const DocumentFacts& facts, const std::strin
     put.reset();
   };
   set("schema", kDocumentSchema);
-  set("needs", kDocumentSchema);
+  set("needs", facts.needs);
   set("save", static_cast<int64_t>(facts.save));
   set("stamp", static_cast<int64_t>(facts.stamp));
   set("head", static_cast<int64_t>(facts.head));
   set("next_id", static_cast<int64_t>(facts.nextId));
-  if (database.number("PRAGMA user_version") < kDocumentSchema) database.run(("PRAGMA user_version = " + std::to_string(kDocumentSchema)).c_str());
+  if (database.number("PRAGMA user_version") < facts.needs) database.run(("PRAGMA user_version = " + std::to_string(facts.needs)).c_str());
   const std::string key = "written_by", version = ARGIL_VERSION;
   put.bind(0, key).bind(1, version).step();
   put.reset();
@@ -73,6 +73,7 @@ DocumentFacts readFacts(Database& database, const std::string& name) {
   facts.stamp = static_cast<uint64_t>(metaNumber(database, "stamp", name));
   facts.head = static_cast<RecordId>(metaNumber(database, "head", name));
   facts.nextId = static_cast<RecordId>(metaNumber(database, "next_id", name));
+  facts.needs = static_cast<int>(metaNumber(database, "needs", name));
   if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId) failDamaged(name, "its ids are out of range");
   return facts;
 }

@@ -19,6 +19,7 @@ struct DocumentFacts {
   uint64_t stamp = 0;  ///< Random, so that two saves of one count are told apart.
   RecordId head = 0;
   RecordId nextId = 1;
+  int needs = 1;       ///< The least schema that knows all kinds of its records.
 };
 
 /// All of these throw Error; `name` is that of the file in messages.

@@ -386,6 +386,7 @@ struct DocumentFile::Transaction::State {
   std::vector<std::byte> record;
   bool done = false;
   bool compacts = false;
+  int needs = 1;          ///< Of what was put.
   int64_t liveBytes = 0;  ///< Of records kept and put since removeAllBut().
 };
 
@@ -433,6 +434,7 @@ void DocumentFile::Transaction::put(const RecordHeader& header, std::span<const 
   insert.bind(0, static_cast<int64_t>(header.id)).bind(1, static_cast<int64_t>(header.kind)).bind(2, record);
   insert.step();
   insert.reset();
+  state_->needs = std::max(state_->needs, schemaOf(header.kind));
   state_->liveBytes += static_cast<int64_t>(record.size()) + kRowOverhead;
 }
 
@@ -445,7 +447,8 @@ void DocumentFile::Transaction::removeAllBut(const RecordSet& live) {
   std::vector<Range> dead;
   state_->liveBytes = 0;
   {
-    Query all(database, "SELECT id, length(body), kind BETWEEN 1 AND 3 FROM record ORDER BY id");
+    static_assert(kLastStoredKind == RecordKind::clay);
+    Query all(database, "SELECT id, length(body), kind BETWEEN 1 AND 5 FROM record ORDER BY id");
     bool open = false;
     while (all.step()) {
       const int64_t id = all.number(0);
@@ -475,6 +478,7 @@ void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   next.stamp = randomStamp();
   next.head = head;
   next.nextId = std::max(next.nextId, nextId);
+  next.needs = std::max(next.needs, state_->needs);
   if (next.nextId > kMostIds) throw Error(file.name + ": has used up its record numbers; save under another name", Error::Kind::work);
   writeFacts(*file.database, next, file.name);
   const int64_t fileBytes = state_->compacts ? file.database->number("PRAGMA page_count") * kPageBytes : 0;
