@@ -427,11 +427,11 @@ void markLive(RecordSource& source, RecordId root, RecordSet& live) {
     if (id != 0 && !live.contains(id)) level.push_back(id);
   for (bool first = true; !level.empty(); first = false) {
     std::vector<RecordId> next;
-    size_t found = 0;
+    size_t whole = 0;
     fetchRecords(source, level, [&](size_t, const RecordView& record) {
       const auto node = parseNode(record);
       if (!node || (first && node->level != clay::kTreeLevels)) return;
-      ++found;
+      ++whole;
       live.add(record.header.id);
       for (const RecordId id : node->ids) {
         if (node->level == 1)
@@ -442,7 +442,7 @@ void markLive(RecordSource& source, RecordId root, RecordSet& live) {
     });
     std::sort(next.begin(), next.end());
     next.erase(std::unique(next.begin(), next.end()), next.end());
-    if (found != level.size()) damaged("a node of the clay's tree is missing or damaged");
+    if (whole != level.size()) damaged("a node of the clay's tree is missing or damaged");
     level = std::move(next);
   }
 }
