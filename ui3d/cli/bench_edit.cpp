@@ -255,7 +255,9 @@ void reportFresh(BenchReport& report, const std::vector<Model>& models, const st
                          "nodes, bytes: {:+.1f} {:+.1f} {:+.1f} {:+.1f} %",
                          m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made), perDab(m.nodes), off(0, 1), off(1, 1),
                          off(2, 1), off(3, 1));
-    if (m.share < 1) r.note += fmt::format("; over the clay in the ball ({:.3f} of that on a flat face): {:+.1f} {:+.1f} {:+.1f} {:+.1f} %", m.share, off(0, over), off(1, over), off(2, over), off(3, over));
+    if (m.share < 1)
+      r.note += fmt::format("; over the clay in the ball ({:.3f} of that on a flat face): {:+.1f} {:+.1f} {:+.1f} {:+.1f} %", m.share, off(0, over), off(1, over),
+                            off(2, over), off(3, over));
     report.add(r);
   }
 }
