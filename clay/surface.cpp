@@ -300,6 +300,9 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, ExtractionBuf
     slots.corner(bricks[i] >> 6, bricks[i] >> 3 & 7, bricks[i] & 7, input.slots);
     readSigns(input);
     readRows(input);
+    // What was there: its counters, head and cells.
+    if (const Held* before = region.held[bricks[i]].get())
+      for (int line = -1; line < 4; ++line) __builtin_prefetch(reinterpret_cast<const std::byte*>(before) + 64 * line);
   };
   for (int i = 0; i < kAhead; ++i) read(i);
   for (int i = 0; i < count; ++i) {

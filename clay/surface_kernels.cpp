@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "clay/surface_kernels.cpp"
@@ -55,6 +56,34 @@ HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& 
   second = hn::ConcatOdd(d, upper, lower);
 }
 
+// (Loops over corners and edges are written out by templates: g++ keeps them as loops otherwise, with vectors in memory.)
+template <int... c>
+HWY_INLINE Ints patternOf(const Floats (&v)[8], std::integer_sequence<int, c...>) {
+  const Tag d;
+  const IntTag di;
+  Ints pattern = hn::Zero(di);
+  ((pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], hn::Zero(d))), hn::Set(di, 1 << c)))), ...);
+  return pattern;
+}
+
+// Edge axis·4 + e, as kCellEdges: its crossing's coordinates on top of `sum` where it is crossed, and one on top of `n`.
+template <int axis, int e>
+HWY_INLINE void addEdge(const Floats (&v)[8], Floats (&sum)[3], Floats& n) {
+  const Tag d;
+  constexpr int u = (axis + 1) % 3, w = (axis + 2) % 3;
+  constexpr int from = (e >> 1) * (4 >> u) + (e & 1) * (4 >> w), to = from + (4 >> axis);
+  const auto crossed = hn::Xor(hn::Lt(v[from], hn::Zero(d)), hn::Lt(v[to], hn::Zero(d)));
+  sum[axis] = hn::Add(sum[axis], hn::IfThenElseZero(crossed, hn::Div(v[from], hn::Sub(v[from], v[to]))));
+  const Floats step = hn::IfThenElseZero(crossed, hn::Set(d, 1.0f));
+  if constexpr ((e >> 1) != 0) sum[u] = hn::Add(sum[u], step);
+  if constexpr ((e & 1) != 0) sum[w] = hn::Add(sum[w], step);
+  n = hn::Add(n, step);
+}
+template <int... i>
+HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std::integer_sequence<int, i...>) {
+  (addEdge<i / 4, i % 4>(v, sum, n), ...);
+}
+
 void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions, uint32_t* normals) {
   const Tag d;
   const IntTag di;
@@ -68,30 +97,14 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     const Ints xy = hn::Add(hn::Add(hn::ShiftLeft<3>(x), x), y);
     const Ints base = hn::Add(hn::Add(hn::ShiftLeft<3>(xy), xy), z);
     Floats v[8];
-    Ints pattern = hn::Zero(di);
-    for (int c = 0; c < 8; c += 2) gatherPairs(corners + cornerOffset(c >> 2, (c >> 1) & 1, 0), base, v[c], v[c + 1]);
-    for (int c = 0; c < 8; ++c) {
-      pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], zero)), hn::Set(di, 1 << c)));
-    }
-    hn::StoreU(pattern, di, reinterpret_cast<int32_t*>(patterns + first));
+    gatherPairs(corners + cornerOffset(0, 0, 0), base, v[0], v[1]);
+    gatherPairs(corners + cornerOffset(0, 1, 0), base, v[2], v[3]);
+    gatherPairs(corners + cornerOffset(1, 0, 0), base, v[4], v[5]);
+    gatherPairs(corners + cornerOffset(1, 1, 0), base, v[6], v[7]);
+    hn::StoreU(patternOf(v, std::make_integer_sequence<int, 8>()), di, reinterpret_cast<int32_t*>(patterns + first));
 
     Floats sum[3] = {zero, zero, zero}, n = zero;
-    // The twelve edges in the order of kCellEdges: axis, then the two axes after it.
-    for (int axis = 0; axis < 3; ++axis)
-      for (int e = 0; e < 4; ++e) {
-        const int u = (axis + 1) % 3, w = (axis + 2) % 3;
-        int at[3] = {};
-        at[u] = e >> 1;
-        at[w] = e & 1;
-        const int from = at[0] * 4 + at[1] * 2 + at[2], to = from + (4 >> axis);
-        const auto crossed = hn::Xor(hn::Lt(v[from], zero), hn::Lt(v[to], zero));
-        const Floats t = hn::Div(v[from], hn::Sub(v[from], v[to]));
-        sum[axis] = hn::Add(sum[axis], hn::IfThenElseZero(crossed, t));
-        const Floats step = hn::IfThenElseZero(crossed, one);
-        if (at[u]) sum[u] = hn::Add(sum[u], step);
-        if (at[w]) sum[w] = hn::Add(sum[w], step);
-        n = hn::Add(n, step);
-      }
+    addEdges(v, sum, n, std::make_integer_sequence<int, 12>());
     const Floats inverse = hn::Div(one, n);
     const Floats fx = hn::Mul(sum[0], inverse), fy = hn::Mul(sum[1], inverse), fz = hn::Mul(sum[2], inverse);
     hn::StoreInterleaved3(hn::Add(hn::ConvertTo(d, x), fx), hn::Add(hn::ConvertTo(d, y), fy), hn::Add(hn::ConvertTo(d, z), fz), d,
@@ -155,14 +168,18 @@ void EdgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int
     return hn::Add(hn::Add(hn::ConcatLowerLower(d, xy1, xy0), hn::ConcatUpperUpper(d, xy1, xy0)), z);
   };
   for (int first = 0; first < count; first += 4) {
-    Four ac[4], bd[4];
-    for (int i = 0; i < 4; ++i) {
+    const auto squares = [&](int i, Four& diagonal, Four& other) {
       const CellVertex* c = vertices + (edges[first + i] & ~kEdgeDown);
-      const Four across = hn::Sub(load(c - stepU - stepV), load(c)), other = hn::Sub(load(c - stepV), load(c - stepU));
-      ac[i] = hn::Mul(across, across);
-      bd[i] = hn::Mul(other, other);
-    }
-    uint8_t turned[8] = {};
+      const Four a = hn::Sub(load(c - stepU - stepV), load(c)), b = hn::Sub(load(c - stepV), load(c - stepU));
+      diagonal = hn::Mul(a, a);
+      other = hn::Mul(b, b);
+    };
+    Four ac[4], bd[4];
+    squares(0, ac[0], bd[0]);
+    squares(1, ac[1], bd[1]);
+    squares(2, ac[2], bd[2]);
+    squares(3, ac[3], bd[3]);
+    uint8_t turned[8];
     hn::StoreMaskBits(d, hn::Lt(sums(bd), sums(ac)), turned);
     for (int i = 0; i < 4; ++i) {
       const uint16_t edge = edges[first + i];

@@ -5,6 +5,7 @@
 #include <openvdb/tools/VolumeToMesh.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -30,8 +31,16 @@ constexpr double kRadius = 20;     // voxels
 constexpr int kFresh = 400, kPeerDabs = 20;
 constexpr int kWalk = 140;  // goes not quite once around the smallest sphere
 
+// As the budget has them: from a million on.
+std::vector<double> sizesFrom1M(double largest) {
+  std::vector<double> sizes = benchSizes(largest);
+  if (largest >= 1) sizes.front() = 1;
+  return sizes;
+}
+
 struct Model {
   BenchModel sphere;
+  double share = 1;  // of the clay that the ball would hold on a flat face
   Surface surface;
   Samples fresh, freshEdit, freshSurface, walk, walkEdit, kernel, copy, stroke;
   uint64_t touched = 0, changed = 0, made = 0, nodes = 0, triangles = 0;
@@ -228,7 +237,9 @@ void freshDabs(std::vector<Model>& models, Job* job) {
   }
 }
 
+// Counts on a sphere follow how much clay the ball holds there; over that share they say how much the size of the model costs.
 void reportFresh(BenchReport& report, const std::vector<Model>& models, const std::string& name) {
+  const auto counts = [](const Model& m) { return std::array{m.changed, m.made, m.nodes, m.touched * sizeof(Brick) + Editor::Counts{m.made, m.nodes}.bytes()}; };
   for (const Model& m : models) {
     BenchResult r = m.fresh.result(name + m.sphere.name);
     // Bricks touched: computed or turned into tiles. Bytes: those bricks read, the nodes copied, the bricks written.
@@ -237,8 +248,16 @@ void reportFresh(BenchReport& report, const std::vector<Model>& models, const st
     r.chunks = static_cast<uint64_t>(std::lround(perDab(m.nodes)));
     r.bytes = static_cast<uint64_t>(perDab(m.touched * sizeof(Brick) + Editor::Counts{m.made, m.nodes}.bytes()));
     r.triangles = m.triangles / kFresh;
-    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks touched, {:.1f} changed, {:.1f} made, {:.2f} nodes",
-                         m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made), perDab(m.nodes));
+    const auto here = counts(m), last = counts(models.back());
+    const auto off = [&](size_t i, double over) { return 100 * (static_cast<double>(here[i]) / static_cast<double>(last[i]) / over - 1); };
+    const double over = m.share / models.back().share;
+    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks touched, {:.1f} changed, {:.1f} made, {:.2f} nodes; beside the largest's, changed, made, "
+                         "nodes, bytes: {:+.1f} {:+.1f} {:+.1f} {:+.1f} %",
+                         m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made), perDab(m.nodes), off(0, 1), off(1, 1),
+                         off(2, 1), off(3, 1));
+    if (m.share < 1)
+      r.note += fmt::format("; over the clay in the ball ({:.3f} of that on a flat face): {:+.1f} {:+.1f} {:+.1f} {:+.1f} %", m.share, off(0, over), off(1, over),
+                            off(2, over), off(3, over));
     report.add(r);
   }
 }
@@ -248,9 +267,10 @@ void reportFresh(BenchReport& report, const std::vector<Model>& models, const st
 void benchEdit(BenchReport& report, const BenchOptions& options) {
   report.heading(fmt::format("edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn", kRadius));
   std::vector<Model> models;
-  for (const double size : benchSizes(options.largest)) {
+  for (const double size : sizesFrom1M(options.largest)) {
     Model m;
     m.sphere = benchSphere(size);
+    m.share = 1 - 3 * kRadius / (8 * m.sphere.radiusVoxels);
     m.surface.update(m.sphere.version, 2);
     m.places = freshPlaces(m, 20261120, kFresh);
     models.push_back(std::move(m));
@@ -284,11 +304,16 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
     report.add(m.freshSurface.result("edit/ball20-extraction/" + m.sphere.name));
   }
   report.heading("OpenVDB beside it, one thread");
-  for (const Model& m : models) peer(report, m);
+  // The peer needs several times a model's memory: what is done with goes first.
+  for (Model& m : models) m.surface = Surface();
+  for (Model& m : models) {
+    peer(report, m);
+    m = Model();
+  }
   models.clear();
 
   report.heading("the same fresh dab on the flat faces of a cube: what is left of the counts' differences when curvature is gone");
-  for (const double size : benchSizes(options.largest)) {
+  for (const double size : sizesFrom1M(options.largest)) {
     Model m;
     m.sphere = benchCube(size);
     m.surface.update(m.sphere.version, 2);

@@ -13,6 +13,7 @@
 #include "clay/mesh_topology.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "clay/surface_kernels.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {
@@ -135,6 +136,8 @@ TEST(Surface, FollowingRandomFieldsEqualsExtractingAnew) {
   Version version = Version::empty(store, Grid{});
   Surface following;
   following.update(version);
+  std::map<Coord, BrickMeshPtr> known;
+  int quadsAlone = 0;
   for (int step = 0; step < 300; ++step) {
     Editor editor(version);
     const int edits = 1 + static_cast<int>(random() % 4);
@@ -154,13 +157,61 @@ TEST(Surface, FollowingRandomFieldsEqualsExtractingAnew) {
     version = editor.commit();
     const SurfaceDelta delta = following.update(version);
     for (size_t i = 1; i < delta.changed.size(); ++i) ASSERT_NE(delta.changed[i - 1]->brick, delta.changed[i]->brick);
+    for (const BrickMeshPtr& mesh : delta.changed) {
+      BrickMeshPtr& before = known[mesh->brick];
+      if (before) {
+        ASSERT_NE(before->serial, mesh->serial);
+      }
+      if (before && before->vertexSerial == mesh->vertexSerial) {
+        ++quadsAlone;
+        ASSERT_TRUE(std::equal(before->positions.begin(), before->positions.end(), mesh->positions.begin(), mesh->positions.end()));
+        ASSERT_TRUE(std::equal(before->normals.begin(), before->normals.end(), mesh->normals.begin(), mesh->normals.end()));
+      }
+      before = mesh;
+    }
     Surface anew;
-    anew.update(version);
+    anew.update(version, 1 + step % 2);
     ASSERT_EQ(following.hash(), anew.hash()) << "seed " << seed << " step " << step;
     ASSERT_EQ(following.vertexCount(), anew.vertexCount());
     ASSERT_EQ(following.quadCount(), anew.quadCount());
     store->collect();
   }
+  EXPECT_GT(quadsAlone, 100);
+}
+
+// A second model in the same surface: what stood where nothing stands now is reported as gone.
+TEST(Surface, AnotherModelReplacesTheFirst) {
+  std::map<Coord, BrickMeshPtr> listener;
+  Surface surface;
+  for (const double radius : {30.0, 12.0, 40.0}) {
+    const Version version = makeSphere(Store::make(), Grid{}, Vec3d(radius, 0, 0), radius);
+    for (const BrickMeshPtr& mesh : surface.update(version, 2).changed) {
+      if (mesh->positions.empty())
+        listener.erase(mesh->brick);
+      else
+        listener[mesh->brick] = mesh;
+    }
+    Surface anew;
+    anew.update(version);
+    EXPECT_EQ(surface.hash(), anew.hash());
+    EXPECT_EQ(surface.vertexCount(), anew.vertexCount());
+    size_t count = 0;
+    anew.forEach([&](const BrickMesh& mesh) { count += listener.contains(mesh.brick); });
+    EXPECT_EQ(count, listener.size());
+  }
+}
+
+TEST(SurfaceKernels, DifferingVoxelsOnEverySimdTarget) {
+  std::mt19937_64 random(17);
+  std::array<float, kBrickVoxels> a, b;
+  for (float& v : a) v = static_cast<float>(random() % 600) / 100 - 3;
+  b = a;
+  for (int i = 0; i < 100; ++i) b[random() % kBrickVoxels] += 0.01f;
+  tests::forEachSimdTarget([&](const std::string& name) {
+    uint64_t found[8];
+    differingVoxels(a.data(), b.data(), found);
+    for (size_t i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(found[i >> 6] >> (i & 63) & 1, a[i] != b[i]) << name << ' ' << i;
+  });
 }
 
 // What a listener builds from the deltas alone is the surface.
