@@ -23,11 +23,11 @@ namespace fs = std::filesystem;
 
 constexpr int kSteps = 500;
 constexpr double kToolVoxels = 20;
-constexpr int kLeastPoints = 20, kMostPoints = 300;  // a fifth of a radius apart: strokes of 4 to 60 radii
+constexpr int kLeastPoints = 20, kMostPoints = 1200;  // a fifth of a radius apart: strokes of 4 to 240 radii
 
 // A stroke across the sphere, published as an edit thread would.
 void stroke(engine::Session& session, const BenchModel& model, engine::Random& random) {
-  const clay::Grid grid = model.version.grid();
+  const clay::Grid grid = session.version().grid();
   const double radius = model.radiusVoxels * grid.voxelMm;
   engine::Tool tool;
   tool.radiusMm = kToolVoxels * grid.voxelMm;
@@ -77,12 +77,13 @@ struct Work {
 }  // namespace
 
 void benchUndo(BenchReport& report, const BenchOptions& options) {
-  const BenchModel model = benchSphere(benchSizes(options.largest).back());
+  BenchModel model = benchSphere(benchSizes(options.largest).back());
   const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) / fmt::format("argil-bench-undo-{}", getpid());
   report.heading(fmt::format("undo: {} strokes of {} to {} radii, tool of {} voxels, carve, add and smooth; {} MiB for undo; files in {}", kSteps, kLeastPoints / 5, kMostPoints / 5, kToolVoxels,
                              engine::UndoBudget::kStandard >> 20, folder.parent_path().string()));
   fs::create_directories(folder);
   engine::saveDocument(folder / "model.argil", engine::Document::of(model.version), options.job);
+  model.version = {};
   {
     engine::OpenedDocument opened = engine::openDocument(folder / "model.argil", options.job);
     Work work(opened, folder);

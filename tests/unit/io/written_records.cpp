@@ -45,7 +45,7 @@ TEST(WrittenRecords, areReadBackInAnyOrderAndByManyAtOnce) {
     put(*writer, 4000, 100);
     writer->sync();
     EXPECT_EQ(writer->synced(), writer->bytes());
-    put(*writer, 7, 3000);  // again: the last one counts
+    put(*writer, 677, 3000);  // again: the last one counts
     writer->write();
     const auto expectAll = [&] {
       std::vector<RecordId> ids;
@@ -60,7 +60,7 @@ TEST(WrittenRecords, areReadBackInAnyOrderAndByManyAtOnce) {
         const auto record = parseRecord(bytes);
         ASSERT_TRUE(record.has_value()) << ids[index];
         EXPECT_EQ(record->header.id, ids[index]);
-        EXPECT_TRUE(ids[index] >= 4000 || record->body.size() == (ids[index] == 7 ? 3000 : sizeOf(ids[index])));
+        EXPECT_EQ(record->body.size(), ids[index] == 677 ? 3000 : ids[index] == 4000 ? 100 : sizeOf(ids[index]));
       });
       EXPECT_EQ(count, 901u);
       EXPECT_FALSE(has(*records, 4500, 1));
