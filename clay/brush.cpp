@@ -189,7 +189,7 @@ struct BrushStroke::State {
   struct Touched {
     uint64_t stamp = kDone;  // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
     float drift = 0;         // how much its distances may have changed since
-    bool renew = false;      // what was done to it leaves no distances beside the surface
+    Renew renew = Renew::none;  // what was done to it leaves no distances beside the surface
   };
   std::unordered_map<Coord, Touched, CoordHash> lastTouch;
   std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
@@ -290,7 +290,7 @@ void BrushStroke::State::sweepBall(const Stamp& s, std::vector<Coord>& influence
     if (mask != ChannelSlot()) {
       float most = 0;
       change = masked(mask, source, *target, most);
-      lastTouch[coord].renew = true;
+      lastTouch[coord].renew = Renew::all;
     }
     if (!change.changed) {
       if (!mine) editor->recycle(target);
@@ -376,7 +376,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
     }
     Touched& touch = lastTouch[coord];
     if (!method->lasting()) touch.drift += r.most;
-    touch.renew = touch.renew || !method->exact() || masks;
+    touch.renew = std::max(touch.renew, masks ? Renew::all : method->leaves());
     if (touch.drift > kMostDrift) drifted.push_back(coord);
     changed.push_back(coord);
     editor->link(r.brick, r.change.inBand);
@@ -385,7 +385,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
   influenced = withNeighbours(changed);
   if (!drifted.empty()) {
     const std::vector<Coord> ring = withNeighbours(drifted);
-    std::vector<uint8_t> renew;
+    std::vector<Renew> renew;
     for (const Coord c : ring) {
       Touched& touch = lastTouch[c];
       renew.push_back(touch.renew);
@@ -438,7 +438,7 @@ void BrushStroke::State::redistanceDue() {
     }
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  std::vector<uint8_t> renew;
+  std::vector<Renew> renew;
   for (const Coord c : all) {
     Touched& touch = lastTouch[c];
     renew.push_back(touch.renew);

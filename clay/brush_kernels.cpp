@@ -194,7 +194,7 @@ void Start(const float* padded, float band, uint64_t* frozen, float* u) {
 }
 
 // Both ends of a plane of any slope come out exact: the slopes taken are those of the edge that the surface crosses, else those towards the surface.
-void Renew(const float* padded, const uint64_t* frozen, float* u) {
+void RenewNear(const float* padded, const uint64_t* frozen, float least, float* u) {
   const RowTag d;
   const Row zero = hn::Zero(d), tiny = hn::Set(d, 1e-12f), half = hn::Set(d, 0.5f), low = hn::Set(d, 0.7f), high = hn::Set(d, 2.2f);
   const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
@@ -223,7 +223,7 @@ void Renew(const float* padded, const uint64_t* frozen, float* u) {
         // At a crease of true distances one side of the voxel slopes by its plane, the other by another's: what is there is right.
         const auto crease = hn::And(kink, hn::And(hn::Gt(sum, low), hn::Lt(sum, high)));
         const Row renewed = hn::Div(size, hn::Sqrt(hn::Max(sum, tiny)));
-        const auto mineToo = hn::AndNot(crease, loadBits(static_cast<int>(lane), bits[x * 8 + y]));
+        const auto mineToo = hn::And(hn::Ge(size, hn::Set(d, least)), hn::AndNot(crease, loadBits(static_cast<int>(lane), bits[x * 8 + y])));
         const Row old = hn::LoadU(d, u + at);
         hn::StoreU(hn::IfThenElse(mineToo, hn::Min(renewed, hn::Set(d, 1.5f)), old), d, u + at);
       }
@@ -287,7 +287,7 @@ HWY_EXPORT(Smooth);
 HWY_EXPORT(Seal);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Distances);
-HWY_EXPORT(Renew);
+HWY_EXPORT(RenewNear);
 HWY_EXPORT(Start);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
@@ -308,7 +308,9 @@ void ballWeights(const SweptBall& ball, int shape, float strength, float* weight
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, weight);
 }
 void ballDistances(const SweptBall& ball, float* distance) noexcept { HWY_DYNAMIC_DISPATCH(Distances)(ball, distance); }
-void renewNearDistance(const float* padded, const uint64_t* frozen, float* u) noexcept { HWY_DYNAMIC_DISPATCH(Renew)(padded, frozen, u); }
+void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept {
+  HWY_DYNAMIC_DISPATCH(RenewNear)(padded, frozen, least, u);
+}
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(Start)(padded, band, frozen, u);
 }

@@ -51,8 +51,8 @@ void smoothBrick(const float* padded, const float* weight, float amount, float b
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept;
 
 /// Where a field is no distance near its surface: `u` at frozen voxels becomes |phi| over the length of its gradient there, but at creases of true distances,
-/// where both sides of a voxel differ. `frozen` and `u` as startDistance left them.
-void renewNearDistance(const float* padded, const uint64_t* frozen, float* u) noexcept;
+/// where both sides of a voxel differ. `frozen` and `u` as startDistance left them. Only where |phi| ≥ `least`.
+void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept;
 
 /// One Jacobi pass of the eikonal equation |∇u| = 1 (first-order Godunov upwind): out = solution from the six neighbours, at
 /// most `band`; voxels whose bit in `frozen` is set keep their value. Writes the inner 8×8×8 of `out` alone.

@@ -6,6 +6,7 @@
 
 #include "clay/brush.h"
 #include "clay/brush_kernels.h"
+#include "clay/redistance.h"
 #include "clay/sampler.h"
 
 namespace argil::clay {
@@ -49,6 +50,7 @@ class DistanceMethod {
 
   /// Whether what it leaves near the surface are distances, as of a CSG of distances. Else voxels beside the surface are made distances again too.
   [[nodiscard]] virtual bool exact() const { return false; }
+  [[nodiscard]] virtual Renew leaves() const { return exact() ? Renew::none : Renew::all; }
 
   /// Whether every application computes its bricks from the stroke's base, so that nothing adds up that had to be redistanced on the way.
   [[nodiscard]] virtual bool lasting() const { return false; }

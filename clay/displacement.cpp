@@ -39,31 +39,68 @@ bool DisplacementField::gather(Coord firstNode, int n, Displacement* window) con
   return any;
 }
 
-bool DisplacementField::atVoxels(Coord brick, Displacement (&out)[1000]) const {
-  if (blocks_.empty()) return false;
+DisplacementField::Refinement DisplacementField::refinement(Coord brick) const {
   const Coord first = brick * kBrickEdge - Coord{1, 1, 1};
-  if (spacing_ == 1) return gather(first, 10, out);
-  // Per axis: which nodes, and how much of each.
-  int base[3][10], from[3];
-  float weights[3][10][4];
-  int n = 0;
+  Refinement r;
+  if (spacing_ == 1) {
+    r.first = first;
+    r.n = 10;
+    return r;
+  }
+  int from[3];
   for (int axis = 0; axis < 3; ++axis) {
     const int voxel = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
     for (int i = 0; i < 10; ++i) {
       const double s = (voxel + i - 0.5 * (spacing_ - 1)) / spacing_;
       const double floored = std::floor(s);
-      base[axis][i] = static_cast<int>(floored) - 1;
-      cubicWeights(static_cast<float>(s - floored), weights[axis][i]);
+      r.base[axis][i] = static_cast<int>(floored) - 1;
+      cubicWeights(static_cast<float>(s - floored), r.weights[axis][i]);
     }
-    from[axis] = base[axis][0];
-    n = std::max(n, base[axis][9] - base[axis][0] + 4);
-    for (int& each : base[axis]) each -= from[axis];
+    from[axis] = r.base[axis][0];
+    r.n = std::max(r.n, r.base[axis][9] - r.base[axis][0] + 4);
+    for (int& each : r.base[axis]) each -= from[axis];
   }
-  thread_local std::unique_ptr<Displacement[]> scratch;
-  constexpr int kMost = 10 + 4;
-  if (!scratch) scratch = std::make_unique<Displacement[]>(kMost * kMost * kMost + kMost * kMost * 10 + kMost * 100);
-  if (!gather({from[0], from[1], from[2]}, n, scratch.get())) return false;
-  refineDisplacements(scratch.get(), n, base, weights, scratch.get() + kMost * kMost * kMost, out);
+  r.first = {from[0], from[1], from[2]};
+  return r;
+}
+
+namespace {
+
+constexpr int kMostNodes = 10 + 4;  // along an axis of a refinement's window
+
+Displacement* scratchNodes() {
+  thread_local auto nodes = std::make_unique<Displacement[]>(kMostNodes * kMostNodes * kMostNodes + kMostNodes * kMostNodes * 10 + kMostNodes * 100);
+  return nodes.get();
+}
+
+}  // namespace
+
+bool DisplacementField::bounds(Coord brick, Vec3f& low, Vec3f& high) const {
+  const Refinement r = refinement(brick);
+  Displacement* nodes = scratchNodes();
+  if (!gather(r.first, r.n, nodes)) return false;
+  Eigen::Array4f least = Eigen::Array4f::Zero(), most = least;
+  const int count = r.n * r.n * r.n;
+  least = most = Eigen::Map<const Eigen::Array4f>(&nodes[0].x);
+  for (int i = 1; i < count; ++i) {
+    const Eigen::Map<const Eigen::Array4f> node(&nodes[i].x);
+    least = least.min(node);
+    most = most.max(node);
+  }
+  if ((least == 0).all() && (most == 0).all()) return false;
+  // Three cubics one after the other overshoot by less than half of the range.
+  const Eigen::Array4f over = (most - least) * (spacing_ > 1 ? 0.5f : 0.0f);
+  low = (least - over).head<3>().matrix();
+  high = (most + over).head<3>().matrix();
+  return true;
+}
+
+bool DisplacementField::atVoxels(Coord brick, Displacement (&out)[1000]) const {
+  const Refinement r = refinement(brick);
+  if (spacing_ == 1) return gather(r.first, r.n, out);
+  Displacement* nodes = scratchNodes();
+  if (!gather(r.first, r.n, nodes)) return false;
+  refineDisplacements(nodes, r.n, r.base, r.weights, nodes + kMostNodes * kMostNodes * kMostNodes, out);
   return true;
 }
 

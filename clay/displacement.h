@@ -39,6 +39,9 @@ class DisplacementField {
     for (auto& [block, nodes] : fresh_) blocks_[block] = std::move(nodes);
   }
 
+  /// Bounds, along each axis, of the displacements in a brick. False where all are zero.
+  [[nodiscard]] bool bounds(Coord brick, Vec3f& low, Vec3f& high) const;
+
   /// Displacements at the voxels of a brick and one around it, [x][y][z] at (x·10 + y)·10 + z. False where all are zero; then nothing is written.
   [[nodiscard]] bool atVoxels(Coord brick, Displacement (&out)[1000]) const;
 
@@ -51,6 +54,14 @@ class DisplacementField {
   struct Block {
     Displacement node[kBlockNodes];
   };
+  // Nodes that the voxels of a brick and one around it are interpolated from, and how.
+  struct Refinement {
+    int base[3][10];
+    float weights[3][10][4];
+    Coord first;
+    int n = 0;
+  };
+  [[nodiscard]] Refinement refinement(Coord brick) const;
   void prepare(int margin);
   bool gather(Coord firstNode, int n, Displacement* window) const;
 

@@ -80,7 +80,7 @@ void holdMasked(ChannelSlot mask, const float* padded, Block& block) {
 
 }  // namespace
 
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> renew) {
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
   const bool masks = editor.has(Channel::mask);
   Sampler field(editor);
   const float band = editor.grid().band;
@@ -105,7 +105,8 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     std::fill(std::begin(padded), std::end(padded), band);
     gatherPadded(field, coords[i], padded);
     startDistance(padded, band, b.frozen, b.u[0]);
-    if (!renew.empty() && renew[i]) renewNearDistance(padded, b.frozen, b.u[0]);
+    const Renew how = renew.empty() ? Renew::none : renew[i];
+    if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::all ? 0 : 1, b.u[0]);
     if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b);
     std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
   }
@@ -124,6 +125,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
       faces.push_back({i, static_cast<size_t>(up), axis, true});
       faces.push_back({static_cast<size_t>(up), i, axis, false});
     }
+  constexpr float kTolerance[] = {kRedistanceTolerance, kRenewTolerance, kRenewTolerance};
   int now = 0;
   for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
     for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);
@@ -142,7 +144,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     const Block& b = blocks[i];
     Brick* brick = editor.newBrick(coords[i]);
     const float* phi = b.source.isTile() ? (b.source.tile() == Tile::inside ? flat.inside : flat.outside) : b.source.brick()->phi;
-    const BrickChange change = settleDistance(phi, b.u[now], band, !renew.empty() && renew[i] ? kRenewTolerance : kRedistanceTolerance, *brick);
+    const BrickChange change = settleDistance(phi, b.u[now], band, kTolerance[renew.empty() ? 0 : static_cast<size_t>(renew[i])], *brick);
     if (!change.changed) {
       editor.recycle(brick);
       continue;

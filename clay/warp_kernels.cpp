@@ -113,6 +113,15 @@ void Trace(const WarpImage* images, size_t count, int shape, int steps, float sp
       }
 }
 
+// Cubic through the four nodes: of fourth order where Catmull-Rom's is of third; its kinks at nodes are of third.
+HWY_INLINE void lagrangeOf(float t, float* w) {
+  const float s = 1 - t, third = 1.0f / 3, inner = (1 + t) * (1 + s) * 0.5f, outer = (t * s) * (-0.5f * third);
+  w[0] = outer * (1 + s);
+  w[1] = inner * s;
+  w[2] = inner * t;
+  w[3] = outer * (1 + t);
+}
+
 HWY_INLINE void weightsOf(float t, float* w) {
   const float s = 1 - t;
   w[0] = -0.5f * (t * s) * s;
@@ -158,7 +167,7 @@ void Compose(const NodePlaces& places, float spacing, const Displacement* window
       same = same && place[k] == own[k];
       const float s = place[k] * inverse + 3.5f;
       const auto base = static_cast<int>(s + 64) - 64;
-      weightsOf(s - static_cast<float>(base), w[k]);
+      lagrangeOf(s - static_cast<float>(base), w[k]);
       first[k] = base - 1 + margin;
     }
     if (same) {
@@ -234,7 +243,7 @@ void traceBack(std::span<const WarpImage> images, int shape, int steps, float sp
 void composeDisplacements(const NodePlaces& places, float spacing, const Displacement* window, int margin, Displacement* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Compose)(places, spacing, window, margin, out);
 }
-void cubicWeights(float t, float (&weights)[4]) noexcept { HWY_STATIC_DISPATCH(weightsOf)(t, weights); }
+void cubicWeights(float t, float (&weights)[4]) noexcept { HWY_STATIC_DISPATCH(lagrangeOf)(t, weights); }
 void refineDisplacements(const Displacement* window, int n, const int (&first)[3][10], const float (&weights)[3][10][4], Displacement* scratch, Displacement* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Refine)(window, n, first, weights, scratch, out);
 }

@@ -40,7 +40,7 @@ struct alignas(16) Displacement {
 /// spacings from their nodes.
 void composeDisplacements(const NodePlaces& places, float spacing, const Displacement* window, int margin, Displacement* out) noexcept;
 
-/// Weights of the four nodes around a place t (0 to 1) past the second: Catmull-Rom. The weights of 1 − t are the same ones turned round, to the bit.
+/// Weights of four nodes for a place t (0 to 1) past the second: Lagrange's, exact for cubics. Those of 1 − t are the same ones turned round, to the bit.
 void cubicWeights(float t, float (&weights)[4]) noexcept;
 
 /// Separable tricubic refinement of a window of n³ nodes to 10³ places: place i along an axis takes nodes first[axis][i] to first[axis][i] + 3 with

@@ -42,7 +42,7 @@ class Warping : public DistanceMethod {
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() + 2 * spacingFor(stamp) + 1; }
 
   // Distances near the surface by the slope of what was there, far ones as flat; from the clay as the stroke found it, so nothing adds up.
-  bool exact() const override { return true; }
+  Renew leaves() const override { return Renew::impossible; }
   bool lasting() const override { return true; }
   bool masks() const override { return true; }
 
@@ -184,6 +184,20 @@ Place placeOf(int voxel, float displacement) {
   return {voxel + static_cast<int>(whole) + below, rest - static_cast<float>(below)};
 }
 
+Coord floorOf(const Vec3f& v) {
+  return {static_cast<int32_t>(std::floor(v.x())), static_cast<int32_t>(std::floor(v.y())), static_cast<int32_t>(std::floor(v.z()))};
+}
+
+// Whether a brick is a tile and everything in a box of voxels is the same tile, the brick included.
+bool tilesOnly(Sampler& field, Coord low, Coord high, Slot brick) {
+  if (!brick.isTile()) return false;
+  for (int x = low.x >> kBrickBits; x <= high.x >> kBrickBits; ++x)
+    for (int y = low.y >> kBrickBits; y <= high.y >> kBrickBits; ++y)
+      for (int z = low.z >> kBrickBits; z <= high.z >> kBrickBits; ++z)
+        if (field.slot({x, y, z}) != brick) return false;
+  return true;
+}
+
 // Copies a box of voxels; false, and nothing is written, where it holds tiles of one kind alone (`flat`).
 bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, Slot& flat) {
   const Coord low = first >> kBrickBits, high = (first + size - Coord{1, 1, 1}) >> kBrickBits;
@@ -251,6 +265,11 @@ void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
 }
 
 bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {
+  Vec3f low, high;
+  if (!field_->bounds(coord, low, high)) return false;
+  Sampler start(base_);
+  const Slot now = before.slot(coord);
+  if (tilesOnly(start, coord * kBrickEdge + floorOf(low), coord * kBrickEdge + floorOf(high) + Coord{9, 9, 9}, now)) return false;
   Displacement moved[1000];
   if (!field_->atVoxels(coord, moved)) return false;
   const auto cell = [](int x, int y, int z) { return (x * 10 + y) * 10 + z; };
@@ -263,7 +282,7 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
       moved[i] = {moved[i].x * free, moved[i].y * free, moved[i].z * free, 0};
     }
   }
-  Vec3f low = Vec3f::Constant(INFINITY), high = Vec3f::Constant(-INFINITY);
+  low = Vec3f::Constant(INFINITY), high = Vec3f::Constant(-INFINITY);
   bool any = false;
   for (int x = 1; x <= 8; ++x)
     for (int y = 1; y <= 8; ++y)
@@ -274,17 +293,13 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
         any = any || d.x != 0 || d.y != 0 || d.z != 0;
       }
   if (!any) return false;
-  const auto whole = [](float v) { return static_cast<int>(std::floor(v)); };
-  const Coord from{whole(low.x()) - 2, whole(low.y()) - 2, whole(low.z()) - 2};
-  const Coord size{whole(high.x()) - from.x + 12, whole(high.y()) - from.y + 12, whole(high.z()) - from.z + 12};
+  const Coord from = floorOf(low) - Coord{2, 2, 2}, size = floorOf(high) - from + Coord{12, 12, 12};
   const bool dense = static_cast<double>(size.x) * size.y * size.z <= kMostWindow;
   const Coord firstVoxel = coord * kBrickEdge;
-  Sampler start(base_);
   thread_local std::vector<float> window;
   Slot flat;
   bool mixed = true;
   if (dense) mixed = copyBox(start, firstVoxel + from, size, window, flat);
-  const Slot now = before.slot(coord);
 
   FieldSample samples[kBrickVoxels];
   int voxels[kBrickVoxels];
@@ -329,8 +344,19 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     const int i = voxels[k], at = cell((i >> 6) + 1, ((i >> 3) & 7) + 1, (i & 7) + 1);
     float value = v.value;
     if (std::abs(value) > known) {
+      const float* c = samples[k].corner;
+      const ptrdiff_t sx = dense ? static_cast<ptrdiff_t>(size.y) * size.z : 16, sy = dense ? size.z : 4;
+      const float tx = samples[k].tx, ty = samples[k].ty, tz = samples[k].tz;
+      float most = 0;
+      const auto corner = [&](int x, int y, int z) { const float f = c[(x + 1) * sx + (y + 1) * sy + z + 1]; most = std::max(most, std::abs(f)); return f; };
+      const auto line = [&](int x, int y) { return corner(x, y, 0) * (1 - tz) + corner(x, y, 1) * tz; };
+      const auto plane = [&](int x) { return line(x, 0) * (1 - ty) + line(x, 1) * ty; };
+      const float linear = plane(0) * (1 - tx) + plane(1) * tx;
+      if (most >= band_) {
       phi[i] = value < 0 ? -band_ : band_;
       continue;
+      }
+      value = linear;
     }
     // What stands at x is f(x) = φ(x + D(x)). With m its slope, n its direction and c its second derivative along n, the distance is f/m + c f²/(2 m³) to second order.
     const auto q = [&](int step) {
