@@ -12,13 +12,14 @@
 namespace argil::clay {
 namespace {
 
-// A stamp of strength 1 adds this part of the height: ten stamps a diameter, of the smooth falloff, then make a stroke of about the height.
-constexpr float kStep = 0.1f;
+// A stamp of strength 1 adds this part of the height: swept stamps a tenth of the radius apart, of the smooth falloff, add up to 35/3 of one where the tool's
+// middle passes, so that a pass is the height.
+constexpr float kStep = 3.0f / 35;
 // Beyond the band around what a stamp may raise: for the slopes that are taken across voxels.
-constexpr float kBeyond = 3;
+constexpr float kBeyond = 2;
 // Reach grows by this, so that bricks are not solved again at each stamp.
-constexpr float kReachStep = 4;
-const float kHalfDiagonal = 6.1f;  // of a brick's voxels
+constexpr float kReachStep = 2;
+constexpr float kHalfDiagonal = 6.1f;  // of a brick's voxels
 
 // Rounded so that a place minus it is exact.
 Vec3d quantised(const Vec3f& v) { return (v.cast<double>() * 65536.0).array().round().matrix() / 65536.0; }

@@ -1,29 +1,150 @@
-// Towards the mean of the neighbours.
+// Towards the mean of the neighbours; farther ones for larger tips.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
 
 #include "clay/brush_method.h"
 #include "clay/redistance.h"
+#include "clay/shaping_kernels.h"
 
 namespace argil::clay {
 namespace {
+
+// Up to this radius the mean of the next neighbours serves; a stamp's variance then grows with the square of the radius.
+constexpr double kFineRadius = 10;
+// Sums are of multiples of this: exact, so that their order does not matter.
+constexpr double kGrain = 1.0 / (1 << 30);
+
+// Volume of a voxel whose surface is soft by a voxel on either side, and its derivative (times −1).
+float volume(float phi) {
+  const float rest = std::max(1 - std::abs(phi), 0.0f), half = 0.5f * rest * rest;
+  return phi < 0 ? 1 - half : half;
+}
+float area(float phi) { return std::max(1 - std::abs(phi), 0.0f); }
 
 class Smoothing : public DistanceMethod {
  public:
   explicit Smoothing(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
 
-  bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
-    if (before.slot(coord).isTile()) return false;
-    float padded[kPaddedSize] = {};
+  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
+
+ private:
+  struct Part {
+    float mean[kBrickVoxels];    // of the neighbours, near and far
+    float weight[kBrickVoxels];  // 0 where nothing is known
+  };
+  void gatherBroad(Sampler& before, Coord coord, int margin, const std::vector<Part>* parts, float* broad) const;
+  [[nodiscard]] const Part* find(Coord coord) const {
+    const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
+    return it != bricks_.end() && *it == coord ? &parts_[static_cast<size_t>(it - bricks_.begin())] : nullptr;
+  }
+
+  Operation operation_;
+  float band_;
+  // Of the application: bricks, empty where the means of the next neighbours serve.
+  std::vector<Coord> bricks_;
+  std::vector<Part> parts_, next_;
+  float putBack_ = 0;
+};
+
+// A brick's values and `margin` around them: from the parts where there are any, else the clay's.
+void Smoothing::gatherBroad(Sampler& before, Coord coord, int margin, const std::vector<Part>* parts, float* broad) const {
+  float flat[kBrickEdge];
+  for (int i = 0; i < 27; ++i) {
+    const int side[3] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+    int begin[3], end[3];
+    for (int k = 0; k < 3; ++k) {
+      begin[k] = side[k] < 0 ? 4 - margin : side[k] == 0 ? 4 : 12;
+      end[k] = side[k] < 0 ? 4 : side[k] == 0 ? 12 : 12 + margin;
+    }
+    const Coord at = coord + Coord{side[0], side[1], side[2]};
+    const Slot slot = before.slot(at);
+    const Part* part = parts ? find(at) : nullptr;
+    const float* from = part ? part->mean : slot.isTile() ? nullptr : slot.brick()->phi;
+    if (!from) std::fill(std::begin(flat), std::end(flat), slot.phi(0, band_));
+    for (int x = begin[0]; x < end[0]; ++x)
+      for (int y = begin[1]; y < end[1]; ++y) {
+        const float* row = from ? from + Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7) : flat;
+        std::memcpy(broad + broadOffset(x, y, begin[2]), row, static_cast<size_t>(end[2] - begin[2]) * sizeof(float));
+      }
+  }
+}
+
+void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+  const bool keep = operation_.method == Method::smoothKeep;
+  double radius = 0;
+  for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
+  bricks_.clear();
+  putBack_ = 0;
+  if (!keep && radius <= kFineRadius) return;
+  bricks_.assign(bricks.begin(), bricks.end());
+  // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of squares.
+  double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+  parts_.resize(bricks.size());
+  next_.resize(bricks.size());
+  float broad[kBroadSize] = {};
+  for (int spacing = 1; spacing <= 4; spacing *= 2) {
+    for (size_t i = 0; i < bricks.size(); ++i) {
+      gatherBroad(before, bricks[i], spacing, spacing > 1 ? &parts_ : nullptr, broad);
+      broadMean(broad, spacing, next_[i].mean);
+    }
+    std::swap(parts_, next_);
+    variance += 0.5 * spacing * spacing;
+    if (variance >= wanted) break;
+  }
+  const float share = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    Part& part = parts_[i];
+    imageWeights(images, operation_.shape, bricks[i], part.weight);
+    const Slot slot = before.slot(bricks[i]);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float phi = slot.phi(v, band_);
+      if (!(std::abs(phi) < band_)) part.weight[v] = 0;
+      // From here on what it becomes.
+      part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);
+    }
+  }
+  if (!keep) return;
+  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
+  int64_t goal = 0;
+  const auto grains = [](float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); };
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    const Slot slot = before.slot(bricks[i]);
+    for (int v = 0; v < kBrickVoxels; ++v)
+      if (parts_[i].weight[v] > 0) goal += grains(volume(slot.phi(v, band_)));
+  }
+  for (int step = 0; step < 3; ++step) {
+    int64_t now = 0, slope = 0;
+    for (const Part& part : parts_)
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        if (!(part.weight[v] > 0)) continue;
+        const float phi = part.mean[v] + part.weight[v] * putBack_;
+        now += grains(volume(phi));
+        slope += grains(part.weight[v] * area(phi));
+      }
+    if (slope <= 0) break;
+    const double more = static_cast<double>(now - goal) / static_cast<double>(slope);
+    putBack_ = static_cast<float>(std::clamp(static_cast<double>(putBack_) + more, -1.0, 1.0));
+  }
+}
+
+bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
+  if (before.slot(coord).isTile()) return false;
+  if (bricks_.empty()) {
+    float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
-    float weight[kBrickVoxels];
     imageWeights(images, operation_.shape, coord, weight);
     smoothBrick(padded, weight, operation_.amount, band_, phi);
     return true;
   }
-
- private:
-  Operation operation_;
-  float band_;
-};
+  const Part* part = find(coord);
+  if (!part) return false;
+  for (int v = 0; v < kBrickVoxels; ++v) phi[v] = part->mean[v] + part->weight[v] * putBack_;
+  return true;
+}
 
 }  // namespace
 

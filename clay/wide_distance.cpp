@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace argil::clay {
 
@@ -13,17 +14,36 @@ constexpr float kMargin = 1;
 // Copies two layers of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when `positive`.
 void copyLayers(const float* from, float* to, int axis, bool positive) {
   const int source = positive ? 8 : 2, target = positive ? 0 : 10;
+  if (axis == 2) {
+    for (int x = 2; x < 10; ++x)
+      for (int y = 2; y < 10; ++y) std::memcpy(to + wideOffset(x, y, target), from + wideOffset(x, y, source), 2 * sizeof(float));
+    return;
+  }
   for (int layer = 0; layer < 2; ++layer)
-    for (int i = 2; i < 10; ++i)
-      for (int j = 2; j < 10; ++j) {
-        const int s = source + layer, t = target + layer;
-        if (axis == 0)
-          to[wideOffset(t, i, j)] = from[wideOffset(s, i, j)];
-        else if (axis == 1)
-          to[wideOffset(i, t, j)] = from[wideOffset(i, s, j)];
-        else
-          to[wideOffset(i, j, t)] = from[wideOffset(i, j, s)];
-      }
+    for (int i = 2; i < 10; ++i) {
+      const int t = axis == 0 ? wideOffset(target + layer, i, 2) : wideOffset(i, target + layer, 2);
+      const int f = axis == 0 ? wideOffset(source + layer, i, 2) : wideOffset(i, source + layer, 2);
+      std::memcpy(to + t, from + f, kBrickEdge * sizeof(float));
+    }
+}
+
+// Distances as a brick or tile of the version has them, on one side; beyond the band not known.
+void readSlot(Slot slot, float band, float side, float* u) {
+  if (slot.isTile()) {
+    const float value = side * slot.phi(0, band);
+    std::fill_n(u, kBrickVoxels, value >= band ? kUnknownDistance : value);
+    return;
+  }
+  const float* phi = slot.brick()->phi;
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const float value = side * phi[i];
+    u[i] = value >= band ? kUnknownDistance : value;
+  }
+}
+
+void spread(const float* u, float* wide) {
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) std::memcpy(wide + wideOffset(x + 2, y + 2, 2), u + Brick::offset(x, y, 0), kBrickEdge * sizeof(float));
 }
 
 constexpr Coord kFaces[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
@@ -34,9 +54,8 @@ struct WideDistance::Work {
   Coord coord;
   Block* block = nullptr;
   float u[2][kWideSize];
-  uint64_t frozen[kBrickEdge];
   ptrdiff_t beside[6];                    // index of the neighbour across each face, −1: not among them
-  bool active, changed;
+  bool open, active, changed;             // has voxels beyond the band; its next pass may change it; the last one did
 };
 
 const WideDistance::Block* WideDistance::find(Coord brick) const {
@@ -49,25 +68,16 @@ void WideDistance::gather(Work& work) const {
   const float band = version_.grid().band;
   float* wide = work.u[0];
   std::fill(wide, wide + kWideSize, kUnknownDistance);
-  const auto values = [&](Coord coord, float (&out)[kBrickVoxels]) -> const float* {
+  const auto values = [&](Coord coord, float (&read)[kBrickVoxels]) -> const float* {
     if (const Block* block = find(coord)) return block->u;
-    const Slot slot = version_.find(coord);
-    for (int i = 0; i < kBrickVoxels; ++i) {
-      const float u = side_ * slot.phi(i, band);
-      out[i] = u >= band ? kUnknownDistance : u;
-    }
-    return out;
+    readSlot(version_.find(coord), band, side_, read);
+    return read;
   };
-  float own[kBrickVoxels];
-  const float* mine = values(work.coord, own);
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) std::copy_n(mine + Brick::offset(x, y, 0), 8, wide + wideOffset(x + 2, y + 2, 2));
+  spread(work.block->u, wide);
   for (int face = 0; face < 6; ++face) {
     if (work.beside[face] >= 0) continue;
     float other[kWideSize], read[kBrickVoxels];
-    const float* theirs = values(work.coord + kFaces[face], read);
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y) std::copy_n(theirs + Brick::offset(x, y, 0), 8, other + wideOffset(x + 2, y + 2, 2));
+    spread(values(work.coord + kFaces[face], read), other);
     copyLayers(other, wide, face / 2, face % 2 == 0);
   }
 }
@@ -85,10 +95,8 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
       // All of it lies beyond the surface, where nobody asks.
       if (slot.isTile() && side_ * slot.phi(0, band) < 0) continue;
       auto made = std::make_unique<Block>();
-      for (int i = 0; i < kBrickVoxels; ++i) {
-        const float u = side_ * slot.phi(i, band);
-        made->u[i] = u >= band ? kUnknownDistance : u;
-      }
+      readSlot(slot, band, side_, made->u);
+      for (int i = 0; i < kBrickVoxels; ++i) made->frozen[i >> 6] |= uint64_t{made->u[i] < band} << (i & 63);
       blocks_.emplace(c, std::move(made));
     }
     any = true;
@@ -100,24 +108,26 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
   if (!any) return;
   std::vector<Coord> all = wanted.sorted();
   std::sort(all.begin(), all.end());
-  const auto work = std::make_unique_for_overwrite<Work[]>(all.size());
-  const std::span<Work> works(work.get(), all.size());
+  // Kept between calls: fresh pages would cost more than the passes.
+  static thread_local std::unique_ptr<Work[]> scratch;
+  static thread_local size_t capacity = 0;
+  if (capacity < all.size()) {
+    capacity = std::max(all.size(), 2 * capacity);
+    scratch = std::make_unique_for_overwrite<Work[]>(capacity);
+  }
+  const std::span<Work> works(scratch.get(), all.size());
   for (size_t i = 0; i < all.size(); ++i) {
     Work& w = works[i];
     w.coord = all[i];
     w.block = blocks_.at(all[i]).get();
-    w.active = true;
     w.changed = false;
     for (int face = 0; face < 6; ++face) {
       const auto it = std::lower_bound(all.begin(), all.end(), all[i] + kFaces[face]);
       w.beside[face] = it != all.end() && *it == all[i] + kFaces[face] ? it - all.begin() : -1;
     }
-    const Slot slot = version_.find(all[i]);
-    for (int x = 0; x < kBrickEdge; ++x) {
-      w.frozen[x] = 0;
-      for (int i64 = 0; i64 < 64; ++i64)
-        if (side_ * slot.phi(x * 64 + i64, band) < band) w.frozen[x] |= uint64_t{1} << i64;
-    }
+    w.open = false;
+    for (const uint64_t word : w.block->frozen) w.open |= ~word != 0;
+    w.active = w.open;
   }
   for (Work& w : works) gather(w);
   const auto pull = [&](Work& w, int which) {
@@ -132,7 +142,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
   for (int pass = 0; pass < passes; ++pass, now ^= 1) {
     bool more = false;
     for (Work& w : works) {
-      w.changed = w.active && widePass(w.u[now], w.frozen, reach, w.u[now ^ 1]);
+      w.changed = w.active && widePass(w.u[now], w.block->frozen, reach, w.u[now ^ 1]);
       more |= w.changed;
     }
     if (!more) {
@@ -143,6 +153,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     for (Work& w : works) {
       w.active = w.changed;
       for (const ptrdiff_t other : w.beside) w.active |= other >= 0 && works[static_cast<size_t>(other)].changed;
+      w.active = w.active && w.open;
       if (w.active) pull(w, now ^ 1);
     }
   }
@@ -154,9 +165,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
     wideFeet(u, block.foot);
-    for (int x = 0; x < kBrickEdge; ++x)
-      for (int i = 0; i < 64; ++i)
-        if (block.u[x * 64 + i] < reach - kMargin) block.known[x] |= uint64_t{1} << i;
+    for (int i = 0; i < kBrickVoxels; ++i) block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
   }
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clay/brick_set.h"
-#include "clay/raising_kernels.h"
+#include "clay/shaping_kernels.h"
 #include "clay/version.h"
 
 namespace argil::clay {
@@ -21,6 +21,7 @@ class WideDistance {
     float u[kBrickVoxels];            ///< Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
     float foot[3 * kBrickVoxels];     ///< From each voxel to its nearest point of the surface: x of all, y of all, z of all.
     uint64_t known[kBrickEdge] = {};  ///< Bit y·8 + z of word x: u and foot are known.
+    uint64_t frozen[kBrickEdge] = {}; ///< The same for the version's own, within the band or behind the surface.
     float solvedTo = 0;
   };
 

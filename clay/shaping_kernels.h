@@ -1,5 +1,5 @@
 #pragma once
-// Arithmetic of raising on one brick; compiled once per SIMD target.
+// Arithmetic of raising, levelling and smoothing on one brick; compiled once per SIMD target.
 
 #include <cstdint>
 
@@ -16,7 +16,7 @@ inline constexpr int kWideSize = 12 * 12 * kWideRow + 16;
 inline constexpr int wideOffset(int x, int y, int z) { return (x * 12 + y) * kWideRow + z; }
 
 /// One Jacobi pass of |∇u| = 1, upwind and of second order where two voxels of an axis are known. Voxels whose bit in `frozen` is set keep
-/// their value, values beyond `cap` become kUnknownDistance. Writes the inner 8×8×8 of `out`; whether any of them differs from `wide`.
+/// the value that both buffers hold, values beyond `cap` become kUnknownDistance. Writes the inner 8×8×8 of `out`; whether any of them differs from `wide`.
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
 
 /// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known.
@@ -31,5 +31,22 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
 
 /// side · (u − h)/√(1 + |∇h|²), h the height, where it is not zero; there `phi` keeps its value. `padded`: the heights with one voxel around them.
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
+
+/// A plane as n·x − offset, x from the brick's middle, n a unit vector pointing out of the clay.
+struct Plane {
+  float nx, ny, nz, offset;
+};
+
+/// How far levelling moves phi towards the plane's distances: weight · (distance − phi), the bracket at most `most` either way, where |phi| < band and as far as
+/// the surface faces the way the plane does. Largest over what `cut` (above zero) and least over what `heap` (below) hold already.
+void levelBrick(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) noexcept;
+
+/// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at index 4, 4, 4.
+inline constexpr int kBroadRow = 16;
+inline constexpr int kBroadSize = 16 * 16 * kBroadRow + 16;
+inline constexpr int broadOffset(int x, int y, int z) { return (x * 16 + y) * kBroadRow + z; }
+
+/// Means of 3×3×3 voxels `spacing` (1 to 4) apart, with binomial weights. `broad` needs that many voxels around the brick.
+void broadMean(const float* broad, int spacing, float* mean) noexcept;
 
 }  // namespace argil::clay

@@ -1,7 +1,9 @@
-#include "clay/raising_kernels.h"
+#include "clay/shaping_kernels.h"
+
+#include <algorithm>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "clay/raising_kernels.cpp"
+#define HWY_TARGET_INCLUDE "clay/shaping_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -46,6 +48,9 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
   const Row unknown = hn::Set(d, kUnknownDistance), bound = hn::Set(d, cap);
   auto changed = hn::Lt(zero, zero);
   forRows([&](int voxel) {
+    // Both buffers hold what is frozen.
+    constexpr auto kAll = static_cast<uint8_t>((1u << std::min<size_t>(hn::MaxLanes(d), 8)) - 1);
+    if ((static_cast<uint8_t>(frozen[voxel >> 6] >> (voxel & 63)) & kAll) == kAll) return;
     const int at = wideAt(voxel);
     const Row old = hn::LoadU(d, wide + at);
     const auto kept = rowMask(frozen, voxel);
@@ -177,6 +182,50 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
   });
 }
 
+void Level(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), bound = hn::Set(d, band), least = hn::Set(d, 0.04f);
+  forRows([&](int voxel) {
+    const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
+    const Row w = hn::LoadU(d, weight + voxel), old = hn::LoadU(d, padded + at);
+    const auto mine = hn::And(hn::Gt(w, zero), hn::Lt(hn::Abs(old), bound));
+    if (hn::AllFalse(d, mine)) return;
+    const auto slope = [&](int step) { return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step)); };
+    const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
+    const Row nx = hn::Set(d, plane.nx), ny = hn::Set(d, plane.ny), nz = hn::Set(d, plane.nz);
+    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
+    const Row along = hn::Add(hn::Add(hn::Mul(gx, nx), hn::Mul(gy, ny)), hn::Mul(gz, nz));
+    // A wall across the plane is no part of what lies above or below it.
+    const Row faces = hn::Min(hn::Max(hn::Div(hn::Mul(two, along), hn::Sqrt(hn::Max(length2, least))), zero), one);
+    const Row x = hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f), y = hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f);
+    const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
+    const Row goal = hn::Sub(hn::Add(hn::Add(hn::Mul(x, nx), hn::Mul(y, ny)), hn::Mul(z, nz)), hn::Set(d, plane.offset));
+    const Row way = hn::Min(hn::Max(hn::Sub(goal, old), hn::Set(d, -most)), hn::Set(d, most));
+    const Row change = hn::IfThenElse(mine, hn::Mul(hn::Mul(w, faces), way), zero);
+    hn::StoreU(hn::Max(hn::LoadU(d, cut + voxel), change), d, cut + voxel);
+    hn::StoreU(hn::Min(hn::LoadU(d, heap + voxel), change), d, heap + voxel);
+  });
+}
+
+void Broad(const float* broad, int spacing, float* mean) {
+  const RowTag d;
+  const Row share = hn::Set(d, 1.0f / 64);
+  alignas(64) float alongZ[16 * 16 * 8], alongY[16 * 8 * 8];
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto sum = [&](const float* at, int step) {
+    const Row centre = hn::LoadU(d, at);
+    return hn::Add(hn::Add(hn::LoadU(d, at - step), hn::LoadU(d, at + step)), hn::Add(centre, centre));
+  };
+  for (int x = 4 - spacing; x < 12 + spacing; ++x)
+    for (int y = 4 - spacing; y < 12 + spacing; ++y)
+      for (int z = 0; z < 8; z += lanes) hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), spacing), d, alongZ + (x * 16 + y) * 8 + z);
+  for (int x = 4 - spacing; x < 12 + spacing; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; z += lanes) hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, spacing * 8), d, alongY + (x * 8 + y) * 8 + z);
+  for (int x = 0; x < 8; ++x)
+    for (int i = 0; i < 64; i += lanes) hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
+}
+
 }  // namespace argil::clay::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -188,6 +237,8 @@ HWY_EXPORT(Feet);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
+HWY_EXPORT(Level);
+HWY_EXPORT(Broad);
 
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, cap, out);
@@ -200,6 +251,10 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
   return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);
 }
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept { HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi); }
+void levelBrick(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) noexcept {
+  HWY_DYNAMIC_DISPATCH(Level)(padded, weight, plane, band, most, cut, heap);
+}
+void broadMean(const float* broad, int spacing, float* mean) noexcept { HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean); }
 
 }  // namespace argil::clay
 #endif

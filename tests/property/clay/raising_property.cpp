@@ -1,0 +1,159 @@
+// Raising: a layer is as thick as it was asked for, everywhere and however often the tool passes.
+
+#include <random>
+
+#include "clay/height_image.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "tests/property/clay/brush_checks.h"
+#include "tests/support/simd_targets.h"
+
+namespace argil::clay {
+namespace {
+
+using namespace testing;
+
+std::shared_ptr<const Brush> raising(float height, bool limited, Falloff shape = Falloff::smooth) {
+  auto brush = std::make_shared<Brush>(*Brush::of(Method::raise, height < 0 ? -1.0f : 1.0f));
+  brush->operations[0].shape = shape;
+  brush->height = std::abs(height);
+  brush->limited = limited;
+  return brush;
+}
+
+TEST(Raise, LayerNeverExceedsItsHeightAndReachesIt) {
+  const double radius = 40;
+  const Vec3d centre(0.22, 0.14, 0.1);
+  const Version base = makeSphere(Store::make(), Grid{}, centre / 2, radius / 2);
+  for (const float height : {3.0f, 12.0f, 20.0f})
+    for (const Falloff shape : {Falloff::smooth, Falloff::constant}) {
+      const Version after = apply(base, raising(height, true, shape), arc(radius, 0, 1.2, 16), 2);
+      double top = 0, sum = 0;
+      int count = 0;
+      for (const Vec3d& p : closedSurface(after)) {
+        const double rise = (p - centre).norm() - radius, angle = std::atan2(p.y(), p.x());
+        top = std::max(top, rise);
+        if (angle < 0.2 || angle > 1 || std::abs(p.z()) > 4) continue;
+        sum += std::abs(rise - height);
+        ++count;
+      }
+      EXPECT_LE(top, height + 0.02) << height;
+      EXPECT_LE(sum / count, 0.02) << height;
+      const FieldErrors errors = fieldErrors(after);
+      EXPECT_LE(errors.rms, 0.05) << height;
+      EXPECT_LE(errors.worst, 0.25) << height;
+    }
+}
+
+TEST(Raise, LayerOverTheEdgesOfABlockAndIntoThem) {
+  const Version base = makeBlock(Store::make(), Grid{}, Vec3d(0.1, 0.05, 0.15), {40, 30, 20}, 2);
+  const Vec3d half = Vec3d(40, 30, 20) - Vec3d::Constant(4);
+  const auto distance = [&](const Vec3d& p) {
+    const Vec3d q = (p - Vec3d(0.2, 0.1, 0.3)).cwiseAbs() - half;
+    return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - 4;
+  };
+  // Where the surface is sharp or tightly round its vertices lie beside the zero of the field by up to 0.3 voxels.
+  for (const float height : {6.0f, -6.0f}) {
+    const Version after = apply(base, raising(height, true), line({20, 0, 20}, {40, 30, 20}, 14), 2);
+    double most = 0, flat = 0;
+    for (const Vec3d& p : closedSurface(after)) {
+      const double rise = distance(p) * (height < 0 ? -1 : 1);
+      most = std::max(most, rise);
+      EXPECT_GT(rise, -0.1);
+      if (std::abs(p.x()) < 28 && std::abs(p.y()) < 18) flat = std::max(flat, rise);
+    }
+    EXPECT_NEAR(flat, 6, 0.02) << height;
+    EXPECT_LE(most, height < 0 ? 6.4 : 6.04) << height;
+  }
+}
+
+// A pass of the smooth falloff is a height; a second one lays it again.
+TEST(Raise, UnlimitedPassesAddUp) {
+  const double radius = 60;
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius / 2);
+  double rises[2];
+  for (const int passes : {1, 2}) {
+    const Version after = apply(base, raising(5, false), arc(radius, 0, 1.2, 12), passes);
+    Sampler sampler(after);
+    const Vec3d out(std::cos(0.6), std::sin(0.6), 0);
+    double at = radius;
+    while (sampler.trilinear(out * at) < 0) at += 0.01;
+    rises[passes - 1] = at - radius;
+    const FieldErrors errors = fieldErrors(after);
+    EXPECT_LE(errors.rms, 0.05);
+    EXPECT_LE(errors.worst, 0.25);
+  }
+  EXPECT_NEAR(rises[0], 5, 0.1);
+  EXPECT_NEAR(rises[1], 10, 0.2);
+}
+
+// A plate thinner than the band, both faces within reach: thicker on both sides, whole.
+TEST(Raise, ThinPlateIsNotTorn) {
+  const Version base = makeBlock(Store::make(), Grid{}, Vec3d::Zero(), {40, 40, 1.6}, 0.5);
+  const Version after = apply(base, raising(3, true), line({-20, 3, 1.6}, {20, 3, 1.6}, 12), 2);
+  Surface surface(false);
+  surface.update(after);
+  const TopologyReport report = checkTopology(surface.toMesh());
+  EXPECT_TRUE(report.closed());
+  EXPECT_EQ(report.bodies, 1u);
+  for (const Vec3d& p : closedSurface(after)) EXPECT_LE(std::abs(p.z()), 1.6 + 3.02);
+  Sampler sampler(after);
+  EXPECT_NEAR(sampler.trilinear(Vec3d(0, 3, 4.6)), 0, 0.02);
+  EXPECT_NEAR(sampler.trilinear(Vec3d(0, 3, -4.6)), 0, 0.02);
+}
+
+TEST(Raise, EmbossStandsAsHighAsItsImageIsBright) {
+  const Version base = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -10), {60, 60, 20}, 1);
+  std::vector<uint8_t> grey(64 * 64);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) grey[static_cast<size_t>(y * 64 + x)] = static_cast<uint8_t>(x * 4);  // brighter to the right
+  auto brush = std::make_shared<Brush>(*raising(8, false, Falloff::constant));
+  brush->image = std::make_shared<const HeightImage>(64, 64, grey);
+  Stamp stamp{{0, 0, 0}, {0, 0, 0}, 24};
+  stamp.axes.col(0) = Vec3f(0.6f, 0.8f, 0);
+  stamp.axes.col(1) = Vec3f(-0.8f, 0.6f, 0);
+  const Version after = apply(base, brush, {stamp});
+  closedSurface(after);
+  Sampler sampler(after);
+  for (const double x : {-12.0, -3.0, 5.0, 14.0})
+    for (const double y : {-10.0, 0.0, 9.0}) {
+      const double expected = 8 * ((x / 24 + 1) * 32 - 0.5) * 4 / 255;
+      EXPECT_NEAR(sampler.trilinear(Vec3d(0.6 * x - 0.8 * y, 0.8 * x + 0.6 * y, expected)), 0, 0.05) << x << ' ' << y;
+    }
+}
+
+TEST(Raise, MirroredStampsLeaveMirroredBits) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (const bool limited : {false, true}) {
+    BrushStroke stroke(base, raising(limited ? 5.0f : -4.0f, limited));
+    for (int i = 0; i < 12; ++i) {
+      const Vec3d a = Vec3d(0.5 + 0.5 * u(random), u(random), 0.3).normalized() * 30;
+      Stamp stamp{a, a + Vec3d(u(random), u(random), u(random)), 9, 0.9f};
+      Stamp image = stamp;
+      image.a.x() = -1 - stamp.a.x();
+      image.b.x() = -1 - stamp.b.x();
+      stroke.apply(std::vector{stamp, image});
+    }
+    const Version after = stroke.finish();
+    uint64_t bricks = 0;
+    after.forEachBrick([&](const Brick& brick) {
+      const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
+      ASSERT_FALSE(other.isTile());
+      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi[i], other.brick()->phi[i ^ 0x1c0]) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
+      ++bricks;
+    });
+    EXPECT_NE(after.hash(), base.hash());
+  }
+}
+
+TEST(Raise, EqualBitsOnEverySimdTarget) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(0.1, 0.2, 0), 15);
+  const auto stamps = arc(30, 0, 0.8, 8);
+  const uint64_t reference = apply(base, raising(5, true, Falloff::dome), stamps).hash();
+  tests::forEachSimdTarget([&](const std::string& name) { EXPECT_EQ(apply(base, raising(5, true, Falloff::dome), stamps).hash(), reference) << name; });
+}
+
+}  // namespace
+}  // namespace argil::clay
