@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/document.h"
+#include "engine/piece_jobs.h"
 #include "engine/recovery.h"
 #include "engine/surfaces.h"
 #include "engine/tool.h"
@@ -127,6 +128,10 @@ class Workbench {
   void redo();
   /// So many steps done: 0 is the beginning.
   void goTo(size_t done);
+
+  /// An operation on whole pieces (engine/piece_jobs.h), as a job whose result is one undo step; what it finds out comes as messages. The pieces
+  /// may not change meanwhile, or its result is left out. A message when there is no such operation or it cannot be done.
+  void operate(const std::string& id, PieceArguments arguments);
 
   // Clay that comes and goes, as jobs.
 
