@@ -160,8 +160,26 @@ std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& 
   return around.sorted();
 }
 
+// A band is no wider than a brick: without a surface in itself or a neighbour a brick is all inside or all outside.
+static void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
+  std::vector<Coord> drop;
+  for (const Coord c : coords) {
+    bool inside = false, outside = false;
+    for (int i = 0; i < 27 && !(inside && outside); ++i) {
+      const Slot slot = editor.find(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+      inside |= slot.brick() ? slot.brick()->anyInside != 0 : slot.tile() == Tile::inside;
+      outside |= slot.brick() ? slot.brick()->anyOutside != 0 : slot.tile() == Tile::outside;
+    }
+    if (!(inside && outside)) drop.push_back(c);
+  }
+  for (const Coord c : drop)
+    if (const Brick* brick = editor.find(c).brick()) editor.setTile(c, brick->anyInside ? Tile::inside : Tile::outside);
+}
+
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part) {
   std::sort(coords.begin(), coords.end());
+  dropWithoutSurface(editor, coords);
+  std::erase_if(coords, [&](Coord c) { return !editor.find(c).brick(); });
   // A call meets values of the next one's that were only bounds.
   const int rounds = coords.size() > kRedistanceAtOnce ? 2 : 1;
   const double all = static_cast<double>(std::max<size_t>(coords.size(), 1)) * rounds;

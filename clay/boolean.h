@@ -30,7 +30,7 @@ struct CombineOptions {
 /// The same without blend, as part of some work; both on one grid.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part);
 
-/// redistance() of any number of bricks, in an order of their own: about 10 KB each at a time, twice where there are too many for one call.
+/// redistance() of any number of bricks, after those without a surface near became tiles, in an order of their own: about 10 KB each at a time, twice where there are too many for one call.
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part);
 /// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.
 [[nodiscard]] std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords);

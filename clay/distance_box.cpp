@@ -13,6 +13,7 @@ namespace argil::clay {
 namespace {
 
 constexpr float kFar = 1e18f;        // a squared distance that none has
+constexpr float kLeastSlope = 0.5f;  // a gradient below that points nowhere
 constexpr float kNearerBy = 1e-5f;   // voxels²: less is rounding, and would go round in circles
 
 // Cell corners are numbered x·4 + y·2 + z; these are its edges.
@@ -217,7 +218,7 @@ void DistanceBox::measure(float side, float level, float reach) {
     }
     front_.swap(next_);
   }
-  // Chords of the triangles lie off the level set by what the field at the nearest point says.
+  // Triangles are chords of the level set: the field at the nearest point says how far off they lie and where the surface is.
   size_t at = 0;
   for (int x = 0; x < outer_.x; ++x)
     for (int y = 0; y < outer_.y; ++y)
@@ -227,7 +228,15 @@ void DistanceBox::measure(float side, float level, float reach) {
         int32_t rim;
         const Vec3f way = triangles_[static_cast<size_t>(nearest_[at])].to(p, rim), foot = p - way;
         const bool known = foot.minCoeff() >= 1 && foot.x() < float(outer_.x - 2) && foot.y() < float(outer_.y - 2) && foot.z() < float(outer_.z - 2);
-        squared_[at] = way.norm() + (known ? side * spline(foot) : level);
+        if (!known) {
+          squared_[at] = way.norm() + level;
+          continue;
+        }
+        // On to the surface itself, along the field's own direction there.
+        Vec3f gradient;
+        const float value = spline(foot, &gradient);
+        const float slope = gradient.norm();
+        squared_[at] = slope > kLeastSlope ? (way + gradient * (value / slope)).norm() : way.norm() + side * value;
       }
   for (size_t i = 0; i < phi_.size(); ++i)
     if (side * phi_[i] > level) phi_[i] = side * std::min(squared_[i], reach);
@@ -248,7 +257,7 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
 
 namespace {
 
-// Catmull-Rom.
+// Catmull-Rom, and its derivative.
 void splineWeights(float t, float* w) {
   const float t2 = t * t, t3 = t2 * t;
   w[0] = 0.5f * (-t3 + 2 * t2 - t);
@@ -256,22 +265,36 @@ void splineWeights(float t, float* w) {
   w[2] = 0.5f * (-3 * t3 + 4 * t2 + t);
   w[3] = 0.5f * (t3 - t2);
 }
+void slopeWeights(float t, float* w) {
+  const float t2 = t * t;
+  w[0] = 0.5f * (-3 * t2 + 4 * t - 1);
+  w[1] = 0.5f * (9 * t2 - 10 * t);
+  w[2] = 0.5f * (-9 * t2 + 8 * t + 1);
+  w[3] = 0.5f * (3 * t2 - 2 * t);
+}
 
 }  // namespace
 
-float DistanceBox::spline(const Vec3f& p) const {
+float DistanceBox::spline(const Vec3f& p, Vec3f* gradient) const {
   const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
   const Vec3f f = p - base.toVec3d().cast<float>();
-  float wx[4], wy[4], wz[4];
-  splineWeights(f.x(), wx);
-  splineWeights(f.y(), wy);
-  splineWeights(f.z(), wz);
+  float w[3][4], d[3][4];
+  for (int axis = 0; axis < 3; ++axis) {
+    splineWeights(f[axis], w[axis]);
+    if (gradient) slopeWeights(f[axis], d[axis]);
+  }
+  if (gradient) gradient->setZero();
   float value = 0, low = kFar, high = -kFar;
   for (int x = 0; x < 4; ++x) {
-    float plane = 0;
+    float plane = 0, planeY = 0, planeZ = 0;
     for (int y = 0; y < 4; ++y) {
       const float* row = &phi_[index(base + Coord{x - 1, y - 1, -1})];
-      plane += wy[y] * (wz[0] * row[0] + wz[1] * row[1] + wz[2] * row[2] + wz[3] * row[3]);
+      const float along = w[2][0] * row[0] + w[2][1] * row[1] + w[2][2] * row[2] + w[2][3] * row[3];
+      plane += w[1][y] * along;
+      if (gradient) {
+        planeY += d[1][y] * along;
+        planeZ += w[1][y] * (d[2][0] * row[0] + d[2][1] * row[1] + d[2][2] * row[2] + d[2][3] * row[3]);
+      }
       if ((x == 1 || x == 2) && (y == 1 || y == 2)) {
         const float fx = x == 1 ? f.x() : 1 - f.x(), fy = y == 1 ? f.y() : 1 - f.y();
         for (int z = 1; z < 3; ++z) {
@@ -283,7 +306,12 @@ float DistanceBox::spline(const Vec3f& p) const {
         }
       }
     }
-    value += wx[x] * plane;
+    value += w[0][x] * plane;
+    if (gradient) {
+      gradient->x() += d[0][x] * plane;
+      gradient->y() += w[0][x] * planeY;
+      gradient->z() += w[0][x] * planeZ;
+    }
   }
   return std::max(high, std::min(low, value));
 }

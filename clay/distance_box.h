@@ -44,7 +44,8 @@ class DistanceBox {
   }
   bool gather(const Version& version);
   void makeTriangles(float side, float level);
-  [[nodiscard]] float spline(const Vec3f& p) const;
+  /// `p` from outerLow_ on; the gradient where it is asked for.
+  [[nodiscard]] float spline(const Vec3f& p, Vec3f* gradient = nullptr) const;
   void makeFans();
   /// The triangle to which the way down along the surface leads from `triangle`, and its squared distance.
   float descend(const Vec3f& p, int32_t& triangle) const;

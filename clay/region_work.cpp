@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -47,6 +48,36 @@ void copyTilesOf(const TreePlace& place, Editor& target) {
 
 void copyTiles(const Version& version, Editor& target) { copyTilesOf(TreePlace::root(version), target); }
 
+namespace {
+
+double volumeOfPlace(const TreePlace& place) {
+  double sum = 0;
+  if (place.isTile()) return place.tile() == Tile::inside ? kBrickVoxels * std::pow(512.0, place.level()) : 0;
+  if (place.isNode()) {
+    for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i));
+    return sum;
+  }
+  for (const float phi : place.brick()->phi) sum += std::clamp(0.5 - double(phi), 0.0, 1.0);
+  return sum;
+}
+
+}  // namespace
+
+double volumeOf(const Version& version) { return volumeOfPlace(TreePlace::root(version)); }
+
+double areaOf(const Version& version) {
+  uint64_t edges = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    for (int v = 0; v < kBrickVoxels; ++v)
+      for (const int stride : {64, 8, 1}) {
+        if (((v / stride) & 7) == 7) continue;
+        edges += (brick.phi[v] < 0) != (brick.phi[v + stride] < 0);
+      }
+  });
+  // Edges between bricks are left out: an eighth of all.
+  return double(edges) / (7.0 / 8.0) / 1.5;
+}
+
 void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work) {
   part.step(0);
   std::mutex mutex;
@@ -76,14 +107,15 @@ void forEachItem(size_t count, int threads, const WorkPart& part, const std::fun
 }
 
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
-                const std::function<float(const DistanceBox&, Coord)>& value) {
+                const std::function<float(const DistanceBox&, Coord)>& value, int pad) {
   const float band = source.grid().band;
   Editor editor(Version::empty(Store::make(), source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
   forEachItem(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
     const Coord first = regions[i] * kRegionBricks;
-    if (!box.fill(source, first * kBrickEdge, {kRegionVoxels, kRegionVoxels, kRegionVoxels}, reach)) return;
+    const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
+    if (!box.fill(source, first * kBrickEdge - around, size + around * 2, reach)) return;
     std::vector<std::array<float, kBrickVoxels>> values;
     std::vector<Coord> bricks;
     for (int b = 0; b < 512; ++b) {

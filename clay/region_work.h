@@ -28,9 +28,15 @@ void copyTiles(const Version& version, Editor& target);
 void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work);
 
 /// A version of the same grid in a store of its own, whose distance at each voxel of `regions` is value(box, voxel) of a box that was filled
-/// there with `reach`; elsewhere the tiles of `source`. The result depends on neither threads nor order.
+/// there with `reach`; elsewhere the tiles of `source`. The box
+/// reaches `pad` voxels beyond the region. The result depends on neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
-                              const std::function<float(const DistanceBox&, Coord)>& value);
+                              const std::function<float(const DistanceBox&, Coord)>& value, int pad = 0);
+
+/// In voxels³: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average for a plane of any direction.
+[[nodiscard]] double volumeOf(const Version& version);
+/// In voxels²: crossed voxel edges, 1.5 for each of a plane, mean over directions.
+[[nodiscard]] double areaOf(const Version& version);
 
 /// The value that `brick` has everywhere as one of the tiles: a distance of ±band.
 [[nodiscard]] inline float tileValue(Tile tile, float band) { return tile == Tile::inside ? -band : band; }

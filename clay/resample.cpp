@@ -35,9 +35,12 @@ VoxelMap mapBetween(const Grid& from, const Grid& to, const Eigen::Isometry3d& p
   return {back.linear() * (to.voxelMm / from.voxelMm), from.toVoxel(back * to.originMm)};
 }
 
-bool isWholeShift(const VoxelMap& map, const Grid& from, const Grid& to) {
-  const Vec3d whole = map.shift.array().round();
-  return from.band == to.band && (map.matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 && (map.shift - whole).cwiseAbs().maxCoeff() < kWholeVoxel;
+// Whether voxels come to lie on voxels: shifts, turns and reflections along the axes.
+bool isWhole(const VoxelMap& map, const Grid& from, const Grid& to) {
+  const Eigen::Matrix3d turn = map.matrix.array().round();
+  const Vec3d shift = map.shift.array().round();
+  return from.band == to.band && std::abs(to.voxelMm / from.voxelMm - 1) < 1e-12 && (map.matrix - turn).cwiseAbs().maxCoeff() < 1e-12 &&
+         (map.shift - shift).cwiseAbs().maxCoeff() < kWholeVoxel;
 }
 
 // The bounds of a box of source voxels in target voxels.
@@ -52,8 +55,11 @@ class Resampler {
  public:
   Resampler(const Version& source, const Grid& grid, const Eigen::Isometry3d& pose)
       : source_(source), grid_(grid), map_(mapBetween(source.grid(), grid, pose)), inverse_(mapBetween(grid, source.grid(), pose.inverse())),
-        scale_(grid.voxelMm / source.grid().voxelMm), whole_(isWholeShift(map_, source.grid(), grid)) {
-    if (whole_) map_.shift = map_.shift.array().round();
+        scale_(grid.voxelMm / source.grid().voxelMm), whole_(isWhole(map_, source.grid(), grid)) {
+    if (whole_) {
+      map_.matrix = map_.matrix.array().round().eval();
+      map_.shift = map_.shift.array().round().eval();
+    }
     // So many bricks that a chunk of them is about a region of the source.
     while (edge_ > 1 && edge_ * scale_ > kRegionBricks) edge_ /= 2;
   }

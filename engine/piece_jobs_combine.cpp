@@ -1,7 +1,82 @@
+// Operations on two pieces, and those that make several of one.
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "clay/boolean.h"
+#include "clay/error.h"
+#include "clay/loose_parts.h"
+#include "clay/resample.h"
 #include "engine/piece_jobs.h"
 
 namespace argil::engine {
+namespace {
 
-std::span<const PieceJob> combineJobs() { return {}; }
+Eigen::Isometry3d isometry(const haptics::Pose& pose) {
+  Eigen::Isometry3d m = Eigen::Isometry3d::Identity();
+  m.linear() = pose.rotation.toRotationMatrix();
+  m.translation() = pose.translation;
+  return m;
+}
+
+template <clay::Combination how>
+PieceResult combinePieces(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece &first = *document.piece(arguments.pieces[0]), &second = *document.piece(arguments.pieces[1]);
+  const Eigen::Isometry3d toFirst = isometry(first.pose).inverse() * isometry(second.pose);
+  clay::Version other = second.version;
+  const clay::WorkPart all(job);
+  const bool moves = !(toFirst.matrix() - Eigen::Matrix4d::Identity()).isZero(1e-12);
+  if (moves || !(other.grid() == first.version.grid())) other = clay::resample(other, first.version.grid(), toFirst, 0, all.part(0, 0.6));
+  clay::CombineOptions options;
+  options.blendMm = arguments.blendMm;
+  Piece piece = first;
+  piece.version = options.blendMm > 0 ? clay::combine(first.version, other, how, options, job) : clay::combine(first.version, other, how, all.part(0.6, 1));
+  if (piece.version.stats().bricks == 0)
+    throw Error(fmt::format("nothing is left of {} and {}: move them so that they {}", first.name, second.name,
+                            how == clay::Combination::cut ? "overlap less" : "overlap"),
+                Error::Kind::work);
+  PieceResult result;
+  result.changed.push_back(std::move(piece));
+  if (!arguments.keepOther) result.removed.push_back(second.id);
+  return result;
+}
+
+PieceResult split(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = *document.piece(arguments.pieces[0]);
+  const std::vector<clay::Version> parts = clay::splitParts(piece.version, job);
+  PieceResult result;
+  if (parts.size() == 1) {
+    result.notes.push_back(fmt::format("{} is in one part; there is nothing to split.", piece.name));
+    return result;
+  }
+  for (size_t i = 0; i < parts.size(); ++i) {
+    Piece part = piece;
+    part.version = parts[i];
+    if (i > 0) part.name = fmt::format("{} {}", piece.name, i + 1);
+    (i == 0 ? result.changed : result.added).push_back(std::move(part));
+  }
+  result.notes.push_back(fmt::format("{} was split into {} parts.", piece.name, parts.size()));
+  return result;
+}
+
+constexpr Parameter<PieceArguments> kBlend{"blend", "Blend", "Width over which the surfaces run into each other; 0: a sharp crease.", "mm", 0, 50, 0, false,
+                                           [](const PieceArguments& a) { return a.blendMm; }, [](PieceArguments& a, double v) { a.blendMm = v; }};
+constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "1: the second piece stays beside the result.", "", 0, 1, 0, false,
+                                          [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; }, [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
+constexpr std::array kCombine{kBlend, kKeep};
+
+const std::array kRows{
+    PieceJob{"join", "Join", "Makes one piece of two.", "Joining", "Combine", 2, false, false, kCombine, combinePieces<clay::Combination::join>},
+    PieceJob{"cut", "Cut away", "Takes the second piece's shape out of the first.", "Cutting", "Combine", 2, false, false, kCombine,
+             combinePieces<clay::Combination::cut>},
+    PieceJob{"intersect", "Intersect", "Keeps what lies in both pieces.", "Intersecting", "Combine", 2, false, false, kCombine,
+             combinePieces<clay::Combination::intersect>},
+    PieceJob{"split", "Split loose parts", "Makes a piece of each part that hangs together.", "Splitting", "Combine", 1, false, false, {}, split},
+};
+
+}  // namespace
+
+std::span<const PieceJob> combineJobs() { return kRows; }
 
 }  // namespace argil::engine

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/document.h"
+#include "engine/piece_jobs.h"
 #include "engine/recovery.h"
 #include "engine/surfaces.h"
 #include "engine/tool.h"
@@ -136,6 +137,10 @@ class Workbench {
 
   /// A stroke of the tool in hand along these places (world mm, two at least), as one step: a straight line, a curve.
   void strokeAlong(std::vector<Vec3d> placesMm);
+
+  /// An operation on whole pieces (engine/piece_jobs.h), as a job whose result is one undo step; what it finds out comes as messages. The pieces
+  /// may not change meanwhile, or its result is left out. A message when there is no such operation or it cannot be done.
+  void operate(const std::string& id, PieceArguments arguments);
 
   // Clay that comes and goes, as jobs.
 

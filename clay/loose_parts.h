@@ -1,0 +1,34 @@
+#pragma once
+// Bodies of a clay that do not touch, and cavities in it.
+
+#include <cstdint>
+#include <vector>
+
+#include "clay/job.h"
+#include "clay/version.h"
+
+namespace argil::clay {
+
+inline constexpr size_t kMostParts = 64;  ///< That splitParts() makes.
+
+// Two voxels inside belong to one body when they are neighbours along an axis, two outside to one cavity likewise. Results are made from
+// `version`, in its store, where nobody else may edit meanwhile, and share what they leave as it is. Where a body or a cavity goes, distances
+// around it are made anew. Cost follows the bricks. All throw Cancelled.
+
+/// Volumes in mm³ of the bodies (voxels inside, counted), largest first.
+[[nodiscard]] std::vector<double> bodyVolumes(const Version& version, Job* job = nullptr);
+
+/// A version for each body, largest first; the version itself when there is one. Throws Error when there are more than kMostParts.
+[[nodiscard]] std::vector<Version> splitParts(const Version& version, Job* job = nullptr);
+
+struct Cleaned {
+  Version version;
+  uint64_t count = 0;    ///< Bodies or cavities that went.
+  double volumeMm3 = 0;  ///< Of them together.
+};
+/// Without the bodies below a volume; the largest always stays.
+[[nodiscard]] Cleaned removeCrumbs(const Version& version, double belowMm3, Job* job = nullptr);
+/// Cavities that no way leads to from outside become solid.
+[[nodiscard]] Cleaned fillVoids(const Version& version, Job* job = nullptr);
+
+}  // namespace argil::clay

@@ -1,0 +1,145 @@
+// Operations on whole pieces as the studio and scripts call them.
+
+#include "engine/piece_jobs.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <thread>
+
+#include "clay/error.h"
+#include "clay/loose_parts.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "engine/workbench.h"
+
+namespace argil::engine {
+namespace {
+
+clay::Version ball(double radius, const Vec3d& at = Vec3d::Zero(), double voxel = 0.5) {
+  clay::Grid grid;
+  grid.voxelMm = voxel;
+  return clay::makeSphere(clay::Store::make(), grid, at, radius);
+}
+
+double volume(const clay::Version& version) {
+  double sum = 0;
+  for (const double v : clay::bodyVolumes(version)) sum += v;
+  return sum;
+}
+
+Document two() {
+  Document document = Document::of(ball(10));
+  Piece other;
+  other.name = "Other";
+  other.version = ball(6, Vec3d::Zero(), 0.4);
+  other.pose.translation = Vec3d(12, 0, 0);
+  document.add(std::move(other));
+  return document;
+}
+
+PieceArguments of(const PieceJob& row, const Document& document) {
+  PieceArguments arguments = standardArguments(row, document);
+  if (row.pieces == 2) arguments.pieces = {document.pieces[0].id, document.pieces[1].id};
+  return arguments;
+}
+
+TEST(PieceJobs, RowsAreNamedAndWithinTheirLimits) {
+  std::set<std::string_view> ids;
+  for (const PieceJob& row : pieceJobs()) {
+    EXPECT_TRUE(ids.insert(row.id).second) << row.id;
+    EXPECT_FALSE(row.name.empty() || row.help.empty() || row.doing.empty() || row.group.empty()) << row.id;
+    EXPECT_EQ(row.help.back(), '.') << row.id;
+    for (const auto& parameter : row.parameters) {
+      EXPECT_LE(parameter.low, parameter.standard);
+      EXPECT_LE(parameter.standard, parameter.high);
+    }
+  }
+  for (const char* id : {"join", "cut", "intersect", "split", "offset", "shell", "smooth-all", "resample", "mirror", "fill-voids", "remove-crumbs"})
+    EXPECT_NE(findPieceJob(id), nullptr) << id;
+  EXPECT_EQ(findPieceJob("melt-down"), nullptr);
+}
+
+TEST(PieceJobs, JoinsAcrossPosesAndVoxelSizes) {
+  const Document before = two();
+  const PieceJob& row = *findPieceJob("join");
+  const PieceResult result = runPieceJob(row, before, of(row, before));
+  Document after = before;
+  applyPieceResult(result, before, after);
+  ASSERT_EQ(after.pieces.size(), 1u);
+  const double d = 12, lens = M_PI * std::pow(16 - d, 2) * (d * d + 2 * d * 16 - 3 * 16) / (12 * d);
+  EXPECT_NEAR(volume(after.pieces[0].version) / (4.0 / 3 * M_PI * (1000 + 216) - lens), 1, 0.005);
+}
+
+TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
+  Document document = two();
+  document.pieces[1].pose.translation.x() = 30;
+  const PieceJob &join = *findPieceJob("join"), &split = *findPieceJob("split"), &resample = *findPieceJob("resample");
+  Document joined = document;
+  applyPieceResult(runPieceJob(join, document, of(join, document)), document, joined);
+  Document parts = joined;
+  applyPieceResult(runPieceJob(split, joined, of(split, joined)), joined, parts);
+  EXPECT_EQ(parts.pieces.size(), 2u);
+  EXPECT_NEAR(volume(parts.pieces[1].version) / (4.0 / 3 * M_PI * 216), 1, 0.01);
+  PieceArguments arguments = of(resample, joined);
+  arguments.voxelMm = 1;
+  const PieceResult result = runPieceJob(resample, joined, arguments);
+  ASSERT_EQ(result.notes.size(), 1u);
+  EXPECT_NE(result.notes[0].find("mm RMS"), std::string::npos);
+}
+
+TEST(PieceJobs, RefusesWhatCannotBe) {
+  Document document = two();
+  const PieceJob &join = *findPieceJob("join"), &offset = *findPieceJob("offset");
+  PieceArguments arguments = of(join, document);
+  arguments.pieces.pop_back();
+  EXPECT_THROW((void)runPieceJob(join, document, arguments), Error);
+  arguments.pieces = {1, 1};
+  EXPECT_THROW((void)runPieceJob(join, document, arguments), Error);
+  arguments.pieces = {1, 99};
+  EXPECT_THROW((void)runPieceJob(join, document, arguments), Error);
+  arguments = of(offset, document);
+  arguments.distanceMm = 1000;
+  EXPECT_THROW((void)runPieceJob(offset, document, arguments), Error);
+  document.pieces[0].locked = true;
+  EXPECT_THROW((void)runPieceJob(offset, document, of(offset, document)), Error);
+}
+
+TEST(PieceJobs, WhatChangedMeanwhileStays) {
+  const Document before = two();
+  const PieceJob& offset = *findPieceJob("offset");
+  const PieceResult result = runPieceJob(offset, before, of(offset, before));
+  Document now = before;
+  now.pieces[0].version = ball(9);
+  EXPECT_THROW(applyPieceResult(result, before, now), Error);
+}
+
+TEST(PieceJobs, OneUndoStepInTheWorkbench) {
+  Workbench::Options options;
+  options.journal = false;
+  options.realtime = false;
+  Workbench bench(options);
+  const auto settle = [&] {
+    for (int i = 0; i < 3000 && (i < 3 || !bench.idle()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  };
+  bench.addSphere(8, 0.5);
+  settle();
+  const DocumentPtr before = bench.snapshot()->document;
+  ASSERT_EQ(before->pieces.size(), 1u);
+  bench.operate("shell", standardArguments(*findPieceJob("shell"), *before));
+  settle();
+  const auto after = bench.snapshot();
+  EXPECT_EQ(after->done, 2u);
+  EXPECT_EQ(after->history->back(), "Shell");
+  EXPECT_LT(volume(after->document->pieces[0].version), 0.7 * volume(before->pieces[0].version));
+  bench.undo();
+  settle();
+  EXPECT_EQ(bench.snapshot()->document->pieces[0].version, before->pieces[0].version);
+  bench.operate("nothing", {});
+  const auto messages = bench.takeMessages();
+  ASSERT_FALSE(messages.empty());
+  EXPECT_EQ(messages.back().level, Message::Level::error);
+}
+
+}  // namespace
+}  // namespace argil::engine
