@@ -1,8 +1,11 @@
 #include "engine/tool_text.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "clay/height_image.h"
 #include "engine/tool_table.h"
+#include "io/grey_image.h"
 
 namespace argil::engine {
 namespace {
@@ -10,6 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kMostTurn = 360;
+constexpr int kMostImage = 8192;  // pixels along an edge
 
 std::string keyOf(const Parameter<Tool>& parameter) {
   if (parameter.unit == "mm") return std::string(parameter.id) + "_mm";
@@ -155,7 +159,14 @@ void loadToolFile(Tool& tool) {
   const ToolRow& row = rowOf(tool);
   if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.image) : bool(tool.shape))) return;
   if (tool.file.empty()) throw Error(fmt::format("the tool {} needs a file: choose {}", row.name, row.file == ToolFile::image ? "an image" : "a shape"));
-  throw Error(fmt::format("{}: files for tools cannot be read yet", tool.file));
+  if (row.file == ToolFile::image) {
+    const io::GreyImage image = io::readGreyImage(tool.file, kMostImage);
+    std::vector<uint16_t> grey(image.grey.size());
+    std::transform(image.grey.begin(), image.grey.end(), grey.begin(), [](float g) { return uint16_t(std::lround(std::clamp(g, 0.0f, 1.0f) * 65535)); });
+    tool.image = std::make_shared<const clay::HeightImage>(image.width, image.height, grey);
+    return;
+  }
+  throw Error(fmt::format("{}: files of shapes cannot be read yet", tool.file));
 }
 
 }  // namespace argil::engine

@@ -175,7 +175,7 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
   clay::Editor editor(ball);
   std::array<uint8_t, clay::kBrickVoxels> mask;
   ball.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255));
+    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi[i]) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   const Version masked = editor.commit();
@@ -194,7 +194,7 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
   });
   EXPECT_GT(covered, 10000u);
   EXPECT_EQ(moved, 0u) << row().id;
-  EXPECT_EQ(shapes(row()) && row().id != "morph", version.hash() != masked.hash() && session.undoSteps() > 0 && shapes(row()) && row().id != "morph") << row().id << " did nothing";
+  if (shapes(row()) && row().id != "morph") EXPECT_NE(version.hash(), masked.hash()) << row().id << " did nothing beside the mask";
 }
 
 TEST_P(EveryTool, doesSomethingAndLeavesASolidClosed) {
