@@ -78,6 +78,8 @@ TEST(DeformBox, TheClayFollowsWhenThePointIsLetGoAndIsOneStep) {
     scene.update(true);
     EXPECT_FALSE(scene.deforming.busy());  // Not while it is held.
     ASSERT_TRUE(scene.settle());
+    scene.update();
+    EXPECT_FALSE(scene.update());  // At rest: nothing is drawn anew.
     EXPECT_EQ(scene.version().hash(), clay::deform(base, scene.box()->lattice, clay::Store::make()).hash());
   }
   EXPECT_EQ(scene.rig.labels, std::vector<std::string>{"Deform"});
