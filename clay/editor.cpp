@@ -37,10 +37,17 @@ Editor::Editor(Version base) : base_(std::move(base)), store_(base_.store().get(
 }
 
 Editor::~Editor() {
-  if (!store_ || !changed_) return;
-  Store::State::Freed freed;
-  for (size_t i = 0; i < trees_.size(); ++i)
-    gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels, freed.leaves(static_cast<int>(i)), freed.nodes);
+  if (!store_) return;
+  if (changed_)
+    for (size_t i = 0; i < trees_.size(); ++i)
+      gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels, i == kDistanceTree ? stock_.bricks : stock_.channelBricks, stock_.nodes);
+  giveBack();
+}
+
+// All that was not used goes back to the store.
+void Editor::giveBack() {
+  Store::State::Freed freed{std::move(stock_.bricks), std::move(stock_.channelBricks), std::move(stock_.nodes)};
+  stock_ = {};
   store_->state().freeAll(freed);
 }
 
@@ -58,8 +65,22 @@ Slot Editor::find(Coord brick) const noexcept { return slotOf(linkAt(trees_[kDis
 ChannelSlot Editor::find(Channel channel, Coord brick) const noexcept { return channelSlotOf(linkAt(treeOfChannel(channel), brick)); }
 bool Editor::has(Channel channel) const noexcept { return treeOfChannel(channel).root != 0; }
 
+Node* Editor::takeNode() {
+  if (stock_.nodes.empty()) store_->state().stockNodes(stock_.nodes);
+  auto* node = static_cast<Node*>(stock_.nodes.back());
+  stock_.nodes.pop_back();
+  return node;
+}
+
+ChannelBrick* Editor::takeChannelBrick() {
+  if (stock_.channelBricks.empty()) store_->state().stockChannelBricks(stock_.channelBricks);
+  auto* brick = static_cast<ChannelBrick*>(stock_.channelBricks.back());
+  stock_.channelBricks.pop_back();
+  return brick;
+}
+
 Node* Editor::newNode(Link fill) {
-  Node* node = store_->state().newNode();
+  Node* node = takeNode();
   node->birth = id_;
   std::fill(std::begin(node->child), std::end(node->child), fill);
   ++counts_.nodesMade;
@@ -74,7 +95,7 @@ Link* Editor::writableLink(Tree& tree, Coord brick, int level) {
       *link = reinterpret_cast<Link>(newNode(*link));
       ++nodesDelta_;
     } else if (nodeOf(*link)->birth != id_) {
-      Node* copy = store_->state().newNode();
+      Node* copy = takeNode();
       std::memcpy(copy->child, nodeOf(*link)->child, sizeof copy->child);
       copy->birth = id_;
       ++counts_.nodesMade;
@@ -95,18 +116,18 @@ void Editor::release(const Tree& tree, Link link, int level) {
   if (isTile(link)) return;
   if (level == 0 && tree.distances) {
     --bricksDelta_;
-    if (brickOf(link)->birth == id_) store_->state().brickStock.push_back(brickOf(link));
+    if (brickOf(link)->birth == id_) stock_.bricks.push_back(brickOf(link));
     return;
   }
   if (level == 0) {
     --channelDelta_;
     auto* brick = reinterpret_cast<ChannelBrick*>(link);
-    if (brick->birth == id_) store_->state().channelStock.push_back(brick);
+    if (brick->birth == id_) stock_.channelBricks.push_back(brick);
     return;
   }
   --nodesDelta_;
   for (const Link child : nodeOf(link)->child) release(tree, child, level - 1);
-  if (nodeOf(link)->birth == id_) store_->state().nodeStock.push_back(nodeOf(link));
+  if (nodeOf(link)->birth == id_) stock_.nodes.push_back(nodeOf(link));
 }
 
 void Editor::place(Tree& tree, Coord brick, Link link) {
@@ -145,7 +166,7 @@ void Editor::setChannel(Channel channel, Coord coord, std::span<const uint8_t, k
   Tree& tree = treeOfChannel(channel);
   const ChannelBrick* now = find(channel, coord).brick();
   if (now && std::memcmp(now->value, values.data(), kBrickVoxels) == 0) return;
-  ChannelBrick* brick = now && now->birth == id_ ? const_cast<ChannelBrick*>(now) : store_->state().newChannelBrick();
+  ChannelBrick* brick = now && now->birth == id_ ? const_cast<ChannelBrick*>(now) : takeChannelBrick();
   std::memcpy(brick->value, values.data(), kBrickVoxels);
   if (brick == now) return;
   brick->serial = nextSerial();
@@ -208,7 +229,9 @@ Coord Editor::blockFirst(Coord brick, int level) {
 }
 
 Brick* Editor::newBrick(Coord coord) {
-  Brick* brick = store_->state().newBrick();
+  if (stock_.bricks.empty()) store_->state().stockBricks(stock_.bricks);
+  auto* brick = static_cast<Brick*>(stock_.bricks.back());
+  stock_.bricks.pop_back();
   brick->serial = nextSerial();
   brick->birth = id_;
   brick->coord = coord;
@@ -218,7 +241,7 @@ Brick* Editor::newBrick(Coord coord) {
 
 void Editor::recycle(Brick* brick) {
   --counts_.bricksMade;
-  store_->state().brickStock.push_back(brick);
+  stock_.bricks.push_back(brick);
 }
 
 void Editor::link(Brick* brick, bool inBand) {
@@ -262,6 +285,7 @@ void Editor::collapse(Tree& tree, Coord brick) {
 
 Version Editor::commit() {
   if (!changed_) {
+    giveBack();
     store_ = nullptr;
     return base_;
   }
@@ -278,6 +302,7 @@ Version Editor::commit() {
   record->stats.channelBricks = base_.stats().channelBricks + static_cast<uint64_t>(channelDelta_);
   record->parent = const_cast<VersionRecord*>(base_.record());
   record->store = base_.store();
+  giveBack();
   store_ = nullptr;
   return makeVersion(record);
 }

@@ -11,8 +11,8 @@
 namespace argil::clay {
 
 /// One writer's transaction on a version: reads see the edits so far; commit() yields a new version that shares every
-/// untouched brick and node with the base. Bricks made in this transaction are written in place. One thread; at most one
-/// editor at a time per store. Destroyed without commit: the base is untouched, all is given back.
+/// untouched brick and node with the base. Bricks made in this transaction are written in place. One thread; a store may
+/// have several editors at once. Destroyed without commit: the base is untouched, all is given back.
 class Editor {
  public:
   explicit Editor(Version base);
@@ -78,6 +78,9 @@ class Editor {
   [[nodiscard]] uintptr_t linkAt(const Tree& tree, Coord brick) const noexcept;
   [[nodiscard]] uintptr_t* writableLink(Tree& tree, Coord brick, int level);
   [[nodiscard]] Node* newNode(uintptr_t fill);
+  [[nodiscard]] Node* takeNode();
+  [[nodiscard]] ChannelBrick* takeChannelBrick();
+  void giveBack();
   [[nodiscard]] uint64_t nextSerial();
   void release(const Tree& tree, uintptr_t link, int level);
   void collapse(Tree& tree, Coord brick);
@@ -85,7 +88,12 @@ class Editor {
   [[nodiscard]] Tree& treeOfChannel(Channel channel) { return trees_[1 + static_cast<size_t>(channel)]; }
   [[nodiscard]] const Tree& treeOfChannel(Channel channel) const { return trees_[1 + static_cast<size_t>(channel)]; }
 
+  struct Stock {
+    std::vector<void*> bricks, channelBricks, nodes;
+  };
+
   Version base_;
+  Stock stock_;
   Store* store_;
   uint64_t id_;
   std::array<Tree, 1 + kChannels> trees_;  // distances first

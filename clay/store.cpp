@@ -48,37 +48,22 @@ void SlabPool::take(size_t count, std::vector<void*>& out) {
   free_.resize(free_.size() - count);
 }
 
-Brick* Store::State::newBrick() {
-  if (brickStock.empty()) {
-    const std::lock_guard lock(mutex);
-    bricks.take(kStock, brickStock);
-    liveBricks += kStock;
-  }
-  auto* brick = static_cast<Brick*>(brickStock.back());
-  brickStock.pop_back();
-  return brick;
+void Store::State::stockBricks(std::vector<void*>& stock) {
+  const std::lock_guard lock(mutex);
+  bricks.take(kStock, stock);
+  liveBricks += kStock;
 }
 
-Node* Store::State::newNode() {
-  if (nodeStock.empty()) {
-    const std::lock_guard lock(mutex);
-    nodes.take(kStock / 8, nodeStock);
-    liveNodes += kStock / 8;
-  }
-  auto* node = static_cast<Node*>(nodeStock.back());
-  nodeStock.pop_back();
-  return node;
+void Store::State::stockNodes(std::vector<void*>& stock) {
+  const std::lock_guard lock(mutex);
+  nodes.take(kStock / 8, stock);
+  liveNodes += kStock / 8;
 }
 
-ChannelBrick* Store::State::newChannelBrick() {
-  if (channelStock.empty()) {
-    const std::lock_guard lock(mutex);
-    channelBricks.take(kStock, channelStock);
-    liveChannelBricks += kStock;
-  }
-  auto* brick = static_cast<ChannelBrick*>(channelStock.back());
-  channelStock.pop_back();
-  return brick;
+void Store::State::stockChannelBricks(std::vector<void*>& stock) {
+  const std::lock_guard lock(mutex);
+  channelBricks.take(kStock, stock);
+  liveChannelBricks += kStock;
 }
 
 void Store::State::freeAll(Freed& freed) {
@@ -210,9 +195,9 @@ bool Store::collect(size_t maxObjects) {
 Store::Usage Store::usage() const {
   const std::lock_guard lock(state_->mutex);
   Usage usage;
-  usage.bricks = state_->liveBricks - state_->brickStock.size();
-  usage.nodes = state_->liveNodes - state_->nodeStock.size();
-  usage.channelBricks = state_->liveChannelBricks - state_->channelStock.size();
+  usage.bricks = state_->liveBricks;
+  usage.nodes = state_->liveNodes;
+  usage.channelBricks = state_->liveChannelBricks;
   usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes();
   usage.versions = state_->versions;
   return usage;

@@ -27,7 +27,7 @@ class Store : public std::enable_shared_from_this<Store> {
     uint64_t versions = 0;           ///< Pinned or waiting.
     [[nodiscard]] uint64_t bytes() const;
   };
-  [[nodiscard]] Usage usage() const;  ///< The editing thread's, as its stock is counted too.
+  [[nodiscard]] Usage usage() const;  ///< What editors at work have in stock is counted too. Any thread.
 
   struct State;
   [[nodiscard]] State& state() const { return *state_; }  ///< For the files of this room (clay/tree.h).

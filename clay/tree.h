@@ -120,9 +120,6 @@ struct Store::State {
   static inline std::atomic<uint64_t> nextId{1};
   static inline std::atomic<uint64_t> nextSerial{1};
 
-  // The editor's own stock, so that it locks once in a while: one editor at a time.
-  std::vector<void*> brickStock, nodeStock, channelStock;
-
   // A collection in progress: what is being walked, and where.
   struct Frame {
     Link own, before, after;  // the same place in the dropped version, its parent and its child
@@ -134,9 +131,11 @@ struct Store::State {
   std::vector<Frame> walk;
   int victimTree = kTrees;  // the next of its trees to be walked
 
-  Brick* newBrick();
-  Node* newNode();
-  ChannelBrick* newChannelBrick();
+  /// Moves some of a kind to an editor's own stock, so that it locks once in a while.
+  void stockBricks(std::vector<void*>& stock);
+  void stockNodes(std::vector<void*>& stock);
+  void stockChannelBricks(std::vector<void*>& stock);
+
   struct Freed {
     std::vector<void*> bricks, channelBricks, nodes;
     /// Where leaves of a tree go.

@@ -194,7 +194,8 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
   });
   EXPECT_GT(covered, 10000u);
   EXPECT_EQ(moved, 0u) << row().id;
-  if (shapes(row()) && row().id != "morph") EXPECT_NE(version.hash(), masked.hash()) << row().id << " did nothing beside the mask";
+  const bool does = shapes(row()) && row().id != "morph";
+  EXPECT_TRUE(!does || version.hash() != masked.hash()) << row().id << " did nothing beside the mask";
 }
 
 TEST_P(EveryTool, doesSomethingAndLeavesASolidClosed) {
