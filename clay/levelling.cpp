@@ -18,7 +18,7 @@ constexpr float kMost = 1.5f;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
 // Sums are of multiples of this: exact, so that their order does not matter.
-constexpr double kGrain = 1.0 / 4096;
+constexpr double kGrain = 1.0 / (1 << 22);
 
 class Levelling : public DistanceMethod {
  public:
@@ -44,8 +44,11 @@ int64_t grains(float value) { return static_cast<int64_t>(static_cast<double>(va
 // Mean place and normal of the surface under the tip; nothing where there is none.
 std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks) const {
   const Vec3d middle = (stamp.a + stamp.b) / 2;
-  int64_t weights = 0;
-  std::array<int64_t, 3> places{}, normals{};
+  struct Sample {
+    float weight;
+    Vec3f normal, place;
+  };
+  std::vector<Sample> samples;
   for (const Coord coord : bricks) {
     const Slot slot = before.slot(coord);
     if (slot.isTile() || segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1) continue;
@@ -63,21 +66,39 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
       const float length = std::sqrt((g.x() * g.x() + g.y() * g.y()) + g.z() * g.z());
       if (!(length > 0.2f)) continue;
       const Vec3f n = g / length, p = frame.at(x, y, z) - n * phi;
-      weights += grains(w);
-      for (size_t k = 0; k < 3; ++k) {
-        normals[k] += grains(w * n[static_cast<int>(k)]);
-        places[k] += grains(w * p[static_cast<int>(k)]);
-      }
+      samples.push_back({w, n, p});
     }
   }
   const auto vec = [](const std::array<int64_t, 3>& sum) { return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])); };
+  const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
+  // The second time the surface counts as far as it faces the way that all of it did on average: a wall at its edge does not tilt the plane.
+  int64_t weights = 0;
+  std::array<int64_t, 3> places{}, normals{};
+  Vec3f mean = Vec3f::Zero();
+  for (const bool again : {false, true}) {
+    weights = 0;
+    places = normals = {};
+    for (const Sample& each : samples) {
+      float w = each.weight;
+      if (again) {
+        const float facing = std::max((each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f), square = facing * facing;
+        w *= square * square;
+      }
+      weights += grains(w);
+      for (size_t k = 0; k < 3; ++k) {
+        normals[k] += grains(w * each.normal[static_cast<int>(k)]);
+        places[k] += grains(w * each.place[static_cast<int>(k)]);
+      }
+    }
+    // Faces that look against each other have no plane between them.
+    const double length = norm(vec(normals));
+    if (!(length > 0.2 * static_cast<double>(weights)) || weights == 0) return std::nullopt;
+    mean = (vec(normals) / length).cast<float>();
+  }
   const Vec3d normal = vec(normals);
-  const double length = std::sqrt((normal.x() * normal.x() + normal.y() * normal.y()) + normal.z() * normal.z());
-  // Faces that look against each other have no plane between them.
-  if (!(length > 0.2 * static_cast<double>(weights)) || weights == 0) return std::nullopt;
   // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
   const Vec3d offset = (vec(places) / static_cast<double>(weights) * 65536).array().round().matrix() / 65536;
-  return Fitted{middle + offset, normal / length};
+  return Fitted{middle + offset, normal / norm(normal)};
 }
 
 void Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {

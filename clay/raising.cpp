@@ -19,7 +19,6 @@ constexpr float kStep = 3.0f / 35;
 constexpr float kBeyond = 2;
 // Reach grows by this, so that bricks are not solved again at each stamp.
 constexpr float kReachStep = 2;
-constexpr float kHalfDiagonal = 6.1f;  // of a brick's voxels
 
 // Rounded so that a place minus it is exact.
 Vec3d quantised(const Vec3f& v) { return (v.cast<double>() * 65536.0).array().round().matrix() / 65536.0; }
@@ -115,7 +114,6 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
   }
   applications_.push_back(std::move(now));
   const Application& current = applications_.back();
-  const double far = kHalfDiagonal + band_ + highest_ + kBeyond;
 
   for (const Coord coord : bricks) {
     const WideDistance::Block* block = base_.find(coord);
@@ -123,8 +121,15 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
     std::unique_ptr<Layer>& layer = layers_[coord];
     if (!layer) layer = std::make_unique<Layer>();
     const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+    const Vec3f low(block->feet[0][0], block->feet[0][1], block->feet[0][2]), high(block->feet[1][0], block->feet[1][1], block->feet[1][2]);
+    if (!(low.x() <= high.x())) continue;
+    const Vec3d from = middle + low.cast<double>(), to = middle + high.cast<double>(), centre = (from + to) / 2;
+    const double around = (to - from).norm() / 2 + 0.01;
     const auto near = [&](const Application& a) {
-      return ((a.low - middle).array() < far).all() && ((middle - a.high).array() < far).all();
+      if (!((a.low - to).array() < 0).all() || !((from - a.high).array() < 0).all()) return false;
+      return std::any_of(a.images.begin(), a.images.end(), [&](const Stamp& s) {
+        return segmentDistance(s, centre) < around + s.largestRadius() * (brush_->image ? 1.4143 : 1.0);
+      });
     };
     // Voxels that have come within reach only now get what was applied before.
     uint64_t fresh[kBrickEdge], any = 0;

@@ -99,9 +99,10 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
   return !hn::AllFalse(d, changed);
 }
 
-void Feet(const float* wide, float* foot) {
+void Feet(const float* wide, float* foot, float (&box)[2][3]) {
   const RowTag d;
   const Row zero = hn::Zero(d), far = hn::Set(d, kUnknownDistance), least = hn::Set(d, 1e-4f);
+  Row lowest[3] = {far, far, far}, highest[3] = {hn::Neg(far), hn::Neg(far), hn::Neg(far)};
   forRows([&](int voxel) {
     const int at = wideAt(voxel);
     const Row u = hn::LoadU(d, wide + at), twice = hn::Add(u, u);
@@ -115,10 +116,20 @@ void Feet(const float* wide, float* foot) {
     const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
     const auto known = hn::And(hn::Lt(u, far), hn::Gt(length2, least));
     const Row scale = hn::IfThenElse(known, hn::Neg(hn::Div(u, hn::Sqrt(hn::Max(length2, least)))), zero);
-    hn::StoreU(hn::Mul(gx, scale), d, foot + voxel);
-    hn::StoreU(hn::Mul(gy, scale), d, foot + kBrickVoxels + voxel);
-    hn::StoreU(hn::Mul(gz, scale), d, foot + 2 * kBrickVoxels + voxel);
+    const auto one = [&](int axis, Row value, Row place) {
+      hn::StoreU(value, d, foot + axis * kBrickVoxels + voxel);
+      const Row end = hn::Add(place, value);
+      lowest[axis] = hn::Min(lowest[axis], hn::IfThenElse(hn::Lt(u, far), end, far));
+      highest[axis] = hn::Max(highest[axis], hn::IfThenElse(hn::Lt(u, far), end, hn::Neg(far)));
+    };
+    one(0, hn::Mul(gx, scale), hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f));
+    one(1, hn::Mul(gy, scale), hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f));
+    one(2, hn::Mul(gz, scale), hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f));
   });
+  for (int axis = 0; axis < 3; ++axis) {
+    box[0][axis] = hn::GetLane(hn::MinOfLanes(d, lowest[axis]));
+    box[1][axis] = hn::GetLane(hn::MaxOfLanes(d, highest[axis]));
+  }
 }
 
 void Weights(const SweptBall& b, int shape, float strength, const float* foot, float* weight) {
@@ -184,7 +195,7 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
 
 void Level(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) {
   const RowTag d;
-  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), bound = hn::Set(d, band), least = hn::Set(d, 0.04f);
+  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), bound = hn::Set(d, band), least = hn::Set(d, 0.04f);
   forRows([&](int voxel) {
     const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
     const Row w = hn::LoadU(d, weight + voxel), old = hn::LoadU(d, padded + at);
@@ -195,8 +206,9 @@ void Level(const float* padded, const float* weight, const Plane& plane, float b
     const Row nx = hn::Set(d, plane.nx), ny = hn::Set(d, plane.ny), nz = hn::Set(d, plane.nz);
     const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
     const Row along = hn::Add(hn::Add(hn::Mul(gx, nx), hn::Mul(gy, ny)), hn::Mul(gz, nz));
-    // A wall across the plane is no part of what lies above or below it.
-    const Row faces = hn::Min(hn::Max(hn::Div(hn::Mul(two, along), hn::Sqrt(hn::Max(length2, least))), zero), one);
+    // Whole up to 48°, none from 60° on: a wall across the plane is no part of what lies above or below it, and no lip grows from an edge.
+    const Row cosine = hn::Div(along, hn::Sqrt(hn::Max(length2, least)));
+    const Row faces = hn::Min(hn::Max(hn::Sub(hn::Mul(hn::Set(d, 6.0f), cosine), hn::Set(d, 3.0f)), zero), one);
     const Row x = hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f), y = hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f);
     const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
     const Row goal = hn::Sub(hn::Add(hn::Add(hn::Mul(x, nx), hn::Mul(y, ny)), hn::Mul(z, nz)), hn::Set(d, plane.offset));
@@ -243,7 +255,7 @@ HWY_EXPORT(Broad);
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, cap, out);
 }
-void wideFeet(const float* wide, float* foot) noexcept { HWY_DYNAMIC_DISPATCH(Feet)(wide, foot); }
+void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept { HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box); }
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);
 }

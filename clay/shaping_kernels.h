@@ -19,8 +19,9 @@ inline constexpr int wideOffset(int x, int y, int z) { return (x * 12 + y) * kWi
 /// the value that both buffers hold, values beyond `cap` become kUnknownDistance. Writes the inner 8×8×8 of `out`; whether any of them differs from `wide`.
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
 
-/// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known.
-void wideFeet(const float* wide, float* foot) noexcept;
+/// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known. `box`: the least
+/// and the largest x, y, z of where the feet of known voxels lie, from the brick's middle.
+void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept;
 
 /// As ballWeights, taken at the feet of the voxels instead of at the voxels. The constant falloff's rim is two voxels wide: a step within
 /// one voxel could not be told from a step elsewhere in it.

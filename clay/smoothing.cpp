@@ -16,13 +16,14 @@ namespace {
 constexpr double kFineRadius = 10;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 30);
+// Voxels beside an edge that the surface may come to in one application.
+constexpr float kNear = 2;
 
-// Volume of a voxel whose surface is soft by a voxel on either side, and its derivative (times −1).
-float volume(float phi) {
-  const float rest = std::max(1 - std::abs(phi), 0.0f), half = 0.5f * rest * rest;
-  return phi < 0 ? 1 - half : half;
+// How much of an edge between two voxels is inside.
+float insideOf(float a, float b) {
+  if ((a < 0) == (b < 0)) return a < 0 ? 1.0f : 0.0f;
+  return a < 0 ? a / (a - b) : b / (b - a);
 }
-float area(float phi) { return std::max(1 - std::abs(phi), 0.0f); }
 
 class Smoothing : public DistanceMethod {
  public:
@@ -37,6 +38,7 @@ class Smoothing : public DistanceMethod {
     float weight[kBrickVoxels];  // 0 where nothing is known
   };
   void gatherBroad(Sampler& before, Coord coord, int margin, const std::vector<Part>* parts, float* broad) const;
+  void gatherWeights(Coord coord, float* broad) const;
   [[nodiscard]] const Part* find(Coord coord) const {
     const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
     return it != bricks_.end() && *it == coord ? &parts_[static_cast<size_t>(it - bricks_.begin())] : nullptr;
@@ -108,26 +110,60 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
     }
   }
   if (!keep) return;
-  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
+  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much. Volume is the length that lies inside of
+  // the lines of voxels along each axis.
+  struct Edge {
+    float a, b, weightA, weightB, share;
+  };
+  std::vector<Edge> edges;
   int64_t goal = 0;
   const auto grains = [](float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); };
+  float broadNow[kBroadSize], broadWas[kBroadSize], broadWeight[kBroadSize] = {};
   for (size_t i = 0; i < bricks.size(); ++i) {
-    const Slot slot = before.slot(bricks[i]);
-    for (int v = 0; v < kBrickVoxels; ++v)
-      if (parts_[i].weight[v] > 0) goal += grains(volume(slot.phi(v, band_)));
-  }
-  for (int step = 0; step < 3; ++step) {
-    int64_t now = 0, slope = 0;
-    for (const Part& part : parts_)
-      for (int v = 0; v < kBrickVoxels; ++v) {
-        if (!(part.weight[v] > 0)) continue;
-        const float phi = part.mean[v] + part.weight[v] * putBack_;
-        now += grains(volume(phi));
-        slope += grains(part.weight[v] * area(phi));
+    const Part& part = parts_[i];
+    if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
+    gatherBroad(before, bricks[i], 1, nullptr, broadWas);
+    gatherBroad(before, bricks[i], 1, &parts_, broadNow);
+    gatherWeights(bricks[i], broadWeight);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);
+      if (!(std::abs(broadWas[at]) < kNear)) continue;
+      constexpr int kSteps[3] = {16 * kBroadRow, kBroadRow, 1};
+      float slopes[3], squares = 1e-6f;
+      for (int k = 0; k < 3; ++k) {
+        slopes[k] = broadWas[at + kSteps[k]] - broadWas[at - kSteps[k]];
+        squares += slopes[k] * slopes[k];
       }
+      for (int k = 0; k < 3; ++k) {
+        const int next = at + kSteps[k];
+        if (!(broadWeight[at] > 0) && !(broadWeight[next] > 0)) continue;
+        // Lines along the surface say nothing of its height.
+        const float lineShare = slopes[k] * slopes[k] / squares;
+        goal += grains(lineShare * insideOf(broadWas[at], broadWas[next]));
+        edges.push_back({broadNow[at], broadNow[next], broadWeight[at], broadWeight[next], lineShare});
+      }
+    }
+  }
+  for (int step = 0; step < 4; ++step) {
+    int64_t now = 0, slope = 0;
+    for (const Edge& each : edges) {
+      const float a = each.a + each.weightA * putBack_, b = each.b + each.weightB * putBack_;
+      now += grains(each.share * insideOf(a, b));
+      if ((a < 0) != (b < 0)) slope += grains(each.share * 0.5f * (each.weightA + each.weightB) / std::max(std::abs(a - b), 0.05f));
+    }
     if (slope <= 0) break;
-    const double more = static_cast<double>(now - goal) / static_cast<double>(slope);
-    putBack_ = static_cast<float>(std::clamp(static_cast<double>(putBack_) + more, -1.0, 1.0));
+    putBack_ = static_cast<float>(std::clamp(static_cast<double>(putBack_) + static_cast<double>(now - goal) / static_cast<double>(slope), -1.0, 1.0));
+  }
+}
+
+// Weights of a brick and of one voxel beyond its upper faces.
+void Smoothing::gatherWeights(Coord coord, float* broad) const {
+  for (int i = 0; i < 4; ++i) {
+    const Coord side{i == 1, i == 2, i == 3};
+    const Part* part = find(coord + side);
+    for (int x = side.x * 8; x < (side.x ? 9 : 8); ++x)
+      for (int y = side.y * 8; y < (side.y ? 9 : 8); ++y)
+        for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z) broad[broadOffset(x + 4, y + 4, z + 4)] = part ? part->weight[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
   }
 }
 

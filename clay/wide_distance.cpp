@@ -164,7 +164,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     const float* u = w.u[now];
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
-    wideFeet(u, block.foot);
+    wideFeet(u, block.foot, block.feet);
     for (int i = 0; i < kBrickVoxels; ++i) block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
   }
 }

@@ -20,6 +20,7 @@ class WideDistance {
   struct Block {
     float u[kBrickVoxels];            ///< Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
     float foot[3 * kBrickVoxels];     ///< From each voxel to its nearest point of the surface: x of all, y of all, z of all.
+    float feet[2][3];                 ///< Box around the feet of known voxels, from the brick's middle; upside down where there are none.
     uint64_t known[kBrickEdge] = {};  ///< Bit y·8 + z of word x: u and foot are known.
     uint64_t frozen[kBrickEdge] = {}; ///< The same for the version's own, within the band or behind the surface.
     float solvedTo = 0;
