@@ -14,11 +14,11 @@ namespace argil::clay {
 namespace {
 
 constexpr int kCells = 96;     // along the longest side
-constexpr int kMargin = 4;     // cells around the box
+constexpr int kMargin = 16;    // cells around the box: two of the coarsest
 constexpr float kBand = 8;     // cells: known from the mesh
 constexpr int kLeast = 12;     // no coarser than this many samples a side
 
-// Fills |phi| beyond the band: upwind |∇u| = 1, swept in the eight orders of the axes until every place has been reached.
+// Fills |phi| beyond the band: upwind |∇u| = 1, swept once in each of the eight orders of the axes.
 void widen(StampShape::Level& level) {
   const int nx = level.size[0], ny = level.size[1], nz = level.size[2];
   auto& phi = level.distance;
@@ -26,7 +26,7 @@ void widen(StampShape::Level& level) {
   const float far = static_cast<float>(nx + ny + nz);
   std::vector<float> u(phi.size());
   for (size_t i = 0; i < phi.size(); ++i) u[i] = std::abs(phi[i]) < kBand ? std::abs(phi[i]) : far;
-  for (int order = 0; order < 16; ++order) {
+  for (int order = 0; order < 8; ++order) {
     const bool fx = order & 1, fy = order & 2, fz = order & 4;
     for (int i = 0; i < nx; ++i)
       for (int j = 0; j < ny; ++j)

@@ -39,6 +39,25 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
   int voxels[kBrickVoxels];
+  // A brick far from the surface for all of the way is told by its middle.
+  {
+    const float voxel = level.cell * static_cast<float>(s.radius), slack = 7 + 5 + 2 * voxel + static_cast<float>((s.b - s.a).norm());
+    float away2 = 0;
+    int at[3];
+    for (int k = 0; k < 3; ++k) {
+      const float* axis = tip.axes + 3 * k;
+      const float cell = level.middle[k] - ((tip.a[0] * axis[0] + tip.a[1] * axis[1]) + tip.a[2] * axis[2]) / voxel;
+      const float within = std::min(std::max(cell, 0.0f), static_cast<float>(level.size[k] - 1));
+      away2 += (cell - within) * (cell - within);
+      at[k] = static_cast<int>(within + 0.5f);
+    }
+    const float middle = level.distance[static_cast<size_t>(at[0] * strideX + at[1] * strideY + at[2])], away = std::sqrt(away2);
+    const float far = away > 0 ? std::max(middle, away) : middle;
+    if (tip.growth == 0 && std::abs(far) * voxel > slack) {
+      std::fill(std::begin(distance), std::end(distance), far * voxel);
+      return;
+    }
+  }
   for (int place = 0; place < places; ++place) {
     const float t = places > 1 ? static_cast<float>(place) / static_cast<float>(places - 1) : 0;
     const float radius = static_cast<float>(s.radius) * (1 + t * tip.growth), voxel = level.cell * radius;  // voxels a cell
@@ -59,10 +78,10 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
       }
       const float* corner = level.distance.data() + (base[0] - 1) * strideX + (base[1] - 1) * strideY + base[2] - 1;
       const float near = corner[strideX + strideY + 1];
-      // Beyond the samples: at least as far as the box, and as what stands at its side.
+      // Beyond the samples: as far as their box, and from there on.
       const float away = std::sqrt(away2);
       if (away > 0 || std::abs(near) * voxel > 5 + 2 * voxel) {
-        distance[i] = std::min(distance[i], std::max(near, away) * voxel);
+        distance[i] = std::min(distance[i], (near + away) * voxel);
         continue;
       }
       samples[count] = {corner, part[0], part[1], part[2]};
