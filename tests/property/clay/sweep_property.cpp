@@ -71,7 +71,7 @@ TEST(SweptTip, IsTheUnionOfItsPlacesAndADistanceNearItsSurface) {
         }
     EXPECT_EQ(wrong, 0);
     EXPECT_LT(worst, 0.02);
-    EXPECT_GT(near, 500);
+    EXPECT_GT(near, 100);
     EXPECT_LT(worstSlope, 0.02);
     std::printf("tip %d: %d voxels near its surface, slope within %.4f of 1, distance within %.4f\n", static_cast<int>(c.tip), near, worstSlope, worst);
   }
