@@ -16,6 +16,7 @@
 #include "clay/error.h"
 #include "clay/parallel.h"
 #include "clay/redistance.h"
+#include "clay/swept_tip.h"
 
 namespace argil::clay {
 
@@ -169,7 +170,7 @@ struct BrushStroke::State {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
       const bool csg = operation->method == Method::carve || operation->method == Method::add;
-      if (csg && brush->tip == Tip::ball) ball = operation->method;
+      if (csg) tool = operation->method;
       method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
     }
     editor.emplace(std::move(base));
@@ -177,7 +178,7 @@ struct BrushStroke::State {
 
   std::shared_ptr<const Brush> brush;
   int threads;
-  std::optional<Method> ball;              // carve or add with a ball: the way that costs least
+  std::optional<Method> tool;              // carve or add: the way that costs least
   std::unique_ptr<DistanceMethod> method;  // any other
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
@@ -195,7 +196,7 @@ struct BrushStroke::State {
   std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
   std::vector<Coord> due;
 
-  void sweepBall(const Stamp& s, std::vector<Coord>& influenced);
+  void sweepTip(const Stamp& s, std::vector<Coord>& influenced);
   BrickChange masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const;
   void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
   void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
@@ -243,11 +244,11 @@ struct BrushStroke::State {
   }
 };
 
-void BrushStroke::State::sweepBall(const Stamp& s, std::vector<Coord>& influenced) {
+void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced) {
   const double band = editor->grid().band;
   // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
-  const double least = std::min(s.radius, s.radiusAtEnd()), largest = s.largestRadius();
-  const bool carving = *ball == Method::carve;
+  const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush), largest = s.largestRadius() * aroundTip(*brush);
+  const bool carving = *tool == Method::carve;
   const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
   float flat[kBrickVoxels];
@@ -285,8 +286,17 @@ void BrushStroke::State::sweepBall(const Stamp& s, std::vector<Coord>& influence
     }
     Brick* mine = slot.isTile() || mask != ChannelSlot() ? nullptr : editor->own(coord);
     Brick* target = mine ? mine : editor->newBrick(coord);
-    const SweptBall swept = sweptBall(s, coord);
-    BrickChange change = carving ? carveBrick(swept, editor->grid().band, source, *target) : addBrick(swept, editor->grid().band, source, *target);
+    BrickChange change;
+    if (brush->tip == Tip::ball) {
+      const SweptBall swept = sweptBall(s, coord);
+      change = carving ? carveBrick(swept, editor->grid().band, source, *target) : addBrick(swept, editor->grid().band, source, *target);
+    } else {
+      float distance[kBrickVoxels], kept[kBrickVoxels], most = 0;
+      tipDistances(*brush, s, coord, distance);
+      if (target == mine) source = std::copy_n(source, kBrickVoxels, kept) - kBrickVoxels;
+      for (int i = 0; i < kBrickVoxels; ++i) target->phi[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
+      change = sealBrick(source, editor->grid().band, *target, most);
+    }
     if (mask != ChannelSlot()) {
       float most = 0;
       change = masked(mask, source, *target, most);
@@ -323,6 +333,8 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
       if (!editor->find(coord).isTile()) surface.push_back(coord);
     });
   }
+  if (method->everywhere())
+    for (const Stamp& s : images) forBricks(s, method->reach(s), [](Coord, double) { return true; }, [&](Coord coord) { surface.push_back(coord); });
   std::vector<Coord> all = withNeighbours(surface);
   for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
   std::erase_if(all, [&](Coord coord) {
@@ -474,9 +486,9 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   const Version was = s.beforeChange();
   std::vector<Coord> influenced;
   const bool blends = images.size() > 1 && s.editor->has(Channel::mask);  // what a mask covers in part depends on the order of images
-  if (s.ball && !blends) {
+  if (s.tool && !blends) {
     // Cutting away one thing after the other gives the same in any order.
-    for (const Stamp& each : images) s.sweepBall(each, influenced);
+    for (const Stamp& each : images) s.sweepTip(each, influenced);
     if (images.size() > 1) {
       std::sort(influenced.begin(), influenced.end());
       influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
@@ -484,7 +496,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   } else if (s.method) {
     s.workInParts(images, influenced);
   }
-  s.carry(was, s.ball ? nullptr : s.method.get(), images);
+  s.carry(was, s.tool ? nullptr : s.method.get(), images);
   for (const Operation& each : s.brush->operations)
     if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
   const uint64_t number = ++s.stamps;

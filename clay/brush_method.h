@@ -52,6 +52,9 @@ class DistanceMethod {
   [[nodiscard]] virtual bool exact() const { return false; }
   [[nodiscard]] virtual Renew leaves() const { return exact() ? Renew::none : Renew::all; }
 
+  /// Whether it makes clay where no surface is near: all bricks within reach are asked for.
+  [[nodiscard]] virtual bool everywhere() const { return false; }
+
   /// Whether every application computes its bricks from the stroke's base, so that nothing adds up that had to be redistanced on the way.
   [[nodiscard]] virtual bool lasting() const { return false; }
 

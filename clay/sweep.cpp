@@ -1,39 +1,41 @@
-// The swept tip is cut away, laid on, or laid on and blended.
+// The swept tip is laid on and blended; or laid on or cut away where a mask makes the order of images matter. Else the stroke does that itself.
 
 #include <algorithm>
 
 #include "clay/brush_method.h"
-#include "clay/error.h"
+#include "clay/swept_tip.h"
 
 namespace argil::clay {
 namespace {
 
 class Sweep : public DistanceMethod {
  public:
-  explicit Sweep(const StrokeContext& context) : brush_(context.brush), method_(context.operation.method), band_(context.band) {
-    if (brush_->tip != Tip::ball) throw Error("no such tip yet");
-  }
+  explicit Sweep(const StrokeContext& context)
+      : brush_(context.brush),
+        carves_(context.operation.method == Method::carve),
+        // Beyond the band a distance is only a bound, so a blend is no wider than what is known.
+        blend_(context.operation.method == Method::wax ? std::min(brush_->blend, context.band) : 0),
+        band_(context.band) {}
 
-  double reach(const Stamp& stamp) const override { return stamp.largestRadius() + band_; }
-  bool exact() const override { return method_ != Method::wax; }
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius() * aroundTip(*brush_) + band_; }
+  bool everywhere() const override { return true; }
+  bool exact() const override { return blend_ == 0; }
 
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
     float distance[kBrickVoxels], one[kBrickVoxels];
     for (size_t i = 0; i < images.size(); ++i) {
-      ballDistances(sweptBall(images[i], coord), i == 0 ? distance : one);
+      tipDistances(*brush_, images[i], coord, i == 0 ? distance : one);
       if (i > 0)
         for (int v = 0; v < kBrickVoxels; ++v) distance[v] = std::min(distance[v], one[v]);
     }
     const Slot now = before.slot(coord);
-    // Beyond the band a distance is only a bound, so a blend is no wider than what is known.
-    const float blend = std::min(brush_->blend, band_);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float old = now.phi(v, band_), d = distance[v];
-      if (method_ == Method::carve) {
+      if (carves_) {
         phi[v] = std::max(old, -d);
       } else {
-        const float near = method_ == Method::wax && blend > 0 ? std::max(blend - std::abs(old - d), 0.0f) / blend : 0.0f;
-        phi[v] = std::min(old, d) - near * near * (blend * 0.25f);
+        const float near = blend_ > 0 ? std::max(blend_ - std::abs(old - d), 0.0f) / blend_ : 0.0f;
+        phi[v] = std::min(old, d) - near * near * (blend_ * 0.25f);
       }
     }
     return true;
@@ -41,8 +43,8 @@ class Sweep : public DistanceMethod {
 
  private:
   std::shared_ptr<const Brush> brush_;
-  Method method_;
-  float band_;
+  bool carves_;
+  float blend_, band_;
 };
 
 }  // namespace

@@ -1,0 +1,121 @@
+// What tips other than the ball promise.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "clay/brush.h"
+#include "clay/primitives.h"
+#include "clay/sampler.h"
+#include "clay/stamp_shape.h"
+#include "clay/store.h"
+#include "clay/swept_tip.h"
+
+namespace argil::clay {
+namespace {
+
+Eigen::Matrix3f turned() { return Eigen::AngleAxisf(0.8f, Vec3f(1, -2, 0.5f).normalized()).toRotationMatrix(); }
+
+// Signed distance to a rounded box or an ellipsoid by fine search; in the tip's axes.
+double boxDistance(const Vec3d& p, const Vec3d& half, double round) {
+  const Vec3d q = p.cwiseAbs() - (half - Vec3d::Constant(round));
+  return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - round;
+}
+double ellipsoidLevel(const Vec3d& p, const Vec3d& half) { return p.cwiseQuotient(half).norm() - 1; }
+
+struct Case {
+  Tip tip;
+  Vec3f proportions;
+  Vec3d way;
+};
+
+TEST(SweptTip, IsTheUnionOfItsPlacesAndADistanceNearItsSurface) {
+  for (const Case& c : {Case{Tip::ellipsoid, {1, 0.6f, 0.3f}, {5, 2, -3}}, Case{Tip::ellipsoid, {0.3f, 1, 0.5f}, {0, 0, 0}}, Case{Tip::box, {1, 0.5f, 0.3f}, {4, -3, 2}}, Case{Tip::box, {0.6f, 0.6f, 1}, {0, 0, 0}}}) {
+    Brush brush = *Brush::of(Method::carve);
+    brush.tip = c.tip;
+    brush.proportions = c.proportions;
+    brush.round = 0.4f;
+    Stamp stamp{{1.25, -0.5, 2}, Vec3d(1.25, -0.5, 2) + c.way, 20, 1};
+    stamp.axes = turned();
+    const Vec3d half = 20 * c.proportions.cast<double>();
+    const Eigen::Matrix3d axes = stamp.axes.cast<double>();
+    double worstSlope = 0, worst = 0;
+    int near = 0, wrong = 0;
+    for (int bx = -3; bx <= 3; ++bx)
+      for (int by = -3; by <= 3; ++by)
+        for (int bz = -3; bz <= 3; ++bz) {
+          float d[kBrickVoxels];
+          tipDistances(brush, stamp, {bx, by, bz}, d);
+          for (int i = 0; i < kBrickVoxels; ++i) {
+            const Vec3d p = (Coord{bx, by, bz} * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
+            double expected = 1e9;
+            for (int k = 0; k <= 32; ++k) {
+              const Vec3d y = axes.transpose() * (p - stamp.a - (stamp.b - stamp.a) * k / 32.0);
+              expected = std::min(expected, c.tip == Tip::box ? boxDistance(y, half, 0.4 * half.minCoeff()) : ellipsoidLevel(y, half));
+            }
+            // The sign is that of the union.
+            if (std::abs(expected) > 0.01) wrong += (d[i] < 0) != (expected < 0);
+            if (c.tip == Tip::box && expected > 0 && expected < 3) worst = std::max(worst, std::abs(d[i] - expected));
+            const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
+            if (std::abs(d[i]) > 1 || x < 1 || y < 1 || z < 1 || x > 6 || y > 6 || z > 6) continue;
+            // Where the second differences say that the surface is smooth, the slope is 1.
+            double slope2 = 0, bend = 0;
+            for (const int step : {64, 8, 1}) {
+              slope2 += 0.25 * (d[i + step] - d[i - step]) * (d[i + step] - d[i - step]);
+              bend = std::max<double>(bend, std::abs(d[i + step] + d[i - step] - 2 * d[i]));
+            }
+            if (bend > 0.04) continue;
+            ++near;
+            worstSlope = std::max(worstSlope, std::abs(std::sqrt(slope2) - 1));
+          }
+        }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_LT(worst, 0.02);
+    EXPECT_GT(near, 100);
+    EXPECT_LT(worstSlope, 0.02);
+    std::printf("tip %d: %d voxels near its surface, slope within %.4f of 1, distance within %.4f\n", static_cast<int>(c.tip), near, worstSlope, worst);
+  }
+}
+
+TEST(SweptTip, CarvesAndAddsWhereNoSurfaceIsNear) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 40);
+  for (const Tip tip : {Tip::box, Tip::ellipsoid}) {
+    auto brush = std::make_shared<Brush>(*Brush::of(Method::carve));
+    brush->tip = tip;
+    BrushStroke stroke(base, brush);
+    stroke.apply({{0, 0, 0}, {0, 0, 0}, 30});
+    const Version after = stroke.finish();
+    Sampler field(after);
+    EXPECT_GT(field.voxel({0, 0, 0}), 2.9f);
+    EXPECT_NEAR(field.trilinear(Vec3d(29, 0, 0)), 1, 0.01);
+    EXPECT_NEAR(field.trilinear(Vec3d(31, 0, 0)), -1, 0.01);
+  }
+}
+
+TEST(StampShape, OfABallIsABallAtAnySize) {
+  const Version ball = makeSphere(Store::make(), Grid{}, Vec3d(3, 4, 5), 20);
+  const auto shape = StampShape::of(ball);
+  for (const double radius : {6.0, 25.0, 60.0}) {
+    auto brush = std::make_shared<Brush>(*Brush::of(Method::add));
+    brush->tip = Tip::shape;
+    brush->shape = shape;
+    BrushStroke stroke(Version::empty(ball.store(), Grid{}), brush);
+    Stamp stamp{{0.3, 0.1, -0.2}, {0.3, 0.1, -0.2}, radius, 1};
+    stamp.axes = turned();
+    stroke.apply(stamp);
+    const Version after = stroke.finish();
+    double worst = 0;
+    after.forEachBrick([&](const Brick& brick) {
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        const double expected = ((brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d() - stamp.a).norm() - radius;
+        if (std::abs(expected) < 1) worst = std::max(worst, std::abs(brick.phi[i] - expected));
+      }
+    });
+    std::printf("a ball of %.0f voxels from samples: within %.3f voxel\n", radius, worst);
+    EXPECT_LT(worst, radius < 10 ? 0.1 : 0.05 + radius / 1000);
+    EXPECT_GT(after.stats().bricks, 10u);
+  }
+}
+
+}  // namespace
+}  // namespace argil::clay
