@@ -124,8 +124,8 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
 
   cli::BenchOptions bench;
-  auto* benchVerb = app.add_subcommand("bench", "Measure this machine (edit, surface, touch, render, keep, undo, io) or the feel of simulated devices (buzz, stability)");
-  benchVerb->add_option("names", bench.names, "edit, surface, touch, render, keep, undo, io, buzz, stability; all but the last when left out");
+  auto* benchVerb = app.add_subcommand("bench", "Measure this machine (edit, surface, touch, render, keep, undo, io, whole) or the feel of simulated devices (buzz, stability)");
+  benchVerb->add_option("names", bench.names, "edit, surface, touch, render, keep, undo, io, whole, buzz, stability; all but the last when left out");
   benchVerb->add_option("--json", bench.json, "Figures as JSON");
   benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz or stability)");
   benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
