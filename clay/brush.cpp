@@ -314,14 +314,17 @@ BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, Br
 // Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
 std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images) {
   std::vector<Coord> surface;
+  // The band moves along.
+  const int rings = std::max(1, static_cast<int>(std::ceil((method->travel() + editor->grid().band) / kBrickEdge)));
   for (const Stamp& s : images) {
-    const double reach = method->reach(s);
-    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - 8 < reach; };
-    forBricks(s, reach + 8, enter, [&](Coord coord) {
+    const double reach = method->reach(s), margin = 8.0 * rings;
+    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - margin < reach; };
+    forBricks(s, reach + margin, enter, [&](Coord coord) {
       if (!editor->find(coord).isTile()) surface.push_back(coord);
     });
   }
   std::vector<Coord> all = withNeighbours(surface);
+  for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
   std::erase_if(all, [&](Coord coord) {
     const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
     return std::none_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });

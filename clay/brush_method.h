@@ -29,6 +29,9 @@ class DistanceMethod {
   /// How far from a stamp's segment it may change anything, voxels. The same every time.
   [[nodiscard]] virtual double reach(const Stamp& stamp) const { return stamp.largestRadius(); }
 
+  /// How far outside of the surface an application may put one, voxels.
+  [[nodiscard]] virtual double travel() const { return 0; }
+
   /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that hold or touch some surface.
   virtual void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
     (void)before, (void)images, (void)bricks;

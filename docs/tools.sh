@@ -18,7 +18,8 @@ JSON
 labels=()
 while read -r id; do
   "$argil" tools --demo "$id" > "$tiles/$id.json"
-  "$argil" sculpt "$tiles/$id.json" --png "$tiles/$id.png" --size 480x320 > /dev/null
+  "$argil" sculpt "$tiles/$id.json" -o "$tiles/$id.argil" > /dev/null
+  "$argil" render "$tiles/$id.argil" -o "$tiles/$id.png" --size 480x320 > /dev/null
   labels+=(-label "$id" "$tiles/$id.png")
 done < <("$argil" tools --ids)
 montage "${labels[@]}" -tile 6x -geometry 320x213+4+4 -background '#202226' -fill '#d8d8d8' "${1:-$root/docs/tools.png}"

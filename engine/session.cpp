@@ -180,10 +180,11 @@ void Session::addPoint(const PathPoint& given) {
   }
   if (!point.rotation && StrokePath::reaches(lifted_.grid(), point.mm)) point.rotation = standing(point.mm);
   if (!path_) {
+    auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start);  // throws before anything is begun
     StrokePath path(lifted_.grid(), tool_, quality_);
     path.add(point, stamps_);
     path_ = path;
-    brush_ = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start);
+    brush_ = std::move(brush);
     stroke_->strokes.push_back({tool_, Drive::tip, {}});
     stroke_->strokes.back().images = images_;
   } else {
@@ -200,12 +201,15 @@ void Session::addPoint(const PathPoint& given) {
 }
 
 void Session::apply() {
-  for (const clay::Stamp& stamp : stamps_) {
+  std::vector<clay::Stamp> stamps;
+  stamps.swap(stamps_);  // whatever is thrown, none comes a second time
+  for (const clay::Stamp& stamp : stamps) {
     maps_.apply(stamp, stampImages_);
     brush_->apply(stampImages_);
   }
-  counts_.stamps += stamps_.size() * maps_.count();
-  stamps_.clear();  // keeps its memory
+  counts_.stamps += stamps.size() * maps_.count();
+  stamps.clear();
+  stamps_ = std::move(stamps);  // keeps its memory
 }
 
 void Session::liftTool() {

@@ -51,9 +51,20 @@ Script toolDemo(const ToolRow& row) {
   if (row.group == "Move") {
     tool.radiusMm = press = 8;
     if (row.id == "tug" || row.id == "smudge") places = line({-12, 3, 0}, {2, -5, 0});
-    if (row.id == "twist") places = line({-12, 3, 0}, {-11, 3, 0});
+    if (row.id == "twist") places = line({13, 0, 0}, {13, 1.5, 0});
+    if (row.id == "pinch") places = line({13, -11, 0}, {13, 11, 0});
+    if (row.id == "pinch" || row.id == "smudge") tool.strength = 1;
   }
-  if (row.group == "Surface") tool.heightMm = 1.6;
+  int passes = 1;
+  if (row.group == "Surface") {
+    tool.heightMm = 2;
+    if (row.operations[0].method != clay::Method::raise && row.id != "crease") {
+      // Over the bump and the furrow, to and fro.
+      tool.strength = 1;
+      places = line({-22, 3, 0}, {22, 3, 0});
+      passes = 4;
+    }
+  }
   if (row.file != ToolFile::none) {
     tool.file = row.file == ToolFile::image ? "tile.pgm" : "tile.stl";
     tool.radiusMm = 11;
@@ -65,7 +76,7 @@ Script toolDemo(const ToolRow& row) {
     tool.morphTo = 0;
     places = line({-20, 3, 0}, {-4, 3, 0});
   }
-  script.strokes.push_back(strokeOf(tool, press, places));
+  for (int i = 0; i < passes; ++i) script.strokes.push_back(strokeOf(tool, press, places));
   return script;
 }
 

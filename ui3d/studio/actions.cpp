@@ -73,6 +73,22 @@ void showAll(Context& c, Text) {
   });
 }
 
+// The piece that a deform box would be put around.
+const engine::Piece* deformable(const Context& c) {
+  const engine::Piece* piece = c.now.document->piece(c.state.selected);
+  if (!piece) piece = c.now.document->workedOn();
+  return piece && !piece->locked && piece->version && piece->version.stats().bricks > 0 ? piece : nullptr;
+}
+void switchDeformBox(Context& c, Text) {
+  if (c.state.deformBox) {
+    c.state.deformBox->cancel = true;
+  } else if (const engine::Piece* piece = deformable(c)) {
+    c.state.deformBox = DeformBox::around(*piece);
+    c.state.shown.settings = true;
+  }
+}
+bool hasDeformBox(const Context& c) { return c.state.deformBox.has_value(); }
+
 // Tools
 
 void takeTool(Context& c, Text id) { c.state.toolId = id; }
@@ -235,6 +251,12 @@ void addDocumentRows(std::vector<Action>& rows) {
 
   rows.push_back({"clay.block", "Add a block", "A block of clay, 60 × 60 × 40 mm.", "Clay", "", addBlock});
   rows.push_back({"clay.sphere", "Add a ball", "A ball of clay, 60 mm across.", "Clay", "", addSphere});
+  rows.push_back({"clay.deformBox", "Deform box", "Points around a piece that pull its clay; bend, twist and taper.", "Clay", "", switchDeformBox, "",
+                  [](const Context& c) { return hasDeformBox(c) || (deformable(c) && !c.now.inStroke); }, [](const Context& c, Text) { return hasDeformBox(c); }});
+  rows.push_back({"clay.deformApply", "Apply the deform box", "Keeps the clay as the box has made it.", "Clay", "",
+                  [](Context& c, Text) { c.state.deformBox->apply = true; }, "", hasDeformBox});
+  rows.push_back({"clay.deformCancel", "Cancel the deform box", "The clay as it was before.", "Clay", "",
+                  [](Context& c, Text) { c.state.deformBox->cancel = true; }, "", hasDeformBox});
   rows.push_back({"clay.add", "Add clay…", "A block or a ball of the size that is wanted.", "Clay", "", openDialog, "clay"});
 }
 

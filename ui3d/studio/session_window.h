@@ -9,6 +9,7 @@
 #include "render/renderer.h"
 #include "ui3d/studio/actions.h"
 #include "ui3d/studio/camera.h"
+#include "ui3d/studio/deforming.h"
 #include "ui3d/studio/event_log.h"
 #include "ui3d/studio/frame_log.h"
 #include "ui3d/studio/hand.h"
@@ -39,6 +40,7 @@ class SessionWindow {
 
   // The loop (studio.cpp)
   void followStylus(double now);
+  void followDeformBox();
   void gather();
   void turn();
   void serveRecording(double now);
@@ -113,6 +115,7 @@ class SessionWindow {
   UiInput ui_;
   Panels panels_;
   Widgets widgets_;
+  Deforming deforming_;
   Camera camera_;
   Hand hand_;
   FrameLog log_;

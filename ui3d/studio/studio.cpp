@@ -193,7 +193,7 @@ void SessionWindow::gather() {
 }
 
 bool SessionWindow::atRest() const {
-  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && bench_.idle() &&
+  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && bench_.idle() && !deforming_.busy() &&
          uiSteps_ == 0 && (stillShown_ || window_.minimised());
 }
 
@@ -233,6 +233,15 @@ void SessionWindow::followStylus(double now) {
   if (std::exchange(cuts_, !overWidget_) != cuts_) bench_.setCutting(cuts_);
 }
 
+void SessionWindow::followDeformBox() {
+  const Deforming::Edit edit = [this](std::string label, std::function<void(engine::Document&)> change, std::string merge) {
+    bench_.edit(std::move(label), std::move(change), std::move(merge));
+  };
+  if (!deforming_.update(state_.deformBox, *now_->document, widgets_.held(), edit, [this] { bench_.endMerge(); })) return;
+  hoverStale_ = true;
+  uiSteps_ = std::max(uiSteps_, 1);
+}
+
 // Between two pictures: events, panels, and what is to be drawn next.
 void SessionWindow::turn() {
   const double now = window_.nowS();
@@ -256,6 +265,7 @@ void SessionWindow::turn() {
   jobs_ = jobs.size();
   attempt([&] {
     followStylus(now);
+    followDeformBox();
     hover();
     if (!window_.minimised()) follow();
   });

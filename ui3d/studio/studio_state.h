@@ -11,6 +11,7 @@
 #include "engine/tool_table.h"
 #include "haptics/workspace.h"
 #include "render/renderer.h"
+#include "ui3d/studio/deform_box.h"
 
 namespace argil::studio {
 
@@ -64,6 +65,8 @@ struct StudioState {
   engine::Id selected = 0;       ///< A thing of the document; widgets are shown for it. 0: none.
   GizmoMode gizmo = GizmoMode::none;
   bool snapWidgets = true;       ///< Dragged widgets snap to guides, surface and grid.
+
+  std::optional<DeformBox> deformBox;  ///< Around a piece that is being deformed.
 
   // Looks
   render::Look look;

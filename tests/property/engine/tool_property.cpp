@@ -272,13 +272,15 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
         if (std::abs(brick.phi[i]) >= 1 || (i * 7 + brick.coord.x) % 5 != 0) continue;
         const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
         Vec3f g;
-        (void)sampler.trilinear(p, g);
-        bool smooth = true;
+        (void)sampler.tricubic(p, g);
+        const Vec3d normal = g.cast<double>().normalized(), foot = p - double(brick.phi[i]) * normal;
+        bool smooth = g.squaredNorm() > 0.25f;
         for (int k = 0; k < 26 && smooth; ++k) {
           const int c = k < 13 ? k : k + 1;
+          const Vec3d step = 2.0 * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
           Vec3f other;
-          (void)sampler.trilinear(p + 2.0 * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1), other);
-          smooth = other.squaredNorm() > 0.1f && other.normalized().dot(g.normalized()) > 0.94f;  // 20°
+          (void)sampler.tricubic(foot + step - step.dot(normal) * normal, other);
+          smooth = other.squaredNorm() > 0.25f && other.cast<double>().normalized().dot(normal) > 0.94;  // 20°
         }
         if (!smooth) continue;
         const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(std::abs(double(brick.phi[i])) - exact);

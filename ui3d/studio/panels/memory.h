@@ -113,6 +113,7 @@ void drawNotices(Context& context, Memory& memory);
 
 // Panels: what is in them; their docks are begun.
 void settingsPanel(Context& context, Memory& memory);
+void deformSection(Context& context);              ///< While there is a deform box, within settings.
 void inspector(Context& context, Memory& memory);  ///< Of the selected thing, within settings.
 void thingsPanel(Context& context, Memory& memory);
 void historyPanel(Context& context, Memory& memory);

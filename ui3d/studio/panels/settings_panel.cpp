@@ -25,6 +25,7 @@ void settingsPanel(Context& context, Memory& memory) {
     if (memory.handOpen) drawRows(engine::heldParameters(*row), context.state.tool());
   }
   if (context.bench.usesPointer()) drawRows(handRows(), context.state);
+  deformSection(context);
 
   kit::heading("Symmetry");
   const float each = std::floor((ImGui::GetContentRegionAvail().x - 2 * kGap) / 3);

@@ -78,6 +78,7 @@ void buildGuide(Build& build, const engine::Guide& guide, const Stance& stance);
 void buildSection(Build& build);
 void buildSymmetry(Build& build);
 void buildWorkspaceBox(Build& build);
+void buildLattice(Build& build);
 /// For the selected thing, about `pivot`. `axes`: unit, right-handed.
 void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d& pivot, const Eigen::Matrix3d& axes, bool sized);
 

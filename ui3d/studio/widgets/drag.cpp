@@ -201,6 +201,7 @@ std::string Drag::label(const engine::Document& document) const {
   switch (handle_.target.kind) {
     case Target::Kind::symmetry: return fmt::format("{} symmetry", verb);
     case Target::Kind::section: return fmt::format("{} section", verb);
+    case Target::Kind::lattice: return "Deform";
     case Target::Kind::workspace: return fmt::format("{} workspace", verb);
     default: break;
   }

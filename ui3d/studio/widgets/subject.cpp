@@ -48,6 +48,9 @@ Subject readSubject(const World& world, const Target& target) {
       if (world.state.look.section) return *world.state.look.section;
       break;
     case Target::Kind::workspace: return world.state.workspace;
+    case Target::Kind::lattice:
+      if (const auto& box = world.state.deformBox; box && box->piece == target.id) return HeldLattice{box->lattice, box->pose};
+      break;
   }
   return {};
 }
@@ -86,6 +89,9 @@ void writeSubject(World& world, const Target& target, const Subject& subject, co
                    world.state.workspace = workspace;
                    if (world.setWorkspace) world.setWorkspace(workspace);
                  },
+                 [&](const HeldLattice& held) {
+                   if (auto& box = world.state.deformBox; box && box->piece == target.id) box->lattice = held.lattice;
+                 },
              },
              subject);
 }
@@ -105,6 +111,7 @@ bool sameSubject(const Subject& a, const Subject& b) {
                           const auto& other = std::get<haptics::Workspace>(b);
                           return same(workspace.pose, other.pose) && std::abs(workspace.scale - other.scale) <= 1e-12 * workspace.scale;
                         },
+                        [&](const HeldLattice& held) { return held.lattice.points() == std::get<HeldLattice>(b).lattice.points(); },
                     },
                     a);
 }
@@ -124,6 +131,7 @@ std::vector<Vec3d> axesOf(const Subject& subject) {
                         [&](const Symmetry& symmetry) { return three(symmetry.pose); },
                         [](const render::Section& section) { return std::vector<Vec3d>{section.normal.normalized()}; },
                         [&](const haptics::Workspace& workspace) { return three(workspace.pose); },
+                        [](const HeldLattice&) { return std::vector<Vec3d>(); },  // Its points do not turn.
                     },
                     subject);
 }
@@ -139,6 +147,7 @@ void move(Subject& subject, const Vec3d& by) {
                  [&](Symmetry& symmetry) { symmetry.pose.translation += by; },
                  [&](render::Section& section) { section.pointMm += by; },
                  [&](haptics::Workspace& workspace) { workspace.pose.translation += by; },
+                 [](HeldLattice&) {},
              },
              subject);
 }
@@ -158,6 +167,7 @@ void turn(Subject& subject, const Vec3d& pivot, const Vec3d& axis, double angle)
                    section.normal = q * section.normal;
                  },
                  [&](haptics::Workspace& workspace) { turnPose(workspace.pose, pivot, q); },
+                 [](HeldLattice&) {},
              },
              subject);
 }

@@ -11,14 +11,20 @@ namespace argil::studio {
 
 /// Names what a widget belongs to.
 struct Target {
-  enum class Kind : uint8_t { none, thing, symmetry, section, workspace };
+  enum class Kind : uint8_t { none, thing, symmetry, section, workspace, lattice };
   Kind kind = Kind::none;
-  engine::Id id = 0;  ///< Of a thing.
+  engine::Id id = 0;  ///< Of a thing; of a lattice its piece.
   friend bool operator==(const Target&, const Target&) = default;
 };
 
+/// The lattice of the deform box, and the place of the piece that it is around.
+struct HeldLattice {
+  clay::Lattice lattice;
+  haptics::Pose pose;
+};
+
 /// A guide, the place of a piece or part, or what stands once in the studio.
-using Subject = std::variant<std::monostate, engine::Guide, haptics::Pose, engine::Symmetry, render::Section, haptics::Workspace>;
+using Subject = std::variant<std::monostate, engine::Guide, haptics::Pose, engine::Symmetry, render::Section, haptics::Workspace, HeldLattice>;
 
 /// std::monostate when there is no such thing.
 [[nodiscard]] Subject readSubject(const World& world, const Target& target);

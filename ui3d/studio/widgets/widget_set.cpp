@@ -128,7 +128,7 @@ void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const
 
 void WidgetSet::letGo(World& world) {
   if (drag_->changed()) {
-    world.endMerge();
+    if (drag_->handle().target.kind != Target::Kind::lattice) world.endMerge();  // All moves of a deform box are one step.
     std::optional<Vec3d> pivot;
     if (isGizmo(drag_->handle())) pivot = drag_->anchor();
     settling_ = Settling{drag_->handle().target, drag_->now(), pivot, world.timeS + kSettleS};

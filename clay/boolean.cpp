@@ -1,0 +1,206 @@
+#include "clay/boolean.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "clay/brick_set.h"
+#include "clay/redistance.h"
+#include "clay/region_work.h"
+#include "clay/resample.h"
+#include "clay/store.h"
+#include "clay/tree_view.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kMostBlend = 100;       // voxels: regions are measured so far around
+constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
+constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
+
+// All three are an intersection of solids, one or both of them and the result turned inside out.
+class Combiner {
+ public:
+  Combiner(Editor& editor, const Version& b, Combination how, const WorkPart& part)
+      : editor_(editor), turnA_(how == Combination::join), turnB_(how != Combination::intersect), all_(std::max<uint64_t>(b.stats().bricks, 1)), part_(part) {}
+
+  void combine(const TreePlace& a, const TreePlace& b) {
+    if (outOfReach(b) || (a.isTile() && empty(a.tile(), turnA_))) return;
+    if (b.isTile()) {
+      takeTile(b);
+      return;
+    }
+    if (a.isTile()) {
+      copy(b);
+    } else if (a.isNode()) {
+      for (int i = 0; i < 512; ++i) combine(a.child(i), b.child(i));
+    } else {
+      mix(*a.brick(), *b.brick());
+    }
+  }
+
+  [[nodiscard]] const std::vector<Coord>& mixed() const { return mixed_; }
+
+ private:
+  [[nodiscard]] static bool empty(Tile tile, bool turned) { return (tile == Tile::outside) != turned; }
+  [[nodiscard]] static bool outOfReach(const TreePlace& place) {
+    const Coord first = place.first(), last = first + Coord{1, 1, 1} * ((1 << (3 * place.level())) - 1);
+    return std::min({last.x, last.y, last.z}) < -kBrickReach || std::max({first.x, first.y, first.z}) >= kBrickReach;
+  }
+  // Where b has nothing of the intersection, the result has nothing. A block may begin out of reach; any brick of it names it.
+  void takeTile(const TreePlace& b) {
+    if (!empty(b.tile(), turnB_)) return;
+    const Coord f = b.first();
+    editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, b.level(), turnA_ ? Tile::inside : Tile::outside);
+  }
+
+  void count() {
+    if (++done_ % kStepEvery == 0) part_.step(std::min(1.0, static_cast<double>(done_) / static_cast<double>(all_)));
+  }
+  void copy(const TreePlace& b) {
+    if (outOfReach(b)) return;
+    if (b.isTile()) {
+      takeTile(b);
+      return;
+    }
+    if (b.isNode()) {
+      for (int i = 0; i < 512; ++i) copy(b.child(i));
+      return;
+    }
+    count();
+    const Brick& brick = *b.brick();
+    if (turnA_ == turnB_) {
+      editor_.setVoxels(brick.coord, brick.phi);
+      return;
+    }
+    float phi[kBrickVoxels];
+    for (int i = 0; i < kBrickVoxels; ++i) phi[i] = -brick.phi[i];
+    editor_.setVoxels(brick.coord, phi);
+  }
+
+  void mix(const Brick& a, const Brick& b) {
+    count();
+    const float band = editor_.grid().band;
+    float phi[kBrickVoxels];
+    bool ofA = false, ofB = false;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float pa = turnA_ ? -a.phi[i] : a.phi[i], pb = turnB_ ? -b.phi[i] : b.phi[i];
+      const float value = std::max(pa, pb);
+      phi[i] = turnA_ ? -value : value;
+      if (std::abs(value) >= band) continue;
+      ofA |= pa > pb;
+      ofB |= pb > pa;
+    }
+    editor_.setVoxels(a.coord, phi);
+    if (ofA && ofB) mixed_.push_back(a.coord);
+  }
+
+  Editor& editor_;
+  bool turnA_, turnB_;
+  std::vector<Coord> mixed_;
+  uint64_t done_ = 0, all_;
+  WorkPart part_;
+};
+
+// Quadratic smooth maximum: max where they differ by more than the width (Quilez).
+float blended(float a, float b, float width) {
+  const float h = std::max(width - std::abs(a - b), 0.0f) / width;
+  return std::max(a, b) + h * h * width * 0.25f;
+}
+
+// Where both surfaces are near, the blend of both distances takes the place of the combination. Distances are needed beyond the band: to
+// 1.25 widths, where the blend no longer reaches the surface.
+void blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
+  const float band = a.grid().band, far = 1.25f * width + band;
+  const int around = static_cast<int>(std::ceil(1.25f * width)) + 1;
+  std::vector<Coord> regions;
+  {
+    const std::vector<Coord> ofA = regionsNear(a, around), ofB = regionsNear(b, around);
+    std::set_intersection(ofA.begin(), ofA.end(), ofB.begin(), ofB.end(), std::back_inserter(regions));
+  }
+  const bool turnA = how == Combination::join, turnB = how != Combination::intersect;
+  std::mutex editing;
+  std::vector<Coord> changed;
+  forEachItem(regions.size(), threads, part.part(0, 0.9), [&](size_t i, DistanceBox& boxA) {
+    DistanceBox boxB;
+    const Coord first = regions[i] * kRegionBricks, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
+    const DistanceBox::Reach reach{far, far};
+    if (!boxA.fill(a, first * kBrickEdge, size, reach) || !boxB.fill(b, first * kBrickEdge, size, reach)) return;
+    for (int n = 0; n < 512; ++n) {
+      const Coord brick = first + Coord{n >> 6, (n >> 3) & 7, n & 7};
+      float phi[kBrickVoxels];
+      bool any = false;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const Coord at = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+        const float pa = turnA ? -boxA.at(at) : boxA.at(at), pb = turnB ? -boxB.at(at) : boxB.at(at);
+        const float value = blended(pa, pb, width);
+        any |= std::abs(pa - pb) < width && std::abs(value) < band;
+        phi[v] = turnA ? -value : value;
+      }
+      if (!any) continue;
+      const std::lock_guard lock(editing);
+      editor.setVoxels(brick, phi);
+      changed.push_back(brick);
+    }
+  });
+  redistanceAll(editor, bricksAround(editor, changed), part.part(0.9, 1));
+}
+
+}  // namespace
+
+std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords) {
+  BrickSet around;
+  for (const Coord c : coords)
+    for (int i = 0; i < 27; ++i) {
+      const Coord n = c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+      if (editor.find(n).brick()) around.add(n);
+    }
+  return around.sorted();
+}
+
+void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part) {
+  std::sort(coords.begin(), coords.end());
+  // A call meets values of the next one's that were only bounds.
+  const int rounds = coords.size() > kRedistanceAtOnce ? 2 : 1;
+  const double all = static_cast<double>(std::max<size_t>(coords.size(), 1)) * rounds;
+  for (int round = 0; round < rounds; ++round)
+    for (size_t from = 0; from < coords.size(); from += kRedistanceAtOnce) {
+      part.step((static_cast<double>(from) + static_cast<double>(coords.size()) * round) / all);
+      redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)));
+    }
+}
+
+Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part) {
+  Editor editor(a);
+  Combiner combiner(editor, b, how, part.part(0, 0.8));
+  combiner.combine(TreePlace::root(a), TreePlace::root(b));
+  redistanceAll(editor, bricksAround(editor, combiner.mixed()), part.part(0.8, 1));
+  return editor.commit();
+}
+
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) {
+  const int threads = threadCount(options.threads);
+  const double width = options.blendMm / a.grid().voxelMm;
+  if (!(width >= 0 && width <= kMostBlend))
+    throw Error(fmt::format("a blend of {:g} mm at voxels of {:g} mm: give 0 to {:g} mm", options.blendMm, a.grid().voxelMm, kMostBlend * a.grid().voxelMm));
+  const WorkPart all(job);
+  const bool other = !(b.grid() == a.grid());
+  const double ready = other ? 0.6 : 0;
+  const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, all.part(0, ready)) : b;
+  Version result;
+  if (width < 1) {
+    result = combine(a, second, how, all.part(ready, 1));
+  } else {
+    Editor editor(a);
+    Combiner combiner(editor, second, how, all.part(ready, ready + 0.1));
+    combiner.combine(TreePlace::root(a), TreePlace::root(second));
+    blend(editor, a, second, how, static_cast<float>(width), threads, all.part(ready + 0.1, 1));
+    result = editor.commit();
+  }
+  if (job) job->step(1);
+  return result;
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,38 @@
+#pragma once
+// Two clays become one.
+
+#include <cstdint>
+#include <vector>
+
+#include "clay/editor.h"
+#include "clay/job.h"
+#include "clay/work_part.h"
+
+namespace argil::clay {
+
+enum class Combination : uint8_t {
+  join,       ///< What is in either.
+  cut,        ///< What is in the first and not in the second.
+  intersect,  ///< What is in both.
+};
+
+struct CombineOptions {
+  double blendMm = 0;  ///< Width over which the two surfaces run into each other, 0 to 100 voxels; 0: they meet in a sharp crease.
+  int threads = 0;     ///< 0 for all cores; of resampling and blending. The result does not depend on it.
+};
+
+/// A version made from `a`, in its store (where nobody else may edit meanwhile): whole nodes of it are shared wherever `b` is all inside or
+/// all outside, and where `a` is so, b's bricks are copied. A `b` on another grid is resampled first: see resample(). Where both surfaces
+/// meet distances are made anew. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the bricks of b and
+/// those of a near b.
+[[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options = {}, Job* job = nullptr);
+
+/// The same without blend, as part of some work; both on one grid.
+[[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part);
+
+/// redistance() of any number of bricks, in an order of their own: about 10 KB each at a time, twice where there are too many for one call.
+void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part);
+/// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.
+[[nodiscard]] std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords);
+
+}  // namespace argil::clay

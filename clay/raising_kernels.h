@@ -1,0 +1,35 @@
+#pragma once
+// Arithmetic of raising on one brick; compiled once per SIMD target.
+
+#include <cstdint>
+
+#include "clay/brush_kernels.h"
+
+namespace argil::clay {
+
+/// A distance that is not known yet.
+inline constexpr float kUnknownDistance = 1e6f;
+
+/// A brick with two voxels of its neighbours around it: [x][y][z] at (x·12 + y)·12 + z, voxel (0,0,0) of the brick at index 2, 2, 2.
+inline constexpr int kWideRow = 12;
+inline constexpr int kWideSize = 12 * 12 * kWideRow + 16;
+inline constexpr int wideOffset(int x, int y, int z) { return (x * 12 + y) * kWideRow + z; }
+
+/// One Jacobi pass of |∇u| = 1, upwind and of second order where two voxels of an axis are known. Voxels whose bit in `frozen` is set keep
+/// their value, values beyond `cap` become kUnknownDistance. Writes the inner 8×8×8 of `out`; whether any of them differs from `wide`.
+bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
+
+/// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known.
+void wideFeet(const float* wide, float* foot) noexcept;
+
+/// As ballWeights, taken at the feet of the voxels instead of at the voxels. The constant falloff's rim is two voxels wide: a step within
+/// one voxel could not be told from a step elsewhere in it.
+void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept;
+
+/// height = min(height + gain · weight, limit) where a bit of `mask` is set; whether any weight there was not zero.
+bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept;
+
+/// side · (u − h)/√(1 + |∇h|²), h the height, where it is not zero; there `phi` keeps its value. `padded`: the heights with one voxel around them.
+void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
+
+}  // namespace argil::clay

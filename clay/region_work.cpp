@@ -1,0 +1,113 @@
+#include "clay/region_work.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "clay/brick_set.h"
+#include "clay/parallel.h"
+#include "clay/store.h"
+#include "clay/tree_view.h"
+
+namespace argil::clay {
+
+int threadCount(int threads) {
+  if (threads < 0 || threads > 64) throw Error(fmt::format("{} threads: give 1 to 64, or 0 for all cores", threads));
+  return threads > 0 ? threads : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+}
+
+std::vector<Coord> regionsNear(const Version& version, int reach, const std::function<bool(const Brick&)>& wants) {
+  BrickSet regions;
+  version.forEachBrick([&](const Brick& brick) {
+    if (wants && !wants(brick)) return;
+    const Coord r{reach, reach, reach}, edge{kBrickEdge - 1, kBrickEdge - 1, kBrickEdge - 1};
+    const Coord low = (brick.coord * kBrickEdge - r) >> 6, high = (brick.coord * kBrickEdge + edge + r) >> 6;
+    for (int x = low.x; x <= high.x; ++x)
+      for (int y = low.y; y <= high.y; ++y)
+        for (int z = low.z; z <= high.z; ++z) regions.add({x, y, z});
+  });
+  return regions.sorted();
+}
+
+namespace {
+
+void copyTilesOf(const TreePlace& place, Editor& target) {
+  if (place.isTile()) {
+    if (place.tile() == Tile::inside) target.setBlock(place.first(), place.level(), Tile::inside);
+    return;
+  }
+  if (!place.isNode()) return;
+  for (int i = 0; i < 512; ++i) copyTilesOf(place.child(i), target);
+}
+
+}  // namespace
+
+void copyTiles(const Version& version, Editor& target) { copyTilesOf(TreePlace::root(version), target); }
+
+void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work) {
+  part.step(0);
+  std::mutex mutex;
+  std::vector<std::unique_ptr<DistanceBox>> spare;
+  size_t done = 0;
+  parallelBlocks(
+      count, threads,
+      [&](size_t begin, size_t end) {
+        std::unique_ptr<DistanceBox> box;
+        {
+          const std::lock_guard lock(mutex);
+          if (!spare.empty()) {
+            box = std::move(spare.back());
+            spare.pop_back();
+          }
+        }
+        if (!box) box = std::make_unique<DistanceBox>();
+        for (size_t i = begin; i < end; ++i) {
+          work(i, *box);
+          const std::lock_guard lock(mutex);
+          part.step(static_cast<double>(++done) / static_cast<double>(count));
+        }
+        const std::lock_guard lock(mutex);
+        spare.push_back(std::move(box));
+      },
+      1);
+}
+
+Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
+                const std::function<float(const DistanceBox&, Coord)>& value) {
+  const float band = source.grid().band;
+  Editor editor(Version::empty(Store::make(), source.grid()));
+  copyTiles(source, editor);
+  std::mutex editing;
+  forEachItem(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
+    const Coord first = regions[i] * kRegionBricks;
+    if (!box.fill(source, first * kBrickEdge, {kRegionVoxels, kRegionVoxels, kRegionVoxels}, reach)) return;
+    std::vector<std::array<float, kBrickVoxels>> values;
+    std::vector<Coord> bricks;
+    for (int b = 0; b < 512; ++b) {
+      const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
+      const Coord low = brick * kBrickEdge;
+      values.emplace_back();
+      bricks.push_back(brick);
+      bool flat = true;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const float phi = std::clamp(value(box, low + Coord{v >> 6, (v >> 3) & 7, v & 7}), -band, band);
+        values.back()[static_cast<size_t>(v)] = phi;
+        flat = flat && std::abs(phi) >= band;
+      }
+      if (!flat) continue;
+      const Tile tile = values.back()[0] < 0 ? Tile::inside : Tile::outside;
+      values.pop_back();
+      bricks.pop_back();
+      const std::lock_guard lock(editing);
+      if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+    }
+    const std::lock_guard lock(editing);
+    for (size_t k = 0; k < bricks.size(); ++k) editor.setVoxels(bricks[k], values[k]);
+  });
+  return editor.commit();
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,163 @@
+#include "clay/wide_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace argil::clay {
+
+namespace {
+
+// Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
+constexpr float kMargin = 1;
+
+// Copies two layers of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when `positive`.
+void copyLayers(const float* from, float* to, int axis, bool positive) {
+  const int source = positive ? 8 : 2, target = positive ? 0 : 10;
+  for (int layer = 0; layer < 2; ++layer)
+    for (int i = 2; i < 10; ++i)
+      for (int j = 2; j < 10; ++j) {
+        const int s = source + layer, t = target + layer;
+        if (axis == 0)
+          to[wideOffset(t, i, j)] = from[wideOffset(s, i, j)];
+        else if (axis == 1)
+          to[wideOffset(i, t, j)] = from[wideOffset(i, s, j)];
+        else
+          to[wideOffset(i, j, t)] = from[wideOffset(i, j, s)];
+      }
+}
+
+constexpr Coord kFaces[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+
+}  // namespace
+
+struct WideDistance::Work {
+  Coord coord;
+  Block* block = nullptr;
+  float u[2][kWideSize];
+  uint64_t frozen[kBrickEdge];
+  ptrdiff_t beside[6];                    // index of the neighbour across each face, −1: not among them
+  bool active, changed;
+};
+
+const WideDistance::Block* WideDistance::find(Coord brick) const {
+  const auto it = blocks_.find(brick);
+  return it == blocks_.end() ? nullptr : it->second.get();
+}
+
+// The values of a brick and two layers across its faces, from blocks where there are any, else from the version.
+void WideDistance::gather(Work& work) const {
+  const float band = version_.grid().band;
+  float* wide = work.u[0];
+  std::fill(wide, wide + kWideSize, kUnknownDistance);
+  const auto values = [&](Coord coord, float (&out)[kBrickVoxels]) -> const float* {
+    if (const Block* block = find(coord)) return block->u;
+    const Slot slot = version_.find(coord);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float u = side_ * slot.phi(i, band);
+      out[i] = u >= band ? kUnknownDistance : u;
+    }
+    return out;
+  };
+  float own[kBrickVoxels];
+  const float* mine = values(work.coord, own);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) std::copy_n(mine + Brick::offset(x, y, 0), 8, wide + wideOffset(x + 2, y + 2, 2));
+  for (int face = 0; face < 6; ++face) {
+    if (work.beside[face] >= 0) continue;
+    float other[kWideSize], read[kBrickVoxels];
+    const float* theirs = values(work.coord + kFaces[face], read);
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) std::copy_n(theirs + Brick::offset(x, y, 0), 8, other + wideOffset(x + 2, y + 2, 2));
+    copyLayers(other, wide, face / 2, face % 2 == 0);
+  }
+}
+
+void WideDistance::extend(std::span<const Coord> bricks, float reach) {
+  const float band = version_.grid().band;
+  BrickSet wanted;
+  std::vector<Coord> fresh;
+  bool any = false;
+  for (const Coord c : bricks) {
+    const Block* block = find(c);
+    if (block && block->solvedTo >= reach) continue;
+    if (!block) {
+      const Slot slot = version_.find(c);
+      // All of it lies beyond the surface, where nobody asks.
+      if (slot.isTile() && side_ * slot.phi(0, band) < 0) continue;
+      auto made = std::make_unique<Block>();
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        const float u = side_ * slot.phi(i, band);
+        made->u[i] = u >= band ? kUnknownDistance : u;
+      }
+      blocks_.emplace(c, std::move(made));
+    }
+    any = true;
+    wanted.add(c);
+    // What is beside it was solved without it.
+    for (const Coord step : kFaces)
+      if (find(c + step)) wanted.add(c + step);
+  }
+  if (!any) return;
+  std::vector<Coord> all = wanted.sorted();
+  std::sort(all.begin(), all.end());
+  const auto work = std::make_unique_for_overwrite<Work[]>(all.size());
+  const std::span<Work> works(work.get(), all.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    Work& w = works[i];
+    w.coord = all[i];
+    w.block = blocks_.at(all[i]).get();
+    w.active = true;
+    w.changed = false;
+    for (int face = 0; face < 6; ++face) {
+      const auto it = std::lower_bound(all.begin(), all.end(), all[i] + kFaces[face]);
+      w.beside[face] = it != all.end() && *it == all[i] + kFaces[face] ? it - all.begin() : -1;
+    }
+    const Slot slot = version_.find(all[i]);
+    for (int x = 0; x < kBrickEdge; ++x) {
+      w.frozen[x] = 0;
+      for (int i64 = 0; i64 < 64; ++i64)
+        if (side_ * slot.phi(x * 64 + i64, band) < band) w.frozen[x] |= uint64_t{1} << i64;
+    }
+  }
+  for (Work& w : works) gather(w);
+  const auto pull = [&](Work& w, int which) {
+    for (int face = 0; face < 6; ++face)
+      if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
+  };
+  for (Work& w : works) pull(w, 0);
+  for (Work& w : works) std::copy_n(w.u[0], kWideSize, w.u[1]);
+  // What is known travels a voxel along an axis a pass and is settled once all upwind of it is: bricks rest while they and their neighbours do.
+  const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
+  int now = 0;
+  for (int pass = 0; pass < passes; ++pass, now ^= 1) {
+    bool more = false;
+    for (Work& w : works) {
+      w.changed = w.active && widePass(w.u[now], w.frozen, reach, w.u[now ^ 1]);
+      more |= w.changed;
+    }
+    if (!more) {
+      now ^= 1;
+      break;
+    }
+    // One that rests has the same values in both.
+    for (Work& w : works) {
+      w.active = w.changed;
+      for (const ptrdiff_t other : w.beside) w.active |= other >= 0 && works[static_cast<size_t>(other)].changed;
+      if (w.active) pull(w, now ^ 1);
+    }
+  }
+  for (Work& w : works) pull(w, now);
+  for (Work& w : works) {
+    Block& block = *w.block;
+    block.solvedTo = std::max(block.solvedTo, reach);
+    const float* u = w.u[now];
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
+    wideFeet(u, block.foot);
+    for (int x = 0; x < kBrickEdge; ++x)
+      for (int i = 0; i < 64; ++i)
+        if (block.u[x * 64 + i] < reach - kMargin) block.known[x] |= uint64_t{1} << i;
+  }
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,45 @@
+#pragma once
+// Distances to the surface of a version beyond its band, on one side of it, where they are asked for.
+
+#include <array>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "clay/brick_set.h"
+#include "clay/raising_kernels.h"
+#include "clay/version.h"
+
+namespace argil::clay {
+
+/// In the band the version's own distances; beyond, |∇u| = 1 solved from them upwind and of second order. One thread; equal bits for the same
+/// sequence of calls, and mirrored ones for mirrored clay. Method: NOTES.md, "Raising, levelling, smoothing".
+class WideDistance {
+ public:
+  struct Block {
+    float u[kBrickVoxels];            ///< Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
+    float foot[3 * kBrickVoxels];     ///< From each voxel to its nearest point of the surface: x of all, y of all, z of all.
+    uint64_t known[kBrickEdge] = {};  ///< Bit y·8 + z of word x: u and foot are known.
+    float solvedTo = 0;
+  };
+
+  /// `side` +1: distances outside of the clay, −1: inside.
+  WideDistance(Version version, int side) : version_(std::move(version)), side_(static_cast<float>(side)) {}
+
+  /// Makes distances up to `reach` (voxels, above the band) known in `bricks` (sorted), whose shortest ways to the surface must lie in bricks of this or
+  /// earlier calls. Cost: about 10 µs a new brick, more the farther.
+  void extend(std::span<const Coord> bricks, float reach);
+  /// Null where nothing was asked for, or all of a brick is on the other side beyond the band.
+  [[nodiscard]] const Block* find(Coord brick) const;
+
+ private:
+  struct Work;
+  void gather(Work& work) const;
+
+  Version version_;
+  float side_;
+  std::unordered_map<Coord, std::unique_ptr<Block>, CoordHash> blocks_;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,73 @@
+#pragma once
+// Operations on whole pieces: joined, cut, hollowed, split, mirrored ..., as rows of a table that studio, scripts and docs are made from.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "clay/job.h"
+#include "engine/document.h"
+#include "engine/parameter.h"
+
+namespace argil::engine {
+
+/// What an operation is given. A row says which members it reads: `parameters` the numbers, `takes` the rest.
+struct PieceArguments {
+  std::vector<Id> pieces;                   ///< The first is worked on; a row that takes two has the other second.
+  double distanceMm = 1;                    ///< Offset, wall, blend radius ...: as the row's parameter says.
+  double innerMm = 2, outerMm = 0;          ///< Walls of a shell.
+  double blendMm = 0;
+  double voxelMm = 0.5;
+  double volumeMm3 = 10;
+  double passes = 1;
+  bool keepOther = false;                   ///< Of two pieces: the second stays.
+  MirrorPlane plane;                        ///< World mm.
+  int keep = 1;                             ///< Of a cut: +1 what the normal points to, -1 the other side, 0 both, as two pieces.
+  std::vector<Vec3d> pointsMm;              ///< A drawn curve or control points, world mm.
+  Vec3d directionMm = Vec3d::UnitZ();       ///< Along which a drawn curve is extruded, world.
+  bool closed = false;                      ///< Of the curve.
+  std::vector<double> numbers;              ///< What fits nowhere else: the row's file says what.
+};
+
+/// What an operation leads to; nothing of the document changes before applyPieceResult().
+struct PieceResult {
+  std::vector<Piece> changed;        ///< Take the place of those with the same id.
+  std::vector<Piece> added;          ///< Get an id; their names may be empty.
+  std::vector<Id> removed;
+  std::vector<std::string> notes;    ///< Sentences for the person: what was found, how large the error is.
+};
+
+/// A row of the table.
+struct PieceJob {
+  std::string_view id, name, help;   ///< "join", "Join", one line.
+  std::string_view doing;            ///< "Joining": what the list of jobs shows.
+  std::string_view group;            ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New".
+  int pieces = 1;                    ///< 0, 1 or 2.
+  bool takesPlane = false, takesCurve = false;
+  std::span<const Parameter<PieceArguments>> parameters;
+  /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
+  PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
+};
+
+/// All rows, in the order of the menus.
+[[nodiscard]] std::span<const PieceJob> pieceJobs();
+/// Null for an unknown id.
+[[nodiscard]] const PieceJob* findPieceJob(std::string_view id);
+/// Arguments as the row begins with, for a document's active piece.
+[[nodiscard]] PieceArguments standardArguments(const PieceJob& row, const Document& document);
+
+/// Checks the pieces (there, not locked, so many as the row takes) and runs the row. Any thread. Throws Error, Cancelled.
+[[nodiscard]] PieceResult runPieceJob(const PieceJob& row, const Document& document, const PieceArguments& arguments, Job* job = nullptr);
+
+/// Makes the result part of a document, which may have changed since `before`, the one that the job ran on, but not in the clay that the job
+/// changes or removes: then it throws Error.
+void applyPieceResult(const PieceResult& result, const Document& before, Document& document);
+
+/// Rows of the other files; pieceJobs() has them all.
+[[nodiscard]] std::span<const PieceJob> combineJobs();  ///< engine/piece_jobs_combine.cpp
+[[nodiscard]] std::span<const PieceJob> shapeJobs();    ///< engine/piece_jobs_shape.cpp
+[[nodiscard]] std::span<const PieceJob> deformJobs();   ///< engine/piece_jobs_deform.cpp
+
+}  // namespace argil::engine

@@ -1,0 +1,98 @@
+// Thicker, thinner, hollow: against spheres and boxes whose offsets are known.
+
+#include "clay/offset.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "tests/unit/clay/clay_checks.h"
+#include "tests/unit/clay/whole_checks.h"
+
+namespace argil::clay {
+namespace {
+
+using testing::errorAgainst;
+using testing::expectClosed;
+using testing::expectProperBand;
+
+Grid gridOf(double voxelMm) {
+  Grid grid;
+  grid.voxelMm = voxelMm;
+  grid.originMm = Vec3d(0.3, -0.2, 0.1);
+  return grid;
+}
+
+double ball(const Vec3d& p, double r) { return p.norm() - r; }
+double box(const Vec3d& p, const Vec3d& half, double round) {
+  const Vec3d q = p.cwiseAbs() - half;
+  return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - round;
+}
+
+TEST(Offset, SphereAnyDistance) {
+  const Version sphere = makeSphere(Store::make(), gridOf(0.5), Vec3d::Zero(), 15);  // 30 voxels
+  for (const double mm : {0.2, 1.0, 3.3, 12.0, 20.0, -0.2, -1.0, -3.3, -12.0}) {
+    const Version moved = offset(sphere, mm, 2);
+    const auto error = errorAgainst(moved, [&](const Vec3d& p) { return ball(p, 15 + mm); });
+    std::printf("sphere of 30 voxels moved by %g voxels: %s\n", mm / 0.5, error.text().c_str());
+    EXPECT_LT(error.surfaceMax, 0.1) << mm;
+    EXPECT_LT(error.bandMax, 0.15) << mm;
+    expectProperBand(moved, 1.1);
+    expectClosed(moved);
+  }
+}
+
+TEST(Offset, BoxOutwardsGetsRoundInwardsStaysSharp) {
+  const Vec3d half(12, 9, 7);
+  const Version block = makeBlock(Store::make(), gridOf(0.5), Vec3d::Zero(), 2 * half, 0);
+  for (const double mm : {0.4, 2.0, 7.0, -0.4, -2.0, -5.0}) {
+    const Version moved = offset(block, mm, 2);
+    const auto exact = [&](const Vec3d& p) { return mm > 0 ? box(p, half, mm) : box(p, half.array() + mm, 0); };
+    const auto error = errorAgainst(moved, exact);
+    std::printf("box moved by %g voxels: %s\n", mm / 0.5, error.text().c_str());
+    EXPECT_LT(error.surfaceMax, 0.1) << mm;
+    expectProperBand(moved, 1.1);
+    expectClosed(moved);
+  }
+}
+
+TEST(Offset, ThereAndBackOnASmoothShape) {
+  const Version block = makeBlock(Store::make(), gridOf(0.5), Vec3d::Zero(), Vec3d(30, 24, 20), 8);
+  const Version back = offset(offset(block, 3, 2), -3, 2);
+  const auto error = errorAgainst(back, [](const Vec3d& p) { return box(p, Vec3d(7, 4, 2), 8); });
+  std::printf("rounded block 6 voxels out and back: %s\n", error.text().c_str());
+  EXPECT_LT(error.surfaceMax, 0.1);
+}
+
+TEST(Offset, SameBitsOnAnyThreads) {
+  const Version block = makeBlock(Store::make(), gridOf(0.5), Vec3d::Zero(), Vec3d(30, 24, 20), 0);
+  EXPECT_EQ(offset(block, 2.3, 1).hash(), offset(block, 2.3, 3).hash());
+  EXPECT_NE(offset(block, 2.3, 1).hash(), offset(block, 2.2, 1).hash());
+}
+
+TEST(Offset, RefusesNothingLeftAndTooFar) {
+  const Version sphere = makeSphere(Store::make(), gridOf(0.5), Vec3d::Zero(), 8);
+  EXPECT_THROW((void)offset(sphere, -9), Error);
+  EXPECT_THROW((void)offset(sphere, 1e5), Error);
+  EXPECT_THROW((void)offset(sphere, std::nan("")), Error);
+  EXPECT_THROW((void)offset(Version::empty(Store::make(), gridOf(0.5)), 1), Error);
+}
+
+TEST(Shell, WallIsAsThickAsAsked) {
+  const Version sphere = makeSphere(Store::make(), gridOf(0.5), Vec3d::Zero(), 15);
+  for (const auto& [inner, outer] : {std::pair{2.0, 0.0}, {0.0, 1.5}, {1.0, 1.0}, {6.0, 5.0}}) {
+    const Version wall = shell(sphere, inner, outer, 2);
+    const auto error = errorAgainst(wall, [inner = inner, outer = outer](const Vec3d& p) { return std::max(ball(p, 15 + outer), -ball(p, 15 - inner)); });
+    std::printf("wall of %g + %g voxels: %s\n", inner / 0.5, outer / 0.5, error.text().c_str());
+    EXPECT_LT(error.surfaceMax, 0.1);
+    expectProperBand(wall, 1.1);
+    expectClosed(wall, 2);
+  }
+  EXPECT_THROW((void)shell(sphere, 0.5, 0.2), Error);
+  EXPECT_THROW((void)shell(sphere, 16, 0), Error);
+}
+
+}  // namespace
+}  // namespace argil::clay

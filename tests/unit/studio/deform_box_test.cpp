@@ -1,0 +1,145 @@
+// The deform box: points in the hand, and the clay that follows them.
+
+#include "ui3d/studio/deform_box.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "clay/deform.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
+#include "tests/unit/studio/widget_rig.h"
+#include "ui3d/studio/deforming.h"
+
+namespace argil::studio {
+namespace {
+
+using test::Rig;
+
+/// A document with a ball, its deform box, and what the workbench would do.
+struct Scene {
+  Scene() {
+    rig.document = engine::Document::of(clay::makeSphere(clay::Store::make(), clay::Grid{1.0}, Vec3d::Zero(), 20));
+    rig.state.deformBox = DeformBox::around(rig.document.pieces[0]);
+  }
+  bool update(bool held = false) {
+    return deforming.update(
+        rig.state.deformBox, rig.document, held,
+        [this](const std::string& label, const std::function<void(engine::Document&)>& change, const std::string& merge) { rig.world().edit(label, change, merge); },
+        [this] { rig.world().endMerge(); });
+  }
+  /// Until the clay has followed; generous, as the machine may be busy.
+  bool settle() {
+    for (int i = 0; i < 20000; ++i) {
+      update();
+      if (!deforming.busy()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+  std::optional<DeformBox>& box() { return rig.state.deformBox; }
+  const clay::Version& version() const { return rig.document.pieces[0].version; }
+
+  Rig rig{render::View::named("iso", Rig::box(60), test::kWidth / test::kHeight)};
+  Deforming deforming;
+};
+
+TEST(DeformBox, APointInTheHandTakesItsPlaceOfTheGridAlong) {
+  Scene scene;
+  const size_t index = scene.box()->lattice.index(3, 1, 3);
+  const Vec3d from = scene.box()->lattice.restPoint(index);
+  const Vec3d to = from + 8 * ScreenMap(scene.rig.view, test::kWidth, test::kHeight).axes().right;  // In the plane of the picture.
+  scene.rig.drag(scene.rig.at(from), scene.rig.at(to));
+  Eigen::Matrix3d unused;
+  EXPECT_LE((scene.box()->lattice.map(from, unused) - to).norm(), 0.2);
+  EXPECT_EQ(scene.rig.edits, 0);  // The clay is changed by what follows the box, not by the widget.
+  // Escape in mid-drag takes it back.
+  Grip grip = scene.rig.at(to);
+  scene.rig.hand(grip);
+  grip.down = true;
+  scene.rig.hand(grip);
+  Grip far = scene.rig.at(to + Vec3d(10, 0, 0), true);
+  scene.rig.hand(far);
+  EXPECT_GT((scene.box()->lattice.map(from, unused) - to).norm(), 5);
+  World world = scene.rig.world();
+  scene.rig.widgets.escape(world);
+  EXPECT_LE((scene.box()->lattice.map(from, unused) - to).norm(), 0.2);
+}
+
+TEST(DeformBox, TheClayFollowsWhenThePointIsLetGoAndIsOneStep) {
+  Scene scene;
+  const clay::Version base = scene.version();
+  ASSERT_TRUE(scene.settle());
+  EXPECT_EQ(scene.version(), base);
+  for (int i = 0; i < 3; ++i) {
+    scene.box()->lattice.drag({20, 0, 0}, {3, 0, 0});
+    scene.update(true);
+    EXPECT_FALSE(scene.deforming.busy());  // Not while it is held.
+    ASSERT_TRUE(scene.settle());
+    EXPECT_EQ(scene.version().hash(), clay::deform(base, scene.box()->lattice, clay::Store::make()).hash());
+  }
+  EXPECT_EQ(scene.rig.labels, std::vector<std::string>{"Deform"});
+  scene.box()->apply = true;
+  ASSERT_TRUE(scene.settle());
+  EXPECT_FALSE(scene.box());
+  EXPECT_NE(scene.version(), base);
+}
+
+TEST(DeformBox, CancelBringsTheClayBack) {
+  Scene scene;
+  const clay::Version base = scene.version();
+  scene.box()->kind = DeformBox::Kind::taper;
+  scene.box()->taperPercent = 60;
+  ASSERT_TRUE(scene.settle());
+  EXPECT_NE(scene.version(), base);
+  scene.box()->taperPercent = 50;
+  scene.update();  // Cancelled while it is on its way.
+  scene.box()->cancel = true;
+  scene.update();
+  EXPECT_FALSE(scene.box());
+  EXPECT_EQ(scene.version(), base);
+}
+
+TEST(DeformBox, AFoldIsToldAndNothingIsDone) {
+  Scene scene;
+  const clay::Version base = scene.version();
+  scene.box()->kind = DeformBox::Kind::bend;
+  scene.box()->bendDegrees = 300;
+  ASSERT_TRUE(scene.settle());
+  EXPECT_NE(scene.box()->trouble.find("folds"), std::string::npos) << scene.box()->trouble;
+  EXPECT_EQ(scene.version(), base);
+  scene.box()->bendDegrees = 20;
+  ASSERT_TRUE(scene.settle());
+  EXPECT_TRUE(scene.box()->trouble.empty());
+  EXPECT_NE(scene.version(), base);
+}
+
+TEST(DeformBox, GoesWhenSomebodyElseChangesTheClay) {
+  Scene scene;
+  scene.update();
+  scene.rig.document.pieces[0].version = clay::makeSphere(clay::Store::make(), clay::Grid{1.0}, Vec3d::Zero(), 10);
+  EXPECT_TRUE(scene.update());
+  EXPECT_FALSE(scene.box());
+  Scene other;
+  other.update();
+  other.rig.document.pieces.clear();
+  other.update();
+  EXPECT_FALSE(other.box());
+}
+
+TEST(DeformBox, RestsAfterOtherCounts) {
+  Scene scene;
+  scene.box()->lattice.drag({20, 0, 0}, {3, 0, 0});
+  EXPECT_TRUE(scene.box()->warp());
+  scene.box()->setCounts({2, 3, 8});
+  EXPECT_FALSE(scene.box()->warp());
+  size_t dots = 0;
+  World world = scene.rig.world();
+  for (const Handle& handle : scene.rig.widgets.handles(world)) dots += handle.name == "lattice point";
+  EXPECT_EQ(dots, 48u);
+}
+
+}  // namespace
+}  // namespace argil::studio
