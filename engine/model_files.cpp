@@ -9,8 +9,10 @@
 
 #include "clay/error.h"
 #include "clay/mesh_to_clay.h"
+#include "clay/nearest_triangle.h"
 #include "clay/store.h"
 #include "clay/surface.h"
+#include "clay/vertex_channels.h"
 #include "engine/prepare_clay.h"
 #include "haptics/part_mesh.h"
 #include "io/model_writer.h"
