@@ -2,8 +2,8 @@
 // Reads distances and channels of voxels together. This room's own.
 
 #include <array>
-#include <bit>
 #include <cmath>
+#include <span>
 #include <unordered_map>
 
 #include "clay/brick_set.h"

@@ -9,8 +9,10 @@
 
 #include "clay/error.h"
 #include "clay/mesh_to_clay.h"
+#include "clay/nearest_triangle.h"
 #include "clay/store.h"
 #include "clay/surface.h"
+#include "clay/vertex_channels.h"
 #include "engine/prepare_clay.h"
 #include "haptics/part_mesh.h"
 #include "io/model_writer.h"
@@ -144,6 +146,35 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   return imported;
 }
 
+// Where something is painted: one a vertex, the piece's own colour showing through as it does in the studio.
+std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const io::Colour& own) {
+  const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
+  std::vector<io::Colour> colours;
+  if (std::none_of(paint.begin(), paint.end(), [](const clay::VertexPaint& each) { return each.cover > 0; })) return colours;
+  colours.reserve(paint.size());
+  for (const clay::VertexPaint& each : paint) {
+    const auto over = [&](uint8_t colour, uint8_t under) { return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255); };
+    colours.push_back({over(each.red, own.red), over(each.green, own.green), over(each.blue, own.blue), own.alpha});
+  }
+  return colours;
+}
+
+// A reduced mesh has other vertices: each takes the colour of the nearest corner of the nearest triangle there was.
+std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::TriangleMesh& before, const std::vector<io::Colour>& colours) {
+  const clay::NearestTriangle nearest(before);
+  std::vector<io::Colour> moved;
+  moved.reserve(mesh.positions.size());
+  uint32_t hint = UINT32_MAX;
+  for (const Vec3d& p : mesh.positions) {
+    hint = nearest.nearest(p, hint).triangle;
+    const auto& corners = nearest.corners(hint);
+    moved.push_back(colours[*std::min_element(corners.begin(), corners.end(), [&](uint32_t a, uint32_t b) {
+      return (before.positions[a] - p).squaredNorm() < (before.positions[b] - p).squaredNorm();
+    })]);
+  }
+  return moved;
+}
+
 std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport& what, Job* job) {
   std::vector<io::ModelObject> objects;
   for (const Piece& each : document.pieces) {
@@ -156,6 +187,7 @@ std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport
     object.colour = colourOf(each.colour);
     object.mesh = surface.toMesh();
     if (object.mesh.triangles.empty()) continue;
+    object.vertexColours = vertexColoursOf(surface, *object.colour);
     for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position);
     objects.push_back(std::move(object));
   }
@@ -172,6 +204,7 @@ std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport
     options.errorMm = how.errorMm;
     if (how.triangles) options.triangles = std::max<uint64_t>(4, uint64_t(double(*how.triangles) * double(object.mesh.triangles.size()) / double(before)));
     clay::Reduced reduced = clay::reduce(object.mesh, options, job);
+    if (!object.vertexColours.empty()) object.vertexColours = coloursOn(reduced.mesh, object.mesh, object.vertexColours);
     object.mesh = std::move(reduced.mesh);
     most = std::max(most, reduced.deviation.most());
     after += object.mesh.triangles.size();

@@ -11,7 +11,7 @@ namespace argil::engine {
 std::span<const PieceJob> pieceJobs() {
   static const std::vector<PieceJob> all = [] {
     std::vector<PieceJob> rows;
-    for (const auto part : {combineJobs(), shapeJobs(), deformJobs()}) rows.insert(rows.end(), part.begin(), part.end());
+    for (const auto part : {combineJobs(), shapeJobs(), deformJobs(), maskJobs()}) rows.insert(rows.end(), part.begin(), part.end());
     return rows;
   }();
   return all;

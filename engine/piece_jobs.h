@@ -43,7 +43,7 @@ struct PieceResult {
 struct PieceJob {
   std::string_view id, name, help;   ///< "join", "Join", one line.
   std::string_view doing;            ///< "Joining": what the list of jobs shows.
-  std::string_view group;            ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New".
+  std::string_view group;            ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New", "Mask".
   int pieces = 1;                    ///< 0, 1 or 2.
   bool takesPlane = false, takesCurve = false;
   std::span<const Parameter<PieceArguments>> parameters;
@@ -69,5 +69,6 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
 [[nodiscard]] std::span<const PieceJob> combineJobs();  ///< engine/piece_jobs_combine.cpp
 [[nodiscard]] std::span<const PieceJob> shapeJobs();    ///< engine/piece_jobs_shape.cpp
 [[nodiscard]] std::span<const PieceJob> deformJobs();   ///< engine/piece_jobs_deform.cpp
+[[nodiscard]] std::span<const PieceJob> maskJobs();     ///< engine/piece_jobs_mask.cpp
 
 }  // namespace argil::engine

@@ -4,6 +4,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "clay/vertex_channels.h"
+
 namespace argil::engine {
 namespace {
 
@@ -21,7 +23,7 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
   if (deltas.size() == 1) return std::move(deltas.front());
   clay::SurfaceDelta merged;
   merged.grid = deltas.back().grid;
-  std::unordered_map<uint64_t, size_t> place;
+  std::unordered_map<uint64_t, size_t> place, paintPlace;
   for (clay::SurfaceDelta& delta : deltas) {
     for (clay::BrickMeshPtr& mesh : delta.changed) {
       const auto [at, fresh] = place.try_emplace(key(mesh->brick), merged.changed.size());
@@ -30,6 +32,11 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
       } else {
         merged.changed[at->second] = std::move(mesh);
       }
+    }
+    for (auto& paint : delta.painted) {
+      const auto [at, fresh] = paintPlace.try_emplace(key(paint->brick), merged.painted.size());
+      if (fresh) merged.painted.emplace_back();
+      merged.painted[at->second] = std::move(paint);
     }
   }
   return merged;

@@ -420,10 +420,10 @@ ReadClay ClayRecords::readNear(RecordSource& source, RecordId root, const clay::
 
 void markLive(RecordSource& source, RecordId root, RecordSet& live) {
   std::vector<RecordId> level;
-  const Root found = headOf(source, root);
-  if (found.channels) live.add(root);
-  if (!live.contains(found.head.distances)) level.push_back(found.head.distances);
-  for (const RecordId id : found.head.channels)
+  const Root top = headOf(source, root);
+  if (top.channels) live.add(root);
+  if (!live.contains(top.head.distances)) level.push_back(top.head.distances);
+  for (const RecordId id : top.head.channels)
     if (id != 0 && !live.contains(id)) level.push_back(id);
   for (bool first = true; !level.empty(); first = false) {
     std::vector<RecordId> next;

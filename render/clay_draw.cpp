@@ -114,9 +114,9 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
                  Renderer::DrawStats* stats) {
   const uint64_t before = stats ? stats->trianglesDrawn : 0;
   if (pieces_.empty() || !buffers_.vertices()) return;
-  const VkBuffer vertices = buffers_.vertices();
-  const VkDeviceSize offset = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &offset);
+  const VkBuffer vertices[] = {buffers_.vertices(), buffers_.paint()};
+  const VkDeviceSize offsets[] = {0, 0};
+  vkCmdBindVertexBuffers(commands, 0, 2, vertices, offsets);
   vkCmdBindIndexBuffer(commands, buffers_.indices(), 0, VK_INDEX_TYPE_UINT32);
   for (const auto& [id, piece] : pieces_) {
     const PieceLook& look = lookOf(id);
@@ -204,6 +204,7 @@ void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, 
     from.sides.clear();
   }
   using Kind = Model::Kind;
+  variant.painted = model.painted();
   for (const Kind kind : {Kind::clay, Kind::parts}) {
     bind(commands, intoShadow ? Pass::shadow : kind == Kind::clay ? Pass::clay : Pass::part);
     model.draw(commands, pipelines.layout(), from, kind, intoShadow ? nullptr : &stats);

@@ -48,6 +48,8 @@ class Model {
   /// Before a picture is recorded: makes some of the levels that it wants and that are not there yet, at most a part of what drawing
   /// takes. Until then finer ones are drawn.
   void prepare(const Sight& sight);
+  /// Whether some clay has paint, so that vertices have each their own (Variant::painted).
+  [[nodiscard]] bool painted() const { return buffers_.painted(); }
   [[nodiscard]] uint64_t levelBytes() const { return levelBytes_; }  ///< That the last prepare() uploaded.
   enum class Kind : uint8_t { clay, parts };
   /// Records draws of what is in sight, each piece with its constants, into the bound pipeline.

@@ -83,6 +83,7 @@ PartLayout::PartLayout(const clay::TriangleMesh& mesh, BufferRanges& ranges, Upl
   firstQuad_ = ranges_.takeQuads(quads, sink);
   for (uint32_t& index : indices) index += firstVertex_;
   sink.writeVertices(firstVertex_, vertices);
+  if (ranges_.painted()) sink.writePaint(firstVertex_, std::vector<PackedPaint>(vertices.size(), kUnpainted));
   sink.writeIndices(firstQuad_ * kIndicesPerQuad, indices);
 }
 

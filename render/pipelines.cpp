@@ -98,6 +98,7 @@ enum Uses : uint32_t {
   kUseGround = 1 << 9,
   kUseStereoMode = 1 << 10,
   kUseSamples = 1 << 11,
+  kUsePainted = 1 << 12,  ///< Of the fixed state alone: whether each vertex has a paint of its own.
 };
 
 /// What one pass needs, as a row of a table. Depth is reversed (greater is nearer) but in the shadow map.
@@ -122,8 +123,8 @@ constexpr uint32_t kEyes = kUseEye | kUsePerspective, kLights = kUseKeyShadow | 
 
 constexpr Recipe kRecipes[] = {
     {Pass::shadow, kShadowVert, kShadowFrag, Vertices::clayShadow, {kNo, kNo}, VK_COMPARE_OP_LESS, true, Blend::none, kUseSection},
-    {Pass::clay, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
-    {Pass::part, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection},
+    {Pass::clay, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection | kUsePainted},
+    {Pass::part, kClayVert, kClayFrag, Vertices::clay, {kNormalFormat, kAlbedoFormat}, kNearer, true, Blend::none, kUseEye | kUseSection | kUsePainted},
     {Pass::cap, kFullscreenVert, kCapFrag, Vertices::none, {kNo, kNo}, kAlways, true, Blend::none, kEyes},
     {Pass::cavity, kFullscreenVert, kCavityFrag, Vertices::none, {kCavityFormat, kNo}, kNoTest, false, Blend::none, kEyes},
     {Pass::backdrop, kFullscreenVert, kBackdropFrag, Vertices::none, {kColourFormat, kNo}, kOffClay, false, Blend::none, kUseEye},
@@ -155,7 +156,7 @@ static_assert([] {
 }());
 
 constexpr size_t kConstants = sizeof(Variant) / sizeof(int32_t);
-static_assert(kConstants == 12);
+static_assert(kConstants == 13);
 
 /// Destroys shader modules once the pipelines are made.
 class Module {
@@ -196,14 +197,22 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe,
     stages[1].module = fragment->handle;
   }
 
-  VkVertexInputBindingDescription binding{0, 0, VK_VERTEX_INPUT_RATE_VERTEX};
+  VkVertexInputBindingDescription bindings[2] = {{0, 0, VK_VERTEX_INPUT_RATE_VERTEX}, {1, sizeof(PackedPaint), VK_VERTEX_INPUT_RATE_VERTEX}};
+  VkVertexInputBindingDescription& binding = bindings[0];
+  uint32_t bindingCount = 1;
   VkVertexInputAttributeDescription attributes[3]{};
   uint32_t attributeCount = 0;
   if (recipe.vertices == Vertices::clay || recipe.vertices == Vertices::clayShadow) {
     binding.stride = sizeof(SurfaceVertex);
     attributes[0] = {0, 0, VK_FORMAT_R32G32B32_SINT, offsetof(SurfaceVertex, x)};
     attributes[1] = {1, 0, VK_FORMAT_R16G16_SNORM, offsetof(SurfaceVertex, normal)};
-    attributeCount = recipe.vertices == Vertices::clay ? 2 : 1;
+    attributeCount = recipe.vertices == Vertices::clay ? 3 : 1;
+    if (recipe.vertices == Vertices::clay) {
+      attributes[2] = {2, 1, VK_FORMAT_R8G8B8A8_UNORM, 0};
+      bindingCount = 2;
+      // One for all: there is a single instance.
+      if (!variant.painted) bindings[1].inputRate = VK_VERTEX_INPUT_RATE_INSTANCE;
+    }
   } else if (recipe.vertices == Vertices::line) {
     binding.stride = sizeof(LineInstance);
     binding.inputRate = VK_VERTEX_INPUT_RATE_INSTANCE;
@@ -219,8 +228,8 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe,
   }
   auto input =
       structure<VkPipelineVertexInputStateCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO);
-  input.vertexBindingDescriptionCount = attributeCount > 0 ? 1 : 0;
-  input.pVertexBindingDescriptions = &binding;
+  input.vertexBindingDescriptionCount = attributeCount > 0 ? bindingCount : 0;
+  input.pVertexBindingDescriptions = bindings;
   input.vertexAttributeDescriptionCount = attributeCount;
   input.pVertexAttributeDescriptions = attributes;
 

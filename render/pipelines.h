@@ -65,7 +65,7 @@ enum class Pass : size_t {
 /// shaders/frame.glsl, by their numbers.
 struct Variant {
   int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursorShadow = 0,
-          depthFade = 0, section = 0, ground = 0, stereoMode = 0, samples = 1;
+          depthFade = 0, section = 0, ground = 0, stereoMode = 0, samples = 1, painted = 0;
 };
 
 /// Variant::eye of a multiview pass.

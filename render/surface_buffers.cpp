@@ -40,6 +40,36 @@ void SurfaceBuffers::Staging::reserve(uint32_t vertices, uint32_t indices) {
   flush();
   grow(owner_.vertices_, VkDeviceSize(vertices) * sizeof(SurfaceVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   grow(owner_.indices_, VkDeviceSize(indices) * sizeof(uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  if (owner_.painted()) growPaint();
+}
+
+/// As many as there are vertices; new ones are unpainted.
+void SurfaceBuffers::Staging::growPaint() {
+  const VkDeviceSize before = owner_.paint_.size(), size = owner_.vertices_.size() / sizeof(SurfaceVertex) * sizeof(PackedPaint);
+  if (size <= before) return;
+  grow(owner_.paint_, size, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  owner_.gpu_.run([&](VkCommandBuffer commands) {
+    vkCmdFillBuffer(commands, owner_.paint_.handle(), before, VK_WHOLE_SIZE, kUnpainted);
+    barrier(commands, VK_PIPELINE_STAGE_2_CLEAR_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
+            VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT);
+  });
+}
+
+void SurfaceBuffers::Staging::writePaint(uint32_t first, std::span<const PackedPaint> paint) {
+  if (!owner_.painted()) {
+    flush();
+    growPaint();
+  }
+  write(toPaint_, VkDeviceSize(first) * sizeof(PackedPaint), std::as_bytes(paint));
+}
+
+VkBuffer SurfaceBuffers::paint() {
+  if (painted()) return paint_.handle();
+  if (!unpainted_.handle()) {
+    unpainted_ = Buffer(gpu_, sizeof(PackedPaint), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
+    std::memcpy(unpainted_.mapped(), &kUnpainted, sizeof kUnpainted);
+  }
+  return unpainted_.handle();
 }
 
 void SurfaceBuffers::Staging::writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) {
@@ -51,7 +81,7 @@ void SurfaceBuffers::Staging::writeIndices(uint32_t first, std::span<const uint3
 }
 
 void SurfaceBuffers::Staging::flush() {
-  if (toVertices_.empty() && toIndices_.empty()) return;
+  if (toVertices_.empty() && toIndices_.empty() && toPaint_.empty()) return;
   owner_.gpu_.run([&](VkCommandBuffer commands) {
     // A picture that is still being drawn reads these buffers.
     barrier(commands, VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, 0, VK_PIPELINE_STAGE_2_COPY_BIT, 0);
@@ -62,9 +92,13 @@ void SurfaceBuffers::Staging::flush() {
     if (!toIndices_.empty()) {
       vkCmdCopyBuffer(commands, staging, owner_.indices_.handle(), uint32_t(toIndices_.size()), toIndices_.data());
     }
+    if (!toPaint_.empty()) {
+      vkCmdCopyBuffer(commands, staging, owner_.paint_.handle(), uint32_t(toPaint_.size()), toPaint_.data());
+    }
     barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT | VK_ACCESS_2_INDEX_READ_BIT);
   });
+  toPaint_.clear();
   toVertices_.clear();
   toIndices_.clear();
   filled_ = 0;
@@ -106,6 +140,7 @@ void SurfaceBuffers::clear() {
   if (!vertices_.handle()) return;
   gpu_.run([](VkCommandBuffer) {});  // a picture that is still being drawn reads them
   ranges_ = BufferRanges();
+  paint_.reset();
   vertices_.reset();
   indices_.reset();
 }

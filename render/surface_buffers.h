@@ -24,8 +24,11 @@ class SurfaceBuffers {
 
   [[nodiscard]] BufferRanges& ranges() { return ranges_; }
   [[nodiscard]] VkBuffer vertices() const { return vertices_.handle(); }
+  /// One PackedPaint a vertex where something is painted; else one for all of them.
+  [[nodiscard]] VkBuffer paint();
+  [[nodiscard]] bool painted() const { return paint_.handle() != VK_NULL_HANDLE; }
   [[nodiscard]] VkBuffer indices() const { return indices_.handle(); }
-  [[nodiscard]] uint64_t bytes() const { return vertices_.size() + indices_.size() + staging_.size(); }
+  [[nodiscard]] uint64_t bytes() const { return vertices_.size() + indices_.size() + paint_.size() + staging_.size(); }
 
  private:
   /// Gathers writes in the staging buffer and sends them when it is full.
@@ -35,22 +38,24 @@ class SurfaceBuffers {
     void reserve(uint32_t vertices, uint32_t indices) override;
     void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) override;
     void writeIndices(uint32_t first, std::span<const uint32_t> indices) override;
+    void writePaint(uint32_t first, std::span<const PackedPaint> paint) override;
     void flush();
 
     UploadStats stats;
 
    private:
+    void growPaint();
     void grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage);
     void write(std::vector<VkBufferCopy>& copies, VkDeviceSize offset, std::span<const std::byte> bytes);
 
     SurfaceBuffers& owner_;
-    std::vector<VkBufferCopy> toVertices_, toIndices_;
+    std::vector<VkBufferCopy> toVertices_, toIndices_, toPaint_;
     VkDeviceSize filled_ = 0;
   };
 
   Gpu& gpu_;
   BufferRanges ranges_;
-  Buffer vertices_, indices_, staging_;
+  Buffer vertices_, indices_, paint_, unpainted_, staging_;
 };
 
 }  // namespace argil::render

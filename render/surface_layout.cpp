@@ -103,7 +103,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   whole_ = false;  // until all is done
   grid_ = delta.grid;
 
-  std::set<Coord> rewrite, changedChunks;
+  std::set<Coord> rewrite, changedChunks, repaint;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
     const Coord coord = mesh->brick;
     const auto known = bricks_.find(coord);
@@ -115,6 +115,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
       ranges_->releaseVertices(known->second.firstVertex, known->second.vertexCapacity);
       bricks_.erase(known);
       rewrite.erase(coord);
+      repaint.erase(coord);
       continue;
     }
     BrickEntry& brick = known != bricks_.end() ? known->second : bricks_[coord];
@@ -125,6 +126,8 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
     brick.mesh = mesh;
     rewrite.insert(coord);
     if (sameVertices) continue;
+    brick.paint.reset();  // what is painted comes with the same delta
+    repaint.insert(coord);
     const bool moved = writeVertices(brick, sink);
     for (int n = 1; n < 8; ++n) {
       const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
@@ -135,6 +138,20 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
       if (moved) rewrite.insert(neighbour);
     }
   }
+
+  for (const std::shared_ptr<const clay::BrickPaint>& paint : delta.painted) {
+    const auto known = bricks_.find(paint->brick);
+    if (known == bricks_.end()) continue;
+    const bool fits = paint->vertices.size() == known->second.mesh->positions.size();
+    known->second.paint = fits ? paint : nullptr;
+    repaint.insert(paint->brick);
+    if (fits) ranges_->setPainted();
+    // Coarser levels have vertices of their own.
+    changedChunks.insert(paint->brick >> kChunkBits);
+    for (int n = 1; n < 8; ++n) changedChunks.insert((paint->brick + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
+  }
+  if (ranges_->painted())
+    for (const Coord coord : repaint) writePaint(bricks_.at(coord), sink);
 
   for (const auto& [coord, added] : growth) {
     Chunk& chunk = chunks_[coord];
@@ -155,6 +172,28 @@ SurfaceVertex SurfaceLayout::vertexOf(const clay::BrickMesh& mesh, size_t index)
   const Coord base = mesh.brick * clay::kBrickEdge;
   const Vec3f& p = mesh.positions[index];
   return {fixedPoint(base.x, p.x()), fixedPoint(base.y, p.y()), fixedPoint(base.z, p.z()), mesh.normals[index]};
+}
+
+PackedPaint packPaint(const clay::VertexPaint& paint) {
+  constexpr float kMaskDarkens = 0.55f;  // what a whole mask takes of the light
+  const auto linear = [](uint8_t byte) {
+    const float c = float(byte) / 255;
+    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+  };
+  const float light = 1 - kMaskDarkens * float(paint.mask) / 255, cover = float(paint.cover) / 255;
+  const auto byte = [](float value) { return uint32_t(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f); };
+  const auto root = [&](uint8_t channel) { return byte(std::sqrt(linear(channel) * cover * light)); };
+  return root(paint.red) | root(paint.green) << 8 | root(paint.blue) << 16 | byte((1 - cover) * light) << 24;
+}
+
+PackedPaint SurfaceLayout::paintOf(const BrickEntry& brick, size_t index) { return brick.paint ? packPaint(brick.paint->vertices[index]) : kUnpainted; }
+
+void SurfaceLayout::writePaint(const BrickEntry& brick, UploadSink& sink) {
+  const size_t count = brick.mesh->positions.size();
+  if (count == 0) return;
+  paintScratch_.resize(count);
+  for (size_t i = 0; i < count; ++i) paintScratch_[i] = paintOf(brick, i);
+  sink.writePaint(brick.firstVertex, paintScratch_);
 }
 
 bool SurfaceLayout::writeVertices(BrickEntry& brick, UploadSink& sink) {

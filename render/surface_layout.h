@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "clay/surface.h"
+#include "clay/vertex_channels.h"
 #include "render/lod.h"
 #include "render/range_allocator.h"
 #include "render/ray.h"
@@ -33,6 +33,12 @@ struct SurfaceVertex {
 };
 static_assert(sizeof(SurfaceVertex) == 16);
 
+/// What a vertex shows of its clay's channels, as the GPU reads it: square roots of the display-linear colour that it adds (red lowest), and in the highest
+/// byte how much of the piece's own colour is left. A mask darkens both.
+using PackedPaint = uint32_t;
+inline constexpr PackedPaint kUnpainted = 0xff000000;
+[[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint);
+
 /// Receives what a layout writes: the GPU's buffers, or a test's arrays.
 class UploadSink {
  public:
@@ -41,6 +47,8 @@ class UploadSink {
   virtual void reserve(uint32_t vertices, uint32_t indices) = 0;
   virtual void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) = 0;
   virtual void writeIndices(uint32_t first, std::span<const uint32_t> indices) = 0;
+  /// Of vertices that were written; all others are unpainted from the first call on.
+  virtual void writePaint(uint32_t first, std::span<const PackedPaint> paint) { (void)first, (void)paint; }
 };
 
 /// The two buffers, shared by all pieces: who has which range.
@@ -52,11 +60,15 @@ class BufferRanges {
   [[nodiscard]] uint32_t takeQuads(uint32_t count, UploadSink& sink);
   void releaseVertices(uint32_t first, uint32_t count) { vertices_.release(first, count); }
   void releaseQuads(uint32_t first, uint32_t count) { quads_.release(first, count); }
+  /// Whether some vertex has paint: then all have, else none costs anything.
+  [[nodiscard]] bool painted() const { return painted_; }
+  void setPainted() { painted_ = true; }
   [[nodiscard]] uint32_t usedVertices() const { return vertices_.used(); }
   [[nodiscard]] uint32_t usedQuads() const { return quads_.used(); }
 
  private:
   RangeAllocator vertices_{0}, quads_{0};
+  bool painted_ = false;
 };
 
 /// 8×8×8 bricks that are drawn with one command.
@@ -128,6 +140,7 @@ class SurfaceLayout {
  private:
   struct BrickEntry {
     clay::BrickMeshPtr mesh;
+    std::shared_ptr<const clay::BrickPaint> paint;  // null: none
     uint32_t firstVertex = 0, vertexCapacity = 0;
     uint32_t firstQuad = 0, quadCapacity = 0;  // within the chunk's block
     Vec3f min, max;                            // of the vertices, relative to the brick
@@ -153,6 +166,8 @@ class SurfaceLayout {
 
   void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
+  static PackedPaint paintOf(const BrickEntry& brick, size_t index);
+  void writePaint(const BrickEntry& brick, UploadSink& sink);
   bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
   void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
   void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
@@ -175,6 +190,7 @@ class SurfaceLayout {
   Box loose_;
   std::vector<SurfaceVertex> vertexScratch_;
   std::vector<uint32_t> indexScratch_;
+  std::vector<PackedPaint> paintScratch_;
 };
 
 }  // namespace argil::render

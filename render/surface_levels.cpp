@@ -75,8 +75,10 @@ void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& 
     std::vector<uint32_t> placed;    // where a vertex is in this level, plus one
   };
   std::unordered_map<Coord, Source, CoordHash> sources;
+  const bool painted = ranges_->painted();
   vertexScratch_.clear();
   indexScratch_.clear();
+  paintScratch_.clear();
   for (const Coord at : chunk.bricks) {
     const std::array<Base, 8> bases = basesOf(at);
     std::array<Source*, 8> from{};
@@ -105,6 +107,7 @@ void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& 
       uint32_t& placed = corner.source->placed[corner.vertex];
       if (placed == 0) {
         vertexScratch_.push_back(vertexOf(*corner.source->brick->mesh, corner.vertex));
+        if (painted) paintScratch_.push_back(paintOf(*corner.source->brick, corner.vertex));
         placed = uint32_t(vertexScratch_.size());
       }
       return placed - 1;
@@ -136,6 +139,7 @@ void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& 
   for (uint32_t& each : indexScratch_) each += made.firstVertex;
   range = {made.firstQuad * kIndicesPerQuad, count, count / 3, true};
   sink.writeVertices(made.firstVertex, vertexScratch_);
+  if (painted) sink.writePaint(made.firstVertex, paintScratch_);
   sink.writeIndices(range.firstIndex, indexScratch_);
 }
 

@@ -4,16 +4,17 @@
 
 layout(location = 0) in vec3 viewNormal;
 layout(location = 1) in float cut;           // above zero: beyond the section plane
-layout(location = 2) in flat vec4 surface;   // xyz: colour, display-linear; w: material's code, negative for open meshes
+layout(location = 2) in vec3 colour;         // display-linear
+layout(location = 3) in flat float material; // its code, negative for open meshes
 layout(location = 0) out vec2 packedNormal;  // along the axes of the eye between both
 layout(location = 1) out vec4 albedo;
 
 void main() {
   vec3 n = normalize(viewNormal);
-  float code = abs(surface.w);
+  float code = abs(material);
   if (kSection && cut > 0.0) discard;
   if (!gl_FrontFacing) {
-    if (surface.w < 0.0) {
+    if (material < 0.0) {
       n = -n;
     } else if (kSection) {
       // The inner side of what is closed stands for the cut face before it: cap.frag moves it there.
@@ -22,5 +23,5 @@ void main() {
     }
   }
   packedNormal = packOctahedral(n);
-  albedo = vec4(sqrt(surface.xyz), code);
+  albedo = vec4(sqrt(colour), code);
 }

@@ -5,14 +5,17 @@
 
 layout(location = 0) in ivec3 position;
 layout(location = 1) in vec2 normal;
+layout(location = 2) in vec4 paint;  // PackedPaint (render/surface_layout.h)
 layout(location = 0) out vec3 viewNormal;
 layout(location = 1) out float cut;
-layout(location = 2) out flat vec4 surface;
+layout(location = 2) out vec3 colour;
+layout(location = 3) out flat float material;
 
 void main() {
   vec3 rel = piecePosition(position);
   viewNormal = toMiddle(turned(unpackOctahedral(normal)));
   cut = dot(frame.section, vec4(rel, 1.0));
-  surface = piece.surface;
+  colour = piece.surface.rgb * paint.a + paint.rgb * paint.rgb;
+  material = piece.surface.a;
   gl_Position = toClip(rel);
 }

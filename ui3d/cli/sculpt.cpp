@@ -10,6 +10,7 @@
 #include "clay/mesh_topology.h"
 #include "clay/sampler.h"
 #include "clay/store.h"
+#include "clay/vertex_channels.h"
 #include "engine/prepare_clay.h"
 #include "engine/kept_document.h"
 #include "engine/load_document.h"
@@ -86,18 +87,21 @@ class ChangedSurface {
   void add(const clay::SurfaceDelta& delta) {
     grid_ = delta.grid;
     for (const clay::BrickMeshPtr& mesh : delta.changed) newest_[mesh->brick] = mesh;
+    for (const auto& paint : delta.painted) paint_[paint->brick] = paint;
   }
   [[nodiscard]] clay::SurfaceDelta delta() const {
     clay::SurfaceDelta all;
     all.grid = grid_;
     for (const auto& entry : newest_) all.changed.push_back(entry.second);
+    for (const auto& entry : paint_) all.painted.push_back(entry.second);
     return all;
   }
-  [[nodiscard]] bool empty() const { return newest_.empty(); }
+  [[nodiscard]] bool empty() const { return newest_.empty() && paint_.empty(); }
 
  private:
   clay::Grid grid_;
   std::map<Coord, clay::BrickMeshPtr> newest_;
+  std::map<Coord, std::shared_ptr<const clay::BrickPaint>> paint_;
 };
 
 void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version, const SculptOptions& options) {

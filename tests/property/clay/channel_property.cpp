@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "clay/brush.h"
 #include "clay/brush_channels.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "clay/vertex_channels.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {
@@ -295,6 +297,48 @@ TEST(Channels, ADyeingBrushColoursWhatItLaysAndNothingElse) {
     }
   });
   EXPECT_GT(laid, 1000u);
+}
+
+TEST(SurfacePaint, FollowedEqualsFreshAndPaintExtractsNothing) {
+  Version version = sphere();
+  Surface followed;
+  std::map<Coord, std::vector<VertexPaint>> shown;
+  const auto follow = [&](const Version& next) {
+    const SurfaceDelta delta = followed.update(next);
+    for (const BrickMeshPtr& mesh : delta.changed)
+      if (mesh->positions.empty()) shown.erase(mesh->brick);
+    for (const auto& paint : delta.painted) shown[paint->brick] = paint->vertices;
+    return delta.changed.size();
+  };
+  follow(version);
+  EXPECT_TRUE(shown.empty());
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    version = randomStrokes(version, 4, seed, 0, alone);
+    follow(version);
+    const std::vector<VertexPaint> fresh = meshPaint(followed);
+    if (!version.has(Channel::cover) && !version.has(Channel::mask) && !version.has(Channel::material)) continue;
+    ASSERT_EQ(fresh.size(), followed.vertexCount());
+    size_t at = 0, set = 0;
+    followed.forEach([&](const BrickMesh& mesh) {
+      const auto mine = shown.find(mesh.brick);
+      for (size_t i = 0; i < mesh.positions.size(); ++i, ++at) {
+        const VertexPaint paint = mine == shown.end() || mine->second.empty() ? VertexPaint{} : mine->second.at(i);
+        ASSERT_EQ(paint, fresh[at]) << "seed " << seed;
+        set += paint != VertexPaint{};
+      }
+    });
+    EXPECT_GT(set, 100u);
+  }
+  const auto brush = brushOf({channel(Property::colour)});
+  brush->colour = {9, 8, 7};
+  BrushStroke stroke(version, brush);
+  stroke.apply(Stamp{{0, 0, 40}, {0, 0, 40}, 6});
+  const Version painted = stroke.finish();
+  EXPECT_EQ(follow(painted), 0u);
+  bool found = false;
+  for (const auto& [brick, paint] : shown)
+    for (const VertexPaint& each : paint) found = found || (each.red == 9 && each.green == 8 && each.blue == 7 && each.cover == 255);
+  EXPECT_TRUE(found);
 }
 
 // Clay that moves without changing its shape.
