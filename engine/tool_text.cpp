@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "clay/height_image.h"
+#include "clay/stamp_shape.h"
+#include "engine/load_document.h"
 #include "engine/tool_table.h"
 #include "io/grey_image.h"
 
@@ -166,7 +168,14 @@ void loadToolFile(Tool& tool) {
     tool.image = std::make_shared<const clay::HeightImage>(image.width, image.height, grey);
     return;
   }
-  throw Error(fmt::format("{}: files of shapes cannot be read yet", tool.file));
+  // Clay as it is, a mesh as what it bounds.
+  ModelImport asItIs;
+  asItIs.asPart = true;
+  const LoadedDocument loaded = loadDocument(tool.file, asItIs);
+  const Document& document = *loaded.document;
+  if (!document.pieces.empty()) tool.shape = clay::StampShape::of(document.pieces.front().version);
+  else if (!document.parts.empty()) tool.shape = clay::StampShape::of(*document.parts.front().mesh);
+  else throw Error(fmt::format("{}: holds nothing that could be a tip", tool.file));
 }
 
 }  // namespace argil::engine

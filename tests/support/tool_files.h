@@ -4,6 +4,9 @@
 #include <vector>
 
 #include "clay/height_image.h"
+#include "clay/primitives.h"
+#include "clay/stamp_shape.h"
+#include "clay/store.h"
 #include "engine/tool_table.h"
 
 namespace argil::tests {
@@ -16,9 +19,18 @@ inline std::shared_ptr<const clay::HeightImage> crossImage() {
   return std::make_shared<const clay::HeightImage>(64, 64, grey);
 }
 
+/// A rounded block.
+inline std::shared_ptr<const clay::StampShape> slab() {
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  static const auto shape = clay::StampShape::of(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), {20, 14, 10}, 2));
+  return shape;
+}
+
 /// Gives a tool the image or the shape that it needs.
 inline void giveFile(engine::Tool& tool) {
   if (engine::rowOf(tool).file == engine::ToolFile::image) tool.image = crossImage();
+  if (engine::rowOf(tool).file == engine::ToolFile::shape) tool.shape = slab();
 }
 
 }  // namespace argil::tests
