@@ -14,7 +14,9 @@
 #include "clay/sampler.h"
 #include "clay/store.h"
 #include "clay/surface.h"
+#include "engine/prepare_clay.h"
 #include "engine/random.h"
+#include "engine/run.h"
 #include "engine/session.h"
 #include "engine/tool_table.h"
 #include "tests/support/tool_files.h"
@@ -220,6 +222,36 @@ TEST_P(EveryTool, doesSomethingAndLeavesASolidClosed) {
   while (session.undo()) {
   }
   EXPECT_EQ(session.version().hash(), first);
+}
+
+// A simulated hand presses the tool into a block and draws it along: the servo answers with a force that stays within the device's, and the clay changes.
+TEST_P(EveryTool, isFeltByAHand) {
+  Script script;
+  script.voxelMm = 0.5;
+  script.clay = BlockSetup{{40, 40, 20}, 2, Vec3d::Zero()};
+  ScriptStroke stroke;
+  stroke.tool = toolOf(row(), 3);
+  stroke.drive = Drive::hand;
+  // 2 mm into the top at z = 10, over the edge at x = 20 at last.
+  const double top = 10 + 3 - 2;
+  stroke.path = {{0, {-12, 0, 16}}, {0.3, {-12, 0, top}}, {0.7, {6, 1, top}}, {1.0, {19, 2, top}}, {1.2, {19, 2, 18}}};
+  script.strokes = {stroke};
+  Session session(prepareClay(clay::Store::make(), script).version);
+  if (row().id == "morph" || row().id == "blend" || row().id == "blur_mask") {
+    session.beginStroke(toolOf(*findTool(row().id == "morph" ? "carve" : row().id == "blend" ? "paint" : "mask"), 4));
+    session.addPoint(0, {0, 0, 10});
+    session.endStroke();
+  }
+  const uint64_t before = session.version().hash();
+  clay::Surface surface;
+  const RunReport report = runScript(session, surface, script);
+  ASSERT_TRUE(report.servo);
+  EXPECT_EQ(report.servo->fault, "");
+  EXPECT_EQ(report.servo->stopped, 0u);
+  EXPECT_GT(report.servo->cutting, 200u) << row().id;
+  EXPECT_LE(report.servo->peakForceN, report.servo->forceLimitN);
+  EXPECT_TRUE(row().work == haptics::Work::lay || report.servo->peakForceN > 0.05) << row().id << " is not felt";
+  EXPECT_NE(session.version().hash(), before) << row().id;
 }
 
 std::string nameOf(const ::testing::TestParamInfo<size_t>& info) { return std::string(toolTable()[info.param].id); }
