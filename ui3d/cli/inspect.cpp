@@ -17,6 +17,18 @@ namespace argil::cli {
 
 namespace {
 
+// What a version pays for beside its distances.
+std::string channelsOf(const clay::Version& version) {
+  std::string names;
+  const auto add = [&](clay::Channel channel, const char* name) {
+    if (version.has(channel)) names += (names.empty() ? "" : ", ") + std::string(name);
+  };
+  add(clay::Channel::cover, "colour");
+  add(clay::Channel::material, "material");
+  add(clay::Channel::mask, "mask");
+  return names.empty() ? "no channels" : fmt::format("{}: {} channel bricks", names, version.stats().channelBricks);
+}
+
 nlohmann::ordered_json topologyJson(const clay::TopologyReport& t) {
   nlohmann::ordered_json json;
   json["triangles"] = t.triangles;
@@ -69,11 +81,11 @@ void inspectClay(const InspectOptions& options) {
     const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
     const clay::VersionStats stats = piece.version.stats();
     const uint64_t active = piece.version.activeVoxels();
-    json["pieces"].push_back({{"name", piece.name}, {"voxel_mm", piece.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active},
+    json["pieces"].push_back({{"name", piece.name}, {"voxel_mm", piece.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}, {"channel_bricks", stats.channelBricks},
                               {"hash", fmt::format("{:016x}", piece.version.hash())}, {"surface", topologyJson(skin)}});
     if (options.json) continue;
     fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden", piece.locked ? ", locked" : "");
-    fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; no channels\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active);
+    fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(piece.version));
     printTopology(skin);
   }
   for (const engine::Part& part : document.parts) {
@@ -115,7 +127,7 @@ void inspect(const InspectOptions& options) {
     json["surface"] = topologyJson(skin);
     if (!options.json) {
       fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);
-      fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; no channels\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active);
+      fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(imported.version));
       printTopology(skin);
     }
   }

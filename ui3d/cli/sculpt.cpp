@@ -219,6 +219,7 @@ void sculpt(const SculptOptions& options) {
   io::WriteOptions write;
   write.tolerance = 0.1 * session.version().grid().voxelMm;
   write.distinct = true;
+  const bool painted = session.version().has(clay::Channel::cover);  // colours go with a model, not with a mesh
   for (const std::filesystem::path& file : options.outputs) {
     const ProgressLine line("writing " + file.filename().string(), options.job);
     if (file.extension() == ".argil") {
@@ -230,7 +231,7 @@ void sculpt(const SculptOptions& options) {
       (void)engine::saveDocument(file, request, options.job);
       continue;
     }
-    if (engine::holdsClay(file.filename())) {
+    if (painted || engine::holdsClay(file.filename())) {
       (void)engine::writeModelFiles({file}, *session.document(), {}, options.job);
       continue;
     }
