@@ -11,7 +11,7 @@ TEST(HeightImage, IsReadBetweenItsPixelsWithUpUp) {
   const uint16_t grey[] = {0, 65535, 65535, 65535, 0, 0};  // two rows of three
   const HeightImage image(3, 2, grey);
   // The longer side spans −1 to 1: pixels are 2/3 wide.
-  EXPECT_FLOAT_EQ(image.at(-0.66f, 0.34f, 0), 0.01f);
+  EXPECT_NEAR(image.at(-0.66f, 0.34f, 0), 0.01, 1e-6);
   EXPECT_NEAR(image.at(0, 1.0f / 3, 0), 1, 1e-6);
   EXPECT_NEAR(image.at(-2.0f / 3, -1.0f / 3, 0), 1, 1e-6);
   EXPECT_NEAR(image.at(-1.0f / 3, 1.0f / 3, 0), 0.5, 1e-6);
