@@ -171,7 +171,8 @@ TEST(Warping, MaskedVoxelsStayToTheBit) {
       for (int y = -8; y < 16; ++y)
         for (int z = -8; z < 16; ++z) {
           const Coord c{x, y, z};
-          const bool covered = base.find(Channel::mask, c >> kBrickBits).value(Brick::offset(x & 7, y & 7, z & 7)) == 255;
+          // Masks count in the band alone.
+          const bool covered = std::abs(was.voxel(c)) < 3 && base.find(Channel::mask, c >> kBrickBits).value(Brick::offset(x & 7, y & 7, z & 7)) == 255;
           if (covered) {
             ASSERT_EQ(was.voxel(c), is.voxel(c)) << static_cast<int>(method);
           }
