@@ -1,7 +1,10 @@
 // The swept tip is laid on and blended; or laid on or cut away where a mask makes the order of images matter. Else the stroke does that itself.
 
 #include <algorithm>
+#include <array>
+#include <unordered_map>
 
+#include "clay/brick_set.h"
 #include "clay/brush_method.h"
 #include "clay/swept_tip.h"
 
@@ -15,13 +18,32 @@ class Sweep : public DistanceMethod {
         carves_(context.operation.method == Method::carve),
         // Beyond the band a distance is only a bound, so a blend is no wider than what is known.
         blend_(context.operation.method == Method::wax ? std::min(brush_->blend, context.band) : 0),
-        band_(context.band) {}
+        band_(context.band),
+        base_(context.base) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() * aroundTip(*brush_) + band_; }
   bool everywhere() const override { return true; }
   bool exact() const override { return blend_ == 0; }
 
+  // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count of stamps.
+  void begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) override {
+    if (blend_ == 0) return;
+    float one[kBrickVoxels];
+    for (const Coord coord : bricks) {
+      auto& swept = swept_[coord];
+      if (!swept) {
+        swept = std::make_unique<Swept>();
+        swept->fill(2 * kMostBlend);
+      }
+      for (const Stamp& image : images) {
+        tipDistances(*brush_, image, coord, one);
+        for (size_t v = 0; v < kBrickVoxels; ++v) (*swept)[v] = std::min((*swept)[v], one[v]);
+      }
+    }
+  }
+
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
+    if (blend_ > 0) return blended(before.slot(coord), coord, phi);
     float distance[kBrickVoxels], one[kBrickVoxels];
     for (size_t i = 0; i < images.size(); ++i) {
       tipDistances(*brush_, images[i], coord, i == 0 ? distance : one);
@@ -31,20 +53,31 @@ class Sweep : public DistanceMethod {
     const Slot now = before.slot(coord);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float old = now.phi(v, band_), d = distance[v];
-      if (carves_) {
-        phi[v] = std::max(old, -d);
-      } else {
-        const float near = blend_ > 0 ? std::max(blend_ - std::abs(old - d), 0.0f) / blend_ : 0.0f;
-        phi[v] = std::min(old, d) - near * near * (blend_ * 0.25f);
-      }
+      phi[v] = carves_ ? std::max(old, -d) : std::min(old, d);
     }
     return true;
   }
 
  private:
+  using Swept = std::array<float, kBrickVoxels>;
+  static constexpr float kMostBlend = 64;
+
+  bool blended(Slot now, Coord coord, float (&phi)[kBrickVoxels]) const {
+    const Slot was = base_.find(coord);
+    const Swept& swept = *swept_.at(coord);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float old = was.phi(v, band_), d = swept[static_cast<size_t>(v)];
+      const float near = std::max(blend_ - std::abs(old - d), 0.0f) / blend_;
+      phi[v] = std::min(now.phi(v, band_), std::min(old, d) - near * near * (blend_ * 0.25f));
+    }
+    return true;
+  }
+
   std::shared_ptr<const Brush> brush_;
   bool carves_;
   float blend_, band_;
+  Version base_;
+  std::unordered_map<Coord, std::unique_ptr<Swept>, CoordHash> swept_;  // distances to all that was swept
 };
 
 }  // namespace

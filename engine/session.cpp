@@ -159,7 +159,7 @@ clay::Version Session::morphGoal(const Tool& tool, const Piece& piece) const {
 Eigen::Quaterniond Session::standing(const Vec3d& mm) {
   clay::Sampler sampler(lifted_);
   Vec3f gradient;
-  (void)sampler.trilinear(lifted_.grid().toVoxel(mm), gradient);
+  (void)sampler.tricubic(lifted_.grid().toVoxel(mm), gradient);  // trilinear ones jump from cell to cell
   if (gradient.squaredNorm() > 0.25f) normal_ = gradient.cast<double>().normalized();
   const Vec3d side = std::abs(normal_.x()) < 0.9 ? Vec3d::UnitX() : Vec3d::UnitY();
   const Vec3d x = (side - side.dot(normal_) * normal_).normalized();
