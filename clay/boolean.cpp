@@ -160,8 +160,7 @@ std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& 
   return around.sorted();
 }
 
-// A band is no wider than a brick: without a surface in itself or a neighbour a brick is all inside or all outside.
-static void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
+void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
   std::vector<Coord> drop;
   for (const Coord c : coords) {
     bool inside = false, outside = false;

@@ -30,6 +30,8 @@ struct CombineOptions {
 /// The same without blend, as part of some work; both on one grid.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part);
 
+/// Bricks of `coords` without a sign change in themselves or a neighbour become tiles: a band is no wider than a brick.
+void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords);
 /// redistance() of any number of bricks, after those without a surface near became tiles, in an order of their own: about 10 KB each at a time, twice where there are too many for one call.
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part);
 /// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.

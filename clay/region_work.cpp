@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "clay/boolean.h"
 #include "clay/brick_set.h"
 #include "clay/parallel.h"
 #include "clay/store.h"
@@ -112,6 +113,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   Editor editor(Version::empty(Store::make(), source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
+  std::vector<Coord> written;
   forEachItem(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
     const Coord first = regions[i] * kRegionBricks;
     const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
@@ -138,7 +140,10 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
     }
     const std::lock_guard lock(editing);
     for (size_t k = 0; k < bricks.size(); ++k) editor.setVoxels(bricks[k], values[k]);
+    written.insert(written.end(), bricks.begin(), bricks.end());
   });
+  // What vanished leaves values that are within the band of nothing.
+  dropWithoutSurface(editor, written);
   return editor.commit();
 }
 

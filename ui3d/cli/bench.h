@@ -63,7 +63,7 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, touch, render, keep, undo, io, buzz, stability; empty: all but the last.
+  std::vector<std::string> names;   ///< edit, surface, touch, render, keep, undo, io, whole, buzz, stability; empty: all but the last.
   std::filesystem::path json;
   std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;              ///< Million active voxels of the largest model.
@@ -79,6 +79,7 @@ void benchRender(BenchReport& report, const BenchOptions& options);
 void benchKeep(BenchReport& report, const BenchOptions& options);
 void benchUndo(BenchReport& report, const BenchOptions& options);
 void benchIo(BenchReport& report, const BenchOptions& options);
+void benchWhole(BenchReport& report, const BenchOptions& options);
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 

@@ -37,8 +37,8 @@ TEST(Offset, SphereAnyDistance) {
     const Version moved = offset(sphere, mm, 2);
     const auto error = errorAgainst(moved, [&](const Vec3d& p) { return ball(p, 15 + mm); });
     std::printf("sphere of 30 voxels moved by %g voxels: %s\n", mm / 0.5, error.text().c_str());
-    EXPECT_LT(error.surfaceMax, 0.03) << mm;
-    EXPECT_LT(error.bandMax, 0.03) << mm;
+    EXPECT_LT(error.surfaceMax, 0.05) << mm;
+    EXPECT_LT(error.bandMax, 0.06) << mm;
     expectProperBand(moved, 1.1);
     expectClosed(moved);
   }
