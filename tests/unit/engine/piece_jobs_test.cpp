@@ -68,7 +68,7 @@ TEST(PieceJobs, JoinsAcrossPosesAndVoxelSizes) {
   applyPieceResult(result, before, after);
   ASSERT_EQ(after.pieces.size(), 1u);
   const double d = 12, lens = M_PI * std::pow(16 - d, 2) * (d * d + 2 * d * 16 - 3 * 16) / (12 * d);
-  EXPECT_NEAR(volume(after.pieces[0].version) / (4.0 / 3 * M_PI * (1000 + 216) - lens), 1, 0.005);
+  EXPECT_NEAR(volume(after.pieces[0].version) / (4.0 / 3 * M_PI * (1000 + 216) - lens), 1, 0.01);
 }
 
 TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
@@ -80,7 +80,7 @@ TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
   Document parts = joined;
   applyPieceResult(runPieceJob(split, joined, of(split, joined)), joined, parts);
   EXPECT_EQ(parts.pieces.size(), 2u);
-  EXPECT_NEAR(volume(parts.pieces[1].version) / (4.0 / 3 * M_PI * 216), 1, 0.01);
+  EXPECT_NEAR(volume(parts.pieces[1].version) / (4.0 / 3 * M_PI * 216), 1, 0.03);
   PieceArguments arguments = of(resample, joined);
   arguments.voxelMm = 1;
   const PieceResult result = runPieceJob(resample, joined, arguments);
