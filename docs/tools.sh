@@ -20,6 +20,8 @@ while read -r id; do
   "$argil" tools --demo "$id" > "$tiles/$id.json"
   "$argil" sculpt "$tiles/$id.json" -o "$tiles/$id.argil" > /dev/null
   "$argil" render "$tiles/$id.argil" -o "$tiles/$id.png" --size 480x320 > /dev/null
+  mogrify -gravity center -crop 76%x76%+0+0 +repage "$tiles/$id.png"
   labels+=(-label "$id" "$tiles/$id.png")
 done < <("$argil" tools --ids)
-montage "${labels[@]}" -tile 6x -geometry 320x213+4+4 -background '#202226' -fill '#d8d8d8' "${1:-$root/docs/tools.png}"
+montage "${labels[@]}" -tile 6x -geometry 240x160+4+4 -background '#202226' -fill '#d8d8d8' -depth 8 "$tiles/sheet.png"
+convert "$tiles/sheet.png" -depth 8 -colors 255 "PNG8:${1:-$root/docs/tools.png}"

@@ -76,6 +76,16 @@ Script toolDemo(const ToolRow& row) {
     tool.morphTo = 0;
     places = line({-20, 3, 0}, {-4, 3, 0});
   }
+  if (row.group == "Lab") tool.heightMm = 3;
+  if (row.id == "blend" || row.id == "blur_mask") {
+    // Something with a rim that can be softened.
+    Tool before = standardTool(*findTool(row.id == "blend" ? "paint" : "mask"));
+    before.radiusMm = press;
+    before.falloff = clay::Falloff::constant;
+    script.strokes.push_back(strokeOf(before, press, letterS()));
+    passes = 6;
+    tool.strength = 1;
+  }
   for (int i = 0; i < passes; ++i) script.strokes.push_back(strokeOf(tool, press, places));
   return script;
 }
