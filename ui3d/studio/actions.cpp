@@ -6,6 +6,7 @@
 
 #include "ui3d/studio/camera.h"
 #include "ui3d/studio/file_kinds.h"
+#include "ui3d/studio/guide_places.h"
 #include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
@@ -89,6 +90,31 @@ void switchDeformBox(Context& c, Text) {
 }
 bool hasDeformBox(const Context& c) { return c.state.deformBox.has_value(); }
 
+// Operations on whole pieces: those that need nothing but a piece are done at once, the others are asked about.
+
+bool asks(const engine::PieceJob& job) { return job.pieces == 2 || job.takesPlane || job.takesCurve || !job.parameters.empty(); }
+void operate(Context& c, Text id) {
+  const engine::PieceJob* job = engine::findPieceJob(id);
+  if (!job) return;
+  if (asks(*job)) {
+    c.state.wishes.dialog = "piece." + std::string(id);
+    return;
+  }
+  engine::PieceArguments arguments = engine::standardArguments(*job, *c.now.document);
+  if (job->pieces == 1 && c.now.document->piece(c.state.selected)) arguments.pieces = {c.state.selected};
+  c.bench.operate(std::string(id), arguments);
+}
+bool hasTwoPieces(const Context& c) { return c.now.document->pieces.size() > 1; }
+
+void addPieceRows(std::vector<Action>& rows) {
+  for (const engine::PieceJob& job : engine::pieceJobs()) {
+    if (job.id == "lattice") continue;  // Its points are pulled: the deform box.
+    const std::string id(job.id);
+    rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece", "", operate, id,
+                    job.pieces == 0 ? nullptr : job.pieces == 1 ? hasClay : hasTwoPieces});
+  }
+}
+
 // Tools
 
 void takeTool(Context& c, Text id) { c.state.toolId = id; }
@@ -119,7 +145,20 @@ void switchSymmetry(Context& c, Text axis) {
   const bool on = !(c.now.document->symmetry.*plane);
   c.bench.edit("Symmetry " + std::string(axis) + (on ? " on" : " off"), [plane, on](engine::Document& d) { d.symmetry.*plane = on; });
 }
+void turnMore(Context& c, int by) {
+  c.bench.edit("Symmetry around z", [by](engine::Document& d) { d.symmetry.turns = std::clamp(d.symmetry.turns + by, 1, engine::kMostTurns); });
+}
 bool isSymmetric(const Context& c, Text axis) { return c.now.document->symmetry.*planeOf(axis); }
+
+// A curve or a line; else null.
+const engine::Guide* selectedWay(const Context& c) {
+  const engine::Guide* guide = c.now.document->guide(c.state.selected);
+  if (!guide) return nullptr;
+  return guide->kind == engine::Guide::Kind::line || (guide->kind == engine::Guide::Kind::curve && guide->pointsMm.size() >= 2) ? guide : nullptr;
+}
+void strokeAlongSelected(Context& c, Text) {
+  if (const engine::Guide* guide = selectedWay(c)) c.bench.strokeAlong(placesAlong(*guide));
+}
 
 void setGizmo(Context& c, Text mode) {
   const GizmoMode wanted = mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale;
@@ -268,11 +307,16 @@ void addHandRows(std::vector<Action>& rows) {
   rows.push_back({"tool.smaller", "Smaller tool", "By an eighth; also F and a drag.", "Tool", "[", [](Context& c, Text) { scaleRadius(c, 1 / kRadiusStep); }});
   rows.push_back({"tool.larger", "Larger tool", "By an eighth; also F and a drag.", "Tool", "]", [](Context& c, Text) { scaleRadius(c, kRadiusStep); }});
   rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.", "Tool", "I", takeOpposite, "", hasOpposite});
+  rows.push_back({"tool.straight", "Straight lines", "A drag over the clay draws a straight line, which is worked along when the button comes up.", "Tool", "D",
+                  [](Context& c, Text) { c.state.straight = !c.state.straight; }, "", nullptr, [](const Context& c, Text) { return c.state.straight; }});
   for (const char* axis : {"x", "y", "z"}) {
     const std::string name = capital(axis);
     rows.push_back({std::string("symmetry.") + axis, "Symmetry " + name, "Strokes are repeated as mirror images along " + name + ".", "Tool",
                     name, switchSymmetry, axis, nullptr, isSymmetric});
   }
+  rows.push_back({"symmetry.more", "Symmetry around z: one more", "Strokes are repeated around the z axis.", "Tool", "", [](Context& c, Text) { turnMore(c, 1); }});
+  rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "", [](Context& c, Text) { turnMore(c, -1); }, "",
+                  [](const Context& c) { return c.now.document->symmetry.turns > 1; }});
 
   struct Row { const char *kind, *name, *help; };
   for (const Row& row : {Row{"plane", "Plane", "A plane to snap to, by eye and by touch."}, Row{"line", "Line", "Between two clicks."},
@@ -282,6 +326,8 @@ void addHandRows(std::vector<Action>& rows) {
     rows.push_back({std::string("guides.") + row.kind, std::string("Add ") + (row.kind[0] == 'a' ? "an " : "a ") + (row.name[0] == 'K' ? "keep-out box" : row.kind),
                     row.help, "Guides", "", [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
   }
+  rows.push_back({"guides.stroke", "Stroke along it", "The tool in hand goes along the selected curve or line.", "Guides", "", strokeAlongSelected, "",
+                  [](const Context& c) { return selectedWay(c) && c.now.document->workedOn() && !c.now.inStroke; }});
   struct Mode { const char *mode, *name, *key; };
   for (const Mode& m : {Mode{"move", "Move", "G"}, Mode{"rotate", "Rotate", "R"}, Mode{"scale", "Scale", "T"}}) {
     rows.push_back({std::string("gizmo.") + m.mode, std::string(m.name) + " selected", "Handles on the selected thing.", "Guides", m.key, setGizmo,
@@ -360,6 +406,7 @@ const std::vector<Action>& actions() {
     std::vector<Action> rows;
     addDocumentRows(rows);
     addHandRows(rows);
+    addPieceRows(rows);
     addViewRows(rows);
     addWindowRows(rows);
     return rows;

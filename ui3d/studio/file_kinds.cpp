@@ -47,5 +47,6 @@ bool asksForUnits(const std::filesystem::path& file) {
 
 std::vector<std::string> endingsToOpen() { return endings(&FileKind::opens); }
 std::vector<std::string> endingsToImport() { return endings(&FileKind::imports); }
+std::vector<std::string> endingsOfImages() { return {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".pgm"}; }
 
 }  // namespace argil::studio

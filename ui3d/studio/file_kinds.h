@@ -26,5 +26,7 @@ struct FileKind {
 [[nodiscard]] bool asksForUnits(const std::filesystem::path& file);
 [[nodiscard]] std::vector<std::string> endingsToOpen();
 [[nodiscard]] std::vector<std::string> endingsToImport();
+/// Images that a tool presses into the clay.
+[[nodiscard]] std::vector<std::string> endingsOfImages();
 
 }  // namespace argil::studio

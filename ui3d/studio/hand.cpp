@@ -13,8 +13,33 @@ constexpr double kSettleS = 0.016, kGlideMms = 1500, kLongestGlideS = 0.2;
 constexpr double kLastS = 0.012;  // From the last motion to the release: the tip has arrived.
 // The pointer adds this much depth at full pressure; the studio's own depth goes with the tool's size and replaces it.
 const double kPenDepthMm = haptics::PointerOptions().penDepthMm;
+constexpr double kPlaceUnits = 2;  // Of the window, between the places of a straight line.
+constexpr int kMostPlaces = 2000;
+
+std::optional<double> surfaceUnder(const Hand::Stroke& stroke, const Camera::Ray& ray) {
+  double from = 0;
+  if (stroke.section) {  // What is cut away is not met.
+    const double above = stroke.section->normal.dot(ray.origin - stroke.section->pointMm), along = stroke.section->normal.dot(ray.direction);
+    if (above > 0 && along < 0) from = -above / along;
+  }
+  return stroke.clay.distance(ray.origin, ray.direction, from);
+}
 
 }  // namespace
+
+std::vector<Vec3d> Hand::placesUnder(const Stroke& stroke, const Event& from, const Event& to, bool deep) {
+  const float dx = to.x - from.x, dy = to.y - from.y;
+  const int count = std::clamp(static_cast<int>(std::hypot(dx, dy) / kPlaceUnits), 1, kMostPlaces);
+  std::vector<Vec3d> places;
+  for (int i = 0; i <= count; ++i) {
+    const float t = static_cast<float>(i) / static_cast<float>(count);
+    const Camera::Ray ray = stroke.camera.ray(from.x + t * dx, from.y + t * dy, stroke.width, stroke.height);
+    const auto surface = surfaceUnder(stroke, ray);
+    if (surface) places.push_back(ray.origin + (*surface + (deep ? stroke.depthPart * stroke.radiusMm : 0)) * ray.direction);
+    else if (!places.empty()) break;
+  }
+  return places;
+}
 
 void Hand::feed(const haptics::PointerSample& sample) {
   bench_.feedPointer(sample);
@@ -35,12 +60,7 @@ void Hand::hover(const Camera::Ray& ray, double surfaceMm, const Event& event) {
 
 haptics::PointerSample Hand::sampleOf(const Event& event, bool down) {
   const Camera::Ray ray = stroke_->camera.ray(event.x, event.y, stroke_->width, stroke_->height);
-  double from = 0;
-  if (stroke_->section) {  // What is cut away is not met.
-    const double above = stroke_->section->normal.dot(ray.origin - stroke_->section->pointMm), along = stroke_->section->normal.dot(ray.direction);
-    if (above > 0 && along < 0) from = -above / along;
-  }
-  if (const auto hit = stroke_->clay.distance(ray.origin, ray.direction, from)) lastSurfaceMm_ = *hit;
+  if (const auto hit = surfaceUnder(*stroke_, ray)) lastSurfaceMm_ = *hit;
   haptics::PointerSample sample;
   sample.origin = ray.origin;
   sample.direction = ray.direction;

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "engine/workbench.h"
 #include "render/look.h"
@@ -28,6 +29,9 @@ class Hand {
     double depthPart = 0;              ///< Of the radius: how deep the tip goes under the surface. Pens: times their pressure.
     std::optional<double> otherMm;     ///< Along the first line of sight: a part in front.
   };
+
+  /// Where a straight line over the window meets the clay, world mm, from its first place to where the clay ends. `deep`: as deep under the surface as a stroke goes.
+  [[nodiscard]] static std::vector<Vec3d> placesUnder(const Stroke& stroke, const Event& from, const Event& to, bool deep);
 
   /// The cursor is here and no button is down; `surfaceMm`: along the ray, not finite when nothing is there.
   void hover(const Camera::Ray& ray, double surfaceMm, const Event& event);

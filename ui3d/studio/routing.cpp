@@ -124,7 +124,7 @@ void SessionWindow::handle(const Event& event) {
 
 // Keys that are held turn the tool over or make it smooth; a stroke keeps the tool that it began with.
 void SessionWindow::takeTool(uint8_t modifiers) {
-  if (hand_.active() || sizing_) return;
+  if (hand_.active() || sizing_ || drag_ == Drag::line) return;
   const bool inPicture = drag_ == Drag::none && !ui_.wantsText();
   state_.inverted = inPicture && (modifiers & kControl) != 0;
   state_.smoothing = inPicture && (modifiers & kShift) != 0;
@@ -188,7 +188,7 @@ void SessionWindow::press(const Event& event) {
   }
   Context c = context();
   const bool second = drag_ != Drag::none;
-  if (second && (drag_ == Drag::stroke || drag_ == Drag::widget)) return;
+  if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget)) return;
   dragFrom_ = event;
   pivot_ = under(event);
   panDepthMm_ = camera_.view().axes().forward.dot(pivot_ - camera_.view().position);
@@ -214,10 +214,17 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   const engine::Piece* piece = now_->document->workedOn();
   if (!piece || piece->id != hit->piece || !bench_.usesPointer()) return;
   takeTool(event.modifiers);
-  beginStroke(event);
+  if (state_.straight) {
+    line_ = strokeHere();
+    drag_ = Drag::line;
+  } else {
+    hand_.begin(strokeHere(), event, window_.nowS());
+    drag_ = Drag::stroke;
+  }
 }
 
-void SessionWindow::beginStroke(const Event& event) {
+// What a stroke that begins now meets.
+Hand::Stroke SessionWindow::strokeHere() const {
   Hand::Stroke stroke;
   stroke.clay = PinnedClay(*now_->document, [this](engine::Id id) { return renderer_.bounds(id); });
   stroke.camera = camera_;
@@ -227,8 +234,13 @@ void SessionWindow::beginStroke(const Event& event) {
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   stroke.radiusMm = tool.radiusMm;
   stroke.depthPart = engine::rowOf(tool).work == haptics::Work::cut ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
-  hand_.begin(std::move(stroke), event, window_.nowS());
-  drag_ = Drag::stroke;
+  return stroke;
+}
+
+void SessionWindow::endLine(const Event& event) {
+  const Hand::Stroke stroke = std::move(*line_);
+  line_.reset();
+  if (std::vector<Vec3d> places = Hand::placesUnder(stroke, dragFrom_, event, true); places.size() >= 2) bench_.strokeAlong(std::move(places));
 }
 
 void SessionWindow::release(const Event& event) {
@@ -237,7 +249,11 @@ void SessionWindow::release(const Event& event) {
   ui_.feed(event);
   held_.erase(event.button);
   const bool click = std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) <= kClickUnits;
-  if (drag_ == Drag::widget && event.button == Button::left) {
+  if (drag_ == Drag::line && event.button == Button::left) {
+    if (!click) endLine(event);
+    line_.reset();
+    drag_ = Drag::none;
+  } else if (drag_ == Drag::widget && event.button == Button::left) {
     Context c = context();
     widgets_.handle(c, grip(event, false));
     if (std::exchange(placing_, false)) widgets_.click(c, grip(event, false));  // Its press was a point already.
@@ -258,7 +274,7 @@ void SessionWindow::release(const Event& event) {
 void SessionWindow::wheel(const Event& event) {
   settleUi();
   ui_.feed(event);
-  if (ui_.wantsMouse() || drag_ == Drag::stroke) return;
+  if (ui_.wantsMouse() || drag_ == Drag::stroke || drag_ == Drag::line) return;
   camera_.zoom(event.dy, under(mouse_));
   hoverStale_ = true;
   changed();
@@ -296,6 +312,11 @@ void SessionWindow::key(const Event& event) {
   if (!down || isModifier(event.key)) return;
   Context c = context();
   if (event.key == Key::escape) {
+    if (drag_ == Drag::line) {
+      line_.reset();
+      drag_ = Drag::panel;  // Until the button comes up.
+      return;
+    }
     if (sizing_) {
       state_.tool().radiusMm = sizeFromMm_;
       sizeKey_ = sizing_ = false;
@@ -314,7 +335,7 @@ void SessionWindow::key(const Event& event) {
 
 // What the free cursor is over: once a picture, when something moved.
 void SessionWindow::hover() {
-  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::widget || sizing_) return;
+  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || sizing_) return;
   hoverStale_ = false;
   footprint_.reset();
   overWidget_ = false;

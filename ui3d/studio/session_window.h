@@ -36,7 +36,7 @@ class SessionWindow {
   void run();
 
  private:
-  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, widget, click };
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, click };
 
   // The loop (studio.cpp)
   void followStylus(double now);
@@ -81,7 +81,8 @@ class SessionWindow {
   [[nodiscard]] Grip grip(const Event& event, bool down) const;
   [[nodiscard]] std::optional<render::Renderer::Hit> pick(const Camera::Ray& ray) const;
   [[nodiscard]] Vec3d under(const Event& event) const;
-  void beginStroke(const Event& event);
+  [[nodiscard]] Hand::Stroke strokeHere() const;
+  void endLine(const Event& event);
 
   // Files (keeping.cpp)
   void followFile();
@@ -143,6 +144,7 @@ class SessionWindow {
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;
+  std::optional<Hand::Stroke> line_;         // A straight line that is being drawn from dragFrom_.
   bool overWidget_ = false, hoverStale_ = true;
   std::optional<engine::Tool> toolSent_;
 

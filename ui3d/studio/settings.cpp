@@ -69,9 +69,14 @@ std::string settingsText(const StudioState& state) {
   json["theme"] = state.theme == Theme::light ? "light" : "dark";
   json["interface_scale"] = state.interfaceScale;
   json["tool"] = state.toolId;
-  for (const auto& [id, tool] : state.tools)
-    if (const engine::ToolRow* row = engine::findTool(id))
-      for (const auto& parameter : row->parameters) json["tools"][id][std::string(parameter.id)] = parameter.get(tool);
+  for (const auto& [id, tool] : state.tools) {
+    const engine::ToolRow* row = engine::findTool(id);
+    if (!row) continue;
+    Json& values = json["tools"][id];
+    for (const auto& parameter : row->parameters) values[std::string(parameter.id)] = parameter.get(tool);
+    if (tool.inverted) values["inverted"] = true;
+    if (!tool.file.empty()) values["file"] = tool.file;
+  }
   json["pointer_depth"] = state.pointerDepthMm;
   json["snap"] = state.snapWidgets;
   for (const PanelSwitch& panel : kPanels) json["panels"][panel.name] = state.shown.*panel.member;
@@ -110,6 +115,8 @@ bool applySettings(const std::string& text, StudioState& state) {
       take(values, std::string(parameter.id).c_str(), value, parameter.low, parameter.high);
       parameter.change(tool, value);
     }
+    if (row->opposite == row->id) take(values, "inverted", tool.inverted);
+    if (const auto file = values.find("file"); row->file != engine::ToolFile::none && file != values.end() && file->is_string()) tool.file = file->get<std::string>();
     state.tools[id] = tool;
   }
   take(json, "pointer_depth", state.pointerDepthMm, 0, 1);

@@ -19,6 +19,7 @@ constexpr double kStillS = 0.2;     // The full picture comes when nothing has m
 constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
+constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
 constexpr double kAgainS = 1;       // After a picture failed.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
@@ -211,6 +212,14 @@ render::Shot SessionWindow::shot() {
   shot.overlays.cursor = cursor();
   const Context c = context();
   widgets_.draw(c, shot.overlays);
+  if (line_) {
+    render::Polyline line;
+    line.pointsMm = Hand::placesUnder(*line_, dragFrom_, mouse_, false);
+    for (Vec3d& place : line.pointsMm) place += kAbove * (camera_.view().position - place);
+    line.colour = tintOf(toolSent_.value_or(engine::Tool()));
+    line.depth = render::Depth::xray;
+    if (line.pointsMm.size() >= 2) shot.overlays.polylines.push_back(std::move(line));
+  }
   return shot;
 }
 

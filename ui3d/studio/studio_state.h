@@ -43,7 +43,8 @@ struct PictureWish {
 /// What an action or a panel asks of another part of the studio. Who serves it empties it.
 struct Wishes {
   std::string place;    ///< A kind of guide, to be placed by clicks: Widgets::place().
-  std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "import", "part", "export", "picture", "recover", "clay"; "export.stl" names a format.
+  std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "import", "part", "export", "picture", "recover", "clay", "toolFile"; "export.stl" names a format,
+                        ///< "piece.join" a row of engine::pieceJobs().
   std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
   std::optional<PictureWish> picture;
 };
@@ -63,6 +64,7 @@ struct StudioState {
   bool inverted = false, smoothing = false;  ///< Keys held: the opposite tool, or smooth, for the moment.
   double pointerDepthMm = 0.6;   ///< How deep mouse and pen go under the surface, as a part of the tool's radius: 0 to 1. Carving needs some.
   engine::Id selected = 0;       ///< A thing of the document; widgets are shown for it. 0: none.
+  bool straight = false;         ///< A drag over the clay draws a straight line, worked along when the button comes up.
   GizmoMode gizmo = GizmoMode::none;
   bool snapWidgets = true;       ///< Dragged widgets snap to guides, surface and grid.
 

@@ -47,7 +47,7 @@ TEST(Shortcuts, OtherTextsAreNone) {
 }
 
 TEST(Actions, HaveNamesHelpAndUniqueIds) {
-  const std::set<std::string> groups = {"File", "Edit", "Clay", "Tool", "Guides", "View", "Touch", "Window", "Help"};
+  const std::set<std::string> groups = {"File", "Edit", "Clay", "Piece", "Tool", "Guides", "View", "Touch", "Window", "Help"};
   std::set<std::string> ids;
   for (const Action& action : actions()) {
     EXPECT_TRUE(ids.insert(action.id).second) << action.id;
@@ -57,6 +57,7 @@ TEST(Actions, HaveNamesHelpAndUniqueIds) {
     EXPECT_NE(action.run, nullptr) << action.id;
   }
   for (const engine::ToolRow& tool : engine::toolTable()) EXPECT_TRUE(findAction("tool." + std::string(tool.id))) << tool.id;
+  for (const engine::PieceJob& job : engine::pieceJobs()) EXPECT_EQ(findAction("piece." + std::string(job.id)) == nullptr, job.id == "lattice") << job.id;
   EXPECT_EQ(findAction("nothing"), nullptr);
 }
 
@@ -130,6 +131,9 @@ TEST(Actions, AreFoundByWhatIsTyped) {
   EXPECT_EQ(first("front"), "view.front");
   EXPECT_EQ(first("add plane"), "guides.plane");
   EXPECT_EQ(first("STOP"), "touch.stop");
+  EXPECT_EQ(first("join"), "piece.join");
+  EXPECT_EQ(first("cut by plane"), "piece.cut-plane");
+  EXPECT_EQ(first("straight"), "tool.straight");
   EXPECT_TRUE(searchActions("qqqq").empty());
 }
 

@@ -142,5 +142,84 @@ TEST_F(HandTest, aStrokeCutsTheClayAndIsOneStep) {
   EXPECT_NE(bench_.snapshot()->document->pieces[0].version.hash(), document_->pieces[0].version.hash());
 }
 
+// Between two places of the window, a motion each hundredth of a second.
+class ToolsInHandTest : public HandTest {
+ protected:
+  double now() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  void run(double seconds) {
+    for (const double end = now() + seconds; now() < end;) {
+      hand_.pump(now());
+      std::this_thread::sleep_for(2ms);
+    }
+  }
+  void drag(const engine::Tool& tool, float fromX, float toX, float y, double depthPart) {
+    bench_.setTool(tool);
+    Hand::Stroke s = stroke();
+    s.clay = PinnedClay(*bench_.snapshot()->document, [](engine::Id) {
+      render::Box box;
+      box.add(Vec3d(-40, -40, -30));
+      box.add(Vec3d(40, 40, 30));
+      return box;
+    });
+    s.radiusMm = tool.radiusMm;
+    s.depthPart = depthPart;
+    hand_.hover(camera_.ray(fromX, y, 1000, 1000), 180, at(fromX, y, now()));
+    run(0.03);
+    hand_.begin(std::move(s), at(fromX, y, now()), now());
+    for (int i = 1; i <= 8; ++i) {
+      hand_.move(at(fromX + (toX - fromX) * float(i) / 8, y, now()));
+      run(0.01);
+    }
+    hand_.end(at(toX, y, now()));
+    while (hand_.active()) run(0.01);
+    run(0.03);
+    ASSERT_TRUE(until([&] { return bench_.idle() && !bench_.snapshot()->inStroke; })) << tool.id;
+  }
+  uint64_t hash() const { return bench_.snapshot()->document->pieces[0].version.hash(); }
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+TEST_F(ToolsInHandTest, EveryToolChangesTheClayAndIsOneStep) {
+  // Something for every tool to work on: a step in the clay, a rim of colour and one of a mask that covers none of the rest.
+  const auto lay = [&](const char* id, double y) {
+    bench_.setTool(engine::standardTool(*engine::findTool(id)));
+    const size_t before = bench_.snapshot()->done;
+    bench_.strokeAlong({Vec3d(-14, y, 20), Vec3d(14, y, 20)});
+    ASSERT_TRUE(until([&] { return bench_.snapshot()->done == before + 1 && bench_.idle(); })) << id;
+  };
+  lay("carve", 2);
+  lay("paint", 2);
+  lay("mask", 22);
+  for (const engine::ToolRow& row : engine::toolTable()) {
+    if (row.file != engine::ToolFile::none) continue;
+    SCOPED_TRACE(row.id);
+    const size_t steps = bench_.snapshot()->done;
+    const uint64_t before = hash();
+    const bool mask = row.operations.front().property == clay::Property::mask;
+    const bool cuts = row.work == haptics::Work::cut;
+    drag(engine::standardTool(row), 430, 560, mask ? 290 : 480, cuts ? 0.5 : 0);
+    EXPECT_EQ(bench_.snapshot()->done, steps + 1);
+    EXPECT_NE(hash(), before);
+    bench_.undo();
+    ASSERT_TRUE(until([&] { return bench_.snapshot()->done == steps && bench_.idle(); }));
+    EXPECT_EQ(hash(), before) << "undone";
+  }
+}
+
+TEST_F(HandTest, AStraightLineLiesOnTheClayAndEndsWhereItEnds) {
+  const Hand::Stroke s = stroke();
+  const auto on = Hand::placesUnder(s, at(450, 500, 0), at(550, 500, 0), false);
+  ASSERT_GE(on.size(), 40u);
+  for (const Vec3d& place : on) EXPECT_NEAR(place.z(), 20, 0.05);
+  EXPECT_LT(on.front().x(), -3);
+  EXPECT_GT(on.back().x(), 3);
+  const auto deep = Hand::placesUnder(s, at(450, 500, 0), at(550, 500, 0), true);
+  ASSERT_EQ(deep.size(), on.size());
+  EXPECT_NEAR((deep[3] - on[3]).norm(), 2.5, 1e-9);
+  const auto beyond = Hand::placesUnder(s, at(500, 500, 0), at(1000, 500, 0), false);
+  ASSERT_FALSE(beyond.empty());
+  EXPECT_NEAR(beyond.back().x(), 30, 2.5) << "the rim of the block";
+}
+
 }  // namespace
 }  // namespace argil::studio

@@ -202,5 +202,91 @@ TEST_F(Dialogs, NewClayIsAdded) {
   EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
 }
 
+class Operations : public testing::Test {
+ protected:
+  Operations() {
+    rig.bench.addBlock(Vec3d(12, 12, 8), 1, 1);
+    rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");
+    rig.bench.addSphere(5, 1, Vec3d(6, 0, 0));
+    rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 2 && rig.bench.idle(); }, "a ball");
+    rig.frames(2);
+  }
+  void press(const char* button) {
+    const ImVec2 at = rig.find("Operation", {button, "button"});
+    ASSERT_FALSE(std::isnan(at.x)) << button;
+    rig.click(at);
+  }
+  const engine::Document& document() { return *(rig.now = rig.bench.snapshot())->document; }
+  PanelsRig rig;
+};
+
+TEST_F(Operations, TwoPiecesAreJoinedByTheDialogInOneStep) {
+  const size_t steps = rig.bench.snapshot()->done;
+  const engine::Id ball = document().pieces[1].id;
+  rig.state.selected = ball;
+  rig.run("piece.join");
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr);
+  press("Join");
+  rig.until([&] { return document().pieces.size() == 1 && rig.bench.idle(); }, "joined");
+  EXPECT_EQ(document().pieces[0].id, ball) << "the selected piece stays";
+  EXPECT_EQ(rig.bench.snapshot()->done, steps + 1);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  rig.run("edit.undo");
+  rig.until([&] { return document().pieces.size() == 2; }, "undone");
+}
+
+TEST_F(Operations, EveryOneOpensOrRunsAndIsCancelled) {
+  for (const engine::PieceJob& job : engine::pieceJobs()) {
+    const std::string id = "piece." + std::string(job.id);
+    if (!findAction(id) || !findAction(id)->name.ends_with("…")) continue;
+    SCOPED_TRACE(id);
+    const size_t steps = rig.bench.snapshot()->done;
+    rig.run(id.c_str());
+    EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr);
+    EXPECT_GT(ImGui::GetDrawData()->TotalVtxCount, 100);
+    press("Cancel");
+    rig.frames(3);
+    EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+    EXPECT_TRUE(rig.bench.idle());
+    EXPECT_EQ(rig.bench.snapshot()->done, steps);
+  }
+}
+
+TEST_F(Operations, ACutGoesThroughTheMiddleOfThePiece) {
+  rig.state.selected = document().pieces[0].id;
+  const uint64_t before = document().pieces[0].version.hash();
+  rig.run("piece.cut-plane");
+  const ImVec2 both = rig.findId(ImGui::FindWindowByName("Operation"), [&] {
+    const int middle = 1;
+    ImGuiWindow* window = ImGui::FindWindowByName("Operation");
+    return ImHashStr("segment", 0, ImHashData(&middle, sizeof middle, ImHashStr("keep", 0, window->ID)));
+  }());
+  ASSERT_FALSE(std::isnan(both.x)) << "what is kept";
+  rig.click(both);
+  press("Cut by plane");
+  rig.until([&] { return document().pieces.size() == 3 && rig.bench.idle(); }, "cut");
+  EXPECT_NE(document().pieces[0].version.hash(), before);
+  const auto a = document().pieces[0].version.stats().bricks, b = document().pieces[2].version.stats().bricks;
+  EXPECT_NEAR(double(a), double(b), 0.3 * double(a)) << "two halves";
+}
+
+TEST_F(Operations, AToolsFileIsAskedForAndKept) {
+  const std::string path = testing::TempDir() + "/argil_tool_" + std::to_string(::getpid()) + ".png";
+  std::ofstream(path) << "x";
+  rig.state.toolId = "emboss";
+  rig.frames(2);
+  const ImVec2 at = rig.find("Settings", {"Choose…", "button"});
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.frames(3);
+  rig.click(rig.find("Files", {"##name"}));
+  rig.type(path);
+  rig.key(ImGuiKey_Enter);
+  rig.frames(3);
+  EXPECT_EQ(rig.state.tool().file, path);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  std::filesystem::remove(path);
+}
+
 }  // namespace
 }  // namespace argil::studio

@@ -1,5 +1,6 @@
 // Nothing overlaps, nothing leaves the window, everything can be read.
 
+#include <array>
 #include <cmath>
 
 #include "panels_rig.h"
@@ -79,7 +80,8 @@ TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
     shown.settings = mask & 2;
     shown.things = mask & 4;
     shown.view = mask & 8;
-    const Layout l = layOut(1280, 720, shown, 14);
+    const std::array groups{14};
+    const Layout l = layOut(1280, 720, shown, groups);
     double area = 0;
     for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free}) area += double(r.width()) * double(r.height());
     EXPECT_DOUBLE_EQ(area, 1280.0 * 720.0) << mask;
@@ -90,8 +92,13 @@ TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
 
 TEST(PanelsLayout, MoreToolsMakeMoreColumns) {
   const PanelsShown shown;
-  EXPECT_EQ(layOut(1280, 720, shown, 14).toolColumns, 1);
-  EXPECT_EQ(layOut(1280, 720, shown, 30).toolColumns, 2);
+  const std::array few{14}, more{20, 20, 5};
+  EXPECT_EQ(layOut(1280, 720, shown, few).toolColumns, 2);
+  EXPECT_TRUE(layOut(1280, 720, shown, few).toolHeadings);
+  EXPECT_EQ(layOut(1280, 720, shown, more).toolColumns, 3);  // 7 + 7 + 2 rows; two columns would need 23.
+  EXPECT_TRUE(layOut(1280, 720, shown, more).toolHeadings);
+  EXPECT_EQ(layOut(1280, 690, shown, more).toolColumns, 3);
+  EXPECT_FALSE(layOut(1280, 690, shown, more).toolHeadings);
 }
 
 TEST(PanelsLayout, TextIsLargeEnough) {

@@ -69,6 +69,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
     EXPECT_FALSE(sizeRows(kind).empty());
     for (const auto& row : sizeRows(kind)) expectRow(row, engine::Guide{});
   }
+  for (const auto& row : symmetryRows()) expectRow(row, engine::Symmetry{});
   for (const auto& row : handRows()) expectRow(row, StudioState{});
   for (const auto& row : undoRows()) expectRow(row, StudioState{});
 }

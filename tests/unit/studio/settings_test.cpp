@@ -14,6 +14,9 @@ TEST(Settings, comeBackAsTheyWere) {
   state.toolId = "smooth";
   state.tool().radiusMm = 7.5;
   state.tool().strength = 0.25f;
+  state.tools["emboss"] = engine::standardTool(*engine::findTool("emboss"));
+  state.tools["emboss"].file = "/a b/µ.png";
+  state.tools["emboss"].inverted = true;
   state.shown.history = true;
   state.look.shading = render::Shading::matcap;
   state.look.grid = false;
@@ -31,6 +34,8 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.toolId, "smooth");
   EXPECT_EQ(back.tool().radiusMm, 7.5);
   EXPECT_EQ(back.tool().strength, 0.25f);
+  EXPECT_EQ(back.tools["emboss"].file, "/a b/µ.png");
+  EXPECT_TRUE(back.tools["emboss"].inverted);
   EXPECT_TRUE(back.shown.history);
   EXPECT_EQ(back.look.shading, render::Shading::matcap);
   EXPECT_FALSE(back.look.grid);

@@ -32,6 +32,24 @@ void menuItem(Context& context, const Action& action) {
   if (ImGui::MenuItem(action.name.c_str(), keys.substr(0, keys.find(' ')).c_str(), checked, enabled)) action.run(context, action.argument);
 }
 
+// A menu for each group of operations on whole pieces.
+void pieceMenu(Context& context) {
+  std::string_view group;
+  bool open = false;
+  for (const engine::PieceJob& job : engine::pieceJobs()) {
+    const Action* action = findAction("piece." + std::string(job.id));
+    if (!action) continue;
+    if (job.group != group) {
+      if (open) ImGui::EndMenu();
+      group = job.group;
+      open = ImGui::BeginMenu(std::string(group).c_str());
+      if (open) kit::sharpen(*ImGui::GetWindowDrawList());
+    }
+    if (open) menuItem(context, *action);
+  }
+  if (open) ImGui::EndMenu();
+}
+
 // A mouse that is not over the picture is silent too: nothing that a person need know.
 bool forcesAil(const Context& context, const Memory& memory) {
   const haptics::ServoState state = memory.touch.state;
@@ -78,13 +96,14 @@ void drawMenu(Context& context, Memory& memory) {
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 7});
   if (ImGui::BeginMenuBar()) {
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {8, 8});
-    for (const char* group : {"File", "Edit", "Clay", "Tool", "Guides", "View", "Touch", "Window", "Help"}) {
+    for (const char* group : {"File", "Edit", "Clay", "Piece", "Tool", "Guides", "View", "Touch", "Window", "Help"}) {
       if (!ImGui::BeginMenu(group)) continue;
       kit::sharpen(*ImGui::GetWindowDrawList());
+      if (std::string_view(group) == "Piece") pieceMenu(context);
       std::string prefix;
       for (const Action& action : actions()) {
         // Formats are chosen in the export; by name they are found in the palette.
-        if (action.group != group || action.id.starts_with("file.export.")) continue;
+        if (action.group != group || action.id.starts_with("file.export.") || action.id.starts_with("piece.")) continue;
         // Rows of one family stand together.
         const std::string family = action.id.substr(0, action.id.find('.'));
         if (!prefix.empty() && family != prefix) ImGui::Separator();
@@ -113,11 +132,13 @@ void drawBar(Context& context, Memory& memory) {
 
   const engine::ToolRow* tool = engine::findTool(context.state.toolId);
   // Two numbers of the tool at the most: the rest is in the settings.
-  for (size_t i = 0; tool && i < std::min<size_t>(2, tool->parameters.size()); ++i) {
-    if (i > 0) ImGui::SameLine(0, 6);
+  int numbers = 0;
+  for (const auto& row : tool ? engine::ownParameters(*tool) : std::span<const engine::Parameter<engine::Tool>>()) {
+    if (numbers == 2 || !row.choices.empty() || row.unit == "colour" || row.unit == "on") continue;
+    if (numbers++ > 0) ImGui::SameLine(0, 6);
     ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
     ImGui::PushID("bar");
-    (void)drawRow(tool->parameters[i], context.state.tool(), 152);
+    (void)drawRow(row, context.state.tool(), 152);
     ImGui::PopID();
   }
   ImGui::SameLine();
@@ -131,6 +152,8 @@ void drawBar(Context& context, Memory& memory) {
     const char letter[2] = {static_cast<char>(axis[0] - 32), 0};
     actionButton(context, std::string("symmetry.") + axis, "", kBarButton, letter);
   }
+  ImGui::SameLine();
+  actionButton(context, "tool.straight", "straight", kBarButton);
   divide();
   for (const auto& [id, icon] : {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
     actionButton(context, id, icon, kBarButton);
@@ -171,10 +194,10 @@ void drawRail(Context& context, Memory& memory) {
     if (panel.dock != Dock::upper && panel.dock != Dock::lower) continue;
     if (panel.dock != last) kit::gap(10);
     last = panel.dock;
-    actionButton(context, "panel." + std::string(panel.id), panel.icon, kToolEdge);
+    actionButton(context, "panel." + std::string(panel.id), panel.icon, kRailEdge);
   }
-  ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (kToolEdge + 2) - kToolPad + 2);
-  for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kToolEdge);
+  ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (kRailEdge + 2) - kToolPad + 2);
+  for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kRailEdge);
   ImGui::PopStyleVar();
   kit::end();
 }
@@ -229,7 +252,11 @@ void drawStatus(Context& context, Memory& memory) {
   else if (!context.now.document->workedOn()) {
     doing = "The active piece is hidden or locked: it cannot be worked on";
     colour = c.warning;
-  } else if (tool) doing = std::string(tool->name) + (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
+  } else if (tool && tool->file != engine::ToolFile::none && context.state.tool().file.empty()) {
+    doing = std::string(tool->name) + (tool->file == engine::ToolFile::image ? " needs an image: choose one in the settings" : " needs a shape: choose one in the settings");
+    colour = c.warning;
+  } else if (tool && context.state.straight) doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
+  else if (tool) doing = std::string(tool->name) + (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
   ImGui::SetCursorPos({10, y});
   kit::elided(doing, std::max(20.0f, x - 20), colour);
   ImGui::PopFont();

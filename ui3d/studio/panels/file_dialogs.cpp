@@ -113,6 +113,15 @@ void serveWishes(Context& context, Memory& memory) {
     memory.recoverOpen = true;
   } else if (wish == "clay") {
     memory.newClayOpen = true;
+  } else if (wish == "toolFile") {
+    const engine::ToolRow* row = engine::findTool(context.state.toolId);
+    if (!row || row->file == engine::ToolFile::none) return;
+    const fs::path now = context.state.tool().file;
+    const bool image = row->file == engine::ToolFile::image;
+    openFiles(context, memory, FilesFor::toolFile,
+              {image ? "Choose an image" : "Choose a shape", "Choose", image ? endingsOfImages() : endingsToImport(), now.empty() ? std::string() : now.parent_path().string()});
+  } else if (wish.starts_with("piece.")) {
+    beginOperation(context, memory, std::string_view(wish).substr(6));
   } else if (wish.starts_with("export")) {
     if (wish.size() > 6) memory.exporting.endings = {wish.substr(6)};
     if (memory.exporting.name.empty()) memory.exporting.name = proposedName(context);
@@ -142,6 +151,12 @@ void drawFiles(Context& context, Memory& memory) {
         memory.keep.named();
       } else if (!files.isOpen()) {
         memory.keep.notNamed();
+      }
+      break;
+    case FilesFor::toolFile:
+      if (files.draw()) {
+        state.tool().file = files.path().string();
+        state.lastFolder = files.path().parent_path().string();
       }
       break;
     case FilesFor::picture:

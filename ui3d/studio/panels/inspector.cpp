@@ -78,6 +78,13 @@ void guide(Context& context, const Guide& guide) {
     }, mergeKey(touched.id, guide.id));
   }
   if (touched.ended) context.bench.endMerge();
+  if (guide.kind == Guide::Kind::curve || guide.kind == Guide::Kind::line) {
+    const Action* stroke = findAction("guides.stroke");
+    ImGui::BeginDisabled(!stroke->enabled(context));
+    if (kit::button(stroke->name, kit::Weight::plain, -1)) runAction(context, stroke->id);
+    ImGui::EndDisabled();
+    kit::tooltip(stroke->help);
+  }
   if (guide.kind == Guide::Kind::ruler && guide.pointsMm.size() >= 2) {
     kit::fact("Length", kit::written((guide.pointsMm[1] - guide.pointsMm[0]).norm()) + " mm");
   }

@@ -6,8 +6,20 @@
 #include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
+namespace {
 
-Layout layOut(float width, float height, const PanelsShown& shown, int toolRows) {
+constexpr int kMostColumns = 8;
+
+// `between`: before each group.
+float toolsHeight(std::span<const int> groups, int columns, float between) {
+  float height = 2 * kToolPad;
+  for (const int count : groups) height += between + float((count + columns - 1) / columns) * (kToolEdge + kToolGap);
+  return height;
+}
+
+}  // namespace
+
+Layout layOut(float width, float height, const PanelsShown& shown, std::span<const int> toolGroups) {
   Layout l;
   l.menu = {0, 0, width, kMenuHeight};
   l.bar = {0, kMenuHeight, width, kMenuHeight + kBarHeight};
@@ -16,9 +28,9 @@ Layout layOut(float width, float height, const PanelsShown& shown, int toolRows)
   float left = 0, right = width - kRailWidth;
   l.rail = {right, top, width, bottom};
   if (shown.tools) {
-    const int rows = std::max(1, int((bottom - top - 3 * kToolPad - 20) / (kToolEdge + 2)));
-    l.toolColumns = std::clamp((toolRows + rows - 1) / rows, 1, 4);
-    const float wide = float(l.toolColumns) * (kToolEdge + 2) - 2 + 2 * kToolPad;
+    while (l.toolColumns < kMostColumns && toolsHeight(toolGroups, l.toolColumns, kToolLine) > bottom - top) ++l.toolColumns;
+    l.toolHeadings = toolsHeight(toolGroups, l.toolColumns, kToolHeading) <= bottom - top;
+    const float wide = float(l.toolColumns) * (kToolEdge + kToolGap) - kToolGap + 2 * kToolPad;
     l.tools = {left, top, left + wide, bottom};
     left = l.tools.right;
   }

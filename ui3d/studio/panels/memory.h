@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -33,8 +34,18 @@ struct NewClay {
   double xMm = 60, yMm = 60, zMm = 40, roundMm = 4, radiusMm = 30, voxelMm = 0.5;
 };
 
+/// An operation on whole pieces that is about to be begun.
+struct Operation {
+  const engine::PieceJob* row = nullptr;  ///< Null: none.
+  engine::PieceArguments arguments;
+  int plane = 0, curve = 0, direction = 0;  ///< As they are listed.
+  bool turned = false;                      ///< The plane faces the other way.
+  clay::Version measured;                   ///< The clay of which this is the middle, world mm.
+  Vec3d middleMm = Vec3d::Zero();
+};
+
 /// What the file dialog was opened for.
-enum class FilesFor : uint8_t { none, open, import, folder, save, picture };
+enum class FilesFor : uint8_t { none, open, import, folder, save, picture, toolFile };
 
 struct ExportChoice {
   std::set<std::string, std::less<>> endings{".3mf"};
@@ -79,6 +90,8 @@ struct Memory {
   FilesFor filesFor = FilesFor::none;
   bool newClayOpen = false;
   NewClay newClay;
+  Operation operation;
+  std::map<std::string_view, engine::PieceArguments> operations;  ///< As they were begun last, by id.
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
@@ -105,7 +118,8 @@ void runAction(Context& context, std::string_view id);
 void drawMenu(Context& context, Memory& memory);
 void drawBar(Context& context, Memory& memory);
 void drawTools(Context& context, Memory& memory);
-[[nodiscard]] int toolButtons();
+/// How many buttons each group has.
+[[nodiscard]] std::vector<int> toolGroups();
 void drawRail(Context& context, Memory& memory);
 void drawStatus(Context& context, Memory& memory);
 /// Toasts and progress, over the picture.
@@ -140,6 +154,8 @@ void drawRecent(Context& context, Memory& memory);
 void drawAsked(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);
+void beginOperation(Context& context, Memory& memory, std::string_view id);
+void drawOperation(Context& context, Memory& memory);
 void drawFiles(Context& context, Memory& memory);
 /// Opens the dialog that StudioState::wishes names.
 void serveWishes(Context& context, Memory& memory);

@@ -96,7 +96,7 @@ void Panels::draw(Context& context) {
   // A tooltip waits for a hand at rest; a cursor blinks.
   memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
   serveWishes(context, memory);
-  memory.layout = layOut(context.width, context.height, context.state.shown, toolButtons());
+  memory.layout = layOut(context.width, context.height, context.state.shown, toolGroups());
   ImGui::PushFont(fonts().body);
   drawMenu(context, memory);
   drawBar(context, memory);
@@ -115,6 +115,7 @@ void Panels::draw(Context& context) {
   drawRecover(context, memory);
   drawExport(context, memory);
   drawNewClay(context, memory);
+  drawOperation(context, memory);
   drawShortcuts(context, memory);
   drawPreferences(context, memory);
   drawPalette(context, memory);

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <filesystem>
 
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
@@ -7,26 +8,50 @@
 
 namespace argil::studio {
 
-void settingsPanel(Context& context, Memory& memory) {
-  const engine::ToolRow* row = engine::findTool(context.state.toolId);
-  if (row) {
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    drawIcon(*ImGui::GetWindowDrawList(), row->icon, {at.x + 10, at.y + 9}, 20, colours().accent);
-    ImGui::SetCursorPosX(ImGui::GetCursorPosX() + (hasIcon(row->icon) ? 28 : 0));
-    ImGui::PushFont(fonts().strong);
-    kit::text(row->name);
-    ImGui::PopFont();
-    kit::wrapped(row->help, colours().dim);
-    kit::gap(4);
-    drawRows(engine::ownParameters(*row), context.state.tool());
-    if (row->opposite == row->id) kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
-    kit::gap(2);
-    if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) memory.handOpen = !memory.handOpen;
-    if (memory.handOpen) drawRows(engine::heldParameters(*row), context.state.tool());
-  }
-  if (context.bench.usesPointer()) drawRows(handRows(), context.state);
-  deformSection(context);
+namespace {
 
+// The image or the shape that a tool works with.
+void fileRow(Context& context, const engine::ToolRow& row) {
+  if (row.file == engine::ToolFile::none) return;
+  engine::Tool& tool = context.state.tool();
+  const bool image = row.file == engine::ToolFile::image;
+  const float width = ImGui::GetContentRegionAvail().x, wide = kit::buttonWidth("Choose…");
+  ImGui::AlignTextToFramePadding();
+  if (tool.file.empty()) {
+    kit::elided(image ? "No image yet" : "No shape yet", width - wide - kGap, colours().warning);
+  } else {
+    kit::elided(std::filesystem::path(tool.file).filename().string(), width - wide - kGap, colours().text);
+    kit::tooltip(tool.file);
+  }
+  ImGui::SameLine(ImGui::GetCursorStartPos().x + width - wide);
+  if (kit::button("Choose…", tool.file.empty() ? kit::Weight::chief : kit::Weight::plain, wide)) context.state.wishes.dialog = "toolFile";
+  kit::tooltip(image ? "A picture: what is bright in it stands out." : "A mesh: the stroke lays it along, or cuts it out.");
+}
+
+void hand(Context& context, const engine::ToolRow& row) {
+  drawRows(engine::heldParameters(row), context.state.tool());
+  const Action* straight = findAction("tool.straight");
+  kit::toggle(straight->name, context.state.straight, straight->help + " Key: " + shortcutOf(*straight, context.state));
+}
+
+// What can be done with the mask as a whole, beside the tools that paint it.
+void maskButtons(Context& context, const engine::ToolRow& row) {
+  if (row.operations.empty() || row.operations.front().property != clay::Property::mask) return;
+  const float half = std::floor((ImGui::GetContentRegionAvail().x - kGap) / 2);
+  bool left = true;
+  for (const engine::PieceJob& job : engine::pieceJobs()) {
+    const Action* action = job.group == "Mask" ? findAction("piece." + std::string(job.id)) : nullptr;
+    if (!action) continue;
+    if (!left) ImGui::SameLine();
+    left = !left;
+    ImGui::BeginDisabled(!action->enabled(context));
+    if (kit::button(action->name, kit::Weight::plain, half)) runAction(context, action->id);
+    ImGui::EndDisabled();
+    kit::tooltip(action->help);
+  }
+}
+
+void symmetry(Context& context) {
   kit::heading("Symmetry");
   const float each = std::floor((ImGui::GetContentRegionAvail().x - 2 * kGap) / 3);
   for (const auto& [axis, letter] : {std::pair{"symmetry.x", "X"}, {"symmetry.y", "Y"}, {"symmetry.z", "Z"}}) {
@@ -35,6 +60,40 @@ void settingsPanel(Context& context, Memory& memory) {
     if (kit::button(letter, action->checked(context, action->argument) ? kit::Weight::chief : kit::Weight::plain, each)) runAction(context, axis);
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
+  engine::Symmetry symmetry = context.now.document->symmetry;
+  const Touched touched = drawRows(symmetryRows(), symmetry);
+  if (touched.changed && symmetry.turns != context.now.document->symmetry.turns) {
+    context.bench.edit(symmetry.turns > 1 ? "Symmetry around z, " + std::to_string(symmetry.turns) + " times" : "Symmetry around z off",
+                       [turns = symmetry.turns](engine::Document& d) { d.symmetry.turns = turns; }, "symmetry.turns");
+  }
+  if (touched.ended) context.bench.endMerge();
+}
+
+}  // namespace
+
+void settingsPanel(Context& context, Memory& memory) {
+  const engine::ToolRow* row = engine::findTool(context.state.toolId);
+  if (row) {
+    const std::string_view icon = hasIcon(row->id) ? row->id : row->icon;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    drawIcon(*ImGui::GetWindowDrawList(), icon, {at.x + 10, at.y + 9}, 20, colours().accent);
+    ImGui::SetCursorPosX(ImGui::GetCursorPosX() + (hasIcon(icon) ? 28 : 0));
+    ImGui::PushFont(fonts().strong);
+    kit::text(row->name);
+    ImGui::PopFont();
+    kit::wrapped(row->help, colours().dim);
+    kit::gap(4);
+    fileRow(context, *row);
+    drawRows(engine::ownParameters(*row), context.state.tool());
+    if (row->opposite == row->id) kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
+    maskButtons(context, *row);
+    kit::gap(2);
+    if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) memory.handOpen = !memory.handOpen;
+    if (memory.handOpen) hand(context, *row);
+  }
+  if (context.bench.usesPointer()) drawRows(handRows(), context.state);
+  deformSection(context);
+  symmetry(context);
   inspector(context, memory);
 }
 

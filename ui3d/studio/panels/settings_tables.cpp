@@ -120,6 +120,10 @@ constexpr engine::Parameter<Guide> edge(string_view id, string_view name) {
 constexpr std::array kEdges{edge<0>("sizeX", "Width"), edge<1>("sizeY", "Depth"), edge<2>("sizeZ", "Height")};
 constexpr std::array kLength{edge<2>("sizeZ", "Length")};
 
+constexpr std::array kSymmetry{
+    plain<engine::Symmetry, &engine::Symmetry::turns>("turns", "Around z", "Strokes are repeated so many times around the z axis of the symmetry.", "times", 1, engine::kMostTurns, 1),
+};
+
 constexpr std::array kHand{
     percent<StudioState, &StudioState::pointerDepthMm>("pointerDepth", "Pointer depth", "How deep mouse and pen go under the surface, as a part of the radius.", 0, 100, 60),
 };
@@ -146,6 +150,7 @@ std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
     default: return {};
   }
 }
+std::span<const engine::Parameter<engine::Symmetry>> symmetryRows() { return kSymmetry; }
 std::span<const engine::Parameter<StudioState>> handRows() { return kHand; }
 std::span<const engine::Parameter<StudioState>> undoRows() { return kUndo; }
 

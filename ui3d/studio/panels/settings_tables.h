@@ -20,6 +20,8 @@ namespace argil::studio {
 [[nodiscard]] std::span<const engine::Parameter<engine::Guide>> wellRows();
 /// Edges of a keep-out box, or what is drawn of a plane or a line.
 [[nodiscard]] std::span<const engine::Parameter<engine::Guide>> sizeRows(engine::Guide::Kind kind);
+/// How often strokes are repeated around an axis.
+[[nodiscard]] std::span<const engine::Parameter<engine::Symmetry>> symmetryRows();
 /// Of the studio itself: how deep the pointer goes, how large the interface is.
 [[nodiscard]] std::span<const engine::Parameter<StudioState>> handRows();
 /// What undo may cost.

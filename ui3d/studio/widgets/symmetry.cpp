@@ -1,4 +1,7 @@
-// The planes of symmetry. Their arrows stand at the rim: the clay in the middle is for sculpting.
+// The planes of symmetry, and the circle of strokes that are repeated around an axis. Their arrows stand at the rim: the clay in the middle is for sculpting.
+
+#include <cmath>
+#include <numbers>
 
 #include "ui3d/studio/widgets/build.h"
 
@@ -6,6 +9,21 @@ namespace argil::studio {
 namespace {
 
 constexpr double kMargin = 1.1;
+constexpr double kTick = 0.12;  // Of the circle's radius.
+
+// The axis and a circle around the model, with a mark for each image.
+void buildTurns(Build& build, const engine::Symmetry& symmetry, double radius) {
+  const Eigen::Matrix3d axes = symmetry.pose.rotation.toRotationMatrix();
+  const Vec3d centre = symmetry.pose.translation, axis = axes.col(2);
+  const render::Colour colour = faded(axisColour(2), 0.8f);
+  build.line({centre - radius * axis, centre + radius * axis}, colour, 1.6f);
+  build.closedLine(arc(centre, axes.col(0), axes.col(1), radius, 0, 2 * std::numbers::pi, 72), faded(colour, 0.4f), 1.2f);
+  for (int i = 0; i < symmetry.turns; ++i) {
+    const double angle = 2 * std::numbers::pi * i / symmetry.turns;
+    const Vec3d out = std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1);
+    build.line({centre + (1 - kTick) * radius * out, centre + (1 + kTick) * radius * out}, colour, 2.4f);
+  }
+}
 
 }  // namespace
 
@@ -14,6 +32,7 @@ void buildSymmetry(Build& build) {
   const bool on[3] = {symmetry.x, symmetry.y, symmetry.z};
   const Eigen::Matrix3d axes = symmetry.pose.rotation.toRotationMatrix();
   const double half = 0.5 * kMargin * build.extentMm();
+  if (symmetry.turns > 1) buildTurns(build, symmetry, half);
   for (int i = 0; i < 3; ++i) {
     if (!on[i]) continue;
     // Centred on the model, so that it is seen whole wherever the pose is in it.

@@ -1,0 +1,195 @@
+// Operations on whole pieces: which pieces, which plane or curve, which numbers.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "clay/deform.h"
+#include "ui3d/studio/camera.h"
+#include "ui3d/studio/guide_places.h"
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/rows.h"
+#include "ui3d/studio/panels/theme.h"
+
+namespace argil::studio {
+namespace {
+
+using engine::Guide;
+using std::string_view;
+using Parameter = engine::Parameter<engine::PieceArguments>;
+
+constexpr float kWidth = 400;
+
+// A list to choose from; what was chosen may have gone.
+bool choose(string_view name, const std::vector<std::string>& names, int& chosen, string_view help = {}) {
+  chosen = std::clamp(chosen, 0, std::max(0, int(names.size()) - 1));
+  const std::vector<string_view> views(names.begin(), names.end());
+  return kit::choice(name, views, chosen, help);
+}
+
+// Numbers that stand for a few possibilities, in words.
+struct Words {
+  string_view id;
+  double low;
+  std::array<string_view, 3> words;
+};
+constexpr std::array kWords{Words{"keep", -1, {"The rest", "Both", "That side"}}, Words{"axis", 1, {"x", "y", "z"}}};
+
+void drawNumber(const Parameter& row, engine::PieceArguments& arguments) {
+  if (row.unit.empty() && row.low == 0 && row.high == 1) {
+    bool on = row.get(arguments) > 0.5;
+    if (kit::toggle(row.name, on, row.help)) row.change(arguments, on ? 1 : 0);
+    return;
+  }
+  const auto words = std::find_if(kWords.begin(), kWords.end(), [&](const Words& each) { return each.id == row.id && each.low == row.low && row.high == row.low + 2; });
+  if (!row.unit.empty() || words == kWords.end()) {
+    drawRow(row, arguments);
+    return;
+  }
+  kit::dimText(row.name);
+  kit::tooltip(row.help);
+  int chosen = static_cast<int>(std::lround(row.get(arguments) - row.low));
+  if (kit::segmented(row.id.data(), words->words, chosen)) row.change(arguments, row.low + chosen);
+}
+
+struct NamedPlane {
+  std::string name;
+  engine::MirrorPlane plane;
+};
+
+// What is selected first, then the planes that mirror strokes, the middle of the piece, the other guides.
+std::vector<NamedPlane> planesFor(const Context& context, Operation& operation, const engine::Piece* piece) {
+  const engine::Document& document = *context.now.document;
+  std::vector<NamedPlane> planes;
+  const auto addGuide = [&](const Guide& guide) { planes.push_back({guide.name, {guide.pose.translation, guide.axis()}}); };
+  const Guide* selected = document.guide(context.state.selected);
+  if (selected && selected->kind == Guide::Kind::plane) addGuide(*selected);
+  const engine::Symmetry& symmetry = document.symmetry;
+  const bool mirrors[] = {symmetry.x, symmetry.y, symmetry.z};
+  static constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+  for (int i = 0; i < 3; ++i)
+    if (mirrors[i]) planes.push_back({std::string("Symmetry ") + kAxes[size_t(i)], {symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(i)}});
+  if (piece && piece->version && piece->version.stats().bricks > 0) {
+    if (operation.measured != piece->version) {
+      const clay::BoxMm box = clay::boundsOf(piece->version);
+      operation.middleMm = piece->pose.apply((box.low + box.high) / 2);
+      operation.measured = piece->version;
+    }
+    for (int i = 0; i < 3; ++i) planes.push_back({std::string("Across ") + kAxes[size_t(i)] + ", in the middle", {operation.middleMm, Vec3d::Unit(i)}});
+  }
+  for (const Guide& guide : document.guides)
+    if (guide.kind == Guide::Kind::plane && &guide != selected) addGuide(guide);
+  return planes;
+}
+
+// Which piece, or which two. Returns the first; null: there is none.
+const engine::Piece* drawPieces(const Context& context, Operation& operation) {
+  const engine::Document& document = *context.now.document;
+  std::vector<engine::Id>& ids = operation.arguments.pieces;
+  ids.resize(size_t(operation.row->pieces), 0);
+  static constexpr std::array<string_view, 2> kNames{"Piece", "With"};
+  for (size_t i = 0; i < ids.size(); ++i) {
+    std::vector<std::string> names;
+    std::vector<engine::Id> of;
+    for (const engine::Piece& piece : document.pieces) {
+      if (i == 1 && piece.id == ids[0]) continue;
+      names.push_back(piece.name);
+      of.push_back(piece.id);
+    }
+    if (of.empty()) return nullptr;
+    int chosen = int(std::find(of.begin(), of.end(), ids[i]) - of.begin());
+    if (chosen == int(of.size())) chosen = 0;
+    choose(kNames[i], names, chosen);
+    ids[i] = of[size_t(chosen)];
+  }
+  return ids.empty() ? nullptr : document.piece(ids[0]);
+}
+
+// Empty, or what is missing.
+std::string drawPlane(const Context& context, Operation& operation, const engine::Piece* piece) {
+  const std::vector<NamedPlane> planes = planesFor(context, operation, piece);
+  if (planes.empty()) return "There is no plane yet: add one from the Guides menu.";
+  std::vector<std::string> names;
+  for (const NamedPlane& plane : planes) names.push_back(plane.name);
+  choose("Plane", names, operation.plane);
+  kit::toggle("Turn the plane round", operation.turned, "It faces the other way.");
+  operation.arguments.plane = planes[size_t(operation.plane)].plane;
+  if (operation.turned) operation.arguments.plane.normal *= -1;
+  return {};
+}
+
+std::string drawCurve(const Context& context, Operation& operation) {
+  std::vector<std::string> names;
+  std::vector<const Guide*> curves;
+  for (const Guide& guide : context.now.document->guides) {
+    if (guide.kind != Guide::Kind::curve || guide.pointsMm.size() < 2) continue;
+    const bool first = guide.id == context.state.selected;
+    names.insert(first ? names.begin() : names.end(), guide.name);
+    curves.insert(first ? curves.begin() : curves.end(), &guide);
+  }
+  if (curves.empty()) return "There is no curve yet: add one from the Guides menu.";
+  choose("Curve", names, operation.curve);
+  static constexpr std::array<string_view, 4> kDirections{"View", "x", "y", "z"};
+  kit::dimText("It goes through the clay along");
+  kit::segmented("direction", kDirections, operation.direction);
+  const Guide& curve = *curves[size_t(operation.curve)];
+  operation.arguments.pointsMm = placesAlong(curve);
+  operation.arguments.closed = curve.closed;
+  if (curve.closed && operation.arguments.pointsMm.size() > 3) operation.arguments.pointsMm.pop_back();  // The first again.
+  operation.arguments.directionMm = operation.direction == 0 ? context.camera.view().axes().forward : Vec3d(Vec3d::Unit(operation.direction - 1));
+  return {};
+}
+
+}  // namespace
+
+void beginOperation(Context& context, Memory& memory, std::string_view id) {
+  const engine::PieceJob* row = engine::findPieceJob(id);
+  if (!row) return;
+  Operation operation;
+  operation.row = row;
+  operation.arguments = engine::standardArguments(*row, *context.now.document);
+  const auto last = memory.operations.find(row->id);
+  const engine::Piece* selected = context.now.document->piece(context.state.selected);
+  if (row->pieces > 0 && selected) operation.arguments.pieces = {selected->id};
+  const engine::Piece* piece = operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
+  for (const Parameter& parameter : row->parameters) {
+    if (last != memory.operations.end()) parameter.change(operation.arguments, parameter.get(last->second));
+    if (parameter.id == "voxel" && piece && piece->version) parameter.change(operation.arguments, piece->version.grid().voxelMm);
+  }
+  memory.operation = std::move(operation);
+}
+
+void drawOperation(Context& context, Memory& memory) {
+  Operation& operation = memory.operation;
+  bool open = operation.row != nullptr;
+  if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open)) return;
+  const engine::PieceJob& row = *operation.row;
+  kit::wrapped(row.help, colours().dim);
+  kit::gap(4);
+  const engine::Piece* piece = drawPieces(context, operation);
+  std::string problem = row.pieces > 0 && !piece ? "There are not enough pieces of clay." : "";
+  for (const engine::Id id : operation.arguments.pieces)
+    if (const engine::Piece* each = context.now.document->piece(id); each && each->locked) problem = each->name + " is locked: unlock it first.";
+  if (row.takesPlane)
+    if (const std::string missing = drawPlane(context, operation, piece); !missing.empty()) problem = missing;
+  if (row.takesCurve)
+    if (const std::string missing = drawCurve(context, operation); !missing.empty()) problem = missing;
+  for (const Parameter& parameter : row.parameters) drawNumber(parameter, operation.arguments);
+  if (!problem.empty()) kit::wrapped(problem, colours().warning);
+  kit::gap(6);
+  const float wide = std::max(96.0f, kit::buttonWidth(row.name));
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
+  if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!problem.empty());
+  if (kit::button(row.name, kit::Weight::chief, wide)) {
+    memory.operations[row.id] = operation.arguments;
+    context.bench.operate(std::string(row.id), operation.arguments);
+    open = false;
+  }
+  ImGui::EndDisabled();
+  if (!open) operation.row = nullptr;
+  kit::endDialog(open);
+}
+
+}  // namespace argil::studio
