@@ -8,7 +8,7 @@
 
 namespace argil::engine {
 
-/// Runs work on a thread of its own. Watch it through job(); an exception that leaves the work is kept for wait().
+/// Runs work on a thread of its own, at the lowest priority. Watch it through job(); an exception that leaves the work is kept for wait().
 /// Destroying it cancels and waits, so what the work refers to need only outlive this.
 class BackgroundJob {
  public:
