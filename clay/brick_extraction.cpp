@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "clay/cell_cases.h"
+#include "clay/sharp_vertices.h"
 
 namespace argil::clay {
 
@@ -159,7 +160,8 @@ CellVertex vertexOfEdge(const std::array<VertexSource, 8>& sources, const CellVe
 
 bool operator==(const CellTable& a, const CellTable& b) {
   return a.vertices == b.vertices && std::equal(std::begin(a.active), std::end(a.active), std::begin(b.active)) &&
-         std::equal(a.specials.begin(), a.specials.end(), b.specials.begin(), b.specials.end());
+         std::equal(a.specials.begin(), a.specials.end(), b.specials.begin(), b.specials.end()) &&
+         std::equal(a.sharp.begin(), a.sharp.end(), b.sharp.begin(), b.sharp.end());
 }
 
 uint32_t CellTable::vertexOf(int cell, int edge) const {
@@ -211,7 +213,7 @@ void readRows(BrickInput& input) {
   }
 }
 
-void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, ExtractionBuffer& out) {
+void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out) {
   CellTable& table = out.table;
   table = CellTable{};
   if (!input.crossed) return;
@@ -262,6 +264,7 @@ void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool 
   }
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
+  if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {
@@ -297,6 +300,7 @@ void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& so
     }
     quads += count;
   }
+  splitAlongCreases(sources, {out.quads.data(), quads});
 }
 
 }  // namespace argil::clay

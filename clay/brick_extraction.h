@@ -42,6 +42,7 @@ struct CellTable {
   /// Some cell has a folded face: its vertices depend on the cells beyond, one brick lower too.
   bool folded = false;
   std::span<const Special> specials;  ///< In order of cell.
+  std::span<const uint16_t> sharp;    ///< Vertices on creases, in order.
 
   friend bool operator==(const CellTable& a, const CellTable& b);
 
@@ -54,6 +55,7 @@ struct ExtractionBuffer {
   static constexpr size_t kMostVertices = 4 * kBrickVoxels + kCellPadding;
   CellTable table;
   std::array<CellTable::Special, kBrickVoxels> specials;
+  std::array<uint16_t, kMostVertices> sharp;
   std::array<Vec3f, kMostVertices> positions;
   std::array<PackedNormal, kMostVertices> normals;
   std::array<std::array<VertexRef, 4>, 3 * kBrickVoxels + kEdgePadding> quads;
@@ -61,7 +63,7 @@ struct ExtractionBuffer {
 
 /// Vertices of the cells of `brick` into out.table, positions and, when asked for, normals; out.table.vertices may be 0. `field` reads
 /// the same version, for the rare cells that look beyond.
-void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, ExtractionBuffer& out);
+void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out);
 
 /// What extractQuads needs of a brick coordinate and of its seven lower neighbours; null tables have no vertices.
 struct VertexSource {
@@ -70,7 +72,7 @@ struct VertexSource {
 };
 
 /// Quads of the voxel edges whose lower voxel is in the brick of `signs`, into out.quads: `sources[0].table->quads` of them; `sources[dx·4 + dy·2 + dz]` is the
-/// brick that is dx, dy, dz lower. Each is split along its shorter diagonal.
+/// brick that is dx, dy, dz lower. Each is split along its shorter diagonal, or along a crease.
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out);
 
 }  // namespace argil::clay

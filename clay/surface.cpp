@@ -193,6 +193,7 @@ bool sameBytes(std::span<const T> a, const T* b) {
 
 struct Surface::State {
   bool normals;
+  Grade grade;
   Version version;
   std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
   std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
@@ -231,9 +232,10 @@ struct Surface::State {
 // A mesh in one block of memory. Null `quads` leaves them to be written.
 HeldPtr Surface::State::hold(Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
                              const std::array<VertexRef, 4>* quads) {
-  const size_t n = table.vertices, q = table.quads, s = table.specials.size();
+  const size_t n = table.vertices, q = table.quads, s = table.specials.size(), c = table.sharp.size();
   std::byte* at = nullptr;
-  const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special);
+  const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special) +
+                      c * sizeof(uint16_t);
   HeldPtr held = std::allocate_shared<Held>(TailAllocator<Held>(pool, tail, &at));
   const auto place = [&at]<class T>(const T* from, size_t count) {
     T* to = reinterpret_cast<T*>(at);
@@ -247,11 +249,12 @@ HeldPtr Surface::State::hold(Coord brick, const CellTable& table, const Vec3f* p
   held->quads = place(quads, q);
   held->table = table;
   held->table.specials = place(table.specials.data(), s);
+  held->table.sharp = place(table.sharp.data(), c);
   return held;
 }
 
 // Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
-// face also reads the cell beyond.
+// face also reads the cell beyond. The fine grade reads all around a brick.
 TaskList Surface::State::changedRegions(const Version& next) const {
   TaskList tasks;
   // Of the region at hand, by how much lower: bricks with a change for those.
@@ -262,6 +265,10 @@ TaskList Surface::State::changedRegions(const Version& next) const {
     changes = {};
   };
   Version::forEachDifference(version, next, [&](Coord brick, Slot before, Slot after) {
+    if (grade == Grade::fine) {
+      for (int i = 0; i < 27; ++i) tasks.want(brick + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+      return;
+    }
     if (brick >> 3 != region) {
       flush();
       region = brick >> 3;
@@ -308,7 +315,7 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, ExtractionBuf
   for (int i = 0; i < count; ++i) {
     const int index = bricks[i];
     const Coord brick = task.region * 8 + Coord{index >> 6, index >> 3 & 7, index & 7};
-    extractVertices(field, brick, inputs[static_cast<size_t>(i % kAhead)], normals, buffer);
+    extractVertices(field, brick, inputs[static_cast<size_t>(i % kAhead)], normals, grade, buffer);
     read(i + kAhead);
     followVertices(task, index, brick, buffer);
   }
@@ -446,7 +453,10 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
   }
 }
 
-Surface::Surface(bool normals) : state_(std::make_unique<State>()) { state_->normals = normals; }
+Surface::Surface(bool normals, Grade grade) : state_(std::make_unique<State>()) {
+  state_->normals = normals;
+  state_->grade = grade;
+}
 Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;

@@ -19,6 +19,12 @@ using VertexRef = uint16_t;
 inline constexpr int kVertexRefBits = 13;
 inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
 
+/// Where the vertices stand; topology is the same.
+enum class Grade : uint8_t {
+  draft,  ///< At the mean of a cell's edge crossings: creases are cut off by up to half a voxel.
+  fine,   ///< On creases and corners where the field has some; as the draft elsewhere. NOTES.md, "Sharp features".
+};
+
 /// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
 struct PackedNormal {
   int16_t u = 0, v = 0;
@@ -34,7 +40,7 @@ struct BrickMesh {
   Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
   uint64_t serial = 0;        ///< Names this content for good within its Surface.
   uint64_t vertexSerial = 0;  ///< The same for positions and normals: meshes that share it differ in quads alone.
-  std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis.
+  std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis; of Grade::fine up to 1 beyond.
   std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards; empty when not asked for.
   std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
 };
@@ -57,7 +63,7 @@ struct SurfaceDelta {
 class Surface {
  public:
   /// `normals` false leaves them out.
-  explicit Surface(bool normals = true);
+  explicit Surface(bool normals = true, Grade grade = Grade::draft);
   ~Surface();
   Surface(Surface&&) noexcept;
   Surface& operator=(Surface&&) noexcept;

@@ -180,7 +180,7 @@ std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport
   for (const Piece& each : document.pieces) {
     if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
     if (job) job->step(0);
-    clay::Surface surface(false);
+    clay::Surface surface(false, what.grade);
     surface.update(each.version, 2);
     io::ModelObject object;
     object.name = each.name;

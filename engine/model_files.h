@@ -11,6 +11,7 @@
 
 #include "clay/job.h"
 #include "clay/reduce.h"
+#include "clay/surface.h"
 #include "engine/document.h"
 #include "io/model_file.h"
 
@@ -42,6 +43,7 @@ struct ModelExport {
   bool visibleOnly = true;             ///< Else every piece.
   std::optional<uint64_t> triangles;   ///< Reduced to at most so many in all, or
   std::optional<double> errorMm;       ///< to as few as keep within this.
+  clay::Grade grade = clay::Grade::fine;  ///< A file is made once: creases are worth the time.
 };
 
 /// The surfaces of the pieces, one object each, in world mm, with names and colours; each closed. Throws Error when there is none, Cancelled.

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <map>
 #include <new>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -41,6 +43,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(kHasStudio ? 0 : 1, 1);
   Job& job = cli::interruptibleJob();
 
+  const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes");
@@ -54,6 +57,7 @@ int run(int argc, char** argv) {
   sculptVerb->add_flag("--live", sculpt.live, "Hand-driven strokes through the servo in real time");
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
+  sculptVerb->add_option("--surface", sculpt.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
 
@@ -63,6 +67,7 @@ int run(int argc, char** argv) {
   convertVerb->add_option("output", convert.output, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .glb, .drc)")->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--units", convert.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
+  convertVerb->add_option("--surface", convert.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
 
@@ -96,6 +101,7 @@ int run(int argc, char** argv) {
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
+  renderVerb->add_option("--surface", render.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
 
   cli::FeelOptions feel;

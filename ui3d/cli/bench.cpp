@@ -98,12 +98,12 @@ void BenchReport::write(const std::filesystem::path& file, const std::string& be
 }
 
 void bench(const BenchOptions& options) {
-  const std::vector<std::string> known = {"edit", "surface", "touch", "render", "keep", "undo", "io", "whole", "buzz", "stability"};
+  const std::vector<std::string> known = {"edit", "surface", "fine", "touch", "render", "keep", "undo", "io", "whole", "buzz", "stability"};
   // Stability is not about this machine: its figures are the same everywhere.
   std::vector<std::string> names = options.names.empty() ? std::vector<std::string>(known.begin(), known.end() - 1) : options.names;
   for (const std::string& name : names)
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error(fmt::format("bench {}: there is no such benchmark; choose from edit, surface, touch, render, keep, undo, io, whole, buzz, stability", name));
+      throw Error(fmt::format("bench {}: there is no such benchmark; choose from edit, surface, fine, touch, render, keep, undo, io, whole, buzz, stability", name));
   if (!(options.largest >= 0.8 && options.largest <= 200)) throw Error("bench --largest: give 0.8 to 200 million active voxels");
   if (!(options.seconds >= 1 && options.seconds <= 3600)) throw Error("bench --seconds: give 1 to 3600 s");
   const auto drawing = std::count(names.begin(), names.end(), "buzz") + std::count(names.begin(), names.end(), "stability");
@@ -114,6 +114,7 @@ void bench(const BenchOptions& options) {
     all += (all.empty() ? "" : " ") + name;
     if (name == "edit") benchEdit(report, options);
     if (name == "surface") benchSurface(report, options);
+    if (name == "fine") benchFine(report, options);
     if (name == "touch") benchTouch(report, options);
     if (name == "render") benchRender(report, options);
     if (name == "keep") benchKeep(report, options);

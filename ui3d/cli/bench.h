@@ -63,7 +63,7 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, touch, render, keep, undo, io, whole, buzz, stability; empty: all but the last.
+  std::vector<std::string> names;   ///< edit, surface, fine, touch, render, keep, undo, io, whole, buzz, stability; empty: all but the last.
   std::filesystem::path json;
   std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;              ///< Million active voxels of the largest model.
@@ -74,6 +74,7 @@ struct BenchOptions {
 
 void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
+void benchFine(BenchReport& report, const BenchOptions& options);
 void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchRender(BenchReport& report, const BenchOptions& options);
 void benchKeep(BenchReport& report, const BenchOptions& options);

@@ -55,7 +55,11 @@ void convertClay(const ConvertOptions& options) {
   }
   engine::ModelExport what;
   what.visibleOnly = false;
-  if (options.reduce || options.errorMm) what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
+  what.grade = options.surface;
+  if (options.reduce || options.errorMm) {
+    what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
+    what.grade = options.surface;
+  }
   for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
 }
 

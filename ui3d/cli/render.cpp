@@ -89,7 +89,7 @@ render::View turntableView(render::View view, const render::Box& bounds, double 
 }
 
 /// What is visible of a document; colours only where it says which is which.
-void show(const engine::Document& document, render::Renderer& renderer) {
+void show(const engine::Document& document, clay::Grade grade, render::Renderer& renderer) {
   const bool coloured = document.pieces.size() + document.parts.size() > 1;
   const auto place = [&](const engine::Thing& thing, const haptics::Pose& pose, const std::array<float, 3>& colour) {
     render::PieceLook look;
@@ -100,7 +100,7 @@ void show(const engine::Document& document, render::Renderer& renderer) {
   };
   for (const engine::Piece& piece : document.pieces) {
     if (!piece.visible) continue;
-    clay::Surface surface;
+    clay::Surface surface(true, grade);
     renderer.update(piece.id, surface.update(piece.version, 2));
     place(piece, piece.pose, piece.colour);
   }
@@ -131,7 +131,7 @@ void render(const RenderOptions& options) {
   render::RendererOptions rendererOptions;
   rendererOptions.quality.supersample = options.samples;
   render::Renderer renderer(rendererOptions);
-  show(*loaded.document, renderer);
+  show(*loaded.document, options.surface, renderer);
   const double aspect = static_cast<double>(options.size[0]) / options.size[1];
   const auto projection = options.orthographic ? render::Projection::orthographic : render::Projection::perspective;
   render::View view = render::View::named(options.view, renderer.bounds(), aspect, projection);

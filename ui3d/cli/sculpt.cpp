@@ -181,7 +181,7 @@ void sculpt(const SculptOptions& options) {
   for (const std::string& note : clay.notes) fmt::print("{}\n", note);
   engine::Session session(clay.version);
   clay.version = {};
-  clay::Surface surface;
+  clay::Surface surface(true, options.surface);
 
   const bool pictures = !options.png.empty() || !options.beforePng.empty();
   std::optional<render::Renderer> renderer;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clay/job.h"
+#include "clay/surface.h"
 #include "haptics/hand_path.h"
 #include "ui3d/cli/bench.h"
 
@@ -22,6 +23,7 @@ struct SculptOptions {
   std::filesystem::path record;                 ///< The strokes as they were cut, as a script.
   bool live = false;
   std::optional<double> voxelMm;
+  clay::Grade surface = clay::Grade::draft;  ///< Of what is written and drawn.
   std::string device = "touch";
   std::string view = "iso";
   std::array<int, 2> size{1280, 720};
@@ -36,6 +38,7 @@ struct ConvertOptions {
   std::string units = "mm";       ///< Of an input that names none.
   std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
+  clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
   Job* job = nullptr;
 };
 void convert(const ConvertOptions& options);
@@ -59,6 +62,7 @@ void recover(const RecoverOptions& options);
 struct RenderOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;
+  clay::Grade surface = clay::Grade::draft;
   std::string view = "iso";
   bool orthographic = false;
   std::array<int, 2> size{1280, 720};

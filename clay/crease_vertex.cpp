@@ -1,0 +1,247 @@
+// After Ju, Losasso, Schaefer and Warren, Dual contouring of Hermite data (2002), with faces found by grouping instead of one least-squares fit.
+
+#include "clay/crease_vertex.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "clay/crease_model.h"
+#include "clay/crease_path.h"
+#include "clay/sharp_vertices.h"
+
+namespace argil::clay {
+
+namespace {
+
+// 1 − cos 25°: faces that meet flatter than this stay as the draft has them, at most 0.11 voxel off.
+constexpr float kLeastTurn = 0.094f;
+// Scatter of the normals within faces, against the turn between them: above it the surface is bent all over, without a crease.
+constexpr float kMostScatter = 0.012f;
+// What the cell's values may differ from the faces' field, voxels.
+constexpr float kMisfit = 0.09f;
+// Below it the faces are known well enough for ties to count.
+constexpr float kSure = 0.07f;
+
+// 1 − cos 6°: a plane turned by so much from its group counts half.
+constexpr float kTurned = 0.0055f;
+
+struct Group {
+  Vec3f normal;
+  float weight = 0;
+  int count = 0;
+};
+
+float weightAt(const TangentPlane& plane, const Vec3f& p) {
+  // Steep: on curved faces the nearest planes are the best ones. The foot of the cell's centre is what lies on the face.
+  const float d2 = 0.25f + (plane.centre - p).squaredNorm();
+  return plane.quality / (d2 * d2);
+}
+
+float turn(const Vec3f& a, const Vec3f& b) { return 1 - a.dot(b); }
+
+constexpr size_t kMostPlanes = 125;
+
+struct Grouping {
+  std::array<Group, 3> groups;
+  int count = 0;
+  std::array<int8_t, kMostPlanes> of;
+  std::array<float, kMostPlanes> trust;  // less for a plane that is turned away from its group: it may have seen the rounding beyond the crease
+};
+
+// Greedy seeds, the farthest next, then three rounds of k-means.
+void group(const CreaseCell& cell, Grouping& out) {
+  const size_t n = cell.planes.size();
+  std::array<float, kMostPlanes> weight;
+  for (size_t i = 0; i < n; ++i) weight[i] = weightAt(cell.planes[i], cell.draft);
+  out.count = 0;
+  for (int k = 0; k < 3; ++k) {
+    float best = 0;
+    size_t chosen = n;
+    for (size_t i = 0; i < n; ++i) {
+      float score = weight[i];
+      for (int j = 0; j < k; ++j) {
+        const float t = turn(cell.planes[i].normal, out.groups[static_cast<size_t>(j)].normal);
+        score = t < kLeastTurn ? 0.0f : std::min(score, weight[i] * t);
+      }
+      if (score > best) {
+        best = score;
+        chosen = i;
+      }
+    }
+    if (chosen == n) break;
+    out.groups[static_cast<size_t>(k)].normal = cell.planes[chosen].normal;
+    out.count = k + 1;
+  }
+  for (int round = 0; round < 3; ++round) {
+    std::array<Vec3f, 3> sum;
+    sum.fill(Vec3f::Zero());
+    for (int k = 0; k < out.count; ++k) out.groups[static_cast<size_t>(k)].weight = 0, out.groups[static_cast<size_t>(k)].count = 0;
+    for (size_t i = 0; i < n; ++i) {
+      int nearest = 0;
+      for (int k = 1; k < out.count; ++k)
+        if (turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal) < turn(cell.planes[i].normal, out.groups[static_cast<size_t>(nearest)].normal)) nearest = k;
+      out.of[i] = static_cast<int8_t>(nearest);
+      sum[static_cast<size_t>(nearest)] += weight[i] * cell.planes[i].normal;
+      out.groups[static_cast<size_t>(nearest)].weight += weight[i];
+      ++out.groups[static_cast<size_t>(nearest)].count;
+    }
+    for (int k = 0; k < out.count; ++k) {
+      const Vec3f& s = sum[static_cast<size_t>(k)];
+      const float length = std::sqrt(s.squaredNorm());
+      if (length > 0) out.groups[static_cast<size_t>(k)].normal = s * (1 / length);
+    }
+  }
+  for (size_t i = 0; i < n; ++i) {
+    const float away = turn(cell.planes[i].normal, out.groups[static_cast<size_t>(out.of[i])].normal) * (1 / kTurned);
+    out.trust[i] = 1 / (1 + away * away);
+  }
+}
+
+// The faces of the groups `chosen`, as they are at p. Coordinates from the cell's low corner.
+CreaseModel modelAt(const CreaseCell& cell, const Grouping& grouping, std::span<const int> chosen, const Vec3f& p) {
+  CreaseModel model;
+  model.count = static_cast<int>(chosen.size());
+  for (size_t k = 0; k < chosen.size(); ++k) {
+    CreaseModel::Face& face = model.face[k];
+    float sum = 0;
+    for (size_t i = 0; i < cell.planes.size(); ++i) {
+      if (grouping.of[i] != chosen[k]) continue;
+      const TangentPlane& plane = cell.planes[i];
+      const float w = grouping.trust[i] * weightAt(plane, p);
+      face.gradient += w * plane.normal;
+      face.offset += w * (plane.distance + plane.normal.dot(cell.low - plane.centre));
+      face.foot += w * (plane.centre - plane.distance * plane.normal - cell.low);
+      sum += w;
+    }
+    const float inverse = 1 / sum;
+    face = {face.gradient * inverse, face.offset * inverse, face.foot * inverse};
+  }
+  model.findTurns();
+  return model;
+}
+
+// How far p lies outside of the unit cell, along the worst axis.
+float outsideBy(const Vec3f& p) {
+  float most = 0;
+  for (int axis = 0; axis < 3; ++axis) most = std::max({most, -p[axis], p[axis] - 1});
+  return most;
+}
+
+// A place on the edge between faces a and b for the cell's vertex. Along the crease the vertices must stand in the order of their cells, or triangles would fold; the crease goes
+// from one cell to the next through the face that has crossings of both on it, so halfway between where the line meets the planes of two such faces keeps the order,
+// even where the line passes outside of the cell.
+std::optional<Vec3f> edgePoint(const CreaseCell& cell, const CreaseModel& model, const Crossings& crossings, int a, int b) {
+  const std::optional<CreaseModel::Line> line = model.line(a, b, crossings.middle);
+  if (!line) return std::nullopt;
+  const auto& [start, along] = *line;
+  float low = -1, high = 1;
+  if (model.count == 3) {
+    // Beyond the corner the line goes on inside the solid or outside of it.
+    const CreaseModel::Face& third = model.face[static_cast<size_t>(3 - a - b)];
+    const float side = model.sideOfThird(a, b), slope = side * third.gradient.dot(along), value = side * third.at(start);
+    if (slope > 1e-3f) low = std::clamp(-value / slope, low, high);
+    if (slope < -1e-3f) high = std::clamp(-value / slope, low, high);
+  }
+  return Vec3f(start + std::clamp(placeAlong(cell.view, crossings, model, *line, a, b), low, high) * along);
+}
+
+struct Placed {
+  CreaseVertex::Kind kind = CreaseVertex::Kind::none;
+  Vec3f p;
+  unsigned faces = 0;
+};
+
+Placed place(const CreaseCell& cell, const CreaseModel& model, float tie) {
+  const Crossings crossings = crossingsOf(cell.view, cell.edges, model, tie);
+  Placed placed{CreaseVertex::Kind::none, crossings.middle, crossings.faces};
+  if (tie >= kSure) {
+    if (crossings.firm != 0) placed.faces = crossings.firm;
+  } else if (std::has_single_bit(placed.faces)) {
+    placed.faces |= contested(cell.view, crossings, model, tie);
+  }
+  std::optional<Vec3f> p;
+  const int a = std::countr_zero(placed.faces), b = 31 - std::countl_zero(placed.faces);
+  if (placed.faces == 7) {
+    placed.kind = CreaseVertex::Kind::corner;
+    p = model.corner();
+  } else if (a != b) {
+    placed.kind = CreaseVertex::Kind::edge;
+    p = edgePoint(cell, model, crossings, a, b);
+  } else {
+    placed.kind = CreaseVertex::Kind::face;
+    p = model.face[static_cast<size_t>(a)].nearest(crossings.middle);
+  }
+  if (!p || outsideBy(*p) > kSharpReach) return {};
+  placed.p = *p;
+  return placed;
+}
+
+// How far the cell's own values are from what the faces allow: anything between a cut by max or min and the true distance.
+float misfitOf(const CreaseCell& cell, const CreaseModel& model) {
+  float most = 0;
+  for (int c = 0; c < 8; ++c) {
+    const Vec3f p(static_cast<float>(c >> 2), static_cast<float>((c >> 1) & 1), static_cast<float>(c & 1));
+    const float cut = model.at(p), far = model.distance(p), sign = cut < 0 ? -1.0f : 1.0f, phi = sign * cell.view.corner(c);
+    // Nearer to a surface than the faces say, and well away from them: that is another sheet, behind a thin wall.
+    const float slack = 1 / (1 + 2 * std::max(0.0f, std::abs(phi) - 0.4f));
+    most = std::max({most, slack * (std::min(sign * cut, far) - phi), phi - std::max(sign * cut, far)});
+  }
+  return most;
+}
+
+}  // namespace
+
+CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
+  if (cell.planes.size() < 2) return {};
+  Grouping grouping;
+  group(cell, grouping);
+  if (grouping.count < 2) return {};
+  constexpr std::array<std::array<int, 3>, 4> kSets = {{{0, 1, 2}, {0, 1, 0}, {0, 2, 0}, {1, 2, 0}}};
+  for (size_t set = grouping.count == 3 ? 0 : 1; set < (grouping.count == 3 ? 4 : 2); ++set) {
+    const std::span<const int> chosen(kSets[set].data(), set == 0 ? 3 : 2);
+    bool apart = true;
+    float least = 2;
+    for (const int a : chosen)
+      for (const int b : chosen)
+        if (a < b) {
+          const float t = turn(grouping.groups[static_cast<size_t>(a)].normal, grouping.groups[static_cast<size_t>(b)].normal);
+          least = std::min(least, t);
+          apart = apart && t > kLeastTurn && t < 1.95f;
+        }
+    for (const int k : chosen) apart = apart && grouping.groups[static_cast<size_t>(k)].count >= 2;
+    if (!apart) continue;
+    float scatter = 0, weights = 0;
+    for (size_t i = 0; i < cell.planes.size(); ++i)
+      if (std::find(chosen.begin(), chosen.end(), grouping.of[i]) != chosen.end()) {
+        const float w = weightAt(cell.planes[i], cell.draft);
+        scatter += w * turn(cell.planes[i].normal, grouping.groups[static_cast<size_t>(grouping.of[i])].normal);
+        weights += w;
+      }
+    if (scatter > kMostScatter * least * weights) continue;
+
+    CreaseModel model = modelAt(cell, grouping, chosen, cell.draft);
+    Placed placed = place(cell, model, 0);
+    if (placed.kind == CreaseVertex::Kind::none) continue;
+    // Once more with the planes nearest to that place: on curved faces they are the right ones.
+    model = modelAt(cell, grouping, chosen, placed.p + cell.low);
+    const float misfit = misfitOf(cell, model);
+    if (misfit > kMisfit) continue;
+    placed = place(cell, model, misfit);
+    if (placed.kind == CreaseVertex::Kind::none) continue;
+
+    CreaseVertex found;
+    found.kind = placed.kind;
+    found.position = placed.p + cell.low;
+    Vec3f normal = Vec3f::Zero();
+    for (size_t k = 0; k < chosen.size(); ++k)
+      if ((placed.faces >> k) & 1) normal += model.face[k].gradient;
+    const float length = std::sqrt(normal.squaredNorm());
+    found.normal = length > 1e-6f ? Vec3f(normal * (1 / length)) : Vec3f(0, 0, 1);
+    return found;
+  }
+  return {};
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,111 @@
+// The fine surface after edits and on fields that are no solid's: closed, bounded, and the same however it came about.
+
+#include <gtest/gtest.h>
+
+#include "clay/mesh_topology.h"
+#include "clay/sharp_vertices.h"
+#include "tests/support/simd_targets.h"
+#include "tests/unit/clay/sharp_shapes.h"
+
+namespace argil::clay {
+namespace {
+
+using namespace testing;
+
+// The box of which a corner moves: every brick around changes in turn.
+Version cutBy(const Version& base, const TurnedBox& box, Coord first, Coord last) {
+  Editor editor(base);
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const Slot old = editor.find({x, y, z});
+        std::array<float, kBrickVoxels> phi;
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          const Vec3d p(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7));
+          phi[static_cast<size_t>(i)] = std::max(old.phi(i, base.grid().band), static_cast<float>(-box.cut(p)));
+        }
+        editor.setVoxels({x, y, z}, phi);
+      }
+  return editor.commit();
+}
+
+TEST(SharpFeatures, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
+  const uint64_t seed = 31;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> place(-14, 14);
+  const auto store = Store::make();
+  TurnedBox box;
+  box.axes = randomTurn(random);
+  box.half = Vec3d(14, 13, 12);
+  Version version = clayOf(store, 26, [&](const Vec3d& p) { return box.distance(p); });
+  Surface following(true, Grade::fine);
+  following.update(version);
+  for (int step = 0; step < 10; ++step) {
+    TurnedBox tool;
+    tool.axes = randomTurn(random);
+    tool.half = Vec3d(3, 4, 5);
+    tool.centre = Vec3d(place(random), place(random), place(random));
+    const auto low = [](double v) { return static_cast<int>(std::floor((v - 11) / 8)); };
+    const auto high = [](double v) { return static_cast<int>(std::floor((v + 11) / 8)); };
+    version = cutBy(version, tool, {low(tool.centre.x()), low(tool.centre.y()), low(tool.centre.z())}, {high(tool.centre.x()), high(tool.centre.y()), high(tool.centre.z())});
+    following.update(version, 1 + step % 3);
+    Surface fresh(true, Grade::fine);
+    fresh.update(version);
+    ASSERT_EQ(following.hash(), fresh.hash()) << "seed " << seed << " step " << step;
+  }
+  ASSERT_TRUE(checkTopology(following.toMesh()).closed());
+}
+
+TEST(SharpFeatures, EqualBitsOnEverySimdTarget) {
+  const auto store = Store::make();
+  std::mt19937_64 random(32);
+  TurnedBox box;
+  box.axes = randomTurn(random);
+  const Version version = clayOf(store, 24, [&](const Vec3d& p) { return box.distance(p); });
+  uint64_t first = 0;
+  tests::forEachSimdTarget([&](const std::string& target) {
+    Surface surface(true, Grade::fine);
+    surface.update(version);
+    if (first == 0) first = surface.hash();
+    EXPECT_EQ(surface.hash(), first) << target;
+  });
+  EXPECT_NE(first, 0u);
+}
+
+// Noise, and boxes with noise: vertices never leave the neighbourhood of their cells, are finite, and the mesh is closed.
+TEST(SharpFeatures, RandomFieldsKeepTheirVerticesNearTheirCells) {
+  const uint64_t seed = 33;
+  std::mt19937_64 random(seed);
+  const auto store = Store::make();
+  for (int field = 0; field < 40; ++field) {
+    TurnedBox box;
+    box.axes = randomTurn(random);
+    box.half = Vec3d(7, 6, 5);
+    const double noise = field % 4 == 0 ? 3 : 0.02 * (field % 4);
+    std::uniform_real_distribution<double> rough(-noise, noise);
+    const Version version = clayOf(store, 12, [&](const Vec3d& p) {
+      const double d = box.distance(p) + rough(random);
+      return std::max(p.cwiseAbs().maxCoeff() - 14, d);
+    });
+    Surface draft(true), fine(true, Grade::fine);
+    draft.update(version);
+    fine.update(version);
+    ASSERT_TRUE(checkTopology(fine.toMesh()).closed()) << "seed " << seed << " field " << field;
+    draft.forEach([&](const BrickMesh& mesh) {
+      const BrickMesh* other = fine.find(mesh.brick);
+      ASSERT_NE(other, nullptr);
+      ASSERT_EQ(other->positions.size(), mesh.positions.size());
+      for (size_t i = 0; i < mesh.positions.size(); ++i) {
+        ASSERT_TRUE(other->positions[i].allFinite());
+        // The draft's is in the cell.
+        for (int axis = 0; axis < 3; ++axis) {
+          ASSERT_GE(other->positions[i][axis], std::floor(mesh.positions[i][axis] - 1e-4f) - kSharpReach - 1e-3f) << "seed " << seed << " field " << field;
+          ASSERT_LE(other->positions[i][axis], std::ceil(mesh.positions[i][axis] + 1e-4f) + kSharpReach + 1e-3f) << "seed " << seed << " field " << field;
+        }
+      }
+    });
+  }
+}
+
+}  // namespace
+}  // namespace argil::clay
