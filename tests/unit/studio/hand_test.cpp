@@ -8,6 +8,8 @@
 #include <cmath>
 #include <thread>
 
+#include "engine/tool_table.h"
+
 namespace argil::studio {
 namespace {
 

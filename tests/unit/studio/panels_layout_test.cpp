@@ -92,7 +92,7 @@ TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
 
 TEST(PanelsLayout, MoreToolsMakeMoreColumns) {
   const PanelsShown shown;
-  const std::array few{14}, more{20, 20, 5};
+  const std::vector<int> few{14}, more{20, 20, 5};
   EXPECT_EQ(layOut(1280, 720, shown, few).toolColumns, 2);
   EXPECT_TRUE(layOut(1280, 720, shown, few).toolHeadings);
   EXPECT_EQ(layOut(1280, 720, shown, more).toolColumns, 3);  // 7 + 7 + 2 rows; two columns would need 23.

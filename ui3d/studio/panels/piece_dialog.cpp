@@ -30,18 +30,20 @@ bool choose(string_view name, const std::vector<std::string>& names, int& chosen
 // Numbers that stand for a few possibilities, in words.
 struct Words {
   string_view id;
+  bool curve;  ///< Of operations that take a curve.
   double low;
   std::array<string_view, 3> words;
 };
-constexpr std::array kWords{Words{"keep", -1, {"The rest", "Both", "That side"}}, Words{"axis", 1, {"x", "y", "z"}}};
+constexpr std::array kWords{Words{"keep", false, -1, {"Behind it", "Both sides", "Before it"}}, Words{"keep", true, -1, {"Outside, right", "Both", "Inside, left"}},
+                            Words{"axis", false, 1, {"x", "y", "z"}}};
 
-void drawNumber(const Parameter& row, engine::PieceArguments& arguments) {
+void drawNumber(const Parameter& row, bool curve, engine::PieceArguments& arguments) {
   if (row.unit.empty() && row.low == 0 && row.high == 1) {
     bool on = row.get(arguments) > 0.5;
     if (kit::toggle(row.name, on, row.help)) row.change(arguments, on ? 1 : 0);
     return;
   }
-  const auto words = std::find_if(kWords.begin(), kWords.end(), [&](const Words& each) { return each.id == row.id && each.low == row.low && row.high == row.low + 2; });
+  const auto words = std::find_if(kWords.begin(), kWords.end(), [&](const Words& each) { return each.id == row.id && each.curve == curve && each.low == row.low && row.high == row.low + 2; });
   if (!row.unit.empty() || words == kWords.end()) {
     drawRow(row, arguments);
     return;
@@ -174,7 +176,7 @@ void drawOperation(Context& context, Memory& memory) {
     if (const std::string missing = drawPlane(context, operation, piece); !missing.empty()) problem = missing;
   if (row.takesCurve)
     if (const std::string missing = drawCurve(context, operation); !missing.empty()) problem = missing;
-  for (const Parameter& parameter : row.parameters) drawNumber(parameter, operation.arguments);
+  for (const Parameter& parameter : row.parameters) drawNumber(parameter, row.takesCurve, operation.arguments);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));

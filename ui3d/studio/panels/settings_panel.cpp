@@ -16,7 +16,8 @@ void fileRow(Context& context, const engine::ToolRow& row) {
   engine::Tool& tool = context.state.tool();
   const bool image = row.file == engine::ToolFile::image;
   const float width = ImGui::GetContentRegionAvail().x, wide = kit::buttonWidth("Choose…");
-  ImGui::AlignTextToFramePadding();
+  const float top = ImGui::GetCursorPosY();
+  ImGui::SetCursorPosY(top + std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
   if (tool.file.empty()) {
     kit::elided(image ? "No image yet" : "No shape yet", width - wide - kGap, colours().warning);
   } else {
@@ -24,6 +25,7 @@ void fileRow(Context& context, const engine::ToolRow& row) {
     kit::tooltip(tool.file);
   }
   ImGui::SameLine(ImGui::GetCursorStartPos().x + width - wide);
+  ImGui::SetCursorPosY(top);
   if (kit::button("Choose…", tool.file.empty() ? kit::Weight::chief : kit::Weight::plain, wide)) context.state.wishes.dialog = "toolFile";
   kit::tooltip(image ? "A picture: what is bright in it stands out." : "A mesh: the stroke lays it along, or cuts it out.");
 }

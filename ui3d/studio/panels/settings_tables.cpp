@@ -121,7 +121,7 @@ constexpr std::array kEdges{edge<0>("sizeX", "Width"), edge<1>("sizeY", "Depth")
 constexpr std::array kLength{edge<2>("sizeZ", "Length")};
 
 constexpr std::array kSymmetry{
-    plain<engine::Symmetry, &engine::Symmetry::turns>("turns", "Around z", "Strokes are repeated so many times around the z axis of the symmetry.", "times", 1, engine::kMostTurns, 1),
+    plain<engine::Symmetry, &engine::Symmetry::turns>("turns", "Around z", "Strokes are repeated so many times around the z axis of the symmetry.", "×", 1, engine::kMostTurns, 1),
 };
 
 constexpr std::array kHand{
