@@ -151,22 +151,33 @@ void addRegions(Link link, int level, Coord first, TaskList& tasks) {
 
 // Bricks of a region that can have a vertex: both signs among them and those one step higher.
 RegionBits crossedBricks(const RegionSlots& slots) {
-  for (int i = 0; i < 9 * 9 * 9; ++i)
-    if (const Brick* brick = slots.at(i / 81, i / 9 % 9, i % 9).brick()) {
-      __builtin_prefetch(&brick->anyInside);
-      __builtin_prefetch(brick->inside);
-    }
-  // Bit z of [x][y]; first each brick, then together with those one step higher.
+  // Bit z of [x][y]; first tiles and bricks by themselves, then together with those one step higher.
   unsigned inside[9][9] = {}, outside[9][9] = {};
+  struct Place {
+    const Brick* brick;
+    int x, y, z;
+  };
+  Place places[9 * 9 * 9];
+  int count = 0;
   for (int x = 0; x < 9; ++x)
     for (int y = 0; y < 9; ++y)
       for (int z = 0; z < 9; ++z) {
         const Slot slot = slots.at(x, y, z);
-        const bool in = slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
-        const bool out = slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
-        inside[x][y] |= static_cast<unsigned>(in) << z;
-        outside[x][y] |= static_cast<unsigned>(out) << z;
+        if (const Brick* brick = slot.brick()) {
+          __builtin_prefetch(brick->inside);
+          places[count++] = {brick, x, y, z};
+        } else {
+          (slot.tile() == Tile::inside ? inside : outside)[x][y] |= 1u << z;
+        }
       }
+  // From the words themselves, which reading the signs needs next: a line fewer of each brick than by its two flags.
+  for (int i = 0; i < count; ++i) {
+    const auto& [brick, x, y, z] = places[i];
+    uint64_t any = 0, all = ~uint64_t{0};
+    for (const uint64_t word : brick->inside) any |= word, all &= word;
+    inside[x][y] |= unsigned{any != 0} << z;
+    outside[x][y] |= unsigned{all != ~uint64_t{0}} << z;
+  }
   const auto together = [](unsigned (&bits)[9][9], int x, int y) {
     const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
     return (all | all >> 1) & 0xff;
