@@ -238,17 +238,17 @@ struct Surface::State {
         if (held) visit(*held);
   }
 
-  HeldPtr hold(BlockPool::Share& memory, Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+  HeldPtr hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
                const std::array<VertexRef, 4>* quads);
   TaskList changedRegions(const Version& next) const;
   void extractRegionVertices(Task& task, bool whole, Worker& worker);
-  void followVertices(Task& task, int index, Coord brick, Worker& worker);
+  void followVertices(Task& task, int index, const Coord& brick, Worker& worker);
   void extractRegionQuads(Task& task, Worker& worker);
   void follow(std::vector<Task> tasks, bool whole, int threads, SurfaceDelta& delta);
 };
 
 // A mesh in one block of memory. Null `quads` leaves them to be written.
-HeldPtr Surface::State::hold(BlockPool::Share& memory, Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
                              const std::array<VertexRef, 4>* quads) {
   const size_t n = table.vertices, q = table.quads, s = table.specials.size(), c = table.sharp.size();
   const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special) +
@@ -341,7 +341,7 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, Worker& worke
 }
 
 // Puts the vertices in the buffer, or their absence, in the place of those that were.
-void Surface::State::followVertices(Task& task, int index, Coord brick, Worker& worker) {
+void Surface::State::followVertices(Task& task, int index, const Coord& brick, Worker& worker) {
   Region& region = *task.lower[0];
   HeldPtr& held = region.held[static_cast<size_t>(index)];
   const auto set = [index](RegionBits& bits) { bits[static_cast<size_t>(index >> 6)] |= uint64_t{1} << (index & 63); };
