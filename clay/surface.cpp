@@ -258,7 +258,7 @@ HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const
   std::byte* at = memoryHere.at;
   const auto place = [&at]<class T>(const T* from, size_t count) {
     T* to = reinterpret_cast<T*>(at);
-    if (from) std::uninitialized_copy_n(from, count, to);
+    if (from) std::memcpy(static_cast<void*>(to), from, count * sizeof(T));
     at += count * sizeof(T);
     return std::span<const T>(to, count);
   };
