@@ -213,7 +213,7 @@ void readRows(BrickInput& input) {
   }
 }
 
-void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out) {
+void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out) {
   CellTable& table = out.table;
   table = CellTable{};
   if (!input.crossed) return;

@@ -63,7 +63,7 @@ struct ExtractionBuffer {
 
 /// Vertices of the cells of `brick` into out.table, positions and, when asked for, normals; out.table.vertices may be 0. `field` reads
 /// the same version, for the rare cells that look beyond.
-void extractVertices(Sampler& field, Coord brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out);
+void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out);
 
 /// What extractQuads needs of a brick coordinate and of its seven lower neighbours; null tables have no vertices.
 struct VertexSource {

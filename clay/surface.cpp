@@ -67,13 +67,19 @@ struct Region {
 struct Task {
   Coord region;
   RegionBits wanted{};  // bricks whose vertices may be others now
-  Region* target = nullptr;
+  std::array<Region*, 8> lower{};  // its own and those dx·4 + dy·2 + dz lower, or null
   uint64_t firstSerial = 0;
   // Filled in:
   RegionBits looked{}, gone{};
   std::vector<BrickMeshPtr> changed;
   std::vector<std::pair<int, HeldPtr>> replaced;  // what differs in quads alone, not to be put in before all others have read what was
   int64_t vertices = 0, quads = 0, folded = 0;  // what came on top
+};
+
+// A thread at work.
+struct Worker {
+  ExtractionBuffer& buffer;
+  BlockPool::Share memory;
 };
 
 // Tasks by region, cheap to find again.
@@ -145,22 +151,33 @@ void addRegions(Link link, int level, Coord first, TaskList& tasks) {
 
 // Bricks of a region that can have a vertex: both signs among them and those one step higher.
 RegionBits crossedBricks(const RegionSlots& slots) {
-  for (int i = 0; i < 9 * 9 * 9; ++i)
-    if (const Brick* brick = slots.at(i / 81, i / 9 % 9, i % 9).brick()) {
-      __builtin_prefetch(&brick->anyInside);
-      __builtin_prefetch(brick->inside);
-    }
-  // Bit z of [x][y]; first each brick, then together with those one step higher.
+  // Bit z of [x][y]; first tiles and bricks by themselves, then together with those one step higher.
   unsigned inside[9][9] = {}, outside[9][9] = {};
+  struct Place {
+    const Brick* brick;
+    int x, y, z;
+  };
+  Place places[9 * 9 * 9];
+  int count = 0;
   for (int x = 0; x < 9; ++x)
     for (int y = 0; y < 9; ++y)
       for (int z = 0; z < 9; ++z) {
         const Slot slot = slots.at(x, y, z);
-        const bool in = slot.isTile() ? slot.tile() == Tile::inside : slot.brick()->anyInside != 0;
-        const bool out = slot.isTile() ? slot.tile() == Tile::outside : slot.brick()->anyOutside != 0;
-        inside[x][y] |= static_cast<unsigned>(in) << z;
-        outside[x][y] |= static_cast<unsigned>(out) << z;
+        if (const Brick* brick = slot.brick()) {
+          __builtin_prefetch(brick->inside);
+          places[count++] = {brick, x, y, z};
+        } else {
+          (slot.tile() == Tile::inside ? inside : outside)[x][y] |= 1u << z;
+        }
       }
+  // From the words themselves, which reading the signs needs next: a line fewer of each brick than by its two flags.
+  for (int i = 0; i < count; ++i) {
+    const auto& [brick, x, y, z] = places[i];
+    uint64_t any = 0, all = ~uint64_t{0};
+    for (const uint64_t word : brick->inside) any |= word, all &= word;
+    inside[x][y] |= unsigned{any != 0} << z;
+    outside[x][y] |= unsigned{all != ~uint64_t{0}} << z;
+  }
   const auto together = [](unsigned (&bits)[9][9], int x, int y) {
     const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
     return (all | all >> 1) & 0xff;
@@ -196,7 +213,7 @@ struct Surface::State {
   Grade grade;
   Version version;
   std::unordered_map<Coord, std::unique_ptr<Region>, CoordHash> regions;
-  std::shared_ptr<BlockPool> pool = std::make_shared<BlockPool>();
+  BlockPool::Owner pool = BlockPool::make();
   SurfacePaint paint;
   uint64_t nextSerial = 1;
   uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
@@ -221,25 +238,27 @@ struct Surface::State {
         if (held) visit(*held);
   }
 
-  HeldPtr hold(Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere, const std::array<VertexRef, 4>* quads);
+  HeldPtr hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+               const std::array<VertexRef, 4>* quads);
   TaskList changedRegions(const Version& next) const;
-  void extractRegionVertices(Task& task, bool whole, ExtractionBuffer& buffer);
-  void followVertices(Task& task, int index, Coord brick, const ExtractionBuffer& buffer);
-  void extractRegionQuads(Task& task, ExtractionBuffer& buffer);
+  void extractRegionVertices(Task& task, bool whole, Worker& worker);
+  void followVertices(Task& task, int index, const Coord& brick, Worker& worker);
+  void extractRegionQuads(Task& task, Worker& worker);
   void follow(std::vector<Task> tasks, bool whole, int threads, SurfaceDelta& delta);
 };
 
 // A mesh in one block of memory. Null `quads` leaves them to be written.
-HeldPtr Surface::State::hold(Coord brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
                              const std::array<VertexRef, 4>* quads) {
   const size_t n = table.vertices, q = table.quads, s = table.specials.size(), c = table.sharp.size();
-  std::byte* at = nullptr;
   const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special) +
                       c * sizeof(uint16_t);
-  HeldPtr held = std::allocate_shared<Held>(TailAllocator<Held>(pool, tail, &at));
+  TailPlace memoryHere{memory, tail};
+  HeldPtr held = std::allocate_shared<Held>(TailAllocator<Held>(memoryHere));
+  std::byte* at = memoryHere.at;
   const auto place = [&at]<class T>(const T* from, size_t count) {
     T* to = reinterpret_cast<T*>(at);
-    if (from) std::uninitialized_copy_n(from, count, to);
+    if (from) std::memcpy(static_cast<void*>(to), from, count * sizeof(T));
     at += count * sizeof(T);
     return std::span<const T>(to, count);
   };
@@ -287,8 +306,8 @@ TaskList Surface::State::changedRegions(const Version& next) const {
   return tasks;
 }
 
-void Surface::State::extractRegionVertices(Task& task, bool whole, ExtractionBuffer& buffer) {
-  Region& region = *task.target;
+void Surface::State::extractRegionVertices(Task& task, bool whole, Worker& worker) {
+  Region& region = *task.lower[0];
   const RegionSlots slots(version, task.region);
   Sampler field(version);
   if (whole) {
@@ -315,17 +334,18 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, ExtractionBuf
   for (int i = 0; i < count; ++i) {
     const int index = bricks[i];
     const Coord brick = task.region * 8 + Coord{index >> 6, index >> 3 & 7, index & 7};
-    extractVertices(field, brick, inputs[static_cast<size_t>(i % kAhead)], normals, grade, buffer);
+    extractVertices(field, brick, inputs[static_cast<size_t>(i % kAhead)], normals, grade, worker.buffer);
     read(i + kAhead);
-    followVertices(task, index, brick, buffer);
+    followVertices(task, index, brick, worker);
   }
 }
 
 // Puts the vertices in the buffer, or their absence, in the place of those that were.
-void Surface::State::followVertices(Task& task, int index, Coord brick, const ExtractionBuffer& buffer) {
-  Region& region = *task.target;
+void Surface::State::followVertices(Task& task, int index, const Coord& brick, Worker& worker) {
+  Region& region = *task.lower[0];
   HeldPtr& held = region.held[static_cast<size_t>(index)];
   const auto set = [index](RegionBits& bits) { bits[static_cast<size_t>(index >> 6)] |= uint64_t{1} << (index & 63); };
+  const ExtractionBuffer& buffer = worker.buffer;
   const CellTable& table = buffer.table;
   if (table.vertices == 0 && !held) return;
   if (table.vertices > 0) set(task.looked);
@@ -345,7 +365,7 @@ void Surface::State::followVertices(Task& task, int index, Coord brick, const Ex
     held.reset();
     return;
   }
-  held = hold(brick, table, buffer.positions.data(), buffer.normals.data(), nullptr);
+  held = hold(worker.memory, brick, table, buffer.positions.data(), buffer.normals.data(), nullptr);
   held->serial = held->vertexSerial = task.firstSerial + static_cast<uint64_t>(index);
   ++region.count;
   task.vertices += table.vertices;
@@ -353,13 +373,9 @@ void Surface::State::followVertices(Task& task, int index, Coord brick, const Ex
   task.folded += table.folded;
 }
 
-void Surface::State::extractRegionQuads(Task& task, ExtractionBuffer& buffer) {
-  std::array<Region*, 8> lower;  // this one and those dx·4 + dy·2 + dz lower
-  for (int k = 0; k < 8; ++k) {
-    lower[static_cast<size_t>(k)] = region(task.region - Coord{k >> 2, (k >> 1) & 1, k & 1});
-    if (Region* r = lower[static_cast<size_t>(k)])
-      while (r->pending.load(std::memory_order_acquire)) std::this_thread::yield();
-  }
+void Surface::State::extractRegionQuads(Task& task, Worker& worker) {
+  const std::array<Region*, 8>& lower = task.lower;
+  ExtractionBuffer& buffer = worker.buffer;
   const auto changedAt = [&](int k, int x) { return lower[static_cast<size_t>(k)] ? lower[static_cast<size_t>(k)]->changed[static_cast<size_t>(x)] : 0; };
   // Bricks with a change in themselves or one lower along y and z.
   const auto spread = [&](int k, int x) {
@@ -370,7 +386,7 @@ void Surface::State::extractRegionQuads(Task& task, ExtractionBuffer& buffer) {
     return atY | toZ(atY, z | toY(z, yz));
   };
   const RegionSlots slots(version, task.region);
-  Region& own = *task.target;
+  Region& own = *task.lower[0];
   for (int x = 0; x < 8; ++x) {
     const auto in = static_cast<size_t>(x);
     const uint64_t wanted = task.looked[in] | task.gone[in] | spread(0, x) | (x > 0 ? spread(0, x - 1) : spread(4, 7));
@@ -400,7 +416,7 @@ void Surface::State::extractRegionQuads(Task& task, ExtractionBuffer& buffer) {
         std::copy_n(buffer.quads.data(), held->quads.size(), const_cast<std::array<VertexRef, 4>*>(held->quads.data()));
       } else {
         if (sameBytes(held->quads, buffer.quads.data())) continue;
-        HeldPtr other = hold(held->brick, held->table, held->positions.data(), held->normals.data(), buffer.quads.data());
+        HeldPtr other = hold(worker.memory, held->brick, held->table, held->positions.data(), held->normals.data(), buffer.quads.data());
         other->serial = task.firstSerial + static_cast<uint64_t>(512 + x * 64 + bit);
         other->vertexSerial = held->vertexSerial;
         task.replaced.emplace_back(x * 64 + bit, other);
@@ -415,27 +431,49 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
   for (Task& task : tasks) {
     std::unique_ptr<Region>& region = regions[task.region];
     if (!region) region = std::make_unique<Region>();
-    task.target = region.get();
+    task.lower[0] = region.get();
     region->pending = true;
     task.firstSerial = nextSerial;
     nextSerial += 2 * 512;
   }
-  // Vertices of a region, then quads of one some way back: they need the vertices of that one and of those before it, which are
-  // done by then or in the hands of another thread.
+  for (Task& task : tasks)
+    for (int k = 1; k < 8; ++k) task.lower[static_cast<size_t>(k)] = region(task.region - Coord{k >> 2, (k >> 1) & 1, k & 1});
+  // A thread takes a run of regions and makes both vertices and quads of each while they are in its cache. Quads need the vertices of lower regions, which may be
+  // in the hands of another thread; then they come later.
   if (tasks.size() < 32) threads = 1;
-  const size_t lag = threads > 1 ? 2 * static_cast<size_t>(threads) : 0;
-  parallelBlocks(2 * (tasks.size() + lag), threads, [&](size_t begin, size_t end) {
+  constexpr size_t kMostInARun = 4;
+  std::atomic<size_t> next = 0;
+  std::atomic<bool> failed = false;
+  const auto ready = [](const Task& task) {
+    return std::none_of(task.lower.begin(), task.lower.end(), [](const Region* r) { return r && r->pending.load(std::memory_order_acquire); });
+  };
+  const auto work = [&] {
     thread_local std::unique_ptr<ExtractionBuffer> buffer = std::make_unique_for_overwrite<ExtractionBuffer>();
-    for (size_t step = begin; step < end; ++step) {
-      const size_t i = step / 2;
-      if (step % 2 == 0 && i < tasks.size()) {
-        struct Done {
-          Region& region;
-          ~Done() { region.pending.store(false, std::memory_order_release); }
-        } done{*tasks[i].target};
-        extractRegionVertices(tasks[i], whole, *buffer);
+    Worker worker{*buffer, BlockPool::Share(*pool)};
+    std::vector<Task*> later;
+    const auto tryLater = [&] { std::erase_if(later, [&](Task* task) { return ready(*task) && (extractRegionQuads(*task, worker), true); }); };
+    for (;;) {
+      size_t begin = next.load(std::memory_order_relaxed), end;
+      do end = begin + std::clamp<size_t>((tasks.size() - begin) / (4 * static_cast<size_t>(threads)), 1, kMostInARun);
+      while (begin < tasks.size() && !next.compare_exchange_weak(begin, end, std::memory_order_relaxed));
+      if (begin >= tasks.size()) break;
+      for (size_t i = begin; i < end; ++i) {
+        extractRegionVertices(tasks[i], whole, worker);
+        tasks[i].lower[0]->pending.store(false, std::memory_order_release);
+        tryLater();
+        if (ready(tasks[i])) extractRegionQuads(tasks[i], worker);
+        else later.push_back(&tasks[i]);
       }
-      if (step % 2 == 1 && i >= lag) extractRegionQuads(tasks[i - lag], *buffer);
+    }
+    for (; !later.empty() && !failed.load(std::memory_order_relaxed); tryLater())
+      if (!ready(*later.front())) std::this_thread::yield();
+  };
+  parallelBlocks(static_cast<size_t>(threads), threads, [&](size_t, size_t) {
+    try {
+      work();
+    } catch (...) {
+      failed = true;
+      throw;
     }
   }, 1);
 
@@ -444,12 +482,12 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
   delta.changed.reserve(changed);
   for (Task& task : tasks) {
     std::move(task.changed.begin(), task.changed.end(), std::back_inserter(delta.changed));
-    for (auto& [index, held] : task.replaced) task.target->held[static_cast<size_t>(index)] = std::move(held);
+    for (auto& [index, held] : task.replaced) task.lower[0]->held[static_cast<size_t>(index)] = std::move(held);
     vertexCount += static_cast<uint64_t>(task.vertices);
     quadCount += static_cast<uint64_t>(task.quads);
     foldedBricks += static_cast<uint64_t>(task.folded);
-    task.target->changed = {};
-    if (task.target->count == 0) regions.erase(task.region);
+    task.lower[0]->changed = {};
+    if (task.lower[0]->count == 0) regions.erase(task.region);
   }
 }
 

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <random>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "clay/block_pool.h"
 #include "clay/brick_set.h"
@@ -55,12 +57,13 @@ TEST(ParallelBlocks, CarriesAFailureOut) {
 }
 
 TEST(BlockPool, BlocksAreAlignedApartAndUsedAgain) {
-  const auto pool = std::make_shared<BlockPool>();
+  const auto pool = BlockPool::make();
+  BlockPool::Share share(*pool);
   std::mt19937_64 random(2);
   std::vector<std::pair<unsigned char*, size_t>> held;
   for (int i = 0; i < 5000; ++i) {
     const size_t bytes = 1 + random() % (i % 100 == 0 ? 100000 : 3000);
-    auto* block = static_cast<unsigned char*>(pool->allocate(bytes));
+    auto* block = static_cast<unsigned char*>(share.allocate(bytes));
     ASSERT_EQ(reinterpret_cast<uintptr_t>(block) % 64, 0u);
     std::fill_n(block, bytes, static_cast<unsigned char>(bytes));
     held.emplace_back(block, bytes);
@@ -73,11 +76,49 @@ TEST(BlockPool, BlocksAreAlignedApartAndUsedAgain) {
       held.pop_back();
     }
   }
-  void* last = pool->allocate(500);
+  void* last = share.allocate(500);
   pool->release(last, 500);
-  EXPECT_EQ(pool->allocate(500), last);
+  EXPECT_EQ(share.allocate(500), last);
   pool->release(last, 500);
   for (const auto& [block, bytes] : held) pool->release(block, bytes);
+}
+
+// Two threads that allocate at once get memory apart; what they hold outlives the pool's owner; and whoever comes next gets the slabs.
+TEST(BlockPool, SharesLieApartAndBlocksOutliveTheOwner) {
+  auto pool = BlockPool::make();
+  constexpr size_t kBytes = 192;
+  std::vector<std::vector<unsigned char*>> held(2);
+  {
+    std::vector<std::jthread> threads;
+    for (size_t t = 0; t < 2; ++t)
+      threads.emplace_back([&, t] {
+        BlockPool::Share share(*pool);
+        for (int i = 0; i < 30000; ++i) {
+          held[t].push_back(static_cast<unsigned char*>(share.allocate(kBytes)));
+          std::fill_n(held[t].back(), kBytes, static_cast<unsigned char>(t + 1));
+          if (i % 3 == 0) {
+            pool->release(held[t].back(), kBytes);
+            held[t].pop_back();
+          }
+        }
+      });
+  }
+  BlockPool* const raw = pool.get();
+  pool.reset();
+  std::set<unsigned char*> places;
+  for (size_t t = 0; t < 2; ++t)
+    for (unsigned char* block : held[t]) {
+      ASSERT_TRUE(std::all_of(block, block + kBytes, [t](unsigned char c) { return c == t + 1; }));
+      ASSERT_TRUE(places.insert(block).second);
+      raw->release(block, kBytes);
+    }
+  // The last block took the pool along: its slabs are in stock.
+  const auto next = BlockPool::make();
+  BlockPool::Share share(*next);
+  auto* first = static_cast<unsigned char*>(share.allocate(kBytes));
+  EXPECT_NE(places.lower_bound(first), places.end());
+  EXPECT_LT(*places.lower_bound(first) - first, 2 << 20);
+  next->release(first, kBytes);
 }
 
 TEST(Editor, BlocksHoldTheirBricks) {
