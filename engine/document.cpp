@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "clay/editor.h"
 #include "clay/error.h"
 #include "haptics/polyline.h"
 
@@ -127,6 +128,18 @@ StrokeImages Document::images() const {
   return images;
 }
 
+Piece hideMasked(Piece piece) {
+  clay::Editor editor(piece.version);
+  piece.version.forEachBrick(clay::Channel::mask, [&](const clay::ChannelBrick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> mask;
+    std::transform(std::begin(brick.value), std::end(brick.value), mask.begin(), [](uint8_t value) { return value > 127 ? uint8_t{255} : value; });
+    editor.setChannel(clay::Channel::mask, brick.coord, mask);
+  });
+  piece.version = editor.commit();
+  piece.hideMasked = true;
+  return piece;
+}
+
 Document Document::of(clay::Version version) {
   Document document;
   Piece piece;
@@ -201,7 +214,16 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base) {
     return uint32_t(scene.materials.size() - 1);
   };
   const auto addPiece = [&](const Piece& piece) {
-    if (scene.pieces.size() < haptics::kMaxPieces) scene.pieces.push_back({piece.version, piece.pose, material(piece.material)});
+    if (scene.pieces.size() >= haptics::kMaxPieces) return;
+    haptics::Piece out{piece.version, piece.pose, material(piece.material), piece.hideMasked};
+    if (!piece.materials.empty()) {
+      auto rows = std::make_shared<haptics::MaterialRows>();
+      rows->fill(static_cast<uint16_t>(out.material));
+      const size_t count = std::min(piece.materials.size(), kMaxMaterialRows);
+      for (size_t i = 0; i < count; ++i) (*rows)[i + 1] = static_cast<uint16_t>(material(piece.materials[i].material));
+      out.rows = std::move(rows);
+    }
+    scene.pieces.push_back(std::move(out));
   };
   // The servo takes what is worked on from the front.
   const Piece* worked = document.workedOn();

@@ -30,13 +30,28 @@ struct Thing {
   bool locked = false;   ///< Neither edited nor moved; still felt.
 };
 
+/// A row of a piece's materials.
+struct MaterialRow {
+  std::string name;
+  haptics::Material material;                      ///< Material::texture is not used here.
+  std::optional<std::array<float, 3>> colour;      ///< sRGB.
+  friend bool operator==(const MaterialRow&, const MaterialRow&) = default;
+};
+inline constexpr size_t kMaxMaterialRows = 254;    ///< Of a piece: clay::Channel::material 1 to 254. 255 is unseen clay, which feels like the piece itself.
+
 /// A clay of its own voxel size and place.
 struct Piece : Thing {
   clay::Version version;
   haptics::Pose pose;                              ///< From the piece's millimetres to the world's.
   std::array<float, 3> colour{0.80f, 0.62f, 0.50f};  ///< sRGB.
   haptics::Material material;                      ///< How it feels; Material::texture is not used here.
+  /// How voxels feel whose clay::Channel::material is 1, 2, ...; a row that is not there feels like the piece itself.
+  std::vector<MaterialRow> materials;
+  bool hideMasked = false;                         ///< Where the mask is above 127 clay is neither seen nor felt; see hideMasked().
 };
+
+/// The piece with its masked part (mask above 127) hidden; that part is masked whole, so no tool changes it. Half masks of 127 and less stay as they are. O(masked clay).
+[[nodiscard]] Piece hideMasked(Piece piece);
 
 /// A mesh that stays as it is: seen and felt, not edited.
 struct Part : Thing {

@@ -106,6 +106,21 @@ std::vector<Vec3d> readPoints(const Place& place) {
   return points;
 }
 
+MaterialRow readMaterialRow(const Place& place) {
+  place.keys({"name", "material", "colour"});
+  MaterialRow row;
+  row.name = place.at("name").text();
+  row.material = readMaterial(place.at("material"));
+  if (const auto colour = place.maybe("colour")) row.colour = readColour(*colour);
+  return row;
+}
+
+ordered_json rowJson(const MaterialRow& row) {
+  ordered_json line{{"name", row.name}, {"material", materialJson(row.material)}};
+  if (row.colour) line["colour"] = colourJson(*row.colour);
+  return line;
+}
+
 Guide readDocumentGuide(const Place& place) {
   place.keys({"id", "name", "visible", "locked", "kind", "feel", "pose", "size", "points", "closed", "range", "force"});
   Guide guide;
@@ -148,6 +163,8 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
     line["pose"] = poseJson(piece.pose);
     line["colour"] = colourJson(piece.colour);
     line["material"] = materialJson(piece.material);
+    if (piece.hideMasked) line["hide_masked"] = true;
+    for (const MaterialRow& row : piece.materials) line["materials"].push_back(rowJson(row));
     root["pieces"].push_back(std::move(line));
   }
   root["parts"] = ordered_json::array();
@@ -193,7 +210,7 @@ DocumentText readDocumentText(std::string_view text, const std::string& name) {
     if (id == 0 || id >= document.nextId || !ids.insert(id).second) at.fail(fmt::format("the id {} is 0, twice there or beyond the next", id));
   };
   for (const Place& at : place.at("pieces").items()) {
-    at.keys({"id", "name", "visible", "locked", "clay", "grid", "pose", "colour", "material"});
+    at.keys({"id", "name", "visible", "locked", "clay", "grid", "pose", "colour", "material", "materials", "hide_masked"});
     Piece piece;
     readThing(at, piece);
     checkId(at, piece.id);
@@ -209,6 +226,11 @@ DocumentText readDocumentText(std::string_view text, const std::string& name) {
     piece.pose = readPose(at.at("pose"));
     piece.colour = readColour(at.at("colour"));
     piece.material = readMaterial(at.at("material"));
+    if (const auto hide = at.maybe("hide_masked")) piece.hideMasked = hide->truth();
+    if (const auto rows = at.maybe("materials")) {
+      for (const Place& row : rows->items()) piece.materials.push_back(readMaterialRow(row));
+      if (piece.materials.size() > kMaxMaterialRows) rows->fail(fmt::format("has {} rows; a voxel names one of {}", piece.materials.size(), kMaxMaterialRows));
+    }
     document.pieces.push_back(std::move(piece));
   }
   for (const Place& at : place.at("parts").items()) {

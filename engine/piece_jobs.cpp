@@ -60,6 +60,7 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
     Piece& target = *document.piece(piece.id);
     target.version = piece.version;
     target.pose = piece.pose;
+    target.hideMasked = piece.hideMasked;
   }
   for (const Id id : result.removed) document.remove(id);
   for (Piece piece : result.added) {

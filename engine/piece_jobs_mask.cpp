@@ -48,6 +48,18 @@ PieceResult clear(const Document& document, const PieceArguments& arguments, Job
   return masked(piece, clay::clearMask(piece.version, job));
 }
 
+PieceResult hide(const Document& document, const PieceArguments& arguments, Job*) {
+  PieceResult result;
+  result.changed.push_back(hideMasked(theFirst(document, arguments)));
+  return result;
+}
+
+PieceResult showAll(const Document& document, const PieceArguments& arguments, Job*) {
+  PieceResult result = masked(theFirst(document, arguments), theFirst(document, arguments).version);
+  result.changed.back().hideMasked = false;
+  return result;
+}
+
 PieceResult blur(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
   return masked(piece, clay::blurMask(piece.version, static_cast<int>(std::lround(kBlur[0].get(arguments))), job, 2));
@@ -96,6 +108,8 @@ std::span<const PieceJob> maskJobs() {
       PieceJob{"mask-soften", "Soften mask", "Softens the rim of the mask.", "Softening the mask", "Mask", 1, false, false, kBlur, blur},
       PieceJob{"mask-cavity", "Mask by cavity", "Masks hollows, or what stands out.", "Finding hollows", "Mask", 1, false, false, kCavity, cavity},
       PieceJob{"mask-lasso", "Mask by lasso", "Masks what a drawn curve goes around.", "Masking", "Mask", 1, false, true, kLasso, lasso},
+      PieceJob{"mask-hide", "Hide masked part", "Neither seen nor felt nor changed until all is shown.", "Hiding", "Mask", 1, false, false, {}, hide},
+      PieceJob{"mask-show", "Show all", "Shows what was hidden; it stays masked.", "Showing", "Mask", 1, false, false, {}, showAll},
   };
   return rows;
 }

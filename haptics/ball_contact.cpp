@@ -50,7 +50,7 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
 
 // The material's, as far as the device renders it. Eased while touching: where two materials meet the force has no step.
 double BallContact::stiffness(const Scene& scene, const Input& input) ARGIL_REALTIME {
-  const uint32_t material = around_.there(touched_) ? around_.material(touched_) : scene.pieces.empty() ? 0 : scene.pieces[0].material;
+  const uint32_t material = around_.there(touched_) ? around_.material(touched_, touchPoint_) : scene.pieces.empty() ? 0 : scene.pieces[0].material;
   const double wanted = std::min(scene.materials[material].stiffnessNmm, input.topStiffnessNmm);
   if (touched_ < 0 || stiffness_ <= 0) stiffness_ = wanted;
   else stiffness_ += (wanted - stiffness_) * std::min(1.0, input.periodS / kEaseS);
@@ -73,7 +73,7 @@ Vec3d BallContact::spring(const Scene& scene, const Vec3d& hand, const Proxy::Ho
   std::array<TexturedPlane, 3> planes;
   bool textured = false;
   for (size_t i = 0; i < size_t(held.count); ++i) {
-    const int32_t texture = scene.materials[around_.material(held.thing[i])].texture;
+    const int32_t texture = scene.materials[around_.material(held.thing[i], held.point[i])].texture;
     planes[i] = {held.plane[i], texture < 0 ? nullptr : scene.textures[size_t(texture)].get(), &around_.pose(held.thing[i]), held.point[i]};
     textured = textured || texture >= 0;
   }
@@ -98,7 +98,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   rub.periodS = input.periodS;
   for (int i = 0; i < before.count; ++i) {
     if (around_.hard(before.thing[size_t(i)])) continue;  // A keep-out is no matter: it has no friction.
-    const Material& material = scene.materials[around_.material(before.thing[size_t(i)])];
+    const Material& material = scene.materials[around_.material(before.thing[size_t(i)], before.point[size_t(i)])];
     rub.staticMm += material.staticFriction * before.share[size_t(i)];
     rub.dynamicMm += material.dynamicFriction * before.share[size_t(i)];
     rub.viscousNsmm += material.viscousFrictionNsmm;
@@ -113,6 +113,7 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   out.planes = after.count;
   if (after.count > 0 || !after.feasible || (out.flags & kLeaving)) out.flags |= kTouching;
   touched_ = after.count > 0 ? after.thing[0] : -1;
+  if (touched_ >= 0) touchPoint_ = after.point[0];
   out.proxy = out.cutPoint = proxy_.at();
   const Vec3d stretch = spring(scene, hand, after, out) + (hand - input.hand);
   out.depthMm = stretch.norm();

@@ -42,7 +42,8 @@ class BallContact final : public Contact {
   bool missed_ = false;    // What is known of the surface is old.
   double radius_ = 1;
   double stiffness_ = 0;   // Of what is touched, N/mm at the hand; eased from one material to the next.
-  int touched_ = -1;       // Thing that was touched last.
+  int touched_ = -1;       // Thing that was touched last,
+  Vec3d touchPoint_ = Vec3d::Zero();  // and where.
   Vec3d touchNormal_ = Vec3d::Zero();  // Of the last tick; zero when nothing was touched.
   double settleS_ = 0;
 };

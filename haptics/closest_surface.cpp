@@ -14,6 +14,7 @@ namespace hn = hwy::HWY_NAMESPACE;  // The baseline's vectors: four lanes are en
 
 constexpr int kCandidates = 4;     // Sign changes that are walked to the closest point of their neighbourhood.
 constexpr int kWalkSteps = 8;
+constexpr int kRimHalvings = 7;    // Of less than two voxels.
 constexpr double kOnSurface = 2e-3;     // Voxels: a point this near to the zero surface is on it.
 constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distance then errs by its square over twice itself.
 constexpr double kPatch2 = 1.5 * 1.5;    // Voxels²: how far a patch around a walked point reaches,
@@ -68,15 +69,21 @@ struct ClosestSurface::Candidates {
   }
 };
 
-void ClosestSurface::reset(const clay::Version& version) ARGIL_REALTIME {
+void ClosestSurface::reset(const clay::Version& version, bool hideMasked) ARGIL_REALTIME {
   sampler_.reset(version);
+  const bool hid = hides();
+  hiding_ = hideMasked && version.has(clay::Channel::mask) ? &version : nullptr;
   band_ = version.grid().band;
   // Addresses of records are reused, ids are per store: both together name a version.
-  if (version_ == version.record() && versionId_ == version.id()) return;
+  if (version_ == version.record() && versionId_ == version.id() && hid == hides()) return;
   version_ = version.record();
   versionId_ = version.id();
   covered_ = -1;
   ++generation_;
+}
+
+bool ClosestSurface::hidden(Coord voxel) ARGIL_REALTIME {
+  return hides() && hiding_->find(clay::Channel::mask, voxel >> 3).value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
 }
 
 // Calls meet(x, y, z) for each edge that the brick owns, crosses the surface and begins within `reach` of `from`; coordinates
@@ -91,6 +98,8 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
   const Slot beyondX = sampler_.slot(coord + Coord{1, 0, 0});
   const Slot beyondY = sampler_.slot(coord + Coord{0, 1, 0});
   const Slot beyondZ = sampler_.slot(coord + Coord{0, 0, 1});
+  const clay::ChannelSlot mask = hides() ? hiding_->find(clay::Channel::mask, coord) : clay::ChannelSlot();
+  const bool masked = mask != clay::ChannelSlot();
   float away2[3][clay::kBrickEdge];  // To the voxels along each axis, squared.
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < clay::kBrickEdge; ++i) away2[axis][i] = (float(i) - from[axis]) * (float(i) - from[axis]);
@@ -104,7 +113,7 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
     const uint64_t alongZ = w ^ (((w >> 1) & ~(kLowZ << 7)) | ((word(beyondZ, x) & kLowZ) << 7));
     for (uint64_t bits = alongX | alongY | alongZ; bits; bits &= bits - 1) {
       const int bit = std::countr_zero(bits), y = bit >> 3, z = bit & 7;
-      if (away2[1][y] + away2[2][z] > left) continue;
+      if (away2[1][y] + away2[2][z] > left || (masked && mask.value(clay::Brick::offset(x, y, z)) > 127)) continue;
       const float a = brick.phi[clay::Brick::offset(x, y, z)];
       const auto part = [a](float b) { return a / (a - b); };
       const float fx = float(x), fy = float(y), fz = float(z);
@@ -282,8 +291,20 @@ SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* 
   if (p.cwiseAbs().maxCoeff() > 8.0 * clay::kBrickReach + 2 * kMaxReach) return result;
   Candidates candidates(reach);
   const auto offer = [&](Vec3d x) {
+    const Vec3d from = x;
     double d = 0;
-    if (!walk(p, x, d) || d > reach || (result.found && d >= result.distance)) return;
+    if (!walk(p, x, d)) return;
+    if (hidden(x)) {  // The rim lies between both.
+      if (hidden(from)) return;
+      Vec3d seen = from;
+      for (int i = 0; i < kRimHalvings; ++i) {
+        const Vec3d middle = 0.5 * (seen + x);
+        (hidden(middle) ? x : seen) = middle;
+      }
+      x = seen;
+      d = (x - p).norm();
+    }
+    if (d > reach || (result.found && d >= result.distance)) return;
     result = {true, x, d};
     candidates.improve(d);
   };

@@ -59,6 +59,7 @@ void CutLaw::reset() noexcept {
   first_ = count_ = 0;
   velocity_.setZero();
   patch_.count = 0;
+  feel_.fill({});
 }
 
 void CutLaw::remember(const Vec3d& centre, double radiusMm, uint64_t index) ARGIL_REALTIME {
@@ -107,14 +108,16 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
       cutAt[size_t(cuts)] = piece.toVoxel(cut.centre);
       cutRadius[size_t(cuts++)] = cut.radius / voxel;
     }
+    Feel feel;
     std::array<Vec3d, kZones> zones;
     zones.fill(Vec3d::Zero());
     Vec3d sum = Vec3d::Zero();
     for (size_t i = 0; i < kPattern.u.size(); ++i) {
       const Vec3d y = at + kPattern.u[i] * a + kPattern.v[i] * b + kPattern.w[i] * c;
       // A field changes by no more than the way: far from the surface the nearest voxel says enough.
-      const auto near = [](double v) { return static_cast<int32_t>(std::floor(v + 0.5)); };
-      double phi = double(sampler.voxel({near(y.x()), near(y.y()), near(y.z())}));
+      const Coord nearest = ClosestSurface::nearestVoxel(y);
+      double phi = double(sampler.voxel(nearest));
+      const bool hasMaterial = piece.mixed() && phi > -double(sampler.band());
       if (phi > kHalfDiagonal) continue;
       if (phi > -kHalfDiagonal - kBeyond) phi = double(sampler.trilinear(y));
       if (phi >= -kRampLow * kBeyond) continue;
@@ -123,6 +126,14 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
       if (there <= 0) continue;
       const double weight = there * kPattern.solidAngle[i];
       const Vec3d load = weight * (kPattern.u[i] * side + kPattern.v[i] * other + kPattern.w[i] * axis);
+      if (piece.surface().hidden(nearest)) continue;
+      if (hasMaterial) {
+        const Material& here = scene.materials[piece.material(nearest)];
+        feel.hardness += weight * here.hardnessNmm2;
+        feel.viscosity += weight * here.viscosityNsmm;
+        feel.drag += weight * here.dragNsmm;
+        feel.weight += weight;
+      }
       zones[kPattern.zone[i]] += load;
       sum += load;
     }
@@ -132,14 +143,15 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
     const double height = std::clamp(r + 0.5 * kBeyond + kRimRounding - probe * std::sqrt(1 - seen), 0.0, r);
     const double area = kPi * height * (2 * r - height);
     if (seen <= 0 || area <= 0) continue;
-    const double load = material.hardnessNmm2 * (frozen ? kFrozenHardness : 1.0) * area * voxel * voxel / sum.norm();
+    if (feel.weight > 0) feel_[k] = {feel.hardness / feel.weight, feel.viscosity / feel.weight, feel.drag / feel.weight, feel.weight};
+    else if (feel_[k].weight <= 0 || !piece.mixed()) feel_[k] = {material.hardnessNmm2, material.viscosityNsmm, material.dragNsmm, 0};
+    const double load = feel_[k].hardness * (frozen ? kFrozenHardness : 1.0) * area * voxel * voxel / sum.norm();
     for (size_t i = 0; i < kZones; ++i) loads_[i] += load * zones[i];
     const double areaMm2 = area * voxel * voxel;
-    if (areaMm2 > patch_.areaMm2) patch_.material = scene.pieces[k].material;
     patch_.areaMm2 += areaMm2;
     patch_.depthMm = std::max(patch_.depthMm, height * voxel);
-    patch_.viscosity = std::max(patch_.viscosity, material.viscosityNsmm);
-    patch_.drag = std::max(patch_.drag, material.dragNsmm * std::min(1.0, area / (kPi * r * r)));
+    patch_.viscosity = std::max(patch_.viscosity, feel_[k].viscosity);
+    patch_.drag = std::max(patch_.drag, feel_[k].drag * std::min(1.0, area / (kPi * r * r)));
   }
   for (const Vec3d& load : loads_) {
     const double size = load.norm();
@@ -248,7 +260,6 @@ CutLaw::Result CutLaw::advance(std::span<TouchableClay> pieces, const Scene& sce
   }
   result.depthMm = patch_.count ? patch_.depthMm : 0;
   result.areaMm2 = patch_.count ? patch_.areaMm2 : 0;
-  result.material = patch_.material;
   return result;
 }
 

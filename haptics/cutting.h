@@ -27,7 +27,6 @@ class CutLaw {
     Vec3d centre = Vec3d::Zero();  ///< Of the cutting ball, world mm.
     double depthMm = 0;            ///< Engaged depth h.
     double areaMm2 = 0;            ///< Engaged projected area.
-    uint32_t material = 0;
     bool engaged = false;
   };
   struct Input {
@@ -62,7 +61,10 @@ class CutLaw {
     std::array<double, kZones> x, y, z, load;
     int count = 0;
     double areaMm2 = 0, depthMm = 0, viscosity = 0, drag = 0;
-    uint32_t material = 0;
+  };
+  struct Feel {            // Of the clay that is cut, where its materials differ: means over what is touched of its band.
+    double hardness = 0, viscosity = 0, drag = 0;
+    double weight = 0;     // Zero: not known.
   };
 
   void measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm, const Vec3d& axis,
@@ -72,6 +74,7 @@ class CutLaw {
   Patch patch_;
   std::array<Vec3d, kZones> loads_;
   std::array<Cut, kHistory> cuts_;
+  std::array<Feel, kMaxPieces> feel_{};  // The last that was known: deep in the clay, ahead of the edit, no voxel has a material.
   int first_ = 0, count_ = 0;
   Vec3d axis_ = -Vec3d::UnitZ();
   Vec3d velocity_ = Vec3d::Zero();  // Of the last yielding: where the next search begins.

@@ -26,6 +26,8 @@ void Scene::check() const {
     require(static_cast<bool>(piece.version), "a piece holds no clay");
     require(rigid(piece.pose), "the pose of a piece is not finite or its quaternion not of unit length");
     require(piece.material < materials.size(), "a piece names a material that is not there");
+    if (!piece.rows) continue;
+    for (const uint16_t row : *piece.rows) require(row < materials.size(), "a row of a piece's materials names one that is not there");
   }
   require(parts.size() <= kMaxParts, "more than 64 parts");
   for (const Part& part : parts) {

@@ -1,6 +1,7 @@
 #pragma once
 // All that the servo reads in a tick: published whole, never changed.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -30,11 +31,16 @@ struct Material {
   friend bool operator==(const Material&, const Material&) = default;
 };
 
+/// Which of Scene::materials each value of clay::Channel::material is.
+using MaterialRows = std::array<uint16_t, 256>;
+
 /// A clay model at its place in the world.
 struct Piece {
   clay::Version version;         ///< Held by the scene: it lives as long as a reader can see it.
   Pose pose;                     ///< From the version's millimetres to the world's.
   uint32_t material = 0;         ///< Index into Scene::materials.
+  bool hideMasked = false;       ///< Clay whose mask is above 127 is not felt; from within, what is left of the surface is felt from behind.
+  std::shared_ptr<const MaterialRows> rows = nullptr;  ///< Null: all of it feels like `material`. Never read in clay without that channel.
 };
 
 /// A mesh that is touched as it is, without being clay.

@@ -38,8 +38,10 @@ class Surroundings {
   Vec3d normal(int thing, const Vec3d& point) ARGIL_REALTIME { return things_[size_t(thing)].touchable->normal(point); }
   /// Of the finest thing, mm; a ball of clay of 1 mm voxels when there is nothing.
   [[nodiscard]] double resolutionMm() const noexcept { return resolution_; }
-  /// Index into Scene::materials.
-  [[nodiscard]] uint32_t material(int thing) const noexcept { return things_[size_t(thing)].material; }
+  /// Index into Scene::materials, at a point of that thing's surface.
+  [[nodiscard]] uint32_t material(int thing, const Vec3d& point) ARGIL_REALTIME {
+    return size_t(thing) < kFirstPart ? clay_[size_t(thing)].material(point) : things_[size_t(thing)].material;
+  }
   /// From its own frame to the world's; valid until the next reset().
   [[nodiscard]] const Pose& pose(int thing) const noexcept { return *things_[size_t(thing)].pose; }
   /// It is there, and holds the ball.

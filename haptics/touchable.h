@@ -44,13 +44,31 @@ class TouchableClay final : public Touchable {
   [[nodiscard]] Vec3d turnToVoxel(const Vec3d& direction) const noexcept { return toVoxel_ * direction * voxelMm_; }
   [[nodiscard]] ClosestSurface& surface() noexcept { return surface_; }
 
+  /// Whether its clay feels different from place to place; then material() reads the clay.
+  [[nodiscard]] bool mixed() const noexcept { return rows_ != nullptr; }
+  /// Index into Scene::materials, of a voxel or of the one nearest to a point of the surface (that one is always in the band). Remembers the brick that it read last.
+  [[nodiscard]] uint32_t material(Coord voxel) ARGIL_REALTIME;
+  [[nodiscard]] uint32_t material(const Vec3d& world) ARGIL_REALTIME {
+    return mixed() ? material(ClosestSurface::nearestVoxel(toVoxel(world))) : material_;
+  }
+
  private:
+  bool solid(const Vec3d& world, const Vec3d& at) ARGIL_REALTIME;
+
   ClosestSurface surface_;
   Pose pose_;
   Vec3d origin_ = Vec3d::Zero();
   Eigen::Matrix3d toVoxel_ = Eigen::Matrix3d::Identity(), toWorld_ = Eigen::Matrix3d::Identity();  // Of pose and voxel size,
   Vec3d offset_ = Vec3d::Zero();                                                                   // and the origin in voxels.
   double voxelMm_ = 1;
+  const clay::Version* version_ = nullptr;
+  const MaterialRows* rows_ = nullptr;
+  uint32_t material_ = 0;
+  Coord rowBrick_{INT32_MIN, 0, 0};  // Where materials were read last,
+  clay::ChannelSlot rowSlot_;        // and what stood there.
+  Vec3d free_ = Vec3d::Zero();       // Of a piece that hides clay: the last place outside that was asked for, world;
+  bool freeKnown_ = false, hideMasked_ = false;
+  bool within_ = false;              // from there the way led in through what is hidden.
   const clay::VersionRecord* record_ = nullptr;
   uint64_t id_ = 0;
 };

@@ -43,7 +43,10 @@ UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {
   if (!piece.clay) piece.clay = std::make_unique<SurfaceLayout>(buffers_.ranges());
   piece.bounds.reset();
   try {
-    return buffers_.update([&](UploadSink& sink) { piece.clay->apply(delta, sink); });
+    return buffers_.update([&](UploadSink& sink) {
+      piece.clay->hideMasked(lookOf(id).hideMasked, sink);
+      piece.clay->apply(delta, sink);
+    });
   } catch (...) {
     // Half of an update is worse than none: the piece goes, the others stay.
     if (!piece.clay->whole() || piece.clay->brickCount() == 0) pieces_.erase(id);
@@ -72,7 +75,10 @@ void Model::place(PieceId id, const PieceLook& look) {
   PieceLook& kept = looks_[id];
   kept = look;
   kept.rotation.normalize();
-  if (const auto it = pieces_.find(id); it != pieces_.end()) it->second.bounds.reset();
+  const auto it = pieces_.find(id);
+  if (it == pieces_.end()) return;
+  it->second.bounds.reset();
+  if (it->second.clay) buffers_.update([&](UploadSink& sink) { it->second.clay->hideMasked(look.hideMasked, sink); });
 }
 
 void Model::remove(PieceId id) {

@@ -56,6 +56,7 @@ struct PieceLook {
   float roughness = 0.6f, gloss = 0.3f;   ///< 0 to 1: Shading::material.
   bool visible = true;
   bool dimmed = false;                    ///< Paler: locked or not the one that is worked on.
+  bool hideMasked = false;                ///< Clay whose mask is above half is not drawn.
 };
 
 /// A whole picture, but for the model.
@@ -91,8 +92,8 @@ class Renderer {
   UploadStats update(const clay::SurfaceDelta& delta) { return update(0, delta); }
   /// A mesh as it is, in place of what was there under that name. Both sides of its faces are drawn.
   UploadStats updatePart(PieceId part, const clay::TriangleMesh& mesh);
-  /// Changes how a piece or part stands in the picture; one that is not there yet gets it when it comes. Free of cost. Throws Error for
-  /// numbers that are not finite.
+  /// Changes how a piece or part stands in the picture; one that is not there yet gets it when it comes. Free of cost, but for a
+  /// change of hideMasked: painted bricks. Throws Error for numbers that are not finite.
   void place(PieceId piece, const PieceLook& look);
   void remove(PieceId piece);
   /// Forgets all pieces.

@@ -152,6 +152,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   }
   if (ranges_->painted())
     for (const Coord coord : repaint) writePaint(bricks_.at(coord), sink);
+  noteUnseen(repaint, rewrite, changedChunks);
 
   for (const auto& [coord, added] : growth) {
     Chunk& chunk = chunks_[coord];
@@ -268,6 +269,7 @@ void SurfaceLayout::writeQuads(Coord coord, const BrickEntry& brick, const Chunk
   indexScratch_.assign(size_t(brick.quadCapacity) * kIndicesPerQuad, 0);
   uint32_t* out = indexScratch_.data();
   for (const auto& quad : quads) {
+    if (unseen(bases, quad)) continue;
     const uint32_t a = resolve(quad[0]), b = resolve(quad[1]), c = resolve(quad[2]), d = resolve(quad[3]);
     for (const uint32_t index : {a, b, c, a, c, d}) *out++ = index;
   }

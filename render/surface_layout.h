@@ -39,6 +39,9 @@ using PackedPaint = uint32_t;
 inline constexpr PackedPaint kUnpainted = 0xff000000;
 [[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint);
 
+/// Row of a piece's materials (clay::Channel::material) that is not drawn.
+inline constexpr uint8_t kUnseenMaterial = 255;
+
 /// Receives what a layout writes: the GPU's buffers, or a test's arrays.
 class UploadSink {
  public:
@@ -108,6 +111,8 @@ class SurfaceLayout {
   /// Throws Error (work) when a quad names a vertex that no brick has, for a mesh without normals, or past 4 G indices;
   /// unless whole() still holds, the layout is unusable then.
   void apply(const clay::SurfaceDelta& delta, UploadSink& sink);
+  /// Whether masked clay (above half) is left out too, beside what is of the unseen material. Writes the triangles of painted bricks anew when it changes.
+  void hideMasked(bool hide, UploadSink& sink);
   void clear();
   [[nodiscard]] bool whole() const { return whole_; }
 
@@ -143,6 +148,7 @@ class SurfaceLayout {
     std::shared_ptr<const clay::BrickPaint> paint;  // null: none
     uint32_t firstVertex = 0, vertexCapacity = 0;
     uint32_t firstQuad = 0, quadCapacity = 0;  // within the chunk's block
+    bool unseen = false;                       // some vertex is
     Vec3f min, max;                            // of the vertices, relative to the brick
   };
   struct ChunkLevel {
@@ -163,11 +169,15 @@ class SurfaceLayout {
     const BrickEntry* brick = nullptr;
     uint32_t first = 0, count = 0;
   };
+  using Bases = std::array<Base, 8>;
 
   void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
   static PackedPaint paintOf(const BrickEntry& brick, size_t index);
   void writePaint(const BrickEntry& brick, UploadSink& sink);
+  [[nodiscard]] bool unseen(const clay::VertexPaint& paint) const { return paint.material == kUnseenMaterial || (hideMasked_ && paint.mask > 127); }
+  [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;  // all of its corners
+  void noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite, std::set<Coord>& changedChunks);
   bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
   void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
   void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
@@ -182,6 +192,7 @@ class SurfaceLayout {
 
   BufferRanges* ranges_;
   clay::Grid grid_;
+  bool hideMasked_ = false;
   std::unordered_map<Coord, BrickEntry, CoordHash> bricks_;
   std::map<Coord, Chunk> chunks_;
   uint64_t quads_ = 0, picture_ = kRestPictures;

@@ -117,6 +117,7 @@ void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& 
       for (const Corner& corner : {a, b, c}) indexScratch_.push_back(index(corner));
     };
     for (const auto& quad : bases[0].brick->mesh->quads) {
+      if (unseen(bases, quad)) continue;
       const Corner a = resolve(quad[0]), c = resolve(quad[2]);
       if (a == c) continue;  // both triangles are gone
       triangle(a, resolve(quad[1]), c);

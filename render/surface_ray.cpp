@@ -25,6 +25,7 @@ std::optional<RayHit> SurfaceLayout::raycast(const Ray& rayMm) const {
                bases[size_t(n)].brick->mesh->positions[ref & clay::kVertexRefIndex].cast<double>();
       };
       for (const auto& quad : bases[0].brick->mesh->quads) {
+        if (unseen(bases, quad)) continue;
         const Vec3d a = corner(quad[0]), b = corner(quad[1]), c = corner(quad[2]), d = corner(quad[3]);
         for (const auto& [p, q, r] : {std::tie(a, b, c), std::tie(a, c, d)}) {
           const double t = hitTriangle(ray, p, q, r);

@@ -29,6 +29,12 @@ std::optional<std::array<double, 2>> inside(const render::Box& box, double margi
   return std::array{first, last};
 }
 
+bool hidden(const clay::Version& version, const Vec3d& p) {
+  const auto near = [](double v) { return static_cast<int32_t>(std::floor(v + 0.5)); };
+  const Coord voxel{near(p.x()), near(p.y()), near(p.z())};
+  return version.find(clay::Channel::mask, voxel >> 3).value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
+}
+
 }  // namespace
 
 std::optional<double> PinnedClay::distance(const Vec3d& origin, const Vec3d& direction, double fromMm) const {
@@ -39,23 +45,26 @@ std::optional<double> PinnedClay::distance(const Vec3d& origin, const Vec3d& dir
     const auto part = inside(piece.bounds, kMarginVoxels * grid.voxelMm, origin, direction);
     if (!part) continue;
     clay::Sampler sampler(piece.version);
+    const bool hides = piece.hideMasked && piece.version.has(clay::Channel::mask);
     const Vec3d start = grid.toVoxel(piece.pose.applyInverse(origin)), step = piece.pose.rotation.conjugate() * direction;
     const double end = (*part)[1] / grid.voxelMm;
     double before = std::max((*part)[0], fromMm) / grid.voxelMm;
     // Beyond the band the field says "at least the band", so that is the longest step: a wall is not missed.
     double value = sampler.trilinear(start + before * step);
-    if (value < 0) {  // A section begins inside: what is seen is the cut face.
+    if (value < 0 && !hides) {  // A section begins inside: what is seen is the cut face.
       if (!nearest || before * grid.voxelMm < *nearest) nearest = before * grid.voxelMm;
       continue;
     }
     for (double at = before; at < end; before = at) {
-      at += std::max(value, kShortestStep);
+      const bool wasInside = value < 0;  // Only where it went in through what is hidden.
+      at += std::max(std::abs(value), kShortestStep);
       value = sampler.trilinear(start + at * step);
-      if (value >= 0) continue;
+      if ((value < 0) == wasInside) continue;
       for (int i = 0; i < kHalvings; ++i) {
         const double middle = (before + at) / 2;
-        (sampler.trilinear(start + middle * step) < 0 ? at : before) = middle;
+        ((sampler.trilinear(start + middle * step) < 0) != wasInside ? at : before) = middle;
       }
+      if (hides && hidden(piece.version, start + at * step)) continue;
       if (!nearest || at * grid.voxelMm < *nearest) nearest = at * grid.voxelMm;
       break;
     }

@@ -18,11 +18,11 @@ class PinnedClay {
   template <class Bounds>
   PinnedClay(const engine::Document& document, const Bounds& bounds) {
     for (const engine::Piece& piece : document.pieces)
-      if (piece.visible && piece.version) pieces_.push_back({piece.version, piece.pose, bounds(piece.id)});
+      if (piece.visible && piece.version) pieces_.push_back({piece.version, piece.pose, bounds(piece.id), piece.hideMasked});
   }
   PinnedClay() = default;
 
-  /// Distance along the direction (length one) to the first surface at or after `fromMm`, or nothing. 0.01 mm or a thousandth of a voxel.
+  /// Distance along the direction (length one) to the first surface that is seen at or after `fromMm`, or nothing: a line goes on through masked clay that is hidden. 0.01 mm or a thousandth of a voxel.
   /// Cost: a field read each voxel or so on the way through the boxes.
   [[nodiscard]] std::optional<double> distance(const Vec3d& origin, const Vec3d& direction, double fromMm = 0) const;
   [[nodiscard]] bool empty() const { return pieces_.empty(); }
@@ -32,6 +32,7 @@ class PinnedClay {
     clay::Version version;
     haptics::Pose pose;
     render::Box bounds;
+    bool hideMasked = false;
   };
   std::vector<Pinned> pieces_;
 };

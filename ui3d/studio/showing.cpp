@@ -24,7 +24,7 @@ constexpr double kAgainS = 1;       // After a picture failed.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
-         a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed;
+         a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed && a.hideMasked == b.hideMasked;
 }
 
 template <class Thing>
@@ -130,6 +130,7 @@ void SessionWindow::follow() {
   std::map<engine::Id, render::PieceLook> wanted;
   for (const engine::Piece& piece : document.pieces) {
     wanted[piece.id] = lookOf(piece);
+    wanted[piece.id].hideMasked = piece.hideMasked;
     wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != document.active;
   }
   for (const engine::Part& part : document.parts) {

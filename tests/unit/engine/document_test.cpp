@@ -83,6 +83,31 @@ TEST(Document, TheSceneHoldsWhatIsVisibleWithTheWorkedOnPieceFirst) {
   EXPECT_EQ(scene.guides[1].id, id);
 }
 
+TEST(Document, RowsOfMaterialsAreTheScenes) {
+  Document document;
+  const Id id = document.add(pieceOf(ball()));
+  document.add(pieceOf(ball(5)));
+  Piece& piece = *document.piece(id);
+  piece.material.hardnessNmm2 = 0.5;
+  haptics::Material wax;
+  wax.hardnessNmm2 = 0.01;
+  piece.materials = {{"wax", wax, {}}, {"own again", piece.material, {}}, {"wax again", wax, {}}};
+  const haptics::Scene scene = sceneOf(document, {});
+  scene.check();
+  ASSERT_NE(scene.pieces[0].rows, nullptr);
+  EXPECT_EQ(scene.pieces[1].rows, nullptr);
+  const auto hardness = [&](size_t row) { return scene.materials[(*scene.pieces[0].rows)[row]].hardnessNmm2; };
+  EXPECT_EQ(hardness(1), 0.01);
+  EXPECT_EQ(hardness(3), 0.01);
+  for (const size_t own : {0u, 2u, 4u, 255u}) EXPECT_EQ(hardness(own), 0.5) << own;
+  EXPECT_EQ(scene.materials.size(), 3u) << "each once";
+  haptics::Scene wrong = scene;
+  haptics::MaterialRows rows{};
+  rows[200] = 3;
+  wrong.pieces[0].rows = std::make_shared<const haptics::MaterialRows>(rows);
+  EXPECT_THROW(wrong.check(), Error);
+}
+
 TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
   using Kind = Guide::Kind;
   using Feel = Guide::Feel;

@@ -48,6 +48,7 @@ class Keeping : public testing::Test {
     piece.pose.rotation = Eigen::AngleAxisd(0.3, Vec3d(1, 2, 3).normalized());
     piece.colour = {0.1f, 0.2f, 0.3f};
     piece.material.stiffnessNmm = 0.7;
+    piece.materials = {{"rubber", piece.material, std::array{0.1f, 0.1f, 0.1f}}, {"", haptics::Material(), {}}};
     document.add(piece);
     Piece hidden;
     hidden.version = ball(5);
@@ -113,6 +114,8 @@ TEST_F(Keeping, textComesBackAsItWas) {
   Document filled = read.document;
   for (size_t i = 0; i < 3; ++i) filled.pieces[i].version = document.pieces[i].version;
   EXPECT_EQ(documentText(filled, read.clay, read.meshes), text);
+  EXPECT_EQ(read.document.pieces[0].materials, document.pieces[0].materials);
+  EXPECT_EQ(text.find("materials", text.find("\"id\":2")), text.find("materials", text.find("\"id\":3"))) << "what has none says nothing of them";
   for (size_t cut = 0; cut < text.size(); cut += 7) EXPECT_THROW((void)readDocumentText(text.substr(0, cut), "it"), Error) << cut;
   for (const auto& [from, to] : {std::pair{"\"active\":1", "\"active\":9"}, {"\"turn\":[1.0", "\"turn\":[0.9"}, {"\"id\":2", "\"id\":1"}, {"\"kind\":\"plane\"", "\"kind\":\"plan\""}}) {
     std::string wrong = text;

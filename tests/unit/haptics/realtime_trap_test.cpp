@@ -18,6 +18,7 @@
 #include "haptics/servo.h"
 #include "haptics/texture.h"
 #include "haptics/touch_bench.h"
+#include "painted_clay.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {
@@ -85,12 +86,18 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   tool.radiusMm = 3;
   tool.work = haptics::Work::cut;
   VirtualSession session(0.5, tool);
-  // All that contact can do: friction, texture, wells, a keep-out, a part beside the clay.
+  // All that contact can do: friction, texture, wells, a keep-out, a part beside the clay, clay of two materials.
   Scene& scene = session.scene();
   scene.materials[0].staticFriction = 0.4;
   scene.materials[0].dynamicFriction = 0.3;
   scene.textures.push_back(std::make_shared<const Texture>(Bumps{0.8, 0.02}));
   scene.materials[0].texture = 0;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[1].stiffnessNmm = 0.6;
+  MaterialRows rows{};
+  rows[1] = 1;
+  scene.pieces[0].rows = std::make_shared<const MaterialRows>(rows);
+  scene.pieces[0].version = testing::painted(scene.pieces[0].version, clay::Channel::material, [](Coord v) { return static_cast<uint8_t>((v.x >> 4) & 1); });
   scene.guides.resize(3);
   scene.guides[0] = {1, WellAtPlane{{0, 5, 0}, Vec3d::UnitY(), {3, 0.2}}, 0};
   scene.guides[1] = {2, KeepOutBall{{20, 0, 2}, 4, false}, 0};

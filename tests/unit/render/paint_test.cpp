@@ -80,7 +80,70 @@ TEST(Paint, WritesItsBytesAloneAndNothingWhereNothingIsPainted) {
   }
 }
 
+// What is drawn follows paint, flag and meshes in any order; coarser levels and rays follow too.
+TEST(Paint, UnseenClayHasNoTrianglesAndGetsThemBack) {
+  const clay::Grid grid{1, Vec3d::Zero(), 3};
+  const auto painted = [](const clay::SurfaceDelta& of, const clay::VertexPaint& paint, bool leftAlone = false) {
+    clay::SurfaceDelta delta;
+    delta.grid = of.grid;
+    for (const clay::BrickMeshPtr& mesh : of.changed)
+      if (!leftAlone || mesh->brick.x < 0) delta.painted.push_back(paintOf(*mesh, paint));
+    return delta;
+  };
+  BufferRanges ranges;
+  PaintSink sink;
+  FieldSurface surface;
+  SurfaceLayout layout(ranges);
+  const clay::SurfaceDelta whole = surface.update(grid, {-4, -4, -4}, {3, 3, 3}, sphere);
+  layout.apply(whole, sink);
+  const auto all = sink.drawn(layout);
+  const Ray left{{-50, 0.3, 0.2}, Vec3d::UnitX()};
+  EXPECT_NEAR(layout.raycast(left)->distanceMm, 30, 0.1);
+  layout.apply(painted(whole, {0, 0, 0, 0, kUnseenMaterial, 0}, true), sink);
+  const size_t rest = sink.drawn(layout).size();
+  EXPECT_NEAR(double(rest), 0.5 * double(all.size()), 0.05 * double(all.size()));
+  EXPECT_NEAR(layout.raycast(left)->distanceMm, 70, 0.1);
+  const auto coarse = [&] {
+    for (uint64_t i = 0; i <= SurfaceLayout::kRestPictures; ++i) layout.nextPicture();
+    for (size_t i = 0; i < layout.draws().size(); ++i) layout.prepareChunk(i, 1, sink);
+    return sink.drawn(layout, [](const ChunkDraw&) { return 1; }).size();
+  };
+  const size_t coarseRest = coarse();
+  // Any other material is seen.
+  layout.apply(painted(whole, {0, 0, 0, 0, 254, 255}), sink);
+  EXPECT_EQ(sink.drawn(layout), all);
+  EXPECT_GT(coarse(), coarseRest * 3 / 2);
+  layout.hideMasked(true, sink);
+  EXPECT_TRUE(sink.drawn(layout).empty());
+  EXPECT_EQ(coarse(), 0u);
+  EXPECT_FALSE(layout.raycast(left).has_value());
+  layout.apply(painted(whole, {0, 0, 0, 0, 0, 127}, true), sink);
+  EXPECT_NEAR(double(sink.drawn(layout).size()), 0.5 * double(all.size()), 0.05 * double(all.size())) << "half a mask is seen";
+  layout.hideMasked(false, sink);
+  EXPECT_EQ(sink.drawn(layout), all);
+}
+
 using PaintPicture = test::Picture;
+
+TEST_F(PaintPicture, HiddenClayShowsWhatIsBehindIt) {
+  const clay::Grid grid{kVoxel, Vec3d::Zero(), 3};
+  const clay::SurfaceDelta whole = surface_.update(grid, {-3, -3, -3}, {2, 2, 2}, Picture::sphere());
+  renderer_->update(whole);
+  const Image plain = draw(view("front"), test::kBare);
+  clay::SurfaceDelta paint;
+  paint.grid = grid;
+  for (const clay::BrickMeshPtr& mesh : whole.changed)
+    if (mesh->brick.x < 0) paint.painted.push_back(paintOf(*mesh, {0, 0, 0, 0, 0, 255}));
+  renderer_->update(paint);
+  PieceLook look;
+  look.hideMasked = true;
+  renderer_->place(0, look);
+  const Image hidden = draw(view("front"), test::kBare);
+  const Vec3d left(kWidth / 2 - 30, kHeight / 2 + 20, 0), right(kWidth / 2 + 30, kHeight / 2 + 20, 0), corner(20, 20, 0);
+  EXPECT_NEAR(test::brightnessAround(hidden, right), test::brightnessAround(plain, right), 1);
+  EXPECT_NEAR(test::brightnessAround(hidden, left), test::brightnessAround(hidden, corner), 12) << "the backdrop";
+  if (const char* folder = std::getenv("ARGIL_TEST_PICTURES")) writePng(hidden, std::string(folder) + "/hidden.png");
+}
 
 TEST_F(PaintPicture, PaintedClayHasItsColourAndMaskedClayIsDarker) {
   const clay::Grid grid{kVoxel, Vec3d::Zero(), 3};

@@ -9,6 +9,7 @@
 
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "tests/unit/haptics/painted_clay.h"
 
 namespace argil::studio {
 namespace {
@@ -68,6 +69,22 @@ TEST(ClayRay, hiddenClayIsNotMet) {
   engine::Document document = ball({});
   document.pieces[0].visible = false;
   EXPECT_TRUE(PinnedClay(document, [](engine::Id) { return render::Box(); }).empty());
+}
+
+TEST(ClayRay, goesThroughAHiddenHalfToTheInnerSideOfTheOther) {
+  engine::Document document = ball({});
+  const clay::Version masked = haptics::testing::painted(document.pieces[0].version, clay::Channel::mask, [](Coord v) { return v.z > 0 ? uint8_t{255} : uint8_t{0}; });
+  document.pieces[0].version = masked;
+  render::Box box;
+  box.add(Vec3d::Constant(-kRadius));
+  box.add(Vec3d::Constant(kRadius));
+  const auto bounds = [&](engine::Id) { return box; };
+  EXPECT_NEAR(*PinnedClay(document, bounds).distance({1, 2, 50}, -Vec3d::UnitZ()), 50 - std::sqrt(95), 0.02);
+  document.pieces[0].hideMasked = true;
+  const PinnedClay hiding(document, bounds);
+  EXPECT_NEAR(*hiding.distance({1, 2, 50}, -Vec3d::UnitZ()), 50 + std::sqrt(95), 0.02);
+  EXPECT_NEAR(*hiding.distance({1, 2, -50}, Vec3d::UnitZ()), 50 - std::sqrt(95), 0.02);
+  EXPECT_FALSE(hiding.distance({50, 0, 5}, -Vec3d::UnitX()).has_value()) << "in through what is hidden, and out";
 }
 
 }  // namespace
