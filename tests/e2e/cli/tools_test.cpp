@@ -40,10 +40,8 @@ TEST(Tools, areListedWithWhatCanBeSet) {
 // The scene of each is a script that runs and leaves a closed solid that the tool has changed.
 TEST(Tools, scenesOfEachRun) {
   const Scratch scratch;
-  const std::string bare = R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.4},{"block":{"size_mm":[64,44,14],"round_mm":3}}],"strokes":[]})";
-  write(scratch / "bare.json", bare);
-  std::string pgm = "P2 16 16 255\n";
-  for (int i = 0; i < 256; ++i) pgm += std::to_string((i % 16 - 8) * (i / 16 - 8) > 0 ? 255 : 0) + " ";
+  std::string pgm = "P5 16 16 255\n";
+  for (int i = 0; i < 256; ++i) pgm += char((i % 16 - 8) * (i / 16 - 8) > 0 ? 255 : 0);
   write(scratch / "tile.pgm", pgm);
   write(scratch / "ball.json", R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":5}}],"strokes":[]})");
   ASSERT_EQ(argil({"sculpt", (scratch / "ball.json").string(), "-o", (scratch / "tile.stl").string()}).code, 0);
