@@ -154,8 +154,12 @@ class ToolsInHandTest : public HandTest {
       std::this_thread::sleep_for(2ms);
     }
   }
-  void drag(const engine::Tool& tool, float fromX, float toX, float y, double depthPart) {
+  void take(const engine::Tool& tool) {
     bench_.setTool(tool);
+    ASSERT_TRUE(until([&] { return bench_.snapshot()->tool == tool; })) << tool.id << " is not held";
+  }
+  void drag(const engine::Tool& tool, float fromX, float toX, float y, double depthPart) {
+    take(tool);
     Hand::Stroke s = stroke();
     s.clay = PinnedClay(*bench_.snapshot()->document, [](engine::Id) {
       render::Box box;
@@ -182,15 +186,19 @@ class ToolsInHandTest : public HandTest {
 };
 
 TEST_F(ToolsInHandTest, EveryToolChangesTheClayAndIsOneStep) {
-  // Something for every tool to work on: a step in the clay, a rim of colour and one of a mask that covers none of the rest.
-  const auto lay = [&](const char* id, double y) {
-    bench_.setTool(engine::standardTool(*engine::findTool(id)));
+  // Something for every tool to work on: a step in the clay, a rim between two colours and a sharp one of a mask that covers none of the rest.
+  const auto lay = [&](const char* id, double y, uint32_t colour = 0xc8402e) {
+    engine::Tool tool = engine::standardTool(*engine::findTool(id));
+    tool.colour = colour;
+    tool.falloff = clay::Falloff::constant;
+    take(tool);
     const size_t before = bench_.snapshot()->done;
     bench_.strokeAlong({Vec3d(-14, y, 20), Vec3d(14, y, 20)});
     ASSERT_TRUE(until([&] { return bench_.snapshot()->done == before + 1 && bench_.idle(); })) << id;
   };
   lay("carve", 2);
   lay("paint", 2);
+  lay("paint", 9, 0x20a040);
   lay("mask", 22);
   for (const engine::ToolRow& row : engine::toolTable()) {
     if (row.file != engine::ToolFile::none) continue;
