@@ -42,7 +42,8 @@ constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
 
-Vec3d quantised(const Vec3d& p) { return (p / kPlaceStep).array().round().matrix() * kPlaceStep; }
+// Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
+Vec3d quantised(const Vec3d& p) { return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; }); }
 
 void check(const Stamp& s) {
   if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) || !s.axes.allFinite())
@@ -72,71 +73,6 @@ std::vector<Coord> withNeighbours(const std::vector<Coord>& bricks) {
 }
 
 }  // namespace
-
-double segmentDistance(const Stamp& s, const Vec3d& p) {
-  const Vec3d d = s.b - s.a;
-  const double length2 = d.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - s.a).dot(d) / length2, 0.0, 1.0) : 0.0;
-  return (p - s.a - t * d).norm();
-}
-
-SweptBall sweptBall(const Stamp& s, Coord brick) {
-  const Vec3d a = s.a - ((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)), d = s.b - s.a;
-  SweptBall ball{};
-  ball.ax = static_cast<float>(a.x());
-  ball.ay = static_cast<float>(a.y());
-  ball.az = static_cast<float>(a.z());
-  ball.dx = static_cast<float>(d.x());
-  ball.dy = static_cast<float>(d.y());
-  ball.dz = static_cast<float>(d.z());
-  const float length2 = (ball.dx * ball.dx + ball.dy * ball.dy) + ball.dz * ball.dz;
-  // A segment too short for its inverse to be finite is a dab.
-  const float inverse = length2 > 0 ? 1.0f / length2 : 0.0f;
-  ball.inverseLength2 = std::isfinite(inverse) ? inverse : 0.0f;
-  ball.radius = static_cast<float>(s.radius);
-  ball.growth = static_cast<float>(s.radiusAtEnd()) - ball.radius;
-  return ball;
-}
-
-void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]) {
-  std::fill(std::begin(weight), std::end(weight), 0.0f);
-  for (const Stamp& each : images) ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight);
-}
-
-float falloff(Falloff shape, float t) noexcept {
-  if (!(t < 1)) return 0;
-  switch (shape) {
-    case Falloff::constant: return 1;
-    case Falloff::smooth: return (1 - t * t) * (1 - t * t);
-    case Falloff::linear: return 1 - t;
-    case Falloff::sharp: return (1 - t) * (1 - t);
-    case Falloff::dome: return std::sqrt(1 - t * t);
-  }
-  return 0;
-}
-
-std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
-  switch (context.operation.method) {
-    case Method::carve:
-    case Method::add:
-    case Method::wax: return makeSweep(context);
-    case Method::smooth:
-    case Method::smoothKeep: return makeSmoothing(context);
-    case Method::scrape:
-    case Method::fill:
-    case Method::flatten: return makeLevelling(context);
-    case Method::raise: return makeRaising(context);
-    case Method::crease:
-    case Method::tug:
-    case Method::smudge:
-    case Method::pinch:
-    case Method::twist: return makeWarping(context);
-    case Method::morph: return makeMorphing(context);
-    case Method::set:
-    case Method::blur: break;
-  }
-  throw Error("a brush cannot do that to distances");
-}
 
 std::shared_ptr<const Brush> Brush::of(Method method, float amount) {
   auto brush = std::make_shared<Brush>();
@@ -414,12 +350,7 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<
     std::vector<Stamp> part(images.begin(), images.end());
     for (size_t k = 0; k < part.size(); ++k) {
       const Stamp& whole = images[k];
-      // To even, as mirror images in planes between voxels must be rounded to mirror images.
-      const auto at = [&](int step) {
-        Vec3d p = (whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts)) / kPlaceStep;
-        for (double& each : p) each = std::nearbyint(each);
-        return Vec3d(p * kPlaceStep);
-      };
+      const auto at = [&](int step) { return quantised(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts)); };
       part[k].a = at(i);
       part[k].b = at(i + 1);
       part[k].radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * i / parts;

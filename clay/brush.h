@@ -68,7 +68,7 @@ struct Brush {
   Tip tip = Tip::ball;
   Vec3f proportions = Vec3f::Ones();     ///< 0.05 to 1.
   float round = 0.2f;                    ///< 0 to 1.
-  float blend = 0;                       ///< Wax: 0 to 64.
+  float blend = 0;                       ///< Wax: 0 to 64; what is wider than the band counts as the band.
   float height = 1;                      ///< Raise: 0 to 4096; a smooth one reaches it in about ten stamps of strength 1.
   bool limited = false;                  ///< Raise: what a stroke lays never exceeds the height, however often it passes.
   float angle = 0.5f;                    ///< Twist: radians over a whole turn of the tip's way, −3 to 3.

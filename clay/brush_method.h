@@ -22,7 +22,7 @@ struct StrokeContext {
 
 /// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick() for each of its bricks, those from
 /// several threads. Equal bits on every CPU and thread count: add, multiply, divide, square root, min, max only, in an order that follows from the arguments.
-/// Where images overlap they combine so that their order does not matter: the largest weight, or combineImages() for sums.
+/// Where images overlap they combine so that their order does not matter: the largest weight; sums are taken halves first, which mirroring does not change.
 class DistanceMethod {
  public:
   virtual ~DistanceMethod() = default;
@@ -48,9 +48,8 @@ class DistanceMethod {
     return false;
   }
 
-  /// Whether what it leaves near the surface are distances, as of a CSG of distances. Else voxels beside the surface are made distances again too.
-  [[nodiscard]] virtual bool exact() const { return false; }
-  [[nodiscard]] virtual Renew leaves() const { return exact() ? Renew::none : Renew::all; }
+  /// What has to be renewed beside the surface: nothing where it leaves distances there, as a CSG of distances does.
+  [[nodiscard]] virtual Renew leaves() const { return Renew::all; }
 
   /// Whether it makes clay where no surface is near: all bricks within reach are asked for.
   [[nodiscard]] virtual bool everywhere() const { return false; }
@@ -88,14 +87,6 @@ class DistanceMethod {
 /// Weight of the images at the voxels of a brick: the largest over all images of falloff(distance to the segment / radius) · strength.
 /// Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]);
-
-/// Sums over images in an order that mirroring does not change: halves first.
-template <class T>
-[[nodiscard]] T combineImages(std::span<const T> terms) {
-  if (terms.size() == 1) return terms[0];
-  const size_t half = terms.size() / 2;
-  return combineImages(terms.first(half)) + combineImages(terms.subspan(half));
-}
 
 /// Where voxel (x, y, z) of a brick lies relative to a point, computed through the brick's middle: mirrored places give mirrored bits.
 struct BrickFrame {

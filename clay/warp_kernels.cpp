@@ -45,7 +45,7 @@ Flow flowOf(const WarpImage* images, size_t count, int shape, const Rows& at, fl
   const RowTag d;
   const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   if (count > 1) {
-    // Halves first, as combineImages().
+    // Halves first: mirroring does not change the sum.
     const size_t half = count / 2;
     const Flow a = flowOf(images, half, shape, at, time), b = flowOf(images + half, count - half, shape, at, time);
     return {hn::Add(a.weight, b.weight), hn::Mul(a.left, b.left), {hn::Add(a.v.x, b.v.x), hn::Add(a.v.y, b.v.y), hn::Add(a.v.z, b.v.z)}};

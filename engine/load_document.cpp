@@ -10,15 +10,7 @@
 #include "io/input.h"
 
 namespace argil::engine {
-namespace {
-
-std::string endingOf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return ending;
-}
-
-}  // namespace
+using io::endingOf;
 
 bool holdsClay(const std::filesystem::path& file) { return endingOf(file) == ".argil" || endingOf(file) == ".vdb" || io::isDocument(file); }
 

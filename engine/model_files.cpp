@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "clay/vertex_channels.h"
 #include "engine/prepare_clay.h"
 #include "haptics/part_mesh.h"
+#include "io/input.h"
 #include "io/model_writer.h"
 #include "io/vdb_file.h"
 
@@ -22,12 +22,6 @@ namespace argil::engine {
 namespace {
 
 constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
-
-bool endsWith(const std::filesystem::path& file, std::string_view ending) {
-  std::string own = file.extension().string();
-  std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return own == ending;
-}
 
 std::array<float, 3> colourOf(const io::Colour& c) { return {float(c.red) / 255, float(c.green) / 255, float(c.blue) / 255}; }
 
@@ -81,7 +75,7 @@ double unitMm(const std::string& units) {
 
 ImportedModel importModel(const std::filesystem::path& file, const ModelImport& how, Job* job) {
   const double given = unitMm(how.units);
-  if (endsWith(file, ".vdb")) return importVdb(file, how, job);
+  if (io::endingOf(file) == ".vdb") return importVdb(file, how, job);
   io::ModelFile read = io::readModel(file, job);
   ImportedModel imported;
   imported.notes = std::move(read.notes);
@@ -223,7 +217,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   std::vector<std::string> sentences;
   // What is wrong with a name is told before the work.
   for (const std::filesystem::path& file : files) {
-    if (!endsWith(file, ".vdb")) io::requireWritable(file);
+    if (io::endingOf(file) != ".vdb") io::requireWritable(file);
   }
   std::vector<io::ModelObject> objects;
   std::string reduction;
@@ -233,7 +227,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   }
   for (const std::filesystem::path& file : files) {
     io::WriteReport report;
-    if (endsWith(file, ".vdb")) {
+    if (io::endingOf(file) == ".vdb") {
       std::vector<io::VdbView> clays;
       for (const Piece& each : document.pieces) {
         if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "clay/error.h"
@@ -16,6 +17,7 @@ namespace {
 
 // Bricks and nodes freed at a time: well below a millisecond, so that a collector on the only free core is never a stall.
 constexpr size_t kCollectBatch = 1024;
+constexpr int kMostThreads = 4;  // for one stamp: the servo and the picture want theirs
 constexpr auto kCollectPause = std::chrono::milliseconds(2);
 
 }  // namespace
@@ -72,6 +74,7 @@ Session::Session(std::vector<HistoryState> states, size_t done, const StrokeQual
       states_(std::move(states)),
       strokes_(states_.size()),
       done_(done),
+      threads_(std::clamp(int(std::thread::hardware_concurrency()), 1, kMostThreads)),
       collector_(std::make_unique<Collector>()) {
   for (const Piece& piece : newest_->pieces) collector_->add(piece.version.store());
 }
@@ -180,7 +183,7 @@ void Session::addPoint(const PathPoint& given) {
   }
   if (!point.rotation && StrokePath::reaches(lifted_.grid(), point.mm)) point.rotation = standing(point.mm);
   if (!path_) {
-    auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start);  // throws before anything is begun
+    auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start, threads_);  // throws before anything is begun
     StrokePath path(lifted_.grid(), tool_, quality_);
     path.add(point, stamps_);
     path_ = path;

@@ -168,6 +168,7 @@ class Session {
   std::optional<Stroke> stroke_;
   Id piece_ = 0;
   Tool tool_;
+  int threads_ = 1;               // that help with large stamps; the result does not depend on it
   std::shared_ptr<const clay::Brush> strokeBrush_;
   StrokeImages images_;           // world, for the recording
   ImageMaps maps_;

@@ -1,5 +1,6 @@
 #include "io/input.h"
 
+#include <cctype>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -66,6 +67,12 @@ std::string shown(std::string_view token) {
     if (static_cast<unsigned char>(c) >= 0x80) c = '?';
   }
   return '"' + result + (cut ? "...\"" : "\"");
+}
+
+std::string endingOf(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return ending;
 }
 
 std::string displayName(const std::filesystem::path& path) {

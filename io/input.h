@@ -39,6 +39,8 @@ struct FileBytes {
 /// A piece of a file (or a file's name) as a message may show it: one line, printable, at most 40 bytes of a token.
 [[nodiscard]] std::string shown(std::string_view token);
 [[nodiscard]] std::string displayName(const std::filesystem::path& path);
+/// Of a file's name, in small letters, with its dot: ".stl"; empty: none.
+[[nodiscard]] std::string endingOf(const std::filesystem::path& path);
 
 /// A name from inside a file as valid UTF-8 of one line, at most 200 bytes, blanks around it gone; "?" for what is neither.
 [[nodiscard]] std::string cleanName(std::string_view text);

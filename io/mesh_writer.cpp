@@ -9,6 +9,7 @@
 
 #include "io/atomic_file.h"
 #include "io/format.h"
+#include "io/input.h"
 #include "io/model_writer.h"
 
 namespace argil::io {
@@ -18,14 +19,9 @@ namespace {
 /// Elements between two looks at the job.
 constexpr size_t kStep = 16384;
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
-
 // `streamed`: that can be written piece by piece.
 const Format& formatFor(const std::filesystem::path& path, const WriteOptions& options, bool streamed) {
-  const std::string extension = lower(options.extension.empty() ? path.extension().string() : options.extension);
+  const std::string extension = endingOf(options.extension.empty() ? path : std::filesystem::path("x" + options.extension));
   std::string supported;
   for (const Format& format : formats()) {
     if (format.encoder == nullptr && (streamed || format.write == nullptr)) continue;

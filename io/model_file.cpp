@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <new>
 #include <utility>
 
 #include "io/format.h"
+#include "io/input.h"
 #include "io/three_mf_read.h"
 #include "io/three_mf_write.h"
 
@@ -24,12 +24,6 @@ constexpr std::array kFormats = {
     Format{.name = "glTF", .extension = ".gltf", .recognizes = recognizesGltf, .readInProcess = readGltf, .write = writeGltf},
     Format{.name = "Draco", .extension = ".drc", .recognizes = recognizesDraco, .readInProcess = readDraco, .write = writeDraco},
 };
-
-std::string endingOf(const std::string& name) {
-  std::string ending = std::filesystem::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return ending;
-}
 
 bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
 

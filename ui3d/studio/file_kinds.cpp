@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+
+#include "io/input.h"
 
 namespace argil::studio {
 namespace {
@@ -34,8 +35,7 @@ std::vector<std::string> endings(bool FileKind::* which) {
 std::span<const FileKind> fileKinds() { return kKinds; }
 
 const FileKind* kindOf(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string ending = io::endingOf(file);
   const auto row = std::find_if(kKinds.begin(), kKinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
   return row == kKinds.end() ? nullptr : &*row;
 }

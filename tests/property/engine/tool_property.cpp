@@ -228,6 +228,24 @@ TEST_P(EveryTool, doesSomethingAndLeavesASolidClosed) {
   EXPECT_EQ(session.version().hash(), first);
 }
 
+// Stamps so large that several threads share their bricks.
+TEST_P(EveryTool, doesTheSameOnAnyCountOfThreads) {
+  const Version ball = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 22);
+  uint64_t hashes[2];
+  for (int i = 0; i < 2; ++i) {
+    Tool tool = toolOf(row(), 12);
+    tool.heightMm = 1;
+    clay::BrushStroke stroke(ball, brushOf(tool, ball.grid(), ball), {}, i == 0 ? 1 : 3);
+    for (int k = 0; k < 3; ++k) {
+      clay::Stamp stamp{Vec3d(4.0 * k, 3, 43), Vec3d(4.0 * k + 4, 3, 43), 32, static_cast<float>(tool.strength)};
+      stroke.apply(stamp);
+    }
+    EXPECT_TRUE(!shapes(row()) || stroke.touched() > 600) << stroke.touched() << " bricks: too few to be shared";
+    hashes[i] = stroke.finish().hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]) << row().id;
+}
+
 // A simulated hand presses the tool into a block and draws it along: the servo answers with a force that stays within the device's, and the clay changes.
 TEST_P(EveryTool, isFeltByAHand) {
   Script script;
