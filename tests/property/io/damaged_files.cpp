@@ -6,6 +6,7 @@
 #include "clay/mesh_topology.h"
 #include "io/mesh_file.h"
 #include "io/mesh_writer.h"
+#include "tests/support/damage.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {
@@ -125,29 +126,7 @@ TEST(DamagedFiles, mutatedBytes) {
   int loaded = 0;
   for (int i = 0; i < 20000; ++i) {
     const Sample& sample = all[below(all.size())];
-    std::string bytes = sample.bytes;
-    for (size_t n = 1 + below(4); n > 0 && !bytes.empty(); --n) {
-      const size_t at = below(bytes.size());
-      switch (below(6)) {
-        case 0:
-          bytes[at] = char(below(256));
-          break;
-        case 1:
-          bytes[at] = char(bytes[at] ^ (1 << below(8)));
-          break;
-        case 2:
-          bytes.erase(at, 1 + below(8));
-          break;
-        case 3:
-          bytes.insert(at, kInteresting[below(std::size(kInteresting))]);
-          break;
-        case 4:
-          bytes.insert(at, bytes.substr(below(bytes.size()), below(40)));
-          break;
-        default:
-          bytes.resize(at);
-      }
-    }
+    const std::string bytes = samples::damaged(sample.bytes, kInteresting, random);
     loaded += loads(bytes, all[below(4) == 0 ? below(all.size()) : size_t(&sample - all.data())].name);
     if (HasFailure()) FAIL() << "mutation " << i << " of " << sample.name;
   }

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "io/model_file.h"
+#include "tests/support/damage.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {
@@ -74,29 +75,7 @@ TEST(DamagedPackages, mutations) {
   int loaded = 0;
   for (int i = 0; i < 20000; ++i) {
     const bool inModel = below(4) != 0;
-    std::string bytes = inModel ? model : archive;
-    for (size_t n = 1 + below(3); n > 0 && !bytes.empty(); --n) {
-      const size_t at = below(bytes.size());
-      switch (below(6)) {
-        case 0:
-          bytes[at] = char(below(256));
-          break;
-        case 1:
-          bytes[at] = char(bytes[at] ^ (1 << below(8)));
-          break;
-        case 2:
-          bytes.erase(at, 1 + below(8));
-          break;
-        case 3:
-          bytes.insert(at, kInteresting[below(std::size(kInteresting))]);
-          break;
-        case 4:
-          bytes.insert(at, bytes.substr(below(bytes.size()), below(40)));
-          break;
-        default:
-          bytes.replace(at, std::min<size_t>(bytes.size() - at, 4), "\xff\xff\xff\xff");
-      }
-    }
+    const std::string bytes = samples::damaged(inModel ? model : archive, kInteresting, random);
     loaded += loads(inModel ? package(bytes) : bytes);
     if (HasFailure()) FAIL() << "mutation " << i;
   }
