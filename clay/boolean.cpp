@@ -71,22 +71,25 @@ class Combiner {
     }
     count();
     const Brick& brick = *b.brick();
+    BrickValues scratch;
+    const BrickValues& values = brick.values(scratch);
     if (turnA_ == turnB_) {
-      editor_.setVoxels(brick.coord, brick.phi);
+      editor_.setVoxels(brick.coord, values);
       return;
     }
     float phi[kBrickVoxels];
-    for (int i = 0; i < kBrickVoxels; ++i) phi[i] = -brick.phi[i];
+    for (int i = 0; i < kBrickVoxels; ++i) phi[i] = -values[i];
     editor_.setVoxels(brick.coord, phi);
   }
 
   void mix(const Brick& a, const Brick& b) {
     count();
     const float band = editor_.grid().band;
-    float phi[kBrickVoxels];
+    BrickValues phi, scratchA, scratchB;
+    const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
     bool ofA = false, ofB = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float pa = turnA_ ? -a.phi[i] : a.phi[i], pb = turnB_ ? -b.phi[i] : b.phi[i];
+      const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       const float value = std::max(pa, pb);
       phi[i] = turnA_ ? -value : value;
       if (std::abs(value) >= band) continue;

@@ -46,10 +46,10 @@ void readCorners(const BrickInput& input, float band, float* corners) {
   forEachRow(input, [&](int x, int y, const Slot (&pair)[2], int offset) {
     float* row = corners + cornerOffset(x, y, 0);
     if (const Brick* brick = pair[0].brick())
-      std::memcpy(row, brick->phi + offset, 8 * sizeof(float));
+      brick->read(offset, kBrickEdge, row, input.step);
     else
       std::fill_n(row, 8, pair[0].phi(0, band));
-    if ((input.ends[x] >> y) & 1) row[8] = pair[1].phi(offset, band);
+    if ((input.ends[x] >> y) & 1) row[8] = pair[1].phi(offset, band, input.step);
   });
 }
 
@@ -206,9 +206,9 @@ void readRows(BrickInput& input) {
     for (unsigned left = lines(input.rows[x]); left != 0; left &= left - 1) {
       const int y = std::countr_zero(left), offset = Brick::offset(x & 7, y & 7, 0);
       const Slot(&pair)[2] = input.slots[x >> 3][y >> 3];
-      if (const Brick* brick = pair[0].brick()) __builtin_prefetch(brick->phi + offset);
+      if (const Brick* brick = pair[0].brick()) __builtin_prefetch(brick->address(offset, input.step));
       if ((ends >> y) & 1)
-        if (const Brick* brick = pair[1].brick()) __builtin_prefetch(brick->phi + offset);
+        if (const Brick* brick = pair[1].brick()) __builtin_prefetch(brick->address(offset, input.step));
     }
   }
 }

@@ -14,6 +14,7 @@ namespace argil::clay {
 /// What the extraction of one brick reads.
 struct BrickInput {
   Slot slots[2][2][2];  ///< At its coordinate and one step higher along each axis, as [x][y][z].
+  float step = 0;       ///< Of the version's bricks.
   BrickSigns signs;
   bool crossed = false;       ///< Some cell is active.
   uint16_t rows[9], ends[9];  ///< Bit y: the row of voxels, and its ninth value, is a corner of active cells. Only when crossed.

@@ -133,7 +133,7 @@ struct BrushStroke::State {
   std::vector<Coord> due;
 
   void sweepTip(const Stamp& s, std::vector<Coord>& influenced);
-  BrickChange masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const;
+  BrickChange masked(ChannelSlot mask, const float* source, FloatBrick& brick, float& most) const;
   void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
   void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
@@ -187,8 +187,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
   const bool carving = *tool == Method::carve;
   const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
-  float flat[kBrickVoxels];
-  std::optional<Tile> flatTile;
+  BrickValues scratch;
   const auto enter = [&](Coord region, double middle) {
     if (middle - kRegionHalfDiagonal - largest >= band) return false;
     if (masks || middle + kRegionHalfDiagonal - least > -band) return true;
@@ -210,18 +209,9 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     }
     if (slot == Slot(result)) return;
     ++touched;
-    const float* source = nullptr;
-    if (slot.isTile()) {
-      if (flatTile != slot.tile()) {
-        std::fill(std::begin(flat), std::end(flat), slot.phi(0, editor->grid().band));
-        flatTile = slot.tile();
-      }
-      source = flat;
-    } else {
-      source = slot.brick()->phi;
-    }
-    Brick* mine = slot.isTile() || mask != ChannelSlot() ? nullptr : editor->own(coord);
-    Brick* target = mine ? mine : editor->newBrick(coord);
+    const float* source = slot.values(scratch, editor->grid().band);
+    FloatBrick* mine = slot.isTile() || mask != ChannelSlot() ? nullptr : editor->own(coord);
+    FloatBrick* target = mine ? mine : editor->newBrick(coord);
     BrickChange change;
     if (brush->tip == Tip::ball) {
       const SweptBall swept = sweptBall(s, coord);
@@ -230,7 +220,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
       float distance[kBrickVoxels], kept[kBrickVoxels], most = 0;
       tipDistances(*brush, s, coord, distance);
       if (target == mine) source = std::copy_n(source, kBrickVoxels, kept) - kBrickVoxels;
-      for (int i = 0; i < kBrickVoxels; ++i) target->phi[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
+      for (int i = 0; i < kBrickVoxels; ++i) target->value[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
       change = sealBrick(source, editor->grid().band, *target, most);
     }
     if (mask != ChannelSlot()) {
@@ -248,11 +238,11 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
 }
 
 // What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
-BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, Brick& brick, float& most) const {
+BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, FloatBrick& brick, float& most) const {
   for (int i = 0; i < kBrickVoxels; ++i) {
     const uint8_t cover = mask.value(i);
     if (cover == 0 || (cover < 255 && method && method->masks())) continue;
-    brick.phi[i] = cover == 255 ? source[i] : source[i] + (brick.phi[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
+    brick.value[i] = cover == 255 ? source[i] : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
   }
   return sealBrick(source, editor->grid().band, brick, most);
 }
@@ -288,7 +278,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
   Sampler field(*editor);
   method->begin(field, images, coords);
   struct Result {
-    Brick* brick = nullptr;
+    FloatBrick* brick = nullptr;
     ChannelSlot mask;
     BrickChange change;
     float most = 0;
@@ -303,13 +293,11 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
       coords.size(), coords.size() >= kParallelFrom ? threads : 1,
       [&](size_t begin, size_t end) {
         Sampler mine(*editor);
-        float flat[kBrickVoxels];
+        BrickValues scratch;
         for (size_t i = begin; i < end; ++i) {
           Result& r = results[i];
-          if (r.mask == ChannelSlot(true) || !method->brick(mine, images, coords[i], r.brick->phi)) continue;
-          const Slot slot = mine.slot(coords[i]);
-          if (slot.isTile()) std::fill(std::begin(flat), std::end(flat), slot.phi(0, band));
-          const float* source = slot.isTile() ? flat : slot.brick()->phi;
+          if (r.mask == ChannelSlot(true) || !method->brick(mine, images, coords[i], r.brick->value)) continue;
+          const float* source = mine.slot(coords[i]).values(scratch, band);
           r.change = r.mask == ChannelSlot() ? sealBrick(source, band, *r.brick, r.most) : masked(r.mask, source, *r.brick, r.most);
         }
       },

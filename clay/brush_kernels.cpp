@@ -51,7 +51,7 @@ HWY_INLINE Row outsideOf(const SweptBall& b, float x, float y, Row z) {
 }
 
 template <class Value>
-HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& out, const Value& value) {
+HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, FloatBrick& out, const Value& value) {
   const RowTag d;
   const Row lanes = hn::Iota(d, -3.5f), bound = hn::Set(d, band), zero = hn::Zero(d);
   auto* bits = reinterpret_cast<uint8_t*>(out.inside);
@@ -59,7 +59,7 @@ HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& 
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
       const float* source = phi + (stride == 8 ? x * 64 + y * 8 : paddedOffset(x + 1, y + 1, 1));
-      float* target = out.phi + x * 64 + y * 8;
+      float* target = out.value + x * 64 + y * 8;
       uint8_t* row = bits + x * 8 + y;
       *row = 0;
       for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
@@ -76,7 +76,7 @@ HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, Brick& 
   return {!hn::AllFalse(d, changed), !hn::AllFalse(d, inBand)};
 }
 
-BrickChange Carve(const SweptBall& ball, float band, const float* phi, Brick& out) {
+BrickChange Carve(const SweptBall& ball, float band, const float* phi, FloatBrick& out) {
   const RowTag d;
   const Row bound = hn::Set(d, band);
   return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
@@ -84,7 +84,7 @@ BrickChange Carve(const SweptBall& ball, float band, const float* phi, Brick& ou
   });
 }
 
-BrickChange Add(const SweptBall& ball, float band, const float* phi, Brick& out) {
+BrickChange Add(const SweptBall& ball, float band, const float* phi, FloatBrick& out) {
   const RowTag d;
   const Row bound = hn::Set(d, -band);
   return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
@@ -92,11 +92,11 @@ BrickChange Add(const SweptBall& ball, float band, const float* phi, Brick& out)
   });
 }
 
-BrickChange Seal(const float* source, float band, Brick& out, float& most) {
+BrickChange Seal(const float* source, float band, FloatBrick& out, float& most) {
   const RowTag d;
   const Row bound = hn::Set(d, band);
   Row largest = hn::Zero(d);
-  const float* mine = out.phi;
+  const float* mine = out.value;
   const BrickChange change = forRows(band, source, 8, out, [&](Row old, float, float, Row, const float* at) {
     const Row next = hn::Min(hn::Max(hn::LoadU(d, mine + (at - source)), hn::Neg(bound)), bound);
     largest = hn::Max(largest, hn::Abs(hn::Sub(next, old)));
@@ -230,7 +230,7 @@ void RenewNear(const float* padded, const uint64_t* frozen, float least, float* 
     }
 }
 
-BrickChange Settle(const float* phi, const float* u, float band, float tolerance, Brick& out) {
+BrickChange Settle(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) {
   const RowTag d;
   const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
   return forRows(band, phi, 8, out, [&](Row old, float, float, Row, const float* at) {
@@ -292,16 +292,16 @@ HWY_EXPORT(Start);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
 
-BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept {
+BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Carve)(ball, band, phi, out);
 }
-BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept {
+BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Add)(ball, band, phi, out);
 }
 void smoothBrick(const float* padded, const float* weight, float amount, float band, float* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Smooth)(padded, weight, amount, band, out);
 }
-BrickChange sealBrick(const float* source, float band, Brick& out, float& most) noexcept {
+BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept {
   return HWY_DYNAMIC_DISPATCH(Seal)(source, band, out, most);
 }
 void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept {
@@ -314,7 +314,7 @@ void renewNearDistance(const float* padded, const uint64_t* frozen, float least,
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(Start)(padded, band, frozen, u);
 }
-BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, Brick& out) noexcept {
+BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Settle)(phi, u, band, tolerance, out);
 }
 void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept {

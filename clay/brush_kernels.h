@@ -28,14 +28,14 @@ inline constexpr int kPaddedSize = 10 * 10 * kPaddedRow + 16;
 inline constexpr int paddedOffset(int x, int y, int z) { return (x * 10 + y) * kPaddedRow + z; }
 
 // All of these use add, multiply, divide, square root, min and max only, in one order: equal bits on every target and to
-// the scalar reference. They write out.phi and out.inside. `out.phi` may be `phi`.
+// the scalar reference. They write out.value and out.inside. `out.value` may be `phi`.
 
 /// Carve: max(phi, −d), add: min(phi, d), d the distance to the swept ball; clamped to ±band. `phi`: the source's 512 values.
-BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
-BrickChange addBrick(const SweptBall& ball, float band, const float* phi, Brick& out) noexcept;
+BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
+BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 
-/// Finishes a brick whose out.phi was filled: clamps to ±band, turns −0 to 0, sets `inside`; `most`: the largest change from `source`.
-BrickChange sealBrick(const float* source, float band, Brick& out, float& most) noexcept;
+/// Finishes a brick whose out.value was filled: clamps to ±band, turns −0 to 0, sets `inside`; `most`: the largest change from `source`.
+BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept;
 
 /// The largest over the ball of falloff(distance to the segment / radius) · strength and what `weight` holds already. `shape`: as Falloff.
 void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept;
@@ -59,6 +59,6 @@ void renewNearDistance(const float* padded, const uint64_t* frozen, float least,
 void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
 
 /// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere.
-BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, Brick& out) noexcept;
+BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept;
 
 }  // namespace argil::clay

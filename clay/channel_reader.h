@@ -22,7 +22,7 @@ struct ChannelPlace {
   std::array<ChannelSlot, kChannels> channel;
 
   [[nodiscard]] bool empty() const { return channel == std::array<ChannelSlot, kChannels>{}; }
-  [[nodiscard]] bool inBand(int voxel, float band) const { return distance.brick() && std::abs(distance.brick()->phi[voxel]) < band; }
+  [[nodiscard]] bool inBand(int voxel, float band) const { return distance.brick() && std::abs(distance.brick()->phi(voxel)) < band; }
   [[nodiscard]] ChannelBytes bytes(int voxel) const {
     ChannelBytes all;
     for (size_t i = 0; i < kChannels; ++i) all[i] = channel[i].value(voxel);

@@ -71,7 +71,8 @@ class Cutter {
 
   void copy(const TreePlace& place) {
     if (const Brick* brick = place.brick()) {
-      editor_.setVoxels(brick->coord, brick->phi);
+      BrickValues scratch;
+      editor_.setVoxels(brick->coord, brick->values(scratch));
     } else if (place.isTile()) {
       if (place.tile() == Tile::inside) editor_.setBlock(place.first(), place.level(), Tile::inside);
     } else {

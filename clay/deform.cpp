@@ -159,7 +159,7 @@ class Deformer {
     old_.forEachBrick([&](const Brick& brick) {
       if (done++ % 1024 == 0) step(0.1 + 0.1 * double(done) / double(all));
       bool surface = brick.anyInside && brick.anyOutside;
-      for (int i = 0; i < kBrickVoxels && !surface; ++i) surface = std::abs(brick.phi[i]) < 1;
+      for (int i = 0; i < kBrickVoxels && !surface; ++i) surface = std::abs(brick.phi(i)) < 1;
       if (surface) propose(brick.coord);
     });
     order_.reserve(first_.size());

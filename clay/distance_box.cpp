@@ -68,7 +68,7 @@ bool DistanceBox::gather(const Version& version) {
           for (int y = from.y; y < to.y; ++y) {
             float* row = &phi_[index(Coord{x, y, from.z} - outerLow_)];
             if (brick)
-              std::copy_n(brick->phi + Brick::offset(x & 7, y & 7, from.z & 7), to.z - from.z, row);
+              brick->read(Brick::offset(x & 7, y & 7, from.z & 7), to.z - from.z, row);
             else
               std::fill_n(row, to.z - from.z, constant);
           }

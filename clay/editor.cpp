@@ -27,13 +27,15 @@ void requireReach(Coord brick) {
 }  // namespace
 
 uint64_t Editor::Counts::bytes() const {
-  return bricksMade * sizeof(Brick) + channelBricksMade * sizeof(ChannelBrick) + nodesMade * sizeof(Node);
+  return bricksMade * brickBytes(precision) + channelBricksMade * sizeof(ChannelBrick) + nodesMade * sizeof(Node);
 }
 
 Editor::Editor(Version base) : base_(std::move(base)), store_(base_.store().get()) {
   for (size_t i = 0; i < trees_.size(); ++i) trees_[i].root = base_.record()->roots[i];
   trees_[kDistanceTree].distances = true;
   id_ = store_->state().nextId++;
+  step_ = base_.record()->step;
+  counts_.precision = store_->precision();
 }
 
 Editor::~Editor() {
@@ -203,7 +205,7 @@ bool Editor::setBlock(Coord brick, int level, Tile tile) {
 void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {
   requireReach(coord);
   const float band = grid().band;
-  Brick* brick = newBrick(coord);
+  FloatBrick* brick = newBrick(coord);
   bool inBand = false;
   std::fill(std::begin(brick->inside), std::end(brick->inside), uint64_t{0});
   for (int i = 0; i < kBrickVoxels; ++i) {
@@ -212,12 +214,13 @@ void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {
       throw Error("clay distance is not a number", Error::Kind::work);
     }
     const float value = std::clamp(phi[static_cast<size_t>(i)], -band, band) + 0.0f;
-    brick->phi[i] = value;
+    brick->value[i] = value;
     brick->inside[i >> 6] |= static_cast<uint64_t>(value < 0) << (i & 63);
     inBand |= std::abs(value) < band;
   }
   const Slot now = find(coord);
-  if (inBand && now.brick() && std::memcmp(now.brick()->phi, brick->phi, sizeof brick->phi) == 0)
+  BrickValues scratch;
+  if (inBand && now.brick() && std::memcmp(now.brick()->values(scratch), brick->value, sizeof brick->value) == 0)
     recycle(brick);
   else
     link(brick, inBand);
@@ -228,23 +231,24 @@ Coord Editor::blockFirst(Coord brick, int level) {
   return ((brick + origin) >> (3 * level)) * (1 << (3 * level)) - origin;
 }
 
-Brick* Editor::newBrick(Coord coord) {
+FloatBrick* Editor::newBrick(Coord coord) {
   if (stock_.bricks.empty()) store_->state().stockBricks(stock_.bricks);
-  auto* brick = static_cast<Brick*>(stock_.bricks.back());
+  auto* brick = static_cast<FloatBrick*>(stock_.bricks.back());
   stock_.bricks.pop_back();
   brick->serial = nextSerial();
+  brick->step = 0;
   brick->birth = id_;
   brick->coord = coord;
   ++counts_.bricksMade;
   return brick;
 }
 
-void Editor::recycle(Brick* brick) {
+void Editor::recycle(FloatBrick* brick) {
   --counts_.bricksMade;
   stock_.bricks.push_back(brick);
 }
 
-void Editor::link(Brick* brick, bool inBand) {
+void Editor::link(FloatBrick* brick, bool inBand) {
   const Coord coord = brick->coord;
   if (inBand) {
     uint64_t any = 0, all = ~uint64_t{0};
@@ -257,14 +261,14 @@ void Editor::link(Brick* brick, bool inBand) {
     place(trees_[kDistanceTree], coord, reinterpret_cast<Link>(brick));
     return;
   }
-  const Tile tile = brick->phi[0] < 0 ? Tile::inside : Tile::outside;
+  const Tile tile = brick->value[0] < 0 ? Tile::inside : Tile::outside;
   if (find(coord) != Slot(brick)) recycle(brick);
   place(trees_[kDistanceTree], coord, linkOf(tile));
 }
 
-Brick* Editor::own(Coord coord) noexcept {
+FloatBrick* Editor::own(Coord coord) noexcept {
   const Brick* brick = find(coord).brick();
-  return brick && brick->birth == id_ ? const_cast<Brick*>(brick) : nullptr;
+  return brick && brick->birth == id_ ? static_cast<FloatBrick*>(const_cast<Brick*>(brick)) : nullptr;
 }
 
 // Nodes whose children have all become one tile turn into that tile, upwards as far as it goes.
@@ -295,8 +299,10 @@ Version Editor::commit() {
   }
   auto* record = new VersionRecord;
   record->grid = base_.grid();
+  record->step = step_;
   record->id = id_;
   for (size_t i = 0; i < trees_.size(); ++i) record->roots[i] = trees_[i].root;
+  record->stats.precision = base_.stats().precision;
   record->stats.bricks = base_.stats().bricks + static_cast<uint64_t>(bricksDelta_);
   record->stats.nodes = base_.stats().nodes + static_cast<uint64_t>(nodesDelta_);
   record->stats.channelBricks = base_.stats().channelBricks + static_cast<uint64_t>(channelDelta_);

@@ -23,6 +23,8 @@ class Editor {
   [[nodiscard]] const Version& base() const { return base_; }
   [[nodiscard]] const Grid& grid() const { return base_.grid(); }
 
+  [[nodiscard]] float step() const { return step_; }  ///< Of its bricks (Brick::step).
+
   /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Consecutive calls in one region
   /// (8×8×8 bricks) cost one load.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
@@ -47,20 +49,21 @@ class Editor {
 
   // For kernels: a brick is filled first and linked afterwards.
 
-  /// Brick with uninitialised phi and inside; give it to link() or recycle().
-  [[nodiscard]] Brick* newBrick(Coord brick);
-  void recycle(Brick* brick);
+  /// Brick with uninitialised value and inside; give it to link() or recycle().
+  [[nodiscard]] FloatBrick* newBrick(Coord brick);
+  void recycle(FloatBrick* brick);
   /// Puts a filled brick (clamped, no NaN or −0, inside bits right, in reach) in its place. `inBand`, some |phi| < band; when
   /// false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after writing in place.
-  void link(Brick* brick, bool inBand);
+  void link(FloatBrick* brick, bool inBand);
   /// The brick at a coordinate if this transaction made it, so that it may be written in place; else null.
-  [[nodiscard]] Brick* own(Coord brick) noexcept;
+  [[nodiscard]] FloatBrick* own(Coord brick) noexcept;
 
   /// The new version; the editor is finished. Without any change: the base itself.
   [[nodiscard]] Version commit();
 
   struct Counts {
     uint64_t bricksMade = 0, nodesMade = 0, channelBricksMade = 0;
+    Precision precision = Precision::float32;
     [[nodiscard]] uint64_t bytes() const;
   };
   /// What this transaction took from the store so far.
@@ -96,6 +99,7 @@ class Editor {
   Stock stock_;
   Store* store_;
   uint64_t id_;
+  float step_;
   std::array<Tree, 1 + kChannels> trees_;  // distances first
   int64_t bricksDelta_ = 0, nodesDelta_ = 0, channelDelta_ = 0;
   Counts counts_;

@@ -54,10 +54,12 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
     if (slot.isTile() || segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1) continue;
     float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
+    BrickValues scratch;
+    const BrickValues& values = slot.brick()->values(scratch);
     imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
     const BrickFrame frame(middle, coord);
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float phi = slot.brick()->phi[i];
+      const float phi = values[i];
       // As much of each voxel as lies near the surface: together they weigh its area.
       const float w = weight[i] * (1 - std::abs(phi));
       if (!(w > 0)) continue;
@@ -129,7 +131,8 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     levelBrick(padded, weight, {static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()), static_cast<float>((n.x() * from.x() + n.y() * from.y()) + n.z() * from.z())},
                band_, kMost, cut, heap);
   }
-  const float* old = before.slot(coord).brick()->phi;
+  BrickValues scratch;
+  const BrickValues& old = before.slot(coord).values(scratch, band_);
   // Below zero scraping fills and filling scrapes.
   const bool down = operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
   const bool up = operation_.method == Method::flatten || !down;

@@ -53,7 +53,7 @@ Version work(const Version& version, const WorkPart& part, int threads, const Fi
             for (int v = 0; v < kBrickVoxels; ++v) masks[i][static_cast<size_t>(v)] = now.value(v);
             fill(reading, brick, masks[i]);
             for (int v = 0; v < kBrickVoxels; ++v)
-              if (!(std::abs(brick.phi[v]) < band)) masks[i][static_cast<size_t>(v)] = 0;
+              if (!(std::abs(brick.phi(v)) < band)) masks[i][static_cast<size_t>(v)] = 0;
           }
         },
         128);
@@ -104,7 +104,7 @@ Version blurMask(const Version& version, int passes, Job* job, int threads) {
       reading.blur.gather(reading.channels, brick.coord, false);
       ChannelBytes bytes{};
       for (int i = 0; i < kBrickVoxels; ++i) {
-        if (!(std::abs(brick.phi[i]) < reading.channels.band())) continue;
+        if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
         bytes[indexOf(Channel::mask)] = mask[static_cast<size_t>(i)];
         reading.blur.apply(i, 1, bytes);
         mask[static_cast<size_t>(i)] = bytes[indexOf(Channel::mask)];
@@ -138,7 +138,7 @@ Version maskByLasso(const Version& version, const MaskLasso& lasso, Job* job, in
     }
     if (whole && !seen.intersects(box)) return;
     for (int i = 0; i < kBrickVoxels; ++i) {
-      if (!(std::abs(brick.phi[i]) < reading.channels.band())) continue;
+      if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
       const Coord voxel = voxelOf(brick.coord, i);
       Eigen::Vector2d at;
       if (!project(voxel.toVec3d(), at) || !box.contains(at)) continue;
@@ -168,7 +168,7 @@ Version maskByCavity(const Version& version, const MaskByCavity& how, Job* job, 
   return work(version, WorkPart(job), threads, [&](Reading& reading, const Brick& brick, Bytes& mask) {
     for (int i = 0; i < kBrickVoxels; ++i) {
       uint8_t& own = mask[static_cast<size_t>(i)];
-      if (!(std::abs(brick.phi[i]) < reading.channels.band())) continue;
+      if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
       // Half of the curvature is that of twice the radius.
       const uint8_t found = byteOf(2 * (meanCurvature(reading.field, voxelOf(brick.coord, i)) * radius - 0.5f));
       own = how.add ? std::max(own, found) : found;

@@ -49,11 +49,12 @@ class HalfTaker {
     const auto slot = [](const TreePlace& p) { return p.brick() ? Slot(p.brick()) : Slot(p.tile()); };
     const Slot a = slot(own), b = slot(other);
     const Vec3d low = (own.first() * kBrickEdge).toVec3d();
-    float phi[kBrickVoxels];
+    BrickValues phi, scratchA, scratchB;
+    const BrickValues &valuesA = a.values(scratchA, band), &valuesB = b.values(scratchB, band);
     bool differs = false, changed = false;
     for (int v = 0; v < kBrickVoxels; ++v) {
       const double side = normal_.dot(low + Vec3d(v >> 6, (v >> 3) & 7, v & 7) - point_);
-      const float pa = a.phi(v, band), pb = b.phi(v, band);
+      const float pa = valuesA[v], pb = valuesB[v];
       differs |= std::abs(side) < double(band) && std::abs(pa - pb) > kSame;
       changed |= side < 0 && pa != pb;
       phi[v] = side < 0 ? pb : pa;

@@ -21,8 +21,10 @@ class Morphing : public DistanceMethod {
     if (now == goal) return false;
     float weight[kBrickVoxels];
     imageWeights(images, operation_.shape, coord, weight);
+    BrickValues nowScratch, goalScratch;
+    const BrickValues &nowValues = now.values(nowScratch, band_), &goalValues = goal.values(goalScratch, band_);
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float from = now.phi(i, band_), to = goal.phi(i, band_);
+      const float from = nowValues[i], to = goalValues[i];
       const float w = weight[i] * operation_.amount;
       // The whole way where it is nearly there: it arrives, to the bit.
       const float step = (to - from) * w;

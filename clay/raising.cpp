@@ -211,8 +211,7 @@ bool Raising::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
           padded[paddedOffset(i + 1, j + 1, target)] = heights[Brick::offset(i, j, from)];
       }
   }
-  const Slot now = before.slot(coord);
-  for (int i = 0; i < kBrickVoxels; ++i) phi[i] = now.phi(i, band_);
+  before.slot(coord).read(phi, band_);
   raisedDistances(block->u, padded, side_, phi);
   return true;
 }

@@ -56,8 +56,7 @@ void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
             if (!brick) {
               std::fill(row, row + (z1 - z0), constant);
             } else {
-              const float* from = brick->phi + Brick::offset((x + 7) & 7, (y + 7) & 7, (z0 + 7) & 7);
-              std::copy(from, from + (z1 - z0), row);
+              brick->read(Brick::offset((x + 7) & 7, (y + 7) & 7, (z0 + 7) & 7), z1 - z0, row, field.step());
             }
           }
       }
@@ -134,16 +133,12 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     }
   }
 
-  struct {
-    float inside[kBrickVoxels], outside[kBrickVoxels];
-  } flat;
-  std::fill(std::begin(flat.inside), std::end(flat.inside), -band);
-  std::fill(std::begin(flat.outside), std::end(flat.outside), band);
+  BrickValues room;
   std::vector<Coord> changed;
   for (size_t i = 0; i < count; ++i) {
     const Block& b = blocks[i];
-    Brick* brick = editor.newBrick(coords[i]);
-    const float* phi = b.source.isTile() ? (b.source.tile() == Tile::inside ? flat.inside : flat.outside) : b.source.brick()->phi;
+    FloatBrick* brick = editor.newBrick(coords[i]);
+    const float* phi = b.source.values(room, band);
     const BrickChange change = settleDistance(phi, b.u[now], band, kTolerance[renew.empty() ? 0 : static_cast<size_t>(renew[i])], *brick);
     if (!change.changed) {
       editor.recycle(brick);

@@ -58,7 +58,8 @@ double volumeOfPlace(const TreePlace& place) {
     for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i));
     return sum;
   }
-  for (const float phi : place.brick()->phi) sum += std::clamp(0.5 - double(phi), 0.0, 1.0);
+  BrickValues scratch;
+  for (const float phi : place.brick()->values(scratch)) sum += std::clamp(0.5 - double(phi), 0.0, 1.0);
   return sum;
 }
 
@@ -72,7 +73,7 @@ double areaOf(const Version& version) {
     for (int v = 0; v < kBrickVoxels; ++v)
       for (const int stride : {64, 8, 1}) {
         if (((v / stride) & 7) == 7) continue;
-        edges += (brick.phi[v] < 0) != (brick.phi[v + stride] < 0);
+        edges += ((brick.inside[v >> 6] >> (v & 63)) & 1) != ((brick.inside[(v + stride) >> 6] >> ((v + stride) & 63)) & 1);
       }
   });
   // Edges between bricks are left out: an eighth of all.

@@ -225,11 +225,13 @@ void pointErrors(const Version& of, const Version& other, const Eigen::Isometry3
           const Brick& brick = *bricks[i * every];
           const Vec3d first = (brick.coord * kBrickEdge).toVec3d();
           constexpr int kStride[3] = {64, 8, 1};
+          BrickValues scratch;
+          const BrickValues& values = brick.values(scratch);
           for (int v = 0; v < kBrickVoxels; ++v)
             for (int axis = 0; axis < 3; ++axis) {
               const int place[3] = {v >> 6, (v >> 3) & 7, v & 7};
               if (place[axis] == 7) continue;
-              const float a = brick.phi[v], b = brick.phi[v + kStride[axis]];
+              const float a = values[v], b = values[v + kStride[axis]];
               if ((a < 0) == (b < 0)) continue;
               Vec3d p = first + Vec3d(place[0], place[1], place[2]);
               p[axis] += double(a) / (double(a) - double(b));

@@ -45,12 +45,14 @@ void cubicWeights(float t, float w[4], float d[4]) noexcept {
 void Sampler::reset(const Version& version) noexcept {
   root_ = version.record()->roots[kDistanceTree];
   band_ = version.record()->grid.band;
+  step_ = version.record()->step;
   regionCoord_ = {INT32_MIN, 0, 0};
 }
 
 void Sampler::reset(const Editor& editor) noexcept {
   root_ = editor.trees_[kDistanceTree].root;
   band_ = editor.grid().band;
+  step_ = editor.step();
   regionCoord_ = {INT32_MIN, 0, 0};
 }
 
@@ -78,7 +80,7 @@ void Sampler::corner(Coord brick, Slot (&out)[2][2][2]) noexcept {
   for (int i = 1; i < 8; ++i) out[i >> 2][(i >> 1) & 1][i & 1] = slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
 }
 
-float Sampler::voxel(Coord v) noexcept { return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_); }
+float Sampler::voxel(Coord v) noexcept { return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_, step_); }
 
 // Copies n³ voxels from `first` on into out[x][y][z]; n ≤ 4, so at most eight bricks are met.
 template <int n>
@@ -88,7 +90,7 @@ void Sampler::gather(Coord first, float (&out)[n][n][n]) noexcept {
     const Slot s = slot(first >> kBrickBits);
     for (int x = 0; x < n; ++x)
       for (int y = 0; y < n; ++y)
-        for (int z = 0; z < n; ++z) out[x][y][z] = s.phi(Brick::offset(lx + x, ly + y, lz + z), band_);
+        for (int z = 0; z < n; ++z) out[x][y][z] = s.phi(Brick::offset(lx + x, ly + y, lz + z), band_, step_);
     return;
   }
   const Coord brick = first >> kBrickBits;
@@ -102,7 +104,7 @@ void Sampler::gather(Coord first, float (&out)[n][n][n]) noexcept {
     for (int y = 0; y < n; ++y)
       for (int z = 0; z < n; ++z) {
         const int vx = lx + x, vy = ly + y, vz = lz + z;
-        out[x][y][z] = slots[vx >> 3][vy >> 3][vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band_);
+        out[x][y][z] = slots[vx >> 3][vy >> 3][vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band_, step_);
       }
 }
 

@@ -22,6 +22,7 @@ class Sampler {
   void reset(const Version& version) noexcept;
 
   [[nodiscard]] float band() const noexcept { return band_; }  ///< Of the version, in voxels.
+  [[nodiscard]] float step() const noexcept { return step_; }  ///< Of its bricks (Brick::step).
   /// Distance in voxels at a voxel.
   [[nodiscard]] float voxel(Coord voxel) noexcept;
   /// Brick or tile at a brick coordinate, through the cache.
@@ -44,7 +45,7 @@ class Sampler {
   uintptr_t root_ = 0;    // tree of the version (clay/tree.h)
   uintptr_t region_ = 0;  // its region node or tile met last
   Coord regionCoord_{INT32_MIN, 0, 0};
-  float band_ = 3;
+  float band_ = 3, step_ = 0;
 };
 
 }  // namespace argil::clay

@@ -51,7 +51,7 @@ void keepChannels(Editor& editor, const Version& from) {
       }
       std::array<uint8_t, kBrickVoxels> values;
       for (int i = 0; i < kBrickVoxels; ++i) {
-        const bool both = std::abs(is.phi(i, band)) < band && std::abs(was.phi[i]) < band;
+        const bool both = std::abs(is.phi(i, band)) < band && std::abs(was.phi(i)) < band;
         values[static_cast<size_t>(i)] = both ? slot.value(i) : 0;
       }
       editor.setChannel(channel, was.coord, values);

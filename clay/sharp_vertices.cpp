@@ -67,7 +67,7 @@ struct Suspects {
 };
 
 void readBlock(Sampler& field, Coord brick, Block& block) {
-  const float band = field.band();
+  const float band = field.band(), step = field.step();
   Slot slots[3][3][3];
   for (int i = 0; i < 27; ++i) slots[i / 9][i / 3 % 3][i % 3] = field.slot(brick + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
   float* out = block.phi;
@@ -77,7 +77,7 @@ void readBlock(Sampler& field, Coord brick, Block& block) {
       const Slot* row = slots[vx >> 3][vy >> 3];
       for (int z = 0; z < kVoxels; ++z) {
         const int vz = z - kSharpMargin + kBrickEdge;
-        *out++ = row[vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band);
+        *out++ = row[vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band, step);
       }
     }
 }

@@ -65,12 +65,16 @@ void Smoothing::gatherBroad(Sampler& before, Coord coord, int margin, const std:
     const Coord at = coord + Coord{side[0], side[1], side[2]};
     const Slot slot = before.slot(at);
     const Part* part = parts ? find(at) : nullptr;
-    const float* from = part ? part->mean : slot.isTile() ? nullptr : slot.brick()->phi;
-    if (!from) std::fill(std::begin(flat), std::end(flat), slot.phi(0, band_));
+    const float* from = part ? part->mean : nullptr;
+    if (!from && slot.isTile()) std::fill_n(flat, kBrickEdge, slot.phi(0, band_));
     for (int x = begin[0]; x < end[0]; ++x)
       for (int y = begin[1]; y < end[1]; ++y) {
-        const float* row = from ? from + Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7) : flat;
-        std::memcpy(broad + broadOffset(x, y, begin[2]), row, static_cast<size_t>(end[2] - begin[2]) * sizeof(float));
+        const int first = Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7), count = end[2] - begin[2];
+        float* row = broad + broadOffset(x, y, begin[2]);
+        if (!from && !slot.isTile())
+          slot.brick()->read(first, count, row);
+        else
+          std::copy_n(from ? from + first : flat, count, row);
       }
   }
 }
@@ -101,9 +105,10 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   for (size_t i = 0; i < bricks.size(); ++i) {
     Part& part = parts_[i];
     imageWeights(images, operation_.shape, bricks[i], part.weight);
-    const Slot slot = before.slot(bricks[i]);
+    BrickValues scratch;
+    const BrickValues& values = before.slot(bricks[i]).values(scratch, band_);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const float phi = slot.phi(v, band_);
+      const float phi = values[v];
       if (!(std::abs(phi) < band_)) part.weight[v] = 0;
       // From here on what it becomes.
       part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);

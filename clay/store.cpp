@@ -77,7 +77,7 @@ void Store::State::freeAll(Freed& freed) {
   freed = {};
 }
 
-Store::Store() : state_(std::make_unique<State>()) {}
+Store::Store(Precision precision) : state_(std::make_unique<State>(precision)) {}
 
 // No version is left, so every record waits in `dropped`; bricks and nodes go with their slabs.
 Store::~Store() {
@@ -85,7 +85,9 @@ Store::~Store() {
   delete state_->victim;
 }
 
-std::shared_ptr<Store> Store::make() { return std::shared_ptr<Store>(new Store); }
+std::shared_ptr<Store> Store::make(Precision precision) { return std::shared_ptr<Store>(new Store(precision)); }
+
+Precision Store::precision() const { return state_->precision; }
 
 void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves, std::vector<void*>& nodes) {
   if (isTile(own) || own == before || own == after) return;
@@ -200,9 +202,10 @@ Store::Usage Store::usage() const {
   usage.channelBricks = state_->liveChannelBricks;
   usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes();
   usage.versions = state_->versions;
+  usage.precision = state_->precision;
   return usage;
 }
 
-uint64_t Store::Usage::bytes() const { return bricks * sizeof(Brick) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
+uint64_t Store::Usage::bytes() const { return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
 
 }  // namespace argil::clay

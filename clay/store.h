@@ -11,7 +11,7 @@ namespace argil::clay {
 /// Owns the bricks and nodes of any number of versions. Create with make(); versions keep it alive.
 class Store : public std::enable_shared_from_this<Store> {
  public:
-  static std::shared_ptr<Store> make();
+  static std::shared_ptr<Store> make(Precision precision = Precision::float32);
   ~Store();
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
@@ -21,10 +21,13 @@ class Store : public std::enable_shared_from_this<Store> {
   /// calls it in the background. Never a stall: cost follows maxObjects.
   bool collect(size_t maxObjects = 4096);
 
+  [[nodiscard]] Precision precision() const;  ///< Of all its bricks.
+
   struct Usage {
     uint64_t bricks = 0, nodes = 0, channelBricks = 0;  ///< Live or waiting to be collected.
     uint64_t slabBytes = 0;          ///< Taken from the system.
     uint64_t versions = 0;           ///< Pinned or waiting.
+    Precision precision = Precision::float32;
     [[nodiscard]] uint64_t bytes() const;
   };
   [[nodiscard]] Usage usage() const;  ///< What editors at work have in stock is counted too. Any thread.
@@ -33,7 +36,7 @@ class Store : public std::enable_shared_from_this<Store> {
   [[nodiscard]] State& state() const { return *state_; }  ///< For the files of this room (clay/tree.h).
 
  private:
-  Store();
+  explicit Store(Precision precision);
   std::unique_ptr<State> state_;
 };
 

@@ -193,7 +193,8 @@ RegionBits crossedBricks(const RegionSlots& slots) {
 unsigned changedFor(Slot before, Slot after) {
   if (before.isTile() || after.isTile()) return 0xff;
   uint64_t d[8];
-  differingVoxels(before.brick()->phi, after.brick()->phi, d);
+  BrickValues was, is;
+  differingVoxels(before.brick()->values(was), after.brick()->values(is), d);
   const uint64_t all = d[0] | d[1] | d[2] | d[3] | d[4] | d[5] | d[6] | d[7];
   const auto bits = [](uint64_t word) {
     return unsigned{word != 0} | unsigned{(word & kLowZ) != 0} << 1 | unsigned{(word & 0xff) != 0} << 2 | unsigned{(word & 1) != 0} << 3;
@@ -324,6 +325,7 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, Worker& worke
     if (i >= count) return;
     BrickInput& input = inputs[static_cast<size_t>(i % kAhead)];
     slots.corner(bricks[i] >> 6, bricks[i] >> 3 & 7, bricks[i] & 7, input.slots);
+    input.step = field.step();
     readSigns(input);
     readRows(input);
     // What was there: its counters, head and cells.

@@ -50,9 +50,9 @@ class Sweep : public DistanceMethod {
       if (i > 0)
         for (int v = 0; v < kBrickVoxels; ++v) distance[v] = std::min(distance[v], one[v]);
     }
-    const Slot now = before.slot(coord);
+    const BrickValues& now = before.slot(coord).values(one, band_);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const float old = now.phi(v, band_), d = distance[v];
+      const float old = now[v], d = distance[v];
       phi[v] = carves_ ? std::max(old, -d) : std::min(old, d);
     }
     return true;
@@ -62,13 +62,14 @@ class Sweep : public DistanceMethod {
   using Swept = std::array<float, kBrickVoxels>;
   static constexpr float kMostBlend = 64;
 
-  bool blended(Slot now, Coord coord, float (&phi)[kBrickVoxels]) const {
-    const Slot was = base_.find(coord);
+  bool blended(Slot slot, Coord coord, float (&phi)[kBrickVoxels]) const {
+    BrickValues nowScratch, wasScratch;
+    const BrickValues &now = slot.values(nowScratch, band_), &was = base_.find(coord).values(wasScratch, band_);
     const Swept& swept = *swept_.at(coord);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const float old = was.phi(v, band_), d = swept[static_cast<size_t>(v)];
+      const float old = was[v], d = swept[static_cast<size_t>(v)];
       const float near = std::max(blend_ - std::abs(old - d), 0.0f) / blend_;
-      phi[v] = std::min(now.phi(v, band_), std::min(old, d) - near * near * (blend_ * 0.25f));
+      phi[v] = std::min(now[v], std::min(old, d) - near * near * (blend_ * 0.25f));
     }
     return true;
   }

@@ -65,6 +65,7 @@ inline ChannelSlot channelSlotOf(Link link) {
 struct VersionRecord {
   std::shared_ptr<Store> store;
   Grid grid;
+  float step = 0;  // of its bricks
   uint64_t id = 0;
   std::array<Link, kTrees> roots{};
   VersionStats stats;
@@ -108,8 +109,10 @@ class SlabPool {
 };
 
 struct Store::State {
+  explicit State(Precision how) : precision(how) {}
   std::mutex mutex;
-  SlabPool bricks{sizeof(Brick)};
+  const Precision precision;
+  SlabPool bricks{brickBytes(precision)};
   SlabPool nodes{sizeof(Node)};
   SlabPool channelBricks{sizeof(ChannelBrick)};
   uint64_t liveBricks = 0, liveNodes = 0, liveChannelBricks = 0;

@@ -22,6 +22,7 @@ void count(Link own, Link other, int level, uint64_t& leaves, uint64_t& nodes) {
 VersionStats unshared(const Version& version, const Version& other) {
   if (version.store() != other.store()) return version.stats();
   VersionStats alone;
+  alone.precision = version.stats().precision;
   for (size_t i = 0; i < kTrees; ++i)
     count(version.record()->roots[i], other.record()->roots[i], kTreeLevels, i == kDistanceTree ? alone.bricks : alone.channelBricks, alone.nodes);
   return alone;

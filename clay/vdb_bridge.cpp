@@ -77,9 +77,9 @@ VdbGrid toVdb(const Version& version, Job* job) {
     Leaf* leaf = accessor.touchLeaf({first.x, first.y, first.z});
     float* values = leaf->buffer().data();
     Leaf::NodeMaskType active;
+    brick.read(0, kBrickVoxels, values);
     for (int i = 0; i < kBrickVoxels; ++i) {
-      values[i] = brick.phi[i];
-      if (std::abs(brick.phi[i]) < band) active.setOn(openvdb::Index32(i));
+      if (std::abs(values[i]) < band) active.setOn(openvdb::Index32(i));
     }
     leaf->setValueMask(active);
   });

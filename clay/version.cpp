@@ -20,7 +20,7 @@ void Grid::check() const {
   if (!(band >= 2 && band <= 8)) throw Error(fmt::format("narrow band of {} voxels: give one from 2 to 8", band));
 }
 
-uint64_t VersionStats::bytes() const { return bricks * sizeof(Brick) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
+uint64_t VersionStats::bytes() const { return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
 
 Version makeVersion(VersionRecord* record) {
   {
@@ -41,6 +41,8 @@ Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
   auto* record = new VersionRecord;
   record->grid = grid;
   record->id = store->state().nextId++;
+  record->stats.precision = store->precision();
+  record->step = stepOf(store->precision(), grid.band);
   record->store = std::move(store);
   return makeVersion(record);
 }
@@ -94,10 +96,12 @@ void hashTree(Link link, int level, Hasher& hasher) {
   if (isTile(link)) return;
   if (level == 0) {
     const auto* leaf = reinterpret_cast<const Leaf*>(link);
-    if constexpr (std::is_same_v<Leaf, Brick>)
-      hasher.add(leaf->phi, sizeof leaf->phi);
-    else
+    if constexpr (std::is_same_v<Leaf, ChannelBrick>)
       hasher.add(leaf->value, sizeof leaf->value);
+    else if (leaf->step == 0)
+      hasher.add(static_cast<const FloatBrick*>(leaf)->value, sizeof(BrickValues));
+    else
+      hasher.add(static_cast<const FixedBrick*>(leaf)->code, sizeof FixedBrick::code);
     return;
   }
   for (const Link child : reinterpret_cast<const Node*>(link)->child) hashTree<Leaf>(child, level - 1, hasher);
@@ -142,7 +146,8 @@ uint64_t Version::activeVoxels() const {
   uint64_t count = 0;
   const float band = record_->grid.band;
   forEachBrick([&](const Brick& brick) {
-    for (const float phi : brick.phi) count += std::abs(phi) < band;
+    BrickValues scratch;
+    for (const float phi : brick.values(scratch)) count += std::abs(phi) < band;
   });
   return count;
 }

@@ -23,6 +23,7 @@ struct VersionStats {
   uint64_t bricks = 0;
   uint64_t nodes = 0;
   uint64_t channelBricks = 0;
+  Precision precision = Precision::float32;
   [[nodiscard]] uint64_t bytes() const;  ///< Bricks of all kinds and nodes; what versions share is counted in each of them.
 };
 

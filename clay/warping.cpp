@@ -221,7 +221,7 @@ bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, S
             if (slot.isTile())
               std::fill(row + z0, row + z1, slot.phi(0, field.band()));
             else
-              std::copy_n(slot.brick()->phi + Brick::offset(x - at.x, y - at.y, z0 - at.z), z1 - z0, row + z0);
+              slot.brick()->read(Brick::offset(x - at.x, y - at.y, z0 - at.z), z1 - z0, row + z0);
           }
       }
   return true;

@@ -34,7 +34,8 @@ void readSlot(Slot slot, float band, float side, float* u) {
     std::fill_n(u, kBrickVoxels, value >= band ? kUnknownDistance : value);
     return;
   }
-  const float* phi = slot.brick()->phi;
+  BrickValues scratch;
+  const BrickValues& phi = slot.brick()->values(scratch);
   for (int i = 0; i < kBrickVoxels; ++i) {
     const float value = side * phi[i];
     u[i] = value >= band ? kUnknownDistance : value;

@@ -114,15 +114,15 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
     for (uint64_t bits = alongX | alongY | alongZ; bits; bits &= bits - 1) {
       const int bit = std::countr_zero(bits), y = bit >> 3, z = bit & 7;
       if (away2[1][y] + away2[2][z] > left || (masked && mask.value(clay::Brick::offset(x, y, z)) > 127)) continue;
-      const float a = brick.phi[clay::Brick::offset(x, y, z)];
+      const float a = brick.phi(clay::Brick::offset(x, y, z));
       const auto part = [a](float b) { return a / (a - b); };
       const float fx = float(x), fy = float(y), fz = float(z);
       if ((alongX >> bit) & 1)
-        meet(fx + part(x < 7 ? brick.phi[clay::Brick::offset(x + 1, y, z)] : beyondX.phi(clay::Brick::offset(0, y, z), band_)), fy, fz);
+        meet(fx + part(x < 7 ? brick.phi(clay::Brick::offset(x + 1, y, z)) : beyondX.phi(clay::Brick::offset(0, y, z), band_)), fy, fz);
       if ((alongY >> bit) & 1)
-        meet(fx, fy + part(y < 7 ? brick.phi[clay::Brick::offset(x, y + 1, z)] : beyondY.phi(clay::Brick::offset(x, 0, z), band_)), fz);
+        meet(fx, fy + part(y < 7 ? brick.phi(clay::Brick::offset(x, y + 1, z)) : beyondY.phi(clay::Brick::offset(x, 0, z), band_)), fz);
       if ((alongZ >> bit) & 1)
-        meet(fx, fy, fz + part(z < 7 ? brick.phi[clay::Brick::offset(x, y, z + 1)] : beyondZ.phi(clay::Brick::offset(x, y, 0), band_)));
+        meet(fx, fy, fz + part(z < 7 ? brick.phi(clay::Brick::offset(x, y, z + 1)) : beyondZ.phi(clay::Brick::offset(x, y, 0), band_)));
     }
   }
 }

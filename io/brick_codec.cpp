@@ -11,7 +11,7 @@ namespace argil::io {
 namespace {
 
 constexpr size_t kCoordBytes = 12;
-constexpr size_t kRawBytes = sizeof(clay::Brick::phi);
+constexpr size_t kRawBytes = sizeof(clay::BrickValues);
 constexpr size_t kMostBits = 3 + clay::kBrickVoxels * 40;  // whatever is read: no voxel takes more than 40 bits
 constexpr size_t kWorkBytes = kMostBits / 8 + 16;
 
@@ -180,10 +180,10 @@ size_t decode(const std::byte* from, float band, float* phi) {
 }
 
 // Fills `inside`; false for what no version holds.
-bool settle(clay::Brick& brick, float band) {
+bool settle(clay::FloatBrick& brick, float band) {
   const auto bandBits = std::bit_cast<int32_t>(band);
   int32_t bad = 0, inBand = 0;
-  for (const float phi : brick.phi) {  // apart from the next loop, so that it runs on vectors
+  for (const float phi : brick.value) {  // apart from the next loop, so that it runs on vectors
     const auto bits = std::bit_cast<int32_t>(phi);
     const int32_t size = bits & 0x7fffffff;  // in the order of the absolute values; NaN is above all
     bad |= (bandBits - size) | ((size - 1) & bits);  // negative: out of the band; -0
@@ -192,7 +192,7 @@ bool settle(clay::Brick& brick, float band) {
   for (size_t x = 0; x < clay::kBrickEdge; ++x) {
     uint64_t word = 0;
     for (size_t i = 0; i < 64; i += 4) {
-      const auto sign = [&](size_t k) { return static_cast<uint64_t>(std::bit_cast<uint32_t>(brick.phi[x * 64 + i + k]) >> 31) << k; };
+      const auto sign = [&](size_t k) { return static_cast<uint64_t>(std::bit_cast<uint32_t>(brick.value[x * 64 + i + k]) >> 31) << k; };
       word |= (sign(0) | sign(1) | sign(2) | sign(3)) << i;
     }
     brick.inside[x] = word;
@@ -207,16 +207,18 @@ BrickCodec::BrickCodec() : work_(kCoordBytes + std::max(kWorkBytes, kRawBytes)) 
 std::span<const std::byte> BrickCodec::pack(const clay::Brick& brick, float band, RecordCodec& codec) {
   const int32_t coord[3] = {brick.coord.x, brick.coord.y, brick.coord.z};
   std::memcpy(work_.data(), coord, kCoordBytes);
+  clay::BrickValues scratch;
+  const clay::BrickValues& values = brick.values(scratch);
   if (codec != RecordCodec::raw) {
-    const size_t size = encode(brick.phi, band, &work_[kCoordBytes]);
+    const size_t size = encode(values, band, &work_[kCoordBytes]);
     codec = size < kRawBytes ? RecordCodec::predicted : RecordCodec::raw;
     if (codec == RecordCodec::predicted) return std::span(work_).first(kCoordBytes + size);
   }
-  std::memcpy(&work_[kCoordBytes], brick.phi, kRawBytes);
+  std::memcpy(&work_[kCoordBytes], values, kRawBytes);
   return std::span(work_).first(kCoordBytes + kRawBytes);
 }
 
-std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, clay::Brick& brick) {
+std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, clay::FloatBrick& brick) {
   const std::span<const std::byte> body = record.body;
   if (record.header.kind != RecordKind::brick || body.size() <= kCoordBytes) return std::nullopt;
   int32_t coord[3];
@@ -224,12 +226,12 @@ std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, cl
   const std::span<const std::byte> packed = body.subspan(kCoordBytes);
   if (record.header.codec == RecordCodec::raw) {
     if (packed.size() != kRawBytes) return std::nullopt;
-    std::memcpy(brick.phi, packed.data(), kRawBytes);
+    std::memcpy(brick.value, packed.data(), kRawBytes);
   } else if (record.header.codec == RecordCodec::predicted) {
     if (packed.size() >= kRawBytes) return std::nullopt;
     std::memcpy(work_.data(), packed.data(), packed.size());
     std::memset(&work_[packed.size()], 0, kWorkBytes - packed.size());
-    if (decode(work_.data(), band, brick.phi) != packed.size()) return std::nullopt;
+    if (decode(work_.data(), band, brick.value) != packed.size()) return std::nullopt;
   } else {
     return std::nullopt;
   }

@@ -23,7 +23,7 @@ class BrickCodec {
 
   /// The coordinate; phi and inside of `brick` are filled, its other members left alone. Nothing when the record is no brick, or none that a version of this band
   /// can hold: wrong kind or length, NaN, |phi| > band, -0, no |phi| < band. Any bytes are allowed.
-  [[nodiscard]] std::optional<Coord> unpack(const RecordView& record, float band, clay::Brick& brick);
+  [[nodiscard]] std::optional<Coord> unpack(const RecordView& record, float band, clay::FloatBrick& brick);
 
  private:
   std::vector<std::byte> work_;

@@ -61,7 +61,7 @@ bool ChannelReading::set(clay::Channel channel, Coord coord, std::span<const uin
   uint8_t inBand[clay::kBrickVoxels];
   bool whole = true;
   for (size_t i = 0; i < clay::kBrickVoxels; ++i) {
-    inBand[i] = std::abs(brick->phi[i]) < version_.grid().band ? values[i] : uint8_t{0};
+    inBand[i] = std::abs(brick->phi(i)) < version_.grid().band ? values[i] : uint8_t{0};
     whole = whole && inBand[i] == values[i];
   }
   editor_.setChannel(channel, coord, inBand);

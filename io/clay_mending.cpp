@@ -86,7 +86,7 @@ void forFaceChildren(Coord first, int level, int face, const Visit& visit) {
 // Voxels of a brick's face that are inside, less those outside.
 int signOfFace(const clay::Brick& brick, int face) {
   int inside = 0;
-  forFaceVoxels(face, [&](Coord c) { inside += brick.phi[clay::Brick::offset(c.x, c.y, c.z)] < 0 ? 1 : -1; });
+  forFaceVoxels(face, [&](Coord c) { inside += brick.phi(clay::Brick::offset(c.x, c.y, c.z)) < 0 ? 1 : -1; });
   return inside;
 }
 

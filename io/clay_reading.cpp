@@ -284,7 +284,7 @@ std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadC
       if (filled == coord || !source_.get(id, bytes)) continue;
       const auto record = parseRecord(bytes);
       if (!record || record->header.owner != owner_) continue;
-      clay::Brick* brick = editor_.newBrick(coord);
+      clay::FloatBrick* brick = editor_.newBrick(coord);
       if (codec.unpack(*record, editor_.grid().band, *brick) != coord) {
         editor_.recycle(brick);
         continue;

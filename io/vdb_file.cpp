@@ -161,7 +161,7 @@ void ClayAssembler::requireNoJumps(const clay::Version& version) const {
       for (int i = 0; i < kBrickEdge; ++i) {
         for (int j = 0; j < kBrickEdge; ++j) {
           const int x = edge(side.x, i), y = edge(side.y, side.x != 0 ? i : j), z = edge(side.z, j);
-          if ((brick.phi[clay::Brick::offset(x, y, z)] < 0) != inside) jumps();
+          if ((brick.phi(clay::Brick::offset(x, y, z)) < 0) != inside) jumps();
         }
       }
     }

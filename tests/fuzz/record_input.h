@@ -99,14 +99,14 @@ inline void putBrick(ByteInput& input, io::RecordSink& sink) {
   auto codec = io::RecordCodec(input.byte() % 2);
   const uint32_t owner = input.byte();
   const io::RecordId id = input.two();
-  clay::Brick brick;
+  clay::FloatBrick brick;
   brick.coord = coordOf(input);
   const uint16_t pattern = input.two();
   // A plane through the brick, or noise within the band.
   for (size_t i = 0; i < clay::kBrickVoxels; ++i) {
     const auto along = double(pattern & 1 ? i / 64 : pattern & 2 ? i / 8 % 8 : i % 8);
     const double noise = pattern & 4 ? double((i * 2654435761u >> 7) % 100) / 50 : 0;
-    brick.phi[i] = static_cast<float>(std::clamp(along - double(pattern >> 3 & 7) + noise, -3.0, 3.0));
+    brick.value[i] = static_cast<float>(std::clamp(along - double(pattern >> 3 & 7) + noise, -3.0, 3.0));
   }
   static io::BrickCodec packer;
   const auto body = packer.pack(brick, 3.0f, codec);

@@ -118,15 +118,17 @@ void freshDab(Model& m, const Vec3d& at) {
     ++m.changed;
     if (a.brick() && b.brick()) work.push_back({a.brick(), b.brick()});
   });
-  Brick scratch;
+  FloatBrick scratch;
+  BrickValues values;
   Stopwatch kernelWatch;
   for (const Work& w : work) {
-    carveBrick(sweptBall(dabAt(at), w.from->coord), base.grid().band, w.from->phi, scratch);
+    carveBrick(sweptBall(dabAt(at), w.from->coord), base.grid().band, w.from->values(values), scratch);
   }
   m.kernel.add(kernelWatch.us());
-  std::vector<Brick> target(work.size());
+  const size_t bytes = brickBytes(base.store()->precision());
+  std::vector<std::byte> target(work.size() * bytes);
   Stopwatch copyWatch;
-  for (size_t i = 0; i < work.size(); ++i) std::memcpy(&target[i], work[i].from, sizeof(Brick));
+  for (size_t i = 0; i < work.size(); ++i) std::memcpy(&target[i * bytes], static_cast<const void*>(work[i].from), bytes);
   m.copy.add(copyWatch.us());
 
   m.surface.update(base);
@@ -239,14 +241,14 @@ void freshDabs(std::vector<Model>& models, Job* job) {
 
 // Counts on a sphere follow how much clay the ball holds there; over that share they say how much the size of the model costs.
 void reportFresh(BenchReport& report, const std::vector<Model>& models, const std::string& name) {
-  const auto counts = [](const Model& m) { return std::array{m.changed, m.made, m.nodes, m.touched * sizeof(Brick) + Editor::Counts{m.made, m.nodes}.bytes()}; };
+  const auto counts = [](const Model& m) { return std::array{m.changed, m.made, m.nodes, m.touched * sizeof(FloatBrick) + Editor::Counts{m.made, m.nodes}.bytes()}; };
   for (const Model& m : models) {
     BenchResult r = m.fresh.result(name + m.sphere.name);
     // Bricks touched: computed or turned into tiles. Bytes: those bricks read, the nodes copied, the bricks written.
     const auto perDab = [](uint64_t n) { return static_cast<double>(n) / kFresh; };
     r.bricks = static_cast<uint64_t>(std::lround(perDab(m.touched)));
     r.chunks = static_cast<uint64_t>(std::lround(perDab(m.nodes)));
-    r.bytes = static_cast<uint64_t>(perDab(m.touched * sizeof(Brick) + Editor::Counts{m.made, m.nodes}.bytes()));
+    r.bytes = static_cast<uint64_t>(perDab(m.touched * sizeof(FloatBrick) + Editor::Counts{m.made, m.nodes}.bytes()));
     r.triangles = m.triangles / kFresh;
     const auto here = counts(m), last = counts(models.back());
     const auto off = [&](size_t i, double over) { return 100 * (static_cast<double>(here[i]) / static_cast<double>(last[i]) / over - 1); };

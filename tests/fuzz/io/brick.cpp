@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   record.header.codec = io::RecordCodec(input.byte());
   record.body = input.rest();
   record.header.bodyBytes = uint16_t(record.body.size());
-  clay::Brick brick, back;
+  clay::FloatBrick brick, back;
   const auto coord = codec.unpack(record, kBand, brick);
   if (!coord) return 0;
   brick.coord = *coord;
@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     packed.body = again.pack(brick, kBand, packed.header.codec);
     packed.header.bodyBytes = uint16_t(packed.body.size());
     tests::require(packed.body.size() <= io::kMostRecordBody && codec.unpack(packed, kBand, back) == coord);
-    tests::require(std::memcmp(back.phi, brick.phi, sizeof brick.phi) == 0);
+    tests::require(std::memcmp(back.value, brick.value, sizeof brick.value) == 0);
   }
   return 0;
 }

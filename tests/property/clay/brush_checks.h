@@ -32,7 +32,7 @@ inline FieldErrors fieldErrors(const Version& version) {
   uint32_t hint = UINT32_MAX;
   version.forEachBrick([&](const Brick& brick) {
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float phi = brick.phi[i];
+      const float phi = brick.phi(i);
       if (!(std::abs(phi) <= 1)) continue;
       const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
       const auto hit = nearest.nearest(p, hint);

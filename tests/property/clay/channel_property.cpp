@@ -97,7 +97,7 @@ template <class Visit>
 void forBandVoxels(const Version& version, const Visit& visit) {
   version.forEachBrick([&](const Brick& brick) {
     for (int i = 0; i < kBrickVoxels; ++i)
-      if (std::abs(brick.phi[i]) < version.grid().band) visit(brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, brick.phi[i]);
+      if (std::abs(brick.phi(i)) < version.grid().band) visit(brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, brick.phi(i));
   });
 }
 
@@ -106,7 +106,7 @@ void expectOnlyInBand(const Version& version) {
     version.forEachBrick(channel, [&](const ChannelBrick& brick) {
       const Slot slot = version.find(brick.coord);
       ASSERT_FALSE(slot.isTile());
-      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_TRUE(brick.value[i] == 0 || std::abs(slot.brick()->phi[i]) < version.grid().band);
+      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_TRUE(brick.value[i] == 0 || std::abs(slot.brick()->phi(i)) < version.grid().band);
     });
   forBandVoxels(version, [&](Coord at, float) {
     if (byteAt(version, Channel::cover, at) > 0) return;

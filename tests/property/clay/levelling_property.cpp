@@ -104,7 +104,7 @@ TEST(Level, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
     after.forEachBrick([&](const Brick& brick) {
       const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
       ASSERT_FALSE(other.isTile());
-      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi[i], other.brick()->phi[i ^ 0x1c0]);
+      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0));
     });
   });
 }

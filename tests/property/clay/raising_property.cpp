@@ -141,7 +141,7 @@ TEST(Raise, MirroredStampsLeaveMirroredBits) {
     after.forEachBrick([&](const Brick& brick) {
       const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
       ASSERT_FALSE(other.isTile());
-      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi[i], other.brick()->phi[i ^ 0x1c0]) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
+      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0)) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
       ++bricks;
     });
     EXPECT_NE(after.hash(), base.hash());

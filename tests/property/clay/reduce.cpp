@@ -35,7 +35,7 @@ TriangleMesh sculpted(uint64_t seed, bool noisy) {
     Editor editor(version);
     version.forEachBrick([&](const Brick& brick) {
       std::array<float, kBrickVoxels> phi;
-      for (int i = 0; i < kBrickVoxels; ++i) phi[static_cast<size_t>(i)] = brick.phi[static_cast<size_t>(i)] + static_cast<float>(0.8 * u(random));
+      for (int i = 0; i < kBrickVoxels; ++i) phi[static_cast<size_t>(i)] = brick.phi(static_cast<size_t>(i)) + static_cast<float>(0.8 * u(random));
       editor.setVoxels(brick.coord, phi);
     });
     version = editor.commit();

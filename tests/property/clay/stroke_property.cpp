@@ -131,7 +131,7 @@ TEST(Strokes, FieldStaysCanonicalAndFinite) {
     ++bricks;
     bool inBand = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float phi = brick.phi[i];
+      const float phi = brick.phi(i);
       ASSERT_TRUE(phi >= -3 && phi <= 3 && !(phi == 0 && std::signbit(phi)));
       ASSERT_EQ((brick.inside[i >> 6] >> (i & 63)) & 1, phi < 0 ? 1u : 0u);
       inBand |= std::abs(phi) < 3;
@@ -149,7 +149,7 @@ TEST(Strokes, FieldStaysCanonicalAndFinite) {
           at[axis] = side < 0 ? 0 : 7;
           at[(axis + 1) % 3] = i >> 3;
           at[(axis + 2) % 3] = i & 7;
-          ASSERT_EQ(brick.phi[Brick::offset(at[0], at[1], at[2])] < 0, next.tile() == Tile::inside);
+          ASSERT_EQ(brick.phi(Brick::offset(at[0], at[1], at[2])) < 0, next.tile() == Tile::inside);
         }
       }
   });

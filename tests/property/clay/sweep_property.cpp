@@ -108,7 +108,7 @@ TEST(StampShape, OfABallIsABallAtAnySize) {
     after.forEachBrick([&](const Brick& brick) {
       for (int i = 0; i < kBrickVoxels; ++i) {
         const double expected = ((brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d() - stamp.a).norm() - radius;
-        if (std::abs(expected) < 1) worst = std::max(worst, std::abs(brick.phi[i] - expected));
+        if (std::abs(expected) < 1) worst = std::max(worst, std::abs(brick.phi(i) - expected));
       }
     });
     std::printf("a ball of %.0f voxels from samples: within %.3f voxel\n", radius, worst);

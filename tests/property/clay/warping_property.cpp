@@ -60,9 +60,9 @@ TEST(Warping, TugsThereAndBackDriftLittle) {
   int count = 0, nearCount = 0;
   now.forEachBrick([&](const Brick& brick) {
     for (int i = 0; i < kBrickVoxels; ++i) {
-      if (std::abs(brick.phi[i]) >= 1) continue;
+      if (std::abs(brick.phi(i)) >= 1) continue;
       const Vec3d p = (brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
-      const double error = brick.phi[i] - (p.norm() - 40);
+      const double error = brick.phi(i) - (p.norm() - 40);
       sum += error * error, ++count;
       if ((p - from).norm() < 12) near += error * error, ++nearCount;
     }
@@ -130,8 +130,8 @@ TEST(Warping, MirroredBricksHaveMirroredBits) {
           Coord m = c;
           int32_t& along = axis == 0 ? m.x : axis == 1 ? m.y : m.z;
           along = -1 - along;
-          ASSERT_EQ(brick.phi[i], now.voxel(m)) << static_cast<int>(method) << " axis " << axis << " at " << c.x << ' ' << c.y << ' ' << c.z;
-          changed += brick.phi[i] != start.voxel(c);
+          ASSERT_EQ(brick.phi(i), now.voxel(m)) << static_cast<int>(method) << " axis " << axis << " at " << c.x << ' ' << c.y << ' ' << c.z;
+          changed += brick.phi(i) != start.voxel(c);
         }
       });
       EXPECT_GT(changed, 500u) << static_cast<int>(method);

@@ -119,8 +119,8 @@ TEST_P(EveryTool, mirrorsToTheBitInAPlaneBetweenBricks) {
     const Slot image = version.find(there);
     for (int i = 0; i < clay::kBrickVoxels; ++i) {
       const int mirrored = (7 - (i >> 6)) << 6 | (i & 63);
-      different += std::bit_cast<uint32_t>(brick.phi[i]) != std::bit_cast<uint32_t>(image.phi(mirrored, 3));
-      most = std::max(most, std::abs(brick.phi[i] - image.phi(mirrored, 3)));
+      different += std::bit_cast<uint32_t>(brick.phi(i)) != std::bit_cast<uint32_t>(image.phi(mirrored, 3));
+      most = std::max(most, std::abs(brick.phi(i) - image.phi(mirrored, 3)));
       for (const clay::Channel channel : clay::kAllChannels)
         channels += version.find(channel, brick.coord).value(i) != version.find(channel, there).value(mirrored);
     }
@@ -181,7 +181,7 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
   clay::Editor editor(ball);
   std::array<uint8_t, clay::kBrickVoxels> mask;
   ball.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi[i]) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
+    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   const Version masked = editor.commit();
@@ -195,7 +195,7 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
     for (int i = 0; i < clay::kBrickVoxels; ++i) {
       if (cover.value(i) != 255) continue;
       ++covered;
-      moved += std::bit_cast<uint32_t>(brick.phi[i]) != std::bit_cast<uint32_t>(now.phi(i, 3));
+      moved += std::bit_cast<uint32_t>(brick.phi(i)) != std::bit_cast<uint32_t>(now.phi(i, 3));
     }
   });
   EXPECT_GT(covered, 10000u);
@@ -326,18 +326,18 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
     ASSERT_TRUE(clay::checkTopology(mesh).closed()) << "after " << done;
     // Of the distances: channels are paid for by whom uses them.
     const uint64_t nodes = nodesOf(clay::TreePlace::root(version));
-    EXPECT_LE(double(version.stats().bricks * sizeof(Brick) + nodes * (512 * 8 + 64)), 2.3 * 1024 * double(version.stats().bricks));
+    EXPECT_LE(double(version.stats().bricks * sizeof(clay::FloatBrick) + nodes * (512 * 8 + 64)), 2.3 * 1024 * double(version.stats().bricks));
     // Distances beside the surface, away from creases.
     const clay::NearestTriangle nearest(mesh);
     clay::Sampler sampler(version);
     version.forEachBrick([&](const Brick& brick) {
       for (int i = 0; i < clay::kBrickVoxels; ++i) {
-        ASSERT_TRUE(std::isfinite(brick.phi[i]));
-        if (std::abs(brick.phi[i]) >= 1 || (i * 7 + brick.coord.x) % 5 != 0) continue;
+        ASSERT_TRUE(std::isfinite(brick.phi(i)));
+        if (std::abs(brick.phi(i)) >= 1 || (i * 7 + brick.coord.x) % 5 != 0) continue;
         const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
         Vec3f g;
         (void)sampler.tricubic(p, g);
-        const Vec3d normal = g.cast<double>().normalized(), foot = p - double(brick.phi[i]) * normal;
+        const Vec3d normal = g.cast<double>().normalized(), foot = p - double(brick.phi(i)) * normal;
         bool smooth = g.squaredNorm() > 0.25f;
         for (int k = 0; k < 26 && smooth; ++k) {
           const int c = k < 13 ? k : k + 1;
@@ -347,7 +347,7 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
           smooth = other.squaredNorm() > 0.25f && other.cast<double>().normalized().dot(normal) > 0.94;  // 20°
         }
         if (!smooth) continue;
-        const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(std::abs(double(brick.phi[i])) - exact);
+        const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(std::abs(double(brick.phi(i))) - exact);
         sum += error * error;
         worst = std::max(worst, error);
         beyond += error > 0.25;

@@ -63,7 +63,7 @@ class ClayRecordsProperty : public ::testing::Test {
     const float band = version.grid().band;
     version.forEachBrick([&](const clay::Brick& brick) {
       bool inBand = false;
-      for (const float phi : brick.phi) {
+      for (clay::BrickValues scratch; const float phi : brick.values(scratch)) {
         ASSERT_LE(std::abs(phi), band);
         inBand |= std::abs(phi) < band;
       }

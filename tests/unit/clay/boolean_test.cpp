@@ -51,9 +51,9 @@ TEST(Boolean, TwoSpheres) {
     uint64_t crossing = 0;
     result.forEachBrick([&](const Brick& brick) {
       for (int v = 0; v < kBrickVoxels; ++v) {
-        if ((v & 7) == 7 || (brick.phi[v] < 0) == (brick.phi[v + 1] < 0)) continue;
+        if ((v & 7) == 7 || (brick.phi(v) < 0) == (brick.phi(v + 1) < 0)) continue;
         const Coord at = brick.coord * 8 + Coord{v >> 6, (v >> 3) & 7, v & 7};
-        EXPECT_NEAR(brick.phi[v], each.exact(result.grid().toWorld(at.toVec3d())) / 0.5, 1e-4);
+        EXPECT_NEAR(brick.phi(v), each.exact(result.grid().toWorld(at.toVec3d())) / 0.5, 1e-4);
         ++crossing;
       }
     });

@@ -4,12 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "clay/sampler.h"
 #include "clay/version.h"
 
 namespace argil::clay::testing {
+
+/// A copy of a brick's distances.
+inline std::array<float, kBrickVoxels> valuesOf(const Brick& brick) {
+  std::array<float, kBrickVoxels> values;
+  brick.read(0, kBrickVoxels, values.data());
+  return values;
+}
 
 /// Volume in voxels³ from the field alone: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average for a
 /// plane of any direction.
@@ -20,7 +28,7 @@ inline double clayVolume(const Version& version) {
     const Coord c = brick.coord;
     low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
     high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
-    for (const float phi : brick.phi) volume += std::clamp(0.5 - double(phi), 0.0, 1.0);
+    for (const float phi : valuesOf(brick)) volume += std::clamp(0.5 - double(phi), 0.0, 1.0);
   });
   for (int x = low.x; x <= high.x; ++x) {
     for (int y = low.y; y <= high.y; ++y) {
@@ -49,7 +57,7 @@ inline BandFaults bandFaults(const Version& version) {
       for (int y = 0; y < 8; ++y) {
         for (int z = 0; z < 8; ++z) {
           const Coord v = brick.coord * 8 + Coord{x, y, z};
-          const float phi = brick.phi[Brick::offset(x, y, z)];
+          const float phi = brick.phi(Brick::offset(x, y, z));
           for (int side = 0; side < 6; ++side) {
             const int s = side & 1 ? -1 : 1;
             const Coord n = v + Coord{side / 2 == 0 ? s : 0, side / 2 == 1 ? s : 0, side / 2 == 2 ? s : 0};

@@ -127,7 +127,7 @@ TEST(Lattice, WithFixedSidesLeavesWhatIsOutside) {
   const Brick* was = bar.find({7, 0, 0}).brick();
   const Brick* is = deformed.find({7, 0, 0}).brick();
   ASSERT_TRUE(was && is);
-  EXPECT_TRUE(std::equal(was->phi, was->phi + kBrickVoxels, is->phi));
+  EXPECT_TRUE(std::ranges::equal(testing::valuesOf(*was), testing::valuesOf(*is)));
   lattice.setPoint(0, Vec3d(-11, -12, -14));
   EXPECT_THROW((void)deform(bar, lattice, Store::make()), Error);
 }
@@ -165,7 +165,7 @@ Version halfPainted() {
   Editor editor(ball);
   ball.forEachBrick([&](const Brick& brick) {
     std::array<uint8_t, kBrickVoxels> values;
-    for (int i = 0; i < kBrickVoxels; ++i) values[size_t(i)] = brick.coord.x >= 0 && std::abs(brick.phi[i]) < 3 ? 200 : 0;
+    for (int i = 0; i < kBrickVoxels; ++i) values[size_t(i)] = brick.coord.x >= 0 && std::abs(brick.phi(i)) < 3 ? 200 : 0;
     editor.setChannel(Channel::cover, brick.coord, values);
   });
   return editor.commit();
@@ -180,9 +180,9 @@ void expectPaintedWhere(const Version& version, const std::function<double(const
       const bool is = slot.value(i) == 200;
       EXPECT_TRUE(is || slot.value(i) == 0);
       painted += is;
-      loose += is && std::abs(brick.phi[i]) >= 3;
+      loose += is && std::abs(brick.phi(i)) >= 3;
       const double at = side((brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d());
-      if (std::abs(brick.phi[i]) < 2.5f && std::abs(at) > 2) wrong += is != (at > 0);
+      if (std::abs(brick.phi(i)) < 2.5f && std::abs(at) > 2) wrong += is != (at > 0);
     }
   });
   version.forEachBrick(Channel::cover, [&](const ChannelBrick& brick) { EXPECT_FALSE(version.find(brick.coord).isTile()); });
@@ -210,7 +210,7 @@ TEST(Cut, PaintStaysWhereTheClayStays) {
         const uint8_t value = part.find(Channel::cover, brick.coord).value(i);
         painted += value > 0;
         const Slot was = ball.find(brick.coord);
-        const bool both = std::abs(brick.phi[i]) < 3 && std::abs(was.phi(i, 3)) < 3;
+        const bool both = std::abs(brick.phi(i)) < 3 && std::abs(was.phi(i, 3)) < 3;
         wrong += value != (both ? ball.find(Channel::cover, brick.coord).value(i) : 0);
       }
     });

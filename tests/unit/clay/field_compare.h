@@ -25,7 +25,7 @@ inline FieldError fieldError(const Version& version, const std::function<double(
       const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
       const double d = exact(p);
       if (!(std::abs(d) < within) || (counts && !counts(p))) continue;
-      const double off = std::abs(double(brick.phi[i]) - d);
+      const double off = std::abs(double(brick.phi(i)) - d);
       sum += off * off;
       ++error.voxels;
       if (off > error.worst) {

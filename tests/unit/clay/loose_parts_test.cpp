@@ -85,7 +85,7 @@ TEST(Mirror, HalvesAreBitEqualOnABrickFace) {
   mirrored.forEachBrick([&](const Brick& brick) {
     const Slot other = mirrored.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
     for (int v = 0; v < kBrickVoxels; ++v) {
-      ASSERT_EQ(brick.phi[v], other.phi(Brick::offset(7 - (v >> 6), (v >> 3) & 7, v & 7), 3));
+      ASSERT_EQ(brick.phi(v), other.phi(Brick::offset(7 - (v >> 6), (v >> 3) & 7, v & 7), 3));
       ++looked;
     }
   });
@@ -112,7 +112,7 @@ TEST(Mirror, AnyPlane) {
       if (std::abs(side) < 2.5) continue;
       const Vec3d q = side > 0 ? p : Vec3d(p - 2 * side * n);
       const double exact = (q.norm() - 12) / 0.5;
-      if (std::abs(exact) < 1) worst = std::max(worst, std::abs(brick.phi[v] - exact));
+      if (std::abs(exact) < 1) worst = std::max(worst, std::abs(brick.phi(v) - exact));
     }
   });
   std::printf("mirrored over a slanted plane: %.4f voxel at most\n", worst);

@@ -33,7 +33,7 @@ void forBand(const Version& version, const Visit& visit) {
   version.forEachBrick([&](const Brick& brick) {
     for (int i = 0; i < kBrickVoxels; ++i) {
       const Coord at = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
-      if (std::abs(brick.phi[i]) < version.grid().band) visit(at, brick.phi[i]);
+      if (std::abs(brick.phi(i)) < version.grid().band) visit(at, brick.phi(i));
     }
   });
 }

@@ -96,7 +96,7 @@ TEST(MeshToClay, putsTheSurfaceOfASphereWhereTheMeshHasIt) {
     for (int i = 0; i < kBrickVoxels; ++i) {
       const Coord v = brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7};
       for (const Coord step : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}}) {
-        const double p = brick.phi[i], q = sampler.voxel(v + step);
+        const double p = brick.phi(i), q = sampler.voxel(v + step);
         if ((p < 0) == (q < 0)) continue;
         const Vec3d at = v.toVec3d() + step.toVec3d() * (p / (p - q));
         const double error = (grid.toWorld(at) - centre).norm() - 40;
@@ -120,7 +120,7 @@ TEST(MeshToClay, measuresExactDistances) {
       const Vec3d p = (brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
       const Vec3d q = (p - middle).cwiseAbs() - half;
       const double exact = q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0);
-      ASSERT_NEAR(brick.phi[i], std::clamp(exact, -3.0, 3.0), 1e-5) << p.transpose();
+      ASSERT_NEAR(brick.phi(i), std::clamp(exact, -3.0, 3.0), 1e-5) << p.transpose();
     }
   });
   EXPECT_NEAR(clayVolume(imported.version), 31.3 * 20.7 * 15.2, 5e-3 * 31.3 * 20.7 * 15.2);

@@ -51,7 +51,7 @@ TEST(Resample, HalvesAndBack) {
   block.forEachBrick([&](const Brick& brick) {
     const Slot other = back.find(brick.coord);
     for (int v = 0; v < kBrickVoxels; ++v)
-      if (std::abs(brick.phi[v]) < 1) worst = std::max(worst, double(std::abs(brick.phi[v] - other.phi(v, 3))));
+      if (std::abs(brick.phi(v)) < 1) worst = std::max(worst, double(std::abs(brick.phi(v) - other.phi(v, 3))));
   });
   std::printf("0.5 to 0.25 to 0.5 mm: %.5f voxel at most near the surface\n", worst);
   EXPECT_LT(worst, 0.01);

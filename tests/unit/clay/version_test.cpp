@@ -7,6 +7,7 @@
 #include "clay/error.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "tests/unit/clay/clay_checks.h"
 
 namespace argil::clay {
 namespace {
@@ -53,7 +54,7 @@ TEST(Version, AnEditLeavesItsBaseAsItWas) {
   EXPECT_EQ(base.hash(), before);
   EXPECT_NE(next.hash(), before);
   EXPECT_GT(next.id(), base.id());
-  EXPECT_EQ(next.find({4, 0, 0}).brick()->phi[0], 1);
+  EXPECT_EQ(next.find({4, 0, 0}).brick()->phi(0), 1);
 }
 
 TEST(Version, UntouchedBricksAreShared) {
@@ -82,7 +83,7 @@ TEST(Version, CanonicalWhateverThePath) {
     if (old.isTile())
       back.setTile({x, 0, 0}, old.tile());
     else
-      back.setVoxels({x, 0, 0}, old.brick()->phi);
+      back.setVoxels({x, 0, 0}, testing::valuesOf(*old.brick()));
   }
   const Version again = back.commit();
   EXPECT_EQ(again.hash(), base.hash());
@@ -114,9 +115,9 @@ TEST(Version, ValuesAreClampedAndZeroIsOutside) {
   editor.setVoxels({0, 0, 0}, phi);
   const Version v = editor.commit();
   const Brick& brick = *v.find({0, 0, 0}).brick();
-  EXPECT_FALSE(std::signbit(brick.phi[0]));
-  EXPECT_EQ(brick.phi[1], -3);
-  EXPECT_EQ(brick.phi[2], 3);
+  EXPECT_FALSE(std::signbit(brick.phi(0)));
+  EXPECT_EQ(brick.phi(1), -3);
+  EXPECT_EQ(brick.phi(2), 3);
   EXPECT_EQ(brick.inside[0], 2u);
 }
 
@@ -132,7 +133,7 @@ TEST(Editor, RefusesNotANumberAndOutOfReach) {
 TEST(Editor, WithoutChangeCommitsTheBase) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 20);
   Editor editor(base);
-  editor.setVoxels({4, 0, 0}, base.find({4, 0, 0}).brick()->phi);
+  editor.setVoxels({4, 0, 0}, testing::valuesOf(*base.find({4, 0, 0}).brick()));
   EXPECT_EQ(editor.commit(), base);
 }
 
@@ -227,7 +228,7 @@ TEST(Primitives, SphereHoldsExactDistances) {
     for (int i = 0; i < kBrickVoxels; i += 37) {
       const Vec3d p = grid.toWorld((brick.coord * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d());
       const double exact = std::clamp(((p - centre).norm() - 20) / grid.voxelMm, -3.0, 3.0);
-      ASSERT_NEAR(brick.phi[i], exact, 1e-5);
+      ASSERT_NEAR(brick.phi(i), exact, 1e-5);
     }
   });
   EXPECT_EQ(v.find({0, 0, 0}), Slot(Tile::inside));

@@ -34,7 +34,7 @@ inline FieldError errorAgainst(const Version& version, const std::function<doubl
       const Coord v = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
       const double exact = exactMm(grid.toWorld(v.toVec3d())) / grid.voxelMm;
       if (std::abs(exact) > double(grid.band) - 0.5) continue;
-      const double d = std::abs(double(brick.phi[i]) - exact);
+      const double d = std::abs(double(brick.phi(i)) - exact);
       e.bandMax = std::max(e.bandMax, d);
       e.bandRms += d * d;
       ++e.inBand;

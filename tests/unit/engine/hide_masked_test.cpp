@@ -54,7 +54,7 @@ TEST(HideMasked, KeepsWhatIsHiddenAsItIsAndBringsItBack) {
     const clay::Slot now = worked.find(brick.coord);
     for (int i = 0; i < clay::kBrickVoxels; ++i) {
       const Coord v = brick.coord * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
-      const bool same = now.phi(i, hidden.grid().band) == brick.phi[i];
+      const bool same = now.phi(i, hidden.grid().band) == brick.phi(i);
       changed += !same;
       if (maskAt(hidden, v) != 255) continue;
       ++compared;

@@ -18,7 +18,7 @@ inline clay::Version painted(const clay::Version& version, clay::Channel channel
   version.forEachBrick([&](const clay::Brick& brick) {
     std::array<uint8_t, clay::kBrickVoxels> values{};
     for (int i = 0; i < clay::kBrickVoxels; ++i)
-      if (std::abs(brick.phi[i]) < version.grid().band) values[size_t(i)] = value(brick.coord * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7});
+      if (std::abs(brick.phi(i)) < version.grid().band) values[size_t(i)] = value(brick.coord * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7});
     editor.setChannel(channel, brick.coord, values);
   });
   return editor.commit();

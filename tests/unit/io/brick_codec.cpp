@@ -20,9 +20,9 @@ namespace {
 using clay::Brick;
 using clay::kBrickVoxels;
 
-Brick brickOf(float value) {
-  Brick brick{};
-  std::fill(std::begin(brick.phi), std::end(brick.phi), value);
+FloatBrick brickOf(float value) {
+  FloatBrick brick{};
+  std::fill(std::begin(brick.value), std::end(brick.value), value);
   brick.coord = {-7, 13999, 4};
   return brick;
 }
@@ -50,10 +50,10 @@ void expectComesBack(const Brick& brick, float band) {
   for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::predicted}) {
     const Packed packed = pack(brick, band, codec);
     ASSERT_LE(packed.body.size(), kMostRecordBody);
-    Brick back;
+    FloatBrick back;
     ASSERT_EQ(unpack(packed, band, back), brick.coord);
-    ASSERT_EQ(std::memcmp(back.phi, brick.phi, sizeof brick.phi), 0);
-    for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(back.inside[i / 64] >> (i % 64) & 1, uint64_t{brick.phi[i] < 0});
+    ASSERT_EQ(std::memcmp(back.value, brick.value, sizeof brick.value), 0);
+    for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(back.inside[i / 64] >> (i % 64) & 1, uint64_t{brick.value[i] < 0});
   }
 }
 
@@ -77,9 +77,9 @@ TEST(BrickCodec, AnyDistancesComeBack) {
   std::mt19937 random(20261120);
   const float band = 3;
   for (int round = 0; round < 400; ++round) {
-    Brick brick = brickOf(0);
+    FloatBrick brick = brickOf(0);
     const int kind = round % 8;
-    for (float& phi : brick.phi) {
+    for (float& phi : brick.value) {
       float value = std::uniform_real_distribution<float>(-4, 4)(random);
       if (kind == 1) value = std::bit_cast<float>(static_cast<uint32_t>(random()));  // every order of magnitude, denormals too
       if (kind == 2 && random() % 40 != 0) value = band;
@@ -90,15 +90,15 @@ TEST(BrickCodec, AnyDistancesComeBack) {
       if (!std::isfinite(value)) value = 1e-42f;
       phi = std::clamp(value, -band, band) + 0.0f;
     }
-    brick.phi[random() % kBrickVoxels] = 0.25f;
+    brick.value[random() % kBrickVoxels] = 0.25f;
     ASSERT_NO_FATAL_FAILURE(expectComesBack(brick, band)) << "round " << round;
   }
 }
 
 TEST(BrickCodec, WhatPackingCannotShortenStaysRaw) {
   std::mt19937 random(3);
-  Brick brick = brickOf(0);
-  for (float& phi : brick.phi) phi = std::ldexp(random() % 2 ? 1.0f : -1.0f, -static_cast<int>(random() % 120)) * (1 + static_cast<float>(random() % 65536) / 65536);
+  FloatBrick brick = brickOf(0);
+  for (float& phi : brick.value) phi = std::ldexp(random() % 2 ? 1.0f : -1.0f, -static_cast<int>(random() % 120)) * (1 + static_cast<float>(random() % 65536) / 65536);
   const Packed packed = pack(brick, 3, RecordCodec::predicted);
   EXPECT_EQ(packed.codec, RecordCodec::raw);
   ASSERT_NO_FATAL_FAILURE(expectComesBack(brick, 3));
@@ -106,16 +106,16 @@ TEST(BrickCodec, WhatPackingCannotShortenStaysRaw) {
 
 TEST(BrickCodec, RefusesWhatNoVersionHolds) {
   const float band = 3;
-  Brick sound = brickOf(band), back;
-  sound.phi[100] = 1;
+  FloatBrick sound = brickOf(band), back;
+  sound.value[100] = 1;
   ASSERT_TRUE(unpack(pack(sound, band, RecordCodec::raw), band, back));
   for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::predicted}) {
     EXPECT_FALSE(unpack(pack(brickOf(band), band, codec), band, back)) << "no voxel in the band";
     EXPECT_FALSE(unpack(pack(brickOf(-band), band, codec), band, back));
     for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                               std::nextafter(band, 4.0f), -std::nextafter(band, 4.0f), -0.0f}) {
-      Brick brick = sound;
-      brick.phi[511] = wrong;
+      FloatBrick brick = sound;
+      brick.value[511] = wrong;
       EXPECT_FALSE(unpack(pack(brick, band, codec), band, back)) << wrong;
     }
     Packed packed = pack(sound, band, codec);
@@ -137,8 +137,8 @@ TEST(BrickCodec, RefusesWhatNoVersionHolds) {
 TEST(BrickCodec, AnyBytesAreReadOrRefused) {
   std::mt19937 random(20261120);
   const float band = 3;
-  Brick sound = brickOf(band);
-  for (int i = 0; i < kBrickVoxels; ++i) sound.phi[i] = std::clamp(static_cast<float>(i % 8) - 3.5f + 0.1f * static_cast<float>(i / 64), -band, band);
+  FloatBrick sound = brickOf(band);
+  for (int i = 0; i < kBrickVoxels; ++i) sound.value[i] = std::clamp(static_cast<float>(i % 8) - 3.5f + 0.1f * static_cast<float>(i / 64), -band, band);
   const Packed packed = pack(sound, band, RecordCodec::predicted);
   int read = 0;
   for (int round = 0; round < 20000; ++round) {
@@ -147,11 +147,11 @@ TEST(BrickCodec, AnyBytesAreReadOrRefused) {
     for (unsigned i = 0; i < 1 + random() % 4; ++i) changed.body[random() % changed.body.size()] ^= static_cast<std::byte>(1u << random() % 8);
     if (round % 5 == 0)
       for (size_t i = 12; i < changed.body.size(); ++i) changed.body[i] = static_cast<std::byte>(random());
-    Brick back;
+    FloatBrick back;
     if (!unpack(changed, band, back)) continue;
     ++read;
     bool inBand = false;
-    for (const float phi : back.phi) {
+    for (const float phi : back.value) {
       ASSERT_LE(std::abs(phi), band);
       inBand |= std::abs(phi) < band;
     }

@@ -92,8 +92,8 @@ TEST_F(VdbFile, OpenVdbReadsWhatWeWrite) {
     const auto* leaf = first->tree().probeConstLeaf({brick.coord.x * 8, brick.coord.y * 8, brick.coord.z * 8});
     ASSERT_NE(leaf, nullptr);
     for (unsigned i = 0; i < 512; ++i) {
-      ASSERT_EQ(leaf->getValue(i), float(double(brick.phi[i]) * 0.3));
-      ASSERT_EQ(leaf->isValueOn(i), std::abs(brick.phi[i]) < grid.band);
+      ASSERT_EQ(leaf->getValue(i), float(double(brick.phi(i)) * 0.3));
+      ASSERT_EQ(leaf->isValueOn(i), std::abs(brick.phi(i)) < grid.band);
     }
   });
   EXPECT_EQ(first->tree().leafCount(), bricks);
@@ -111,7 +111,7 @@ TEST_F(VdbFile, OpenVdbReadsWhatWeWrite) {
   version.forEachBrick([&](const clay::Brick& brick) {
     const clay::Slot there = again.find(brick.coord);
     ASSERT_FALSE(there.isTile());
-    for (int i = 0; i < 512; ++i) ASSERT_NEAR(there.brick()->phi[i], brick.phi[i], 4e-7);
+    for (int i = 0; i < 512; ++i) ASSERT_NEAR(there.brick()->phi(i), brick.phi(i), 4e-7);
   });
 }
 
