@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kMostBlend = 100;       // voxels: regions are measured so far around
 constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
+constexpr float kInexact = 0.5f;          // voxels: distances of sculpted clay are off by less
 constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
@@ -45,8 +46,8 @@ class Combiner {
     }
   }
 
-  /// Bricks with some of both surfaces.
-  [[nodiscard]] const std::vector<Coord>& mixed() const { return mixed_; }
+  /// Bricks with distances to what the other solid took away; all others are exact.
+  [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
   /// Where there are channels: bricks in which both clays have a band.
   [[nodiscard]] const std::vector<Coord>& met() const { return met_; }
 
@@ -115,24 +116,23 @@ class Combiner {
     count();
     const float band = editor_.grid().band;
     float phi[kBrickVoxels];
-    bool ofA = false, ofB = false;
+    bool ends = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -a.phi[i] : a.phi[i], pb = turnB_ ? -b.phi[i] : b.phi[i];
       const float value = std::max(pa, pb);
       phi[i] = turnA_ ? -value : value;
-      if (std::abs(value) >= band) continue;
-      ofA |= pa > pb;
-      ofB |= pb > pa;
+      // The place that a voxel's distance was measured to is outside of the other solid only if that is nearer than twice the way.
+      ends |= value > 0 && value < band && std::min(pa, pb) > -value - kInexact;
     }
     editor_.setVoxels(a.coord, phi);
-    if (ofA && ofB) mixed_.push_back(a.coord);
+    if (ends) creases_.push_back(a.coord);
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
   Editor& editor_;
   const Version& b_;
   bool turnA_, turnB_, channels_, channelsB_;
-  std::vector<Coord> mixed_, met_;
+  std::vector<Coord> creases_, met_;
   uint64_t done_ = 0, all_;
   WorkPart part_;
 };
@@ -219,7 +219,7 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
   if (width > 0) {
     changed = blend(editor, a, b, how, width, threads, part.part(shape, 0.98));
   } else {
-    changed = bricksAround(editor, combiner.mixed());
+    changed = combiner.creases();
     redistanceAll(editor, changed, part.part(shape, 0.98));
   }
   if (ChannelSource::any(a) || ChannelSource::any(b)) {
