@@ -12,6 +12,7 @@
 #include "clay/brick_set.h"
 #include "clay/channel_source.h"
 #include "clay/parallel.h"
+#include "clay/settle.h"
 #include "clay/store.h"
 #include "clay/tree_view.h"
 
@@ -133,7 +134,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   copyTiles(source, editor);
   std::mutex editing;
   std::vector<Coord> written;
-  forEachItem(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
+  forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
     const Coord first = regions[i] * kRegionBricks;
     const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
     if (!box.fill(source, first * kBrickEdge - around, size + around * 2, reach)) return;
@@ -169,6 +170,8 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   });
   // What vanished leaves values that are within the band of nothing.
   dropWithoutSurface(editor, written);
+  // Where an edge came up or two sides met.
+  limitSlopes(editor, written, threads, part.part(0.98, 1));
   if (channels)
     for (const Coord brick : written)
       if (!editor.find(brick).brick()) clearChannels(editor, brick);

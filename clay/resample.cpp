@@ -11,6 +11,7 @@
 #include "clay/parallel.h"
 #include "clay/region_work.h"
 #include "clay/sampler.h"
+#include "clay/settle.h"
 #include "clay/store.h"
 
 namespace argil::clay {
@@ -70,7 +71,9 @@ class Resampler {
     Editor editor(Version::empty(Store::make(), grid_));
     fillTiles(editor, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
     std::mutex editing;
-    forEachItem(chunks_.size(), threads, part, [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    forEachItem(chunks_.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    // Splines are steeper than the distances that they lead through where those have a crease.
+    if (!whole_) limitSlopes(editor, written_, threads, part.part(0.98, 1));
     return editor.commit();
   }
 
@@ -142,7 +145,7 @@ class Resampler {
     return std::binary_search(sorted.begin(), sorted.end(), key);
   }
 
-  void chunk(Coord at, DistanceBox& box, Editor& editor, std::mutex& editing) const {
+  void chunk(Coord at, DistanceBox& box, Editor& editor, std::mutex& editing) {
     const Coord first = at * edge_;
     const float band = grid_.band;
     const Vec3d from = (first * kBrickEdge).toVec3d();
@@ -181,6 +184,7 @@ class Resampler {
       editor.setVoxels(bricks[k], values[k]);
       if (channels_) paint[k].store(editor, bricks[k]);
     }
+    written_.insert(written_.end(), bricks.begin(), bricks.end());
   }
 
   // The old clay's channels where a new voxel comes from; farther off than its band those of the nearest place of its surface.
@@ -202,7 +206,7 @@ class Resampler {
   double scale_;  // old voxels a new one
   bool whole_, channels_;
   int edge_ = kRegionBricks;
-  std::vector<Coord> chunks_;
+  std::vector<Coord> chunks_, written_;
   std::vector<std::vector<Coord>> marked_;
   Sampler sampler_{source_};
 };
