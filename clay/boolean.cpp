@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <mutex>
 
 #include "clay/brick_set.h"
+#include "clay/channel_source.h"
 #include "clay/redistance.h"
 #include "clay/region_work.h"
 #include "clay/resample.h"
@@ -18,18 +20,21 @@ namespace {
 
 constexpr double kMostBlend = 100;       // voxels: regions are measured so far around
 constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
+constexpr float kInexact = 0.5f;          // voxels: distances of sculpted clay are off by less
 constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
 class Combiner {
  public:
   Combiner(Editor& editor, const Version& b, Combination how, const WorkPart& part)
-      : editor_(editor), turnA_(how == Combination::join), turnB_(how != Combination::intersect), all_(std::max<uint64_t>(b.stats().bricks, 1)), part_(part) {}
+      : editor_(editor), b_(b), turnA_(how == Combination::join), turnB_(how != Combination::intersect), channels_(ChannelSource::any(editor.base())),
+        channelsB_(ChannelSource::any(b)), all_(std::max<uint64_t>(b.stats().bricks, 1)), part_(part) {}
 
   void combine(const TreePlace& a, const TreePlace& b) {
     if (outOfReach(b) || (a.isTile() && empty(a.tile(), turnA_))) return;
     if (b.isTile()) {
       takeTile(b);
+      if (channels_ && empty(b.tile(), turnB_)) clearBelow(a);
       return;
     }
     if (a.isTile()) {
@@ -41,7 +46,10 @@ class Combiner {
     }
   }
 
-  [[nodiscard]] const std::vector<Coord>& mixed() const { return mixed_; }
+  /// Bricks with distances to what the other solid took away; all others are exact.
+  [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
+  /// Where there are channels: bricks in which both clays have a band.
+  [[nodiscard]] const std::vector<Coord>& met() const { return met_; }
 
  private:
   [[nodiscard]] static bool empty(Tile tile, bool turned) { return (tile == Tile::outside) != turned; }
@@ -70,16 +78,40 @@ class Combiner {
       return;
     }
     count();
-    const Brick& brick = *b.brick();
+    const Brick& from = *b.brick();
     BrickValues scratch;
-    const BrickValues& values = brick.values(scratch);
+    const BrickValues& values = from.values(scratch);
+    FloatBrick* brick = editor_.newBrick(from.coord);
     if (turnA_ == turnB_) {
-      editor_.setVoxels(brick.coord, values);
-      return;
+      std::memcpy(brick->value, values, sizeof brick->value);
+      std::memcpy(brick->inside, from.inside, sizeof brick->inside);
+    } else {
+      for (int i = 0; i < kBrickVoxels; ++i) brick->value[i] = 0.0f - values[i];
+      for (int x = 0; x < kBrickEdge; ++x) {
+        uint64_t zero = 0;
+        for (int i = 0; i < 64; ++i) zero |= static_cast<uint64_t>(values[x * 64 + i] == 0) << i;
+        brick->inside[x] = ~(from.inside[x] | zero);
+      }
     }
-    float phi[kBrickVoxels];
-    for (int i = 0; i < kBrickVoxels; ++i) phi[i] = -values[i];
-    editor_.setVoxels(brick.coord, phi);
+    editor_.link(brick, true);
+    if (channelsB_) copyChannels(from.coord);
+  }
+
+  void copyChannels(Coord brick) {
+    for (const Channel channel : kAllChannels) {
+      if (!b_.has(channel)) continue;
+      const ChannelSlot slot = b_.find(channel, brick);
+      if (slot.isTile())
+        editor_.setChannelTile(channel, brick, slot == ChannelSlot(true));
+      else
+        editor_.setChannel(channel, brick, slot.brick()->value);
+    }
+  }
+  // The first clay's, where nothing of it is left.
+  void clearBelow(const TreePlace& a) {
+    if (a.brick()) clearChannels(editor_, a.first());
+    if (!a.isNode()) return;
+    for (int i = 0; i < 512; ++i) clearBelow(a.child(i));
   }
 
   void mix(const Brick& a, const Brick& b) {
@@ -87,25 +119,51 @@ class Combiner {
     const float band = editor_.grid().band;
     BrickValues phi, scratchA, scratchB;
     const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
-    bool ofA = false, ofB = false;
+    bool ends = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       const float value = std::max(pa, pb);
       phi[i] = turnA_ ? -value : value;
-      if (std::abs(value) >= band) continue;
-      ofA |= pa > pb;
-      ofB |= pb > pa;
+      // The place that a voxel's distance was measured to is outside of the other solid only if that is nearer than twice the way.
+      ends |= value > 0 && value < band && std::min(pa, pb) > -value - kInexact;
     }
     editor_.setVoxels(a.coord, phi);
-    if (ofA && ofB) mixed_.push_back(a.coord);
+    if (ends) creases_.push_back(a.coord);
+    if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
   Editor& editor_;
-  bool turnA_, turnB_;
-  std::vector<Coord> mixed_;
+  const Version& b_;
+  bool turnA_, turnB_, channels_, channelsB_;
+  std::vector<Coord> creases_, met_;
   uint64_t done_ = 0, all_;
   WorkPart part_;
 };
+
+// Each voxel of `bricks` (sorted) has its channels from the clay whose surface its distance is to: of both that have it in their band, the one whose distance is closer to its own.
+void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how, const WorkPart& part) {
+  const float band = editor.grid().band, ofB = how == Combination::cut ? -1 : 1;
+  ChannelSource fromA(a), fromB(b);
+  ChannelBytes bytes;
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    if (i % kStepEvery == 0) part.step(double(i) / double(bricks.size()));
+    const Slot now = editor.find(bricks[i]), inA = a.find(bricks[i]), inB = b.find(bricks[i]);
+    ChannelBlock block{ChannelPlace{}};
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float phi = now.phi(v, band);
+      if (!(std::abs(phi) < band)) continue;
+      const Coord at = bricks[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+      const float offA = std::abs(inA.phi(v, band) - phi), offB = std::abs(ofB * inB.phi(v, band) - phi);
+      ChannelBytes ofSecond;
+      ChannelSource &first = offA <= offB ? fromA : fromB, &second = offA <= offB ? fromB : fromA;
+      const int near = first.nearest(at, bytes);
+      // Where both bands end, or the one that is closer does not come near, the voxels decide.
+      if ((near == ChannelSource::kNone || (near > 0 && offA == offB)) && second.nearest(at, ofSecond) < near) bytes = ofSecond;
+      block.set(v, bytes);
+    }
+    block.store(editor, bricks[i]);
+  }
+}
 
 // Quadratic smooth maximum: max where they differ by more than the width (Quilez).
 float blended(float a, float b, float width) {
@@ -115,7 +173,8 @@ float blended(float a, float b, float width) {
 
 // Where both surfaces are near, the blend of both distances takes the place of the combination. Distances are needed beyond the band: to
 // 1.25 widths, where the blend no longer reaches the surface.
-void blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
+// Returns the bricks that it may have changed.
+std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
   const float band = a.grid().band, far = 1.25f * width + band;
   const int around = static_cast<int>(std::ceil(1.25f * width)) + 1;
   std::vector<Coord> regions;
@@ -148,7 +207,31 @@ void blend(Editor& editor, const Version& a, const Version& b, Combination how, 
       changed.push_back(brick);
     }
   });
-  redistanceAll(editor, bricksAround(editor, changed), part.part(0.9, 1));
+  std::vector<Coord> touched = bricksAround(editor, changed);
+  redistanceAll(editor, touched, part.part(0.9, 1));
+  return touched;
+}
+
+// `width`: voxels of blend, 0 for none.
+Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
+  Editor editor(a);
+  const double shape = width > 0 ? 0.1 : 0.8;
+  Combiner combiner(editor, b, how, part.part(0, shape));
+  combiner.combine(TreePlace::root(a), TreePlace::root(b));
+  std::vector<Coord> changed;
+  if (width > 0) {
+    changed = blend(editor, a, b, how, width, threads, part.part(shape, 0.98));
+  } else {
+    changed = combiner.creases();
+    redistanceAll(editor, changed, part.part(shape, 0.98));
+  }
+  if (ChannelSource::any(a) || ChannelSource::any(b)) {
+    changed.insert(changed.end(), combiner.met().begin(), combiner.met().end());
+    std::sort(changed.begin(), changed.end());
+    changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+    takeChannels(editor, changed, a, b, how, part.part(0.98, 1));
+  }
+  return editor.commit();
 }
 
 }  // namespace
@@ -192,13 +275,7 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
     }
 }
 
-Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part) {
-  Editor editor(a);
-  Combiner combiner(editor, b, how, part.part(0, 0.8));
-  combiner.combine(TreePlace::root(a), TreePlace::root(b));
-  redistanceAll(editor, bricksAround(editor, combiner.mixed()), part.part(0.8, 1));
-  return editor.commit();
-}
+Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part) { return combineOnGrid(a, b, how, 0, 1, part); }
 
 Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) {
   const int threads = threadCount(options.threads);
@@ -209,16 +286,7 @@ Version combine(const Version& a, const Version& b, Combination how, const Combi
   const bool other = !(b.grid() == a.grid());
   const double ready = other ? 0.6 : 0;
   const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, all.part(0, ready)) : b;
-  Version result;
-  if (width < 1) {
-    result = combine(a, second, how, all.part(ready, 1));
-  } else {
-    Editor editor(a);
-    Combiner combiner(editor, second, how, all.part(ready, ready + 0.1));
-    combiner.combine(TreePlace::root(a), TreePlace::root(second));
-    blend(editor, a, second, how, static_cast<float>(width), threads, all.part(ready + 0.1, 1));
-    result = editor.commit();
-  }
+  Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), threads, all.part(ready, 1));
   if (job) job->step(1);
   return result;
 }

@@ -23,7 +23,7 @@ struct CombineOptions {
 
 /// A version made from `a`, in its store (where nobody else may edit meanwhile): whole nodes of it are shared wherever `b` is all inside or
 /// all outside, and where `a` is so, b's bricks are copied. A `b` on another grid is resampled first: see resample(). Where both surfaces
-/// meet distances are made anew. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the bricks of b and
+/// meet distances are made anew. Channels come with the surface that is nearer, those of a cut with b's. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the bricks of b and
 /// those of a near b.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options = {}, Job* job = nullptr);
 

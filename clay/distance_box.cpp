@@ -230,6 +230,7 @@ void DistanceBox::measure(float side, float level, float reach) {
         const bool known = foot.minCoeff() >= 1 && foot.x() < float(outer_.x - 2) && foot.y() < float(outer_.y - 2) && foot.z() < float(outer_.z - 2);
         if (!known) {
           squared_[at] = way.norm() + level;
+          if (feet_) foot_[at] = static_cast<int32_t>(index(voxelNear(foot)));
           continue;
         }
         // On to the surface itself, along the field's own direction there.
@@ -237,6 +238,7 @@ void DistanceBox::measure(float side, float level, float reach) {
         const float value = spline(foot, &gradient);
         const float slope = gradient.norm();
         squared_[at] = slope > kLeastSlope ? (way + gradient * (value / slope)).norm() : way.norm() + side * value;
+        if (feet_) foot_[at] = static_cast<int32_t>(index(voxelNear(slope > kLeastSlope ? foot - gradient * (value / slope) : foot)));
       }
   for (size_t i = 0; i < phi_.size(); ++i)
     if (side * phi_[i] > level) phi_[i] = side * std::min(squared_[i], reach);
@@ -248,11 +250,39 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   const int margin = farthest <= band ? 0 : static_cast<int>(std::ceil(farthest - level)) + 2;
   outerLow_ = low - Coord{margin, margin, margin};
   outer_ = size + Coord{2 * margin, 2 * margin, 2 * margin};
+  feet_ = reach.feet;
   if (!gather(version)) return false;
+  if (feet_) foot_.assign(phi_.size(), -1);
   if (reach.outside > band) measure(1, level, reach.outside);
   if (reach.inside > band) measure(-1, level, reach.inside);
   for (float& phi : phi_) phi = std::clamp(phi, -reach.inside, reach.outside);
   return true;
+}
+
+Coord DistanceBox::voxelNear(const Vec3f& p) const {
+  const auto near = [](float v, int size) { return std::clamp(static_cast<int>(std::floor(v + 0.5f)), 0, size - 1); };
+  return {near(p.x(), outer_.x), near(p.y(), outer_.y), near(p.z(), outer_.z)};
+}
+
+Coord DistanceBox::foot(Coord voxel) const {
+  const Coord v = voxel - outerLow_;
+  if (const int32_t known = foot_[index(v)]; known >= 0) {
+    const int z = known % outer_.z, rest = known / outer_.z;
+    return outerLow_ + Coord{rest / outer_.y, rest % outer_.y, z};
+  }
+  Vec3f gradient;
+  const int place[3] = {v.x, v.y, v.z}, size[3] = {outer_.x, outer_.y, outer_.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    Coord before = v, after = v;
+    int32_t* const ends[2] = {axis == 0 ? &before.x : axis == 1 ? &before.y : &before.z, axis == 0 ? &after.x : axis == 1 ? &after.y : &after.z};
+    *ends[0] = std::max(place[axis] - 1, 0);
+    *ends[1] = std::min(place[axis] + 1, size[axis] - 1);
+    const int apart = *ends[1] - *ends[0];
+    gradient[axis] = apart > 0 ? (phi_[index(after)] - phi_[index(before)]) / static_cast<float>(apart) : 0;
+  }
+  const float length = gradient.norm();
+  if (!(length > kLeastSlope)) return voxel;
+  return outerLow_ + voxelNear(v.toVec3d().cast<float>() - gradient * (phi_[index(v)] / length));
 }
 
 namespace {

@@ -17,6 +17,7 @@ class DistanceBox {
  public:
   struct Reach {
     float inside, outside;  ///< Voxels; farther off the answer is −inside or +outside.
+    bool feet = false;      ///< Whether foot() will be asked for.
   };
 
   /// Reads `version` over `size` voxels from `low` on. Values up to kOwnDistance are the version's own; what lies farther off is
@@ -28,6 +29,9 @@ class DistanceBox {
 
   /// The signed distance at a voxel of the box, in voxels.
   [[nodiscard]] float at(Coord voxel) const { return phi_[index(voxel - outerLow_)]; }
+  /// The voxel beside the place of the surface that is nearest to a voxel of the box whose distance is within reach. Where distances are measured that is a voxel
+  /// of the version's band; else, farther than two voxels from the surface, it is found by what the band says of the direction.
+  [[nodiscard]] Coord foot(Coord voxel) const;
   /// Between voxels, by Catmull-Rom splines, limited to what the eight voxels around allow of a distance. `p` at least one voxel within the box.
   [[nodiscard]] float sample(const Vec3d& p) const;
 
@@ -46,6 +50,7 @@ class DistanceBox {
   void makeTriangles(float side, float level);
   /// `p` from outerLow_ on; the gradient where it is asked for.
   [[nodiscard]] float spline(const Vec3f& p, Vec3f* gradient = nullptr) const;
+  [[nodiscard]] Coord voxelNear(const Vec3f& p) const;  // of the outer box, and `p` from its corner on
   void makeFans();
   /// The triangle to which the way down along the surface leads from `triangle`, and its squared distance.
   float descend(const Vec3f& p, int32_t& triangle) const;
@@ -53,7 +58,9 @@ class DistanceBox {
 
   Coord outerLow_, outer_;  // the box with what can be nearest around it
   Tile uniform_ = Tile::outside;
+  bool feet_ = false;
   std::vector<float> phi_, squared_;
+  std::vector<int32_t> foot_;     // index of the voxel beside the nearest place, −1: not measured
   std::vector<int32_t> nearest_;  // first the vertex of a cell, then the triangle of a voxel
   std::vector<uint8_t> queued_;
   std::vector<Vec3f> vertices_;

@@ -12,6 +12,7 @@
 #include "clay/boolean.h"
 #include "clay/brick_set.h"
 #include "clay/editor.h"
+#include "clay/settle.h"
 #include "clay/tree_view.h"
 
 namespace argil::clay {
@@ -119,6 +120,7 @@ class Components {
     std::sort(changed.begin(), changed.end());
     changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
     redistanceAll(editor, bricksAround(editor, changed), part.part(0.5, 1));
+    keepChannels(editor, version_);
     return editor.commit();
   }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/boolean.h"
+#include "clay/channel_source.h"
 #include "clay/editor.h"
 #include "clay/resample.h"
 #include "clay/tree_view.h"
@@ -18,7 +19,33 @@ constexpr uint64_t kStepEvery = 512;   // bricks between two looks at the job
 // Takes another version's content beyond a plane, voxel by voxel.
 class HalfTaker {
  public:
-  HalfTaker(Editor& editor, const Vec3d& point, const Vec3d& normal, const WorkPart& part) : editor_(editor), point_(point), normal_(normal), part_(part) {}
+  HalfTaker(Editor& editor, const Version& other, const Vec3d& point, const Vec3d& normal, const WorkPart& part)
+      : editor_(editor), own_(editor.base()), other_(other), point_(point), normal_(normal), channels_(ChannelSource::any(own_) || ChannelSource::any(other)), part_(part) {}
+
+  void take() { take(TreePlace::root(own_), TreePlace::root(other_)); }
+  /// Bricks beside the plane in which both halves say different things.
+  [[nodiscard]] const std::vector<Coord>& differing() const { return differing_; }
+  /// Channels of what came into the band since, on the side that is kept: those of the nearest voxel.
+  void fill(const std::vector<Coord>& bricks) {
+    if (!channels_) return;
+    ChannelSource own(own_);
+    const float band = editor_.grid().band;
+    for (const Coord coord : bricks) {
+      const Slot now = editor_.find(coord), was = own_.find(coord);
+      ChannelPlace place{now, {}};
+      for (const Channel channel : kAllChannels) place.channel[indexOf(channel)] = editor_.find(channel, coord);
+      ChannelBlock block(place);
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        ChannelBytes bytes{};
+        if (std::abs(now.phi(v, band)) < band && (side(coord, v) < 0 || std::abs(was.phi(v, band)) < band)) continue;
+        if (std::abs(now.phi(v, band)) < band) own.nearest(coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, bytes);
+        block.set(v, bytes);
+      }
+      block.store(editor_, coord);
+    }
+  }
+
+ private:
 
   void take(const TreePlace& own, const TreePlace& other) {
     if (own.isTile() && other.isTile() && own.tile() == other.tile()) return;
@@ -34,37 +61,51 @@ class HalfTaker {
     }
     if (own.level() > 0) {
       const Coord f = own.first();
+      // No brick of its own lies there, so no channel either.
       editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, own.level(), other.tile());
       return;
     }
     brick(own, other);
   }
-  /// Bricks beside the plane in which both halves say different things.
-  [[nodiscard]] const std::vector<Coord>& differing() const { return differing_; }
+  [[nodiscard]] double side(Coord brick, int v) const { return normal_.dot((brick * kBrickEdge).toVec3d() + Vec3d(v >> 6, (v >> 3) & 7, v & 7) - point_); }
 
- private:
   void brick(const TreePlace& own, const TreePlace& other) {
     if (++done_ % kStepEvery == 0) part_.step(0);
     const float band = editor_.grid().band;
     const auto slot = [](const TreePlace& p) { return p.brick() ? Slot(p.brick()) : Slot(p.tile()); };
     const Slot a = slot(own), b = slot(other);
-    const Vec3d low = (own.first() * kBrickEdge).toVec3d();
     BrickValues phi, scratchA, scratchB;
     const BrickValues &valuesA = a.values(scratchA, band), &valuesB = b.values(scratchB, band);
-    bool differs = false, changed = false;
+    bool differs = false, changed = false, crosses = false;
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const double side = normal_.dot(low + Vec3d(v >> 6, (v >> 3) & 7, v & 7) - point_);
+      const double away = side(own.first(), v);
       const float pa = valuesA[v], pb = valuesB[v];
-      differs |= std::abs(side) < double(band) && std::abs(pa - pb) > kSame;
-      changed |= side < 0 && pa != pb;
-      phi[v] = side < 0 ? pb : pa;
+      differs |= std::abs(away) < double(band) && std::abs(pa - pb) > kSame;
+      changed |= away < 0 && pa != pb;
+      crosses |= away < 0;
+      phi[v] = away < 0 ? pb : pa;
     }
     if (changed) editor_.setVoxels(own.first(), phi);
     if (differs) differing_.push_back(own.first());
+    if (channels_ && crosses) takeChannels(own.first());
+  }
+
+  void takeChannels(Coord coord) {
+    const Slot now = editor_.find(coord);
+    for (const Channel channel : kAllChannels) {
+      if (!own_.has(channel) && !other_.has(channel)) continue;
+      const ChannelSlot a = own_.find(channel, coord), b = other_.find(channel, coord);
+      std::array<uint8_t, kBrickVoxels> values{};
+      if (now.brick())
+        for (int v = 0; v < kBrickVoxels; ++v) values[static_cast<size_t>(v)] = (side(coord, v) < 0 ? b : a).value(v);
+      editor_.setChannel(channel, coord, values);
+    }
   }
 
   Editor& editor_;
+  const Version own_, other_;
   Vec3d point_, normal_;
+  bool channels_;
   std::vector<Coord> differing_;
   uint64_t done_ = 0;
   WorkPart part_;
@@ -86,10 +127,14 @@ Version mirrorHalf(const Version& version, const Vec3d& pointMm, const Vec3d& no
     const WorkPart part = all.part(round * 0.5, round * 0.5 + 0.5);
     const Version image = resample(now, now.grid(), reflection, threads, part.part(0, 0.7));
     Editor editor(now);
-    HalfTaker taker(editor, point, n, part.part(0.7, 0.7));
-    taker.take(TreePlace::root(now), TreePlace::root(image));
+    HalfTaker taker(editor, image, point, n, part.part(0.7, 0.7));
+    taker.take();
     const bool again = round == 0 && !taker.differing().empty();
-    if (again) redistanceAll(editor, bricksAround(editor, taker.differing()), part.part(0.7, 1));
+    if (again) {
+      const std::vector<Coord> beside = bricksAround(editor, taker.differing());
+      redistanceAll(editor, beside, part.part(0.7, 1));
+      taker.fill(beside);
+    }
     now = editor.commit();
     if (!again) break;
   }

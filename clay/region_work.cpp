@@ -10,7 +10,9 @@
 
 #include "clay/boolean.h"
 #include "clay/brick_set.h"
+#include "clay/channel_source.h"
 #include "clay/parallel.h"
+#include "clay/settle.h"
 #include "clay/store.h"
 #include "clay/tree_view.h"
 
@@ -108,19 +110,39 @@ void forEachItem(size_t count, int threads, const WorkPart& part, const std::fun
       1);
 }
 
+namespace {
+
+// What a new brick of these distances has in its channels.
+ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std::span<const float, kBrickVoxels> phi, float band, CarryFrom carry) {
+  ChannelBlock block{ChannelPlace{}};
+  ChannelBytes bytes;
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    if (!(std::abs(phi[static_cast<size_t>(v)]) < band)) continue;
+    const Coord at = low + Coord{v >> 6, (v >> 3) & 7, v & 7};
+    if ((carry == CarryFrom::place && old.read(at, bytes)) || old.nearest(box.foot(at), bytes) != ChannelSource::kNone) block.set(v, bytes);
+  }
+  return block;
+}
+
+}  // namespace
+
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
-                const std::function<float(const DistanceBox&, Coord)>& value, int pad) {
+                const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry, int pad) {
   const float band = source.grid().band;
+  const bool channels = ChannelSource::any(source);
+  reach.feet = channels;
   Editor editor(Version::empty(Store::make(), source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
   std::vector<Coord> written;
-  forEachItem(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
+  forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
     const Coord first = regions[i] * kRegionBricks;
     const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
     if (!box.fill(source, first * kBrickEdge - around, size + around * 2, reach)) return;
     std::vector<std::array<float, kBrickVoxels>> values;
     std::vector<Coord> bricks;
+    std::vector<ChannelBlock> paint;
+    ChannelSource old(source);
     for (int b = 0; b < 512; ++b) {
       const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
       const Coord low = brick * kBrickEdge;
@@ -132,6 +154,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
         values.back()[static_cast<size_t>(v)] = phi;
         flat = flat && std::abs(phi) >= band;
       }
+      if (!flat && channels) paint.push_back(carried(box, old, low, values.back(), band, carry));
       if (!flat) continue;
       const Tile tile = values.back()[0] < 0 ? Tile::inside : Tile::outside;
       values.pop_back();
@@ -140,11 +163,19 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
       if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
     }
     const std::lock_guard lock(editing);
-    for (size_t k = 0; k < bricks.size(); ++k) editor.setVoxels(bricks[k], values[k]);
+    for (size_t k = 0; k < bricks.size(); ++k) {
+      editor.setVoxels(bricks[k], values[k]);
+      if (channels) paint[k].store(editor, bricks[k]);
+    }
     written.insert(written.end(), bricks.begin(), bricks.end());
   });
   // What vanished leaves values that are within the band of nothing.
   dropWithoutSurface(editor, written);
+  // Where an edge came up or two sides met.
+  limitSlopes(editor, written, threads, part.part(0.98, 1));
+  if (channels)
+    for (const Coord brick : written)
+      if (!editor.find(brick).brick()) clearChannels(editor, brick);
   return editor.commit();
 }
 

@@ -27,11 +27,17 @@ void copyTiles(const Version& version, Editor& target);
 /// how far it is after each item.
 void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work);
 
+/// Where the voxels of a new band have their channels from.
+enum class CarryFrom : uint8_t {
+  surface,  ///< The nearest place of the old surface.
+  place,    ///< The same voxel where the old band has it, else the nearest place.
+};
+
 /// A version of the same grid in a store of its own, whose distance at each voxel of `regions` is value(box, voxel) of a box that was filled
 /// there with `reach`; elsewhere the tiles of `source`. The box
-/// reaches `pad` voxels beyond the region. The result depends on neither threads nor order.
+/// reaches `pad` voxels beyond the region. Channels come along. The result depends on neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
-                              const std::function<float(const DistanceBox&, Coord)>& value, int pad = 0);
+                              const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry = CarryFrom::surface, int pad = 0);
 
 /// In voxels³: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average for a plane of any direction.
 [[nodiscard]] double volumeOf(const Version& version);

@@ -7,9 +7,11 @@
 #include <mutex>
 
 #include "clay/brick_set.h"
+#include "clay/channel_source.h"
 #include "clay/parallel.h"
 #include "clay/region_work.h"
 #include "clay/sampler.h"
+#include "clay/settle.h"
 #include "clay/store.h"
 
 namespace argil::clay {
@@ -55,7 +57,7 @@ class Resampler {
  public:
   Resampler(const Version& source, const Grid& grid, const Eigen::Isometry3d& pose)
       : source_(source), grid_(grid), map_(mapBetween(source.grid(), grid, pose)), inverse_(mapBetween(grid, source.grid(), pose.inverse())),
-        scale_(grid.voxelMm / source.grid().voxelMm), whole_(isWhole(map_, source.grid(), grid)) {
+        scale_(grid.voxelMm / source.grid().voxelMm), whole_(isWhole(map_, source.grid(), grid)), channels_(ChannelSource::any(source)) {
     if (whole_) {
       map_.matrix = map_.matrix.array().round().eval();
       map_.shift = map_.shift.array().round().eval();
@@ -69,7 +71,9 @@ class Resampler {
     Editor editor(Version::empty(Store::make(), grid_));
     fillTiles(editor, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
     std::mutex editing;
-    forEachItem(chunks_.size(), threads, part, [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    forEachItem(chunks_.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    // Splines are steeper than the distances that they lead through where those have a crease.
+    if (!whole_) limitSlopes(editor, written_, threads, part.part(0.98, 1));
     return editor.commit();
   }
 
@@ -141,7 +145,7 @@ class Resampler {
     return std::binary_search(sorted.begin(), sorted.end(), key);
   }
 
-  void chunk(Coord at, DistanceBox& box, Editor& editor, std::mutex& editing) const {
+  void chunk(Coord at, DistanceBox& box, Editor& editor, std::mutex& editing) {
     const Coord first = at * edge_;
     const float band = grid_.band;
     const Vec3d from = (first * kBrickEdge).toVec3d();
@@ -151,7 +155,9 @@ class Resampler {
     const Coord boxLow = Coord{int(std::floor(low.x())), int(std::floor(low.y())), int(std::floor(low.z()))} - Coord{margin, margin, margin};
     const Coord boxHigh = Coord{int(std::ceil(high.x())), int(std::ceil(high.y())), int(std::ceil(high.z()))} + Coord{margin + 1, margin + 1, margin + 1};
     const float reach = whole_ ? source_.grid().band : static_cast<float>(band * scale_) + kSplineReach;
-    const bool surface = box.fill(source_, boxLow, boxHigh - boxLow, {reach, reach});
+    const bool surface = box.fill(source_, boxLow, boxHigh - boxLow, {reach, reach, channels_});
+    ChannelSource old(source_);
+    std::vector<ChannelBlock> paint;
     std::vector<std::array<float, kBrickVoxels>> values;
     std::vector<Coord> bricks;
     const float perVoxel = static_cast<float>(1 / scale_);
@@ -171,18 +177,36 @@ class Resampler {
         const Vec3d p = map_(voxel + Coord{v >> 6, (v >> 3) & 7, v & 7}.toVec3d());
         values.back()[static_cast<size_t>(v)] = whole_ ? box.at({int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))}) : box.sample(p) * perVoxel;
       }
+      if (channels_) paint.push_back(carried(box, old, voxel, values.back()));
     }
     const std::lock_guard lock(editing);
-    for (size_t k = 0; k < bricks.size(); ++k) editor.setVoxels(bricks[k], values[k]);
+    for (size_t k = 0; k < bricks.size(); ++k) {
+      editor.setVoxels(bricks[k], values[k]);
+      if (channels_) paint[k].store(editor, bricks[k]);
+    }
+    written_.insert(written_.end(), bricks.begin(), bricks.end());
+  }
+
+  // The old clay's channels where a new voxel comes from; farther off than its band those of the nearest place of its surface.
+  [[nodiscard]] ChannelBlock carried(const DistanceBox& box, ChannelSource& old, const Vec3d& first, std::span<const float, kBrickVoxels> phi) const {
+    ChannelBlock block{ChannelPlace{}};
+    ChannelBytes bytes;
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      if (!(std::abs(phi[static_cast<size_t>(v)]) < grid_.band)) continue;
+      const Vec3d p = map_(first + Coord{v >> 6, (v >> 3) & 7, v & 7}.toVec3d());
+      const Coord near{int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))};
+      if (old.between(p, bytes) || old.nearest(box.foot(near), bytes) != ChannelSource::kNone) block.set(v, bytes);
+    }
+    return block;
   }
 
   const Version& source_;
   Grid grid_;
   VoxelMap map_, inverse_;
   double scale_;  // old voxels a new one
-  bool whole_;
+  bool whole_, channels_;
   int edge_ = kRegionBricks;
-  std::vector<Coord> chunks_;
+  std::vector<Coord> chunks_, written_;
   std::vector<std::vector<Coord>> marked_;
   Sampler sampler_{source_};
 };

@@ -3,11 +3,103 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <vector>
 
+#include "clay/brick_set.h"
+#include "clay/parallel.h"
 #include "clay/redistance.h"
 
 namespace argil::clay {
+
+namespace {
+
+constexpr int kMostRounds = 12;     // a change travels a voxel a round, and the band is three wide
+constexpr size_t kAtOnce = 16384;   // bricks between two looks at the job
+
+// A brick once none of its values is too far from those around it.
+struct Limited {
+  Coord brick;
+  std::array<float, kBrickVoxels> phi;
+  std::vector<std::pair<int, Coord>> fresh;  // voxels that came into the band, and the voxel beside each that brought it there
+};
+
+// False when all are near enough.
+bool limit(Sampler& field, Coord brick, Limited& out) {
+  constexpr int kStride[3] = {10 * kPaddedRow, kPaddedRow, 1};
+  const float band = field.band();
+  float padded[kPaddedSize];
+  std::fill(std::begin(padded), std::end(padded), 0.0f);
+  gatherPadded(field, brick, padded);
+  out.brick = brick;
+  out.fresh.clear();
+  bool any = false;
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    const int at = paddedOffset((v >> 6) + 1, ((v >> 3) & 7) + 1, (v & 7) + 1);
+    const float own = padded[at], size = std::abs(own);
+    float most = size;
+    Coord from;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int way : {-1, 1}) {
+        const float other = padded[at + way * kStride[axis]], apart = std::abs(own - other);
+        if (apart <= kSteepest) continue;
+        const float bound = (own < 0) != (other < 0) ? size * (kSteepest / apart) : std::abs(other) + kSteepest;
+        if (!(bound < most)) continue;
+        most = bound;
+        from = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7} + Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0};
+      }
+    any |= most < size;
+    if (most < band && size >= band) out.fresh.emplace_back(v, from);
+    out.phi[static_cast<size_t>(v)] = own < 0 ? -most : most;
+  }
+  return any;
+}
+
+// Voxels that came into the band have what brought them there.
+void carryToFresh(Editor& editor, const Limited& limited) {
+  for (const Channel channel : kAllChannels) {
+    if (limited.fresh.empty() || !editor.has(channel)) continue;
+    std::array<uint8_t, kBrickVoxels> values;
+    const ChannelSlot own = editor.find(channel, limited.brick);
+    for (int v = 0; v < kBrickVoxels; ++v) values[static_cast<size_t>(v)] = own.value(v);
+    for (const auto& [v, from] : limited.fresh)
+      values[static_cast<size_t>(v)] = editor.find(channel, from >> kBrickBits).value(Brick::offset(from.x & 7, from.y & 7, from.z & 7));
+    editor.setChannel(channel, limited.brick, values);
+  }
+}
+
+}  // namespace
+
+void limitSlopes(Editor& editor, std::span<const Coord> bricks, int threads, const WorkPart& part) {
+  std::vector<Coord> look(bricks.begin(), bricks.end());
+  for (int round = 0; round < kMostRounds && !look.empty(); ++round) {
+    std::vector<Limited> found;
+    std::mutex mutex;
+    for (size_t from = 0; from < look.size(); from += kAtOnce) {
+      const size_t count = std::min(kAtOnce, look.size() - from);
+      parallelBlocks(count, threads, [&](size_t begin, size_t end) {
+        Sampler field(editor);
+        Limited one;
+        for (size_t i = from + begin; i < from + end; ++i) {
+          if (!limit(field, look[i], one)) continue;
+          const std::lock_guard lock(mutex);
+          found.push_back(one);
+        }
+      });
+      if (round == 0) part.step(double(from + count) / double(look.size()));
+    }
+    // All at once: each of them was found from what there was before.
+    BrickSet next;
+    for (const Limited& each : found) {
+      editor.setVoxels(each.brick, each.phi);
+      next.add(each.brick);
+      for (int axis = 0; axis < 3; ++axis)
+        for (const int way : {-1, 1}) next.add(each.brick + Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0});
+    }
+    for (const Limited& each : found) carryToFresh(editor, each);
+    look = next.sorted();
+  }
+}
 
 void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job, double jobFrom) {
   std::vector<Coord> byRegion(bricks.begin(), bricks.end());

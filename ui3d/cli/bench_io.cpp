@@ -20,6 +20,7 @@
 #include "io/model_file.h"
 #include "io/model_writer.h"
 #include "ui3d/cli/bench.h"
+#include "ui3d/cli/peak_memory.h"
 #include "ui3d/cli/bench_io_3mf.h"
 #include "ui3d/cli/bench_models.h"
 
@@ -32,30 +33,6 @@ namespace fs = std::filesystem;
 constexpr double kMostTriangles = 10;  ///< Millions.
 constexpr int kRuns = 3;
 constexpr size_t kRawPiece = size_t{4} << 20;  ///< Bytes that the raw write hands over at a time.
-
-/// Bytes of "VmHWM" (the peak) or "VmRSS"; 0 where the system does not say.
-uint64_t memory(const std::string& which) {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with(which)) return 1024 * std::stoull(line.substr(which.size() + 1));
-  return 0;
-}
-
-/// The most memory since it was made, beside what was there then. One at a time.
-class Peak {
- public:
-  Peak() {
-    std::ofstream("/proc/self/clear_refs") << "5";
-    before_ = memory("VmRSS");
-  }
-  [[nodiscard]] uint64_t bytes() const {
-    const uint64_t most = memory("VmHWM");
-    return most - std::min(most, before_);
-  }
-
- private:
-  uint64_t before_ = 0;
-};
 
 /// A torus as a net, closed.
 clay::TriangleMesh torus(double millions) {
@@ -114,14 +91,14 @@ class Rows {
     for (int run = 0; run < kRuns; ++run) {
       if (job_) job_->step(0);
       {
-        const Peak peak;
+        const PeakMemory peak;
         const Stopwatch watch;
         size = write(path);
         writing.add(watch.us());
         writeMemory = std::max(writeMemory, peak.bytes());
       }
       if (readBack) {
-        const Peak peak;
+        const PeakMemory peak;
         const Stopwatch watch;
         const io::ModelFile back = io::readModel(path, job_);
         reading.add(watch.us());
@@ -171,7 +148,7 @@ void benchReduction(BenchReport& report, double millions, Job* job) {
   const double voxel = model.version.grid().voxelMm;
   const auto row = [&](const std::string& name, const clay::ReduceOptions& options) {
     Samples samples;
-    const Peak peak;
+    const PeakMemory peak;
     const Stopwatch watch;
     const clay::Reduced reduced = clay::reduce(mesh, options, job);
     samples.add(watch.us());
