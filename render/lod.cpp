@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/sharp_vertices.h"
+
 namespace argil::render {
 namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
+/// Vertices of a brick's last layer of cells lie behind this: fine ones stand up to clay::kSharpReach outside of their cell.
+constexpr float kLastLayer = float(clay::kBrickEdge - 1) - clay::kSharpReach;
 
 /// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin wall does not
 /// collapse and each side keeps its light.
@@ -38,7 +42,7 @@ void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, st
     bool fixed = false;
     for (int axis = 0; axis < 3; ++axis) {
       cell[size_t(axis)] = std::clamp(int(std::floor(p[axis])), 0, clay::kBrickEdge - 1);
-      fixed |= (locked >> axis & 1) != 0 && cell[size_t(axis)] == clay::kBrickEdge - 1;
+      fixed |= (locked >> axis & 1) != 0 && p[axis] >= kLastLayer;
     }
     if (fixed) {
       cluster[i] = kNone;

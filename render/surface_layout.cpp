@@ -5,6 +5,7 @@
 #include <set>
 
 #include "clay/error.h"
+#include "clay/sharp_vertices.h"
 
 namespace argil::render {
 namespace {
@@ -343,9 +344,9 @@ void SurfaceLayout::updateDraws(const std::set<Coord>& changed) {
     draw.chunk = coord;
     // What is there for the first time does not wait for its levels.
     draw.changedIn = isNew ? picture_ - kRestPictures : picture_;
-    // A quad reaches one cell into the bricks below its own.
-    draw.min = (lo * clay::kBrickEdge).toVec3d() - Vec3d::Ones();
-    draw.max = (hi * clay::kBrickEdge).toVec3d() + Vec3d::Constant(clay::kBrickEdge);
+    // A quad reaches one cell into the bricks below its own, a fine vertex out of its cell.
+    draw.min = (lo * clay::kBrickEdge).toVec3d() - Vec3d::Constant(1 + clay::kSharpReach);
+    draw.max = (hi * clay::kBrickEdge).toVec3d() + Vec3d::Constant(clay::kBrickEdge + clay::kSharpReach);
     draw.levels[0] = {chunk.firstQuad * kIndicesPerQuad, chunk.quads.end() * kIndicesPerQuad, 2 * quads, true};
   }
   loose_ = Box();

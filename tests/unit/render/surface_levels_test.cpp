@@ -6,8 +6,10 @@
 #include <random>
 
 #include "clay/primitives.h"
+#include "clay/sharp_vertices.h"
 #include "clay/store.h"
 #include "render/surface_layout.h"
+#include "tests/unit/clay/sharp_shapes.h"
 #include "tests/unit/render/field_surface.h"
 #include "tests/unit/render/mirror_sink.h"
 
@@ -91,6 +93,65 @@ TEST_F(Levels, WhateverLevelEachChunkHasTheSurfaceStaysClosed) {
   for (int level = 0; level < kLevels; ++level) {
     EXPECT_TRUE(boundary([&](const ChunkDraw&) { return level; }).empty()) << level;
   }
+}
+
+/// The fine surface of turned boxes: creases cross the sides of chunks, and vertices on them stand outside of their cells.
+class FineLevels : public Levels {
+ protected:
+  void SetUp() override {
+    std::mt19937_64 random(5);
+    std::array<clay::testing::TurnedBox, 4> boxes;
+    for (clay::testing::TurnedBox& box : boxes) {
+      box.axes = clay::testing::randomTurn(random);
+      box.half = Vec3d(24, 40, 30);
+    }
+    const auto shape = [&](const Vec3d& p) {
+      double most = -1e9;  // what lies in all of them
+      for (const auto& box : boxes) most = std::max(most, box.cut(p));
+      return most;
+    };
+    delta_ = fine_.update(clay::testing::clayOf(clay::Store::make(), 70, shape));
+    layout_.apply(delta_, sink_);
+    for (size_t i = 0; i < layout_.draws().size(); ++i) {
+      for (int level = 0; level < kLevels; ++level) layout_.prepareChunk(i, level, sink_);
+    }
+  }
+  clay::Surface fine_{true, clay::Grade::fine};
+};
+
+TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
+  size_t outside = 0;  // of the cells that the draft has them in
+  clay::Surface draft;
+  draft.update(fine_.version());
+  for (const auto& mesh : delta_.changed) {
+    const clay::BrickMesh* other = draft.find(mesh->brick);
+    if (!other) continue;
+    for (size_t i = 0; i < mesh->positions.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) outside += other->positions[i][axis] > 7.001f && other->positions[i][axis] < 7.999f && mesh->positions[i][axis] < 7;
+    }
+  }
+  EXPECT_GT(outside, 10u);
+  constexpr unsigned kSeed = 9;
+  std::mt19937 random(kSeed);
+  for (int run = 0; run < 20; ++run) {
+    std::map<Coord, int> chosen;
+    for (const ChunkDraw& draw : layout_.draws()) chosen[draw.chunk] = int(random() % unsigned(kLevels));
+    EXPECT_TRUE(boundary([&](const ChunkDraw& draw) { return chosen.at(draw.chunk); }).empty()) << "seed " << kSeed << ", run " << run;
+  }
+  size_t beyond = 0;  // of the boxes that would do for the draft
+  for (const ChunkDraw& draw : layout_.draws()) {
+    const ChunkDraw::Range& range = draw.levels[0];
+    for (uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i) {
+      const uint32_t first = i - (i - range.firstIndex) % 3;
+      if (sink_.indices.at(first) == sink_.indices.at(first + 1)) continue;  // room that is free
+      const SurfaceVertex& v = sink_.vertices.at(sink_.indices.at(i));
+      const Vec3d p = Vec3d(v.x, v.y, v.z) / kUnitsPerVoxel;
+      ASSERT_GE((p - draw.min).minCoeff(), 0);
+      ASSERT_GE((draw.max - p).minCoeff(), 0);
+      beyond += (p - draw.min).minCoeff() < clay::kSharpReach - 1e-3 || (draw.max - p).minCoeff() < clay::kSharpReach - 1e-3;
+    }
+  }
+  EXPECT_GT(beyond, 0u);
 }
 
 TEST_F(Levels, AVertexIsStoodForByOneOfItsGroupOnItsSide) {
