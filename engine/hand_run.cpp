@@ -202,30 +202,37 @@ void HandRun::walkLive() {
   }
 }
 
-ServoReport HandRun::report() {
-  const haptics::ServoStatistics& s = servo_.statistics();
+ServoReport HandRun::report(const std::vector<std::unique_ptr<HandRun>>& runs) {
   ServoReport report;
-  report.ticks = s.ticks;
-  report.cutting = s.cutting;
-  report.touching = s.touching;
-  report.overrun = s.overrun;
-  report.missed = s.missed;
-  report.dropped = servo_.samples().dropped();
-  report.clamped = s.clamped;
-  report.slewed = s.slewed;
-  report.stopped = s.stopped;
-  report.stale = s.stale;
-  report.compute = Timing::of(s.compute);
-  report.editToFeel = Timing::of(s.editToFeel);
-  if (options_.live) {
-    report.lateness = Timing::of(s.lateness);
-    report.bareLateness = Timing::of(bare_.lateness());
+  haptics::Histogram compute, editToFeel, lateness, bare;
+  for (const std::unique_ptr<HandRun>& run : runs) {
+    const haptics::ServoStatistics& s = run->servo_.statistics();
+    report.ticks += s.ticks;
+    report.cutting += s.cutting;
+    report.touching += s.touching;
+    report.overrun += s.overrun;
+    report.missed += s.missed;
+    report.dropped += run->servo_.samples().dropped();
+    report.clamped += s.clamped;
+    report.slewed += s.slewed;
+    report.stopped += s.stopped;
+    report.stale += s.stale;
+    compute.add(s.compute);
+    editToFeel.add(s.editToFeel);
+    lateness.add(s.lateness);
+    bare.add(run->bare_.lateness());
+    report.peakForceN = std::max(report.peakForceN, double(s.peakForceN));
+    report.forceLimitN = run->device_.sheet().peakForceN;
+    report.grant = run->grant_;
+    report.stalls += run->servo_.watchdogCuts();
+    if (run->servo_.fault() != haptics::Fault::none) report.fault = haptics::sentence(run->servo_.fault());
   }
-  report.peakForceN = s.peakForceN;
-  report.forceLimitN = device_.sheet().peakForceN;
-  report.grant = grant_;
-  report.stalls = servo_.watchdogCuts();
-  if (servo_.fault() != haptics::Fault::none) report.fault = haptics::sentence(servo_.fault());
+  report.compute = Timing::of(compute);
+  report.editToFeel = Timing::of(editToFeel);
+  if (runs.front()->options_.live) {
+    report.lateness = Timing::of(lateness);
+    report.bareLateness = Timing::of(bare);
+  }
   return report;
 }
 

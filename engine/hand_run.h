@@ -28,7 +28,8 @@ class HandRun {
   /// other. Throws Error, Cancelled.
   void walk(size_t count, double fromFraction, double toFraction);
 
-  [[nodiscard]] ServoReport report();
+  /// Of several, in order, together; of one at least.
+  [[nodiscard]] static ServoReport report(const std::vector<std::unique_ptr<HandRun>>& runs);
   [[nodiscard]] uint64_t versions() const { return loop_.versions(); }
 
  private:

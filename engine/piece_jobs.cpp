@@ -65,6 +65,11 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
   for (const Id id : result.removed) document.remove(id);
   for (Piece piece : result.added) {
     piece.id = 0;
+    const auto taken = [&](const std::string& name) {
+      return std::any_of(document.pieces.begin(), document.pieces.end(), [&](const Piece& other) { return other.name == name; });
+    };
+    const std::string name = piece.name;
+    for (int number = 2; !name.empty() && taken(piece.name); ++number) piece.name = fmt::format("{} {}", name, number);
     document.add(std::move(piece));
   }
 }

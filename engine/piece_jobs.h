@@ -29,12 +29,14 @@ struct PieceArguments {
   Vec3d directionMm = Vec3d::UnitZ();       ///< Along which a drawn curve is extruded, world.
   bool closed = false;                      ///< Of the curve.
   std::vector<double> numbers;              ///< What fits nowhere else: the row's file says what.
+
+  friend bool operator==(const PieceArguments&, const PieceArguments&) = default;
 };
 
 /// What an operation leads to; nothing of the document changes before applyPieceResult().
 struct PieceResult {
   std::vector<Piece> changed;        ///< Take the place of those with the same id.
-  std::vector<Piece> added;          ///< Get an id; their names may be empty.
+  std::vector<Piece> added;          ///< Get an id; their names may be empty or taken, and then get a number.
   std::vector<Id> removed;
   std::vector<std::string> notes;    ///< Sentences for the person: what was found, how large the error is.
 };
@@ -49,6 +51,7 @@ struct PieceJob {
   std::span<const Parameter<PieceArguments>> parameters;
   /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
   PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
+  bool takesBox = false;  ///< That the points belong to: its low and its high corner, mm of the piece, are numbers 3 to 8; not there: around the piece.
 };
 
 /// All rows, in the order of the menus.

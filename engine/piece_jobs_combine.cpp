@@ -62,7 +62,7 @@ PieceResult split(const Document& document, const PieceArguments& arguments, Job
 
 constexpr Parameter<PieceArguments> kBlend{"blend", "Blend", "Width over which the surfaces run into each other; 0: a sharp crease.", "mm", 0, 50, 0, false,
                                            [](const PieceArguments& a) { return a.blendMm; }, [](PieceArguments& a, double v) { a.blendMm = v; }};
-constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "1: the second piece stays beside the result.", "", 0, 1, 0, false,
+constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "It stays beside the result.", "on", 0, 1, 0, false,
                                           [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; }, [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
 constexpr std::array kCombine{kBlend, kKeep};
 

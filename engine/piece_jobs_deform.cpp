@@ -193,7 +193,7 @@ constexpr std::array kRows{
     PieceJob{"bend", "Bend", "Bends the piece into an arc.", "Bending", "Deform", 1, false, false, kBend, bend},
     PieceJob{"twist", "Twist", "Turns one end against the other.", "Twisting", "Deform", 1, false, false, kTwist, twist},
     PieceJob{"taper", "Taper", "Makes the piece thinner or wider towards one end.", "Tapering", "Deform", 1, false, false, kTaper, taper},
-    PieceJob{"lattice", "Lattice", "The piece follows the control points around it.", "Deforming", "Deform", 1, false, true, kLattice, lattice},
+    PieceJob{"lattice", "Lattice", "The piece follows the control points around it.", "Deforming", "Deform", 1, false, true, kLattice, lattice, true},
     PieceJob{"cylinder", "Cylinder", "A cylinder about the z axis.", "Making a cylinder", "New", 0, false, false, kCylinder, cylinder},
     PieceJob{"cone", "Cone", "A cone about the z axis, with a tip or without.", "Making a cone", "New", 0, false, false, kCone, cone},
     PieceJob{"ring", "Ring", "A torus about the z axis.", "Making a ring", "New", 0, false, false, kRing, ring},

@@ -26,6 +26,12 @@ bool isYUp(const io::MeshFile& file, Up up) {
   return up == Up::y || (up == Up::custom && (file.format.starts_with("OBJ") || file.format.starts_with("OFF")));
 }
 
+bool beginsWithAPiece(const Script& script) {
+  if (script.operations.empty() || script.operations.front().before > 0) return false;
+  const PieceJob* row = findPieceJob(script.operations.front().id);
+  return row && row->pieces == 0;
+}
+
 PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesystem::path& file, const Script& script,
                         const std::optional<double>& voxelMm, Job* job) {
   PreparedClay prepared;
@@ -34,6 +40,7 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     const Piece* piece = loaded.document->piece(loaded.document->active);
     if (!piece) throw Error(file.string() + ": has no piece to work on");
     prepared.version = piece->version;
+    prepared.document = *loaded.document;
     prepared.notes = loaded.notes;
     if (voxelMm || script.fitMm) prepared.notes.push_back("The clay stays as it was saved: voxel and size of the script do not apply to it.");
     return prepared;
@@ -63,6 +70,7 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
   prepared.version = std::move(imported.version);
   prepared.import = std::move(imported.report);
+  prepared.document = Document::of(prepared.version);
   return prepared;
 }
 
@@ -103,9 +111,12 @@ PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& scrip
   } else if (const auto* sphere = std::get_if<SphereSetup>(&script.clay)) {
     grid.originMm = sphere->centreMm;
     prepared.version = clay::makeSphere(std::move(store), grid, sphere->centreMm, sphere->radiusMm);
+  } else if (beginsWithAPiece(script)) {
+    return prepared;
   } else {
     throw Error("the script sets up no clay: give it a block, a sphere or an import in \"setup\", or a mesh with -i");
   }
+  prepared.document = Document::of(prepared.version);
   return prepared;
 }
 

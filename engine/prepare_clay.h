@@ -14,14 +14,15 @@
 namespace argil::engine {
 
 struct PreparedClay {
-  clay::Version version;
+  clay::Version version;                     ///< What the strokes begin on; none for a script that begins with a new piece.
+  Document document;                         ///< The piece "Clay" of it; of a saved document all that it holds.
   std::optional<clay::ImportReport> import;  ///< Of a mesh.
   std::vector<std::string> notes;            ///< Sentences for the person: what was repaired, scaled, chosen.
 };
 
 struct PrepareOptions {
   std::filesystem::path input = {};   ///< A mesh or a saved document that takes the place of the script's own clay; empty: none.
-  std::optional<double> voxelMm = {}; ///< Goes before the script's.
+  std::optional<double> voxelMm = {}; ///< Goes before the script's; of the clay that the strokes begin on.
   Job* job = nullptr;
 };
 

@@ -39,6 +39,8 @@ struct RunReport {
   clay::Editor::Counts clay;
   Timing edit;                       ///< From a sample (tip: a point) to its changed triangles being ready.
   std::optional<ServoReport> servo;
+  Script recorded;                   ///< Strokes, as they were cut, and operations alone: after the same clay a tip-driven script of equal bits (where pieces are moved or turned, equal to rounding).
+  std::vector<std::string> notes;    ///< What the operations found out, a sentence each.
   double seconds = 0;                ///< Wall time.
 };
 
@@ -53,10 +55,10 @@ struct RunOptions {
   Job* job = nullptr;                ///< Progress; cancel ends the run within a stroke.
 };
 
-/// Runs the strokes on the session and keeps `surface` at its newest version. Tip-driven strokes and hand-driven ones in
+/// Runs strokes and operations on the session and keeps `surface` at the newest version of the piece that is worked on. Tip-driven strokes and hand-driven ones in
 /// virtual time give the same clay in every run. Neighbouring hand-driven strokes are one walk of the hand: it travels from
-/// the end of a path to the beginning of the next with the button released. Throws Error (kind
-/// work when a live servo stopped the force for good), Cancelled; then the strokes so
+/// the end of a path to the beginning of the next with the button released; an operation or another piece in between ends the walk. Throws Error, which names the step (kind
+/// work when a live servo stopped the force for good), Cancelled; then the strokes and operations so
 /// far are in the session, each whole.
 RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& options = {});
 

@@ -8,6 +8,7 @@
 
 #include "clay/error.h"
 #include "engine/json_text.h"
+#include "engine/operation_text.h"
 #include "engine/random.h"
 #include "engine/script_place.h"
 #include "engine/tool_table.h"
@@ -101,7 +102,7 @@ PathPoint readPoint(const Place& row) {
 }
 
 ScriptStroke readStroke(const Place& place) {
-  checkToolKeys(place, {"drive", "onto", "press_mm", "mirror", "radial", "path"});
+  checkToolKeys(place, {"drive", "onto", "press_mm", "mirror", "radial", "piece", "path"});
   ScriptStroke stroke;
   stroke.tool = readTool(place);
   if (const auto drive = place.maybe("drive")) stroke.drive = drive->oneOf<Drive>(kDrives);
@@ -113,6 +114,10 @@ ScriptStroke readStroke(const Place& place) {
   for (const char* key : {"mirror", "radial"}) {
     const auto repeated = place.maybe(key);
     if (repeated && stroke.drive != Drive::tip) repeated->fail("goes with \"drive\": \"tip\" only");
+  }
+  if (const auto piece = place.maybe("piece")) {
+    stroke.piece = piece->text();
+    if (stroke.piece.empty()) piece->fail("names no piece");
   }
   const auto rows = place.at("path").items();
   if (rows.empty()) place.at("path").fail("is empty; give at least one [t_s, x, y, z]");
@@ -156,7 +161,14 @@ Script parseScript(std::string_view text, const std::string& name) {
   }
   const auto strokes = place.at("strokes").items();
   script.strokes.reserve(strokes.size());
-  for (const Place& stroke : strokes) script.strokes.push_back(readStroke(stroke));
+  for (const Place& step : strokes) {
+    if (!step.value().is_object() || !step.value().contains("operation")) {
+      script.strokes.push_back(readStroke(step));
+      continue;
+    }
+    script.operations.push_back(readOperation(step));
+    script.operations.back().before = script.strokes.size();
+  }
   return script;
 }
 
@@ -193,7 +205,14 @@ std::string formatScript(const Script& script) {
     setup.push_back({{"guides", guides}});
   }
   std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
-  for (const ScriptStroke& stroke : script.strokes) {
+  size_t operation = 0;
+  const auto putOperations = [&](size_t before) {
+    for (; operation < script.operations.size() && script.operations[operation].before <= before; ++operation)
+      text += (text.back() == '[' ? "\n" : ",\n") + operationJson(script.operations[operation]).dump();
+  };
+  for (size_t i = 0; i < script.strokes.size(); ++i) {
+    const ScriptStroke& stroke = script.strokes[i];
+    putOperations(i);
     nlohmann::ordered_json line;
     putTool(line, stroke.tool);
     line["drive"] = nameOf<Drive>(kDrives, stroke.drive);
@@ -203,6 +222,7 @@ std::string formatScript(const Script& script) {
       line["press_mm"] = stroke.onto->pressMm;
     }
     putImages(line, stroke.images, "mirror");
+    if (!stroke.piece.empty()) line["piece"] = stroke.piece;
     auto& path = line["path"] = nlohmann::ordered_json::array();
     for (const PathPoint& point : stroke.path) {
       checkFinite(std::isfinite(point.timeS) && point.mm.allFinite());
@@ -210,10 +230,11 @@ std::string formatScript(const Script& script) {
       checkFinite(std::isfinite(point.pressure) && (!point.rotation || point.rotation->coeffs().allFinite()));
       if (point.pressure != 1) row.push_back(point.pressure);
       if (point.rotation)
-        for (int i = 0; i < 4; ++i) row.push_back(point.rotation->coeffs()[i]);
+        for (int j = 0; j < 4; ++j) row.push_back(point.rotation->coeffs()[j]);
     }
     text += (text.back() == '[' ? "\n" : ",\n") + line.dump();
   }
+  putOperations(SIZE_MAX);
   return text + "\n]}\n";
 }
 

@@ -13,6 +13,7 @@
 #include "engine/document.h"
 #include "engine/guide_setup.h"
 #include "engine/path_point.h"
+#include "engine/piece_jobs.h"
 #include "engine/stroke_images.h"
 #include "engine/tool.h"
 #include "haptics/scene.h"
@@ -40,8 +41,21 @@ struct ScriptStroke {
   std::vector<PathPoint> path;  ///< At least one point.
   std::optional<Onto> onto = {};
   StrokeImages images = {};               ///< Repeated in mirrors and around an axis.
+  std::string piece = {};                 ///< Name of the piece that it works on from here on; empty: the one as before.
 
   friend bool operator==(const ScriptStroke&, const ScriptStroke&) = default;
+};
+
+/// An operation on whole pieces: a row of pieceJobs(). Pieces go by their names.
+struct ScriptOperation {
+  std::string id;                         ///< Of the row.
+  size_t before = 0;                      ///< Done before the stroke of this number; those of one number in their order.
+  std::vector<std::string> pieces = {};   ///< As many as the row takes; none for a row of one: the piece that is worked on.
+  PieceArguments arguments = {};          ///< But for `pieces`.
+  std::string name = {};                  ///< Of a row that makes a piece: its name; empty: as the row names it.
+  Vec3d centreMm = Vec3d::Zero(), axis = Vec3d::UnitZ();  ///< Where its middle comes to lie and where its z axis points; the length does not matter.
+
+  friend bool operator==(const ScriptOperation&, const ScriptOperation&) = default;
 };
 
 struct BlockSetup {
@@ -72,7 +86,13 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// id of engine/tool_table.h, "radius_mm": 5, its other parameters with their units ("height_mm", "angle_deg", "strength": 0 to 1, "tip": "box", "colour": "#c8402e"; left out: as the
 /// tool begins), "inverted": true, "file" of an image or a shape, "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "mirror": [[px, py, pz, nx, ny, nz], ...] (at most
 /// three planes by a point and a normal; left out: none), "radial": {"turns": 6, "axis": [px, py, pz, ax, ay, az]}, "path": [[t_s, x, y, z], ...]}`, where a point may go on with
-/// its pressure (0 to 1), with the stylus's quaternion qx, qy, qz, qw, or with both in that order.
+/// its pressure (0 to 1), with the stylus's quaternion qx, qy, qz, qw, or with both in that order; `"piece": "Ring"` to work on another piece from here on.
+/// Between strokes, in the same list, operations on whole pieces, done in the list's order: `{"operation": "offset" or any other id of engine/piece_jobs.h ("argil tools
+/// --operations" prints them), its parameters with their units ("distance_mm": 2, "angle_deg": 90, "from_percent": 10; left out: as the row begins)`, and what the row takes:
+/// `"piece": "Clay"` (left out: the one that is worked on) or of two `"pieces": ["Clay", "Ring"]`; `"plane": [px, py, pz, nx, ny, nz]`; `"points": [[x, y, z], ...]` with
+/// `"direction": [x, y, z]` and `"closed": true`, and of a lattice (whose points go z fastest, then y, then x) the `"box": [lx, ly, lz, hx, hy, hz]` of the piece that they begin as;
+/// of a row that makes a piece `"name": "Ring"`, `"centre_mm": [x, y, z]`, `"axis": [x, y, z]`. The clay of the setup is the piece "Clay";
+/// a script that begins with a new piece needs no setup. Places are world mm.
 struct Script {
   std::optional<double> voxelMm;
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
@@ -81,6 +101,7 @@ struct Script {
   haptics::Material material;         ///< How the clay feels to a hand.
   std::vector<GuideSetup> guides;     ///< What a hand is held by.
   std::vector<ScriptStroke> strokes;
+  std::vector<ScriptOperation> operations;  ///< In order.
 
   friend bool operator==(const Script&, const Script&) = default;
 };
@@ -92,7 +113,7 @@ struct Script {
 /// The same from a file; a relative import becomes relative to the file's folder.
 [[nodiscard]] Script readScript(const std::filesystem::path& path);
 
-/// One stroke a line; parseScript gives back an equal script, to the bit. Throws Error for numbers that are not finite.
+/// One step a line; parseScript gives back an equal script, to the bit. Throws Error for numbers that are not finite.
 [[nodiscard]] std::string formatScript(const Script& script);
 
 /// Writes it to a file, whole or not at all.

@@ -60,14 +60,15 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
                        !(found->second.version.grid() == piece.version.grid());
     if (whole) {
       followed_.erase(piece.id);
-      found = followed_.try_emplace(piece.id).first;
+      found = followed_.try_emplace(piece.id, grade_.load()).first;
     }
     Waiting one{whole, false, {}};
     std::optional<Prepared> prepared = whole ? takePrepared(piece.version) : std::nullopt;
     if (prepared) {
       found->second = std::move(prepared->followed);
       one.deltas.push_back(std::move(prepared->delta));
-    } else {
+    }
+    if (found->second.version != piece.version) {
       one.deltas.push_back(found->second.surface.update(piece.version, threads));
       found->second.version = piece.version;
     }
@@ -88,8 +89,14 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
 
 void Surfaces::forget() { followed_.clear(); }
 
-void Surfaces::prepare(const clay::Version& version, int threads) {
-  Prepared one;
+void Surfaces::setGrade(clay::Grade grade) {
+  if (grade == grade_) return;
+  grade_ = grade;
+  forget();
+}
+
+void Surfaces::prepare(const clay::Version& version, int threads, clay::Grade grade) {
+  Prepared one{Followed(grade), grade, {}};
   one.delta = one.followed.surface.update(version, threads);
   one.followed.version = version;
   const std::lock_guard lock(mutex_);
@@ -100,7 +107,12 @@ void Surfaces::prepare(const clay::Version& version, int threads) {
 
 std::optional<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version) {
   const std::lock_guard lock(mutex_);
-  const auto found = std::find_if(prepared_.begin(), prepared_.end(), [&](const Prepared& one) { return one.followed.version == version; });
+  const auto find = [&](const auto& fits) {
+    return std::find_if(prepared_.begin(), prepared_.end(), [&](const Prepared& one) { return one.grade == grade_ && fits(one.followed.version); });
+  };
+  auto found = find([&](const clay::Version& one) { return one == version; });
+  // Of a moment before: what changed since is little.
+  if (found == prepared_.end()) found = find([&](const clay::Version& one) { return one && one.store() == version.store() && one.grid() == version.grid(); });
   if (found == prepared_.end()) return std::nullopt;
   Prepared one = std::move(*found);
   prepared_.erase(found);

@@ -1,6 +1,7 @@
 #pragma once
 // The surfaces of a document's pieces, handed from the edit thread to whoever draws them.
 
+#include <atomic>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -31,9 +32,13 @@ class Surfaces {
   void follow(const Document& document, int64_t oldestSampleNs, int threads = 1);
   /// The next follow() gives every piece whole. The edit thread's.
   void forget();
-  /// Extracts a large new clay before it becomes a piece, so that follow() has nothing left to do. Any thread; kept until a piece with
-  /// this version comes.
-  void prepare(const clay::Version& version, int threads = 1);
+  /// Of all surfaces from the next follow() on, which gives every piece whole. The edit thread's.
+  void setGrade(clay::Grade grade);
+  [[nodiscard]] clay::Grade grade() const { return grade_; }
+  /// Extracts a large new clay before it becomes a piece, so that follow() has little left to do. Any thread; kept until a piece with
+  /// this version, or one of its store and grid, comes in this grade.
+  void prepare(const clay::Version& version, int threads = 1) { prepare(version, threads, grade_); }
+  void prepare(const clay::Version& version, int threads, clay::Grade grade);
 
   /// What changed. Any one thread beside follow(); waits for no extraction.
   [[nodiscard]] SurfaceChanges take();
@@ -44,16 +49,19 @@ class Surfaces {
     std::vector<clay::SurfaceDelta> deltas;
   };
   struct Followed {
+    explicit Followed(clay::Grade grade) : surface(true, grade) {}
     clay::Surface surface;
     clay::Version version;
   };
   struct Prepared {
     Followed followed;
+    clay::Grade grade;
     clay::SurfaceDelta delta;
   };
   [[nodiscard]] std::optional<Prepared> takePrepared(const clay::Version& version);
   static clay::SurfaceDelta merge(std::vector<clay::SurfaceDelta>& deltas);
 
+  std::atomic<clay::Grade> grade_{clay::Grade::draft};
   std::map<Id, Followed> followed_;
   std::mutex mutex_;  // guards the rest
   std::map<Id, Waiting> waiting_;

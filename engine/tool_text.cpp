@@ -6,6 +6,7 @@
 #include "clay/height_image.h"
 #include "clay/stamp_shape.h"
 #include "engine/load_document.h"
+#include "engine/parameter_text.h"
 #include "engine/tool_table.h"
 #include "io/grey_image.h"
 
@@ -17,49 +18,11 @@ using nlohmann::ordered_json;
 constexpr double kMostTurn = 360;
 constexpr int kMostImage = 8192;  // pixels along an edge
 
-std::string keyOf(const Parameter<Tool>& parameter) {
-  if (parameter.unit == "mm") return std::string(parameter.id) + "_mm";
-  if (parameter.unit == "°") return std::string(parameter.id) + "_deg";
-  if (parameter.unit == "N") return std::string(parameter.id) + "_n";
-  return std::string(parameter.id);
-}
-
-ordered_json valueOf(const Parameter<Tool>& parameter, const Tool& tool) {
-  const double value = parameter.get(tool);
-  if (!parameter.choices.empty()) return parameter.choices[size_t(value)];
-  if (parameter.unit == "on") return value >= 0.5;
-  if (parameter.unit == "colour") return fmt::format("#{:06x}", uint32_t(value));
-  return value;
-}
-
-uint32_t readColour(const Place& place) {
-  const std::string& text = place.text();
-  uint32_t colour = 0;
-  bool good = text.size() == 7 && text[0] == '#';
-  for (size_t i = 1; good && i < 7; ++i) {
-    const char c = text[i];
-    const int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-    good = digit >= 0;
-    colour = colour * 16 + uint32_t(digit);
-  }
-  if (!good) place.fail("must be a colour such as \"#c8402e\"");
-  return colour;
-}
-
-void readValue(const Parameter<Tool>& parameter, const Place& place, Tool& tool) {
-  if (!parameter.choices.empty()) {
-    for (size_t i = 0; i < parameter.choices.size(); ++i) {
-      if (place.text() == parameter.choices[i]) return parameter.set(tool, double(i));
-    }
-    place.fail(fmt::format("unknown {}; known are {}", io::shown(place.text()), fmt::join(parameter.choices, ", ")));
-  }
-  if (parameter.unit == "on") return parameter.set(tool, place.truth());
-  if (parameter.unit == "colour") return parameter.set(tool, readColour(place));
-  if (parameter.unit == "share") return parameter.set(tool, place.number(parameter.id == "strength" ? 0 : parameter.low, parameter.high));
-  // What a slider spans is not what a script may ask for: its clay may be a watch or a ship.
+// What a slider spans is not what a script may ask for: its clay may be a watch or a ship.
+void read(const Parameter<Tool>& parameter, const Place& place, Tool& tool) {
   if (parameter.unit == "mm") return parameter.set(tool, parameter.id == "radius" ? place.positive() : place.number(0, kMaxMm));
   if (parameter.unit == "°") return parameter.set(tool, place.number(-kMostTurn, kMostTurn));
-  parameter.set(tool, place.number(parameter.low, parameter.high));
+  readValue(parameter, place, tool, parameter.id == "strength" ? 0 : parameter.low, parameter.high);
 }
 
 const ToolRow& rowAt(const Place& place) {
@@ -80,6 +43,20 @@ Vec3d six(const std::vector<Place>& numbers, size_t first) {
 }
 
 }  // namespace
+
+uint32_t readColour(const Place& place) {
+  const std::string& text = place.text();
+  uint32_t colour = 0;
+  bool good = text.size() == 7 && text[0] == '#';
+  for (size_t i = 1; good && i < 7; ++i) {
+    const char c = text[i];
+    const int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    good = digit >= 0;
+    colour = colour * 16 + uint32_t(digit);
+  }
+  if (!good) place.fail("must be a colour such as \"#c8402e\"");
+  return colour;
+}
 
 void putTool(ordered_json& object, const Tool& tool) {
   const ToolRow& row = rowOf(tool);
@@ -112,7 +89,7 @@ Tool readTool(const Place& place) {
   (void)place.at("radius_mm");
   for (const Parameter<Tool>& parameter : row.parameters) {
     const std::string key = keyOf(parameter);
-    if (const auto value = place.maybe(key.c_str())) readValue(parameter, *value, tool);
+    if (const auto value = place.maybe(key.c_str())) read(parameter, *value, tool);
   }
   if (const auto inverted = place.maybe("inverted")) tool.inverted = inverted->truth();
   if (tool.inverted && row.opposite != row.id) place.at("inverted").fail(fmt::format("{} cannot be inverted; its opposite is {}", row.id, row.opposite));

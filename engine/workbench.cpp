@@ -51,6 +51,21 @@ void Workbench::resendSurfaces() {
   }, false);
 }
 
+void Workbench::setSurface(clay::Grade grade) {
+  if (state_->wantedSurface.exchange(grade) == grade) return;
+  state_->begin(grade == clay::Grade::fine ? "Refining the surface" : "Drafting the surface", [=, this, s = state_.get()](Job& job) -> std::function<void()> {
+    const DocumentPtr document = snapshot()->document;
+    for (const Piece& piece : document->pieces) {
+      if (job.cancelled()) throw Cancelled();
+      s->surfaces.prepare(piece.version, s->options.surfaceThreads, grade);
+    }
+    return [=] {
+      s->surfaces.setGrade(s->wantedSurface);  // the last that was asked for, whichever is ready first
+      s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
+    };
+  });
+}
+
 std::vector<Message> Workbench::takeMessages() {
   const std::lock_guard lock(state_->mutex);
   return std::exchange(state_->messages, {});
@@ -210,20 +225,20 @@ void Workbench::open(const std::filesystem::path& file) {
     PrepareOptions prepare;
     prepare.job = &job;
     PreparedClay clay = prepareClay(clay::Store::make(), script, prepare);
-    Document document = Document::of(clay.version);
-    document.pieces[0].name = file.stem().string();
-    document.pieces[0].material = script.material;
     // In a session of its own; its newest document is what is opened.
-    Session session(std::move(document));
+    Session session(std::move(clay.document));
     clay::Surface surface(false);
     RunOptions run;
     run.job = &job;
-    runScript(session, surface, script, run);
-    const DocumentPtr made = session.document();
-    for (const Piece& piece : made->pieces) s->surfaces.prepare(piece.version);
+    RunReport report = runScript(session, surface, script, run);
+    Document made = *session.document();
+    if (made.pieces.size() == 1) made.pieces[0].name = file.stem().string();
+    for (const Piece& piece : made.pieces) s->surfaces.prepare(piece.version);
+    std::vector<std::string> notes = std::move(clay.notes);
+    notes.insert(notes.end(), report.notes.begin(), report.notes.end());
     return [=] {
-      s->begin(*made);
-      for (const std::string& note : clay.notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);
+      s->begin(made);
+      for (const std::string& note : notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);
     };
   });
 }
@@ -238,6 +253,7 @@ void Workbench::exportTo(const ExportOptions& how) {
     what.visibleOnly = how.visibleOnly;
     what.triangles = how.triangles;
     what.errorMm = how.errorMm;
+    what.grade = how.grade;
     for (const std::string& sentence : writeModelFiles(how.files, *document, what, &job)) s->tell(Message::Level::done, sentence);
     return {};
   });

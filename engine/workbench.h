@@ -88,6 +88,7 @@ struct ExportOptions {
   Id piece = 0;                              ///< This one alone; 0: all that count.
   std::optional<uint64_t> triangles = {};         ///< Reduced to at most so many in all, or
   std::optional<double> errorMm = {};           ///< to as few as keep within this.
+  clay::Grade grade = clay::Grade::fine;
 };
 
 /// Members may be called from the thread that shows it, one thread; none waits for edits, files or devices. What goes wrong later
@@ -102,6 +103,7 @@ class Workbench {
     bool journal = true;             ///< False: nothing is kept but what is saved.
     std::filesystem::path journalFolder;  ///< Empty: io::journalFolder().
     uint64_t undoBytes = UndoBudget::kStandard;  ///< As setUndoBudget() takes it.
+    clay::Grade surface = clay::Grade::draft;    ///< As setSurface() takes it.
   };
   explicit Workbench(const Options& options);
   Workbench() : Workbench(Options()) {}
@@ -114,6 +116,8 @@ class Workbench {
   [[nodiscard]] SurfaceChanges takeSurfaces();
   /// Everything anew with the next takeSurfaces(): the renderer lost it.
   void resendSurfaces();
+  /// Where the vertices of all surfaces stand. Those that are there are made in the background and come whole when all are ready.
+  void setSurface(clay::Grade grade);
   [[nodiscard]] std::vector<Message> takeMessages();
   /// A mesh that was read and is being made clay, to be shown meanwhile; null when there is none. World mm.
   [[nodiscard]] std::shared_ptr<const clay::TriangleMesh> preview() const;

@@ -35,7 +35,10 @@ struct Hand {
 inline constexpr size_t kForcePoints = 1000;  ///< Of TouchState::forceN: 2 s.
 
 struct Workbench::State {
-  explicit State(const Options& given) : options(given), budget(given.undoBytes) {}
+  explicit State(const Options& given) : options(given), budget(given.undoBytes) {
+    surfaces.setGrade(given.surface);
+    wantedSurface = given.surface;
+  }
 
   struct Command {
     std::function<void()> run;
@@ -109,6 +112,7 @@ struct Workbench::State {
   std::atomic<bool> stopped{false};  // forces, by the person
 
   Surfaces surfaces;
+  std::atomic<clay::Grade> wantedSurface{clay::Grade::draft};
 
   // The edit thread's alone. The keeper hears of what the session does: it outlives it.
   std::unique_ptr<Keeper> keeper;

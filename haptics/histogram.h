@@ -20,6 +20,11 @@ class Histogram {
     ++total_;
     max_ = std::max(max_, value);
   }
+  void add(const Histogram& other) noexcept {
+    for (size_t i = 0; i < kBins; ++i) counts_[i] += other.counts_[i];
+    total_ += other.total_;
+    max_ = std::max(max_, other.max_);
+  }
   [[nodiscard]] uint64_t count() const noexcept { return total_; }
   [[nodiscard]] double maxUs() const noexcept { return double(max_) * 1e-3; }
   /// Value below which the fraction q (0 to 1) of all durations lies, µs, rounded up to a step's upper end.

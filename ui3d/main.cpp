@@ -46,7 +46,7 @@ int run(int argc, char** argv) {
   const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
-  auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes");
+  auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes and operations on whole pieces");
   sculptVerb->add_option("script", sculpt.script, "Script (JSON)")->required();
   sculptVerb->add_option("-i,--input", sculpt.input, "Mesh or document in place of the script's clay");
   sculptVerb->add_option("-o,--output", sculpt.outputs, "Document (.argil) or model to write (.3mf, .stl, .obj, .ply, .glb, .drc, .vdb); may be repeated");
@@ -142,6 +142,7 @@ int run(int argc, char** argv) {
   auto* toolsVerb = app.add_subcommand("tools", "The tools that there are, what each does and what can be set");
   toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
   toolsVerb->add_flag("--ids", tools.ids, "Their names in scripts alone, one a line");
+  toolsVerb->add_flag("--operations", tools.operations, "The operations on whole pieces in place of the tools");
   toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");
 
   cli::DevicesOptions devices;

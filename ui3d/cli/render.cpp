@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
-#include "clay/surface.h"
 #include "render/renderer.h"
 #include "engine/load_document.h"
 #include "ui3d/cli/progress.h"
+#include "ui3d/cli/show_document.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {
@@ -88,29 +88,6 @@ render::View turntableView(render::View view, const render::Box& bounds, double 
   return view;
 }
 
-/// What is visible of a document; colours only where it says which is which.
-void show(const engine::Document& document, clay::Grade grade, render::Renderer& renderer) {
-  const bool coloured = document.pieces.size() + document.parts.size() > 1;
-  const auto place = [&](const engine::Thing& thing, const haptics::Pose& pose, const std::array<float, 3>& colour) {
-    render::PieceLook look;
-    look.rotation = pose.rotation;
-    look.translationMm = pose.translation;
-    if (coloured) look.colour = {colour[0], colour[1], colour[2], 1};
-    renderer.place(thing.id, look);
-  };
-  for (const engine::Piece& piece : document.pieces) {
-    if (!piece.visible) continue;
-    clay::Surface surface(true, grade);
-    renderer.update(piece.id, surface.update(piece.version, 2));
-    place(piece, piece.pose, piece.colour);
-  }
-  for (const engine::Part& part : document.parts) {
-    if (!part.visible) continue;
-    renderer.updatePart(part.id, *part.mesh);
-    place(part, part.pose, part.colour);
-  }
-}
-
 }  // namespace
 
 void render(const RenderOptions& options) {
@@ -131,7 +108,7 @@ void render(const RenderOptions& options) {
   render::RendererOptions rendererOptions;
   rendererOptions.quality.supersample = options.samples;
   render::Renderer renderer(rendererOptions);
-  show(*loaded.document, options.surface, renderer);
+  showDocument(*loaded.document, options.surface, renderer);
   const double aspect = static_cast<double>(options.size[0]) / options.size[1];
   const auto projection = options.orthographic ? render::Projection::orthographic : render::Projection::perspective;
   render::View view = render::View::named(options.view, renderer.bounds(), aspect, projection);

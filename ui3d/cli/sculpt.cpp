@@ -17,9 +17,11 @@
 #include "engine/run.h"
 #include "haptics/devices/sheets.h"
 #include "io/atomic_file.h"
+#include "io/input.h"
 #include "io/mesh_writer.h"
 #include "render/renderer.h"
 #include "ui3d/cli/progress.h"
+#include "ui3d/cli/show_document.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {
@@ -104,7 +106,56 @@ class ChangedSurface {
   std::map<Coord, std::shared_ptr<const clay::BrickPaint>> paint_;
 };
 
-void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version, const SculptOptions& options) {
+// A piece that is seen, with its surface as it lies in the world.
+struct Figures {
+  std::string name;
+  clay::TriangleMesh mesh;
+  clay::TopologyReport skin;
+  clay::Version version;
+};
+
+std::vector<Figures> figuresOf(const engine::Document& document, const clay::Surface& worked, clay::Grade grade) {
+  std::vector<Figures> all;
+  for (const engine::Piece& piece : document.pieces) {
+    if (!piece.visible) continue;
+    Figures one{piece.name, {}, {}, piece.version};
+    if (worked.version() == piece.version) {
+      one.mesh = worked.toMesh();
+    } else {
+      clay::Surface surface(false, grade);
+      surface.update(piece.version, 2);
+      one.mesh = surface.toMesh();
+    }
+    for (Vec3d& position : one.mesh.positions) position = piece.pose.apply(position);
+    one.skin = clay::checkTopology(one.mesh);
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+clay::TopologyReport together(const std::vector<Figures>& pieces) {
+  clay::TopologyReport sum;
+  for (const Figures& piece : pieces) {
+    const clay::TopologyReport& each = piece.skin;
+    const bool first = sum.triangles == 0;
+    sum.low = first ? each.low : sum.low.cwiseMin(each.low).eval();
+    sum.high = first ? each.high : sum.high.cwiseMax(each.high).eval();
+    sum.triangles += each.triangles;
+    sum.vertices += each.vertices;
+    sum.degenerateTriangles += each.degenerateTriangles;
+    sum.boundaryEdges += each.boundaryEdges;
+    sum.nonManifoldEdges += each.nonManifoldEdges;
+    sum.flippedEdges += each.flippedEdges;
+    sum.boundaryVertices += each.boundaryVertices;
+    sum.nonManifoldVertices += each.nonManifoldVertices;
+    sum.bodies += each.bodies;
+    sum.volume += each.volume;
+    sum.area += each.area;
+  }
+  return sum;
+}
+
+void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces, const clay::TopologyReport& skin, const SculptOptions& options) {
   const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<26} {}\n", what, value); };
   fmt::print("  {:<26} {:>8} {:>8} {:>8}\n", "", "median", "p99", "p99.9");
   row("strokes", fmt::format("{} ({} points, {} stamps, {} versions)", run.strokes, run.points, run.stamps, run.versions));
@@ -126,11 +177,33 @@ void printTable(const engine::RunReport& run, const clay::TopologyReport& skin, 
                               : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices", skin.boundaryEdges,
                                             skin.nonManifoldEdges, skin.nonManifoldVertices));
   row("volume", fmt::format("{:.1f} mm³", skin.volume));
-  row("clay", fmt::format("voxels of {:g} mm, {} bricks, {:.1f} MiB", version.grid().voxelMm, version.stats().bricks,
-                          static_cast<double>(version.stats().bytes()) / (1 << 20)));
+  for (const Figures& piece : pieces) {
+    const clay::Version& version = piece.version;
+    const std::string clay = fmt::format("voxels of {:g} mm, {} bricks, {:.1f} MiB", version.grid().voxelMm, version.stats().bricks, static_cast<double>(version.stats().bytes()) / (1 << 20));
+    if (pieces.size() == 1) row("clay", clay);
+    else row(piece.name.c_str(), fmt::format("{:.1f} mm³, {}", piece.skin.volume, clay));
+  }
 }
 
-ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport& skin, const clay::Version& version) {
+ordered_json surfaceJson(const clay::TopologyReport& skin) {
+  return {{"triangles", skin.triangles},
+          {"vertices", skin.vertices},
+          {"boundary_edges", skin.boundaryEdges},
+          {"non_manifold_edges", skin.nonManifoldEdges + skin.flippedEdges},
+          {"non_manifold_vertices", skin.nonManifoldVertices},
+          {"closed", skin.closed()},
+          {"bodies", skin.bodies},
+          {"volume_mm3", skin.volume},
+          {"area_mm2", skin.area},
+          {"low_mm", {skin.low.x(), skin.low.y(), skin.low.z()}},
+          {"high_mm", {skin.high.x(), skin.high.y(), skin.high.z()}}};
+}
+
+ordered_json clayJson(const clay::Version& version) {
+  return {{"voxel_mm", version.grid().voxelMm}, {"bricks", version.stats().bricks}, {"bytes", version.stats().bytes()}, {"hash", fmt::format("{:016x}", version.hash())}};
+}
+
+ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>& pieces, const clay::TopologyReport& skin, const clay::Version& version) {
   ordered_json json;
   json["strokes"] = run.strokes;
   json["points"] = run.points;
@@ -147,16 +220,10 @@ ordered_json reportJson(const engine::RunReport& run, const clay::TopologyReport
     if (s.bareLateness) json["servo"]["bare_lateness"] = timingJson(*s.bareLateness);
     json["servo"]["real_time"] = s.grant;
   }
-  json["surface"] = {{"triangles", skin.triangles},
-                     {"vertices", skin.vertices},
-                     {"boundary_edges", skin.boundaryEdges},
-                     {"non_manifold_edges", skin.nonManifoldEdges + skin.flippedEdges},
-                     {"non_manifold_vertices", skin.nonManifoldVertices},
-                     {"closed", skin.closed()},
-                     {"volume_mm3", skin.volume},
-                     {"area_mm2", skin.area}};
-  json["clay"] = {{"voxel_mm", version.grid().voxelMm}, {"bricks", version.stats().bricks}, {"bytes", version.stats().bytes()},
-                  {"hash", fmt::format("{:016x}", version.hash())}};
+  json["surface"] = surfaceJson(skin);
+  if (version) json["clay"] = clayJson(version);
+  for (const Figures& piece : pieces) json["pieces"].push_back({{"name", piece.name}, {"surface", surfaceJson(piece.skin)}, {"clay", clayJson(piece.version)}});
+  json["notes"] = run.notes;
   return json;
 }
 
@@ -179,19 +246,26 @@ void sculpt(const SculptOptions& options) {
     return engine::prepareClay(clay::Store::make(), script, prepare);
   }();
   for (const std::string& note : clay.notes) fmt::print("{}\n", note);
-  engine::Session session(clay.version);
+  engine::Session session(std::move(clay.document));
+  const std::optional<double> voxelMm = clay.version ? std::optional(clay.version.grid().voxelMm) : std::nullopt;
   clay.version = {};
   clay::Surface surface(true, options.surface);
 
-  const bool pictures = !options.png.empty() || !options.beforePng.empty();
-  std::optional<render::Renderer> renderer;
-  const clay::SurfaceDelta first = surface.update(session.version(), 2);
+  // The clay of the strokes alone is followed in the picture; what is several pieces is drawn anew.
+  const engine::DocumentPtr begun = session.document();
+  const bool simple = script.operations.empty() && begun->pieces.size() == 1 && begun->parts.empty() && begun->pieces[0].visible &&
+                      begun->pieces[0].pose.translation.isZero(0) && begun->pieces[0].pose.rotation.vec().isZero(0);
   const double aspect = static_cast<double>(options.size[0]) / options.size[1];
+  std::optional<render::Renderer> renderer;
   render::View view;
   uint64_t uploaded = 0;
-  if (pictures) {
+  if (!options.png.empty() || !options.beforePng.empty()) {
     renderer.emplace();
-    uploaded = renderer->update(first).bytes;
+    if (simple) {
+      uploaded = renderer->update(surface.update(session.version(), 2)).bytes;
+    } else {
+      showDocument(*begun, options.surface, *renderer);
+    }
     view = render::View::named(options.view, renderer->bounds(), aspect);
     if (!options.beforePng.empty())
       render::writePng(renderer->render(view, {}, options.size[0], options.size[1]), options.beforePng.string());
@@ -202,24 +276,43 @@ void sculpt(const SculptOptions& options) {
   run.device = options.device;
   run.job = options.job;
   ChangedSurface changed;
-  if (!options.png.empty()) run.onSurface = [&](const clay::SurfaceDelta& delta) { changed.add(delta); };
-  const engine::RunReport report = engine::runScript(session, surface, script, run);
+  if (!options.png.empty() && simple) run.onSurface = [&](const clay::SurfaceDelta& delta) { changed.add(delta); };
+  const engine::RunReport report = [&] {
+    try {
+      return engine::runScript(session, surface, script, run);
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& error) {
+      throw Error(fmt::format("{}: {}", io::displayName(options.script), error.what()), error.kind());
+    }
+  }();
+  for (const std::string& note : report.notes) fmt::print("{}\n", note);
 
-  const clay::TriangleMesh mesh = surface.toMesh();
-  const clay::TopologyReport skin = clay::checkTopology(mesh);
-  printTable(report, skin, session.version(), options);
+  const std::vector<Figures> pieces = figuresOf(*session.document(), surface, options.surface);
+  if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
+  const clay::TopologyReport skin = together(pieces);
+  printTable(report, pieces, skin, options);
   if (!options.png.empty()) {
-    const uint64_t bytes = changed.empty() ? 0 : renderer->update(changed.delta()).bytes;
     render::Overlays overlays;
-    overlays.cursor = shownCursor(session.recording(), session.version(), *renderer, view);
+    if (simple) {
+      const uint64_t bytes = changed.empty() ? 0 : renderer->update(changed.delta()).bytes;
+      overlays.cursor = shownCursor(report.recorded, session.version(), *renderer, view);
+      fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture", static_cast<double>(uploaded) * 1e-6,
+                 static_cast<double>(bytes) * 1e-6, renderer->deviceName());
+    } else {
+      renderer.emplace();
+      showDocument(*session.document(), options.surface, *renderer);
+      view = render::View::named(options.view, renderer->bounds(), aspect);
+    }
     render::writePng(renderer->render(view, overlays, options.size[0], options.size[1]), options.png.string());
-    fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture", static_cast<double>(uploaded) * 1e-6,
-               static_cast<double>(bytes) * 1e-6, renderer->deviceName());
   }
   io::WriteOptions write;
-  write.tolerance = 0.1 * session.version().grid().voxelMm;
+  write.tolerance = pieces.empty() ? 0 : 0.1 * pieces.front().version.grid().voxelMm;
   write.distinct = true;
-  const bool painted = session.version().has(clay::Channel::cover);  // colours go with a model, not with a mesh
+  // Colours and several pieces go with a model, not with a mesh.
+  const bool model = pieces.size() != 1 || pieces.front().version.has(clay::Channel::cover);
+  engine::ModelExport how;
+  how.grade = options.surface;
   for (const std::filesystem::path& file : options.outputs) {
     const ProgressLine line("writing " + file.filename().string(), options.job);
     if (file.extension() == ".argil") {
@@ -231,22 +324,23 @@ void sculpt(const SculptOptions& options) {
       (void)engine::saveDocument(file, request, options.job);
       continue;
     }
-    if (painted || engine::holdsClay(file.filename())) {
-      (void)engine::writeModelFiles({file}, *session.document(), {}, options.job);
+    if (model || engine::holdsClay(file.filename())) {
+      (void)engine::writeModelFiles({file}, *session.document(), how, options.job);
       continue;
     }
-    const io::WriteReport written = io::writeMesh(file, mesh, write, options.job);
+    const io::WriteReport written = io::writeMesh(file, pieces.front().mesh, write, options.job);
     if (!written.warning.empty()) fmt::print(stderr, "{}\n", written.warning);
   }
   if (!options.record.empty()) {
     engine::Script recorded = script;
-    recorded.strokes = session.recording().strokes;
-    recorded.voxelMm = session.version().grid().voxelMm;
+    recorded.strokes = report.recorded.strokes;
+    recorded.operations = report.recorded.operations;
+    recorded.voxelMm = voxelMm;
     if (!options.input.empty()) recorded.clay = engine::ImportSetup{std::filesystem::absolute(options.input)};
     engine::writeScript(options.record, recorded);
   }
   if (!options.report.empty()) {
-    const std::string text = reportJson(report, skin, session.version()).dump(2) + "\n";
+    const std::string text = reportJson(report, pieces, skin, session.version()).dump(2) + "\n";
     io::AtomicFile out(options.report);
     out.write(std::as_bytes(std::span(text)));
     out.commit();

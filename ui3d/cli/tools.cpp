@@ -1,9 +1,11 @@
-// argil tools: the table of tools, and the scene of one.
+// argil tools: the table of tools, and the scene of one; the table of operations.
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clay/error.h"
+#include "engine/operation_text.h"
+#include "engine/parameter_text.h"
 #include "engine/script.h"
 #include "engine/tool_demo.h"
 #include "engine/tool_table.h"
@@ -12,13 +14,6 @@
 namespace argil::cli {
 namespace {
 
-std::string unitOf(const engine::Parameter<engine::Tool>& parameter) {
-  if (!parameter.choices.empty()) return fmt::format("{}", fmt::join(parameter.choices, " | "));
-  if (parameter.unit == "on") return "true | false";
-  if (parameter.unit == "colour") return "#rrggbb";
-  return fmt::format("{:g} to {:g}{}", parameter.low, parameter.high, parameter.unit == "share" || parameter.unit.empty() ? "" : " " + std::string(parameter.unit));
-}
-
 void print(bool json) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   std::string_view group;
@@ -26,7 +21,7 @@ void print(bool json) {
     if (json) {
       nlohmann::ordered_json each{{"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"opposite", row.opposite}};
       for (const auto& parameter : row.parameters)
-        each["parameters"].push_back({{"id", parameter.id}, {"name", parameter.name}, {"help", parameter.help}, {"values", unitOf(parameter)}});
+        each["parameters"].push_back({{"id", parameter.id}, {"name", parameter.name}, {"help", parameter.help}, {"values", engine::valuesOf(parameter)}});
       rows.push_back(each);
       continue;
     }
@@ -39,9 +34,39 @@ void print(bool json) {
   if (json) fmt::print("{}\n", rows.dump(2));
 }
 
+// What a script may say of an operation.
+void printOperations(bool json) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  std::string_view group;
+  for (const engine::PieceJob& row : engine::pieceJobs()) {
+    if (json) {
+      nlohmann::ordered_json each{{"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"pieces", row.pieces}, {"takes", engine::keysOf(row)}};
+      each["parameters"] = nlohmann::ordered_json::array();
+      for (const auto& parameter : row.parameters)
+        each["parameters"].push_back(
+            {{"key", engine::keyOf(parameter)}, {"name", parameter.name}, {"help", parameter.help}, {"values", engine::valuesOf(parameter)}, {"standard", parameter.standard}});
+      rows.push_back(each);
+      continue;
+    }
+    if (row.group != group) fmt::print("{}{}\n", group.empty() ? "" : "\n", row.group);
+    group = row.group;
+    fmt::print("  {:<14} {}\n", row.id, row.help);
+    for (const auto& parameter : row.parameters)
+      fmt::print("    {:<16} {:<22} {:g}: {}\n", engine::keyOf(parameter), engine::valuesOf(parameter), parameter.standard, parameter.help);
+    fmt::print("    {}\n", fmt::join(engine::keysOf(row), ", "));
+  }
+  if (json) fmt::print("{}\n", rows.dump(2));
+}
+
 }  // namespace
 
 void tools(const ToolsOptions& options) {
+  if (options.operations) {
+    if (!options.demo.empty()) throw Error("--operations and --demo: give one of them; a scene shows a tool");
+    if (!options.ids) return printOperations(options.json);
+    for (const engine::PieceJob& row : engine::pieceJobs()) fmt::print("{}\n", row.id);
+    return;
+  }
   if (options.ids) {
     for (const engine::ToolRow& row : engine::toolTable()) fmt::print("{}\n", row.id);
     return;

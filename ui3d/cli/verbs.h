@@ -109,6 +109,7 @@ void devices(const DevicesOptions& options);
 
 struct ToolsOptions {
   bool json = false, ids = false;
+  bool operations = false;  ///< Those on whole pieces in place of the tools.
   std::string demo;  ///< Id of a tool: prints the script of its scene instead.
 };
 /// Prints the tools that there are and what can be set of each.

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "clay/error.h"
+#include "engine/operation_text.h"
+#include "engine/parameter_text.h"
 
 namespace argil::engine {
 namespace {
@@ -100,6 +102,41 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {std::string(5000, '['), "nest deeper"},
   };
   for (const auto& [text, expected] : faults) EXPECT_THAT(complaint(text), HasSubstr(expected)) << text.substr(0, 200);
+}
+
+// Each row of the table with all that it takes, no parameter as the row begins: what is read is written again and read as the same, in the same place among strokes.
+TEST(Script, OperationsComeBackAsTheyWere) {
+  std::string steps;
+  for (const PieceJob& row : pieceJobs()) {
+    nlohmann::ordered_json step;
+    step["operation"] = row.id;
+    for (const auto& parameter : row.parameters) {
+      PieceArguments arguments;
+      parameter.change(arguments, parameter.standard == parameter.high ? parameter.low : parameter.high);
+      step[keyOf(parameter)] = valueOf(parameter, arguments);
+    }
+    for (const std::string_view key : keysOf(row)) {
+      if (key == "piece" || key == "name") step[std::string(key)] = "Öl \"1\"";
+      else if (key == "pieces") step["pieces"] = {"A", "B"};
+      else if (key == "plane" || key == "box") step[std::string(key)] = {1, 2, 3, 0.5, 5, 6};
+      else if (key == "points") step["points"] = {{1, 2, 3}, {4, 5, 0.1}};
+      else if (key == "closed") step["closed"] = true;
+      else step[std::string(key)] = {1, -2, 0.25};
+    }
+    steps += (steps.empty() ? "" : ",") + step.dump() + R"(, {"tool": "add", "radius_mm": 1, "piece": "A", "path": [[0,0,0,0]]})";
+  }
+  steps += R"(, {"operation": "shell"}, {"operation": "fill-voids"})";
+  const Script script = parseScript(R"({"argil": 1, "units": "mm", "strokes": [)" + steps + "]}", "steps.json");
+  ASSERT_EQ(script.operations.size(), pieceJobs().size() + 2);
+  ASSERT_EQ(script.strokes.size(), pieceJobs().size());
+  for (size_t i = 0; i < pieceJobs().size(); ++i) {
+    EXPECT_EQ(script.operations[i].id, pieceJobs()[i].id);
+    EXPECT_EQ(script.operations[i].before, i);
+    for (const auto& parameter : pieceJobs()[i].parameters) EXPECT_NE(parameter.get(script.operations[i].arguments), parameter.standard) << script.operations[i].id << ' ' << parameter.id;
+  }
+  EXPECT_EQ(script.operations.back().before, script.strokes.size());
+  EXPECT_EQ(script.strokes[0].piece, "A");
+  EXPECT_EQ(parseScript(formatScript(script), "again.json"), script);
 }
 
 TEST(Script, EveryTruncationIsRefused) {

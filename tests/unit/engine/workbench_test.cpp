@@ -185,6 +185,52 @@ TEST_F(WorkbenchTest, AWellCatchesAPointerWithinItsRangeAlone) {
   EXPECT_EQ(problems(), "");
 }
 
+// How far the corner of the block's surface, as it is handed to the picture, lies from the block's own.
+TEST_F(WorkbenchTest, TheSurfaceIsOfTheGradeThatWasAskedForAndFollowsInIt) {
+  bench.addBlock({20.3, 20.3, 20.3}, 0, 0.5);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
+  ASSERT_TRUE(rest());
+  std::map<clay::Grade, std::map<Coord, clay::BrickMeshPtr>> shown;
+  const auto take = [&](clay::Grade grade) {
+    bool whole = false;
+    for (const SurfaceChange& change : bench.takeSurfaces().pieces) {
+      whole |= change.whole;
+      if (change.whole) shown[grade].clear();
+      for (const clay::BrickMeshPtr& mesh : change.delta.changed) shown[grade][mesh->brick] = mesh;
+    }
+    return whole;
+  };
+  const auto equals = [&](clay::Grade grade) {
+    clay::Surface anew(true, grade);
+    anew.update(document()->pieces[0].version);
+    bool same = true;
+    size_t met = 0;
+    anew.forEach([&](const clay::BrickMesh& mesh) {
+      const auto found = shown[grade].find(mesh.brick);
+      same &= found != shown[grade].end() && std::ranges::equal(found->second->positions, mesh.positions);
+      ++met;
+    });
+    return same && met > 50;
+  };
+  ASSERT_TRUE(take(clay::Grade::draft));
+  EXPECT_TRUE(equals(clay::Grade::draft));
+  EXPECT_FALSE(equals(clay::Grade::fine));
+  bench.setSurface(clay::Grade::fine);
+  ASSERT_TRUE(until([&] { return take(clay::Grade::fine); }));
+  EXPECT_TRUE(equals(clay::Grade::fine));
+  drag(2);
+  ASSERT_TRUE(rest());
+  take(clay::Grade::fine);
+  EXPECT_TRUE(equals(clay::Grade::fine));
+  // Asked for in a hurry: the last wish counts.
+  bench.setSurface(clay::Grade::draft);
+  bench.setSurface(clay::Grade::fine);
+  bench.setSurface(clay::Grade::draft);
+  ASSERT_TRUE(rest());
+  take(clay::Grade::draft);
+  EXPECT_TRUE(equals(clay::Grade::draft));
+}
+
 TEST_F(WorkbenchTest, HiddenAndLockedPiecesAreNotCut) {
   block();
   bench.edit("Lock", [](Document& document) { document.pieces[0].locked = true; });

@@ -1,0 +1,13 @@
+#pragma once
+// What is visible of a document, in a picture.
+
+#include "clay/surface.h"
+#include "engine/document.h"
+#include "render/renderer.h"
+
+namespace argil::cli {
+
+/// Uploads pieces and parts to a renderer that holds none; colours only where they say which is which.
+void showDocument(const engine::Document& document, clay::Grade grade, render::Renderer& renderer);
+
+}  // namespace argil::cli
