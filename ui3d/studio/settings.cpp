@@ -87,6 +87,7 @@ std::string settingsText(const StudioState& state) {
   for (const LookSwitch& row : kLook) look[row.name] = state.look.*row.member;
   json["stereo"] = {{"mode", int(state.stereo.mode)}, {"eyes", state.stereo.eyeDistancePart}, {"convergence", state.stereo.convergencePart}, {"swap", state.stereo.swapEyes}};
   json["quality"] = {{"supersample", state.quality.supersample}, {"key_shadow", state.quality.keyShadow}, {"cavity", state.quality.cavity}, {"detail", state.quality.detailPixels}};
+  json["quality"]["surface"] = int(state.surface);
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
   json["recent"] = state.recentFiles;
@@ -135,6 +136,7 @@ bool applySettings(const std::string& text, StudioState& state) {
   take(quality, "key_shadow", state.quality.keyShadow);
   take(quality, "cavity", state.quality.cavity);
   take(quality, "detail", state.quality.detailPixels, 0, 8);
+  choose(quality, "surface", state.surface, 2);
   for (const auto& [action, shortcut] : keys.items())
     if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())

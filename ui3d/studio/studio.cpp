@@ -34,6 +34,7 @@ render::RendererOptions rendererOptions(const StudioOptions& options) {
 engine::Workbench::Options benchOptions(const StudioOptions& options, const StudioState& state) {
   engine::Workbench::Options result;
   result.undoBytes = state.undoBytes();
+  result.surface = state.surface;
   result.device = options.device;
   result.journal = options.play.empty();  // A recording is no work of anybody.
   return result;

@@ -60,6 +60,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   expectRows(lookRows());
   expectRows(stereoRows());
   expectRows(qualityRows());
+  expectRows(surfaceRows());
   expectRows(touchQualityRows());
   expectRows(workspaceRows());
   expectRows(wallRows());

@@ -27,6 +27,7 @@ TEST(Settings, comeBackAsTheyWere) {
   state.lastFolder = "/a b";
   state.imports = {3, true, 0.25};
   state.undoGiB = 0.5;
+  state.surface = clay::Grade::fine;
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -46,13 +47,14 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.lastFolder, state.lastFolder);
   EXPECT_EQ(back.imports, state.imports);
   EXPECT_EQ(back.undoBytes(), uint64_t{512} << 20);
+  EXPECT_EQ(back.surface, clay::Grade::fine);
   EXPECT_EQ(settingsText(back), settingsText(state));
 }
 
 TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
   const std::string standard = settingsText(StudioState());
   for (const char* text : {"{}", R"({"theme": 3, "interface_scale": 99, "tool": "hammer", "tools": {"carve": 5, "hammer": {}}, "panels": [], "look": {"shading": 17,
-                            "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100}, "keys": {"a": 5}, "recent": [1, {}], "folder": 5,
+                            "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100, "surface": 2}, "keys": {"a": 5}, "recent": [1, {}], "folder": 5,
                             "import": {"units": 9, "voxel": -1, "voxel_given": "yes"}})",
                            R"({"tools": {"carve": {"radius": -5}}})"}) {
     StudioState state;

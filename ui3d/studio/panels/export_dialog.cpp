@@ -62,6 +62,7 @@ engine::ExportOptions optionsOf(const Context& context, const ExportChoice& choi
   engine::ExportOptions options;
   options.visibleOnly = choice.what == 0;
   options.piece = choice.what == 2 ? context.state.selected : 0;
+  options.grade = choice.surface == 0 ? clay::Grade::fine : clay::Grade::draft;
   if (choice.reduce == 1) options.triangles = uint64_t(std::llround(1000 * choice.thousandTriangles));
   if (choice.reduce == 2) options.errorMm = choice.errorMm;
   // In the order in which they are offered: the first names the job.
@@ -91,6 +92,9 @@ void drawExport(Context& context, Memory& memory) {
   static constexpr std::array<std::string_view, 3> kWhat{"What is visible", "Every piece", "Selected"};
   kit::dimText("What");
   kit::segmented("what", kWhat, choice.what);
+  static constexpr std::array<std::string_view, 2> kGrades{"Fine: sharp creases", "Draft"};
+  kit::dimText("Surface");
+  kit::segmented("surface", kGrades, choice.surface);
   reduction(choice);
   kit::dimText("Name and folder");
   bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);

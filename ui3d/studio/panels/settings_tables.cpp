@@ -73,6 +73,11 @@ const std::array<Row<RenderQuality>, 5> kQuality{
     plain<RenderQuality, &RenderQuality::detailPixels>("detailPixels", "Detail", "Triangles coarser than this may stand for finer ones; 0: never.", "px", 0, 8, 1),
 };
 
+constexpr std::array<string_view, 2> kGrades{"Draft", "Fine"};
+const std::array<Row<StudioState>, 1> kSurface{
+    oneOf<StudioState, &StudioState::surface>("surface", "Surface", "Fine shows creases and corners sharp and costs time where there are some.", kGrades),
+};
+
 using TouchQuality = haptics::Quality;
 const std::array<Row<TouchQuality>, 3> kTouchQuality{
     plain<TouchQuality, &TouchQuality::contactSteps>("contactSteps", "Contact steps", "Straight parts of the tool's way in a tick: more hold fast hands.", "", 1, 64, 8, true),
@@ -137,6 +142,7 @@ constexpr std::array kUndo{
 std::span<const Row<render::Look>> lookRows() { return kLook; }
 std::span<const Row<render::Stereo>> stereoRows() { return kStereo; }
 std::span<const Row<render::Quality>> qualityRows() { return kQuality; }
+std::span<const Row<StudioState>> surfaceRows() { return kSurface; }
 std::span<const Row<haptics::Quality>> touchQualityRows() { return kTouchQuality; }
 std::span<const Row<haptics::Workspace>> workspaceRows() { return kWorkspace; }
 std::span<const Row<haptics::PanWalls>> wallRows() { return kWalls; }
