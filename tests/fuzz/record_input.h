@@ -2,7 +2,8 @@
 // Any bytes as records with right checksums: what a fuzzer could never guess. A list of orders, a byte each with what belongs to it:
 //   0 a record: kind, codec, owner, id (2 bytes), length (2), body      1 a blob: its kind, length (2), bytes
 //   2 a brick: codec, owner, id (2), coordinate (3), pattern (2)        3 a node: owner, id (2), level, coordinate (3), count, (place (2), id (2))...
-// Numbers are little endian, the order is the byte modulo 4; what is cut off ends the list.
+//   4 a brick of a channel: codec, owner, id (2), coordinate (3), pattern  5 a version with channels: owner, id (2), id of its distances (2), count, (channel, id (2))...
+// Numbers are little endian, the order is the byte modulo 6; what is cut off ends the list.
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "clay/brick.h"
 #include "io/blob.h"
 #include "io/brick_codec.h"
+#include "io/channel_codec.h"
 #include "io/node_body.h"
 #include "io/record.h"
 
@@ -139,12 +141,39 @@ inline void putNode(ByteInput& input, io::RecordSink& sink) {
   sink.put({io::RecordKind::node, io::RecordCodec::raw, 0, owner, id}, body);
 }
 
+inline void putChannelBrick(ByteInput& input, io::RecordSink& sink) {
+  auto codec = io::RecordCodec(input.byte() % 2);
+  const uint32_t owner = input.byte();
+  const io::RecordId id = input.two();
+  clay::ChannelBrick brick;
+  brick.coord = coordOf(input);
+  const uint8_t pattern = input.byte();
+  for (size_t i = 0; i < clay::kBrickVoxels; ++i) brick.value[i] = pattern & 1 ? static_cast<uint8_t>(i * pattern >> 3) : pattern;
+  std::vector<std::byte> body;
+  io::packChannelBrick(brick, codec, body);
+  sink.put({io::RecordKind::channelBrick, codec, 0, owner, id}, body);
+}
+
+inline void putClayHead(ByteInput& input, io::RecordSink& sink) {
+  const uint32_t owner = input.byte();
+  const io::RecordId id = input.two();
+  io::ClayHead head;
+  head.distances = input.two();
+  for (int count = input.byte() % 16; count > 0 && !input.empty(); --count) {
+    io::RecordId& channel = head.channels[input.byte() % head.channels.size()];
+    channel = input.two();
+  }
+  std::vector<std::byte> body;
+  io::packClayHead(head, body);
+  sink.put({io::RecordKind::clay, io::RecordCodec::raw, 0, owner, id}, body);
+}
+
 }  // namespace record_input
 
 inline RecordList recordsOf(ByteInput& input) {
   RecordList list;
   while (!input.empty()) {
-    switch (input.byte() % 4) {
+    switch (input.byte() % 6) {
       case 0: {
         io::RecordHeader header;
         header.kind = io::RecordKind(input.byte());
@@ -163,6 +192,8 @@ inline RecordList recordsOf(ByteInput& input) {
         break;
       }
       case 2: record_input::putBrick(input, list); break;
+      case 4: record_input::putChannelBrick(input, list); break;
+      case 5: record_input::putClayHead(input, list); break;
       default: record_input::putNode(input, list);
     }
   }

@@ -1,8 +1,9 @@
-// A journal of steps and a stroke that was cut off, damaged anywhere: what is intact is recovered and done again, or an Error says why.
+// A journal of steps, painted clay among them, and a stroke that was cut off, damaged anywhere: what is intact is recovered and done again, or an Error says why.
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/keeper.h"
 #include "engine/recovery.h"
+#include "engine/tool_table.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {
@@ -21,8 +22,15 @@ std::string madeJournal() {
   keeper.flush();
   session.setWatch(&keeper);
   for (int stroke = 0; stroke < 3; ++stroke) {
-    session.beginStroke({.radiusMm = 2});
-    for (int i = 0; i < 5; ++i) session.addPoint(0.01 * i, {double(i), 5, double(stroke)});
+    engine::Tool tool = engine::standardTool(*engine::findTool(stroke == 1 ? "paint" : "carve"));
+    tool.radiusMm = 2;
+    session.beginStroke(tool);
+    for (int i = 0; i < 5; ++i) {
+      engine::PathPoint point{0.01 * i, {double(i), 5, double(stroke)}};
+      point.pressure = 0.2 * (i + 1);
+      if (stroke == 2) point.rotation = Eigen::Quaterniond(1, 0.1 * i, 0, 0).normalized();
+      session.addPoint(point);
+    }
     if (stroke < 2) session.endStroke();
     keeper.flush();
   }

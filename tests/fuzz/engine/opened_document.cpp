@@ -1,7 +1,9 @@
-// Documents with clay and a part, damaged anywhere: opened, mended or refused.
+// Documents with painted and masked clay, damaged anywhere: opened, mended or refused.
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/kept_document.h"
+#include "engine/session.h"
+#include "engine/tool_table.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {
@@ -11,9 +13,16 @@ using namespace argil;
 std::string madeDocument(const tests::MemoryFolder& folder) {
   clay::Grid grid;
   grid.voxelMm = 1;
-  engine::Document document = engine::Document::of(clay::makeSphere(clay::Store::make(), grid, {0, 0, 0}, 5));
+  engine::Session session(engine::Document::of(clay::makeSphere(clay::Store::make(), grid, {0, 0, 0}, 5)));
+  for (const char* id : {"paint", "mask", "material"}) {
+    engine::Tool tool = engine::standardTool(*engine::findTool(id));
+    tool.radiusMm = 3;
+    session.beginStroke(tool);
+    session.addPoint(0, {5, 0, 0});
+    session.endStroke();
+  }
   const auto path = folder / "whole.argil";
-  engine::saveDocument(path, document);
+  engine::saveDocument(path, *session.document());
   return tests::contentOf(path);
 }
 
