@@ -20,14 +20,18 @@ namespace {
 
 constexpr double kMostBlend = 100;       // voxels: regions are measured so far around
 constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
+using MaterialMap = std::vector<uint8_t>;
+
+uint8_t mapped(const MaterialMap& materials, uint8_t own) { return own < materials.size() ? materials[own] : own; }
+
 constexpr float kInexact = 0.5f;          // voxels: distances of sculpted clay are off by less
 constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
 class Combiner {
  public:
-  Combiner(Editor& editor, const Version& b, Combination how, const WorkPart& part)
-      : editor_(editor), b_(b), turnA_(how == Combination::join), turnB_(how != Combination::intersect), channels_(ChannelSource::any(editor.base())),
+  Combiner(Editor& editor, const Version& b, Combination how, const MaterialMap& materials, const WorkPart& part)
+      : editor_(editor), b_(b), materials_(materials), turnA_(how == Combination::join), turnB_(how != Combination::intersect), channels_(ChannelSource::any(editor.base())),
         channelsB_(ChannelSource::any(b)), all_(std::max<uint64_t>(b.stats().bricks, 1)), part_(part) {}
 
   void combine(const TreePlace& a, const TreePlace& b) {
@@ -101,7 +105,13 @@ class Combiner {
     for (const Channel channel : kAllChannels) {
       if (!b_.has(channel)) continue;
       const ChannelSlot slot = b_.find(channel, brick);
-      if (slot.isTile())
+      if (channel == Channel::material && !materials_.empty()) {
+        std::array<uint8_t, kBrickVoxels> values;
+        const Brick& own = *b_.find(brick).brick();
+        for (int v = 0; v < kBrickVoxels; ++v)
+          values[static_cast<size_t>(v)] = std::abs(own.phi[v]) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
+        editor_.setChannel(channel, brick, values);
+      } else if (slot.isTile())
         editor_.setChannelTile(channel, brick, slot == ChannelSlot(true));
       else
         editor_.setChannel(channel, brick, slot.brick()->value);
@@ -134,6 +144,7 @@ class Combiner {
 
   Editor& editor_;
   const Version& b_;
+  const MaterialMap& materials_;
   bool turnA_, turnB_, channels_, channelsB_;
   std::vector<Coord> creases_, met_;
   uint64_t done_ = 0, all_;
@@ -141,7 +152,7 @@ class Combiner {
 };
 
 // Each voxel of `bricks` (sorted) has its channels from the clay whose surface its distance is to: of both that have it in their band, the one whose distance is closer to its own.
-void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how, const WorkPart& part) {
+void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how, const MaterialMap& materials, const WorkPart& part) {
   const float band = editor.grid().band, ofB = how == Combination::cut ? -1 : 1;
   ChannelSource fromA(a), fromB(b);
   ChannelBytes bytes;
@@ -154,11 +165,14 @@ void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& 
       if (!(std::abs(phi) < band)) continue;
       const Coord at = bricks[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
       const float offA = std::abs(inA.phi(v, band) - phi), offB = std::abs(ofB * inB.phi(v, band) - phi);
-      ChannelBytes ofSecond;
-      ChannelSource &first = offA <= offB ? fromA : fromB, &second = offA <= offB ? fromB : fromA;
-      const int near = first.nearest(at, bytes);
+      bool isB = offA > offB;
+      const int near = (isB ? fromB : fromA).nearest(at, bytes);
       // Where both bands end, or the one that is closer does not come near, the voxels decide.
-      if ((near == ChannelSource::kNone || (near > 0 && offA == offB)) && second.nearest(at, ofSecond) < near) bytes = ofSecond;
+      if (ChannelBytes ofOther; (near == ChannelSource::kNone || (near > 0 && offA == offB)) && (isB ? fromA : fromB).nearest(at, ofOther) < near) {
+        bytes = ofOther;
+        isB = !isB;
+      }
+      if (isB) bytes[indexOf(Channel::material)] = mapped(materials, bytes[indexOf(Channel::material)]);
       block.set(v, bytes);
     }
     block.store(editor, bricks[i]);
@@ -213,10 +227,10 @@ std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Com
 }
 
 // `width`: voxels of blend, 0 for none.
-Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
+Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, const MaterialMap& materials, int threads, const WorkPart& part) {
   Editor editor(a);
   const double shape = width > 0 ? 0.1 : 0.8;
-  Combiner combiner(editor, b, how, part.part(0, shape));
+  Combiner combiner(editor, b, how, materials, part.part(0, shape));
   combiner.combine(TreePlace::root(a), TreePlace::root(b));
   std::vector<Coord> changed;
   if (width > 0) {
@@ -229,7 +243,7 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     changed.insert(changed.end(), combiner.met().begin(), combiner.met().end());
     std::sort(changed.begin(), changed.end());
     changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
-    takeChannels(editor, changed, a, b, how, part.part(0.98, 1));
+    takeChannels(editor, changed, a, b, how, materials, part.part(0.98, 1));
   }
   return editor.commit();
 }
@@ -275,20 +289,19 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
     }
 }
 
-Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part) { return combineOnGrid(a, b, how, 0, 1, part); }
-
-Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) {
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, const WorkPart& part) {
   const int threads = threadCount(options.threads);
   const double width = options.blendMm / a.grid().voxelMm;
   if (!(width >= 0 && width <= kMostBlend))
     throw Error(fmt::format("a blend of {:g} mm at voxels of {:g} mm: give 0 to {:g} mm", options.blendMm, a.grid().voxelMm, kMostBlend * a.grid().voxelMm));
-  const WorkPart all(job);
   const bool other = !(b.grid() == a.grid());
   const double ready = other ? 0.6 : 0;
-  const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, all.part(0, ready)) : b;
-  Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), threads, all.part(ready, 1));
-  if (job) job->step(1);
+  const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, part.part(0, ready)) : b;
+  const Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), options.materials, threads, part.part(ready, 1));
+  part.step(1);
   return result;
 }
+
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) { return combine(a, b, how, options, WorkPart(job)); }
 
 }  // namespace argil::clay

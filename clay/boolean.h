@@ -19,6 +19,7 @@ enum class Combination : uint8_t {
 struct CombineOptions {
   double blendMm = 0;  ///< Width over which the two surfaces run into each other, 0 to 100 voxels; 0: they meet in a sharp crease.
   int threads = 0;     ///< 0 for all cores; of resampling and blending. The result does not depend on it.
+  std::vector<uint8_t> materials = {};  ///< What b's materials become, by their number; those beyond its end, as with none, stay.
 };
 
 /// A version made from `a`, in its store (where nobody else may edit meanwhile): whole nodes of it are shared wherever `b` is all inside or
@@ -27,8 +28,8 @@ struct CombineOptions {
 /// those of a near b.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options = {}, Job* job = nullptr);
 
-/// The same without blend, as part of some work; both on one grid.
-[[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const WorkPart& part);
+/// The same as part of some work.
+[[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, const WorkPart& part);
 
 /// Bricks of `coords` without a sign change in themselves or a neighbour become tiles: a band is no wider than a brick.
 void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords);

@@ -59,7 +59,7 @@ Version shell(const Version& version, double innerMm, double outerMm, int thread
   const Version hollow = moved(version, -inner, threads, all.part(share, 0.9));
   if (hollow.stats().bricks == 0)
     throw Error(fmt::format("nothing is hollow with a wall of {:g} mm to the inside: the piece is thinner than twice that; give less", innerMm), Error::Kind::work);
-  const Version wall = combine(outside, hollow, Combination::cut, all.part(0.9, 1));
+  const Version wall = combine(outside, hollow, Combination::cut, {}, all.part(0.9, 1));
   if (job) job->step(1);
   return wall;
 }

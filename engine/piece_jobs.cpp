@@ -61,6 +61,7 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
     target.version = piece.version;
     target.pose = piece.pose;
     target.hideMasked = piece.hideMasked;
+    if (piece.materials != before.piece(piece.id)->materials) target.materials = piece.materials;
   }
   for (const Id id : result.removed) document.remove(id);
   for (Piece piece : result.added) {

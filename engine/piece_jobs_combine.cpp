@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "clay/boolean.h"
@@ -20,6 +21,17 @@ Eigen::Isometry3d isometry(const haptics::Pose& pose) {
   return m;
 }
 
+// Rows of the second piece's materials that the first lacks go behind its own, as far as there is room. What each of the second's numbers becomes.
+std::vector<uint8_t> joinMaterials(std::vector<MaterialRow>& rows, const std::vector<MaterialRow>& more) {
+  std::vector<uint8_t> becomes{0};
+  for (const MaterialRow& row : more) {
+    auto at = std::find(rows.begin(), rows.end(), row);
+    if (at == rows.end() && rows.size() < kMaxMaterialRows) at = rows.insert(rows.end(), row);
+    becomes.push_back(at == rows.end() ? 0 : static_cast<uint8_t>(at - rows.begin() + 1));
+  }
+  return becomes;
+}
+
 template <clay::Combination how>
 PieceResult combinePieces(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece &first = *document.piece(arguments.pieces[0]), &second = *document.piece(arguments.pieces[1]);
@@ -31,7 +43,8 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
   clay::CombineOptions options;
   options.blendMm = arguments.blendMm;
   Piece piece = first;
-  piece.version = options.blendMm > 0 ? clay::combine(first.version, other, how, options, job) : clay::combine(first.version, other, how, all.part(0.6, 1));
+  if (other.has(clay::Channel::material)) options.materials = joinMaterials(piece.materials, second.materials);
+  piece.version = clay::combine(first.version, other, how, options, all.part(0.6, 1));
   if (piece.version.stats().bricks == 0)
     throw Error(fmt::format("nothing is left of {} and {}: move them so that they {}", first.name, second.name,
                             how == clay::Combination::cut ? "overlap less" : "overlap"),

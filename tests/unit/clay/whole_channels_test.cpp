@@ -166,6 +166,15 @@ TEST_F(WholeChannels, CombiningKeepsThoseOfBoth) {
   expectColours(combine(plain, other, Combination::join), [&](const Vec3d& p) { return p.norm() - 8 < (p - centre).norm() - 5.3 ? ChannelBytes{} : kGreen; }, 1.01, kNear);
 }
 
+TEST_F(WholeChannels, MaterialsOfTheSecondGetOtherNumbers) {
+  const Vec3d centre(6, 5.3, 0);
+  const Version other = painted(sphere(Store::make(), centre, 5.3), [](const Vec3d&) { return kGreen; });
+  ChannelBytes becomes = kGreen;
+  becomes[indexOf(Channel::material)] = 9;
+  const Rule rule = [&](const Vec3d& p) { return p.norm() - 8 < (p - centre).norm() - 5.3 ? twoColours(p) : becomes; };
+  expectColours(combine(clay_, other, Combination::join, {.materials = {0, 7, 8, 9}}), rule, 1.01, 2.5);
+}
+
 TEST_F(WholeChannels, PartsThatGoTakeTheirsAlong) {
   const Version crumb = painted(sphere(Store::make(), Vec3d(30, 0, 0), 2), [](const Vec3d&) { return kGreen; });
   const Version both = combine(clay_, crumb, Combination::join);

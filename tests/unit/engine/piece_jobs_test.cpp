@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "clay/editor.h"
 #include "clay/error.h"
 #include "clay/loose_parts.h"
 #include "clay/primitives.h"
@@ -69,6 +70,43 @@ TEST(PieceJobs, JoinsAcrossPosesAndVoxelSizes) {
   ASSERT_EQ(after.pieces.size(), 1u);
   const double d = 12, lens = M_PI * std::pow(16 - d, 2) * (d * d + 2 * d * 16 - 3 * 16) / (12 * d);
   EXPECT_NEAR(volume(after.pieces[0].version) / (4.0 / 3 * M_PI * (1000 + 216) - lens), 1, 0.01);
+}
+
+// A piece's own rows stay; those that it lacks come behind them, and what is joined names them by their new numbers.
+TEST(PieceJobs, JoiningBringsTheOthersMaterials) {
+  Document before = two();
+  const auto made = [](const clay::Version& clay, uint8_t material) {
+    clay::Editor editor(clay);
+    std::array<uint8_t, clay::kBrickVoxels> values;
+    clay.forEachBrick([&](const clay::Brick& brick) {
+      for (size_t v = 0; v < values.size(); ++v) values[v] = std::abs(brick.phi[v]) < clay.grid().band ? material : 0;
+      editor.setChannel(clay::Channel::material, brick.coord, values);
+    });
+    return editor.commit();
+  };
+  MaterialRow chalk, rubber;
+  chalk.name = "Chalk";
+  rubber.name = "Rubber";
+  before.pieces[0].materials = {chalk};
+  before.pieces[1].materials = {chalk, rubber};
+  before.pieces[1].version = made(before.pieces[1].version, 2);
+  const struct {
+    std::vector<MaterialRow> own, joined;
+    int number;
+  } cases[] = {{{chalk}, {chalk, rubber}, 2}, {{}, {chalk, rubber}, 2}, {{rubber}, {rubber, chalk}, 1}};
+  for (const auto& each : cases) {
+    before.pieces[0].materials = each.own;
+    const PieceJob& row = *findPieceJob("join");
+    Document after = before;
+    applyPieceResult(runPieceJob(row, before, of(row, before)), before, after);
+    ASSERT_EQ(after.pieces.size(), 1u);
+    EXPECT_EQ(after.pieces[0].materials, each.joined);
+    // Far out on the second ball.
+    const clay::Version& joined = after.pieces[0].version;
+    const Vec3d voxel = joined.grid().toVoxel(Vec3d(18, 0, 0));
+    const Coord at{int(std::lround(voxel.x())), int(std::lround(voxel.y())), int(std::lround(voxel.z()))};
+    EXPECT_EQ(joined.find(clay::Channel::material, at >> 3).value(clay::Brick::offset(at.x & 7, at.y & 7, at.z & 7)), each.number);
+  }
 }
 
 TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
