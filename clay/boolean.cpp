@@ -109,7 +109,7 @@ class Combiner {
         std::array<uint8_t, kBrickVoxels> values;
         const Brick& own = *b_.find(brick).brick();
         for (int v = 0; v < kBrickVoxels; ++v)
-          values[static_cast<size_t>(v)] = std::abs(own.phi[v]) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
+          values[static_cast<size_t>(v)] = std::abs(own.phi(v)) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
         editor_.setChannel(channel, brick, values);
       } else if (slot.isTile())
         editor_.setChannelTile(channel, brick, slot == ChannelSlot(true));

@@ -79,7 +79,7 @@ TEST(PieceJobs, JoiningBringsTheOthersMaterials) {
     clay::Editor editor(clay);
     std::array<uint8_t, clay::kBrickVoxels> values;
     clay.forEachBrick([&](const clay::Brick& brick) {
-      for (size_t v = 0; v < values.size(); ++v) values[v] = std::abs(brick.phi[v]) < clay.grid().band ? material : 0;
+      for (size_t v = 0; v < values.size(); ++v) values[v] = std::abs(brick.phi(int(v))) < clay.grid().band ? material : 0;
       editor.setChannel(clay::Channel::material, brick.coord, values);
     });
     return editor.commit();
