@@ -18,6 +18,7 @@ namespace argil::io {
 namespace {
 
 using clay::Brick;
+using clay::FloatBrick;
 using clay::kBrickVoxels;
 
 FloatBrick brickOf(float value) {
