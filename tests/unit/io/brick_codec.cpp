@@ -22,7 +22,7 @@ using clay::FloatBrick;
 using clay::kBrickVoxels;
 
 FloatBrick brickOf(float value) {
-  FloatBrick brick{};
+  FloatBrick brick;
   std::fill(std::begin(brick.value), std::end(brick.value), value);
   brick.coord = {-7, 13999, 4};
   return brick;
@@ -33,13 +33,13 @@ struct Packed {
   std::vector<std::byte> body;
 };
 
-Packed pack(const Brick& brick, float band, RecordCodec codec) {
+Packed pack(const FloatBrick& brick, float band, RecordCodec codec) {
   BrickCodec packer;
   const auto body = packer.pack(brick, band, codec);
   return {codec, {body.begin(), body.end()}};
 }
 
-std::optional<Coord> unpack(const Packed& packed, float band, Brick& brick, RecordKind kind = RecordKind::brick) {
+std::optional<Coord> unpack(const Packed& packed, float band, FloatBrick& brick, RecordKind kind = RecordKind::brick) {
   RecordView record;
   record.header = {kind, packed.codec, static_cast<uint16_t>(packed.body.size()), 1, 1};
   record.body = packed.body;
@@ -47,7 +47,7 @@ std::optional<Coord> unpack(const Packed& packed, float band, Brick& brick, Reco
   return unpacker.unpack(record, band, brick);
 }
 
-void expectComesBack(const Brick& brick, float band) {
+void expectComesBack(const FloatBrick& brick, float band) {
   for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::predicted}) {
     const Packed packed = pack(brick, band, codec);
     ASSERT_LE(packed.body.size(), kMostRecordBody);
@@ -65,7 +65,8 @@ TEST(BrickCodec, ClayComesBackToTheBit) {
     grid.band = band;
     const auto version = clay::makeSphere(clay::Store::make(), grid, Vec3d(0.3, 0.2, 0.1), 30);
     size_t bytes = 0, bricks = 0;
-    version.forEachBrick([&](const Brick& brick) {
+    version.forEachBrick([&](const Brick& each) {
+      const auto& brick = static_cast<const FloatBrick&>(each);
       ASSERT_NO_FATAL_FAILURE(expectComesBack(brick, band));
       bytes += pack(brick, band, RecordCodec::predicted).body.size();
       ++bricks;
