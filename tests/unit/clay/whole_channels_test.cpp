@@ -175,6 +175,23 @@ TEST_F(WholeChannels, MaterialsOfTheSecondGetOtherNumbers) {
   expectColours(combine(clay_, other, Combination::join, {.materials = {0, 7, 8, 9}}), rule, 1.01, 2.5);
 }
 
+// Creases and thin places, where values are made anew after channels were carried: no voxel of the band is left without.
+TEST_F(WholeChannels, NoVoxelIsLeftOutAtCreases) {
+  const auto store = Store::make();
+  const Rule green = [](const Vec3d&) { return kGreen; };
+  Version clay = makeBlock(store, clay_.grid(), Vec3d::Zero(), Vec3d(9, 8, 7), 0);
+  clay = combine(clay, sphere(Store::make(), Vec3d(3, 4, 2), 4.5), Combination::cut);
+  clay = combine(clay, makeBlock(Store::make(), clay_.grid(), Vec3d(4, -3, 0), Vec3d(5, 1.2, 9), 0), Combination::join);
+  clay = painted(clay, green);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.rotate(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()));
+  Grid fine;
+  fine.voxelMm = 0.26;
+  for (const Version& result : {resample(clay, fine, pose, 2), offset(clay, 0.8, 2), offset(clay, -0.3, 2), shell(clay, 0.8, 0.8, 2), smoothAll(clay, 1, true, 2),
+                                mirrorHalf(clay, Vec3d(0.3, 0, 0), Vec3d(1, 0.4, 0.2), 2), combine(clay, resample(clay, clay.grid(), pose, 2), Combination::join)})
+    expectColours(result, green, 0);
+}
+
 TEST_F(WholeChannels, PartsThatGoTakeTheirsAlong) {
   const Version crumb = painted(sphere(Store::make(), Vec3d(30, 0, 0), 2), [](const Vec3d&) { return kGreen; });
   const Version both = combine(clay_, crumb, Combination::join);
