@@ -60,7 +60,8 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
     Piece& target = *document.piece(piece.id);
     target.version = piece.version;
     target.pose = piece.pose;
-    target.hideMasked = piece.hideMasked;
+    // What was hidden or renamed meanwhile stays so.
+    if (piece.hideMasked != before.piece(piece.id)->hideMasked) target.hideMasked = piece.hideMasked;
     if (piece.materials != before.piece(piece.id)->materials) target.materials = piece.materials;
   }
   for (const Id id : result.removed) document.remove(id);

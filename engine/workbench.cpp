@@ -96,6 +96,7 @@ void Workbench::strokeAlong(std::vector<Vec3d> placesMm) {
     const DocumentPtr now = s->session->document();
     const Piece* piece = now->workedOn();
     s->holdTool();  // one that was taken just now counts
+    if (!s->reading.empty() && s->held && s->held->file == s->reading) throw Error(s->reading + ": is still being read; try again in a moment", Error::Kind::work);
     if (!piece || !s->held) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
     if (places.size() < 2) throw Error("a stroke along a line needs two places at least");
     const haptics::Pose pose = piece->pose;

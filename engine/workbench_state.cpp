@@ -138,17 +138,12 @@ void Workbench::State::holdTool() {
     tool.radiusMm = std::clamp(tool.radiusMm, kLeastToolVoxels * voxel, kMostToolVoxels * voxel);
   }
   if (held == tool) return;
-  const bool sameFile = held && held->file == tool.file && held->id == tool.id;
-  if (sameFile) {
-    tool.image = held->image;
-    tool.shape = held->shape;
-  }
   held = tool;
   // A tool that lacks something touches and does not work; that is said once.
   ready = true;
   try {
-    loadToolFile(tool);
-    (void)brushOf(tool, clay::Grid());
+    ready = takeToolFile(tool);
+    if (ready) (void)brushOf(tool, clay::Grid());
     held = tool;
   } catch (const Error& e) {
     ready = false;
@@ -156,6 +151,41 @@ void Workbench::State::holdTool() {
   }
   loop->setTool(tool);
   loop->setCutting(cutting && ready);
+}
+
+// A large image takes seconds: it is read beside the strokes of other tools. The last one stays, as keys that are held change the tool for a moment.
+bool Workbench::State::takeToolFile(Tool& tool) {
+  const ToolFile kind = rowOf(tool).file;
+  if (fileRead.file == tool.file && !tool.file.empty()) {
+    if (kind == ToolFile::image) tool.image = fileRead.image;
+    if (kind == ToolFile::shape) tool.shape = fileRead.shape;
+  }
+  if (kind == ToolFile::none || tool.file.empty() || tool.image || tool.shape) {
+    loadToolFile(tool);  // Says what is missing.
+    return true;
+  }
+  if (std::exchange(reading, tool.file) == tool.file) return false;
+  begin("Reading " + std::filesystem::path(tool.file).filename().string(), [this, tool](Job&) -> std::function<void()> {
+    auto read = std::make_shared<Tool>(tool);
+    std::string trouble;
+    try {
+      loadToolFile(*read);
+    } catch (const std::exception& e) {
+      trouble = e.what();
+    }
+    return [this, read, trouble] {
+      if (reading == read->file) reading.clear();
+      if (!trouble.empty()) {
+        tell(Message::Level::error, trouble);
+        return;
+      }
+      fileRead = *read;
+      if (!held || held->file != read->file) return;
+      held.reset();
+      holdTool();
+    };
+  });
+  return false;
 }
 
 void Workbench::State::takeHand(const std::string& name) {

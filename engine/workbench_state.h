@@ -84,6 +84,8 @@ struct Workbench::State {
   void keepUndoBudget();
   void makeLoop();
   void holdTool();
+  /// Puts in the image or the shape that the tool works with; false while it is being read. Throws Error where there is no file.
+  [[nodiscard]] bool takeToolFile(Tool& tool);
   void publish();
   void guarded(const std::function<void()>& what);
   void addPiece(const std::string& label, const std::string& name, const clay::Version& version);
@@ -133,6 +135,8 @@ struct Workbench::State {
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
   bool cutting = true, ready = true;  // the hand holds a tool that can work
+  Tool fileRead;              // the last tool whose file was read
+  std::string reading;        // the file that is on its way
   bool oriented = false;      // the device in hand tells how it is turned
   haptics::Workspace workspace;
   haptics::Quality touchQuality;

@@ -45,6 +45,7 @@ UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {
   try {
     return buffers_.update([&](UploadSink& sink) {
       piece.clay->hideMasked(lookOf(id).hideMasked, sink);
+      piece.clay->colourMaterials(lookOf(id).materials, sink);
       piece.clay->apply(delta, sink);
     });
   } catch (...) {
@@ -78,7 +79,11 @@ void Model::place(PieceId id, const PieceLook& look) {
   const auto it = pieces_.find(id);
   if (it == pieces_.end()) return;
   it->second.bounds.reset();
-  if (it->second.clay) buffers_.update([&](UploadSink& sink) { it->second.clay->hideMasked(look.hideMasked, sink); });
+  if (!it->second.clay) return;
+  buffers_.update([&](UploadSink& sink) {
+    it->second.clay->hideMasked(look.hideMasked, sink);
+    it->second.clay->colourMaterials(look.materials, sink);
+  });
 }
 
 void Model::remove(PieceId id) {

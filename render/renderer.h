@@ -57,6 +57,7 @@ struct PieceLook {
   bool visible = true;
   bool dimmed = false;                    ///< Paler: locked or not the one that is worked on.
   bool hideMasked = false;                ///< Clay whose mask is above half is not drawn.
+  MaterialColours materials = {};         ///< Under what is painted.
 };
 
 /// A whole picture, but for the model.

@@ -176,7 +176,7 @@ SurfaceVertex SurfaceLayout::vertexOf(const clay::BrickMesh& mesh, size_t index)
   return {fixedPoint(base.x, p.x()), fixedPoint(base.y, p.y()), fixedPoint(base.z, p.z()), mesh.normals[index]};
 }
 
-PackedPaint packPaint(const clay::VertexPaint& paint) {
+PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& materials) {
   constexpr float kMaskDarkens = 0.55f;  // what a whole mask takes of the light
   const auto linear = [](uint8_t byte) {
     const float c = float(byte) / 255;
@@ -184,11 +184,27 @@ PackedPaint packPaint(const clay::VertexPaint& paint) {
   };
   const float light = 1 - kMaskDarkens * float(paint.mask) / 255, cover = float(paint.cover) / 255;
   const auto byte = [](float value) { return uint32_t(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f); };
-  const auto root = [&](uint8_t channel) { return byte(std::sqrt(linear(channel) * cover * light)); };
-  return root(paint.red) | root(paint.green) << 8 | root(paint.blue) << 16 | byte((1 - cover) * light) << 24;
+  // A material that has a colour takes the place of the piece's own.
+  const auto* ground = paint.material > 0 && paint.material <= materials.size() && materials[paint.material - 1u] ? &*materials[paint.material - 1u] : nullptr;
+  const auto root = [&](uint8_t channel, size_t of) { return byte(std::sqrt((linear(channel) * cover + (ground ? linear((*ground)[of]) * (1 - cover) : 0)) * light)); };
+  return root(paint.red, 0) | root(paint.green, 1) << 8 | root(paint.blue, 2) << 16 | byte(ground ? 0 : (1 - cover) * light) << 24;
 }
 
-PackedPaint SurfaceLayout::paintOf(const BrickEntry& brick, size_t index) { return brick.paint ? packPaint(brick.paint->vertices[index]) : kUnpainted; }
+PackedPaint SurfaceLayout::paintOf(const BrickEntry& brick, size_t index) const {
+  return brick.paint ? packPaint(brick.paint->vertices[index], materials_) : kUnpainted;
+}
+
+void SurfaceLayout::colourMaterials(const MaterialColours& colours, UploadSink& sink) {
+  if (materials_ == colours) return;
+  materials_ = colours;
+  std::set<Coord> changedChunks;
+  for (const auto& [coord, brick] : bricks_) {
+    if (!brick.paint) continue;
+    writePaint(brick, sink);
+    for (int n = 0; n < 8; ++n) changedChunks.insert((coord + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);  // Their coarser levels.
+  }
+  updateDraws(changedChunks);
+}
 
 void SurfaceLayout::writePaint(const BrickEntry& brick, UploadSink& sink) {
   const size_t count = brick.mesh->positions.size();

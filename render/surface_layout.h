@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "clay/vertex_channels.h"
+#include "render/colour.h"
 #include "render/lod.h"
 #include "render/range_allocator.h"
 #include "render/ray.h"
@@ -37,7 +38,7 @@ static_assert(sizeof(SurfaceVertex) == 16);
 /// byte how much of the piece's own colour is left. A mask darkens both.
 using PackedPaint = uint32_t;
 inline constexpr PackedPaint kUnpainted = 0xff000000;
-[[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint);
+[[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& materials = {});
 
 /// Row of a piece's materials (clay::Channel::material) that is not drawn.
 inline constexpr uint8_t kUnseenMaterial = 255;
@@ -113,6 +114,8 @@ class SurfaceLayout {
   void apply(const clay::SurfaceDelta& delta, UploadSink& sink);
   /// Whether masked clay (above half) is left out too, beside what is of the unseen material. Writes the triangles of painted bricks anew when it changes.
   void hideMasked(bool hide, UploadSink& sink);
+  /// Colours of materials. Writes the paint of painted bricks anew when they change.
+  void colourMaterials(const MaterialColours& colours, UploadSink& sink);
   void clear();
   [[nodiscard]] bool whole() const { return whole_; }
 
@@ -173,7 +176,7 @@ class SurfaceLayout {
 
   void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
-  static PackedPaint paintOf(const BrickEntry& brick, size_t index);
+  [[nodiscard]] PackedPaint paintOf(const BrickEntry& brick, size_t index) const;
   void writePaint(const BrickEntry& brick, UploadSink& sink);
   [[nodiscard]] bool unseen(const clay::VertexPaint& paint) const { return paint.material == kUnseenMaterial || (hideMasked_ && paint.mask > 127); }
   [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;  // all of its corners
@@ -193,6 +196,7 @@ class SurfaceLayout {
   BufferRanges* ranges_;
   clay::Grid grid_;
   bool hideMasked_ = false;
+  MaterialColours materials_;
   std::unordered_map<Coord, BrickEntry, CoordHash> bricks_;
   std::map<Coord, Chunk> chunks_;
   uint64_t quads_ = 0, picture_ = kRestPictures;

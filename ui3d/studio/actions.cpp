@@ -7,6 +7,7 @@
 #include "ui3d/studio/camera.h"
 #include "ui3d/studio/file_kinds.h"
 #include "ui3d/studio/guide_places.h"
+#include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
@@ -86,9 +87,23 @@ void switchDeformBox(Context& c, Text) {
   } else if (const engine::Piece* piece = deformable(c)) {
     c.state.deformBox = DeformBox::around(*piece);
     c.state.shown.settings = true;
+    // It is larger than the piece: all of its points are to be within reach, beside the panels.
+    render::Box all;
+    for (const Vec3d& point : c.state.deformBox->lattice.points()) all.add(piece->pose.apply(point));
+    const kit::Rect free = layOut(c.width, c.height, c.state.shown, toolGroups()).free;
+    c.camera.focus(all, std::max(0.2, double(free.width()) / std::max(1.0f, c.height)));
   }
 }
 bool hasDeformBox(const Context& c) { return c.state.deformBox.has_value(); }
+
+// Told apart at a glance, in the order in which they come.
+constexpr std::array<std::array<float, 3>, 6> kMaterialColours{{{0.36f, 0.55f, 0.75f}, {0.55f, 0.70f, 0.38f}, {0.80f, 0.45f, 0.38f}, {0.62f, 0.50f, 0.74f}, {0.85f, 0.74f, 0.36f}, {0.40f, 0.66f, 0.63f}}};
+
+const engine::Piece* operatedOn(const Context& c) {
+  const engine::Piece* piece = c.now.document->piece(c.state.selected);
+  return piece ? piece : c.now.document->piece(c.now.document->active);
+}
+bool hasFreePiece(const Context& c) { return operatedOn(c) && !operatedOn(c)->locked; }
 
 // Operations on whole pieces: those that need nothing but a piece are done at once, the others are asked about.
 
@@ -96,6 +111,12 @@ bool asks(const engine::PieceJob& job) { return job.pieces == 2 || job.takesPlan
 void operate(Context& c, Text id) {
   const engine::PieceJob* job = engine::findPieceJob(id);
   if (!job) return;
+  // A curve is drawn over the picture, where none was picked up.
+  const engine::Guide* guide = c.now.document->guide(c.state.selected);
+  if (job->takesCurve && !(guide && guide->kind == engine::Guide::Kind::curve)) {
+    beginDrawnCurve(c, *job);
+    return;
+  }
   if (asks(*job)) {
     c.state.wishes.dialog = "piece." + std::string(id);
     return;
@@ -104,20 +125,40 @@ void operate(Context& c, Text id) {
   if (job->pieces == 1 && c.now.document->piece(c.state.selected)) arguments.pieces = {c.state.selected};
   c.bench.operate(std::string(id), arguments);
 }
+bool hasDrawnCurve(const Context& c) { return c.state.drawnCurve && c.state.drawnCurve->drawn() && c.state.drawnCurve->cuts(); }
+void keepOtherSide(Context& c, Text) { c.state.drawnCurve->arguments.keep = c.state.drawnCurve->kept() > 0 ? -1 : 1; }
 bool hasTwoPieces(const Context& c) { return c.now.document->pieces.size() > 1; }
+
+bool hidesPart(const Context& c) {
+  const engine::Piece* piece = operatedOn(c);
+  return piece && piece->hideMasked;
+}
+
+// Of those that are asked for between two strokes.
+constexpr std::array<std::pair<Text, const char*>, 6> kPieceKeys{{{"cut-curve", "Shift+C"}, {"mask-lasso", "Shift+M"}, {"mask-invert", "Ctrl+M"}, {"mask-clear", "Alt+M"},
+                                                                  {"mask-hide", "Shift+H"}, {"mask-show", "Ctrl+H"}}};
 
 void addPieceRows(std::vector<Action>& rows) {
   for (const engine::PieceJob& job : engine::pieceJobs()) {
     if (job.id == "lattice") continue;  // Its points are pulled: the deform box.
     const std::string id(job.id);
-    rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece", "", operate, id,
-                    job.pieces == 0 ? nullptr : job.pieces == 1 ? hasClay : hasTwoPieces});
+    const auto key = std::find_if(kPieceKeys.begin(), kPieceKeys.end(), [&](const auto& each) { return each.first == job.id; });
+    rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece", key == kPieceKeys.end() ? "" : key->second, operate, id,
+                    id == "mask-show" ? hidesPart : job.pieces == 0 ? nullptr : job.pieces == 1 ? hasClay : hasTwoPieces});
+    if (id == "mask-hide") rows.back().checked = [](const Context& c, Text) { return hidesPart(c); };
   }
+  rows.push_back({"draw.apply", "Cut along the drawn curve", "The side that is to go goes.", "Piece", "Enter", [](Context& c, Text) { c.state.drawnCurve->apply = true; }, "", hasDrawnCurve});
+  rows.push_back({"draw.side", "Keep the other side", "Of a drawn curve.", "Piece", "Tab", keepOtherSide, "", hasDrawnCurve});
+  rows.push_back({"draw.cancel", "Put the drawn curve away", "Nothing is cut.", "Piece", "", [](Context& c, Text) { c.state.drawnCurve->cancel = true; }, "",
+                  [](const Context& c) { return c.state.drawnCurve.has_value(); }});
 }
 
 // Tools
 
-void takeTool(Context& c, Text id) { c.state.toolId = id; }
+void takeTool(Context& c, Text id) {
+  c.state.toolId = id;
+  if (c.state.drawnCurve) c.state.drawnCurve->cancel = true;  // The hand wants to work.
+}
 bool isTool(const Context& c, Text id) { return c.state.toolId == id; }
 void scaleRadius(Context& c, double factor) {
   const engine::ToolRow* row = engine::findTool(c.state.toolId);
@@ -296,6 +337,11 @@ void addDocumentRows(std::vector<Action>& rows) {
                   [](Context& c, Text) { c.state.deformBox->apply = true; }, "", hasDeformBox});
   rows.push_back({"clay.deformCancel", "Cancel the deform box", "The clay as it was before.", "Clay", "",
                   [](Context& c, Text) { c.state.deformBox->cancel = true; }, "", hasDeformBox});
+  rows.push_back({"clay.materials", "Materials", "Names, colours and feel of what a piece is made of.", "Clay", "", [](Context& c, Text) {
+                    c.state.selected = operatedOn(c)->id;
+                    c.state.shown.settings = true;
+                  }, "", [](const Context& c) { return operatedOn(c) != nullptr; }});
+  rows.push_back({"clay.materialAdd", "Add a material", "What the material tool can lay.", "Clay", "", [](Context& c, Text) { addMaterial(c, *operatedOn(c)); }, "", hasFreePiece});
   rows.push_back({"clay.add", "Add clay…", "A block or a ball of the size that is wanted.", "Clay", "", openDialog, "clay"});
 }
 
@@ -400,6 +446,18 @@ int match(Text typed, Text text) {
 }
 
 }  // namespace
+
+void addMaterial(Context& context, const engine::Piece& piece) {
+  context.bench.edit("Add a material", [id = piece.id](engine::Document& d) {
+    engine::Piece* each = d.piece(id);
+    if (!each || each->materials.size() >= engine::kMaxMaterialRows) return;
+    engine::MaterialRow row;
+    row.name = "Material " + std::to_string(each->materials.size() + 1);
+    row.material = each->material;
+    row.colour = kMaterialColours[each->materials.size() % kMaterialColours.size()];
+    each->materials.push_back(std::move(row));
+  });
+}
 
 const std::vector<Action>& actions() {
   static const std::vector<Action> table = [] {

@@ -46,6 +46,8 @@ void resetShortcut(StudioState& state, const Action& action);
 /// Runs what the key stands for; false when nothing does or it cannot be done now. Not called while a text field has the keyboard. F ("view.focus")
 /// is meant for the key's release without a drag: F and a drag is the tool's size. Keypad digits count as digits.
 bool runShortcut(Context& context, const Shortcut& shortcut);
+/// A row of its own colour to the piece's materials, as one step.
+void addMaterial(Context& context, const engine::Piece& piece);
 /// Rows whose name, group or help match what was typed, best first: letters in order, beginnings of words count more.
 [[nodiscard]] std::vector<const Action*> searchActions(std::string_view typed);
 

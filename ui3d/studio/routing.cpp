@@ -150,6 +150,9 @@ void SessionWindow::move(const Event& event) {
       widgets_.handle(c, grip(event, true));
       break;
     }
+    case Drag::curve:
+      if (state_.drawnCurve) state_.drawnCurve->move(camera_, event.x, event.y, width_, height_, (event.modifiers & kShift) != 0);
+      break;
     case Drag::click:
       // Beside the clay a drag turns the view, so that one button is enough.
       if (std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) > kClickUnits && !footprint_) drag_ = Drag::orbit;
@@ -188,7 +191,7 @@ void SessionWindow::press(const Event& event) {
   }
   Context c = context();
   const bool second = drag_ != Drag::none;
-  if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget)) return;
+  if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve)) return;
   dragFrom_ = event;
   pivot_ = under(event);
   panDepthMm_ = camera_.view().axes().forward.dot(pivot_ - camera_.view().position);
@@ -200,6 +203,10 @@ void SessionWindow::press(const Event& event) {
 }
 
 void SessionWindow::pressLeft(const Event& event, Context& c) {
+  if (state_.drawnCurve) {
+    drag_ = state_.drawnCurve->press(camera_, event.x, event.y, width_, height_) ? Drag::curve : Drag::panel;
+    return;
+  }
   placing_ = widgets_.placing();
   if (widgets_.handle(c, grip(event, true))) {
     drag_ = Drag::widget;
@@ -212,7 +219,7 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   if (!hit) return;
   footprint_ = render::Cursor::Footprint{r.origin + hit->distanceMm * r.direction, hit->normal};
   const engine::Piece* piece = now_->document->workedOn();
-  if (!piece || piece->id != hit->piece || !bench_.usesPointer()) return;
+  if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;  // Beside a point of the box nothing is carved by mistake.
   takeTool(event.modifiers);
   if (state_.straight) {
     line_ = strokeHere();
@@ -253,6 +260,9 @@ void SessionWindow::release(const Event& event) {
     if (!click) endLine(event);
     line_.reset();
     drag_ = Drag::none;
+  } else if (drag_ == Drag::curve && event.button == Button::left) {
+    if (state_.drawnCurve) state_.drawnCurve->release(camera_, width_, height_);
+    drag_ = Drag::none;
   } else if (drag_ == Drag::widget && event.button == Button::left) {
     Context c = context();
     widgets_.handle(c, grip(event, false));
@@ -274,7 +284,7 @@ void SessionWindow::release(const Event& event) {
 void SessionWindow::wheel(const Event& event) {
   settleUi();
   ui_.feed(event);
-  if (ui_.wantsMouse() || drag_ == Drag::stroke || drag_ == Drag::line) return;
+  if (ui_.wantsMouse() || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::curve) return;
   camera_.zoom(event.dy, under(mouse_));
   hoverStale_ = true;
   changed();
@@ -317,6 +327,19 @@ void SessionWindow::key(const Event& event) {
       drag_ = Drag::panel;  // Until the button comes up.
       return;
     }
+    if (state_.drawnCurve && !dialog) {
+      if (drag_ == Drag::curve) {
+        state_.drawnCurve->clear();
+        drag_ = Drag::panel;
+      } else {
+        state_.drawnCurve->cancel = true;
+      }
+      return;
+    }
+    if (state_.deformBox && !dialog && drag_ == Drag::none && !widgets_.held() && !widgets_.placing()) {
+      state_.deformBox->cancel = true;
+      return;
+    }
     if (sizing_) {
       state_.tool().radiusMm = sizeFromMm_;
       sizeKey_ = sizing_ = false;
@@ -328,18 +351,22 @@ void SessionWindow::key(const Event& event) {
       return;
     }
   }
-  if (event.key == Key::enter && widgets_.finish(c)) return;
+  if (event.key == Key::enter && !state_.drawnCurve && widgets_.finish(c)) return;
+  if (event.key == Key::enter && !state_.drawnCurve && state_.deformBox && !dialog) {
+    state_.deformBox->apply = true;
+    return;
+  }
   if (event.key == Key::remove && widgets_.removePoint(c)) return;
   if (!dialog) runShortcut(c, shortcut);
 }
 
 // What the free cursor is over: once a picture, when something moved.
 void SessionWindow::hover() {
-  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || sizing_) return;
+  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve || sizing_) return;
   hoverStale_ = false;
   footprint_.reset();
   overWidget_ = false;
-  if (!inWindow_ || ui_.wantsMouse() || drag_ != Drag::none) return;
+  if (!inWindow_ || ui_.wantsMouse() || drag_ != Drag::none || state_.drawnCurve) return;
   Context c = context();
   overWidget_ = widgets_.handle(c, grip(mouse_, false));
   const Camera::Ray r = ray(mouse_);

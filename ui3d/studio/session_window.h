@@ -36,7 +36,7 @@ class SessionWindow {
   void run();
 
  private:
-  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, click };
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click };
 
   // The loop (studio.cpp)
   void followStylus(double now);

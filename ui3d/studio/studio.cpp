@@ -121,7 +121,7 @@ void SessionWindow::uiStep() {
   const std::array<float, 4> free = panels_.free();
   if (state_.look.scaleBar && free[2] > free[0]) drawScaleBar(camera_.view(), free, width_, height_, state_);
   for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
-  if (const std::string hint = widgets_.hint(); !hint.empty()) {
+  if (const std::string hint = state_.drawnCurve ? state_.drawnCurve->hint() : widgets_.hint(); !hint.empty()) {
     const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
     drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }
@@ -267,6 +267,11 @@ void SessionWindow::turn() {
   attempt([&] {
     followStylus(now);
     followDeformBox();
+    Context c = context();
+    if (followDrawnCurve(c)) {
+      hoverStale_ = true;
+      uiSteps_ = std::max(uiSteps_, 1);
+    }
     hover();
     if (!window_.minimised()) follow();
   });
@@ -279,7 +284,7 @@ void SessionWindow::turn() {
     panelsFrame_ = ui_.frame();
     constexpr std::array kShapes = {CursorShape::arrow, CursorShape::text, CursorShape::arrow, CursorShape::resizeVertical, CursorShape::resizeHorizontal};
     const int wanted = ImGui::GetMouseCursor();
-    const bool overClay = footprint_ && !ui_.wantsMouse() && !overWidget_;
+    const bool overClay = (footprint_ || state_.drawnCurve) && !ui_.wantsMouse() && !overWidget_;
     window_.setCursor(overClay ? CursorShape::crosshair
                       : overWidget_ || wanted == ImGuiMouseCursor_Hand ? CursorShape::hand
                       : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)] : CursorShape::arrow);

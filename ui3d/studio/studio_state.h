@@ -12,6 +12,7 @@
 #include "haptics/workspace.h"
 #include "render/renderer.h"
 #include "ui3d/studio/deform_box.h"
+#include "ui3d/studio/drawn_curve.h"
 
 namespace argil::studio {
 
@@ -69,6 +70,7 @@ struct StudioState {
   bool snapWidgets = true;       ///< Dragged widgets snap to guides, surface and grid.
 
   std::optional<DeformBox> deformBox;  ///< Around a piece that is being deformed.
+  std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.
 
   // Looks
   render::Look look;

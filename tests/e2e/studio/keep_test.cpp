@@ -7,54 +7,20 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "../cli/command.h"
-#include "person.h"
-#include "tests/support/x_server.h"
+#include "screen.h"
 
 namespace argil::tests {
 namespace {
 
 using Json = nlohmann::json;
 
-struct Screen {
-  int width, height;
-  double scale;
-  const char* name;
-};
-
-class Keeping : public ::testing::TestWithParam<Screen> {
+class Keeping : public OnScreen {
  protected:
-  void SetUp() override {
-    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
-    server_ = std::make_unique<support::XServer>(support::XServer::Options{at().width + 60, at().height + 80, true});
-  }
-  static Screen at() { return GetParam(); }
-  std::unique_ptr<RunningStudio> studio(std::vector<std::string> more = {}) {
-    std::vector<std::string> words{"studio"};
-    words.insert(words.end(), more.begin(), more.end());
-    for (const std::string& word : {std::string("--size"), std::to_string(at().width) + "x" + std::to_string(at().height), std::string("--scale"), std::to_string(at().scale)})
-      words.push_back(word);
-    return std::make_unique<RunningStudio>(words, scratch_.path());
+  std::unique_ptr<RunningStudio> studio(const std::vector<std::string>& more = {}) {
+    return std::make_unique<RunningStudio>(arguments(more), scratch_.path());
   }
   render::Image shot(Person& person, const std::string& step) { return person.shot(std::string("keep-") + at().name + "-" + step); }
 
-  static void byPalette(Person& person, const std::string& words) {
-    person.key("ctrl+p");
-    person.pause(0.5);
-    person.type(words);
-    person.pause(0.3);
-    person.key("enter");
-    person.pause(0.5);
-  }
-  static double middleX() { return at().width / at().scale / 2; }
-  static double middleY() { return at().height / at().scale / 2; }
-  // A busy machine may take so long for a picture that the one before counts as settled: waits for a picture that is another one.
-  static render::Image other(const Person& person, const render::Image& before, double least) {
-    render::Image now = person.settled();
-    for (int i = 0; i < 20 && difference(before, now) <= least; ++i) now = person.settled();
-    EXPECT_GT(difference(before, now), least);
-    return now;
-  }
   static render::Image addBlock(Person& person) {
     const render::Image before = person.settled();
     byPalette(person, "add a block");
@@ -77,12 +43,7 @@ class Keeping : public ::testing::TestWithParam<Screen> {
   }
   // The clay, without panels and messages.
   static render::Image clay(const render::Image& whole) {
-    render::Image part;
-    const int left = int(360 * at().scale), top = int(110 * at().scale);
-    part.width = int(560 * at().scale);
-    part.height = int(460 * at().scale);
-    for (int y = 0; y < part.height; ++y) part.rgba.insert(part.rgba.end(), whole.pixel(left, top + y), whole.pixel(left, top + y) + 4 * part.width);
-    return part;
+    return part(whole, 360, 110, 920, 570);
   }
   // A busy machine may take so long for a picture that the one before counts as settled.
   static void expectSame(const Person& person, const render::Image& wanted, const std::string& what) {
@@ -119,9 +80,6 @@ class Keeping : public ::testing::TestWithParam<Screen> {
       if (entry.is_regular_file()) found.insert(entry.path().string());
     return found;
   }
-
-  Scratch scratch_;
-  std::unique_ptr<support::XServer> server_;
 };
 
 TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
@@ -265,10 +223,8 @@ TEST_P(Keeping, picturesAndModelsGoToFiles) {
   EXPECT_EQ(running->wait(60), 0) << running->said();
 }
 
-std::string nameOf(const ::testing::TestParamInfo<Screen>& screen) { return std::string("on") + screen.param.name; }
-
-INSTANTIATE_TEST_SUITE_P(Sizes, Keeping, ::testing::Values(Screen{1280, 720, 1, "720"}), nameOf);
-INSTANTIATE_TEST_SUITE_P(LongSizes, Keeping, ::testing::Values(Screen{2560, 1440, 2, "1440"}), nameOf);
+INSTANTIATE_TEST_SUITE_P(Sizes, Keeping, ::testing::Values(kSmallScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(LongSizes, Keeping, ::testing::Values(kDenseScreen), nameOf);
 
 }  // namespace
 }  // namespace argil::tests

@@ -6,33 +6,16 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "../cli/command.h"
-#include "person.h"
-#include "tests/support/x_server.h"
+#include "screen.h"
 
 namespace argil::tests {
 namespace {
 
 using Json = nlohmann::json;
 
-struct Screen {
-  int width, height;
-  double scale;
-  const char* name;
-};
-
-class Studio : public ::testing::TestWithParam<Screen> {
+class Studio : public OnScreen {
  protected:
-  void SetUp() override {
-    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
-  }
-  // Room for the manager's frame.
-  void screen(int width, int height) { server_ = std::make_unique<support::XServer>(support::XServer::Options{width + 60, height + 80, true}); }
-  static std::string size(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
   Json report() const { return Json::parse(slurp(scratch_ / "report.json"), nullptr, false); }
-
-  Scratch scratch_;
-  std::unique_ptr<support::XServer> server_;
 };
 
 // Volume and topology of a file that was exported, as `argil inspect` sees them.
@@ -48,23 +31,12 @@ std::vector<std::array<double, 2>> wave(double x, double y, double width, double
   return points;
 }
 
-void byPalette(Person& person, const std::string& words) {
-  person.key("ctrl+p");
-  person.pause(0.5);
-  person.type(words);
-  person.pause(0.3);
-  person.key("enter");
-  person.pause(0.5);
-}
-
 TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
-  const Screen s = GetParam();
-  screen(s.width, s.height);
-  RunningStudio studio({"studio", "--size", size(s.width, s.height), "--scale", std::to_string(s.scale), "--validate", "--report", "report.json", "--record", "events.jsonl"},
-                       scratch_.path());
+  const Screen s = at();
+  RunningStudio studio(arguments({"--validate", "--report", "report.json", "--record", "events.jsonl"}), scratch_.path());
   Person person(studio, s.scale);
   const auto shot = [&](const std::string& step) { return person.shot(std::string(s.name) + "-" + step); };
-  const double x = s.width / s.scale / 2, y = s.height / s.scale / 2;  // The middle of the block's upper face is a little above.
+  const double x = middleX(), y = middleY();  // The middle of the block's upper face is a little above.
   shot("01-start");
 
   byPalette(person, "add a block");
@@ -145,10 +117,8 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   }
 }
 
-std::string nameOf(const ::testing::TestParamInfo<Screen>& screen) { return std::string("on") + screen.param.name; }
-
-INSTANTIATE_TEST_SUITE_P(Sizes, Studio, ::testing::Values(Screen{1280, 720, 1, "720"}), nameOf);
-INSTANTIATE_TEST_SUITE_P(LongSizes, Studio, ::testing::Values(Screen{2560, 1440, 2, "1440"}), nameOf);
+INSTANTIATE_TEST_SUITE_P(Sizes, Studio, ::testing::Values(kSmallScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(LongSizes, Studio, ::testing::Values(kDenseScreen), nameOf);
 
 }  // namespace
 }  // namespace argil::tests

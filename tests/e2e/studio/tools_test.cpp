@@ -6,30 +6,17 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "../cli/command.h"
 #include "engine/tool_table.h"
-#include "person.h"
-#include "tests/support/x_server.h"
+#include "screen.h"
 
 namespace argil::tests {
 namespace {
 
-struct Screen {
-  int width, height;
-  double scale;
-  const char* name;
-};
-
-class ToolChest : public ::testing::TestWithParam<Screen> {
+class ToolChest : public OnScreen {
  protected:
-  void SetUp() override {
-    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
-    server_ = std::make_unique<support::XServer>(support::XServer::Options{at().width + 60, at().height + 80, true});
-  }
-  static Screen at() { return GetParam(); }
-  static double middleX() { return at().width / at().scale / 2; }
-  static double middleY() { return at().height / at().scale / 2; }
-
+  // Interface units: of the block's nearest corner from the middle of the window; of the deform box's tabs from the upper edge.
+  static constexpr std::array<double, 2> kNearCorner{82, -8};
+  static constexpr double kTabs = 418;
   // Where a tool's button stands: below the menu and the bar, four columns of 32 units, 2 between them, the group's name above it 19 high.
   static std::array<double, 2> buttonOf(std::string_view id) {
     double y = 28 + 44 + 5 - 34;
@@ -46,38 +33,22 @@ class ToolChest : public ::testing::TestWithParam<Screen> {
     }
     throw std::runtime_error("no tool " + std::string(id));
   }
-  static void byPalette(Person& person, const std::string& words) {
-    person.key("ctrl+p");
-    person.pause(0.5);
-    person.type(words);
-    person.pause(0.3);
-    person.key("enter");
-    person.pause(0.5);
-  }
-  // A busy machine may take so long for a picture that the one before counts as settled: waits for a picture that is another one.
-  static render::Image other(const Person& person, const render::Image& before, double least) {
-    render::Image now = person.settled();
-    for (int i = 0; i < 20 && difference(before, now) <= least; ++i) now = person.settled();
-    return now;
-  }
   // The clay, without panels and messages.
   static render::Image clay(const render::Image& whole) {
-    render::Image part;
-    const int left = int(390 * at().scale), right = int(940 * at().scale), top = int(150 * at().scale), bottom = int(600 * at().scale);
-    part.width = right - left;
-    part.height = bottom - top;
-    for (int y = top; y < bottom; ++y)
-      part.rgba.insert(part.rgba.end(), whole.rgba.begin() + 4 * (std::ptrdiff_t(y) * whole.width + left), whole.rgba.begin() + 4 * (std::ptrdiff_t(y) * whole.width + right));
-    return part;
+    return part(whole, 390, 150, 940, 600);
+  }
+  // Waits until the clay looks otherwise: a job may take seconds.
+  static render::Image otherClay(const Person& person, const render::Image& before, double least) {
+    render::Image now = person.settled();
+    for (int i = 0; i < 30 && difference(clay(before), clay(now)) <= least; ++i) now = person.settled();
+    EXPECT_GT(difference(clay(before), clay(now)), least);
+    return now;
   }
   render::Image shot(Person& person, const std::string& step) { return person.shot(std::string("tools-") + at().name + "-" + step); }
-
-  Scratch scratch_;
-  std::unique_ptr<support::XServer> server_;
 };
 
 TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
-  RunningStudio studio({"studio", "--size", std::to_string(at().width) + "x" + std::to_string(at().height), "--scale", std::to_string(at().scale), "--report", "report.json"}, scratch_.path());
+  RunningStudio studio(arguments({"--report", "report.json"}), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
   const render::Image empty = person.settled();
@@ -130,7 +101,7 @@ TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
 }
 
 TEST_P(ToolChest, twoPiecesBecomeOneByTheDialog) {
-  RunningStudio studio({"studio", "--size", std::to_string(at().width) + "x" + std::to_string(at().height), "--scale", std::to_string(at().scale)}, scratch_.path());
+  RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
   const render::Image empty = person.settled();
@@ -162,10 +133,189 @@ TEST_P(ToolChest, twoPiecesBecomeOneByTheDialog) {
   EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 141888 + 16755, 800);
 }
 
-std::string nameOf(const ::testing::TestParamInfo<Screen>& screen) { return std::string("on") + screen.param.name; }
+TEST_P(ToolChest, aPieceIsCutByADrawnCurve) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  const double x = middleX(), y = middleY();
+  const render::Image empty = person.settled();
+  byPalette(person, "add a block");
+  (void)other(person, empty, 0.05);
+  person.move(x - 230, y + 230);
+  const render::Image block = shot(person, "11-before-the-cut");
+  const std::vector<std::array<double, 2>> way{{x - 255, y - 20}, {x - 150, y - 60}, {x - 40, y + 10}, {x + 60, y + 30}, {x + 150, y - 40}, {x + 265, y - 10}};
+  const auto draw = [&] {
+    person.key("shift+c");
+    (void)other(person, block, 0.002);
+    person.drag(way, 1);
+  };
+  // Given up in mid-drawing, then after it.
+  person.key("shift+c");
+  shot(person, "12-draw");
+  person.move(way[0][0], way[0][1]);
+  person.press();
+  person.move(way[1][0], way[1][1]);
+  person.pause(0.5);
+  person.key("escape");
+  person.pause(0.5);
+  person.release();
+  person.drag(way, 1);
+  const render::Image drawn = shot(person, "13-drawn");
+  person.key("tab");
+  const render::Image turned = other(person, drawn, 0.02);
+  shot(person, "14-the-other-side");
+  person.key("escape");
+  person.move(x - 230, y + 230);
+  render::Image again = person.settled();
+  for (int i = 0; i < 20 && difference(clay(block), clay(again)) >= 0.002; ++i) again = person.settled();
+  EXPECT_LT(difference(clay(block), clay(again)), 0.002) << "given up";
+  draw();
+  person.key("enter");
+  person.move(x - 230, y + 230);
+  const render::Image cut = other(person, turned, 0.05);
+  EXPECT_GT(difference(clay(block), clay(cut)), 0.05);
+  shot(person, "15-cut");
+  person.key("ctrl+z");
+  again = other(person, cut, 0.05);
+  for (int i = 0; i < 20 && difference(clay(block), clay(again)) >= 0.002; ++i) again = person.settled();
+  EXPECT_LT(difference(clay(block), clay(again)), 0.002) << "undone";
+}
 
-INSTANTIATE_TEST_SUITE_P(Sizes, ToolChest, ::testing::Values(Screen{1280, 720, 1, "720"}), nameOf);
-INSTANTIATE_TEST_SUITE_P(LongSizes, ToolChest, ::testing::Values(Screen{2560, 1440, 2, "1440"}), nameOf);
+TEST_P(ToolChest, aMaskedPartIsHiddenAndTheRestWorkedOn) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  const double x = middleX(), y = middleY();
+  const render::Image empty = person.settled();
+  byPalette(person, "add a block");
+  (void)other(person, empty, 0.05);
+  person.move(x - 230, y + 230);
+  const render::Image block = person.settled();
+  person.key("shift+m");
+  (void)other(person, block, 0.002);
+  const render::Image flat = person.settled();
+  person.drag({{x - 255, y - 170}, {x - 20, y - 170}, {x - 20, y + 240}, {x - 255, y + 200}, {x - 255, y - 160}}, 1);
+  person.move(x - 230, y + 250);
+  (void)otherClay(person, flat, 0.1);
+  const render::Image masked = shot(person, "21-masked");
+  person.key("escape");
+  person.key("shift+h");
+  const render::Image hidden = otherClay(person, masked, 0.1);
+  shot(person, "22-hidden");
+  person.key("c");
+  person.drag({{x + 20, y - 60}, {x + 60, y - 50}, {x + 120, y - 70}});
+  person.move(x - 230, y + 250);
+  (void)otherClay(person, hidden, 0.002);
+  shot(person, "23-worked-on");
+  person.key("ctrl+h");
+  const render::Image all = otherClay(person, hidden, 0.1);
+  shot(person, "24-all-shown");
+  person.key("ctrl+m");
+  const render::Image inverted = otherClay(person, all, 0.2);
+  shot(person, "25-inverted");
+  person.key("alt+m");
+  (void)otherClay(person, inverted, 0.1);
+  shot(person, "26-cleared");
+}
+
+TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  const double x = middleX(), y = middleY();
+  const render::Image empty = person.settled();
+  byPalette(person, "add a block");
+  (void)other(person, empty, 0.05);
+  person.move(x - 230, y + 230);
+  const render::Image block = person.settled();
+  byPalette(person, "deform box");
+  const render::Image box = other(person, block, 0.005);
+  shot(person, "31-deform-box");
+  // The corner that is nearest to the eye is pulled up.
+  const auto corner = kNearCorner;
+  person.drag({{x + corner[0], y + corner[1]}, {x + corner[0] + 10, y + corner[1] - 60}, {x + corner[0] + 20, y + corner[1] - 110}}, 1);
+  person.move(x - 230, y + 250);
+  const render::Image grid = person.settled();
+  EXPECT_GT(difference(clay(box), clay(grid)), 0.001);
+  (void)otherClay(person, box, 0.03);  // The clay follows.
+  shot(person, "32-pulled");
+  // Bend, twist and taper stand in the settings, to be chosen above their numbers.
+  for (int tab = 1; tab < 4; ++tab) {
+    person.click(156 + 53 * tab + 26, kTabs);
+    person.pause(0.3);
+    shot(person, std::array{"33-bend", "34-twist", "35-taper"}[size_t(tab - 1)]);
+  }
+  byPalette(person, "cancel the deform box");
+  person.move(x - 230, y + 230);
+  render::Image again = person.settled();
+  for (int i = 0; i < 20 && difference(clay(block), clay(again)) >= 0.002; ++i) again = person.settled();
+  EXPECT_LT(difference(clay(block), clay(again)), 0.002) << "cancelled";
+}
+
+TEST_P(ToolChest, aMaterialIsAddedAndLaidInItsColour) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  const double x = middleX(), y = middleY();
+  const render::Image empty = person.settled();
+  byPalette(person, "add a block");
+  (void)other(person, empty, 0.05);
+  const auto button = buttonOf("material");
+  person.click(button[0], button[1]);
+  byPalette(person, "add a material");
+  person.move(x - 230, y + 250);
+  const render::Image added = shot(person, "41-material");
+  for (int i = 0; i < 3; ++i) person.drag({{x - 60, y - 100 + 25 * i}, {x + 20, y - 90 + 25 * i}, {x + 90, y - 100 + 25 * i}});
+  person.move(x - 230, y + 250);
+  (void)otherClay(person, added, 0.01);
+  shot(person, "42-laid");
+}
+
+// The large screen costs four times the pixels: what the others do at length is seen there once.
+class ToolGlance : public ToolChest {};
+
+TEST_P(ToolGlance, everyGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  const double x = middleX(), y = middleY();
+  const render::Image empty = person.settled();
+  byPalette(person, "add a block");
+  render::Image before = other(person, empty, 0.05);
+  std::string_view group;
+  int groups = 0;
+  for (const engine::ToolRow& row : engine::toolTable()) {
+    if (row.group == group) continue;
+    group = row.group;
+    ++groups;
+    const auto button = buttonOf(row.id);
+    person.click(button[0], button[1]);
+    const double line = y - 110 + 25 * groups;
+    person.drag({{x - 60, line}, {x - 20, line + 4}, {x + 20, line - 4}, {x + 60, line}});
+    person.move(x - 230, y + 250);
+    shot(person, "51-" + std::string(row.group));
+  }
+  const render::Image worked = person.settled();
+  EXPECT_GT(difference(clay(before), clay(worked)), 0.005);
+  byPalette(person, "cut by plane");
+  (void)other(person, worked, 0.3);
+  shot(person, "52-dialog");
+  person.key("escape");
+  byPalette(person, "deform box");
+  person.pause(1);
+  shot(person, "53-deform-box");
+  person.click(156 + 53 + 26, kTabs);
+  shot(person, "54-bend");
+  person.key("escape");
+  person.pause(0.5);
+  person.key("shift+c");
+  person.pause(0.5);
+  person.drag({{x - 255, y - 20}, {x - 40, y + 10}, {x + 60, y + 30}, {x + 265, y - 10}}, 1);
+  person.move(x - 230, y + 250);
+  const render::Image drawn = shot(person, "55-drawn");
+  person.key("enter");
+  (void)otherClay(person, drawn, 0.1);
+  shot(person, "56-cut");
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, ToolGlance, ::testing::Values(kDenseScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(Sizes, ToolChest, ::testing::Values(kSmallScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(LongSizes, ToolChest, ::testing::Values(kDenseScreen), nameOf);
 
 }  // namespace
 }  // namespace argil::tests

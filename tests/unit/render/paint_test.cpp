@@ -45,6 +45,35 @@ TEST(Paint, PacksWhatIsLeftOfThePieceAndWhatIsAdded) {
   EXPECT_NEAR(double(masked >> 24), 0.45 * 255, 1);
 }
 
+TEST(Paint, AMaterialsColourLiesUnderThePaintAndOverThePiece) {
+  const MaterialColours materials{std::nullopt, std::array<uint8_t, 3>{0, 0, 255}};
+  EXPECT_EQ(packPaint({0, 0, 0, 0, 1, 0}, materials), kUnpainted) << "a row without a colour";
+  EXPECT_EQ(packPaint({0, 0, 0, 0, 3, 0}, materials), kUnpainted) << "no such row";
+  EXPECT_EQ(packPaint({0, 0, 0, 0, 2, 0}, materials), 0x00ff0000u);
+  EXPECT_EQ(packPaint({255, 0, 0, 255, 2, 0}, materials), 0x000000ffu) << "painted over";
+}
+
+TEST(Paint, ColoursOfMaterialsAreWrittenAnewAndTakenBack) {
+  BufferRanges ranges;
+  PaintSink sink;
+  FieldSurface surface;
+  SurfaceLayout layout(ranges);
+  clay::SurfaceDelta whole = surface.update(clay::Grid{1, Vec3d::Zero(), 3}, {-4, -4, -4}, {3, 3, 3}, sphere);
+  const clay::BrickMeshPtr mesh = whole.changed[whole.changed.size() / 2];
+  whole.painted.push_back(paintOf(*mesh, {0, 0, 0, 0, 2, 0}));
+  layout.apply(whole, sink);
+  const auto blue = [&] { return size_t(std::count(sink.paint.begin(), sink.paint.end(), 0x00ff0000u)); };
+  EXPECT_EQ(blue(), 0u);
+  const MaterialColours materials{std::nullopt, std::array<uint8_t, 3>{0, 0, 255}};
+  layout.colourMaterials(materials, sink);
+  EXPECT_EQ(blue(), mesh->positions.size());
+  const size_t written = sink.painted;
+  layout.colourMaterials(materials, sink);
+  EXPECT_EQ(sink.painted, written) << "nothing changed";
+  layout.colourMaterials({}, sink);
+  EXPECT_EQ(blue(), 0u);
+}
+
 TEST(Paint, WritesItsBytesAloneAndNothingWhereNothingIsPainted) {
   BufferRanges ranges;
   PaintSink sink;

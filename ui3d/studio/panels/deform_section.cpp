@@ -46,9 +46,13 @@ constexpr std::array kTaper{plain<&DeformBox::taperPercent>("taper", "Width", "A
 }  // namespace
 
 void deformSection(Context& context) {
-  if (!context.state.deformBox) return;
   DeformBox& box = *context.state.deformBox;
-  kit::heading("Deform box");
+  ImGui::PushFont(fonts().strong);
+  kit::text("Deform box");
+  ImGui::PopFont();
+  kit::wrapped(box.kind == Kind::lattice ? "The clay follows the points, which are pulled in the picture." : "The clay follows the grid.", colours().dim);
+  if (const engine::Piece* piece = context.now.document->piece(box.piece)) kit::fact("Piece", piece->name);
+  kit::gap(4);
   static constexpr std::array<string_view, 4> kKinds{"Points", "Bend", "Twist", "Taper"};
   int kind = static_cast<int>(box.kind);
   if (kit::segmented("deform kind", kKinds, kind)) box.kind = static_cast<Kind>(kind);
@@ -71,12 +75,12 @@ void deformSection(Context& context) {
   }
   const float half = std::floor((ImGui::GetContentRegionAvail().x - kGap) / 2);
   if (kit::button("Cancel", kit::Weight::plain, half)) box.cancel = true;
-  kit::tooltip("The clay as it was before the box.");
+  kit::tooltip("The clay as it was before the box.", "Esc");
   ImGui::SameLine();
   ImGui::BeginDisabled(!box.trouble.empty());
   if (kit::button("Apply", kit::Weight::chief, half)) box.apply = true;
   ImGui::EndDisabled();
-  kit::tooltip("Keeps the clay as it is now, as one step of the history.");
+  kit::tooltip("Keeps the clay as it is now, as one step of the history.", "Enter");
 }
 
 }  // namespace argil::studio

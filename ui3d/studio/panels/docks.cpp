@@ -252,7 +252,9 @@ void drawStatus(Context& context, Memory& memory) {
   else if (!context.now.document->workedOn()) {
     doing = "The active piece is hidden or locked: it cannot be worked on";
     colour = c.warning;
-  } else if (tool && tool->file != engine::ToolFile::none && context.state.tool().file.empty()) {
+  } else if (context.state.drawnCurve) doing = std::string(context.state.drawnCurve->job->name) + ": " + context.state.drawnCurve->hint();
+  else if (context.state.deformBox) doing = "Deform box: pull its points, or set numbers. Enter: apply. Esc: the clay as it was";
+  else if (tool && tool->file != engine::ToolFile::none && context.state.tool().file.empty()) {
     doing = std::string(tool->name) + (tool->file == engine::ToolFile::image ? " needs an image: choose one in the settings" : " needs a shape: choose one in the settings");
     colour = c.warning;
   } else if (tool && context.state.straight) doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";

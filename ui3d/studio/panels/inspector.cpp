@@ -101,7 +101,7 @@ void pose(const haptics::Pose& pose) {
 
 }  // namespace
 
-void inspector(Context& context, Memory&) {
+void inspector(Context& context, Memory& memory) {
   const Document& document = *context.now.document;
   const engine::Thing* thing = document.thing(context.state.selected);
   if (!thing) return;
@@ -112,6 +112,7 @@ void inspector(Context& context, Memory&) {
     if (piece->version) kit::fact("Voxel", kit::written(piece->version.grid().voxelMm) + " mm");
     pose(piece->pose);
     bodyOf(context, *piece, &Document::piece);
+    if (!laysMaterial(context)) materialsSection(context, memory, *piece);
   } else if (const engine::Part* part = document.part(thing->id)) {
     pose(part->pose);
     bodyOf(context, *part, &Document::part);

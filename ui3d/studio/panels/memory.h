@@ -72,6 +72,11 @@ struct Memory {
   bool moves = false;          ///< Panels::moves().
   bool handOpen = false;       ///< What every tool has is shown.
 
+  int material = 0;            ///< That is shown of a piece: 0 the piece's own.
+  std::pair<engine::Id, size_t> materialOf{0, 0};  ///< Whose name is in the field.
+  std::string materialName;
+  bool materialTyping = false;
+
   engine::Id renaming = 0;
   bool renameBegun = false;
   std::string renameText;
@@ -128,7 +133,11 @@ void drawNotices(Context& context, Memory& memory);
 
 // Panels: what is in them; their docks are begun.
 void settingsPanel(Context& context, Memory& memory);
-void deformSection(Context& context);              ///< While there is a deform box, within settings.
+void deformSection(Context& context);              ///< While there is a deform box, instead of the tool's settings.
+void drawnCurveSection(Context& context);          ///< While a curve is drawn, instead of the tool's settings.
+void materialsSection(Context& context, Memory& memory, const engine::Piece& piece);
+[[nodiscard]] bool laysMaterial(const Context& context);  ///< The tool in hand.
+void maskButtons(Context& context);                ///< What can be done with a mask as a whole.
 void inspector(Context& context, Memory& memory);  ///< Of the selected thing, within settings.
 void thingsPanel(Context& context, Memory& memory);
 void historyPanel(Context& context, Memory& memory);

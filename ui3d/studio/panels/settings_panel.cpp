@@ -1,3 +1,4 @@
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 
@@ -36,21 +37,16 @@ void hand(Context& context, const engine::ToolRow& row) {
   kit::toggle(straight->name, context.state.straight, straight->help + " Key: " + shortcutOf(*straight, context.state));
 }
 
-// What can be done with the mask as a whole, beside the tools that paint it.
-void maskButtons(Context& context, const engine::ToolRow& row) {
-  if (row.operations.empty() || row.operations.front().property != clay::Property::mask) return;
-  const float half = std::floor((ImGui::GetContentRegionAvail().x - kGap) / 2);
-  bool left = true;
-  for (const engine::PieceJob& job : engine::pieceJobs()) {
-    const Action* action = job.group == "Mask" ? findAction("piece." + std::string(job.id)) : nullptr;
-    if (!action) continue;
-    if (!left) ImGui::SameLine();
-    left = !left;
-    ImGui::BeginDisabled(!action->enabled(context));
-    if (kit::button(action->name, kit::Weight::plain, half)) runAction(context, action->id);
-    ImGui::EndDisabled();
-    kit::tooltip(action->help);
-  }
+// Clay that is not seen must not be forgotten.
+void hiddenPart(Context& context) {
+  const engine::Piece* piece = context.now.document->piece(context.state.selected);
+  if (!piece) piece = context.now.document->workedOn();
+  if (!piece || !piece->hideMasked) return;
+  const Action* action = findAction("piece.mask-show");
+  kit::wrapped("Part of " + piece->name + " is hidden.", colours().warning);
+  if (kit::button(action->name, kit::Weight::plain, ImGui::GetContentRegionAvail().x, "eye")) runAction(context, action->id);
+  kit::tooltip(action->help, shortcutOf(*action, context.state));
+  kit::gap(6);
 }
 
 void symmetry(Context& context) {
@@ -71,9 +67,42 @@ void symmetry(Context& context) {
   if (touched.ended) context.bench.endMerge();
 }
 
+// "Mask by lasso…" → "By lasso…": the heading says that it is the mask.
+std::string shortName(std::string name) {
+  for (const std::string_view word : {" mask", "Mask ", " part"})
+    if (const size_t at = name.find(word); at != std::string::npos) name.erase(at, word.size());
+  if (!name.empty()) name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+  return name;
+}
+
 }  // namespace
 
+void maskButtons(Context& context) {
+  kit::heading("Mask");
+  const float half = std::floor((ImGui::GetContentRegionAvail().x - kGap) / 2);
+  bool left = true;
+  for (const engine::PieceJob& job : engine::pieceJobs()) {
+    const Action* action = job.group == "Mask" ? findAction("piece." + std::string(job.id)) : nullptr;
+    if (!action || (context.state.drawnCurve && context.state.drawnCurve->job == &job)) continue;
+    if (!left) ImGui::SameLine();
+    left = !left;
+    ImGui::BeginDisabled(!action->enabled(context));
+    if (kit::button(shortName(action->name), kit::Weight::plain, half)) runAction(context, action->id);
+    ImGui::EndDisabled();
+    kit::tooltip(action->help, shortcutOf(*action, context.state));
+  }
+}
+
 void settingsPanel(Context& context, Memory& memory) {
+  hiddenPart(context);
+  if (context.state.drawnCurve) {
+    drawnCurveSection(context);
+    return;
+  }
+  if (context.state.deformBox) {
+    deformSection(context);
+    return;
+  }
   const engine::ToolRow* row = engine::findTool(context.state.toolId);
   if (row) {
     const std::string_view icon = hasIcon(row->id) ? row->id : row->icon;
@@ -86,15 +115,19 @@ void settingsPanel(Context& context, Memory& memory) {
     kit::wrapped(row->help, colours().dim);
     kit::gap(4);
     fileRow(context, *row);
-    drawRows(engine::ownParameters(*row), context.state.tool());
+    const bool lays = laysMaterial(context);
+    for (const auto& parameter : engine::ownParameters(*row))
+      if (!lays || parameter.id != "material") (void)drawRow(parameter, context.state.tool());
     if (row->opposite == row->id) kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
-    maskButtons(context, *row);
+    if (!row->operations.empty() && row->operations.front().property == clay::Property::mask) maskButtons(context);
     kit::gap(2);
     if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) memory.handOpen = !memory.handOpen;
     if (memory.handOpen) hand(context, *row);
   }
   if (context.bench.usesPointer()) drawRows(handRows(), context.state);
-  deformSection(context);
+  const engine::Piece* selected = context.now.document->piece(context.state.selected);
+  const engine::Piece* piece = selected ? selected : context.now.document->piece(context.now.document->active);
+  if (piece && laysMaterial(context)) materialsSection(context, memory, *piece);
   symmetry(context);
   inspector(context, memory);
 }

@@ -116,7 +116,8 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
       drawIcon(list, iconOf(document, thing.id), {a.x + 15, middle}, 17, ink);
     }
     ImGui::SetCursorScreenPos({a.x + 32, std::floor(middle - ImGui::GetTextLineHeight() / 2)});
-    kit::elided(thing.name, main - 36, ink);
+    const engine::Piece* piece = document.piece(thing.id);
+    kit::elided(thing.name + (piece && piece->hideMasked ? ", part hidden" : ""), main - 36, ink);
     ImGui::SetCursorScreenPos(a);
     ImGui::Dummy({main, kHeight});  // The item that the eye stands beside.
   }

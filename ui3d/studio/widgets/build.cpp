@@ -185,6 +185,7 @@ Build buildAll(const World& world, const engine::Document& shown, const std::opt
   buildSection(build);
   if (state.showWorkspaceBox) buildWorkspaceBox(build);
   buildLattice(build);
+  buildDrawnCurve(build);
 
   const engine::Thing* selected = shown.thing(state.selected);
   if (selected && selected->visible && !selected->locked && state.gizmo != GizmoMode::none) {

@@ -79,6 +79,7 @@ void buildSection(Build& build);
 void buildSymmetry(Build& build);
 void buildWorkspaceBox(Build& build);
 void buildLattice(Build& build);
+void buildDrawnCurve(Build& build);
 /// For the selected thing, about `pivot`. `axes`: unit, right-handed.
 void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d& pivot, const Eigen::Matrix3d& axes, bool sized);
 

@@ -1,0 +1,127 @@
+// Files that tools work with are read beside the strokes.
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "engine/tool_table.h"
+#include "engine/workbench.h"
+
+namespace argil::engine {
+namespace {
+
+using namespace std::chrono_literals;
+
+class ToolFileTest : public ::testing::Test {
+ protected:
+  ToolFileTest() {
+    std::filesystem::create_directories(folder);
+    bench.addBlock({40, 40, 20}, 2, 0.5);
+    EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
+  }
+  ~ToolFileTest() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  }
+  static Workbench::Options options() {
+    Workbench::Options given;
+    given.journal = false;
+    given.realtime = false;
+    return given;
+  }
+  [[nodiscard]] bool until(const std::function<bool()>& what) {
+    for (int i = 0; i < 10000; ++i) {
+      if (what()) return true;
+      std::this_thread::sleep_for(1ms);
+    }
+    return false;
+  }
+  // A slope from black to white, `edge` pixels along each edge.
+  std::string image(int edge) {
+    const std::string path = (folder / ("slope" + std::to_string(edge) + ".pgm")).string();
+    std::string row;
+    for (int i = 0; i < edge; ++i) row.push_back(static_cast<char>(255 * i / std::max(1, edge - 1)));
+    std::ofstream out(path, std::ios::binary);
+    out << "P5\n" << edge << " " << edge << "\n255\n";
+    for (int i = 0; i < edge; ++i) out << row;
+    return path;
+  }
+  static Tool emboss(const std::string& file) {
+    Tool tool = standardTool(*findTool("emboss"));
+    tool.file = file;
+    return tool;
+  }
+  bool reads() {
+    for (const JobView& job : bench.jobs())
+      if (job.name.starts_with("Reading")) return true;
+    return false;
+  }
+  std::string problems() {
+    std::string all;
+    for (const Message& message : bench.takeMessages())
+      if (message.level != Message::Level::done) all += message.text + "\n";
+    return all;
+  }
+  const std::vector<Vec3d> way{Vec3d(-8, 0, 10), Vec3d(8, 0, 10)};
+  std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("argil_tool_files_" + std::to_string(::getpid()));
+  Workbench bench{options()};
+};
+
+TEST_F(ToolFileTest, AStrokeOfAnotherToolIsDoneWhileALargeImageIsRead) {
+  const std::string file = image(6000);
+  const size_t steps = bench.snapshot()->done;
+  bench.setTool(emboss(file));
+  ASSERT_TRUE(until([&] { return reads(); })) << "the image is not read as a job";
+  bench.setTool(standardTool(*findTool("carve")));
+  bench.strokeAlong(way);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == steps + 1; }));
+  EXPECT_TRUE(reads()) << "the stroke came after the image";
+  ASSERT_TRUE(until([&] { return bench.idle(); }));
+  EXPECT_EQ(problems(), "");
+}
+
+TEST_F(ToolFileTest, TheToolWorksOnceItsImageIsThereAndKeepsIt) {
+  bench.setTool(emboss(image(64)));
+  ASSERT_TRUE(until([&] { return bench.idle() && bench.snapshot()->tool.id == "emboss"; }));
+  const uint64_t before = bench.snapshot()->document->pieces[0].version.hash();
+  const size_t steps = bench.snapshot()->done;
+  bench.strokeAlong(way);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == steps + 1; })) << problems();
+  EXPECT_NE(bench.snapshot()->document->pieces[0].version.hash(), before);
+  // Smooth for a moment, as with a key that is held: the image is not read again.
+  std::filesystem::remove(folder / "slope64.pgm");
+  bench.setTool(standardTool(*findTool("smooth")));
+  bench.setTool(emboss((folder / "slope64.pgm").string()));
+  bench.strokeAlong(way);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == steps + 2; })) << problems();
+  EXPECT_EQ(problems(), "");
+}
+
+TEST_F(ToolFileTest, ABadFileIsToldOnceAndNothingIsCut) {
+  const std::string file = (folder / "notes.png").string();
+  std::ofstream(file) << "no picture";
+  bench.setTool(emboss(file));
+  std::string said;
+  ASSERT_TRUE(until([&] { return !(said += problems()).empty(); }));
+  EXPECT_NE(said.find("notes.png"), std::string::npos) << said;
+  ASSERT_TRUE(until([&] { return bench.idle(); }));
+  EXPECT_EQ(problems(), "") << "told twice";
+  const size_t steps = bench.snapshot()->done;
+  bench.strokeAlong(way);
+  ASSERT_TRUE(until([&] { return !(said = problems()).empty(); }));
+  EXPECT_EQ(bench.snapshot()->done, steps);
+  // A good one takes its place.
+  bench.setTool(emboss(image(32)));
+  ASSERT_TRUE(until([&] { return bench.idle() && bench.snapshot()->tool.file.ends_with("slope32.pgm"); }));
+  bench.strokeAlong(way);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == steps + 1; })) << problems();
+}
+
+}  // namespace
+}  // namespace argil::engine
