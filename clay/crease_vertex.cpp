@@ -7,9 +7,9 @@
 #include <cmath>
 #include <optional>
 
-#include "clay/crease_model.h"
 #include "clay/bent_vertex.h"
 #include "clay/cell_cases.h"
+#include "clay/crease_model.h"
 #include "clay/crease_path.h"
 #include "clay/rounded_wedge.h"
 #include "clay/sharp_vertices.h"
@@ -31,6 +31,8 @@ constexpr float kSure = 0.07f;
 constexpr float kRoundMisfit = 0.05f;
 // A model that fits so well needs no rival.
 constexpr float kCertain = 0.015f;
+// Sharp faces that fit better than this, and better than their rounding, are sharp.
+constexpr float kUnsure = 0.03f;
 // Radii of edges, voxels: below the first they are sharp; above the second the surface turns over several cells, and each vertex goes by where its own edges cross it.
 constexpr float kLeastRadius = 0.03f;
 constexpr float kSmallRadius = 0.4f;
@@ -298,7 +300,7 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     std::optional<RoundedWedge> wedge = RoundedWedge::of(model);
     if (wedge) wedge->fit(cell.view);
     const float sharpMisfit = misfitOf(cell, model), roundMisfit = wedge ? wedge->misfit(cell.view) : 1.0f;
-    const bool rounded = wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kCertain || roundMisfit < sharpMisfit + kLeastRadius);
+    const bool rounded = wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kUnsure || roundMisfit < sharpMisfit + kLeastRadius);
     const float misfit = rounded ? roundMisfit : sharpMisfit;
     if (misfit > (rounded ? kRoundMisfit : kMisfit) || misfit > best) continue;
     const CreaseVertex now = rounded && wedge->radius() > kSmallRadius ? placeOnWedge(cell, *wedge) : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
