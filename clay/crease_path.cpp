@@ -57,6 +57,15 @@ CellView CellView::beyond(int face) const {
   return next;
 }
 
+namespace {
+
+// Crossings nearer than this to each other, voxels, are the same, whatever rounding says.
+constexpr float kSame = 0.002f;
+// Decides between faces that an edge passes through equally: by direction, for the cells around it see them in any order.
+const Vec3f kAnyTilt(0.02f, 0.012f, 0.006f);
+
+}  // namespace
+
 Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& model, float tie) {
   unsigned atCorner = 0;
   const auto count = static_cast<size_t>(model.count);
@@ -78,6 +87,17 @@ Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& m
       at[k][edge.axis] += std::abs(slope) > 1e-6f ? std::clamp(df / slope, 0.0f, 1.0f) : 0.5f;
       off[k] = std::abs(model.at(at[k]));
       if (off[k] < off[best]) best = k;
+    }
+    // Grids often put a face on a plane of voxels: there an edge within the face has its crossing anywhere. It belongs to the face that it passes through, with all the cells around it.
+    const float least = off[best];
+    float across = -1;
+    for (size_t k = 0; k < count; ++k) {
+      const Vec3f& g = model.face[k].gradient;
+      const float passes = std::abs(g[edge.axis]) + g.dot(kAnyTilt);
+      if (off[k] <= least + kSame && passes > across) {
+        across = passes;
+        best = k;
+      }
     }
     bool firm = true;
     for (size_t k = 0; k < count; ++k) {

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <optional>
 
+#include "clay/bent_vertex.h"
+#include "clay/cell_cases.h"
 #include "clay/crease_model.h"
 #include "clay/crease_path.h"
+#include "clay/rounded_wedge.h"
 #include "clay/sharp_vertices.h"
 
 namespace argil::clay {
@@ -23,6 +26,20 @@ constexpr float kMostScatter = 0.012f;
 constexpr float kMisfit = 0.09f;
 // Below it the faces are known well enough for ties to count.
 constexpr float kSure = 0.07f;
+
+// What they may differ from the field of a rounded edge, voxels.
+constexpr float kRoundMisfit = 0.05f;
+// A model that fits so well needs no rival.
+constexpr float kCertain = 0.015f;
+// Sharp faces that fit better than this, and better than their rounding, are sharp.
+constexpr float kUnsure = 0.03f;
+// Radii of edges, voxels: below the first they are sharp; above the second the surface turns over several cells, and each vertex goes by where its own edges cross it.
+constexpr float kLeastRadius = 0.03f;
+constexpr float kSmallRadius = 0.4f;
+// A vertex stays outside of a rounded edge by half of what it stands out, so that the triangles between cut it as little; but by no more than this, voxels.
+constexpr float kStandOut = 0.12f;
+// 1 − cos 53°: a vertex on more of a turn is a crease for the triangles beside it.
+constexpr float kCreaseTurn = 0.4f;
 
 // 1 − cos 6°: a plane turned by so much from its group counts half.
 constexpr float kTurned = 0.0055f;
@@ -191,6 +208,59 @@ float misfitOf(const CreaseCell& cell, const CreaseModel& model) {
   return most;
 }
 
+Vec3f pulledIn(const RoundedWedge& wedge, const Vec3f& p) {
+  const RoundedWedge::Value there = wedge.at(p);
+  return p - (there.distance - std::clamp(0.5f * there.distance, -kStandOut, kStandOut)) * there.gradient;
+}
+
+// From where the cell's edges cross a rounded edge.
+CreaseVertex placeOnWedge(const CreaseCell& cell, const RoundedWedge& wedge) {
+  std::array<SurfacePoint, 12> points;
+  size_t count = 0;
+  Vec3f mean = Vec3f::Zero();
+  for (unsigned left = cell.edges; left != 0; left &= left - 1) {
+    const auto e = static_cast<size_t>(std::countr_zero(left));
+    const CellEdge edge = kCellEdges[e];
+    const float from = cell.view.corner(edge.from), to = cell.view.corner(edge.from | 4 >> edge.axis);
+    SurfacePoint& p = points[count++];
+    p.at = Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1), static_cast<float>(edge.from & 1));
+    const float start = p.at[edge.axis];
+    float t = from / (from - to);
+    for (int i = 0; i < 4; ++i) {
+      p.at[edge.axis] = start + t;
+      const RoundedWedge::Value v = wedge.at(p.at);
+      p.normal = v.gradient;
+      if (std::abs(v.gradient[edge.axis]) > 0.05f) t = std::clamp(t - v.distance / v.gradient[edge.axis], 0.0f, 1.0f);
+    }
+    p.at[edge.axis] = start + t;
+    mean += p.at;
+  }
+  mean *= 1 / static_cast<float>(count);
+  const Vec3f p = pulledIn(wedge, meetingPoint({points.data(), count}, mean));
+  if (outsideBy(p) > kSharpReach) return {};
+  float least = 1;
+  for (size_t i = 0; i < count; ++i)
+    for (size_t j = 0; j < i; ++j) least = std::min(least, points[i].normal.dot(points[j].normal));
+  return {1 - least > kCreaseTurn ? CreaseVertex::Kind::edge : CreaseVertex::Kind::face, p + cell.low, wedge.at(p).gradient};
+}
+
+// From the faces, as if the edge were sharp; pulled in where there is a `wedge`.
+CreaseVertex placeSharply(const CreaseCell& cell, const CreaseModel& model, const RoundedWedge* wedge, float misfit) {
+  const Placed placed = place(cell, model, misfit);
+  if (placed.kind == CreaseVertex::Kind::none) return {};
+  CreaseVertex found;
+  found.kind = placed.kind;
+  Vec3f normal = Vec3f::Zero();
+  for (size_t k = 0; k < static_cast<size_t>(model.count); ++k)
+    if ((placed.faces >> k) & 1) normal += model.face[k].gradient;
+  const float length = std::sqrt(normal.squaredNorm());
+  found.normal = length > 1e-6f ? Vec3f(normal * (1 / length)) : Vec3f(0, 0, 1);
+  const Vec3f p = wedge ? pulledIn(*wedge, placed.p) : placed.p;
+  if (outsideBy(p) > kSharpReach) return {};
+  found.position = p + cell.low;
+  return found;
+}
+
 }  // namespace
 
 CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
@@ -199,6 +269,8 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
   group(cell, grouping);
   if (grouping.count < 2) return {};
   constexpr std::array<std::array<int, 3>, 4> kSets = {{{0, 1, 2}, {0, 1, 0}, {0, 2, 0}, {1, 2, 0}}};
+  CreaseVertex found;
+  float best = 1;
   for (size_t set = grouping.count == 3 ? 0 : 1; set < (grouping.count == 3 ? 4 : 2); ++set) {
     const std::span<const int> chosen(kSets[set].data(), set == 0 ? 3 : 2);
     bool apart = true;
@@ -223,25 +295,21 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
 
     CreaseModel model = modelAt(cell, grouping, chosen, cell.draft);
     Placed placed = place(cell, model, 0);
-    if (placed.kind == CreaseVertex::Kind::none) continue;
     // Once more with the planes nearest to that place: on curved faces they are the right ones.
-    model = modelAt(cell, grouping, chosen, placed.p + cell.low);
-    const float misfit = misfitOf(cell, model);
-    if (misfit > kMisfit) continue;
-    placed = place(cell, model, misfit);
-    if (placed.kind == CreaseVertex::Kind::none) continue;
-
-    CreaseVertex found;
-    found.kind = placed.kind;
-    found.position = placed.p + cell.low;
-    Vec3f normal = Vec3f::Zero();
-    for (size_t k = 0; k < chosen.size(); ++k)
-      if ((placed.faces >> k) & 1) normal += model.face[k].gradient;
-    const float length = std::sqrt(normal.squaredNorm());
-    found.normal = length > 1e-6f ? Vec3f(normal * (1 / length)) : Vec3f(0, 0, 1);
-    return found;
+    if (placed.kind != CreaseVertex::Kind::none) model = modelAt(cell, grouping, chosen, placed.p + cell.low);
+    std::optional<RoundedWedge> wedge = RoundedWedge::of(model);
+    if (wedge) wedge->fit(cell.view);
+    const float sharpMisfit = misfitOf(cell, model), roundMisfit = wedge ? wedge->misfit(cell.view) : 1.0f;
+    const bool rounded = wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kUnsure || roundMisfit < sharpMisfit + kLeastRadius);
+    const float misfit = rounded ? roundMisfit : sharpMisfit;
+    if (misfit > (rounded ? kRoundMisfit : kMisfit) || misfit > best) continue;
+    const CreaseVertex now = rounded && wedge->radius() > kSmallRadius ? placeOnWedge(cell, *wedge) : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
+    if (now.kind == CreaseVertex::Kind::none) continue;
+    found = now;
+    best = misfit;
+    if (misfit < kCertain) break;
   }
-  return {};
+  return found;
 }
 
 }  // namespace argil::clay

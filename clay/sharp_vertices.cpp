@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "clay/bent_vertex.h"
 #include "clay/cell_cases.h"
 #include "clay/crease_vertex.h"
 
@@ -173,7 +174,13 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
         for (int e = 0; loops > 1 && e < 12; ++e)
           if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
         const CreaseVertex found = placeAtCrease(cell);
-        if (found.kind == CreaseVertex::Kind::none) continue;
+        if (found.kind == CreaseVertex::Kind::none) {
+          const std::optional<SurfacePoint> bent = placeOnBend(cell.view, cell.edges);
+          if (!bent) continue;
+          out.positions[index] = bent->at + cell.low;
+          if (wantNormals) out.normals[index] = PackedNormal::pack(bent->normal);
+          continue;
+        }
         out.positions[index] = found.position;
         if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(index);
         if (wantNormals) out.normals[index] = PackedNormal::pack(found.normal);

@@ -22,8 +22,8 @@ inline constexpr int kSharpMargin = 2;
 [[nodiscard]] bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexcept;
 
 /// Moves the vertices of `brick` (as extractVertices leaves them) that stand at a crease or a corner onto it, those beside it onto their face, and lists the
-/// former in out.table.sharp. Changes no count, no order and no quad; none ends farther than kSharpReach outside of its cell; where the field fits no crease they stay
-/// as they are. With `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits everywhere. 1 to 2 µs for
+/// former in out.table.sharp. Changes no count, no order and no quad; none ends farther than kSharpReach outside of its cell; those of bent cells without a crease go
+/// onto the bend. With `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits everywhere. 1 to 2 µs for
 /// each cell near a crease. Method: NOTES.md, "Sharp features".
 void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out);
 

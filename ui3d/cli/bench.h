@@ -75,6 +75,7 @@ struct BenchOptions {
 void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchFine(BenchReport& report, const BenchOptions& options);
+void benchFineError(BenchReport& report, const BenchOptions& options);  ///< The second half of fine.
 void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchRender(BenchReport& report, const BenchOptions& options);
 void benchKeep(BenchReport& report, const BenchOptions& options);

@@ -34,6 +34,7 @@ void benchFine(BenchReport& report, const BenchOptions& options) {
       r.hash = hash;
       report.add(r);
     }
+  benchFineError(report, options);
 }
 
 }  // namespace argil::cli

@@ -114,7 +114,28 @@ TEST(SharpFeatures, CreasesBetweenCurvedFaces) {
   }
 }
 
-// What is round stays as the draft has it.
+// Rounded by less than a voxel up to several: never worse than the draft, and within a quarter of a voxel.
+TEST(SharpFeatures, RoundedEdges) {
+  const uint64_t seed = 10;
+  std::mt19937_64 random(seed);
+  const auto store = Store::make();
+  struct Row {
+    double round, most, better;
+  };
+  for (const Row& row : {Row{0.25, 0.25, 3}, Row{0.5, 0.25, 2.5}, Row{1, 0.25, 1.8}, Row{2, 0.2, 1.3}, Row{4, 0.12, 1.2}}) {
+    TurnedBox box;
+    box.half = Vec3d(12, 11, 10);
+    box.round = row.round;
+    box.axes = randomTurn(random);
+    const auto distance = [&](const Vec3d& p) { return box.distance(p); };
+    const Grades g = measure(clayOf(store, 22, distance), distance, {});
+    EXPECT_LE(g.fine.most(), row.most) << "seed " << seed << " round " << row.round;
+    EXPECT_GE(g.draft.most(), row.better * g.fine.most()) << "seed " << seed << " round " << row.round;
+    EXPECT_LT(g.fine.rms, 0.7 * g.draft.rms);
+  }
+}
+
+// What is round is no worse than in the draft.
 TEST(SharpFeatures, NoCreasesWhereThereAreNone) {
   const auto store = Store::make();
   for (const double radius : {1.5, 2.0, 3.0, 5.0, 8.0, 20.0}) {
