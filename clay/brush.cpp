@@ -226,7 +226,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     if (mask != ChannelSlot()) {
       float most = 0;
       change = masked(mask, source, *target, most);
-      lastTouch[coord].renew = Renew::all;
+      lastTouch[coord].renew = Renew::slopes;
     }
     if (!change.changed) {
       if (!mine) editor->recycle(target);
@@ -312,7 +312,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
     }
     Touched& touch = lastTouch[coord];
     if (!method->lasting()) touch.drift += r.most;
-    touch.renew = std::max(touch.renew, masks ? Renew::all : method->leaves());
+    touch.renew = std::max(touch.renew, masks ? std::max(method->leaves(), Renew::slopes) : method->leaves());
     if (touch.drift > kMostDrift) drifted.push_back(coord);
     changed.push_back(coord);
     editor->link(r.brick, r.change.inBand);

@@ -49,7 +49,7 @@ class DistanceMethod {
   }
 
   /// What has to be renewed beside the surface: nothing where it leaves distances there, as a CSG of distances does.
-  [[nodiscard]] virtual Renew leaves() const { return Renew::all; }
+  [[nodiscard]] virtual Renew leaves() const { return Renew::slopes; }
 
   /// Whether it makes clay where no surface is near: all bricks within reach are asked for.
   [[nodiscard]] virtual bool everywhere() const { return false; }

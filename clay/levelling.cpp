@@ -25,6 +25,7 @@ class Levelling : public DistanceMethod {
   explicit Levelling(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
+  Renew leaves() const override { return Renew::all; }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 

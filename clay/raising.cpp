@@ -174,8 +174,9 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block&
     const auto along = [&](const Vec3f& axis) { return ((at.x() * axis.x() + at.y() * axis.y()) + at.z() * axis.z()) / radius; };
     const float x = along(ex), y = along(ey), z = along(ez);
     if (!(std::abs(z) < 1) || !(std::abs(x) < 1) || !(std::abs(y) < 1)) continue;
-    // The constant falloff leaves the whole square, as an image is one.
-    const float shade = operation_.shape == Falloff::constant ? 1.0f : falloff(operation_.shape, std::sqrt(x * x + y * y));
+    // The constant falloff leaves the whole square, as an image is one, but for its rim: a step would fall to either side of a voxel.
+    const float rim = std::min(0.5f * radius * (1 - std::max(std::max(std::abs(x), std::abs(y)), std::abs(z))), 1.0f);
+    const float shade = operation_.shape == Falloff::constant ? rim : falloff(operation_.shape, std::sqrt(x * x + y * y)) * rim;
     if (shade > 0) weight[i] = std::max(weight[i], image.at(x, y, level) * shade * stamp.strength);
   }
 }

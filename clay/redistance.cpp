@@ -5,6 +5,8 @@
 #include <cstring>
 #include <memory>
 
+#include "clay/renewal.h"
+
 namespace argil::clay {
 
 namespace {
@@ -80,6 +82,7 @@ void holdMasked(ChannelSlot mask, const float* padded, Block& block) {
 }  // namespace
 
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
+  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew);
   const bool masks = editor.has(Channel::mask);
   Sampler field(editor);
   const float band = editor.grid().band;
@@ -105,7 +108,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     gatherPadded(field, coords[i], padded);
     startDistance(padded, band, b.frozen, b.u[0]);
     const Renew how = renew.empty() ? Renew::none : renew[i];
-    if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::all ? 0 : 1, b.u[0]);
+    if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::impossible ? 1 : 0, b.u[0]);
     if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b);
     std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
   }
@@ -124,7 +127,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
       faces.push_back({i, static_cast<size_t>(up), axis, true});
       faces.push_back({static_cast<size_t>(up), i, axis, false});
     }
-  constexpr float kTolerance[] = {kRedistanceTolerance, kRenewTolerance, kRenewTolerance};
+  constexpr float kTolerance[] = {kRedistanceTolerance, kSlopeTolerance, kSlopeTolerance, kRenewTolerance};
   int now = 0;
   for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
     for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);

@@ -19,18 +19,20 @@ void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 /// them, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick. Returns the bricks that
 /// changed. Method: NOTES.md, "Redistancing".
 ///
-/// `renew` (one for each of `coords`, or none): where an edit left no distances beside the surface either. There |phi| over its slope takes the place of what
-/// is kept elsewhere, and differences from kRenewTolerance on count. What a mask covers whole keeps its bits.
+/// `renew` (one for each of `coords`, or none): where an edit left no distances beside the surface either. There another distance takes the place of what
+/// is kept elsewhere, and smaller differences count. What a mask covers whole keeps its bits.
 enum class Renew : uint8_t {
   none,
-  impossible,  ///< Beside the surface only what exceeds a voxel, as no distance does; differences from kRenewTolerance on count. For fields of second order.
-  all,
+  impossible,  ///< Beside the surface only what exceeds a voxel, as no distance does; differences from kSlopeTolerance on count, as with slopes. For fields of second order.
+  slopes,      ///< |phi| over its slope. First order, but repeated it does not wander at edges.
+  all,         ///< The distance to the tricubic field's surface, and everything else of second order (renewal.h): for what is made smooth.
 };
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {});
 
 /// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call on
 /// the same field changes nothing.
 inline constexpr float kRedistanceTolerance = 0.1f;
-inline constexpr float kRenewTolerance = 0.02f;
+inline constexpr float kSlopeTolerance = 0.02f;
+inline constexpr float kRenewTolerance = 0.002f;
 
 }  // namespace argil::clay

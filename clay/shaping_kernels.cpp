@@ -54,7 +54,9 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     const int at = wideAt(voxel);
     const Row old = hn::LoadU(d, wide + at);
     const auto kept = rowMask(frozen, voxel);
-    const auto load = [&](int step) { return hn::LoadU(d, wide + at + step); };
+    // As seen from the voxel's own side of the surface.
+    const Row side = hn::And(old, hn::Set(d, -0.0f));
+    const auto load = [&](int step) { return hn::Xor(hn::LoadU(d, wide + at + step), side); };
     constexpr int kX = 12 * kWideRow, kY = kWideRow, kZ = 1;
     const Row before[3] = {load(-kX), load(-kY), load(-kZ)}, after[3] = {load(kX), load(kY), load(kZ)};
     const Row nearest[3] = {hn::Min(before[0], after[0]), hn::Min(before[1], after[1]), hn::Min(before[2], after[2])};
@@ -91,7 +93,7 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     with(b);
     with(c);
     u = hn::Add(u, base);
-    u = hn::IfThenElse(hn::Lt(u, bound), u, unknown);
+    u = hn::Xor(hn::IfThenElse(hn::Lt(u, bound), u, unknown), side);
     u = hn::IfThenElse(kept, old, u);
     changed = hn::Or(changed, hn::Ne(u, old));
     hn::StoreU(u, d, out + at);

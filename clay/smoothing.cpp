@@ -29,6 +29,7 @@ class Smoothing : public DistanceMethod {
  public:
   explicit Smoothing(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
 
+  Renew leaves() const override { return Renew::all; }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 

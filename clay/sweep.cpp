@@ -23,7 +23,7 @@ class Sweep : public DistanceMethod {
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() * aroundTip(*brush_) + band_; }
   bool everywhere() const override { return true; }
-  Renew leaves() const override { return blend_ == 0 ? Renew::none : Renew::all; }
+  Renew leaves() const override { return blend_ == 0 ? Renew::none : Renew::slopes; }
 
   // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count of stamps.
   void begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) override {

@@ -320,8 +320,9 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     const Coord nearest{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
     const float near = dense ? window[static_cast<size_t>(((nearest.x - from.x) * size.y + nearest.y - from.y) * size.z + nearest.z - from.z)] : start.voxel(firstVoxel + nearest);
     phi[i] = near;
-    // No voxel of the cell is in the band unless the nearest is within it.
-    if (std::abs(near) >= band_) continue;
+    // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would turn round.
+    const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
+    if (std::abs(near) >= band_ && !halfway) continue;
     const float* corner;
     if (dense) {
       corner = window.data() + ((px.base - 1 - from.x) * size.y + py.base - 1 - from.y) * size.z + pz.base - 1 - from.z;

@@ -28,12 +28,16 @@ std::shared_ptr<const Brush> smoothing(Method method, Falloff shape = Falloff::s
 TEST(Smooth, KeepingVolumeOfASphere) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d(0.11, 0.07, 0.05), 20);
   const double before = volumeOf(base);
-  const auto change = [&](const Version& after) { return std::abs(volumeOf(after) / before - 1); };
-  // Along its equator, and over all of it at once; far neighbours leave a field that redistancing moves a little.
+  const auto change = [&](const Version& after) {
+    const double share = std::abs(volumeOf(after) / before - 1);
+    std::printf("volume changes by %.4f %%\n", 100 * share);
+    return share;
+  };
+  // Along its equator, and over all of it at once; then five times.
   EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep), arc(40, 0, 2 * M_PI, 8))), 1e-4);
-  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep), arc(40, 0, 2 * M_PI, 20))), 2.5e-4);
-  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep, Falloff::constant), {{{0, 0, 0}, {0, 0, 0}, 60}})), 2.5e-4);
-  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep), arc(40, 0, 2 * M_PI, 12), 5)), 5e-4);
+  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep), arc(40, 0, 2 * M_PI, 20))), 1e-4);
+  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep, Falloff::constant), {{{0, 0, 0}, {0, 0, 0}, 60}})), 1e-4);
+  EXPECT_LE(change(apply(base, smoothing(Method::smoothKeep), arc(40, 0, 2 * M_PI, 12), 5)), 1e-4);
   // What it is measured against.
   EXPECT_GE(change(apply(base, smoothing(Method::smooth), arc(40, 0, 2 * M_PI, 20))), 1e-3);
 }

@@ -86,8 +86,7 @@ TEST_P(EveryTool, doesTheSameHoweverOftenTheHandWasLookedAt) {
       }
     });
     std::printf("%s at %g Hz: %.4f voxels\n", row().id.data(), hz, worst);
-    // An image with sheer edges is laid down turned by how the tip stands, which few points tell less well.
-    EXPECT_LE(worst, row().file == ToolFile::image ? 0.2 : 0.05) << row().id << " at " << hz << " Hz";
+    EXPECT_LE(worst, 0.05) << row().id << " at " << hz << " Hz";
   }
 }
 
@@ -169,10 +168,10 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   }
   std::printf("%s: %.4f voxels at %zu places\n", row().id.data(), worst, looked);
   EXPECT_GT(looked, 500u);
-  // 0.02 is what is wanted everywhere. What averages over neighbours knows the grid's axes: after thirty stamps on one spot these stand a little apart (NOTES.md, "Brushes").
-  constexpr std::array kGridded{"smooth", "polish", "scrape", "fill", "flatten", "pinch", "groove", "ridge", "stamp", "stamp_paint"};
+  // 0.02 is what is wanted everywhere. After thirty stamps on one spot these stand a little apart (NOTES.md, "Brushes").
+  constexpr std::array kGridded{"fill", "flatten", "pinch", "groove", "stamp", "stamp_paint"};
   const bool gridded = std::find(kGridded.begin(), kGridded.end(), row().id) != kGridded.end();
-  EXPECT_LE(worst, gridded ? 0.1 : 0.02) << row().id;
+  EXPECT_LE(worst, row().id == "ridge" ? 0.08 : gridded ? 0.04 : 0.02) << row().id;
 }
 
 TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
