@@ -71,6 +71,9 @@ struct FixedBrick : Brick {
 
 [[nodiscard]] constexpr size_t brickBytes(Precision precision) { return precision == Precision::float32 ? sizeof(FloatBrick) : sizeof(FixedBrick); }
 
+/// A fixed brick's codes times the step (fixed_brick.h, SIMD).
+void unpackDistances(const int16_t* codes, float step, float* values) noexcept;
+
 inline float Brick::phi(int voxel, float unit) const {
   if (unit == 0) return static_cast<const FloatBrick*>(this)->value[voxel];
   return static_cast<float>(static_cast<const FixedBrick*>(this)->code[voxel]) * unit;
@@ -92,7 +95,7 @@ inline void Brick::read(int first, int count, float* out, float unit) const {
 
 inline const BrickValues& Brick::values(BrickValues& scratch) const {
   if (step == 0) return static_cast<const FloatBrick*>(this)->value;
-  read(0, kBrickVoxels, scratch);
+  unpackDistances(static_cast<const FixedBrick*>(this)->code, step, scratch);
   return scratch;
 }
 

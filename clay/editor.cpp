@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
+#include "clay/fixed_brick.h"
 #include "clay/tree.h"
 
 namespace argil::clay {
@@ -49,6 +50,7 @@ Editor::~Editor() {
 // All that was not used goes back to the store.
 void Editor::giveBack() {
   Store::State::Freed freed{std::move(stock_.bricks), std::move(stock_.channelBricks), std::move(stock_.nodes)};
+  store_->state().giveWorkBricks(stock_.work);
   stock_ = {};
   store_->state().freeAll(freed);
 }
@@ -220,7 +222,7 @@ void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {
   }
   const Slot now = find(coord);
   BrickValues scratch;
-  if (inBand && now.brick() && std::memcmp(now.brick()->values(scratch), brick->value, sizeof brick->value) == 0)
+  if (step_ == 0 && inBand && now.brick() && std::memcmp(now.brick()->values(scratch), brick->value, sizeof brick->value) == 0)
     recycle(brick);
   else
     link(brick, inBand);
@@ -231,42 +233,81 @@ Coord Editor::blockFirst(Coord brick, int level) {
   return ((brick + origin) >> (3 * level)) * (1 << (3 * level)) - origin;
 }
 
-FloatBrick* Editor::newBrick(Coord coord) {
-  if (stock_.bricks.empty()) store_->state().stockBricks(stock_.bricks);
-  auto* brick = static_cast<FloatBrick*>(stock_.bricks.back());
-  stock_.bricks.pop_back();
+// The next of a stock that is not empty.
+template <class Form>
+Form* Editor::prepared(std::vector<void*>& stock, Coord coord, float step) {
+  auto* brick = static_cast<Form*>(stock.back());
+  stock.pop_back();
+  brick->step = step;
   brick->serial = nextSerial();
-  brick->step = 0;
   brick->birth = id_;
   brick->coord = coord;
   ++counts_.bricksMade;
   return brick;
 }
 
-void Editor::recycle(FloatBrick* brick) {
+FloatBrick* Editor::newBrick(Coord coord) {
+  if (step_ == 0) return static_cast<FloatBrick*>(newStoredBrick(coord));
+  if (stock_.work.empty()) store_->state().stockWorkBricks(stock_.work);
+  return prepared<FloatBrick>(stock_.work, coord, 0);
+}
+
+Brick* Editor::newStoredBrick(Coord coord) {
+  if (stock_.bricks.empty()) store_->state().stockBricks(stock_.bricks);
+  if (step_ == 0) return prepared<FloatBrick>(stock_.bricks, coord, 0);
+  return prepared<FixedBrick>(stock_.bricks, coord, step_);
+}
+
+void Editor::recycle(Brick* brick) {
   --counts_.bricksMade;
-  stock_.bricks.push_back(brick);
+  (brick->step == step_ ? stock_.bricks : stock_.work).push_back(brick);
+}
+
+void Editor::link(Brick* brick) {
+  uint64_t any = 0, all = ~uint64_t{0};
+  for (const uint64_t word : brick->inside) {
+    any |= word;
+    all &= word;
+  }
+  brick->anyInside = any != 0;
+  brick->anyOutside = all != ~uint64_t{0};
+  place(trees_[kDistanceTree], brick->coord, reinterpret_cast<Link>(brick));
 }
 
 void Editor::link(FloatBrick* brick, bool inBand) {
-  const Coord coord = brick->coord;
-  if (inBand) {
-    uint64_t any = 0, all = ~uint64_t{0};
-    for (const uint64_t word : brick->inside) {
-      any |= word;
-      all &= word;
-    }
-    brick->anyInside = any != 0;
-    brick->anyOutside = all != ~uint64_t{0};
-    place(trees_[kDistanceTree], coord, reinterpret_cast<Link>(brick));
+  if (step_ != 0) {
+    pack(brick, inBand);
     return;
   }
+  if (inBand) {
+    link(static_cast<Brick*>(brick));
+    return;
+  }
+  const Coord coord = brick->coord;
   const Tile tile = brick->value[0] < 0 ? Tile::inside : Tile::outside;
   if (find(coord) != Slot(brick)) recycle(brick);
   place(trees_[kDistanceTree], coord, linkOf(tile));
 }
 
+// What stands there is written in place if it is this transaction's own: as floats are, so that batching changes nothing.
+void Editor::pack(FloatBrick* brick, bool inBand) {
+  const Coord coord = brick->coord;
+  int16_t codes[kBrickVoxels];
+  inBand = inBand && packDistances(brick->value, grid().band, codes);
+  const auto* now = static_cast<const FixedBrick*>(find(coord).brick());
+  if (!inBand) {
+    place(trees_[kDistanceTree], coord, linkOf(brick->value[0] < 0 ? Tile::inside : Tile::outside));
+  } else if (!now || std::memcmp(now->code, codes, sizeof codes) != 0) {
+    auto* stored = now && now->birth == id_ ? const_cast<FixedBrick*>(now) : static_cast<FixedBrick*>(newStoredBrick(coord));
+    std::memcpy(stored->code, codes, sizeof codes);
+    std::memcpy(stored->inside, brick->inside, sizeof stored->inside);
+    link(static_cast<Brick*>(stored));
+  }
+  recycle(static_cast<Brick*>(brick));
+}
+
 FloatBrick* Editor::own(Coord coord) noexcept {
+  if (step_ != 0) return nullptr;
   const Brick* brick = find(coord).brick();
   return brick && brick->birth == id_ ? static_cast<FloatBrick*>(const_cast<Brick*>(brick)) : nullptr;
 }

@@ -49,13 +49,17 @@ class Editor {
 
   // For kernels: a brick is filled first and linked afterwards.
 
-  /// Brick with uninitialised value and inside; give it to link() or recycle().
+  /// Brick with uninitialised value and inside; give it to link() or recycle(). Where the store's bricks are fixed it is one on its way: link() packs it.
   [[nodiscard]] FloatBrick* newBrick(Coord brick);
-  void recycle(FloatBrick* brick);
   /// Puts a filled brick (clamped, no NaN or −0, inside bits right, in reach) in its place. `inBand`, some |phi| < band; when
-  /// false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after writing in place.
+  /// false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after writing in place. What is the same in the
+  /// store's precision keeps the old brick.
   void link(FloatBrick* brick, bool inBand);
-  /// The brick at a coordinate if this transaction made it, so that it may be written in place; else null.
+  /// The same in the form of the store: where memory counts, as all bricks of a file are there before they are linked.
+  [[nodiscard]] Brick* newStoredBrick(Coord brick);
+  void recycle(Brick* brick);
+  void link(Brick* brick);
+  /// The brick at a coordinate if this transaction made it and it is a FloatBrick, so that it may be written in place; else null.
   [[nodiscard]] FloatBrick* own(Coord brick) noexcept;
 
   /// The new version; the editor is finished. Without any change: the base itself.
@@ -85,6 +89,9 @@ class Editor {
   [[nodiscard]] ChannelBrick* takeChannelBrick();
   void giveBack();
   [[nodiscard]] uint64_t nextSerial();
+  template <class Form>
+  [[nodiscard]] Form* prepared(std::vector<void*>& stock, Coord brick, float step);
+  void pack(FloatBrick* brick, bool inBand);
   void release(const Tree& tree, uintptr_t link, int level);
   void collapse(Tree& tree, Coord brick);
   void place(Tree& tree, Coord brick, uintptr_t link);
@@ -93,6 +100,7 @@ class Editor {
 
   struct Stock {
     std::vector<void*> bricks, channelBricks, nodes;
+    std::vector<void*> work;  // bricks of floats, where the store's are fixed
   };
 
   Version base_;

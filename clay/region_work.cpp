@@ -131,7 +131,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;
-  Editor editor(Version::empty(Store::make(), source.grid()));
+  Editor editor(Version::empty(Store::make(source.store()->precision()), source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
   std::vector<Coord> written;

@@ -68,7 +68,7 @@ class Resampler {
 
   Version run(int threads, const WorkPart& part) {
     collectChunks();
-    Editor editor(Version::empty(Store::make(), grid_));
+    Editor editor(Version::empty(Store::make(source_.store()->precision()), grid_));
     fillTiles(editor, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
     std::mutex editing;
     forEachItem(chunks_.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });

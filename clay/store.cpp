@@ -60,6 +60,17 @@ void Store::State::stockNodes(std::vector<void*>& stock) {
   liveNodes += kStock / 8;
 }
 
+void Store::State::stockWorkBricks(std::vector<void*>& stock) {
+  const std::lock_guard lock(mutex);
+  workBricks.take(kStock, stock);
+}
+
+void Store::State::giveWorkBricks(const std::vector<void*>& stock) {
+  if (stock.empty()) return;
+  const std::lock_guard lock(mutex);
+  workBricks.give(stock);
+}
+
 void Store::State::stockChannelBricks(std::vector<void*>& stock) {
   const std::lock_guard lock(mutex);
   channelBricks.take(kStock, stock);
@@ -200,7 +211,7 @@ Store::Usage Store::usage() const {
   usage.bricks = state_->liveBricks;
   usage.nodes = state_->liveNodes;
   usage.channelBricks = state_->liveChannelBricks;
-  usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes();
+  usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes() + state_->workBricks.bytes();
   usage.versions = state_->versions;
   usage.precision = state_->precision;
   return usage;

@@ -113,6 +113,7 @@ struct Store::State {
   std::mutex mutex;
   const Precision precision;
   SlabPool bricks{brickBytes(precision)};
+  SlabPool workBricks{sizeof(FloatBrick)};  // of editors whose bricks are fixed
   SlabPool nodes{sizeof(Node)};
   SlabPool channelBricks{sizeof(ChannelBrick)};
   uint64_t liveBricks = 0, liveNodes = 0, liveChannelBricks = 0;
@@ -137,6 +138,8 @@ struct Store::State {
   /// Moves some of a kind to an editor's own stock, so that it locks once in a while.
   void stockBricks(std::vector<void*>& stock);
   void stockNodes(std::vector<void*>& stock);
+  void stockWorkBricks(std::vector<void*>& stock);
+  void giveWorkBricks(const std::vector<void*>& stock);
   void stockChannelBricks(std::vector<void*>& stock);
 
   struct Freed {

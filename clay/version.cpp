@@ -38,11 +38,14 @@ Version makeVersion(VersionRecord* record) {
 
 Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
   grid.check();
+  const float step = stepOf(store->precision(), grid.band);
+  if (step != 0 && static_cast<float>(kMostCode) * step != grid.band)
+    throw Error(fmt::format("a narrow band of {} voxels cannot be told in 16 bits: give a rounder one, as 3", grid.band));
   auto* record = new VersionRecord;
   record->grid = grid;
   record->id = store->state().nextId++;
   record->stats.precision = store->precision();
-  record->step = stepOf(store->precision(), grid.band);
+  record->step = step;
   record->store = std::move(store);
   return makeVersion(record);
 }

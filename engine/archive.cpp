@@ -101,12 +101,12 @@ uint32_t Archive::ownerOf(const clay::Version& version) {
 }
 
 // Pieces that were copies of each other share a store again: a copy costs nothing.
-std::shared_ptr<clay::Store> Archive::storeOf(uint32_t owner) {
+std::shared_ptr<clay::Store> Archive::storeOf(uint32_t owner, clay::Precision precision) {
   for (const auto& [weak, each] : owners_) {
     if (each != owner) continue;
     if (auto store = weak.lock()) return store;
   }
-  auto store = clay::Store::make();
+  auto store = clay::Store::make(precision);
   owners_[store] = owner;
   nextOwner_ = std::max(nextOwner_, owner + 1);
   return store;
@@ -188,7 +188,7 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
     if (nearRoot != 0 && mend == nullptr) {
       clay = clay_.readNear(source, key.root, *relative, nearRoot, job);
     } else {
-      clay = clay_.read(source, key.root, text.grids[i], storeOf(key.owner), job, 2, mend, key.owner);
+      clay = clay_.read(source, key.root, text.grids[i], storeOf(key.owner, text.precisions[i]), job, 2, mend, key.owner);
     }
     piece.version = clay.version;
     for (const std::string& note : clay.notes) read.notes.push_back(fmt::format("{}: {}", piece.name, note));

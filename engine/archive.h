@@ -74,7 +74,7 @@ class Archive {
   using Weak = std::map<std::weak_ptr<const T>, io::RecordId, std::owner_less<>>;
 
   uint32_t ownerOf(const clay::Version& version);
-  std::shared_ptr<clay::Store> storeOf(uint32_t owner);
+  std::shared_ptr<clay::Store> storeOf(uint32_t owner, clay::Precision precision);
   io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink);
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 

@@ -139,12 +139,21 @@ Guide readDocumentGuide(const Place& place) {
 }
 
 clay::Grid readGrid(const Place& place) {
-  place.keys({"voxel_mm", "origin", "band"});
+  place.keys({"voxel_mm", "origin", "band", "bits"});
   clay::Grid grid;
   grid.voxelMm = place.at("voxel_mm").number(1e-3, 1e3);
   grid.originMm = readVector(place.at("origin"));
   grid.band = static_cast<float>(place.at("band").number(2, 8));
   return grid;
+}
+
+// Said where it is not 32.
+clay::Precision readPrecision(const Place& grid) {
+  const auto bits = grid.maybe("bits");
+  if (!bits) return clay::Precision::float32;
+  const double number = bits->number(16, 32);
+  if (number != 16 && number != 32) bits->fail("clay has 16 or 32 bits");
+  return number == 16 ? clay::Precision::fixed16 : clay::Precision::float32;
 }
 
 }  // namespace
@@ -159,6 +168,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
       const clay::Grid& grid = piece.version.grid();
       line["clay"] = {{"root", clay.at(i).root}, {"owner", clay.at(i).owner}};
       line["grid"] = {{"voxel_mm", finite(grid.voxelMm)}, {"origin", list(grid.originMm)}, {"band", finite(double(grid.band))}};
+      if (piece.version.stats().precision == clay::Precision::fixed16) line["grid"]["bits"] = 16;
     }
     line["pose"] = poseJson(piece.pose);
     line["colour"] = colourJson(piece.colour);
@@ -216,13 +226,16 @@ DocumentText readDocumentText(std::string_view text, const std::string& name) {
     checkId(at, piece.id);
     ClayKey key;
     clay::Grid grid;
+    clay::Precision precision = clay::Precision::float32;
     if (const auto clay = at.maybe("clay")) {
       clay->keys({"root", "owner"});
       key = {readRecord(clay->at("root")), readId(clay->at("owner"))};
       grid = readGrid(at.at("grid"));
+      precision = readPrecision(at.at("grid"));
     }
     read.clay.push_back(key);
     read.grids.push_back(grid);
+    read.precisions.push_back(precision);
     piece.pose = readPose(at.at("pose"));
     piece.colour = readColour(at.at("colour"));
     piece.material = readMaterial(at.at("material"));

@@ -24,7 +24,8 @@ struct ClayKey {
 struct DocumentText {
   Document document;               ///< Versions and meshes are still missing.
   std::vector<ClayKey> clay;       ///< One a piece,
-  std::vector<clay::Grid> grids;   ///< one a piece.
+  std::vector<clay::Grid> grids;   ///< one a piece,
+  std::vector<clay::Precision> precisions;  ///< one a piece.
   std::vector<io::RecordId> meshes;
 };
 /// Any text is allowed. Throws Error that names `name` and the place in it: unknown keys, numbers out of range, ids twice or beyond the next.

@@ -112,7 +112,7 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
     clay::ImportOptions options;
     options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
     const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
-      clay::Imported made = clay::meshToClay(clay::Store::make(), mesh, options, job);
+      clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
       imported.pieces.push_back(pieceOf(object, std::move(made.version)));
       for (std::string& sentence : made.report.sentences()) {
         if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));

@@ -23,6 +23,7 @@ namespace argil::engine {
 struct ModelImport {
   std::string units = "mm";        ///< Where the file names none.
   std::optional<double> voxelMm = {};  ///< None: 256 voxels along the longest side; level sets keep their own.
+  clay::Precision precision = clay::Precision::float32;
   std::optional<double> fitMm = {};    ///< Centred at zero and scaled until the longest side is this.
   bool asPart = false;             ///< Stays as it is: parts.
   /// Gets the mesh as soon as it is read, in mm, long before it is clay: to be shown meanwhile.

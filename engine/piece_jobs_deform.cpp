@@ -52,7 +52,7 @@ PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bo
   if (kept.version == piece.version) throw Error(fmt::format("the cut does not meet {}: move the cut", piece.name));
   if (keep == 0) {
     Piece other = piece;
-    other.version = part(!first, clay::Store::make());
+    other.version = part(!first, clay::Store::make(piece.version.store()->precision()));
     other.name = fmt::format("{}, other side", piece.name);
     result.added.push_back(std::move(other));
   }
@@ -100,7 +100,7 @@ clay::WarpAxis alongOf(const Piece& piece, const PieceArguments& arguments) {
 
 PieceResult deformed(const Piece& piece, const clay::Warp& warp, Job* job) {
   Piece changed = piece;
-  changed.version = clay::deform(piece.version, warp, clay::Store::make(), job);
+  changed.version = clay::deform(piece.version, warp, clay::Store::make(piece.version.store()->precision()), job);
   PieceResult result;
   result.changed.push_back(std::move(changed));
   return result;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "clay/change_precision.h"
 #include "clay/error.h"
 #include "clay/loose_parts.h"
 #include "clay/mirror.h"
@@ -58,6 +59,20 @@ PieceResult resample(const Document& document, const PieceArguments& a, Job* job
                                 piece.name, grid.voxelMm, piece.version.grid().voxelMm, error.rmsMm(), error.maxMm(), error.maxMm() / grid.voxelMm, error.points)});
 }
 
+PieceResult precision(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const clay::WorkPart all(job);
+  const clay::Precision wanted = a.bits < 24 ? clay::Precision::fixed16 : clay::Precision::float32;
+  const clay::Version version = clay::withPrecision(piece.version, wanted, all.part(0, 0.8));
+  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, wanted == clay::Precision::fixed16 ? 16 : 32)});
+  const clay::ResampleError error = clay::resampleError(piece.version, version, Eigen::Isometry3d::Identity(), 0, all.part(0.8, 1));
+  constexpr double kMegabyte = 1 << 20;
+  return changedTo(piece, version,
+                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; the surface moved by {:.2g} mm RMS and {:.2g} mm at most ({:.2g} voxel), measured at {} points both ways.",
+                                piece.name, wanted == clay::Precision::fixed16 ? 16 : 32, double(version.stats().bytes()) / kMegabyte, double(piece.version.stats().bytes()) / kMegabyte, error.rmsMm(),
+                                error.maxMm(), error.maxMm() / version.grid().voxelMm, error.points)});
+}
+
 PieceResult mirror(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const Vec3d point = piece.pose.rotation.conjugate() * (a.plane.pointMm - piece.pose.translation), normal = piece.pose.rotation.conjugate() * a.plane.normal;
@@ -87,6 +102,8 @@ constexpr std::array kSmooth{Parameter<Arguments>{"passes", "Passes", "How often
                                                   [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
 constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000, 0.5, true,
                                                     [](const Arguments& a) { return a.voxelMm; }, [](Arguments& a, double v) { a.voxelMm = v; }}};
+constexpr std::array kPrecision{Parameter<Arguments>{"bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 16, 32, 16, false,
+                                                     [](const Arguments& a) { return a.bits; }, [](Arguments& a, double v) { a.bits = v; }}};
 constexpr std::array kCrumbs{Parameter<Arguments>{"below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
                                                   [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
 
@@ -95,6 +112,7 @@ const std::array kRows{
     PieceJob{"shell", "Shell", "Makes the piece hollow, with a wall of a given thickness.", "Hollowing", "Shape", 1, false, false, kShell, shell},
     PieceJob{"smooth-all", "Smooth all", "Evens out the whole surface and keeps the volume.", "Smoothing", "Shape", 1, false, false, kSmooth, smooth},
     PieceJob{"resample", "Resample", "Changes the voxel size and says how far the surface moved.", "Resampling", "Shape", 1, false, false, kResample, resample},
+    PieceJob{"precision", "Precision", "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far the surface moved.", "Changing the precision", "Shape", 1, false, false, kPrecision, precision},
     PieceJob{"mirror", "Mirror now", "Puts the mirror image of the half that the plane's normal points to in the place of the other.", "Mirroring", "Shape", 1, true, false, {}, mirror},
     PieceJob{"fill-voids", "Fill voids", "Makes cavities solid that no way leads to from outside.", "Filling voids", "Repair", 1, false, false, {}, fillVoids},
     PieceJob{"remove-crumbs", "Remove crumbs", "Takes away loose bodies below a volume.", "Removing crumbs", "Repair", 1, false, false, kCrumbs, crumbs},

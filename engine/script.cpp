@@ -47,7 +47,7 @@ ClaySetup readSphere(const Place& place) {
 }
 
 void readSetup(const Place& item, Script& script) {
-  item.keys({"voxel_mm", "fit_mm", "up", "block", "sphere", "import", "material", "guides"});
+  item.keys({"voxel_mm", "bits", "fit_mm", "up", "block", "sphere", "import", "material", "guides"});
   if (item.value().size() != 1) item.fail("must hold exactly one key");
   const auto once = [&](bool already) {
     if (already) item.fail("is there twice; remove one");
@@ -55,6 +55,11 @@ void readSetup(const Place& item, Script& script) {
   if (const auto voxel = item.maybe("voxel_mm")) {
     once(script.voxelMm.has_value());
     script.voxelMm = voxel->number(kMinVoxelMm, kMaxVoxelMm);
+  } else if (const auto bits = item.maybe("bits")) {
+    once(script.precision != clay::Precision::float32);
+    const double number = bits->number(16, 32);
+    if (number != 16 && number != 32) bits->fail("clay has 16 or 32 bits a voxel");
+    if (number == 16) script.precision = clay::Precision::fixed16;
   } else if (const auto fit = item.maybe("fit_mm")) {
     once(script.fitMm.has_value());
     script.fitMm = fit->positive();
@@ -186,6 +191,7 @@ Script readScript(const std::filesystem::path& path) {
 std::string formatScript(const Script& script) {
   json setup = json::array();
   if (script.voxelMm) setup.push_back({{"voxel_mm", *script.voxelMm}});
+  if (script.precision == clay::Precision::fixed16) setup.push_back({{"bits", 16}});
   if (script.fitMm) setup.push_back({{"fit_mm", *script.fitMm}});
   if (script.up != Up::z) setup.push_back({{"up", nameOf<Up>(kUps, script.up)}});
   if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {

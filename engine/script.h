@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "clay/brick.h"
 #include "clay/vec.h"
 #include "engine/document.h"
 #include "engine/guide_setup.h"
@@ -95,6 +96,7 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// a script that begins with a new piece needs no setup. Places are world mm.
 struct Script {
   std::optional<double> voxelMm;
+  clay::Precision precision = clay::Precision::float32;  ///< `{"bits": 16}`: half the memory.
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
   Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
   ClaySetup clay;

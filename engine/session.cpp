@@ -10,6 +10,7 @@
 
 #include "clay/error.h"
 #include "clay/sampler.h"
+#include "clay/store.h"
 #include "engine/tool_table.h"
 
 namespace argil::engine {
@@ -332,7 +333,10 @@ std::vector<std::string> Session::history() const {
 Script Session::recording() const {
   requireNoStroke("the recording");
   Script script;
-  if (const clay::Version now = version()) script.voxelMm = now.grid().voxelMm;
+  if (const clay::Version now = version()) {
+    script.voxelMm = now.grid().voxelMm;
+    script.precision = now.store()->precision();
+  }
   for (size_t i = 1; i <= done_; ++i) script.strokes.insert(script.strokes.end(), strokes_[i].begin(), strokes_[i].end());
   return script;
 }

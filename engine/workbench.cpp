@@ -166,6 +166,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     ModelImport given;
     given.units = how.units;
     given.voxelMm = how.voxelMm;
+    given.precision = how.precision;
     given.fitMm = how.fitMm;
     given.asPart = how.asPart;
     given.onRead = [=](std::shared_ptr<const clay::TriangleMesh> mesh) {
@@ -225,7 +226,7 @@ void Workbench::open(const std::filesystem::path& file) {
     const Script script = readScript(file);
     PrepareOptions prepare;
     prepare.job = &job;
-    PreparedClay clay = prepareClay(clay::Store::make(), script, prepare);
+    PreparedClay clay = prepareClay(clay::Store::make(script.precision), script, prepare);
     // In a session of its own; its newest document is what is opened.
     Session session(std::move(clay.document));
     clay::Surface surface(false);

@@ -154,6 +154,7 @@ class Workbench {
   struct ImportOptions {
     std::string units = "mm";
     std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.
+    clay::Precision precision = clay::Precision::float32;
     std::optional<double> fitMm;     ///< Centred and scaled to this.
     bool asPart = false;             ///< Kept as a mesh: seen and felt, not clay.
     bool replace = false;            ///< A new document of it.

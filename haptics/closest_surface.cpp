@@ -91,6 +91,7 @@ bool ClosestSurface::hidden(Coord voxel) ARGIL_REALTIME {
 template <class Meet>
 void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const Vec3f& from, float reach, Meet meet) ARGIL_REALTIME {
   using clay::Slot;
+  const float step = sampler_.step();
   constexpr uint64_t kLowZ = 0x0101010101010101ull;
   const auto word = [](Slot s, int x) -> uint64_t {
     return s.isTile() ? (s.tile() == clay::Tile::inside ? ~uint64_t{0} : 0) : s.brick()->inside[x];
@@ -114,15 +115,15 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
     for (uint64_t bits = alongX | alongY | alongZ; bits; bits &= bits - 1) {
       const int bit = std::countr_zero(bits), y = bit >> 3, z = bit & 7;
       if (away2[1][y] + away2[2][z] > left || (masked && mask.value(clay::Brick::offset(x, y, z)) > 127)) continue;
-      const float a = brick.phi(clay::Brick::offset(x, y, z));
+      const float a = brick.phi(clay::Brick::offset(x, y, z), step);
       const auto part = [a](float b) { return a / (a - b); };
       const float fx = float(x), fy = float(y), fz = float(z);
       if ((alongX >> bit) & 1)
-        meet(fx + part(x < 7 ? brick.phi(clay::Brick::offset(x + 1, y, z)) : beyondX.phi(clay::Brick::offset(0, y, z), band_)), fy, fz);
+        meet(fx + part(x < 7 ? brick.phi(clay::Brick::offset(x + 1, y, z), step) : beyondX.phi(clay::Brick::offset(0, y, z), band_, step)), fy, fz);
       if ((alongY >> bit) & 1)
-        meet(fx, fy + part(y < 7 ? brick.phi(clay::Brick::offset(x, y + 1, z)) : beyondY.phi(clay::Brick::offset(x, 0, z), band_)), fz);
+        meet(fx, fy + part(y < 7 ? brick.phi(clay::Brick::offset(x, y + 1, z), step) : beyondY.phi(clay::Brick::offset(x, 0, z), band_, step)), fz);
       if ((alongZ >> bit) & 1)
-        meet(fx, fy, fz + part(z < 7 ? brick.phi(clay::Brick::offset(x, y, z + 1)) : beyondZ.phi(clay::Brick::offset(x, y, 0), band_)));
+        meet(fx, fy, fz + part(z < 7 ? brick.phi(clay::Brick::offset(x, y, z + 1), step) : beyondZ.phi(clay::Brick::offset(x, y, 0), band_, step)));
     }
   }
 }

@@ -12,8 +12,11 @@ namespace {
 
 constexpr size_t kCoordBytes = 12;
 constexpr size_t kRawBytes = sizeof(clay::BrickValues);
+constexpr size_t kRawCodeBytes = sizeof clay::FixedBrick::code;
 constexpr size_t kMostBits = 3 + clay::kBrickVoxels * 40;  // whatever is read: no voxel takes more than 40 bits
 constexpr size_t kWorkBytes = kMostBits / 8 + 16;
+
+constexpr float kBeyondBand = 8;  // how far distances are continued past the band, in voxels
 
 // A number that rises with the value of a float: neighbours in value are neighbours in number.
 uint32_t ordered(float value) {
@@ -22,6 +25,25 @@ uint32_t ordered(float value) {
 }
 float unordered(uint32_t order) { return std::bit_cast<float>(order ^ (~static_cast<uint32_t>(static_cast<int32_t>(order) >> 31) | 0x80000000u)); }
 
+// How distances are counted: floats in voxels, codes in steps.
+struct FloatNumbers {
+  using Value = float;
+  static constexpr int kFirstLength = 24;  // bits expected of the first voxel, which nothing predicts
+  float band;
+  [[nodiscard]] float beyond() const { return band + kBeyondBand; }
+  static uint32_t order(float predicted) { return ordered(predicted); }
+  static float value(uint32_t order) { return unordered(order); }
+};
+
+struct CodeNumbers {
+  using Value = int16_t;
+  static constexpr int kFirstLength = 14;
+  static constexpr float band = clay::kMostCode;
+  [[nodiscard]] static float beyond() { return 4 * band; }
+  static uint32_t order(float predicted) { return static_cast<uint32_t>(static_cast<int32_t>(predicted)); }  // predictions are whole
+  static float value(uint32_t order) { return static_cast<float>(static_cast<int32_t>(order)); }
+};
+
 // Differences of both signs as small numbers.
 uint32_t zigzag(uint32_t step) { return (step << 1) ^ (0u - (step >> 31)); }
 uint32_t unzigzag(uint32_t code) { return (code >> 1) ^ (0u - (code & 1)); }
@@ -29,24 +51,23 @@ uint32_t unzigzag(uint32_t code) { return (code >> 1) ^ (0u - (code & 1)); }
 int bitLength(uint32_t value) { return 32 - std::countl_zero(value); }
 
 constexpr int kCornerBits = 3;
-constexpr int kFirstLength = 24;   // expected of the first voxel, which nothing predicts
 constexpr int kMostPrefix = 4;     // longer ones say the length in kLengthBits instead
 constexpr int kLengthBits = 5;
-constexpr float kBeyondBand = 8;   // how far distances are continued past the band, in voxels
 
 // Goes through the voxels (index x·64 + y·8 + z, from the chosen corner) in order and calls step(index, prediction as an ordered number), which returns
 // the value there. The prediction is Lorenzo's: exact where the field is a sum of functions of two coordinates each. Where values are clamped it goes on
 // from what it predicted instead, so that a plane that comes back into the band is still known. Encoder and decoder must do the same arithmetic.
-template <class Step>
-void predict(float band, const Step& step) {
+template <class Numbers, class Step>
+void predict(const Numbers& numbers, const Step& step) {
+  const float band = numbers.band, beyond = numbers.beyond();
   std::array<float, clay::kBrickVoxels + 2 * 64> store{};  // rows before the first ones are zero
   float* at = store.data() + 2 * 64;
   const auto value = [&](float predicted, int index) __attribute__((always_inline)) {
     const float within = std::min(std::max(predicted, -band), band) + 0.0f;
-    const float is = step(index, ordered(within));
+    const float is = step(index, numbers.order(within));
     float goOn = is;
-    if (is >= band) goOn = std::min(std::max(predicted, band), band + kBeyondBand);
-    if (is <= -band) goOn = std::max(std::min(predicted, -band), -band - kBeyondBand);
+    if (is >= band) goOn = std::min(std::max(predicted, band), beyond);
+    if (is <= -band) goOn = std::max(std::min(predicted, -band), -beyond);
     at[index] = goOn;
     return goOn;
   };
@@ -76,10 +97,11 @@ void predict(float band, const Step& step) {
 // Bit lengths of codes as far as they are known, and what they say about the next.
 class Lengths {
  public:
+  explicit Lengths(int first) : first_(first) {}
   void set(int index, uint32_t code) { of_[static_cast<size_t>(index)] = static_cast<int8_t>(bitLength(code)); }
   // How many low bits of the code at `index` stand as they are.
   [[nodiscard]] int plainBits(int index) const {
-    if (index == 0) return kFirstLength - 1;
+    if (index == 0) return first_ - 1;
     const int x = index >> 6, y = (index >> 3) & 7, z = index & 7;
     const int8_t* at = of_.data() + index;
     const int byZ = z > 0 ? at[-1] : y > 0 ? at[-8] : at[-64];
@@ -90,6 +112,7 @@ class Lengths {
   }
 
  private:
+  int first_;
   std::array<int8_t, clay::kBrickVoxels> of_{};
 };
 
@@ -119,7 +142,8 @@ class BitWriter {
   int filled_ = 0;
 };
 
-size_t encode(const float* phi, float band, std::byte* to) {
+template <class Numbers>
+size_t encode(const typename Numbers::Value* phi, const Numbers& numbers, std::byte* to) {
   // The corner nearest to the surface: from there the field is known before it is clamped.
   int corner = 0;
   for (int i = 1; i < 8; ++i) {
@@ -128,10 +152,10 @@ size_t encode(const float* phi, float band, std::byte* to) {
   }
   BitWriter writer(to);
   writer.add(static_cast<uint64_t>((corner >> 6 & 4) | (corner >> 3 & 2) | (corner & 1)), kCornerBits);
-  Lengths lengths;
-  predict(band, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
-    const float value = phi[index ^ corner];
-    const uint32_t code = zigzag(ordered(value) - predicted);
+  Lengths lengths(Numbers::kFirstLength);
+  predict(numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+    const auto value = static_cast<float>(phi[index ^ corner]);
+    const uint32_t code = zigzag(numbers.order(value) - predicted);
     const int plain = lengths.plainBits(index);
     lengths.set(index, code);
     const int prefix = bitLength(code >> plain);
@@ -150,12 +174,13 @@ size_t encode(const float* phi, float band, std::byte* to) {
 }
 
 // `from` has kWorkBytes, zeros behind the body. Returns how many bytes were used; it may be more than the body had.
-size_t decode(const std::byte* from, float band, float* phi) {
+template <class Numbers>
+size_t decode(const std::byte* from, const Numbers& numbers, float* phi) {
   size_t at = kCornerBits;
   const auto first = static_cast<int>(from[0]);
   const int corner = (first & 4 ? 448 : 0) | (first & 2 ? 56 : 0) | (first & 1 ? 7 : 0);
-  Lengths lengths;
-  predict(band, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+  Lengths lengths(Numbers::kFirstLength);
+  predict(numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
     uint64_t bits;
     std::memcpy(&bits, from + at / 8, 8);
     bits >>= at % 8;  // 57 at least
@@ -172,7 +197,7 @@ size_t decode(const std::byte* from, float band, float* phi) {
       at += static_cast<size_t>(kMostPrefix + kLengthBits + rest);
     }
     lengths.set(index, code);
-    const float value = unordered(predicted + unzigzag(code));
+    const float value = numbers.value(predicted + unzigzag(code));
     phi[index ^ corner] = value;
     return value;
   });
@@ -200,6 +225,21 @@ bool settle(clay::FloatBrick& brick, float band) {
   return bad >= 0 && inBand < 0;
 }
 
+bool settle(clay::FixedBrick& brick) {
+  bool sound = true, inBand = false;
+  for (size_t x = 0; x < clay::kBrickEdge; ++x) {
+    uint64_t word = 0;
+    for (size_t i = 0; i < 64; ++i) {
+      const int code = brick.code[x * 64 + i];
+      sound &= code >= -clay::kMostCode;
+      inBand |= std::abs(code) < clay::kMostCode;
+      word |= static_cast<uint64_t>(code < 0) << i;
+    }
+    brick.inside[x] = word;
+  }
+  return sound && inBand;
+}
+
 }  // namespace
 
 BrickCodec::BrickCodec() : work_(kCoordBytes + std::max(kWorkBytes, kRawBytes)) {}
@@ -207,35 +247,61 @@ BrickCodec::BrickCodec() : work_(kCoordBytes + std::max(kWorkBytes, kRawBytes)) 
 std::span<const std::byte> BrickCodec::pack(const clay::Brick& brick, float band, RecordCodec& codec) {
   const int32_t coord[3] = {brick.coord.x, brick.coord.y, brick.coord.z};
   std::memcpy(work_.data(), coord, kCoordBytes);
-  clay::BrickValues scratch;
-  const clay::BrickValues& values = brick.values(scratch);
-  if (codec != RecordCodec::raw) {
-    const size_t size = encode(values, band, &work_[kCoordBytes]);
-    codec = size < kRawBytes ? RecordCodec::predicted : RecordCodec::raw;
-    if (codec == RecordCodec::predicted) return std::span(work_).first(kCoordBytes + size);
+  std::byte* body = &work_[kCoordBytes];
+  const bool packed = codec != RecordCodec::raw;
+  if (brick.step != 0) {
+    const auto& code = static_cast<const clay::FixedBrick&>(brick).code;
+    const size_t size = packed ? encode(code, CodeNumbers{}, body) : kRawCodeBytes;
+    codec = size < kRawCodeBytes ? RecordCodec::predicted16 : RecordCodec::raw16;
+    if (codec == RecordCodec::predicted16) return std::span(work_).first(kCoordBytes + size);
+    std::memcpy(body, code, kRawCodeBytes);
+    return std::span(work_).first(kCoordBytes + kRawCodeBytes);
   }
-  std::memcpy(&work_[kCoordBytes], values, kRawBytes);
+  const auto& value = static_cast<const clay::FloatBrick&>(brick).value;
+  const size_t size = packed ? encode(value, FloatNumbers{band}, body) : kRawBytes;
+  codec = size < kRawBytes ? RecordCodec::predicted : RecordCodec::raw;
+  if (codec == RecordCodec::predicted) return std::span(work_).first(kCoordBytes + size);
+  std::memcpy(body, value, kRawBytes);
   return std::span(work_).first(kCoordBytes + kRawBytes);
 }
 
-std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, clay::FloatBrick& brick) {
+std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, clay::Brick& brick) {
   const std::span<const std::byte> body = record.body;
   if (record.header.kind != RecordKind::brick || body.size() <= kCoordBytes) return std::nullopt;
   int32_t coord[3];
   std::memcpy(coord, body.data(), kCoordBytes);
   const std::span<const std::byte> packed = body.subspan(kCoordBytes);
-  if (record.header.codec == RecordCodec::raw) {
-    if (packed.size() != kRawBytes) return std::nullopt;
-    std::memcpy(brick.value, packed.data(), kRawBytes);
-  } else if (record.header.codec == RecordCodec::predicted) {
-    if (packed.size() >= kRawBytes) return std::nullopt;
+  // What follows the coordinate; whoever decodes looks at zeros behind it.
+  const auto padded = [&] {
     std::memcpy(work_.data(), packed.data(), packed.size());
     std::memset(&work_[packed.size()], 0, kWorkBytes - packed.size());
-    if (decode(work_.data(), band, brick.value) != packed.size()) return std::nullopt;
+    return work_.data();
+  };
+  const bool isFixed = brick.step != 0;
+  const RecordCodec raw = isFixed ? RecordCodec::raw16 : RecordCodec::raw, predicted = isFixed ? RecordCodec::predicted16 : RecordCodec::predicted;
+  const size_t rawBytes = isFixed ? kRawCodeBytes : kRawBytes;
+  if (record.header.codec == raw ? packed.size() != rawBytes : record.header.codec != predicted || packed.size() >= rawBytes) return std::nullopt;
+  if (isFixed) {
+    auto& fixed = static_cast<clay::FixedBrick&>(brick);
+    if (record.header.codec == raw) {
+      std::memcpy(fixed.code, packed.data(), kRawCodeBytes);
+    } else {
+      clay::BrickValues codes;
+      if (decode(padded(), CodeNumbers{}, codes) != packed.size()) return std::nullopt;
+      for (size_t i = 0; i < clay::kBrickVoxels; ++i) {
+        if (!(std::abs(codes[i]) <= clay::kMostCode)) return std::nullopt;
+        fixed.code[i] = static_cast<int16_t>(codes[i]);
+      }
+    }
+    if (!settle(fixed)) return std::nullopt;
   } else {
-    return std::nullopt;
+    auto& floats = static_cast<clay::FloatBrick&>(brick);
+    if (record.header.codec == raw)
+      std::memcpy(floats.value, packed.data(), kRawBytes);
+    else if (decode(padded(), FloatNumbers{band}, floats.value) != packed.size())
+      return std::nullopt;
+    if (!settle(floats, band)) return std::nullopt;
   }
-  if (!settle(brick, band)) return std::nullopt;
   return Coord{coord[0], coord[1], coord[2]};
 }
 

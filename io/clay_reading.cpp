@@ -215,7 +215,7 @@ void ClayReading::loadBricks(int threads) {
   size_t done = 0;
   fetchRecords(source_, ids, [&](size_t index, const RecordView& record) {
     Place& place = bricks_[index];
-    place.brick = editor_.newBrick(place.coord);
+    place.brick = editor_.newStoredBrick(place.coord);
     unpacking.add(place, record.whole);
     if (job_ && ++done % 1024 == 0) job_->step(static_cast<double>(done) / static_cast<double>(ids.size()));
   });
@@ -256,7 +256,7 @@ void ClayReading::build() {
   for (Place& place : bricks_) {
     if (!place.sound) continue;
     place.serial = place.brick->serial;
-    editor_.link(std::exchange(place.brick, nullptr), true);
+    editor_.link(std::exchange(place.brick, nullptr));
   }
 }
 
@@ -284,12 +284,12 @@ std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadC
       if (filled == coord || !source_.get(id, bytes)) continue;
       const auto record = parseRecord(bytes);
       if (!record || record->header.owner != owner_) continue;
-      clay::FloatBrick* brick = editor_.newBrick(coord);
+      clay::Brick* brick = editor_.newStoredBrick(coord);
       if (codec.unpack(*record, editor_.grid().band, *brick) != coord) {
         editor_.recycle(brick);
         continue;
       }
-      editor_.link(brick, true);
+      editor_.link(brick);
       filled = coord;
       ++(block.level == 0 ? inPlace : inBlocks);
     }

@@ -42,7 +42,7 @@ class ClayReading {
   struct Place {  // a brick
     RecordId id = 0;
     Coord coord;
-    clay::FloatBrick* brick = nullptr;  // until it is linked
+    clay::Brick* brick = nullptr;  // until it is linked
     uint64_t serial = 0;           // once it is linked
     bool sound = false;
   };

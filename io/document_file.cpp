@@ -434,7 +434,7 @@ void DocumentFile::Transaction::put(const RecordHeader& header, std::span<const 
   insert.bind(0, static_cast<int64_t>(header.id)).bind(1, static_cast<int64_t>(header.kind)).bind(2, record);
   insert.step();
   insert.reset();
-  state_->needs = std::max(state_->needs, schemaOf(header.kind));
+  state_->needs = std::max(state_->needs, schemaOf(header.kind, header.codec));
   state_->liveBytes += static_cast<int64_t>(record.size()) + kRowOverhead;
 }
 

@@ -14,8 +14,8 @@
 namespace argil::io {
 
 /// Schema of what this Argil writes; it reads this one and all before. A file that needs a newer one names who wrote it and is not opened. A file needs only what
-/// is in it: without colours, materials and masks Argils of schema 1 read it.
-inline constexpr int kDocumentSchema = 2;
+/// is in it: without colours, materials and masks Argils of schema 1 read it, and without clay of 16-bit distances those of schema 2.
+inline constexpr int kDocumentSchema = 3;
 
 /// One `.argil` file. Tables: meta (key, value), record (id, kind, body: header and body of io/record.h, whole in one page). What a commit wrote is there after
 /// any crash, what had no commit is not. Nothing stays open between two calls that could keep another program from reading. One thread at a time.

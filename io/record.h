@@ -34,8 +34,6 @@ enum class RecordKind : uint8_t {
   strokeSamples = 25,  ///< Points with pressure and rotation.
 };
 
-/// The first document schema that knows a kind.
-inline constexpr int schemaOf(RecordKind kind) { return kind == RecordKind::channelBrick || kind == RecordKind::clay ? 2 : 1; }
 inline constexpr RecordKind kLastStoredKind = RecordKind::clay;  ///< Of those with an id.
 
 /// How the body is packed. Stored in files: numbers are never given a new meaning.
@@ -43,7 +41,15 @@ enum class RecordCodec : uint8_t {
   raw = 0,
   zstd = 1,
   predicted = 2,  ///< Bricks alone (brick_codec.h).
+  raw16 = 3,        ///< The same of bricks of 16-bit distances.
+  predicted16 = 4,
 };
+
+/// The first document schema that knows records of a kind and codec.
+inline constexpr int schemaOf(RecordKind kind, RecordCodec codec) {
+  if (codec >= RecordCodec::raw16) return 3;
+  return kind == RecordKind::channelBrick || kind == RecordKind::clay ? 2 : 1;
+}
 
 inline constexpr size_t kRecordHeaderBytes = 40;
 /// Header and body: a record lies whole in one page of a document.

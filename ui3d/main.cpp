@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--record", sculpt.record, "The strokes as they were cut, as a script that repeats them");
   sculptVerb->add_flag("--live", sculpt.live, "Hand-driven strokes through the servo in real time");
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
+  sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
   sculptVerb->add_option("--surface", sculpt.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
@@ -66,6 +67,7 @@ int run(int argc, char** argv) {
   convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .off, .glb, .gltf, .drc)")->required();
   convertVerb->add_option("output", convert.output, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .glb, .drc)")->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
+  convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   convertVerb->add_option("--units", convert.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
   convertVerb->add_option("--surface", convert.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");

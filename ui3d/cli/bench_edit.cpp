@@ -14,6 +14,7 @@
 
 #include "clay/brush.h"
 #include "clay/brush_method.h"
+#include "clay/sampler.h"
 #include "clay/store.h"
 #include "clay/surface.h"
 #include "clay/vdb_bridge.h"
@@ -264,6 +265,66 @@ void reportFresh(BenchReport& report, const std::vector<Model>& models, const st
   }
 }
 
+// How far the surface of one lies from that of the other, voxels.
+double worstBetween(const Version& a, const Version& b) {
+  Surface surface(false);
+  surface.update(a, 2);
+  Sampler here(a), there(b);
+  double worst = 0;
+  surface.forEach([&](const BrickMesh& mesh) {
+    for (const Vec3f& position : mesh.positions) {
+      const Vec3d p = (mesh.brick * 8).toVec3d() + position.cast<double>();
+      worst = std::max(worst, std::abs(double(there.trilinear(p)) - double(here.trilinear(p))));
+    }
+  });
+  return worst;
+}
+
+// What 16 bits cost and save: memory, the dab, the whole surface, and how far a stroke ends from that on floats.
+void precisions(BenchReport& report, const BenchOptions& options) {
+  report.heading("distances of 32 and of 16 bits, the same dabs in turn, one thread");
+  std::vector<Model> models;
+  for (const Precision precision : {Precision::float32, Precision::fixed16}) {
+    Model m;
+    m.sphere = benchSphere(sizesFrom1M(std::min(options.largest, 12.0)).back(), precision);
+    m.surface.update(m.sphere.version, 2);
+    m.places = freshPlaces(m, 20261120, kFresh);
+    models.push_back(std::move(m));
+  }
+  freshDabs(models, options.job);
+  std::vector<Version> strokes;
+  for (Model& m : models) {
+    walk(m, kWalk);
+    BrushStroke stroke(m.sphere.version, carving());
+    for (int i = 0; i < 20; ++i) stroke.apply(dabAt(m.places[static_cast<size_t>(i)]));
+    strokes.push_back(stroke.finish());
+  }
+  Samples whole[2];
+  for (int i = 0; i < 5; ++i)
+    for (size_t k = 0; k < 2; ++k) {
+      Stopwatch watch;
+      Surface surface;
+      surface.update(models[k].sphere.version);
+      whole[k].add(watch.us());
+    }
+  for (size_t k = 0; k < 2; ++k) {
+    const Model& m = models[k];
+    const std::string name = fmt::format("bits{}/", k == 0 ? 32 : 16) + m.sphere.name;
+    const VersionStats stats = m.sphere.version.stats();
+    BenchResult r = m.fresh.result("edit/ball20-" + name);
+    r.bytes = stats.bytes() / stats.bricks;
+    r.note = fmt::format("bytes: a brick with its share of nodes; the edit alone {:.1f} us, {:.3f}× 32 bits; after 20 dabs the surface lies {:.6f} voxel from that of 32 bits at most", m.freshEdit.median(),
+                         m.freshEdit.median() / models[0].freshEdit.median(), worstBetween(strokes[0], strokes[k]));
+    report.add(r);
+    r = m.stroke.result("edit/ball20-stroke-" + name);
+    r.note = fmt::format("{:.3f}× 32 bits", m.stroke.median() / models[0].stroke.median());
+    report.add(r);
+    r = whole[k].result("edit/whole-surface-" + name);
+    r.note = fmt::format("{:.3f}× 32 bits", whole[k].median() / whole[0].median());
+    report.add(r);
+  }
+}
+
 }  // namespace
 
 void benchEdit(BenchReport& report, const BenchOptions& options) {
@@ -325,6 +386,7 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   freshDabs(models, options.job);
   reportFresh(report, models, "edit/ball20-flat/");
   models.clear();
+  precisions(report, options);
   benchTools(report, benchSizes(std::min(options.largest, 48.0)), options.job);
 }
 

@@ -9,7 +9,7 @@
 
 namespace argil::cli {
 
-BenchModel benchSphere(double millions) {
+BenchModel benchSphere(double millions, clay::Precision precision) {
   constexpr double kRadiusMm = 40;
   BenchModel model;
   model.name = fmt::format("{:g}M", millions);
@@ -17,7 +17,7 @@ BenchModel benchSphere(double millions) {
   model.radiusVoxels = std::sqrt(millions * 1e6 / (24 * M_PI));
   clay::Grid grid;
   grid.voxelMm = kRadiusMm / model.radiusVoxels;
-  model.version = clay::makeSphere(clay::Store::make(), grid, Vec3d(3, 5, 7), kRadiusMm);
+  model.version = clay::makeSphere(clay::Store::make(precision), grid, Vec3d(3, 5, 7), kRadiusMm);
   return model;
 }
 

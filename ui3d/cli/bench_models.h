@@ -15,7 +15,7 @@ struct BenchModel {
 };
 
 /// A sphere of 40 mm about (3, 5, 7) mm with about `millions` of active voxels (a band of 3 on each side).
-BenchModel benchSphere(double millions);
+BenchModel benchSphere(double millions, clay::Precision precision = clay::Precision::float32);
 /// A cube about (3, 5, 7) mm with about `millions` of active voxels; `radiusVoxels` is half its side. Its faces are flat at every
 /// size, where the sphere is the more curved the coarser it is.
 BenchModel benchCube(double millions);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "clay/change_precision.h"
 #include "clay/error.h"
 #include "engine/kept_document.h"
 #include "engine/load_document.h"
@@ -41,12 +42,19 @@ void convertClay(const ConvertOptions& options) {
   engine::ModelImport how;
   how.units = options.units;
   how.voxelMm = options.voxelMm;
+  how.precision = precisionOf(options.bits.value_or(32));
   engine::LoadedDocument loaded;
   {
     const ProgressLine line("reading " + options.input.filename().string(), options.job);
     loaded = engine::loadDocument(options.input, how, options.job);
   }
   for (const std::string& note : loaded.notes) fmt::print("{}\n", note);
+  if (options.bits) {
+    auto document = std::make_shared<engine::Document>(*loaded.document);
+    for (engine::Piece& piece : document->pieces)
+      if (piece.version) piece.version = clay::withPrecision(piece.version, precisionOf(*options.bits), clay::WorkPart(options.job));
+    loaded.document = std::move(document);
+  }
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   if (options.output.extension() == ".argil") {
     engine::saveDocument(options.output, *loaded.document, options.job);
@@ -97,7 +105,7 @@ void convert(const ConvertOptions& options) {
   const bool toClay = engine::holdsClay(options.output.filename());
   if (!toClay) io::requireWritable(options.output);
   if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));
-  if (toClay || options.voxelMm || engine::holdsClay(options.input)) convertClay(options);
+  if (toClay || options.voxelMm || options.bits || engine::holdsClay(options.input)) convertClay(options);
   else convertMesh(options);
 }
 

@@ -243,7 +243,7 @@ void sculpt(const SculptOptions& options) {
   prepare.job = options.job;
   engine::PreparedClay clay = [&] {
     const ProgressLine line("making clay", options.job);
-    return engine::prepareClay(clay::Store::make(), script, prepare);
+    return engine::prepareClay(clay::Store::make(options.bits ? precisionOf(*options.bits) : script.precision), script, prepare);
   }();
   for (const std::string& note : clay.notes) fmt::print("{}\n", note);
   engine::Session session(std::move(clay.document));

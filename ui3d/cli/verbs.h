@@ -14,6 +14,9 @@
 
 namespace argil::cli {
 
+/// 16 or 32 bits a voxel.
+inline clay::Precision precisionOf(int bits) { return bits == 16 ? clay::Precision::fixed16 : clay::Precision::float32; }
+
 struct SculptOptions {
   std::filesystem::path script;
   std::filesystem::path input;                  ///< A mesh in place of the script's clay.
@@ -23,6 +26,7 @@ struct SculptOptions {
   std::filesystem::path record;                 ///< The strokes as they were cut, as a script.
   bool live = false;
   std::optional<double> voxelMm;
+  std::optional<int> bits;  ///< As precisionOf(); else the script's.
   clay::Grade surface = clay::Grade::draft;  ///< Of what is written and drawn.
   std::string device = "touch";
   std::string view = "iso";
@@ -35,6 +39,7 @@ void sculpt(const SculptOptions& options);
 struct ConvertOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;  ///< By way of clay, which closes and repairs; else triangle by triangle.
+  std::optional<int> bits;        ///< Of clay, as precisionOf(); else what a document has.
   std::string units = "mm";       ///< Of an input that names none.
   std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
@@ -62,6 +67,7 @@ void recover(const RecoverOptions& options);
 struct RenderOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;
+  std::optional<int> bits;  ///< As precisionOf(); else the script's.
   clay::Grade surface = clay::Grade::draft;
   std::string view = "iso";
   bool orthographic = false;

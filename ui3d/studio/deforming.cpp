@@ -85,7 +85,7 @@ void Deforming::begin(const DeformBox& box) {
   making_ = box;
   result_ = std::make_shared<Result>();
   job_ = std::make_unique<engine::BackgroundJob>(
-      [base = box.base, warp = box.warp(), result = result_](Job& job) { result->version = clay::deform(base, *warp, clay::Store::make(), &job); });
+      [base = box.base, warp = box.warp(), result = result_](Job& job) { result->version = clay::deform(base, *warp, clay::Store::make(base.store()->precision()), &job); });
 }
 
 void Deforming::take(DeformBox& box, const Edit& edit) {

@@ -48,7 +48,7 @@ class ClayRecordsProperty : public ::testing::Test {
     grid.voxelMm = 1;
     return grid;
   }
-  static Version ball(double radius) { return clay::makeSphere(clay::Store::make(), grid(), Vec3d(0.3, 0.2, 0.1), radius); }
+  static Version ball(double radius, clay::Precision precision = clay::Precision::float32) { return clay::makeSphere(clay::Store::make(precision), grid(), Vec3d(0.3, 0.2, 0.1), radius); }
 
   static void expectClosed(const Version& version) {
     clay::Surface surface;
@@ -76,7 +76,7 @@ class ClayRecordsProperty : public ::testing::Test {
     const RecordId root = clay.write(version, 1, held, memory, RecordCodec::raw);
     RecordIds others;
     ClayRecords other(others);
-    ASSERT_EQ(other.read(memory, root, grid(), clay::Store::make(), nullptr, 1).version.hash(), version.hash());
+    ASSERT_EQ(other.read(memory, root, grid(), clay::Store::make(version.store()->precision()), nullptr, 1).version.hash(), version.hash());
   }
 
   std::mt19937 random_{kSeed};
@@ -169,6 +169,24 @@ TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
   EXPECT_GT(lostBricks, 1000u);
   EXPECT_GT(lostBlocks, 50u);
   EXPECT_GT(fromOlder, 50u);
+}
+
+TEST_F(ClayRecordsProperty, SixteenBitsComeBackToTheBit) {
+  RecordIds ids;
+  ClayRecords clay(ids);
+  RecordMemory memory;
+  RecordSet held;
+  Version version = ball(15, clay::Precision::fixed16);
+  for (int i = 0; i < 6; ++i) {
+    const RecordId root = clay.write(version, 1, held, memory, i % 2 == 0 ? RecordCodec::raw : RecordCodec::predicted);
+    RecordIds others(ids.next());
+    const Version back = ClayRecords(others).read(memory, root, grid(), clay::Store::make(clay::Precision::fixed16), nullptr, 2).version;
+    ASSERT_EQ(back.hash(), version.hash());
+    ASSERT_EQ(back.stats().bytes(), version.stats().bytes());
+    expectCanonical(back);
+    EXPECT_THROW((void)ClayRecords(others).read(memory, root, grid(), clay::Store::make(), nullptr, 1), Error) << "floats cannot hold these records";
+    version = stroke(version, 15);
+  }
 }
 
 }  // namespace

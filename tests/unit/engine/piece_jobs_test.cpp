@@ -126,6 +126,24 @@ TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
   EXPECT_NE(result.notes[0].find("mm RMS"), std::string::npos);
 }
 
+TEST(PieceJobs, PrecisionGoesBothWaysAndSaysItsError) {
+  Document document = two();
+  const PieceJob& precision = *findPieceJob("precision");
+  PieceArguments arguments = of(precision, document);
+  const PieceResult result = runPieceJob(precision, document, arguments);
+  ASSERT_EQ(result.changed.size(), 1u);
+  ASSERT_EQ(result.notes.size(), 1u);
+  EXPECT_NE(result.notes[0].find("mm RMS"), std::string::npos) << result.notes[0];
+  const clay::Version fixed = result.changed[0].version;
+  EXPECT_EQ(fixed.stats().precision, clay::Precision::fixed16);
+  EXPECT_LT(double(fixed.stats().bytes()), 0.6 * double(document.pieces[0].version.stats().bytes()));
+  Document after = document;
+  applyPieceResult(result, document, after);
+  EXPECT_TRUE(runPieceJob(precision, after, arguments).changed.empty()) << "it has that already";
+  arguments.bits = 32;
+  EXPECT_EQ(runPieceJob(precision, after, arguments).changed.at(0).version.stats().precision, clay::Precision::float32);
+}
+
 TEST(PieceJobs, RefusesWhatCannotBe) {
   Document document = two();
   const PieceJob &join = *findPieceJob("join"), &offset = *findPieceJob("offset");

@@ -106,6 +106,79 @@ TEST(BrickCodec, WhatPackingCannotShortenStaysRaw) {
   ASSERT_NO_FATAL_FAILURE(expectComesBack(brick, 3));
 }
 
+// Codes of every kind of brick, as recorded at either codec.
+TEST(BrickCodec, SixteenBitsComeBackToTheBit) {
+  std::mt19937 random(20261120);
+  for (int kind = 0; kind < 6; ++kind)
+    for (int round = 0; round < 200; ++round) {
+      clay::FixedBrick brick, back;
+      brick.coord = {-7, 13999, 4};
+      brick.step = back.step = clay::stepOf(clay::Precision::fixed16, 3);
+      const double slope[3] = {0.6, -0.5, 0.3 * kind}, shift = double(random() % 1000) / 100 - 5;
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        double code = (slope[0] * (i >> 6) + slope[1] * (i >> 3 & 7) + slope[2] * (i & 7) + shift) / double(brick.step);
+        if (kind == 4) code = double(random() % 65535) - clay::kMostCode;
+        if (kind == 5 && random() % 40 != 0) code = clay::kMostCode;
+        brick.code[i] = static_cast<int16_t>(std::clamp(code, -double(clay::kMostCode), double(clay::kMostCode)));
+      }
+      brick.code[random() % kBrickVoxels] = 7;
+      for (const RecordCodec wanted : {RecordCodec::raw, RecordCodec::predicted}) {
+        BrickCodec codec;
+        RecordCodec used = wanted;
+        const auto body = codec.pack(brick, 3, used);
+        EXPECT_TRUE(used == RecordCodec::raw16 || used == RecordCodec::predicted16);
+        if (kind < 4 && wanted == RecordCodec::predicted) {
+          EXPECT_LT(body.size(), 700u);
+        }
+        RecordView record;
+        const std::vector<std::byte> copy(body.begin(), body.end());
+        record.header = {RecordKind::brick, used, static_cast<uint16_t>(copy.size()), 1, 1};
+        record.body = copy;
+        ASSERT_EQ(codec.unpack(record, 3, back), brick.coord);
+        ASSERT_EQ(std::memcmp(back.code, brick.code, sizeof brick.code), 0);
+        for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(back.inside[i / 64] >> (i % 64) & 1, uint64_t{brick.code[i] < 0});
+        FloatBrick other;
+        EXPECT_FALSE(codec.unpack(record, 3, other)) << "another form";
+        record.body = std::span(copy).first(copy.size() - 1);
+        EXPECT_FALSE(codec.unpack(record, 3, back)) << "shorter";
+      }
+    }
+}
+
+TEST(BrickCodec, SixteenBitsRefuseWhatNoVersionHolds) {
+  clay::FixedBrick brick, back;
+  brick.coord = {1, 2, 3};
+  brick.step = back.step = clay::stepOf(clay::Precision::fixed16, 3);
+  std::mt19937 random(20261120);
+  int read = 0;
+  for (int round = 0; round < 20000; ++round) {
+    std::fill(std::begin(brick.code), std::end(brick.code), static_cast<int16_t>(clay::kMostCode));
+    if (round > 0) brick.code[random() % kBrickVoxels] = static_cast<int16_t>(random() % 65535 - clay::kMostCode);
+    if (round % 3 == 1) brick.code[3] = INT16_MIN;
+    BrickCodec codec;
+    RecordCodec used = RecordCodec(round % 2 * 2);
+    const auto body = codec.pack(brick, 3, used);
+    std::vector<std::byte> bytes(body.begin(), body.end());
+    if (round % 3 == 2 && round > 100)
+      for (int i = 0; i < 3; ++i) bytes[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    RecordView record;
+    record.header = {RecordKind::brick, used, static_cast<uint16_t>(bytes.size()), 1, 1};
+    record.body = bytes;
+    const bool sound = codec.unpack(record, 3, back).has_value();
+    if (round == 0) {
+      EXPECT_FALSE(sound) << "no voxel in the band";
+    }
+    if (round % 3 == 1) {
+      EXPECT_FALSE(sound) << "beyond the band";
+    }
+    if (!sound) continue;
+    ++read;
+    EXPECT_TRUE(std::all_of(std::begin(back.code), std::end(back.code), [](int code) { return code >= -clay::kMostCode; }));
+    EXPECT_TRUE(std::any_of(std::begin(back.code), std::end(back.code), [](int code) { return std::abs(code) < clay::kMostCode; }));
+  }
+  EXPECT_GT(read, 1000);
+}
+
 TEST(BrickCodec, RefusesWhatNoVersionHolds) {
   const float band = 3;
   FloatBrick sound = brickOf(band), back;
