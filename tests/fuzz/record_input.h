@@ -121,9 +121,13 @@ inline void putNode(ByteInput& input, io::RecordSink& sink) {
   io::NodeBody node;
   node.level = input.byte() % 8;
   const Coord first = coordOf(input);
-  int32_t edge = 1;
-  for (int level = 0; level < node.level; ++level) edge *= 8;
-  node.first = {first.x * edge, first.y * edge, first.z * edge};
+  // Where nodes of a tree may be: a coordinate of 0 is the one that holds brick 0.
+  int32_t edge = 1, from = 0;
+  for (int level = 0; level < node.level; ++level) {
+    if (level > 0) from -= 4 * edge;
+    edge *= 8;
+  }
+  node.first = {from + first.x * edge, from + first.y * edge, from + first.z * edge};
   std::map<int, io::RecordId> children;
   for (int count = input.byte(); count > 0 && !input.empty(); --count) {
     const uint16_t place = input.two();

@@ -93,7 +93,7 @@ std::map<std::string, Case> cases() {
       {"ellipsoid", {R"({"operation":"ellipsoid","radius_x_mm":10,"radius_y_mm":6,"radius_z_mm":4,"voxel_mm":0.25})", 4.0 / 3 * kPi * 240, 0.01, 1, 1, {}, ""}},
       {"mask-invert", {R"({"operation":"mask-invert"})" + kCarve, kBall, 0.003}},
       {"mask-clear", {kMaskAll + R"({"operation":"mask-clear"})" + kCarve, kBall, 0.1, 1, 1, changed(0.9 * kBall, 0.9965 * kBall)}},
-      {"mask-soften", {R"({"tool":"mask","radius_mm":6,"path":[[0,8,0,0]]},{"operation":"mask-soften","passes":20})" + kCarve, kBall, 0.1, 1, 1, changed(0.9 * kBall, 0.9995 * kBall)}},
+      {"mask-soften", {R"({"tool":"mask","radius_mm":6,"path":[[0,8,0,0]]},{"operation":"mask-soften","passes":20})" + kCarve, kBall, 0.006}},
       {"mask-cavity", {R"({"tool":"carve","radius_mm":3,"path":[[0,8,0,0]]},{"operation":"mask-cavity","radius_mm":3,"ridges":true})", kBall, 0.1}},
       {"mask-lasso", {R"({"operation":"mask-lasso","points":[[-20,-20,0],[20,-20,0],[20,20,0],[-20,20,0]],"direction":[0,0,-1],"closed":true,"front":false})" + kCarve, kBall, 0.003}},
       {"mask-hide", {kMaskAll + R"({"operation":"mask-hide"})" + kCarve, kBall, 0.003}},
