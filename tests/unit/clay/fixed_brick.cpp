@@ -47,7 +47,9 @@ TEST(FixedBrick, CodesRoundToTheNearestOnTheirSide) {
     for (float& value : values) value = value == 0 ? 0 : -value;
     ASSERT_TRUE(packDistances(values, band, mirrored));
     for (int i = 0; i < kBrickVoxels; ++i) {
-      if (std::abs(values[i]) > step) EXPECT_EQ(mirrored[i], -codes[i]);
+      if (std::abs(values[i]) > step) {
+        EXPECT_EQ(mirrored[i], -codes[i]);
+      }
     }
     // Every code is itself.
     for (int first = -kMostCode; first <= kMostCode; first += kBrickVoxels) {
