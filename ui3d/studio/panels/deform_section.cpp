@@ -50,7 +50,7 @@ void deformSection(Context& context) {
   ImGui::PushFont(fonts().strong);
   kit::text("Deform box");
   ImGui::PopFont();
-  kit::wrapped(box.kind == Kind::lattice ? "The clay follows the points, which are pulled in the picture." : "The clay follows the grid.", colours().dim);
+  kit::wrapped("Points are pulled in the picture; bend, twist and taper are set here.", colours().dim);
   if (const engine::Piece* piece = context.now.document->piece(box.piece)) kit::fact("Piece", piece->name);
   kit::gap(4);
   static constexpr std::array<string_view, 4> kKinds{"Points", "Bend", "Twist", "Taper"};
