@@ -1,6 +1,7 @@
 // Materials of a piece: added, named, coloured and made harder by the panel, laid by the tool, undone.
 
 #include <cmath>
+#include <optional>
 
 #include "panels_rig.h"
 
@@ -17,25 +18,27 @@ class Materials : public testing::Test {
   }
   const engine::Piece& piece() { return (rig.now = rig.bench.snapshot())->document->pieces[0]; }
   size_t steps() { return rig.bench.snapshot()->done; }
-  ImVec2 line(int number) {
+  // Within the list: in the inspector of the selected piece, or of the tool in hand.
+  ImVec2 within(std::optional<int> number, std::initializer_list<const char*> path) {
     ImGuiWindow* window = ImGui::FindWindowByName("Settings");
-    return rig.findId(window, ImHashStr("material", 0, ImHashData(&number, sizeof number, ImHashStr("materials", 0, window->ID))));
-  }
-  ImVec2 inRow(int number, std::initializer_list<const char*> path) {
-    ImGuiWindow* window = ImGui::FindWindowByName("Settings");
-    ImGuiID id = ImHashData(&number, sizeof number, ImHashStr("materials", 0, window->ID));
+    const int selected = int(rig.state.selected);
+    ImGuiID id = selected ? ImHashData(&selected, sizeof selected, window->ID) : window->ID;
+    id = ImHashStr("materials", 0, id);
+    if (number) id = ImHashData(&*number, sizeof *number, id);
     for (const char* part : path) id = ImHashStr(part, 0, id);
     return rig.findId(window, id);
   }
+  ImVec2 line(int number) { return within(number, {"material"}); }
+  ImVec2 inRow(int number, std::initializer_list<const char*> path) { return within(number, path); }
   void add() {
     const size_t before = steps();
-    const ImVec2 at = rig.find("Settings", {"materials", "Add a material", "button"});
+    const ImVec2 at = within({}, {"Add a material", "button"});
     ASSERT_FALSE(std::isnan(at.x));
     rig.click(at);
     rig.until([&] { return steps() == before + 1 && rig.bench.idle(); }, "added");
     rig.frames(3);
   }
-  PanelsRig rig{1280, 900};
+  PanelsRig rig{1280, 1400};
 };
 
 TEST_F(Materials, AreAddedChosenForTheToolNamedAndTakenAway) {
