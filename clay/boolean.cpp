@@ -11,6 +11,7 @@
 #include "clay/redistance.h"
 #include "clay/region_work.h"
 #include "clay/resample.h"
+#include "clay/settle.h"
 #include "clay/store.h"
 #include "clay/tree_view.h"
 
@@ -116,6 +117,7 @@ class Combiner {
       else
         editor_.setChannel(channel, brick, slot.brick()->value);
     }
+    clearChannelsRoundedAway(editor_, brick);
   }
   // The first clay's, where nothing of it is left.
   void clearBelow(const TreePlace& a) {

@@ -165,7 +165,9 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
     const std::lock_guard lock(editing);
     for (size_t k = 0; k < bricks.size(); ++k) {
       editor.setVoxels(bricks[k], values[k]);
-      if (channels) paint[k].store(editor, bricks[k]);
+      if (!channels) continue;
+      paint[k].store(editor, bricks[k]);
+      clearChannelsRoundedAway(editor, bricks[k]);
     }
     written.insert(written.end(), bricks.begin(), bricks.end());
   });

@@ -182,7 +182,9 @@ class Resampler {
     const std::lock_guard lock(editing);
     for (size_t k = 0; k < bricks.size(); ++k) {
       editor.setVoxels(bricks[k], values[k]);
-      if (channels_) paint[k].store(editor, bricks[k]);
+      if (!channels_) continue;
+      paint[k].store(editor, bricks[k]);
+      clearChannelsRoundedAway(editor, bricks[k]);
     }
     written_.insert(written_.end(), bricks.begin(), bricks.end());
   }

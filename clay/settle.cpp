@@ -66,6 +66,7 @@ void carryToFresh(Editor& editor, const Limited& limited) {
       values[static_cast<size_t>(v)] = editor.find(channel, from >> kBrickBits).value(Brick::offset(from.x & 7, from.y & 7, from.z & 7));
     editor.setChannel(channel, limited.brick, values);
   }
+  clearChannelsRoundedAway(editor, limited.brick);
 }
 
 }  // namespace
@@ -111,6 +112,10 @@ void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job,
     begin = end;
     if (job) job->step(jobFrom + (1 - jobFrom) * double(end) / double(byRegion.size()));
   }
+}
+
+void clearChannelsRoundedAway(Editor& editor, Coord brick) {
+  if (editor.step() != 0) clearChannelsOutsideBand(editor, brick);
 }
 
 void clearChannelsOutsideBand(Editor& editor, Coord coord) {

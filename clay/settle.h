@@ -23,6 +23,8 @@ void limitSlopes(Editor& editor, std::span<const Coord> bricks, int threads, con
 
 /// Channels count in the band alone: makes the bytes of all other voxels of a brick coordinate 0.
 void clearChannelsOutsideBand(Editor& editor, Coord brick);
+/// The same where bricks are fixed: a distance just within the band may have been rounded to it after its channels were found.
+void clearChannelsRoundedAway(Editor& editor, Coord brick);
 
 /// Gives `editor` what `from` has in its channels wherever both are in the band, and 0 elsewhere; for an operation that took clay away. In another store than that of
 /// `from`, or on `from` itself. Nothing where there are no channels; else O(bricks).
