@@ -14,6 +14,7 @@
 #include "clay/brush_kernels.h"
 #include "clay/brush_method.h"
 #include "clay/error.h"
+#include "clay/mask_reach.h"
 #include "clay/parallel.h"
 #include "clay/redistance.h"
 #include "clay/swept_tip.h"
@@ -109,6 +110,7 @@ struct BrushStroke::State {
       if (csg) tool = operation->method;
       method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
     }
+    if (method && base.has(Channel::mask)) maskReach.emplace(base);
     editor.emplace(std::move(base));
   }
 
@@ -121,6 +123,7 @@ struct BrushStroke::State {
   uint64_t stamps = 0, touched = 0;
 
   CarriedFrom carriedFrom;
+  std::optional<MaskReach> maskReach;  // of clay that has a mask
 
   // Redistancing.
   struct Touched {
@@ -133,7 +136,8 @@ struct BrushStroke::State {
   std::vector<Coord> due;
 
   void sweepTip(const Stamp& s, std::vector<Coord>& influenced);
-  BrickChange masked(ChannelSlot mask, const float* source, FloatBrick& brick, float& most) const;
+  [[nodiscard]] MaskCover coverOf(Coord coord, double largestRadius);
+  BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
   void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
   void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
@@ -198,9 +202,9 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal - largest >= band) return;
     const Slot slot = editor->find(coord);
-    const ChannelSlot mask = masks ? editor->find(Channel::mask, coord) : ChannelSlot();
-    if (mask == ChannelSlot(true)) return;
-    if (mask == ChannelSlot() && centre + kHalfDiagonal - least <= -band) {
+    const MaskCover cover = masks ? coverOf(coord, largest) : MaskCover();
+    if (cover.whole) return;
+    if (cover.none && centre + kHalfDiagonal - least <= -band) {
       if (slot != Slot(result)) {
         ++touched;
         editor->setTile(coord, result);
@@ -210,7 +214,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     if (slot == Slot(result)) return;
     ++touched;
     const float* source = slot.values(scratch, editor->grid().band);
-    FloatBrick* mine = slot.isTile() || mask != ChannelSlot() ? nullptr : editor->own(coord);
+    FloatBrick* mine = slot.isTile() || !cover.none ? nullptr : editor->own(coord);
     FloatBrick* target = mine ? mine : editor->newBrick(coord);
     BrickChange change;
     if (brush->tip == Tip::ball) {
@@ -223,9 +227,9 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
       for (int i = 0; i < kBrickVoxels; ++i) target->value[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
       change = sealBrick(source, editor->grid().band, *target, most);
     }
-    if (mask != ChannelSlot()) {
+    if (!cover.none) {
       float most = 0;
-      change = masked(mask, source, *target, most);
+      change = masked(cover, source, *target, most);
       lastTouch[coord].renew = Renew::slopes;
     }
     if (!change.changed) {
@@ -237,10 +241,31 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
   });
 }
 
-// What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
-BrickChange BrushStroke::State::masked(ChannelSlot mask, const float* source, FloatBrick& brick, float& most) const {
+// Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up beside a mask must not let the next stamp creep over it.
+// A tool that stands on the surface reaches clay as deep as it is wide.
+MaskCover BrushStroke::State::coverOf(Coord coord, double largestRadius) {
+  const float band = editor->grid().band;
+  const ChannelSlot mask = editor->find(Channel::mask, coord);
+  MaskCover cover;
+  Slot began;
+  if (maskReach && mask != ChannelSlot(true)) {
+    cover = maskReach->at(coord, 2 * largestRadius + static_cast<double>(band));
+    began = maskReach->start().find(coord);
+  }
+  if (began.isTile() && mask == ChannelSlot()) return cover;
   for (int i = 0; i < kBrickVoxels; ++i) {
-    const uint8_t cover = mask.value(i);
+    uint8_t& value = cover.value[static_cast<size_t>(i)];
+    value = std::abs(began.phi(i, band)) < band ? mask.value(i) : std::max(value, mask.value(i));
+  }
+  cover.none = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; });
+  cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
+  return cover;
+}
+
+// What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
+BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* source, FloatBrick& brick, float& most) const {
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const uint8_t cover = mask.value[static_cast<size_t>(i)];
     if (cover == 0 || (cover < 255 && method && method->masks())) continue;
     brick.value[i] = cover == 255 ? source[i] : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
   }
@@ -279,14 +304,16 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
   method->begin(field, images, coords);
   struct Result {
     FloatBrick* brick = nullptr;
-    ChannelSlot mask;
+    MaskCover cover;
     BrickChange change;
     float most = 0;
   };
+  double largest = 0;
+  for (const Stamp& s : images) largest = std::max(largest, s.largestRadius() * aroundTip(*brush));
   std::vector<Result> results(coords.size());
   for (size_t i = 0; i < coords.size(); ++i) {
     results[i].brick = editor->newBrick(coords[i]);
-    if (masks) results[i].mask = editor->find(Channel::mask, coords[i]);
+    if (masks) results[i].cover = coverOf(coords[i], largest);
   }
   // Linked once all have been computed: every brick comes from the field as it was before.
   parallelBlocks(
@@ -296,9 +323,9 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
         BrickValues scratch;
         for (size_t i = begin; i < end; ++i) {
           Result& r = results[i];
-          if (r.mask == ChannelSlot(true) || !method->brick(mine, images, coords[i], r.brick->value)) continue;
+          if (r.cover.whole || !method->brick(mine, images, coords[i], r.brick->value)) continue;
           const float* source = mine.slot(coords[i]).values(scratch, band);
-          r.change = r.mask == ChannelSlot() ? sealBrick(source, band, *r.brick, r.most) : masked(r.mask, source, *r.brick, r.most);
+          r.change = r.cover.none ? sealBrick(source, band, *r.brick, r.most) : masked(r.cover, source, *r.brick, r.most);
         }
       },
       16);

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "clay/mask_work.h"
 #include "clay/mesh_topology.h"
 #include "clay/nearest_triangle.h"
 #include "clay/primitives.h"
@@ -172,6 +173,55 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   constexpr std::array kGridded{"fill", "flatten", "pinch", "groove", "stamp", "stamp_paint"};
   const bool gridded = std::find(kGridded.begin(), kGridded.end(), row().id) != kGridded.end();
   EXPECT_LE(worst, row().id == "ridge" ? 0.08 : gridded ? 0.04 : 0.02) << row().id;
+}
+
+// The skin is three voxels thick, the tool reaches twelve deep and as far into the air.
+TEST_P(EveryTool, doesNothingToAPieceThatIsMaskedWhole) {
+  const Version ball = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 20);
+  const Version masked = clay::invertMask(ball);
+  Session session(Document::of(masked));
+  Tool tool = toolOf(row(), 6);
+  tool.heightMm = 4;
+  strokeAcross(session, tool, {});
+  const Version version = session.version();
+  uint64_t changed = 0;
+  Version::forEachDifference(masked, version, [&](Coord coord, Slot a, Slot b) {
+    for (int i = 0; i < clay::kBrickVoxels; ++i) changed += std::bit_cast<uint32_t>(a.phi(i, 3)) != std::bit_cast<uint32_t>(b.phi(i, 3));
+    if (changed) ADD_FAILURE() << row().id << " changed brick " << coord.x << " " << coord.y << " " << coord.z;
+  });
+  EXPECT_EQ(changed, 0u) << row().id;
+}
+
+// Half of the ball is masked; what is below the masked half stays as deep as the tool is wide, and no roof is laid over it.
+TEST_P(EveryTool, keepsWhatIsBelowAndAboveAMask) {
+  if (!shapes(row())) return;
+  const Version ball = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 20);
+  clay::Editor editor(ball);
+  std::array<uint8_t, clay::kBrickVoxels> mask;
+  ball.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 && brick.coord.x * 8 + (i >> 6) >= 0 ? 255 : 0;
+    editor.setChannel(clay::Channel::mask, brick.coord, mask);
+  });
+  const Version masked = editor.commit();
+  Session session(Document::of(masked));
+  Tool tool = toolOf(row(), 5);
+  tool.heightMm = 3;
+  session.beginStroke(tool);
+  for (int i = 0; i <= 20; ++i) session.addPoint(0.01 * i, Vec3d(-6 + 0.6 * i, 0.3, std::sqrt(400 - std::pow(-6 + 0.6 * i, 2))));
+  session.endStroke();
+  const Version version = session.version();
+  double moved = 0;
+  for (int x = 6; x <= 16; x += 2)
+    for (int z = 24; z <= 56; ++z) {
+      const Coord voxel{x, 0, z};
+      const auto at = [&](const Version& v) { return double(v.find(voxel >> 3).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), 3)); };
+      moved = std::max(moved, std::abs(at(version) - at(masked)));
+    }
+  // Redistancing beside the wall is felt a little.
+  EXPECT_LT(moved, 0.5) << row().id;
+  clay::Surface surface(false);
+  surface.update(version);
+  EXPECT_TRUE(clay::checkTopology(surface.toMesh()).closed()) << row().id;
 }
 
 TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
