@@ -84,17 +84,15 @@ class Combiner {
     }
     count();
     const Brick& from = *b.brick();
-    BrickValues scratch;
-    const BrickValues& values = from.values(scratch);
     FloatBrick* brick = editor_.newBrick(from.coord);
+    from.read(0, kBrickVoxels, brick->value);
     if (turnA_ == turnB_) {
-      std::memcpy(brick->value, values, sizeof brick->value);
       std::memcpy(brick->inside, from.inside, sizeof brick->inside);
     } else {
-      for (int i = 0; i < kBrickVoxels; ++i) brick->value[i] = 0.0f - values[i];
+      for (float& value : brick->value) value = 0.0f - value;
       for (int x = 0; x < kBrickEdge; ++x) {
         uint64_t zero = 0;
-        for (int i = 0; i < 64; ++i) zero |= static_cast<uint64_t>(values[x * 64 + i] == 0) << i;
+        for (int i = 0; i < 64; ++i) zero |= static_cast<uint64_t>(brick->value[x * 64 + i] == 0) << i;
         brick->inside[x] = ~(from.inside[x] | zero);
       }
     }
