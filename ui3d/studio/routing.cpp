@@ -255,6 +255,10 @@ void SessionWindow::release(const Event& event) {
   settleUi();  // ImGui sees presses and releases of different frames only.
   ui_.feed(event);
   held_.erase(event.button);
+  if (drag_ == Drag::panel) {  // What was clicked is clicked before the next motion of the same batch leaves it.
+    uiSteps_ = 2;
+    settleUi();
+  }
   const bool click = std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) <= kClickUnits;
   if (drag_ == Drag::line && event.button == Button::left) {
     if (!click) endLine(event);
