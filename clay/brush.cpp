@@ -136,7 +136,7 @@ struct BrushStroke::State {
   std::vector<Coord> due;
 
   void sweepTip(const Stamp& s, std::vector<Coord>& influenced);
-  [[nodiscard]] MaskCover coverOf(Coord coord, double largestRadius);
+  [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius);
   BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
   void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
   void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
@@ -202,9 +202,10 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal - largest >= band) return;
     const Slot slot = editor->find(coord);
-    const MaskCover cover = masks ? coverOf(coord, largest) : MaskCover();
-    if (cover.whole) return;
-    if (cover.none && centre + kHalfDiagonal - least <= -band) {
+    std::optional<MaskCover> cover;
+    if (masks) cover = coverOf(coord, largest);
+    if (cover && cover->whole) return;
+    if (!cover && centre + kHalfDiagonal - least <= -band) {
       if (slot != Slot(result)) {
         ++touched;
         editor->setTile(coord, result);
@@ -214,7 +215,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     if (slot == Slot(result)) return;
     ++touched;
     const float* source = slot.values(scratch, editor->grid().band);
-    FloatBrick* mine = slot.isTile() || !cover.none ? nullptr : editor->own(coord);
+    FloatBrick* mine = slot.isTile() || cover ? nullptr : editor->own(coord);
     FloatBrick* target = mine ? mine : editor->newBrick(coord);
     BrickChange change;
     if (brush->tip == Tip::ball) {
@@ -227,9 +228,9 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
       for (int i = 0; i < kBrickVoxels; ++i) target->value[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
       change = sealBrick(source, editor->grid().band, *target, most);
     }
-    if (!cover.none) {
+    if (cover) {
       float most = 0;
-      change = masked(cover, source, *target, most);
+      change = masked(*cover, source, *target, most);
       lastTouch[coord].renew = Renew::slopes;
     }
     if (!change.changed) {
@@ -242,8 +243,8 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
 }
 
 // Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up beside a mask must not let the next stamp creep over it.
-// A tool that stands on the surface reaches clay as deep as it is wide.
-MaskCover BrushStroke::State::coverOf(Coord coord, double largestRadius) {
+// A tool that stands on the surface reaches clay as deep as it is wide. Nothing where all is free.
+std::optional<MaskCover> BrushStroke::State::coverOf(Coord coord, double largestRadius) {
   const float band = editor->grid().band;
   const ChannelSlot mask = editor->find(Channel::mask, coord);
   MaskCover cover;
@@ -252,12 +253,13 @@ MaskCover BrushStroke::State::coverOf(Coord coord, double largestRadius) {
     cover = maskReach->at(coord, 2 * largestRadius + static_cast<double>(band));
     began = maskReach->start().find(coord);
   }
-  if (began.isTile() && mask == ChannelSlot()) return cover;
+  if (began.isTile() && mask == ChannelSlot()) return cover.none ? std::nullopt : std::optional(cover);
   for (int i = 0; i < kBrickVoxels; ++i) {
     uint8_t& value = cover.value[static_cast<size_t>(i)];
     value = std::abs(began.phi(i, band)) < band ? mask.value(i) : std::max(value, mask.value(i));
   }
-  cover.none = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; });
+  if (std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; })) return std::nullopt;
+  cover.none = false;
   cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
   return cover;
 }
@@ -304,7 +306,7 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
   method->begin(field, images, coords);
   struct Result {
     FloatBrick* brick = nullptr;
-    MaskCover cover;
+    std::optional<MaskCover> cover;
     BrickChange change;
     float most = 0;
   };
@@ -323,9 +325,9 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
         BrickValues scratch;
         for (size_t i = begin; i < end; ++i) {
           Result& r = results[i];
-          if (r.cover.whole || !method->brick(mine, images, coords[i], r.brick->value)) continue;
+          if ((r.cover && r.cover->whole) || !method->brick(mine, images, coords[i], r.brick->value)) continue;
           const float* source = mine.slot(coords[i]).values(scratch, band);
-          r.change = r.cover.none ? sealBrick(source, band, *r.brick, r.most) : masked(r.cover, source, *r.brick, r.most);
+          r.change = !r.cover ? sealBrick(source, band, *r.brick, r.most) : masked(*r.cover, source, *r.brick, r.most);
         }
       },
       16);

@@ -64,22 +64,27 @@ void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
       }
 }
 
-namespace {
-
-// What a mask covers whole is a source for the others and keeps its bits.
-void holdMasked(ChannelSlot mask, const float* padded, Block& block) {
+void holdMasked(ChannelSlot mask, const float* padded, uint64_t (&frozen)[kBrickEdge], float* u) {
   if (mask == ChannelSlot()) return;
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y)
-      for (int z = 0; z < 8; ++z) {
-        const int voxel = Brick::offset(x, y, z), at = paddedOffset(x + 1, y + 1, z + 1);
-        if (mask.value(voxel) != 255) continue;
-        block.frozen[x] |= uint64_t{1} << (y * 8 + z);
-        block.u[0][at] = std::abs(padded[at]);
-      }
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    if (mask.value(v) != 255) continue;
+    const int at = paddedOffset((v >> 6) + 1, ((v >> 3) & 7) + 1, (v & 7) + 1);
+    frozen[v >> 6] |= uint64_t{1} << (v & 63);
+    u[at] = std::abs(padded[at]);
+  }
 }
 
-}  // namespace
+bool settleBrick(Editor& editor, Coord coord, Slot was, const float* solved, float tolerance) {
+  const float band = editor.grid().band;
+  BrickValues room;
+  FloatBrick* brick = editor.newBrick(coord);
+  const BrickChange change = settleDistance(was.values(room, band), solved, band, tolerance, *brick);
+  if (change.changed)
+    editor.link(brick, change.inBand);
+  else
+    editor.recycle(brick);
+  return change.changed;
+}
 
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
   if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew);
@@ -109,7 +114,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     startDistance(padded, band, b.frozen, b.u[0]);
     const Renew how = renew.empty() ? Renew::none : renew[i];
     if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::impossible ? 1 : 0, b.u[0]);
-    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b);
+    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b.frozen, b.u[0]);
     std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
   }
   // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
@@ -127,7 +132,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
       faces.push_back({i, static_cast<size_t>(up), axis, true});
       faces.push_back({static_cast<size_t>(up), i, axis, false});
     }
-  constexpr float kTolerance[] = {kRedistanceTolerance, kSlopeTolerance, kSlopeTolerance, kRenewTolerance};
+  constexpr float kTolerance[] = {kRedistanceTolerance, kSlopeTolerance, kSlopeTolerance};
   int now = 0;
   for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
     for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);
@@ -136,20 +141,9 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     }
   }
 
-  BrickValues room;
   std::vector<Coord> changed;
-  for (size_t i = 0; i < count; ++i) {
-    const Block& b = blocks[i];
-    FloatBrick* brick = editor.newBrick(coords[i]);
-    const float* phi = b.source.values(room, band);
-    const BrickChange change = settleDistance(phi, b.u[now], band, kTolerance[renew.empty() ? 0 : static_cast<size_t>(renew[i])], *brick);
-    if (!change.changed) {
-      editor.recycle(brick);
-      continue;
-    }
-    editor.link(brick, change.inBand);
-    changed.push_back(coords[i]);
-  }
+  for (size_t i = 0; i < count; ++i)
+    if (settleBrick(editor, coords[i], blocks[i].source, blocks[i].u[now], kTolerance[renew.empty() ? 0 : static_cast<size_t>(renew[i])])) changed.push_back(coords[i]);
   return changed;
 }
 

@@ -35,4 +35,9 @@ inline constexpr float kRedistanceTolerance = 0.1f;
 inline constexpr float kSlopeTolerance = 0.02f;
 inline constexpr float kRenewTolerance = 0.002f;
 
+/// For redistance() and renewDistances(): what a mask covers whole is a source for the others and keeps its bits; what was solved takes a brick's place where it differs by the
+/// tolerance or more, which is told. `padded`, `u` and `solved` by paddedOffset.
+void holdMasked(ChannelSlot mask, const float* padded, uint64_t (&frozen)[kBrickEdge], float* u);
+bool settleBrick(Editor& editor, Coord coord, Slot was, const float* solved, float tolerance);
+
 }  // namespace argil::clay

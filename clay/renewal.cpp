@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 
-#include "clay/shaping_kernels.h"
+#include "clay/brick_margins.h"
 #include "clay/warp_kernels.h"
 
 namespace argil::clay {
@@ -15,8 +14,6 @@ namespace {
 constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
 // As in redistance().
 constexpr int kPasses = 6;
-
-constexpr Coord kFaces[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
 struct Work {
   float u[2][kWideSize];
@@ -87,42 +84,6 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
   }
 }
 
-// Of a brick its values and four around them.
-void gatherBroad(Sampler& field, Coord coord, float* broad) {
-  for (int i = 0; i < 27; ++i) {
-    const int side[3] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-    int begin[3], end[3];
-    for (int k = 0; k < 3; ++k) {
-      begin[k] = side[k] < 0 ? 0 : side[k] == 0 ? 4 : 12;
-      end[k] = side[k] < 0 ? 4 : side[k] == 0 ? 12 : 16;
-    }
-    const Slot slot = field.slot(coord + Coord{side[0], side[1], side[2]});
-    const float flat = slot.isTile() ? slot.phi(0, field.band()) : 0;
-    for (int x = begin[0]; x < end[0]; ++x)
-      for (int y = begin[1]; y < end[1]; ++y) {
-        float* row = broad + broadOffset(x, y, begin[2]);
-        if (slot.isTile())
-          std::fill_n(row, end[2] - begin[2], flat);
-        else
-          slot.brick()->read(Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7), end[2] - begin[2], row, field.step());
-      }
-  }
-}
-
-void copyLayers(const float* from, float* to, int axis, bool positive) {
-  const int source = positive ? 8 : 2, target = positive ? 0 : 10;
-  for (int layer = 0; layer < 2; ++layer)
-    for (int i = 2; i < 10; ++i) {
-      if (axis == 2) {
-        for (int j = 2; j < 10; ++j) to[wideOffset(i, j, target + layer)] = from[wideOffset(i, j, source + layer)];
-        continue;
-      }
-      const int t = axis == 0 ? wideOffset(target + layer, i, 2) : wideOffset(i, target + layer, 2);
-      const int f = axis == 0 ? wideOffset(source + layer, i, 2) : wideOffset(i, source + layer, 2);
-      std::memcpy(to + t, from + f, kBrickEdge * sizeof(float));
-    }
-}
-
 }  // namespace
 
 std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
@@ -142,11 +103,11 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     w.changed = true;
     w.source = editor.find(coords[i]);
     for (int face = 0; face < 6; ++face) {
-      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaces[face]);
-      w.beside[face] = it != coords.end() && *it == coords[i] + kFaces[face] ? it - coords.begin() : -1;
+      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
+      w.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
     }
     float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
-    gatherBroad(field, coords[i], broad);
+    gatherBroad(field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
     for (int x = 0; x < 10; ++x)
       for (int y = 0; y < 10; ++y) std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
     startDistance(padded, band, w.frozen, near);
@@ -159,15 +120,7 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
         if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
       distancesOfFeet(broad, w.frozen, least, near);
     }
-    if (masks) {
-      const ChannelSlot mask = editor.find(Channel::mask, coords[i]);
-      for (int v = 0; mask != ChannelSlot() && v < kBrickVoxels; ++v) {
-        if (mask.value(v) != 255) continue;
-        w.frozen[v >> 6] |= uint64_t{1} << (v & 63);
-        const int at = paddedOffset((v >> 6) + 1, ((v >> 3) & 7) + 1, (v & 7) + 1);
-        near[at] = std::abs(padded[at]);
-      }
-    }
+    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, w.frozen, near);
     for (int x = 0; x < 12; ++x)
       for (int y = 0; y < 12; ++y)
         for (int z = 0; z < 12; ++z) {
@@ -192,7 +145,6 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     for (Work& w : works) w.changed = widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
     for (Work& w : works) pull(w, now ^ 1);
   }
-  BrickValues room;
   std::vector<Coord> changed;
   for (size_t i = 0; i < count; ++i) {
     const Work& w = works[i];
@@ -200,15 +152,7 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y)
         for (int z = 0; z < 8; ++z) solved[paddedOffset(x + 1, y + 1, z + 1)] = std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
-    FloatBrick* brick = editor.newBrick(coords[i]);
-    const float* phi = w.source.values(room, band);
-    const BrickChange change = settleDistance(phi, solved, band, renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, *brick);
-    if (!change.changed) {
-      editor.recycle(brick);
-      continue;
-    }
-    editor.link(brick, change.inBand);
-    changed.push_back(coords[i]);
+    if (settleBrick(editor, coords[i], w.source, solved, renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance)) changed.push_back(coords[i]);
   }
   return changed;
 }

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "clay/brick_margins.h"
 #include "clay/brush_method.h"
 #include "clay/redistance.h"
-#include "clay/shaping_kernels.h"
 
 namespace argil::clay {
 namespace {
@@ -38,7 +37,11 @@ class Smoothing : public DistanceMethod {
     float mean[kBrickVoxels];    // of the neighbours, near and far
     float weight[kBrickVoxels];  // 0 where nothing is known
   };
-  void gatherBroad(Sampler& before, Coord coord, int margin, const std::vector<Part>* parts, float* broad) const;
+  // For gatherBroad: from the parts where there are any, else the clay's.
+  [[nodiscard]] const float* meanOf(Coord coord) const {
+    const Part* part = find(coord);
+    return part ? part->mean : nullptr;
+  }
   void gatherWeights(Coord coord, float* broad) const;
   [[nodiscard]] const Part* find(Coord coord) const {
     const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
@@ -52,33 +55,6 @@ class Smoothing : public DistanceMethod {
   std::vector<Part> parts_, next_;
   float putBack_ = 0;
 };
-
-// A brick's values and `margin` around them: from the parts where there are any, else the clay's.
-void Smoothing::gatherBroad(Sampler& before, Coord coord, int margin, const std::vector<Part>* parts, float* broad) const {
-  float flat[kBrickEdge];
-  for (int i = 0; i < 27; ++i) {
-    const int side[3] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-    int begin[3], end[3];
-    for (int k = 0; k < 3; ++k) {
-      begin[k] = side[k] < 0 ? 4 - margin : side[k] == 0 ? 4 : 12;
-      end[k] = side[k] < 0 ? 4 : side[k] == 0 ? 12 : 12 + margin;
-    }
-    const Coord at = coord + Coord{side[0], side[1], side[2]};
-    const Slot slot = before.slot(at);
-    const Part* part = parts ? find(at) : nullptr;
-    const float* from = part ? part->mean : nullptr;
-    if (!from && slot.isTile()) std::fill_n(flat, kBrickEdge, slot.phi(0, band_));
-    for (int x = begin[0]; x < end[0]; ++x)
-      for (int y = begin[1]; y < end[1]; ++y) {
-        const int first = Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7), count = end[2] - begin[2];
-        float* row = broad + broadOffset(x, y, begin[2]);
-        if (!from && !slot.isTile())
-          slot.brick()->read(first, count, row);
-        else
-          std::copy_n(from ? from + first : flat, count, row);
-      }
-  }
-}
 
 void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   const bool keep = operation_.method == Method::smoothKeep;
@@ -95,7 +71,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   float broad[kBroadSize] = {};
   for (int spacing = 1; spacing <= 4; spacing *= 2) {
     for (size_t i = 0; i < bricks.size(); ++i) {
-      gatherBroad(before, bricks[i], spacing, spacing > 1 ? &parts_ : nullptr, broad);
+      gatherBroad(before, bricks[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
       broadMean(broad, spacing, next_[i].mean);
     }
     std::swap(parts_, next_);
@@ -128,8 +104,8 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   for (size_t i = 0; i < bricks.size(); ++i) {
     const Part& part = parts_[i];
     if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
-    gatherBroad(before, bricks[i], 1, nullptr, broadWas);
-    gatherBroad(before, bricks[i], 1, &parts_, broadNow);
+    gatherBroad(before, bricks[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
+    gatherBroad(before, bricks[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
     gatherWeights(bricks[i], broadWeight);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);

@@ -4,28 +4,14 @@
 #include <cmath>
 #include <cstring>
 
+#include "clay/brick_margins.h"
+
 namespace argil::clay {
 
 namespace {
 
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
-
-// Copies two layers of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when `positive`.
-void copyLayers(const float* from, float* to, int axis, bool positive) {
-  const int source = positive ? 8 : 2, target = positive ? 0 : 10;
-  if (axis == 2) {
-    for (int x = 2; x < 10; ++x)
-      for (int y = 2; y < 10; ++y) std::memcpy(to + wideOffset(x, y, target), from + wideOffset(x, y, source), 2 * sizeof(float));
-    return;
-  }
-  for (int layer = 0; layer < 2; ++layer)
-    for (int i = 2; i < 10; ++i) {
-      const int t = axis == 0 ? wideOffset(target + layer, i, 2) : wideOffset(i, target + layer, 2);
-      const int f = axis == 0 ? wideOffset(source + layer, i, 2) : wideOffset(i, source + layer, 2);
-      std::memcpy(to + t, from + f, kBrickEdge * sizeof(float));
-    }
-}
 
 // Distances as a brick or tile of the version has them, on one side; beyond the band not known.
 void readSlot(Slot slot, float band, float side, float* u) {
@@ -46,8 +32,6 @@ void spread(const float* u, float* wide) {
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) std::memcpy(wide + wideOffset(x + 2, y + 2, 2), u + Brick::offset(x, y, 0), kBrickEdge * sizeof(float));
 }
-
-constexpr Coord kFaces[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
 }  // namespace
 
@@ -78,7 +62,7 @@ void WideDistance::gather(Work& work) const {
   for (int face = 0; face < 6; ++face) {
     if (work.beside[face] >= 0) continue;
     float other[kWideSize], read[kBrickVoxels];
-    spread(values(work.coord + kFaces[face], read), other);
+    spread(values(work.coord + kFaceSteps[face], read), other);
     copyLayers(other, wide, face / 2, face % 2 == 0);
   }
 }
@@ -103,7 +87,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     any = true;
     wanted.add(c);
     // What is beside it was solved without it.
-    for (const Coord step : kFaces)
+    for (const Coord step : kFaceSteps)
       if (find(c + step)) wanted.add(c + step);
   }
   if (!any) return;
@@ -123,8 +107,8 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     w.block = blocks_.at(all[i]).get();
     w.changed = false;
     for (int face = 0; face < 6; ++face) {
-      const auto it = std::lower_bound(all.begin(), all.end(), all[i] + kFaces[face]);
-      w.beside[face] = it != all.end() && *it == all[i] + kFaces[face] ? it - all.begin() : -1;
+      const auto it = std::lower_bound(all.begin(), all.end(), all[i] + kFaceSteps[face]);
+      w.beside[face] = it != all.end() && *it == all[i] + kFaceSteps[face] ? it - all.begin() : -1;
     }
     w.open = false;
     for (const uint64_t word : w.block->frozen) w.open |= ~word != 0;
