@@ -26,14 +26,18 @@ std::string keyOf(const Parameter<Owner>& parameter) {
   return key;
 }
 
-/// A number, one of the choices, true or false, or "#rrggbb".
+/// A number, one of the choices, true or false, or "#rrggbb": what a script has for `value`.
 template <class Owner>
-nlohmann::ordered_json valueOf(const Parameter<Owner>& parameter, const Owner& owner) {
-  const double value = parameter.get(owner);
+nlohmann::ordered_json scriptValue(const Parameter<Owner>& parameter, double value) {
   if (!parameter.choices.empty()) return parameter.choices[size_t(value)];
   if (parameter.unit == "on") return value >= 0.5;
   if (parameter.unit == "colour") return fmt::format("#{:06x}", uint32_t(value));
   return value;
+}
+
+template <class Owner>
+nlohmann::ordered_json valueOf(const Parameter<Owner>& parameter, const Owner& owner) {
+  return scriptValue(parameter, parameter.get(owner));
 }
 
 /// 0xrrggbb. Throws Error for anything but "#rrggbb".

@@ -20,7 +20,7 @@ struct PieceArguments {
   double innerMm = 2, outerMm = 0;          ///< Walls of a shell.
   double blendMm = 0;
   double voxelMm = 0.5;
-  double bits = 16;
+  clay::Precision precision = clay::Precision::fixed16;
   double volumeMm3 = 10;
   double passes = 1;
   bool keepOther = false;                   ///< Of two pieces: the second stays.

@@ -62,9 +62,8 @@ PieceResult resample(const Document& document, const PieceArguments& a, Job* job
 PieceResult precision(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const clay::WorkPart all(job);
-  const clay::Precision wanted = a.bits < 24 ? clay::Precision::fixed16 : clay::Precision::float32;
-  const clay::Version version = clay::withPrecision(piece.version, wanted, all);
-  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, wanted == clay::Precision::fixed16 ? 16 : 32)});
+  const clay::Version version = clay::withPrecision(piece.version, a.precision, all);
+  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, a.precision == clay::Precision::fixed16 ? 16 : 32)});
   // Voxel by voxel, as both have the same grid: points of the surface would tell more of how they were found.
   const float band = version.grid().band;
   float moved = 0;
@@ -74,7 +73,7 @@ PieceResult precision(const Document& document, const PieceArguments& a, Job* jo
   });
   constexpr double kMegabyte = 1 << 20;
   return changedTo(piece, version,
-                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).", piece.name, wanted == clay::Precision::fixed16 ? 16 : 32,
+                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).", piece.name, a.precision == clay::Precision::fixed16 ? 16 : 32,
                                 double(version.stats().bytes()) / kMegabyte, double(piece.version.stats().bytes()) / kMegabyte, double(moved) * version.grid().voxelMm, moved)});
 }
 
@@ -107,8 +106,10 @@ constexpr std::array kSmooth{Parameter<Arguments>{"passes", "Passes", "How often
                                                   [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
 constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000, 0.5, true,
                                                     [](const Arguments& a) { return a.voxelMm; }, [](Arguments& a, double v) { a.voxelMm = v; }}};
-constexpr std::array kPrecision{Parameter<Arguments>{"bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 16, 32, 16, false,
-                                                     [](const Arguments& a) { return a.bits; }, [](Arguments& a, double v) { a.bits = v; }}};
+constexpr std::array<std::string_view, 2> kBits{"32", "16"};  // as clay::Precision has them
+constexpr std::array kPrecision{Parameter<Arguments>{"bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 0, 1, 1, false,
+                                                     [](const Arguments& a) { return double(a.precision); },
+                                                     [](Arguments& a, double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; }, kBits}};
 constexpr std::array kCrumbs{Parameter<Arguments>{"below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
                                                   [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
 

@@ -43,16 +43,21 @@ void printOperations(bool json) {
       nlohmann::ordered_json each{{"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"pieces", row.pieces}, {"takes", engine::keysOf(row)}};
       each["parameters"] = nlohmann::ordered_json::array();
       for (const auto& parameter : row.parameters)
-        each["parameters"].push_back(
-            {{"key", engine::keyOf(parameter)}, {"name", parameter.name}, {"help", parameter.help}, {"values", engine::valuesOf(parameter)}, {"standard", parameter.standard}});
+        each["parameters"].push_back({{"key", engine::keyOf(parameter)},
+                                      {"name", parameter.name},
+                                      {"help", parameter.help},
+                                      {"values", engine::valuesOf(parameter)},
+                                      {"standard", engine::scriptValue(parameter, parameter.standard)}});
       rows.push_back(each);
       continue;
     }
     if (row.group != group) fmt::print("{}{}\n", group.empty() ? "" : "\n", row.group);
     group = row.group;
     fmt::print("  {:<14} {}\n", row.id, row.help);
-    for (const auto& parameter : row.parameters)
-      fmt::print("    {:<16} {:<22} {:g}: {}\n", engine::keyOf(parameter), engine::valuesOf(parameter), parameter.standard, parameter.help);
+    for (const auto& parameter : row.parameters) {
+      const auto standard = engine::scriptValue(parameter, parameter.standard);
+      fmt::print("    {:<16} {:<22} {}: {}\n", engine::keyOf(parameter), engine::valuesOf(parameter), standard.is_number() ? fmt::format("{:g}", parameter.standard) : standard.dump(), parameter.help);
+    }
     fmt::print("    {}\n", fmt::join(engine::keysOf(row), ", "));
   }
   if (json) fmt::print("{}\n", rows.dump(2));

@@ -74,7 +74,7 @@ std::map<std::string, Case> cases() {
       {"shell", {R"({"operation":"shell","inner_mm":2})", kBall - ballOf(6), 0.01, 2}},
       {"smooth-all", {R"({"operation":"smooth-all","passes":5})", kBall, 0.005}},
       {"resample", {R"({"operation":"resample","voxel_mm":0.25})", kBall, 0.005, 1, 1, [](const json& r) { EXPECT_EQ(r["clay"]["voxel_mm"], 0.25); EXPECT_EQ(r["notes"].size(), 1u); }}},
-      {"precision", {R"({"operation":"precision","bits":16})", kUntouched, 1e-5, 1, 1, [](const json& r) { EXPECT_EQ(r["notes"].size(), 1u); }}},
+      {"precision", {R"({"operation":"precision","bits":"16"})", kUntouched, 1e-5, 1, 1, [](const json& r) { EXPECT_EQ(r["notes"].size(), 1u); }}},
       {"mirror", {R"({"tool":"carve","radius_mm":3,"path":[[0,8,0,0]]},{"operation":"mirror","plane":[0,0,0,1,0,0]})", kBall, 0.1, 1, 1,
                   [](const json& r) { EXPECT_NEAR(low(r, 0), -high(r, 0), 0.05); EXPECT_LT(high(r, 0), 7.5); }}},
       {"fill-voids", {R"({"operation":"shell","inner_mm":2},{"operation":"fill-voids"})"}},

@@ -141,7 +141,7 @@ TEST(PieceJobs, PrecisionGoesBothWaysAndSaysItsError) {
   Document after = document;
   applyPieceResult(result, document, after);
   EXPECT_TRUE(runPieceJob(precision, after, arguments).changed.empty()) << "it has that already";
-  arguments.bits = 32;
+  arguments.precision = clay::Precision::float32;
   EXPECT_EQ(runPieceJob(precision, after, arguments).changed.at(0).version.stats().precision, clay::Precision::float32);
 }
 
