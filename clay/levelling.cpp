@@ -6,9 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "clay/brick_margins.h"
 #include "clay/brush_method.h"
 #include "clay/redistance.h"
-#include "clay/shaping_kernels.h"
+#include "clay/warp_kernels.h"
 
 namespace argil::clay {
 namespace {
@@ -17,6 +18,8 @@ namespace {
 constexpr float kMost = 1.5f;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
+// Means of the surface, each weighed by the one before. Of a wall as large as what it stands beside nothing is left after the third.
+constexpr int kRounds = 3;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
 
@@ -61,8 +64,9 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
     const BrickFrame frame(middle, coord);
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float phi = values[i];
-      // As much of each voxel as lies near the surface: together they weigh its area.
-      const float w = weight[i] * (1 - std::abs(phi));
+      // A cubic B-spline of the distance: together the voxels weigh the surface's area, wherever it lies between them.
+      const float t = std::abs(phi), out = 2 - t;
+      const float w = weight[i] * (t < 1 ? (2.0f / 3) - t * t * (1 - 0.5f * t) : t < 2 ? out * out * out * (1.0f / 6) : 0.0f);
       if (!(w > 0)) continue;
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
       const Vec3f g(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow], padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
@@ -74,16 +78,16 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
   }
   const auto vec = [](const std::array<int64_t, 3>& sum) { return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])); };
   const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
-  // The second time the surface counts as far as it faces the way that all of it did on average: a wall at its edge does not tilt the plane.
+  // From the second time on the surface counts as far as it faces the way that it did on average the time before: a wall at its edge does not tilt the plane.
   int64_t weights = 0;
   std::array<int64_t, 3> places{}, normals{};
   Vec3f mean = Vec3f::Zero();
-  for (const bool again : {false, true}) {
+  for (int round = 0; round < kRounds; ++round) {
     weights = 0;
     places = normals = {};
     for (const Sample& each : samples) {
       float w = each.weight;
-      if (again) {
+      if (round > 0) {
         const float facing = std::max((each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f), square = facing * facing;
         w *= square * square;
       }
@@ -118,26 +122,58 @@ void Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<
   }
 }
 
+// Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
   if (before.slot(coord).isTile()) return false;
-  float padded[kPaddedSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
-  gatherPadded(before, coord, padded);
+  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
+  float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
+  gatherBroad(before, coord, 4, [](Coord) -> const float* { return nullptr; }, broad);
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
-  for (size_t i = 0; i < images.size(); ++i) {
-    if (!planes_[i]) continue;
-    const Vec3d n = planes_[i]->normal, from = planes_[i]->point - middle;
-    float weight[kBrickVoxels];
-    imageWeights(images.subspan(i, 1), operation_.shape, coord, weight);
-    for (float& w : weight) w *= std::abs(operation_.amount);
-    levelBrick(padded, weight, {static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()), static_cast<float>((n.x() * from.x() + n.y() * from.y()) + n.z() * from.z())},
-               band_, kMost, cut, heap);
-  }
-  BrickValues scratch;
-  const BrickValues& old = before.slot(coord).values(scratch, band_);
   // Below zero scraping fills and filling scrapes.
   const bool down = operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
   const bool up = operation_.method == Method::flatten || !down;
-  for (int i = 0; i < kBrickVoxels; ++i) phi[i] = old[i] + ((down ? cut[i] : 0.0f) + (up ? heap[i] : 0.0f));
+  FieldSample samples[kBrickVoxels];
+  FieldValue values[kBrickVoxels];
+  int voxels[kBrickVoxels];
+  float goals[kBrickVoxels], rises[kBrickVoxels];
+  for (size_t image = 0; image < images.size(); ++image) {
+    if (!planes_[image]) continue;
+    const Vec3d from = planes_[image]->point - middle;
+    const Vec3d& normal = planes_[image]->normal;
+    const Vec3f n = normal.cast<float>();
+    const auto offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z());
+    float weight[kBrickVoxels];
+    imageWeights(images.subspan(image, 1), operation_.shape, coord, weight);
+    size_t count = 0;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
+      const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
+      if (!(weight[i] > 0) || !(std::abs(*at) < band_)) continue;
+      const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) + n.z() * (static_cast<float>(z) - 3.5f)) - offset;
+      const Vec3f g(at[kX] - at[-kX], at[kY] - at[-kY], at[1] - at[-1]);
+      const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(), along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
+      // From the plane to the surface along its normal: of what faces away there is nothing to move.
+      const float facing = std::min(std::max(along / std::sqrt(std::max(length2, 0.04f)), 0.0f), 1.0f);
+      const float way = std::min(std::max(*at * facing - goal, -kMost), kMost), rise = way * (weight[i] * std::abs(operation_.amount));
+      if (rise == 0 || !(rise > 0 ? up : down)) continue;
+      const AxisPlace px = placeOf(x, -rise * n.x()), py = placeOf(y, -rise * n.y()), pz = placeOf(z, -rise * n.z());
+      samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
+      goals[count] = goal;
+      rises[count] = rise;
+      voxels[count++] = i;
+    }
+    sampleField(std::span(samples, count), kX, kY, values);
+    for (size_t k = 0; k < count; ++k) {
+      const int i = voxels[k];
+      const float old = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
+      // Filling only adds, scraping only takes away, neither beyond the plane.
+      if (rises[k] > 0)
+        heap[i] = std::min(heap[i], std::max(values[k].value, std::min(goals[k], old)) - old);
+      else
+        cut[i] = std::max(cut[i], std::min(values[k].value, std::max(goals[k], old)) - old);
+    }
+  }
+  for (int i = 0; i < kBrickVoxels; ++i) phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
   return true;
 }
 

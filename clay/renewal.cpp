@@ -33,15 +33,12 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
   size_t count = 0;
   const auto place = [&](int i, const Vec3f& step, Vec3f& moved, FieldSample& sample) {
     const int voxel[3] = {i >> 6, (i >> 3) & 7, i & 7};
-    int base[3];
-    float t[3];
+    AxisPlace at[3];
     for (int k = 0; k < 3; ++k) {
-      const float whole = std::nearbyint(step[k]), rest = (step[k] - whole + 192.0f) - 192.0f;
-      base[k] = voxel[k] + static_cast<int>(whole) + (rest < 0 ? -1 : 0);
-      t[k] = rest < 0 ? rest + 1 : rest;
-      moved[k] = whole + rest;
+      at[k] = placeOf(voxel[k], step[k]);
+      moved[k] = static_cast<float>(at[k].base - voxel[k]) + at[k].t;
     }
-    sample = {broad + broadOffset(base[0] + 3, base[1] + 3, base[2] + 3), t[0], t[1], t[2]};
+    sample = {broad + broadOffset(at[0].base + 3, at[1].base + 3, at[2].base + 3), at[0].t, at[1].t, at[2].t};
   };
   for (int i = 0; i < kBrickVoxels; ++i) {
     if (!((frozen[i >> 6] >> (i & 63)) & 1)) continue;

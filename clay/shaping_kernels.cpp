@@ -195,32 +195,6 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
   });
 }
 
-void Level(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) {
-  const RowTag d;
-  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), bound = hn::Set(d, band), least = hn::Set(d, 0.04f);
-  forRows([&](int voxel) {
-    const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
-    const Row w = hn::LoadU(d, weight + voxel), old = hn::LoadU(d, padded + at);
-    const auto mine = hn::And(hn::Gt(w, zero), hn::Lt(hn::Abs(old), bound));
-    if (hn::AllFalse(d, mine)) return;
-    const auto slope = [&](int step) { return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step)); };
-    const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
-    const Row nx = hn::Set(d, plane.nx), ny = hn::Set(d, plane.ny), nz = hn::Set(d, plane.nz);
-    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
-    const Row along = hn::Add(hn::Add(hn::Mul(gx, nx), hn::Mul(gy, ny)), hn::Mul(gz, nz));
-    // Whole up to 48°, none from 60° on: a wall across the plane is no part of what lies above or below it, and no lip grows from an edge.
-    const Row cosine = hn::Div(along, hn::Sqrt(hn::Max(length2, least)));
-    const Row faces = hn::Min(hn::Max(hn::Sub(hn::Mul(hn::Set(d, 6.0f), cosine), hn::Set(d, 3.0f)), zero), one);
-    const Row x = hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f), y = hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f);
-    const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
-    const Row goal = hn::Sub(hn::Add(hn::Add(hn::Mul(x, nx), hn::Mul(y, ny)), hn::Mul(z, nz)), hn::Set(d, plane.offset));
-    const Row way = hn::Min(hn::Max(hn::Sub(goal, old), hn::Set(d, -most)), hn::Set(d, most));
-    const Row change = hn::IfThenElse(mine, hn::Mul(hn::Mul(w, faces), way), zero);
-    hn::StoreU(hn::Max(hn::LoadU(d, cut + voxel), change), d, cut + voxel);
-    hn::StoreU(hn::Min(hn::LoadU(d, heap + voxel), change), d, heap + voxel);
-  });
-}
-
 void Broad(const float* broad, int spacing, float* mean) {
   const RowTag d;
   const Row share = hn::Set(d, 1.0f / 64);
@@ -251,7 +225,6 @@ HWY_EXPORT(Feet);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
-HWY_EXPORT(Level);
 HWY_EXPORT(Broad);
 
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
@@ -265,9 +238,6 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
   return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);
 }
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept { HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi); }
-void levelBrick(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) noexcept {
-  HWY_DYNAMIC_DISPATCH(Level)(padded, weight, plane, band, most, cut, heap);
-}
 void broadMean(const float* broad, int spacing, float* mean) noexcept { HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean); }
 
 }  // namespace argil::clay

@@ -33,15 +33,6 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
 /// side · (u − h)/√(1 + |∇h|²), h the height, where it is not zero; there `phi` keeps its value. `padded`: the heights with one voxel around them.
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
 
-/// A plane as n·x − offset, x from the brick's middle, n a unit vector pointing out of the clay.
-struct Plane {
-  float nx, ny, nz, offset;
-};
-
-/// How far levelling moves phi towards the plane's distances: weight · (distance − phi), the bracket at most `most` either way, where |phi| < band and as far as
-/// the surface faces the way the plane does. Largest over what `cut` (above zero) and least over what `heap` (below) hold already.
-void levelBrick(const float* padded, const float* weight, const Plane& plane, float band, float most, float* cut, float* heap) noexcept;
-
 /// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at index 4, 4, 4.
 inline constexpr int kBroadRow = 16;
 inline constexpr int kBroadSize = 16 * 16 * kBroadRow + 16;

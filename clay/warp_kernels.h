@@ -1,6 +1,7 @@
 #pragma once
 // Arithmetic of warps; compiled once per SIMD target. Same rules as brush_kernels.h: equal bits on every target, mirrored bits for mirrored arguments.
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -46,6 +47,20 @@ void cubicWeights(float t, float (&weights)[4]) noexcept;
 /// Separable tricubic refinement of a window of n³ nodes to 10³ places: place i along an axis takes nodes first[axis][i] to first[axis][i] + 3 with
 /// weights[axis][i]. `scratch`: 10 n² + 100 n nodes.
 void refineDisplacements(const Displacement* window, int n, const int (&first)[3][10], const float (&weights)[3][10][4], Displacement* scratch, Displacement* out) noexcept;
+
+/// A place along an axis, as the voxel below it and how far it is from there (0 to 1); in steps of 2⁻¹⁶, so that mirrored places give mirrored parts to the bit.
+struct AxisPlace {
+  int base;
+  float t;
+};
+/// `displacement` (−32 to 32 voxels) from `voxel`.
+inline AxisPlace placeOf(int voxel, float displacement) noexcept {
+  const float whole = std::nearbyint(displacement);
+  // Adding 192 leaves multiples of 2⁻¹⁶.
+  const float rest = (displacement - whole + 192.0f) - 192.0f;
+  const int below = rest < 0 ? -1 : 0;
+  return {voxel + static_cast<int>(whole) + below, rest - static_cast<float>(below)};
+}
 
 /// A field's values around a place and how it reads there.
 struct FieldSample {

@@ -171,19 +171,6 @@ class Warping : public DistanceMethod {
   std::vector<Vec3f> normals_;
 };
 
-// A place as the voxel below it and how far it is from there, so that mirrored places give mirrored parts to the bit.
-struct Place {
-  int base;
-  float t;
-};
-Place placeOf(int voxel, float displacement) {
-  const float whole = std::nearbyint(displacement);
-  // Adding 192 leaves multiples of 2⁻¹⁶.
-  const float rest = (displacement - whole + 192.0f) - 192.0f;
-  const int below = rest < 0 ? -1 : 0;
-  return {voxel + static_cast<int>(whole) + below, rest - static_cast<float>(below)};
-}
-
 Coord floorOf(const Vec3f& v) {
   return {static_cast<int32_t>(std::floor(v.x())), static_cast<int32_t>(std::floor(v.y())), static_cast<int32_t>(std::floor(v.z()))};
 }
@@ -242,7 +229,7 @@ void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
       for (int y = 0; y < 3; ++y) {
         Vec3f point[3];
         for (int z = 0; z < 3; ++z) {
-          Place place[3];
+          AxisPlace place[3];
           for (int k = 0; k < 3; ++k) {
             const double p = rounded(0.5 * (s.a[k] + s.b[k])) + apart * ((k == 0 ? x : k == 1 ? y : z) - 1), cell = std::floor(p);
             place[k] = {static_cast<int>(cell), static_cast<float>(p - cell)};
@@ -316,7 +303,7 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
       phi[i] = flat.phi(0, band_);
       continue;
     }
-    const Place px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
+    const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
     const Coord nearest{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
     const float near = dense ? window[static_cast<size_t>(((nearest.x - from.x) * size.y + nearest.y - from.y) * size.z + nearest.z - from.z)] : start.voxel(firstVoxel + nearest);
     phi[i] = near;

@@ -140,7 +140,8 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   images.mirrors.push_back({Vec3d::Zero(), normal});
   strokeAcross(session, toolOf(row(), 3), images);
   const Version version = session.version();
-  // Where the surface is smooth: a crease is read differently from place to place.
+  // Where normals within four voxels agree to 20°. An exact crease of 20° is itself read up to 0.065 voxel beside where it lies, by where the voxels happen to be, and one of 10° 0.033.
+  constexpr double kAgreed = 0.985;  // to the place between them
   clay::Sampler sampler(version);
   Random random(7);
   double worst = 0;
@@ -159,9 +160,9 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
       const Vec3d step = (k < 26 ? 2.0 : 4.0) * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
       Vec3f other;
       (void)sampler.tricubic(p + step - step.dot(g.cast<double>()) * g.cast<double>(), other);
-      smooth = other.normalized().dot(g.normalized()) > 0.94;
+      smooth = other.normalized().dot(g.normalized()) > kAgreed;
       (void)sampler.tricubic(q + step - step.dot(h.cast<double>()) * h.cast<double>(), other);
-      smooth = smooth && other.normalized().dot(h.normalized()) > 0.94;
+      smooth = smooth && other.normalized().dot(h.normalized()) > kAgreed;
     }
     if (!smooth) continue;
     ++looked;
@@ -169,10 +170,8 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   }
   std::printf("%s: %.4f voxels at %zu places\n", row().id.data(), worst, looked);
   EXPECT_GT(looked, 500u);
-  // 0.02 is what is wanted everywhere. After thirty stamps on one spot these stand a little apart (NOTES.md, "Brushes").
-  constexpr std::array kGridded{"fill", "flatten", "pinch", "groove", "stamp", "stamp_paint"};
-  const bool gridded = std::find(kGridded.begin(), kGridded.end(), row().id) != kGridded.end();
-  EXPECT_LE(worst, row().id == "ridge" ? 0.08 : gridded ? 0.04 : 0.02) << row().id;
+  // Thirty stamps on one spot pinch it to a fiftieth, and what is finer than a voxel then comes out as it falls on the grid.
+  EXPECT_LE(worst, row().id == "pinch" ? 0.04 : 0.02) << row().id;
 }
 
 // The skin is three voxels thick, the tool reaches twelve deep and as far into the air.
