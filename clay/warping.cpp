@@ -336,13 +336,18 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
       const ptrdiff_t sx = dense ? static_cast<ptrdiff_t>(size.y) * size.z : 16, sy = dense ? size.z : 4;
       const float tx = samples[k].tx, ty = samples[k].ty, tz = samples[k].tz;
       float most = 0;
-      const auto corner = [&](int x, int y, int z) { const float f = c[(x + 1) * sx + (y + 1) * sy + z + 1]; most = std::max(most, std::abs(f)); return f; };
+      const auto corner = [&](int x, int y, int z) {
+        const float f = c[(x + 1) * sx + (y + 1) * sy + z + 1];
+        // On a voxel, or between two, the cell beyond is another one in a mirror: what weighs nothing says nothing.
+        if ((x == 0 || tx > 0) && (y == 0 || ty > 0) && (z == 0 || tz > 0)) most = std::max(most, std::abs(f));
+        return f;
+      };
       const auto line = [&](int x, int y) { return corner(x, y, 0) * (1 - tz) + corner(x, y, 1) * tz; };
       const auto plane = [&](int x) { return line(x, 0) * (1 - ty) + line(x, 1) * ty; };
       const float linear = plane(0) * (1 - tx) + plane(1) * tx;
       if (most >= band_) {
-      phi[i] = value < 0 ? -band_ : band_;
-      continue;
+        phi[i] = value < 0 ? -band_ : band_;
+        continue;
       }
       value = linear;
     }
