@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "clay/editor.h"
@@ -126,6 +127,18 @@ StrokeImages Document::images() const {
   images.axisPointMm = symmetry.pose.translation;
   images.axis = symmetry.pose.rotation * Vec3d::UnitZ();
   return images;
+}
+
+std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour) {
+  std::array<uint8_t, 3> bytes{};
+  std::transform(colour.begin(), colour.end(), bytes.begin(), [](float part) { return static_cast<uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); });
+  return bytes;
+}
+
+std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece) {
+  std::vector<std::optional<std::array<uint8_t, 3>>> colours;
+  for (const MaterialRow& row : piece.materials) colours.push_back(row.colour ? std::optional(bytesOf(*row.colour)) : std::nullopt);
+  return colours;
 }
 
 Piece hideMasked(Piece piece) {

@@ -50,6 +50,10 @@ struct Piece : Thing {
   bool hideMasked = false;                         ///< Where the mask is above 127 clay is neither seen nor felt; see hideMasked().
 };
 
+/// sRGB bytes of a colour; and of the piece's materials, row by row, where they have one.
+[[nodiscard]] std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour);
+[[nodiscard]] std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece);
+
 /// The piece with its masked part (mask above 127) hidden; that part is masked whole, so no tool changes it. Half masks of 127 and less stay as they are. O(masked clay).
 [[nodiscard]] Piece hideMasked(Piece piece);
 

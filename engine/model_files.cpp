@@ -26,8 +26,8 @@ constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
 std::array<float, 3> colourOf(const io::Colour& c) { return {float(c.red) / 255, float(c.green) / 255, float(c.blue) / 255}; }
 
 io::Colour colourOf(const std::array<float, 3>& c) {
-  const auto part = [](float x) { return static_cast<uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f))); };
-  return {part(c[0]), part(c[1]), part(c[2]), 255};
+  const auto [red, green, blue] = bytesOf(c);
+  return {red, green, blue, 255};
 }
 
 // The name is the file's where the object has none: the caller knows it.
@@ -140,15 +140,19 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   return imported;
 }
 
-// Where something is painted: one a vertex, the piece's own colour showing through as it does in the studio.
-std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const io::Colour& own) {
+// Where something is painted, or of a material that has a colour: one a vertex, as the studio shows it.
+std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {
   const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
+  const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
+  const std::array<uint8_t, 3> own = bytesOf(piece.colour);
+  const auto materialOf = [&](const clay::VertexPaint& each) { return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt; };
   std::vector<io::Colour> colours;
-  if (std::none_of(paint.begin(), paint.end(), [](const clay::VertexPaint& each) { return each.cover > 0; })) return colours;
+  if (std::none_of(paint.begin(), paint.end(), [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); })) return colours;
   colours.reserve(paint.size());
   for (const clay::VertexPaint& each : paint) {
+    const std::array<uint8_t, 3> ground = materialOf(each).value_or(own);
     const auto over = [&](uint8_t colour, uint8_t under) { return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255); };
-    colours.push_back({over(each.red, own.red), over(each.green, own.green), over(each.blue, own.blue), own.alpha});
+    colours.push_back({over(each.red, ground[0]), over(each.green, ground[1]), over(each.blue, ground[2]), 255});
   }
   return colours;
 }
@@ -181,7 +185,7 @@ std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport
     object.colour = colourOf(each.colour);
     object.mesh = surface.toMesh();
     if (object.mesh.triangles.empty()) continue;
-    object.vertexColours = vertexColoursOf(surface, *object.colour);
+    object.vertexColours = vertexColoursOf(surface, each);
     for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position);
     objects.push_back(std::move(object));
   }

@@ -138,23 +138,19 @@ void Workbench::newDocument() {
   state_->post([s = state_.get()] { s->begin(Document(), true); });
 }
 
-void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm) {
+void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how) {
   state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
-    clay::Grid grid;
-    grid.voxelMm = voxelMm;
-    grid.originMm = centreMm;
-    const clay::Version version = clay::makeBlock(clay::Store::make(), grid, centreMm, sizeMm, roundMm, &job);
+    const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
+    const clay::Version version = clay::makeBlock(clay::Store::make(how.precision), grid, how.centreMm, sizeMm, roundMm, &job);
     s->surfaces.prepare(version);
     return [=] { s->addPiece("Add block", "Block", version); };
   });
 }
 
-void Workbench::addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm) {
+void Workbench::addSphere(double radiusMm, const NewClay& how) {
   state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
-    clay::Grid grid;
-    grid.voxelMm = voxelMm;
-    grid.originMm = centreMm;
-    const clay::Version version = clay::makeSphere(clay::Store::make(), grid, centreMm, radiusMm, &job);
+    const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
+    const clay::Version version = clay::makeSphere(clay::Store::make(how.precision), grid, how.centreMm, radiusMm, &job);
     s->surfaces.prepare(version);
     return [=] { s->addPiece("Add sphere", "Sphere", version); };
   });

@@ -149,8 +149,13 @@ class Workbench {
   // Clay that comes and goes, as jobs.
 
   void newDocument();
-  void addBlock(const Vec3d& sizeMm, double roundMm, double voxelMm, const Vec3d& centreMm = Vec3d::Zero());
-  void addSphere(double radiusMm, double voxelMm, const Vec3d& centreMm = Vec3d::Zero());
+  struct NewClay {
+    double voxelMm = 0.5;
+    Vec3d centreMm = Vec3d::Zero();
+    clay::Precision precision = clay::Precision::float32;
+  };
+  void addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how);
+  void addSphere(double radiusMm, const NewClay& how);
   struct ImportOptions {
     std::string units = "mm";
     std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.

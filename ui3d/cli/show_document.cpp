@@ -4,23 +4,26 @@ namespace argil::cli {
 
 void showDocument(const engine::Document& document, clay::Grade grade, render::Renderer& renderer) {
   const bool coloured = document.pieces.size() + document.parts.size() > 1;
-  const auto place = [&](const engine::Thing& thing, const haptics::Pose& pose, const std::array<float, 3>& colour) {
+  const auto lookOf = [&](const haptics::Pose& pose, const std::array<float, 3>& colour) {
     render::PieceLook look;
     look.rotation = pose.rotation;
     look.translationMm = pose.translation;
     if (coloured) look.colour = {colour[0], colour[1], colour[2], 1};
-    renderer.place(thing.id, look);
+    return look;
   };
   for (const engine::Piece& piece : document.pieces) {
     if (!piece.visible) continue;
     clay::Surface surface(true, grade);
     renderer.update(piece.id, surface.update(piece.version, 2));
-    place(piece, piece.pose, piece.colour);
+    render::PieceLook look = lookOf(piece.pose, piece.colour);
+    look.materials = engine::materialColours(piece);
+    look.hideMasked = piece.hideMasked;
+    renderer.place(piece.id, look);
   }
   for (const engine::Part& part : document.parts) {
     if (!part.visible) continue;
     renderer.updatePart(part.id, *part.mesh);
-    place(part, part.pose, part.colour);
+    renderer.place(part.id, lookOf(part.pose, part.colour));
   }
 }
 

@@ -30,11 +30,11 @@ bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 // Document
 
 void addBlock(Context& c, Text) {
-  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, kClayVoxelMm);
+  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm});
   c.state.shown.firstStart = false;
 }
 void addSphere(Context& c, Text) {
-  c.bench.addSphere(kClayRadiusMm, kClayVoxelMm);
+  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm});
   c.state.shown.firstStart = false;
 }
 void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }

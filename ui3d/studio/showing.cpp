@@ -27,7 +27,6 @@ bool same(const render::PieceLook& a, const render::PieceLook& b) {
          a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed && a.hideMasked == b.hideMasked && a.materials == b.materials;
 }
 
-uint8_t byteOf(float part) { return static_cast<uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); }
 
 template <class Thing>
 render::PieceLook lookOf(const Thing& thing) {
@@ -133,10 +132,7 @@ void SessionWindow::follow() {
   for (const engine::Piece& piece : document.pieces) {
     wanted[piece.id] = lookOf(piece);
     wanted[piece.id].hideMasked = piece.hideMasked;
-    for (const engine::MaterialRow& row : piece.materials) {
-      auto& colour = wanted[piece.id].materials.emplace_back();
-      if (row.colour) colour = {byteOf((*row.colour)[0]), byteOf((*row.colour)[1]), byteOf((*row.colour)[2])};
-    }
+    wanted[piece.id].materials = engine::materialColours(piece);
     wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != document.active;
   }
   for (const engine::Part& part : document.parts) {

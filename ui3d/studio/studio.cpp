@@ -220,6 +220,9 @@ void SessionWindow::serveRecording(double now) {
 // The tip of a device that is no pointer: a hand on widgets too.
 void SessionWindow::followStylus(double now) {
   const haptics::StylusSample before = std::exchange(stylus_, bench_.latest());
+  // The hand is on a widget, or draws, or waits for what the drawn curve or the box around the clay is to do.
+  const bool cuts = bench_.usesPointer() || !(overWidget_ || state_.drawnCurve || state_.deformBox);
+  if (std::exchange(cuts_, cuts) != cuts) bench_.setCutting(cuts);
   if (bench_.usesPointer() || (stylus_.flags & haptics::kStale)) return;
   if (stylus_.proxy == before.proxy && stylus_.buttons == before.buttons) return;
   activeS_ = now;
@@ -231,7 +234,6 @@ void SessionWindow::followStylus(double now) {
   tip.down = (stylus_.buttons & 1) != 0;
   Context c = context();
   overWidget_ = widgets_.handle(c, tip);
-  if (std::exchange(cuts_, !overWidget_) != cuts_) bench_.setCutting(cuts_);
 }
 
 void SessionWindow::followDeformBox() {

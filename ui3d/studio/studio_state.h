@@ -55,6 +55,7 @@ struct ImportChoice {
   int units = 0;            ///< mm, cm, m, in.
   bool voxelGiven = false;  ///< Else 256 voxels along the longest side.
   double voxelMm = 0.5;
+  bool halfMemory = false;  ///< Distances of 16 bits.
   friend bool operator==(const ImportChoice&, const ImportChoice&) = default;
 };
 

@@ -9,7 +9,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "clay/editor.h"
 #include "clay/error.h"
+#include "clay/primitives.h"
+#include "clay/store.h"
 #include "io/model_writer.h"
 
 namespace argil::engine {
@@ -58,6 +61,32 @@ TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
   EXPECT_EQ(back.objects[0].name, "left");
   EXPECT_EQ(io::meanColour(back.objects[1]), (io::Colour{0, 0, 255, 255}));
   EXPECT_EQ(importModel(folder / "again.vdb", {}).pieces.size(), 2u);
+}
+
+// Half a ball of the first material, which has a colour, a quarter of the second, which has none.
+TEST_F(ModelFiles, coloursOfMaterialsGoOut) {
+  const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 10);
+  clay::Editor editor(ball);
+  ball.forEachBrick([&](const clay::Brick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> rows{};
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      if (std::abs(brick.phi(i)) < 3) rows[size_t(i)] = brick.coord.x >= 0 ? 1 : brick.coord.y >= 0 ? 2 : 0;
+    editor.setChannel(clay::Channel::material, brick.coord, rows);
+  });
+  Piece piece;
+  piece.version = editor.commit();
+  piece.colour = {1, 0, 0};
+  piece.materials = {{"wax", {}, std::array{0.0f, 0.0f, 1.0f}}, {"rubber", {}, {}}};
+  Document document;
+  document.add(piece);
+  static_cast<void>(writeModelFiles({folder / "ball.ply"}, document, {}));
+  const io::ModelFile back = io::readModel(folder / "ball.ply");
+  const io::ModelObject& object = back.objects.at(0);
+  ASSERT_EQ(object.vertexColours.size(), object.mesh.positions.size());
+  for (size_t i = 0; i < object.vertexColours.size(); ++i) {
+    const double x = object.mesh.positions[i].x();
+    if (std::abs(x) > 1) EXPECT_EQ(object.vertexColours[i], x > 0 ? (io::Colour{0, 0, 255, 255}) : (io::Colour{255, 0, 0, 255})) << i;
+  }
 }
 
 TEST_F(ModelFiles, farModelsAreBroughtNearAndSaySo) {

@@ -179,7 +179,7 @@ TEST(PieceJobs, OneUndoStepInTheWorkbench) {
   const auto settle = [&] {
     for (int i = 0; i < 3000 && (i < 3 || !bench.idle()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   };
-  bench.addSphere(8, 0.5);
+  bench.addSphere(8, {.voxelMm = 0.5});
   settle();
   const DocumentPtr before = bench.snapshot()->document;
   ASSERT_EQ(before->pieces.size(), 1u);

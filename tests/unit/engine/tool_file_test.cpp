@@ -22,7 +22,7 @@ class ToolFileTest : public ::testing::Test {
  protected:
   ToolFileTest() {
     std::filesystem::create_directories(folder);
-    bench.addBlock({40, 40, 20}, 2, 0.5);
+    bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
     EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
   }
   ~ToolFileTest() override {

@@ -308,7 +308,7 @@ TEST_F(UndoBudgetTest, aWorkbenchKeepsToItWithAJournalAndWithout) {
       for (int i = 0; i < 5000 && !what(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
       return what();
     };
-    bench.addSphere(kRadiusMm, 0.5);
+    bench.addSphere(kRadiusMm, {.voxelMm = 0.5});
     ASSERT_TRUE(until([&] { return bench.snapshot()->done == 1; }));
     std::vector<uint64_t> hashes{0, bench.snapshot()->document->pieces[0].version.hash()};
     for (uint64_t i = 1; i <= 20; ++i) {

@@ -42,7 +42,7 @@ class WorkbenchKeeping : public testing::Test {
     return until([&] { return bench.idle() && !bench.snapshot()->file.saving; });
   }
   static void block(Workbench& bench) {
-    bench.addBlock({30, 30, 20}, 2, 1);
+    bench.addBlock({30, 30, 20}, 2, {.voxelMm = 1});
     ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1; }));
     ASSERT_TRUE(rest(bench));
   }

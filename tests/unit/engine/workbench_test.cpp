@@ -38,7 +38,7 @@ class WorkbenchTest : public ::testing::Test {
   }
   DocumentPtr document() { return bench.snapshot()->document; }
   void block() {
-    bench.addBlock({40, 40, 20}, 2, 0.5);
+    bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
     ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
   }
   // From above, along x, with the button down; the tip `depthMm` below the block's top at z = 10.
@@ -187,7 +187,7 @@ TEST_F(WorkbenchTest, AWellCatchesAPointerWithinItsRangeAlone) {
 
 // How far the corner of the block's surface, as it is handed to the picture, lies from the block's own.
 TEST_F(WorkbenchTest, TheSurfaceIsOfTheGradeThatWasAskedForAndFollowsInIt) {
-  bench.addBlock({20.3, 20.3, 20.3}, 0, 0.5);
+  bench.addBlock({20.3, 20.3, 20.3}, 0, {.voxelMm = 0.5});
   ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
   ASSERT_TRUE(rest());
   std::map<clay::Grade, std::map<Coord, clay::BrickMeshPtr>> shown;
@@ -277,7 +277,7 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
 }
 
 TEST_F(WorkbenchTest, JobsShowProgressAndCanBeCancelled) {
-  bench.addSphere(400, 0.5);  // 1 600 voxels across: far more than the time until it is cancelled
+  bench.addSphere(400, {.voxelMm = 0.5});  // 1 600 voxels across: far more than the time until it is cancelled
   ASSERT_TRUE(until([&] { return !bench.jobs().empty() && bench.jobs()[0].fraction > 0; }));
   EXPECT_EQ(bench.jobs()[0].name, "Making a sphere");
   bench.cancelJob(bench.jobs()[0].id);

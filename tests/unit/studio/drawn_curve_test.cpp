@@ -17,7 +17,7 @@ constexpr float kWide = 1280, kHigh = 720;
 class Drawing : public testing::Test {
  protected:
   Drawing() {
-    rig.bench.addBlock(Vec3d(40, 30, 20), 1, 1);
+    rig.bench.addBlock(Vec3d(40, 30, 20), 1, {.voxelMm = 1});
     rig.until([&] { return document().pieces.size() == 1 && rig.bench.idle(); }, "a block");
     render::View view;
     view.position = {0, 0, 200};

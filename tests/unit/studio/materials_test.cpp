@@ -11,7 +11,7 @@ namespace {
 class Materials : public testing::Test {
  protected:
   Materials() {
-    rig.bench.addBlock(Vec3d(12, 12, 8), 1, 1);
+    rig.bench.addBlock(Vec3d(12, 12, 8), 1, {.voxelMm = 1});
     rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1 && rig.bench.idle(); }, "a block");
     rig.state.shown.firstStart = false;
     rig.frames(2);

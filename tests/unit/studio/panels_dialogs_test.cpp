@@ -90,7 +90,7 @@ TEST_F(Dialogs, ADroppedMeshAsksForItsUnits) {
 }
 
 TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return pieces() == 1; }, "a block");
   rig.run("file.export.stl");
   fillIn("Export", "##folder", folder.string());
@@ -113,7 +113,7 @@ TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
 }
 
 TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return pieces() == 1; }, "a block");
   rig.run("file.export.stl");
   const ImVec2 at = rig.find("Export", {"folders"});
@@ -157,7 +157,7 @@ TEST_F(Dialogs, AKeyIsChangedAndATakenOneRefused) {
 
 TEST_F(Dialogs, TheStopButtonStopsForces) {
   rig.bench.useDevice("simulated:touch");
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return !rig.bench.usesPointer() && pieces() == 1 && rig.bench.touch(false).state == haptics::ServoState::running; }, "a device that runs");
   rig.frames(2);
   ImVec2 at = rig.find("Bar", {"Stop forces", "button"});
@@ -172,7 +172,7 @@ TEST_F(Dialogs, TheStopButtonStopsForces) {
 }
 
 TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {
-  rig.bench.addSphere(60, 0.1);
+  rig.bench.addSphere(60, {.voxelMm = 0.1});
   rig.until([&] { return !rig.bench.jobs().empty() && rig.bench.jobs()[0].seconds > 0.35; }, "a job of 0.3 s");
   const int id = int(rig.bench.jobs()[0].id);
   rig.frames(2);
@@ -200,14 +200,20 @@ TEST_F(Dialogs, NewClayIsAdded) {
   press("New clay", "Add");
   rig.until([&] { return pieces() == 1; }, "clay");
   EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  EXPECT_EQ(rig.bench.snapshot()->document->pieces[0].version.stats().precision, clay::Precision::float32);
+  rig.run("clay.add");
+  rig.click(rig.find("New clay", {kHalfMemory, "switch"}));
+  press("New clay", "Add");
+  rig.until([&] { return pieces() == 2; }, "clay of 16 bits");
+  EXPECT_EQ(rig.bench.snapshot()->document->pieces[1].version.stats().precision, clay::Precision::fixed16);
 }
 
 class Operations : public testing::Test {
  protected:
   Operations() {
-    rig.bench.addBlock(Vec3d(12, 12, 8), 1, 1);
+    rig.bench.addBlock(Vec3d(12, 12, 8), 1, {.voxelMm = 1});
     rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");
-    rig.bench.addSphere(5, 1, Vec3d(6, 0, 0));
+    rig.bench.addSphere(5, {.voxelMm = 1, .centreMm = Vec3d(6, 0, 0)});
     rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 2 && rig.bench.idle(); }, "a ball");
     rig.frames(2);
   }

@@ -22,7 +22,7 @@ void press(PanelsRig& rig, const char* window, const char* button) {
   rig.click(at);
 }
 void addBlock(PanelsRig& rig) {
-  rig.bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1 && rig.bench.snapshot()->file.unsaved; }, "a block that is not saved");
 }
 
@@ -157,7 +157,7 @@ TEST_F(KeepPanels, RecentFilesOpenAndMissingOnesDoNot) {
 
 void crash() {
   engine::Workbench bench;
-  bench.addBlock(Vec3d(10, 10, 10), 1, 1);
+  bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (bench.snapshot()->document->pieces.empty() || !bench.idle()) {
     ASSERT_LT(std::chrono::steady_clock::now(), end);

@@ -180,9 +180,9 @@ class PanelsRig {
 
 /// A document of everything: two pieces, a part, a guide of each kind, one hidden, one locked.
 inline void fill(PanelsRig& rig) {
-  rig.bench.addBlock(Vec3d(12, 12, 8), 1, 1);
+  rig.bench.addBlock(Vec3d(12, 12, 8), 1, {.voxelMm = 1});
   rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");
-  rig.bench.addSphere(5, 1, Vec3d(20, 0, 0));
+  rig.bench.addSphere(5, {.voxelMm = 1, .centreMm = Vec3d(20, 0, 0)});
   rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 2; }, "a ball");
   rig.edit("Everything", [](engine::Document& d) {
     d.pieces[0].name = "Head";

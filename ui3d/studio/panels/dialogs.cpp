@@ -57,6 +57,7 @@ void drawNewClay(Context& context, Memory& memory) {
     voxels = 4 * 3.14159265358979 * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
   }
   kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true}, clay.voxelMm);
+  kit::toggle(kHalfMemory, clay.halfMemory, kHalfMemoryHelp);
   // Two triangles a voxel of the surface; a half more on average for how a curved surface crosses them.
   kit::fact("Triangles, about", kit::counted(uint64_t(std::round(3 * voxels / 1000)) * 1000));
   kit::gap(6);
@@ -64,8 +65,9 @@ void drawNewClay(Context& context, Memory& memory) {
   if (kit::button("Cancel", kit::Weight::plain, 96)) memory.newClayOpen = false;
   ImGui::SameLine();
   if (kit::button("Add", kit::Weight::chief, 96)) {
-    if (clay.shape == 0) context.bench.addBlock(Vec3d(clay.xMm, clay.yMm, clay.zMm), clay.roundMm, clay.voxelMm);
-    else context.bench.addSphere(clay.radiusMm, clay.voxelMm);
+    const engine::Workbench::NewClay how{.voxelMm = clay.voxelMm, .precision = clay.halfMemory ? clay::Precision::fixed16 : clay::Precision::float32};
+    if (clay.shape == 0) context.bench.addBlock(Vec3d(clay.xMm, clay.yMm, clay.zMm), clay.roundMm, how);
+    else context.bench.addSphere(clay.radiusMm, how);
     memory.newClayOpen = false;
     context.state.shown.firstStart = false;
   }

@@ -50,6 +50,8 @@ int importRows(Memory& memory, StudioState& state, const fs::path& file, bool as
     if (memory.importAsPart) return rows;
   }
   ++rows;
+  if (draw) kit::toggle(kHalfMemory, state.imports.halfMemory, kHalfMemoryHelp);
+  ++rows;
   if (draw) kit::toggle("Voxel size by hand", state.imports.voxelGiven, "Else 256 voxels along the longest side.");
   if (!state.imports.voxelGiven) return rows;
   ++rows;
@@ -62,6 +64,7 @@ engine::Workbench::ImportOptions importOptions(const Memory& memory, const Studi
   if (asksForUnits(file)) options.units = kUnits[size_t(std::clamp(state.imports.units, 0, 3))];
   options.asPart = !asDocument && memory.importAsPart;
   if (state.imports.voxelGiven && !options.asPart) options.voxelMm = state.imports.voxelMm;
+  if (state.imports.halfMemory) options.precision = clay::Precision::fixed16;
   return options;
 }
 
