@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <thread>
 #include <unordered_map>
@@ -423,6 +424,31 @@ class Deformer {
 BoxMm boundsOf(const Version& version) {
   Coord low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
   version.forEachBrick([&](const Brick& brick) {
+    if (!brick.anyInside) return;
+    int first = kBrickEdge, last = 0;
+    uint64_t any = 0;
+    for (int x = 0; x < kBrickEdge; ++x) {
+      if (brick.inside[x] == 0) continue;
+      first = std::min(first, x);
+      last = x;
+      any |= brick.inside[x];
+    }
+    // Bit y · 8 + z.
+    uint64_t columns = any;
+    for (const int shift : {32, 16, 8}) columns |= columns >> shift;
+    const auto alongZ = static_cast<uint8_t>(columns);
+    const Coord c = brick.coord * kBrickEdge;
+    low = {std::min(low.x, c.x + first), std::min(low.y, c.y + (std::countr_zero(any) >> 3)), std::min(low.z, c.z + std::countr_zero(alongZ))};
+    high = {std::max(high.x, c.x + last), std::max(high.y, c.y + ((63 - std::countl_zero(any)) >> 3)), std::max(high.z, c.z + 7 - std::countl_zero(alongZ))};
+  });
+  if (low.x > high.x) return {version.grid().toWorld(Vec3d::Ones()), version.grid().toWorld(-Vec3d::Ones())};
+  // The surface lies between the outermost voxels inside and those beside them.
+  return {version.grid().toWorld(low.toVec3d() - Vec3d::Ones()), version.grid().toWorld(high.toVec3d() + Vec3d::Ones())};
+}
+
+BoxMm brickBoundsOf(const Version& version) {
+  Coord low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
+  version.forEachBrick([&](const Brick& brick) {
     const Coord c = brick.coord * kBrickEdge;
     low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
     high = {std::max(high.x, c.x + 7), std::max(high.y, c.y + 7), std::max(high.z, c.z + 7)};
@@ -430,11 +456,9 @@ BoxMm boundsOf(const Version& version) {
   return {version.grid().toWorld(low.toVec3d()), version.grid().toWorld(high.toVec3d())};
 }
 
-void requireUnfolded(const Warp& warp, const BoxMm& piece) { (void)greatestPressure(warp, piece); }
-
 Version deform(const Version& version, const Warp& warp, std::shared_ptr<Store> store, Job* job, int threads) {
   if (version.stats().bricks == 0) return Version::empty(std::move(store), version.grid());
-  const double pressure = greatestPressure(warp, boundsOf(version));
+  const double pressure = greatestPressure(warp, brickBoundsOf(version));
   return Deformer(version, warp, std::move(store), job, threads).run(pressure);
 }
 

@@ -137,7 +137,7 @@ PieceResult lattice(const Document& document, const PieceArguments& arguments, J
   std::array<int, 3> counts;
   for (size_t i = 0; i < 3; ++i) counts[i] = static_cast<int>(std::lround(kLattice[i].get(arguments)));
   const std::vector<double>& n = arguments.numbers;
-  clay::Lattice box = n.size() >= 9 ? clay::Lattice({{n[3], n[4], n[5]}, {n[6], n[7], n[8]}}, counts) : clay::Lattice::around(clay::boundsOf(piece.version), counts);
+  clay::Lattice box = n.size() >= 9 ? clay::Lattice({{n[3], n[4], n[5]}, {n[6], n[7], n[8]}}, counts) : clay::Lattice::around(clay::brickBoundsOf(piece.version), counts);
   if (arguments.pointsMm.size() != box.points().size())
     throw Error(fmt::format("lattice of {} × {} × {} with {} points: give all {}", counts[0], counts[1], counts[2], arguments.pointsMm.size(), box.points().size()));
   for (size_t i = 0; i < box.points().size(); ++i) box.setPoint(i, piece.pose.applyInverse(arguments.pointsMm[i]));

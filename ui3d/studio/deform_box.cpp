@@ -13,8 +13,7 @@ constexpr double kLeastRange = 1;  // Percent of the extent: a range must have a
 }  // namespace
 
 DeformBox DeformBox::around(const engine::Piece& piece) {
-  const clay::BoxMm bounds = clay::boundsOf(piece.version);
-  return {.piece = piece.id, .pose = piece.pose, .base = piece.version, .bounds = bounds, .lattice = clay::Lattice::around(bounds)};
+  return {.piece = piece.id, .pose = piece.pose, .base = piece.version, .bounds = clay::boundsOf(piece.version), .lattice = clay::Lattice::around(clay::brickBoundsOf(piece.version))};
 }
 
 void DeformBox::setCounts(const std::array<int, 3>& counts) { lattice = clay::Lattice(lattice.box(), counts); }

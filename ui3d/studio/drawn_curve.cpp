@@ -76,7 +76,7 @@ DrawnCurve DrawnCurve::of(const engine::PieceJob& job, const engine::Document& d
   curve.arguments = engine::standardArguments(job, document);
   curve.arguments.pieces = {piece.id};
   curve.atOnce = job.group == "Mask";
-  curve.box = clay::boundsOf(piece.version);
+  curve.box = clay::brickBoundsOf(piece.version);
   curve.pose = piece.pose;
   return curve;
 }

@@ -54,7 +54,7 @@ Lattice affine(const BoxMm& piece, const Eigen::Matrix3d& by) {
 TEST(Deform, AnAffineLatticeMakesASphereTheExactEllipsoid) {
   const Version ball = sphere();
   for (const Vec3d& factors : {Vec3d(1.5, 1, 0.7), Vec3d(1, 1, 1), Vec3d(0.4, 1.2, 1), Vec3d(2.5, 2, 1)}) {
-    const Version deformed = deform(ball, affine(boundsOf(ball), factors.asDiagonal()), Store::make());
+    const Version deformed = deform(ball, affine(brickBoundsOf(ball), factors.asDiagonal()), Store::make());
     const Version exact = makeEllipsoid(Store::make(), Grid{}, Vec3d::Zero(), 20 * factors);
     const FieldError beside = fieldError(deformed, exact, 1), band = fieldError(deformed, exact, 2.9);
     std::printf("scaled by %g %g %g\n", factors.x(), factors.y(), factors.z());
@@ -70,7 +70,7 @@ TEST(Deform, ATurnedBlockIsTheTurnedBlock) {
   const Vec3d half(16, 10, 6);
   const Version block = makeBlock(Store::make(), Grid{}, Vec3d::Zero(), 2 * half, 0);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.5, Vec3d(1, 2, 3).normalized()).toRotationMatrix();
-  const Version turned = deform(block, affine(boundsOf(block), turn), Store::make());
+  const Version turned = deform(block, affine(brickBoundsOf(block), turn), Store::make());
   const auto exact = [&](const Vec3d& p) {
     const Vec3d q = (turn.transpose() * p).cwiseAbs() - 2 * half;
     return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
@@ -136,7 +136,7 @@ TEST(Deform, RandomLatticesLeaveOneClosedSolidWithAProperBand) {
   int made = 0;
   for (int i = 0; i < 12; ++i) {
     const std::array<int, 3> counts{2 + static_cast<int>(random() % 4), 2 + static_cast<int>(random() % 4), 2 + static_cast<int>(random() % 4)};
-    Lattice lattice = Lattice::around(boundsOf(block), counts);
+    Lattice lattice = Lattice::around(brickBoundsOf(block), counts);
     for (size_t k = 0; k < lattice.points().size(); ++k) lattice.setPoint(k, lattice.restPoint(k) + 4 * Vec3d(u(random), u(random), u(random)));
     try {
       const Version deformed = deform(block, lattice, Store::make());
@@ -164,7 +164,7 @@ TEST(Deform, ClayThatComesOverClayIsUnited) {
 
 TEST(Deform, EqualBitsOnAnyNumberOfThreads) {
   const Version ball = sphere();
-  Lattice lattice = Lattice::around(boundsOf(ball));
+  Lattice lattice = Lattice::around(brickBoundsOf(ball));
   lattice.drag({20, 0, 0}, {8, 3, 0});
   const uint64_t one = deform(ball, lattice, Store::make(), nullptr, 1).hash();
   for (const int threads : {2, 3, 8}) EXPECT_EQ(deform(ball, lattice, Store::make(), nullptr, threads).hash(), one) << threads;

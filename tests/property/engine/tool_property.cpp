@@ -91,6 +91,24 @@ TEST_P(EveryTool, doesTheSameHoweverOftenTheHandWasLookedAt) {
   }
 }
 
+// Whether all normals around a place of the surface agree with one another: at it, and `voxels` away along 26 ways in its tangent plane.
+constexpr double kCosine20 = 0.9397, kCosine10 = 0.9848;
+bool normalsAgree(clay::Sampler& sampler, const Vec3d& place, const Vec3d& normal, double cosine, std::initializer_list<double> voxels) {
+  std::vector<Vec3d> normals{normal};
+  for (const double away : voxels)
+    for (int k = 0; k < 26; ++k) {
+      const int c = k < 13 ? k : k + 1;
+      const Vec3d step = away * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
+      Vec3f g;
+      (void)sampler.tricubic(place + step - step.dot(normal) * normal, g);
+      if (!(g.squaredNorm() > 0.25f)) return false;
+      const Vec3d other = g.cast<double>().normalized();
+      if (std::any_of(normals.begin(), normals.end(), [&](const Vec3d& each) { return each.dot(other) < cosine; })) return false;
+      normals.push_back(other);
+    }
+  return true;
+}
+
 // Mirror images of a stroke that runs along the plane and across it.
 void strokeAcross(Session& session, const Tool& tool, const StrokeImages& images) {
   Random random(kSeed);
@@ -137,8 +155,7 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   images.mirrors.push_back({Vec3d::Zero(), normal});
   strokeAcross(session, toolOf(row(), 3), images);
   const Version version = session.version();
-  // Where normals within four voxels agree to 20°. An exact crease of 20° is itself read up to 0.065 voxel beside where it lies, by where the voxels happen to be, and one of 10° 0.033.
-  constexpr double kAgreed = 0.985;  // to the place between them
+  // Where normals within three voxels agree to 10°. A crease is read beside where it lies, by where the voxels happen to be: an exact one of 10° by up to 0.033 voxel, one of 20° by 0.065.
   clay::Sampler sampler(version);
   Random random(7);
   double worst = 0;
@@ -151,17 +168,7 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
     if (std::abs(sampler.tricubic(p, g)) > 1e-3) continue;
     const Vec3d q = p - 2 * p.dot(normal) * normal;
     const double there = std::abs(sampler.tricubic(q, h));
-    bool smooth = true;
-    for (int k = 0; k < 52 && smooth; ++k) {
-      const int c = k % 26 < 13 ? k % 26 : k % 26 + 1;
-      const Vec3d step = (k < 26 ? 2.0 : 4.0) * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
-      Vec3f other;
-      (void)sampler.tricubic(p + step - step.dot(g.cast<double>()) * g.cast<double>(), other);
-      smooth = other.normalized().dot(g.normalized()) > kAgreed;
-      (void)sampler.tricubic(q + step - step.dot(h.cast<double>()) * h.cast<double>(), other);
-      smooth = smooth && other.normalized().dot(h.normalized()) > kAgreed;
-    }
-    if (!smooth) continue;
+    if (!normalsAgree(sampler, p, g.cast<double>().normalized(), kCosine10, {2, 3}) || !normalsAgree(sampler, q, h.cast<double>().normalized(), kCosine10, {2, 3})) continue;
     ++looked;
     worst = std::max(worst, there);
   }
@@ -383,15 +390,7 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
         Vec3f g;
         (void)sampler.tricubic(p, g);
         const Vec3d normal = g.cast<double>().normalized(), foot = p - double(brick.phi(i)) * normal;
-        bool smooth = g.squaredNorm() > 0.25f;
-        for (int k = 0; k < 26 && smooth; ++k) {
-          const int c = k < 13 ? k : k + 1;
-          const Vec3d step = 2.0 * Vec3d(c / 9 - 1, c / 3 % 3 - 1, c % 3 - 1).normalized();
-          Vec3f other;
-          (void)sampler.tricubic(foot + step - step.dot(normal) * normal, other);
-          smooth = other.squaredNorm() > 0.25f && other.cast<double>().normalized().dot(normal) > 0.94;  // 20°
-        }
-        if (!smooth) continue;
+        if (!(g.squaredNorm() > 0.25f) || !normalsAgree(sampler, foot, normal, kCosine20, {2})) continue;
         const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(std::abs(double(brick.phi(i))) - exact);
         sum += error * error;
         worst = std::max(worst, error);

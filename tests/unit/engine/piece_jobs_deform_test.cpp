@@ -87,7 +87,7 @@ TEST(DeformJobs, BendTwistTaperAndLatticeChangeThePieceAlone) {
   PieceArguments arguments = argumentsFor("lattice", document);
   EXPECT_THROW((void)runPieceJob(*findPieceJob("lattice"), document, arguments), Error);
   const Piece& piece = document.pieces[0];
-  clay::Lattice box = clay::Lattice::around(clay::boundsOf(piece.version));
+  clay::Lattice box = clay::Lattice::around(clay::brickBoundsOf(piece.version));
   for (const Vec3d& p : box.points()) arguments.pointsMm.push_back(piece.pose.apply(p + Vec3d(0, 0, 3)));  // All of it, up.
   const PieceResult result = runPieceJob(*findPieceJob("lattice"), document, arguments);
   EXPECT_NEAR(topology(result.changed.at(0).version).high.z(), 8, 0.05);

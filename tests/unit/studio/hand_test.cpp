@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 class HandTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    bench_.addBlock({60, 60, 40}, 2, 1);
+    bench_.addBlock({60, 60, 40}, 2, {.voxelMm = 1});
     ASSERT_TRUE(until([&] { return bench_.snapshot()->document->pieces.size() == 1 && bench_.idle(); })) << "no block";
     document_ = bench_.snapshot()->document;
     render::View view;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "panels_rig.h"
+#include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
