@@ -166,8 +166,11 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const Session::Counts before = session.counts();
   const int64_t begin = haptics::nowNs();
   const DocumentPtr first = session.document();
-  if (const Piece* piece = first->workedOn(); piece && !(script.material == haptics::Material())) {
-    session.change("Material", [&, id = piece->id](Document& document) { document.piece(id)->material = script.material; });
+  if (const Piece* piece = first->workedOn(); piece && (!(script.material == haptics::Material()) || !script.materials.empty())) {
+    session.change("Material", [&, id = piece->id](Document& document) {
+      document.piece(id)->material = script.material;
+      document.piece(id)->materials = script.materials;
+    });
   }
   const auto follow = [&](bool tell) {
     const clay::Version version = session.version();

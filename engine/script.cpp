@@ -9,6 +9,7 @@
 #include "clay/error.h"
 #include "engine/json_text.h"
 #include "engine/operation_text.h"
+#include "engine/parameter_text.h"
 #include "engine/random.h"
 #include "engine/script_place.h"
 #include "engine/tool_table.h"
@@ -46,8 +47,29 @@ ClaySetup readSphere(const Place& place) {
   return sphere;
 }
 
+MaterialRow readMaterialRow(const Place& place) {
+  place.keys({"name", "colour", "material"});
+  MaterialRow row;
+  row.name = place.at("name").text();
+  if (const auto colour = place.maybe("colour")) {
+    const uint32_t rgb = readColour(*colour);
+    row.colour = {static_cast<float>(rgb >> 16) / 255, static_cast<float>(rgb >> 8 & 255) / 255, static_cast<float>(rgb & 255) / 255};
+  }
+  if (const auto material = place.maybe("material")) row.material = readMaterial(*material);
+  return row;
+}
+
+json materialRowJson(const MaterialRow& row) {
+  json out{{"name", row.name}, {"material", materialJson(row.material)}};
+  if (row.colour) {
+    const auto [red, green, blue] = bytesOf(*row.colour);
+    out["colour"] = fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
+  }
+  return out;
+}
+
 void readSetup(const Place& item, Script& script) {
-  item.keys({"voxel_mm", "bits", "fit_mm", "up", "block", "sphere", "import", "material", "guides"});
+  item.keys({"voxel_mm", "bits", "fit_mm", "up", "block", "sphere", "import", "material", "materials", "guides"});
   if (item.value().size() != 1) item.fail("must hold exactly one key");
   const auto once = [&](bool already) {
     if (already) item.fail("is there twice; remove one");
@@ -69,6 +91,10 @@ void readSetup(const Place& item, Script& script) {
   } else if (const auto material = item.maybe("material")) {
     once(!(script.material == haptics::Material()));
     script.material = readMaterial(*material);
+  } else if (const auto rows = item.maybe("materials")) {
+    once(!script.materials.empty());
+    for (const Place& row : rows->items()) script.materials.push_back(readMaterialRow(row));
+    if (script.materials.size() > kMaxMaterialRows) rows->fail(fmt::format("has {} rows; {} is the most", script.materials.size(), kMaxMaterialRows));
   } else if (const auto guides = item.maybe("guides")) {
     once(!script.guides.empty());
     for (const Place& guide : guides->items()) script.guides.push_back(readGuide(guide));
@@ -205,6 +231,11 @@ std::string formatScript(const Script& script) {
     setup.push_back({{"import", import->file.string()}});
   }
   if (!(script.material == haptics::Material())) setup.push_back({{"material", materialJson(script.material)}});
+  if (!script.materials.empty()) {
+    json rows = json::array();
+    for (const MaterialRow& row : script.materials) rows.push_back(materialRowJson(row));
+    setup.push_back({{"materials", rows}});
+  }
   if (!script.guides.empty()) {
     json guides = json::array();
     for (const GuideSetup& guide : script.guides) guides.push_back(guideJson(guide));

@@ -83,6 +83,7 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm": 0.5}`,
 /// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2, "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`; for hand-driven strokes `{"material": {"stiffness_nmm": 1, ...}}`
+/// and `{"materials": [{"name": "wax", "colour": "#3b5bd0", "material": {...}}, ...]}` (rows 1, 2, ... of what the material tool lays; colour and material may be left out)
 /// and `{"guides": [{"guide": "lock_to_plane", "at": [0, 0, 20], "direction": [0, 0, 1]}, ...]}` (engine/guide_setup.h). A stroke: `{"tool": "carve" or any other
 /// id of engine/tool_table.h, "radius_mm": 5, its other parameters with their units ("height_mm", "angle_deg", "strength": 0 to 1, "tip": "box", "colour": "#c8402e"; left out: as the
 /// tool begins), "inverted": true, "file" of an image or a shape, "drive": "tip" or "hand", "onto": [x, y, z] and "press_mm": 2 (both or none), "mirror": [[px, py, pz, nx, ny, nz], ...] (at most
@@ -101,6 +102,7 @@ struct Script {
   Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
   ClaySetup clay;
   haptics::Material material;         ///< How the clay feels to a hand.
+  std::vector<MaterialRow> materials; ///< What Tool::material names, from 1 on.
   std::vector<GuideSetup> guides;     ///< What a hand is held by.
   std::vector<ScriptStroke> strokes;
   std::vector<ScriptOperation> operations;  ///< In order.

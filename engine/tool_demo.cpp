@@ -44,6 +44,8 @@ Script toolDemo(const ToolRow& row) {
   script.strokes.push_back(strokeOf(bump, 5, {{-12, 3, 0}}));
   script.strokes.push_back(strokeOf(furrow, 2, line({13, -17, 0}, {13, 17, 0})));
 
+  if (row.id == "material") script.materials = {{"Wax", {}, std::array{0.2f, 0.4f, 0.8f}}};
+
   Tool tool = standardTool(row);
   tool.radiusMm = row.work == haptics::Work::rub ? 6 : 4;
   double press = row.work == haptics::Work::cut ? 2 : row.work == haptics::Work::lay ? 3 : tool.radiusMm;

@@ -94,6 +94,18 @@ TEST(GuideSetup, materialsSurviveWriting) {
   EXPECT_EQ(parseScript(formatScript(first), "again.json"), first);
 }
 
+TEST(GuideSetup, rowsOfMaterialsSurviveWriting) {
+  const Script first = parseScript(script(R"({"materials": [{"name": "wax", "colour": "#3366cc", "material": {"stiffness_nmm": 0.7}}, {"name": "as it is"}]})"), "cut.json");
+  ASSERT_EQ(first.materials.size(), 2u);
+  EXPECT_EQ(bytesOf(first.materials[0].colour.value()), (std::array<uint8_t, 3>{0x33, 0x66, 0xcc}));
+  EXPECT_EQ(first.materials[0].material.stiffnessNmm, 0.7);
+  EXPECT_EQ(first.materials[1], (MaterialRow{"as it is", {}, {}}));
+  EXPECT_EQ(parseScript(formatScript(first), "again.json"), first);
+  EXPECT_THAT(complaint(R"({"materials": [{"colour": "#3366cc"}]})"), HasSubstr("name"));
+  EXPECT_THAT(complaint(R"({"materials": [{"name": "wax", "colour": "blue"}]})"), HasSubstr("colour"));
+  EXPECT_THAT(complaint(R"({"materials": [{"name": "wax", "shine": 1}]})"), HasSubstr("unknown key"));
+}
+
 // The hand wobbles up and down by millimetres; the plane holds the cut flat.
 TEST(GuideSetup, aPlaneHoldsTheCutOfAHandThatWobbles) {
   const auto cut = [](const std::string& guides) {
