@@ -52,19 +52,30 @@ double largestStretch(const Matrix3d& m) {
 }
 
 // How much the warp presses at most. Throws where it folds or goes too far.
-double greatestPressure(const Warp& warp, const BoxMm& piece) {
-  const BoxMm box = warp.domain(piece);
+double greatestPressure(const Warp& warp, const Version& version) {
+  // The band goes along, and the bounds are a voxel wider than what is inside.
+  const Grid& grid = version.grid();
+  const BoxMm solid = boundsOf(version);
+  const Vec3d band = Vec3d::Constant((static_cast<double>(grid.band) - 1) * grid.voxelMm);
+  const BoxMm box = warp.domain({solid.low - band, solid.high + band});
   const Vec3d step = (box.high - box.low) / (kSamples - 1);
   double stretch = 0, pressure = 0;
   for (int x = 0; x < kSamples; ++x)
     for (int y = 0; y < kSamples; ++y)
       for (int z = 0; z < kSamples; ++z) {
         Matrix3d j;
-        const Vec3d p = box.low + Vec3d(x, y, z).cwiseProduct(step), q = warp.map(p, j);
+        const Vec3d p = box.low + Vec3d(x, y, z).cwiseProduct(step);
+        const Vec3d voxel = grid.toVoxel(p).array().floor();
+        const Coord at{static_cast<int32_t>(voxel.x()), static_cast<int32_t>(voxel.y()), static_cast<int32_t>(voxel.z())};
+        const float phi = version.find(at >> kBrickBits).phi(Brick::offset(at.x & 7, at.y & 7, at.z & 7), grid.band);
+        // Where neither clay nor its band is nothing folds.
+        if (phi >= grid.band) continue;
+        const Vec3d q = warp.map(p, j);
         const double volume = j.determinant();
         if (!q.allFinite() || !std::isfinite(volume)) throw Error("the deformation leads to numbers that are not finite: move it less");
         if (!(volume > kLeastVolume))
           throw Error(fmt::format("the deformation folds the clay at ({:.4g}, {:.4g}, {:.4g}) mm: move it less, or in smaller steps", p.x(), p.y(), p.z()));
+        if (phi > 1) continue;  // The band may be pressed as it will.
         stretch = std::max(stretch, largestStretch(j));
         pressure = std::max(pressure, largestStretch(j.inverse()));
       }
@@ -458,7 +469,7 @@ BoxMm brickBoundsOf(const Version& version) {
 
 Version deform(const Version& version, const Warp& warp, std::shared_ptr<Store> store, Job* job, int threads) {
   if (version.stats().bricks == 0) return Version::empty(std::move(store), version.grid());
-  const double pressure = greatestPressure(warp, brickBoundsOf(version));
+  const double pressure = greatestPressure(warp, version);
   return Deformer(version, warp, std::move(store), job, threads).run(pressure);
 }
 
