@@ -36,6 +36,8 @@ constexpr float kUnsure = 0.03f;
 // Radii of edges, voxels: below the first they are sharp; above the second the surface turns over several cells, and each vertex goes by where its own edges cross it.
 constexpr float kLeastRadius = 0.03f;
 constexpr float kSmallRadius = 0.4f;
+// Above it the surface is bent rather than creased, even where a cell's own values fit a face.
+constexpr float kLargeRadius = 1.4f;
 // A vertex stays outside of a rounded edge by half of what it stands out, so that the triangles between cut it as little; but by no more than this, voxels.
 constexpr float kStandOut = 0.12f;
 // 1 − cos 53°: a vertex on more of a turn is a crease for the triangles beside it.
@@ -301,6 +303,7 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     if (wedge) wedge->fit(cell.view);
     const float sharpMisfit = misfitOf(cell, model), roundMisfit = wedge ? wedge->misfit(cell.view) : 1.0f;
     const bool rounded = wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kUnsure || roundMisfit < sharpMisfit + kLeastRadius);
+    if (wedge && wedge->radius() > kLargeRadius) continue;
     const float misfit = rounded ? roundMisfit : sharpMisfit;
     if (misfit > (rounded ? kRoundMisfit : kMisfit) || misfit > best) continue;
     const CreaseVertex now = rounded && wedge->radius() > kSmallRadius ? placeOnWedge(cell, *wedge) : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
