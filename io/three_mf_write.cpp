@@ -271,26 +271,28 @@ void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions&,
   zip.add("_rels/.rels", relations());
   zip.begin(kModelPath, text.mostBytes());
   tbb::enumerable_thread_specific<DeflateBlock> packers;
+  const auto tokens = kTokensPerThread * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
+  // Blocks on their way, by number: blocks leave in order, so those under way lie closer together than there are tokens. The pipeline does not free what it holds when it is cancelled.
+  std::vector<PackedBlock> underWay(tokens);
   size_t next = 0, written = 0;
   const auto number = [&](tbb::flow_control& control) -> size_t {
     if (next == text.blocks()) control.stop();
     return next++;
   };
   const auto pack = [&](size_t index) {
-    auto block = std::make_shared<PackedBlock>();
-    block->text = text.make(index);
-    packers.local().pack(block->text, block->packed);
-    return block;
+    PackedBlock& block = underWay[index % tokens];
+    block.text = text.make(index);
+    packers.local().pack(block.text, block.packed);
+    return index;
   };
-  const auto put = [&](const std::shared_ptr<PackedBlock>& block) {
-    zip.block(block->text, block->packed);
+  const auto put = [&](size_t index) {
+    const PackedBlock& block = underWay[index % tokens];
+    zip.block(block.text, block.packed);
     ++written;
     if (job != nullptr) job->step(static_cast<double>(written) / static_cast<double>(text.blocks()));
   };
-  const auto tokens = kTokensPerThread * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
-  tbb::parallel_pipeline(tokens, tbb::make_filter<void, size_t>(tbb::filter_mode::serial_in_order, number) &
-                                     tbb::make_filter<size_t, std::shared_ptr<PackedBlock>>(tbb::filter_mode::parallel, pack) &
-                                     tbb::make_filter<std::shared_ptr<PackedBlock>, void>(tbb::filter_mode::serial_in_order, put));
+  tbb::parallel_pipeline(tokens, tbb::make_filter<void, size_t>(tbb::filter_mode::serial_in_order, number) & tbb::make_filter<size_t, size_t>(tbb::filter_mode::parallel, pack) &
+                                     tbb::make_filter<size_t, void>(tbb::filter_mode::serial_in_order, put));
   zip.end();
   zip.finish();
 }
