@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -18,6 +19,33 @@
 
 namespace argil::engine {
 
+/// A std::timed_mutex that ThreadSanitizer understands: GCC 12's does not see one that was waited for.
+class TimedMutex {
+ public:
+  void lock() {
+    std::unique_lock guard(guard_);
+    free_.wait(guard, [this] { return !held_; });
+    held_ = true;
+  }
+  [[nodiscard]] bool try_lock_for(std::chrono::milliseconds most) {
+    std::unique_lock guard(guard_);
+    if (!free_.wait_for(guard, most, [this] { return !held_; })) return false;
+    return held_ = true;
+  }
+  void unlock() {
+    {
+      const std::lock_guard guard(guard_);
+      held_ = false;
+    }
+    free_.notify_one();
+  }
+
+ private:
+  std::mutex guard_;
+  std::condition_variable free_;
+  bool held_ = false;
+};
+
 /// What a document in work is called in its files: which record holds what. All files of one document in work share one archive, so that what was written to the
 /// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
 class Archive {
@@ -27,7 +55,7 @@ class Archive {
   Archive& operator=(const Archive&) = delete;
 
   /// Held while something is put or read. Waits for a save at most until its next brick (see Giving).
-  using Lock = std::unique_lock<std::timed_mutex>;
+  using Lock = std::unique_lock<TimedMutex>;
   [[nodiscard]] Lock lock();
   /// The same, but no longer than that, as whoever holds it may wait for a disk: look whether it is owned.
   [[nodiscard]] Lock tryLock(std::chrono::milliseconds most);
@@ -78,7 +106,7 @@ class Archive {
   io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink);
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 
-  std::timed_mutex mutex_;
+  TimedMutex mutex_;
   std::atomic<int> waiting_{0};
   io::RecordIds ids_;
   io::ClayRecords clay_;
