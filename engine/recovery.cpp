@@ -102,7 +102,7 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   OpenedDocument& document = recovered.document;
   document.archive = std::make_shared<Archive>();
   Archive& archive = *document.archive;
-  const auto lock = archive.lock();
+  Archive::Lock lock = archive.lock();
   archive.ids().atLeast(reader->highestId() + 1);
   if (base) {
     archive.ids().atLeast(base->next);
@@ -135,7 +135,10 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
       if (why.empty()) why = e.what();
     }
   }
-  if (document.states.empty() && story.begin.file.empty()) return mend(why);
+  if (document.states.empty() && story.begin.file.empty()) {
+    lock.unlock();  // the archive goes
+    return mend(why);
+  }
   if (document.states.empty()) {
     throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, trouble.empty() ? "" : fmt::format("; it builds on a file that cannot be read: {}", trouble)), Error::Kind::work);
   }
