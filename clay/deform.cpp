@@ -51,34 +51,40 @@ double largestStretch(const Matrix3d& m) {
   return std::sqrt(std::sqrt((square * v).squaredNorm()));
 }
 
-// How much the warp presses at most. Throws where it folds or goes too far.
+// How much the warp presses at most. Throws where it folds or goes too far. Looked at where there is clay or its band: at places of a lattice over the whole, and in every brick where it is
+// nearest to the surface, so that no clay is too thin to be met.
 double greatestPressure(const Warp& warp, const Version& version) {
-  // The band goes along, and the bounds are a voxel wider than what is inside.
   const Grid& grid = version.grid();
+  double stretch = 0, pressure = 0;
+  const auto look = [&](const Vec3d& p, float phi) {
+    Matrix3d j;
+    const Vec3d q = warp.map(p, j);
+    const double volume = j.determinant();
+    if (!q.allFinite() || !std::isfinite(volume)) throw Error("the deformation leads to numbers that are not finite: move it less");
+    if (!(volume > kLeastVolume)) throw Error(fmt::format("the deformation folds the clay at ({:.4g}, {:.4g}, {:.4g}) mm: move it less, or in smaller steps", p.x(), p.y(), p.z()));
+    if (phi > 1) return;  // The band may be pressed as it will.
+    stretch = std::max(stretch, largestStretch(j));
+    pressure = std::max(pressure, largestStretch(j.inverse()));
+  };
+  // The bounds are a voxel wider than what is inside.
   const BoxMm solid = boundsOf(version);
   const Vec3d band = Vec3d::Constant((static_cast<double>(grid.band) - 1) * grid.voxelMm);
   const BoxMm box = warp.domain({solid.low - band, solid.high + band});
   const Vec3d step = (box.high - box.low) / (kSamples - 1);
-  double stretch = 0, pressure = 0;
   for (int x = 0; x < kSamples; ++x)
     for (int y = 0; y < kSamples; ++y)
       for (int z = 0; z < kSamples; ++z) {
-        Matrix3d j;
-        const Vec3d p = box.low + Vec3d(x, y, z).cwiseProduct(step);
-        const Vec3d voxel = grid.toVoxel(p).array().floor();
+        const Vec3d p = box.low + Vec3d(x, y, z).cwiseProduct(step), voxel = grid.toVoxel(p).array().floor();
         const Coord at{static_cast<int32_t>(voxel.x()), static_cast<int32_t>(voxel.y()), static_cast<int32_t>(voxel.z())};
         const float phi = version.find(at >> kBrickBits).phi(Brick::offset(at.x & 7, at.y & 7, at.z & 7), grid.band);
-        // Where neither clay nor its band is nothing folds.
-        if (phi >= grid.band) continue;
-        const Vec3d q = warp.map(p, j);
-        const double volume = j.determinant();
-        if (!q.allFinite() || !std::isfinite(volume)) throw Error("the deformation leads to numbers that are not finite: move it less");
-        if (!(volume > kLeastVolume))
-          throw Error(fmt::format("the deformation folds the clay at ({:.4g}, {:.4g}, {:.4g}) mm: move it less, or in smaller steps", p.x(), p.y(), p.z()));
-        if (phi > 1) continue;  // The band may be pressed as it will.
-        stretch = std::max(stretch, largestStretch(j));
-        pressure = std::max(pressure, largestStretch(j.inverse()));
+        if (phi < grid.band) look(p, phi);
       }
+  version.forEachBrick([&](const Brick& brick) {
+    int nearest = 0;
+    for (int i = 1; i < kBrickVoxels; ++i)
+      if (std::abs(brick.phi(i)) < std::abs(brick.phi(nearest))) nearest = i;
+    look(grid.toWorld((brick.coord * kBrickEdge + Coord{nearest >> 6, (nearest >> 3) & 7, nearest & 7}).toVec3d()), brick.phi(nearest));
+  });
   const double most = std::max(stretch, pressure);
   if (most > kMostStretch)
     throw Error(fmt::format("the deformation {} the clay {:.1f} times: {} times is the most in one step", stretch > pressure ? "stretches" : "presses", most, kMostStretch));

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -14,37 +13,11 @@
 #include "clay/job.h"
 #include "engine/document.h"
 #include "engine/document_text.h"
+#include "engine/timed_mutex.h"
 #include "io/clay_records.h"
 #include "io/record.h"
 
 namespace argil::engine {
-
-/// A std::timed_mutex that ThreadSanitizer understands: GCC 12's does not see one that was waited for.
-class TimedMutex {
- public:
-  void lock() {
-    std::unique_lock guard(guard_);
-    free_.wait(guard, [this] { return !held_; });
-    held_ = true;
-  }
-  [[nodiscard]] bool try_lock_for(std::chrono::milliseconds most) {
-    std::unique_lock guard(guard_);
-    if (!free_.wait_for(guard, most, [this] { return !held_; })) return false;
-    return held_ = true;
-  }
-  void unlock() {
-    {
-      const std::lock_guard guard(guard_);
-      held_ = false;
-    }
-    free_.notify_one();
-  }
-
- private:
-  std::mutex guard_;
-  std::condition_variable free_;
-  bool held_ = false;
-};
 
 /// What a document in work is called in its files: which record holds what. All files of one document in work share one archive, so that what was written to the
 /// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).

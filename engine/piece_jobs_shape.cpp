@@ -63,7 +63,8 @@ PieceResult precision(const Document& document, const PieceArguments& a, Job* jo
   const Piece& piece = pieceOf(document, a);
   const clay::WorkPart all(job);
   const clay::Version version = clay::withPrecision(piece.version, a.precision, all);
-  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, a.precision == clay::Precision::fixed16 ? 16 : 32)});
+  const int bits = a.precision == clay::Precision::fixed16 ? 16 : 32;
+  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, bits)});
   // Voxel by voxel, as both have the same grid: points of the surface would tell more of how they were found.
   const float band = version.grid().band;
   float moved = 0;
@@ -73,7 +74,7 @@ PieceResult precision(const Document& document, const PieceArguments& a, Job* jo
   });
   constexpr double kMegabyte = 1 << 20;
   return changedTo(piece, version,
-                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).", piece.name, a.precision == clay::Precision::fixed16 ? 16 : 32,
+                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).", piece.name, bits,
                                 double(version.stats().bytes()) / kMegabyte, double(piece.version.stats().bytes()) / kMegabyte, double(moved) * version.grid().voxelMm, moved)});
 }
 
