@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 
@@ -11,6 +12,7 @@
 #include "clay/redistance.h"
 #include "clay/region_work.h"
 #include "clay/resample.h"
+#include "clay/sampler.h"
 #include "clay/settle.h"
 #include "clay/store.h"
 #include "clay/tree_view.h"
@@ -26,14 +28,25 @@ using MaterialMap = std::vector<uint8_t>;
 uint8_t mapped(const MaterialMap& materials, uint8_t own) { return own < materials.size() ? materials[own] : own; }
 
 constexpr float kInexact = 0.5f;          // voxels: distances of sculpted clay are off by less
+// Cosine between two surfaces' normals above which they count as one surface: the line where they meet is then nowhere.
+constexpr float kParallel = 0.995f;
 constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
 class Combiner {
  public:
   Combiner(Editor& editor, const Version& b, Combination how, const MaterialMap& materials, const WorkPart& part)
-      : editor_(editor), b_(b), materials_(materials), turnA_(how == Combination::join), turnB_(how != Combination::intersect), channels_(ChannelSource::any(editor.base())),
-        channelsB_(ChannelSource::any(b)), all_(std::max<uint64_t>(b.stats().bricks, 1)), part_(part) {}
+      : editor_(editor),
+        b_(b),
+        materials_(materials),
+        turnA_(how == Combination::join),
+        turnB_(how != Combination::intersect),
+        channels_(ChannelSource::any(editor.base())),
+        channelsB_(ChannelSource::any(b)),
+        fieldA_(editor.base()),
+        fieldB_(b),
+        all_(std::max<uint64_t>(b.stats().bricks, 1)),
+        part_(part) {}
 
   void combine(const TreePlace& a, const TreePlace& b) {
     if (outOfReach(b) || (a.isTile() && empty(a.tile(), turnA_))) return;
@@ -51,7 +64,7 @@ class Combiner {
     }
   }
 
-  /// Bricks with distances to what the other solid took away; all others are exact.
+  /// Bricks with voxels whose distance was measured to what the other solid took away.
   [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
   /// Where there are channels: bricks in which both clays have a band.
   [[nodiscard]] const std::vector<Coord>& met() const { return met_; }
@@ -132,20 +145,62 @@ class Combiner {
     bool ends = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
-      const float value = std::max(pa, pb);
+      float value = std::max(pa, pb);
+      // The point that a voxel's distance was measured to is outside of the other solid only if that is nearer than
+      // twice the distance.
+      const float other = std::min(pa, pb);
+      if (value > 0 && value < band && other > -value - kInexact) {
+        ends = true;
+        if (other > -value)
+          value =
+              std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, value, other), band);
+      }
       phi[i] = turnA_ ? -value : value;
-      // The place that a voxel's distance was measured to is outside of the other solid only if that is nearer than twice the way.
-      ends |= value > 0 && value < band && std::min(pa, pb) > -value - kInexact;
     }
     editor_.setVoxels(a.coord, phi);
     if (ends) creases_.push_back(a.coord);
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
+  // Distance of a voxel outside of the intersection to that intersection, given its distances to both solids, the
+  // larger one first. Near the voxel both are half-spaces. Where the foot on the farther plane lies in the other
+  // half-space, that plane is nearest; else the line is where both planes meet. Voxels beside the surface keep the
+  // larger distance, so that the surface crosses voxel edges where one of the two solids' does.
+  float wedgeDistance(Coord voxel, float high, float low) {
+    Vec3f ga, gb;
+    for (int axis = 0; axis < 3; ++axis) {
+      float a[2], b[2];
+      for (int side = 0; side < 2; ++side) {
+        const int step = side ? 1 : -1;
+        const Coord next = voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+        a[side] = turnA_ ? -fieldA_.voxel(next) : fieldA_.voxel(next);
+        b[side] = turnB_ ? -fieldB_.voxel(next) : fieldB_.voxel(next);
+        if (std::max(a[side], b[side]) < 0) return high;
+      }
+      // Central differences, but where one neighbour is out of the band: there the other alone tells the slope.
+      ga[axis] = slope(a[0], a[1], turnA_ ? -fieldA_.voxel(voxel) : fieldA_.voxel(voxel));
+      gb[axis] = slope(b[0], b[1], turnB_ ? -fieldB_.voxel(voxel) : fieldB_.voxel(voxel));
+    }
+    const float lengths = std::sqrt(ga.squaredNorm() * gb.squaredNorm());
+    if (!(lengths > 0.25f)) return high;  // a ridge of one of the solids: its normal is not known
+    const float cosine =
+        std::min(std::max(((ga.x() * gb.x() + ga.y() * gb.y()) + ga.z() * gb.z()) / lengths, -1.0f), 1.0f);
+    if (low - cosine * high <= 0 || cosine > kParallel) return high;
+    // Opposite half-spaces that do not meet, or far away only.
+    if (cosine < -kParallel) return editor_.grid().band;
+    return std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine));
+  }
+  [[nodiscard]] float slope(float before, float after, float here) const {
+    const float band = editor_.grid().band;
+    if (std::abs(before) >= band) return std::abs(after) >= band ? 0 : after - here;
+    return std::abs(after) >= band ? here - before : (after - before) / 2;
+  }
+
   Editor& editor_;
   const Version& b_;
   const MaterialMap& materials_;
   bool turnA_, turnB_, channels_, channelsB_;
+  Sampler fieldA_, fieldB_;
   std::vector<Coord> creases_, met_;
   uint64_t done_ = 0, all_;
   WorkPart part_;
@@ -237,7 +292,13 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     changed = blend(editor, a, b, how, width, threads, part.part(shape, 0.98));
   } else {
     changed = combiner.creases();
-    redistanceAll(editor, changed, part.part(shape, 0.98));
+    // Where more than two surfaces meet, the line between two of them may be cut off by the third, and where they only
+    // come near each other there is no such line: values that nothing beside them supports go, and none is farther from
+    // the surface than its neighbours allow.
+    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance);
+    std::sort(changed.begin(), changed.end());
+    std::erase_if(changed, [&](Coord c) { return !editor.find(c).brick(); });
+    limitSlopes(editor, changed, threads, part.part(0.9, 0.98));
   }
   if (ChannelSource::any(a) || ChannelSource::any(b)) {
     changed.insert(changed.end(), combiner.met().begin(), combiner.met().end());
@@ -275,7 +336,7 @@ void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
     if (const Brick* brick = editor.find(c).brick()) editor.setTile(c, brick->anyInside ? Tile::inside : Tile::outside);
 }
 
-void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part) {
+void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part, float tolerance) {
   std::sort(coords.begin(), coords.end());
   dropWithoutSurface(editor, coords);
   std::erase_if(coords, [&](Coord c) { return !editor.find(c).brick(); });
@@ -285,7 +346,8 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
   for (int round = 0; round < rounds; ++round)
     for (size_t from = 0; from < coords.size(); from += kRedistanceAtOnce) {
       part.step((static_cast<double>(from) + static_cast<double>(coords.size()) * round) / all);
-      redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)));
+      redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)), {},
+                 tolerance);
     }
 }
 

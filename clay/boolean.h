@@ -6,6 +6,7 @@
 
 #include "clay/editor.h"
 #include "clay/job.h"
+#include "clay/redistance.h"
 #include "clay/work_part.h"
 
 namespace argil::clay {
@@ -34,7 +35,8 @@ struct CombineOptions {
 /// Bricks of `coords` without a sign change in themselves or a neighbour become tiles: a band is no wider than a brick.
 void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords);
 /// redistance() of any number of bricks, after those without a surface near became tiles, in an order of their own: about 10 KB each at a time, twice where there are too many for one call.
-void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part);
+void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part,
+                   float tolerance = kRedistanceTolerance);
 /// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.
 [[nodiscard]] std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords);
 

@@ -86,7 +86,8 @@ bool settleBrick(Editor& editor, Coord coord, Slot was, const float* solved, flo
   return change.changed;
 }
 
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
+                              float tolerance) {
   if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew);
   const bool masks = editor.has(Channel::mask);
   Sampler field(editor);
@@ -132,7 +133,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
       faces.push_back({i, static_cast<size_t>(up), axis, true});
       faces.push_back({static_cast<size_t>(up), i, axis, false});
     }
-  constexpr float kTolerance[] = {kRedistanceTolerance, kSlopeTolerance, kSlopeTolerance};
+  const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
   int now = 0;
   for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
     for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);
@@ -143,7 +144,9 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
 
   std::vector<Coord> changed;
   for (size_t i = 0; i < count; ++i)
-    if (settleBrick(editor, coords[i], blocks[i].source, blocks[i].u[now], kTolerance[renew.empty() ? 0 : static_cast<size_t>(renew[i])])) changed.push_back(coords[i]);
+    if (settleBrick(editor, coords[i], blocks[i].source, blocks[i].u[now],
+                    allowed[renew.empty() ? 0 : static_cast<size_t>(renew[i])]))
+      changed.push_back(coords[i]);
   return changed;
 }
 

@@ -10,6 +10,13 @@
 
 namespace argil::clay {
 
+/// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call
+/// on the same field changes nothing.
+inline constexpr float kRedistanceTolerance = 0.1f;
+/// Voxels. What the first-order solution may exceed an exact distance by beside an edge: with it exact values stand,
+/// and values that no surface near supports go.
+inline constexpr float kExactTolerance = 1.25f;
+
 /// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values).
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 
@@ -27,11 +34,11 @@ enum class Renew : uint8_t {
   slopes,      ///< |phi| over its slope. First order, but repeated it does not wander at edges.
   all,         ///< The distance to the tricubic field's surface, and everything else of second order (renewal.h): for what is made smooth.
 };
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {});
+/// `tolerance`: without `renew`, what an old value may differ from the solution by and stand.
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {},
+                              float tolerance = kRedistanceTolerance);
 
-/// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call on
-/// the same field changes nothing.
-inline constexpr float kRedistanceTolerance = 0.1f;
+/// Voxels.
 inline constexpr float kSlopeTolerance = 0.02f;
 inline constexpr float kRenewTolerance = 0.002f;
 

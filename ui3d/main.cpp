@@ -132,13 +132,19 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
 
   cli::BenchOptions bench;
-  auto* benchVerb = app.add_subcommand("bench", "Measure this machine (edit, surface, touch, render, keep, undo, io, whole) or the feel of simulated devices (buzz, stability)");
-  benchVerb->add_option("names", bench.names, "edit, surface, touch, render, keep, undo, io, whole, buzz, stability; all but the last when left out");
+  auto* benchVerb = app.add_subcommand(
+      "bench", "Measure this machine, a day's work on it (day), or the feel of simulated devices (buzz, stability)");
+  benchVerb->add_option("names", bench.names, cli::benchNames() + "; all but day and stability when left out");
   benchVerb->add_option("--json", bench.json, "Figures as JSON");
   benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz or stability)");
   benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
   benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
-  benchVerb->add_option("--folder", bench.folder, "Where io writes its files; that of temporary files when left out");
+  benchVerb->add_option("--folder", bench.folder, "Where files are written; that of temporary files when left out");
+  benchVerb->add_option("--stroke", bench.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
+  benchVerb->add_option("--cell", bench.cellSeconds, "day: a stroke that takes more seconds of work is cut off")
+      ->capture_default_str();
+  benchVerb->add_option("--hours", bench.hours, "day: simulated hours")->capture_default_str();
+  benchVerb->add_option("--tools", bench.tools, "day: the tools that are measured; all when left out");
 
   cli::ToolsOptions tools;
   auto* toolsVerb = app.add_subcommand("tools", "The tools that there are, what each does and what can be set");

@@ -1,6 +1,7 @@
 #include "ui3d/cli/bench.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -10,7 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/error.h"
+#include "engine/tool_table.h"
 #include "io/atomic_file.h"
+#include "ui3d/cli/bench_day.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {
@@ -18,6 +21,33 @@ namespace argil::cli {
 namespace {
 
 constexpr uint64_t kEnoughForP99 = 100, kEnoughForP999 = 1000;
+
+struct Benchmark {
+  std::string_view name;
+  void (*run)(BenchReport& report, const BenchOptions& options);
+  bool byDefault = true;
+  bool draws = false;  // --figure
+};
+
+// Stability is not about this machine, its figures are the same everywhere; a day takes hours.
+constexpr std::array kBenchmarks = {
+    Benchmark{.name = "edit", .run = benchEdit},
+    Benchmark{.name = "surface", .run = benchSurface},
+    Benchmark{.name = "fine", .run = benchFine},
+    Benchmark{.name = "touch", .run = benchTouch},
+    Benchmark{.name = "render", .run = benchRender},
+    Benchmark{.name = "keep", .run = benchKeep},
+    Benchmark{.name = "undo", .run = benchUndo},
+    Benchmark{.name = "io", .run = benchIo},
+    Benchmark{.name = "whole", .run = benchWhole},
+    Benchmark{.name = "day", .run = benchDay, .byDefault = false},
+    Benchmark{.name = "day-strokes", .run = benchDayStrokes, .byDefault = false},
+    Benchmark{.name = "day-pieces", .run = benchDayPieces, .byDefault = false},
+    Benchmark{.name = "day-hours", .run = benchDayHours, .byDefault = false},
+    Benchmark{.name = "day-import", .run = benchDayImport, .byDefault = false},
+    Benchmark{.name = "buzz", .run = benchBuzz, .draws = true},
+    Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
+};
 
 std::string machine() {
   std::ifstream info("/proc/cpuinfo");
@@ -97,32 +127,41 @@ void BenchReport::write(const std::filesystem::path& file, const std::string& be
   out.commit();
 }
 
+std::string benchNames() {
+  std::string names;
+  for (const Benchmark& each : kBenchmarks) names += (names.empty() ? "" : ", ") + std::string(each.name);
+  return names;
+}
+
 void bench(const BenchOptions& options) {
-  const std::vector<std::string> known = {"edit", "surface", "fine", "touch", "render", "keep", "undo", "io", "whole", "buzz", "stability"};
-  // Stability is not about this machine: its figures are the same everywhere.
-  std::vector<std::string> names = options.names.empty() ? std::vector<std::string>(known.begin(), known.end() - 1) : options.names;
-  for (const std::string& name : names)
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error(fmt::format("bench {}: there is no such benchmark; choose from edit, surface, fine, touch, render, keep, undo, io, whole, buzz, stability", name));
-  if (!(options.largest >= 0.8 && options.largest <= 200)) throw Error("bench --largest: give 0.8 to 200 million active voxels");
+  std::vector<const Benchmark*> chosen;
+  for (const std::string& name : options.names) {
+    const auto row =
+        std::find_if(kBenchmarks.begin(), kBenchmarks.end(), [&](const Benchmark& each) { return each.name == name; });
+    if (row == kBenchmarks.end())
+      throw Error(fmt::format("bench {}: there is no such benchmark; choose from {}", name, benchNames()));
+    chosen.push_back(row);
+  }
+  if (options.names.empty())
+    for (const Benchmark& each : kBenchmarks)
+      if (each.byDefault) chosen.push_back(&each);
+  if (!(options.largest >= 0.8 && options.largest <= 200))
+    throw Error("bench --largest: give 0.8 to 200 million active voxels");
   if (!(options.seconds >= 1 && options.seconds <= 3600)) throw Error("bench --seconds: give 1 to 3600 s");
-  const auto drawing = std::count(names.begin(), names.end(), "buzz") + std::count(names.begin(), names.end(), "stability");
-  if (!options.figure.empty() && drawing != 1) throw Error("bench --figure: name one benchmark that draws a figure, buzz or stability");
+  if (!(options.longestS >= 1 && options.longestS <= 600)) throw Error("bench --stroke: give 1 to 600 s");
+  if (!(options.cellSeconds > 0 && options.cellSeconds <= 3600)) throw Error("bench --cell: give up to 3600 s");
+  if (!(options.hours > 0 && options.hours <= 48)) throw Error("bench --hours: give up to 48 h");
+  for (const std::string& tool : options.tools)
+    if (!engine::findTool(tool))
+      throw Error(fmt::format("bench --tools: there is no tool {}; argil tools lists them", tool));
+  const auto drawing = std::count_if(chosen.begin(), chosen.end(), [](const Benchmark* each) { return each->draws; });
+  if (!options.figure.empty() && drawing != 1)
+    throw Error("bench --figure: name one benchmark that draws a figure, buzz or stability");
   BenchReport report;
   std::string all;
-  for (const std::string& name : names) {
-    all += (all.empty() ? "" : " ") + name;
-    if (name == "edit") benchEdit(report, options);
-    if (name == "surface") benchSurface(report, options);
-    if (name == "fine") benchFine(report, options);
-    if (name == "touch") benchTouch(report, options);
-    if (name == "render") benchRender(report, options);
-    if (name == "keep") benchKeep(report, options);
-    if (name == "undo") benchUndo(report, options);
-    if (name == "io") benchIo(report, options);
-    if (name == "whole") benchWhole(report, options);
-    if (name == "buzz") benchBuzz(report, options);
-    if (name == "stability") benchStability(report, options);
+  for (const Benchmark* each : chosen) {
+    all += (all.empty() ? "" : " ") + std::string(each->name);
+    each->run(report, options);
   }
   if (!options.json.empty()) report.write(options.json, all);
 }

@@ -63,14 +63,21 @@ class BenchReport {
 };
 
 struct BenchOptions {
-  std::vector<std::string> names;   ///< edit, surface, fine, touch, render, keep, undo, io, whole, buzz, stability; empty: all but the last.
+  std::vector<std::string> names;  ///< As benchNames() lists them; empty: those that run by default.
   std::filesystem::path json;
   std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;              ///< Million active voxels of the largest model.
   double seconds = 60;              ///< Of the paced servo.
-  std::filesystem::path folder;     ///< Where io writes; empty: that of temporary files.
+  std::filesystem::path folder;     ///< Where files are written; empty: the folder of temporary files.
+  double longestS = 60;             ///< day: of the hand, in one stroke; 1 to 600.
+  double cellSeconds = 20;          ///< day: a stroke that has taken so much work is cut off.
+  double hours = 4;                 ///< day: simulated.
+  std::vector<std::string> tools;   ///< day: ids of the tools that are measured; empty: all that need no file.
   Job* job = nullptr;
 };
+
+/// Names of all benchmarks, "edit, surface, ...", in the order in which they run.
+[[nodiscard]] std::string benchNames();
 
 void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
@@ -82,6 +89,7 @@ void benchKeep(BenchReport& report, const BenchOptions& options);
 void benchUndo(BenchReport& report, const BenchOptions& options);
 void benchIo(BenchReport& report, const BenchOptions& options);
 void benchWhole(BenchReport& report, const BenchOptions& options);
+void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four parts of a day's work.
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 

@@ -7,11 +7,14 @@
 #include "clay/boolean.h"
 #include "clay/loose_parts.h"
 #include "clay/mirror.h"
+#include "clay/nearest_triangle.h"
 #include "clay/offset.h"
 #include "clay/primitives.h"
 #include "clay/resample.h"
+#include "clay/sampler.h"
 #include "clay/smooth_all.h"
 #include "clay/store.h"
+#include "clay/surface.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 
@@ -44,6 +47,156 @@ void expectCanonical(const Version& version) {
     ASSERT_TRUE(std::equal(std::begin(brick.inside), std::end(brick.inside), other->inside));
   });
   EXPECT_EQ(again.stats().bricks, bricks);
+}
+
+// Distance of a version's field at world mm, in mm; `known` is false beyond the band.
+struct Reading {
+  double mm;
+  bool known;
+};
+Reading readAt(const Version& version, const Vec3d& mm) {
+  Sampler sampler(version);
+  const double phi = double(sampler.trilinear(version.grid().toVoxel(mm)));
+  return {phi * version.grid().voxelMm, std::abs(phi) < double(version.grid().band) - 0.1};
+}
+
+std::vector<Vec3d> surfacePoints(const Version& version, size_t most) {
+  Surface surface(false);
+  surface.update(version, 2);
+  std::vector<Vec3d> points = surface.toMesh().positions;
+  const size_t every = points.size() / most + 1;
+  std::vector<Vec3d> some;
+  for (size_t i = 0; i < points.size(); i += every) some.push_back(points[i]);
+  return some;
+}
+
+// Each operation did what it is for: an operation that gives its input back, or one that does something else, fails
+// here.
+TEST(WholePieces, ResultsAreWhatTheOperationSays) {
+  constexpr uint64_t kSeed = 20261121;
+  std::printf("seed %lu\n", static_cast<unsigned long>(kSeed));
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int i = 0; i < 4; ++i) {
+    SCOPED_TRACE(::testing::Message() << "clay " << i);
+    const auto store = Store::make();
+    const Version clay = randomClay(random, store), other = randomClay(random, store);
+    const double voxel = clay.grid().voxelMm;
+    const std::vector<Vec3d> points = surfacePoints(clay, 3000);
+
+    // Booleans: a point well away from both surfaces is inside exactly when set theory says so.
+    const Version join = combine(clay, other, Combination::join), cut = combine(clay, other, Combination::cut),
+                  both = combine(clay, other, Combination::intersect);
+    uint64_t decided = 0;
+    for (int k = 0; k < 4000; ++k) {
+      const Vec3d p = Vec3d(u(random), u(random), u(random)) * 22;
+      const double a = readAt(clay, p).mm, b = readAt(other, p).mm;
+      if (std::abs(a) < voxel / 2 || std::abs(b) < voxel / 2) continue;
+      ++decided;
+      EXPECT_EQ(readAt(join, p).mm < 0, a < 0 || b < 0);
+      EXPECT_EQ(readAt(cut, p).mm < 0, a < 0 && b > 0);
+      EXPECT_EQ(readAt(both, p).mm < 0, a < 0 && b < 0);
+    }
+    EXPECT_GT(decided, 3000u);
+
+    // An offset outwards lies `mm` from the old surface everywhere; inwards it lies at least so far.
+    for (const double mm : {1.7, -1.1}) {
+      const Version moved = offset(clay, mm, 2);
+      const TriangleMesh mesh = [&] {
+        Surface surface(false, Grade::fine);
+        surface.update(clay, 2);
+        return surface.toMesh();
+      }();
+      const NearestTriangle nearest(mesh);
+      double sum = 0, least = 1e9, most = 0;
+      const std::vector<Vec3d> there = surfacePoints(moved, 1500);
+      for (const Vec3d& p : there) {
+        const double d = std::sqrt(nearest.nearest(p).squared);
+        least = std::min(least, d), most = std::max(most, d);
+        sum += std::abs(d - std::abs(mm));
+        EXPECT_EQ(readAt(clay, p).mm > 0, mm > 0);
+      }
+      EXPECT_LE(sum / double(there.size()), 0.1 * voxel) << mm;
+      EXPECT_GE(least, std::abs(mm) - 2 * voxel) << mm;  // draft vertices cut creases off
+      EXPECT_LE(most, std::abs(mm) + 2 * voxel) << mm;
+    }
+
+    // A shell has clay beside its outer surface and none in its depth.
+    const Version wall = shell(clay, 1.5, 0, 2);
+    const Version core = offset(clay, -1.5, 2);
+    uint64_t hollow = 0, solid = 0;
+    core.forEachBrick([&](const Brick& brick) {
+      const Vec3d p = core.grid().toWorld((brick.coord * 8).toVec3d() + Vec3d::Constant(3.5));
+      const double inner = readAt(core, p).mm, outer = readAt(clay, p).mm;
+      if (inner < -voxel) hollow += readAt(wall, p).mm > 0, solid += readAt(wall, p).mm <= 0;
+      if (inner > voxel && outer < -voxel) {
+        EXPECT_LT(readAt(wall, p).mm, 0);
+      }
+    });
+    EXPECT_GT(hollow, 0u);
+    EXPECT_EQ(solid, 0u);
+    for (const Vec3d& p : points) EXPECT_NEAR(readAt(wall, p).mm, 0, 0.6 * voxel);
+
+    // Moved and resampled, the old surface lies on the new one.
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.rotate(Eigen::AngleAxisd(1 + u(random), Vec3d(u(random), u(random), 1).normalized()));
+    pose.pretranslate(Vec3d(u(random), u(random), u(random)) * 7);
+    Grid grid;
+    grid.voxelMm = 0.4;
+    const Version resampled = resample(clay, grid, pose, 2);
+    double sum = 0;
+    for (const Vec3d& p : points) sum += std::abs(readAt(resampled, pose * p).mm);
+    EXPECT_LE(sum / double(points.size()), 0.1 * voxel);
+
+    // A mirrored half: the kept side is as it was, the other is its image.
+    const Vec3d at(u(random), 0, 0), normal = Vec3d(1, 0.5 * u(random), 0.3 * u(random)).normalized();
+    const Version mirrored = mirrorHalf(clay, at, normal, 2);
+    for (const Vec3d& p : points) {
+      const double side = (p - at).dot(normal);
+      if (side < 8) continue;  // distances near the plane are to what the mirror has put there
+      EXPECT_NEAR(readAt(mirrored, p).mm, readAt(clay, p).mm, 0.2 * voxel);  // creases are read by splines
+      EXPECT_NEAR(readAt(mirrored, p - 2 * side * normal).mm, readAt(clay, p).mm, 0.3 * voxel);
+    }
+
+    // Evened out: less area, the volume that was.
+    const auto areaAndVolume = [](const Version& version) {
+      Surface surface(false);
+      surface.update(version, 2);
+      const TriangleMesh mesh = surface.toMesh();
+      double area = 0, volume = 0;
+      for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d &A = mesh.positions[a], &B = mesh.positions[b], &C = mesh.positions[c];
+        area += (B - A).cross(C - A).norm() / 2;
+        volume += A.dot(B.cross(C)) / 6;
+      }
+      return std::pair(area, volume);
+    };
+    const auto [area, volume] = areaAndVolume(clay);
+    const auto [smoothArea, smoothVolume] = areaAndVolume(smoothAll(clay, 6, true, 2));
+    EXPECT_LT(smoothArea, 0.99 * area);
+    EXPECT_NEAR(smoothVolume / volume, 1,
+                6e-3);  // of draft surfaces, which cut the creases off that are gone afterwards
+
+    // Parts are disjoint and together the whole; a crumb and a cavity that were put in go, and nothing else.
+    const Version apart = makeSphere(store, clay.grid(), Vec3d(30, 0, 0), 2);
+    const Version two = combine(clay, apart, Combination::join);
+    const std::vector<Version> parts = splitParts(two);
+    ASSERT_EQ(parts.size(), splitParts(clay).size() + 1);
+    double together = 0;
+    for (const Version& part : parts) together += areaAndVolume(part).second;
+    EXPECT_NEAR(together / (volume + areaAndVolume(apart).second), 1, 1e-4);
+    EXPECT_EQ(removeCrumbs(two, 40).version.hash(), removeCrumbs(clay, 40).version.hash());
+    const Version ball = makeSphere(store, clay.grid(), Vec3d(1, 2, 3), 9);
+    const Version holed = combine(ball, makeSphere(store, clay.grid(), Vec3d(2, 2, 3), 3), Combination::cut);
+    const Cleaned filled = fillVoids(holed);
+    EXPECT_EQ(filled.count, 1u);
+    // Distances inside were measured to the cavity: they are made anew to what is left, by the first-order solver.
+    ball.forEachBrick([&](const Brick& brick) {
+      for (int k = 0; k < kBrickVoxels; ++k)
+        EXPECT_NEAR(filled.version.find(brick.coord).phi(k, 3), brick.phi(k), 0.12);
+    });
+    EXPECT_NEAR(filled.volumeMm3, 36 * M_PI, 4);  // voxels, counted
+  }
 }
 
 TEST(WholePieces, ResultsAreClosedBandsOnRandomClay) {

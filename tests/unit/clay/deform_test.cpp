@@ -173,10 +173,10 @@ TEST(Deform, RefusesFoldsInASentence) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("folds"), std::string::npos) << e.what();
   }
-  // Clay that is thinner than the places looked at are apart.
+  // Clay that is smaller than the places looked at are apart: a ball of 2 mm among places 6.25 mm apart.
   Lattice wide(BoxMm{Vec3d(-100, -100, -100), Vec3d(100, 100, 100)}, {3, 3, 3});
-  wide.setPoint(wide.index(1, 1, 1), {500, 0, 0});
-  EXPECT_THROW((void)deform(makeSphere(Store::make(), Grid{}, Vec3d(3, 3, 3), 1), wide, Store::make()), Error);
+  wide.setPoint(wide.index(1, 1, 1), {2000, 0, 0});
+  EXPECT_THROW((void)deform(makeSphere(Store::make(), Grid{}, Vec3d(59.4, 3, 3), 1), wide, Store::make()), Error);
   // A thick rod about a tight arc.
   EXPECT_THROW((void)deform(ball, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, Vec3d::UnitX(), 2), Store::make()), Error);
   EXPECT_THROW((void)deform(ball, Taper({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, 0.06), Store::make()), Error);  // 16 times thinner.
