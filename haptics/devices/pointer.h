@@ -2,10 +2,11 @@
 // A mouse or a pen as a stylus: the window feeds it, no force comes back.
 
 #include <atomic>
+#include <deque>
 #include <limits>
 
 #include "haptics/device.h"
-#include "haptics/latest_value.h"
+#include "haptics/sample_ring.h"
 
 namespace argil::haptics {
 
@@ -30,17 +31,21 @@ struct PointerOptions {
 
 /// The tip is on the line of sight, at the depth of the surface, plus wheel, plus pressure. It goes there smoothly and never
 /// faster than its sheet, so that a cursor that jumps is no fault.
+///
+/// Samples are followed in their order, so that a stroke arrives whole when the window or the servo is late and several wait:
+/// while a button is held each of them has a tick of its own (motions without a button are skipped over), and a button
+/// changes only once the tip has come to the point before the change.
 class PointerDevice final : public Device {
  public:
   /// Throws Error for options out of range.
   explicit PointerDevice(const PointerOptions& options);
   PointerDevice() : PointerDevice(PointerOptions()) {}
 
-  /// The window's thread only; never waits. False, and nothing changes, when a number that must be finite is not or the direction
+  /// The window's thread only; never waits, nor does it lose a change of the buttons. False, and nothing changes, when a number that must be finite is not or the direction
   /// is zero.
   bool feed(const PointerSample& sample) noexcept;
   /// The pen left its tablet, or the cursor its window: read() is false until the next feed(). The window's thread.
-  void leave() noexcept { present_.store(false); }
+  void leave() noexcept;
 
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return sheet_; }
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
@@ -52,10 +57,24 @@ class PointerDevice final : public Device {
  private:
   DeviceSheet sheet_;
   PointerOptions options_;
-  LatestValue<DeviceState> fed_;
-  double surfaceMm_ = 0;             // The window's: the last depth of a surface under the cursor.
+  struct Fed {
+    DeviceState state;
+    bool present = false;
+  };
+  void send(const Fed& fed) noexcept;
+  // Whether `next` may be followed in a tick that has already followed `followed` samples.
+  [[nodiscard]] bool takes(const Fed& next, int followed, size_t waiting) const ARGIL_REALTIME;
+
+  BoundedRing<Fed> fed_;
+  // The window's.
+  std::deque<Fed> late_;             // What the ring had no room for; motions with the same buttons are one.
+  double surfaceMm_ = 0;             // The last depth of a surface under the cursor.
   std::atomic<bool> present_{false};
-  DeviceState now_;                  // The servo's.
+  // The servo's.
+  Fed wanted_, next_;
+  bool hasNext_ = false;
+  int waitedTicks_ = 0;              // for the tip to arrive before the buttons change
+  DeviceState now_;
   double lastS_ = 0;
   bool moving_ = false;
 };

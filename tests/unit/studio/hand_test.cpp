@@ -30,7 +30,7 @@ class HandTest : public ::testing::Test {
   }
   template <class Condition>
   bool until(const Condition& condition) {
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 24000; ++i) {
       if (condition()) return true;
       std::this_thread::sleep_for(5ms);
     }
