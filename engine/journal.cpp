@@ -1,6 +1,9 @@
 #include "engine/journal.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -41,6 +44,14 @@ uint64_t whole(const Place& place) {
   return place.value().get<uint64_t>();
 }
 
+uint64_t readStamp(const Place& place) {
+  const std::string& text = place.text();
+  uint64_t stamp = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp, 16);
+  if (error != std::errc() || end != text.data() + text.size()) place.fail("must be a hexadecimal number");
+  return stamp;
+}
+
 WallTime timeAt(const Place& place) { return wallTime(place.at("at").number(0, 1e11)); }
 
 JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
@@ -48,11 +59,11 @@ JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
   const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
   const Place at(root, "the journal", "");
-  at.keys({"writer", "file", "save", "states", "done", "saved"});
+  at.keys({"writer", "file", "stamp", "states", "done", "saved"});
   JournalBegin begin;
   begin.writer = at.at("writer").text();
   begin.file = at.at("file").text();
-  begin.save = whole(at.at("save"));
+  begin.stamp = readStamp(at.at("stamp"));
   for (const Place& each : at.at("states").items()) {
     each.keys({"label", "id"});
     begin.states.emplace_back(each.at("label").text(), whole(each.at("id")));
@@ -218,7 +229,7 @@ void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& id
   ordered_json root;
   root["writer"] = begin.writer;
   root["file"] = begin.file.string();
-  root["save"] = begin.save;
+  root["stamp"] = fmt::format("{:x}", begin.stamp);  // a number of JSON could not hold it
   root["states"] = ordered_json::array();
   for (const auto& [label, id] : begin.states) root["states"].push_back({{"label", label}, {"id", id}});
   root["done"] = begin.done;

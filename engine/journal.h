@@ -20,7 +20,7 @@ using WallTime = std::chrono::system_clock::time_point;
 struct JournalBegin {
   std::string writer;
   std::filesystem::path file;   ///< The saved document under it; empty: none.
-  uint64_t save = 0;            ///< That document's count of saves.
+  uint64_t stamp = 0;           ///< Of that document's last save, which names it; 0: none.
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< Label and record of the history; records are in the journal or in the file.
   size_t done = 0;
   io::RecordId savedState = 0;  ///< What the file holds; 0: none.

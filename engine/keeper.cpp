@@ -14,6 +14,7 @@ namespace {
 
 
 constexpr std::chrono::seconds kMostCatchingUp{2};
+constexpr std::chrono::seconds kLookEvery{1};  // at the saved file, while nothing happens
 
 WallTime now() { return std::chrono::system_clock::now(); }
 
@@ -78,6 +79,7 @@ void Keeper::State::take(Begun& event) {
   done = event.done;
   archive = std::move(event.archive);
   base = std::move(event.base);
+  baseSeen = {};
   writer = std::move(event.writer);
   continued = std::move(event.continued);
   stroke.reset();
@@ -102,9 +104,28 @@ void Keeper::State::take(Saving& event) {
 
 void Keeper::State::take(Saved& event) {
   base = std::move(event.base);
+  baseSeen = {};
   savingTo.clear();
   begin = true;
   retryAt = {};
+}
+
+// The saved file under the journal is another one by now, or gone: what the journal takes for kept there is not.
+bool Keeper::State::baseLost() {
+  if (!base || !savingTo.empty()) return false;  // a save of our own changes it
+  struct stat now {};
+  if (::stat(base->path.c_str(), &now) != 0) return true;
+  if (now.st_ino == baseSeen.st_ino && now.st_dev == baseSeen.st_dev && now.st_size == baseSeen.st_size && now.st_mtim.tv_sec == baseSeen.st_mtim.tv_sec &&
+      now.st_mtim.tv_nsec == baseSeen.st_mtim.tv_nsec) {
+    return false;
+  }
+  try {
+    if (!isStill(*base)) return true;
+    baseSeen = now;
+  } catch (const Error&) {
+    // Somebody is writing to it: the next turn tells.
+  }
+  return false;
 }
 
 void Keeper::State::turn(std::vector<Event>& batch) {
@@ -119,6 +140,12 @@ void Keeper::State::turn(std::vector<Event>& batch) {
     }
     if (!archive || options.folder.empty()) return;
     requireSynced();
+    if (baseLost()) {
+      // The next journal builds on nothing: it holds all that is in memory, and what the old file, which is still open, gives.
+      base.reset();
+      begin = true;
+      retryAt = {};
+    }
     if (journal && journal->bytes() - journalBegan > options.rollBytes) begin = true;
     bool fresh = false;
     if (begin || !sound()) {
@@ -205,6 +232,8 @@ void Keeper::State::run() {
     const auto due = [&] { return hurry() || !events.empty(); };
     if (troubled || begin || behind) {
       wake.wait_for(lock, std::chrono::duration<double>(options.retryS), due);
+    } else if (base) {
+      wake.wait_for(lock, kLookEvery, due);
     } else {
       wake.wait(lock, due);
     }
@@ -281,7 +310,7 @@ std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, 
   return records;
 }
 
-void Keeper::saving(const std::filesystem::path& file) { state_->queue(State::Saving{std::filesystem::absolute(file)}); }
+void Keeper::saving(const std::filesystem::path& file) { state_->queue(State::Saving{file.empty() ? file : std::filesystem::absolute(file)}); }
 
 void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(State::Saved{std::move(base)}); }
 

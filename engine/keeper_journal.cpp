@@ -40,7 +40,7 @@ bool Keeper::State::beginJournal() {
     head.writer = writer;
     if (base) {
       head.file = std::filesystem::absolute(base->path);
-      head.save = base->save;
+      head.stamp = base->stamp;
       head.savedState = base->state;
     }
     head.at = now;

@@ -1,6 +1,8 @@
 #pragma once
 // What a keeper is made of: its thread's side and what others reach. For engine/keeper*.cpp alone.
 
+#include <sys/stat.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -76,6 +78,7 @@ struct Keeper::State {
   void run();
   void turn(std::vector<Event>& batch);
   bool beginJournal();
+  bool baseLost();
   void syncLoop();
   void askSync();
   void requireSynced();
@@ -136,6 +139,7 @@ struct Keeper::State {
   size_t done = 0;
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;
+  struct stat baseSeen {};       // of its file, when that was last found to be the base
   std::string writer;
   std::optional<Continued> continued;
   std::filesystem::path savingTo;   // a save that has not been heard of since

@@ -128,7 +128,7 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
 }
 
 Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const Head& head) {
-  return {file, document.save(), head.writer, head.states[head.done].second, document.nextId(), document.held()};
+  return {file, document.stamp(), document.lineage(), head.writer, head.states[head.done].second, document.nextId(), document.held()};
 }
 
 class BaseRecords : public io::RecordSource {
@@ -142,18 +142,18 @@ class BaseRecords : public io::RecordSource {
       // Then it is told when something is read.
     }
   }
-  bool get(io::RecordId id, std::vector<std::byte>& record) override {
-    return now()->get(id, record);
-  }
+  bool get(io::RecordId id, std::vector<std::byte>& record) override { return id < base_->next && now()->get(id, record); }
   void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
+    // They rise; those from `next` on belong to whoever saved later.
+    ids = ids.first(size_t(std::lower_bound(ids.begin(), ids.end(), base_->next) - ids.begin()));
     if (!ids.empty()) now()->getMany(ids, each);
   }
 
  private:
   [[nodiscard]] std::shared_ptr<io::DocumentFile> open() const {
     std::shared_ptr<io::DocumentFile> file = io::DocumentFile::open(base_->path, false);
-    // A later save of our own keeps the ids; somebody else's gives them another meaning.
-    if (file->save() != base_->save && readHead(*file, file->head(), io::displayName(base_->path)).writer != base_->writer) {
+    // A save that grew from this one keeps its ids.
+    if (file->sharedWith(base_->stamp) == 0) {
       throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base_->path)), Error::Kind::work);
     }
     return file;
@@ -171,8 +171,17 @@ class BaseRecords : public io::RecordSource {
 }  // namespace
 
 std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
-  const auto document = io::DocumentFile::open(file, false);
-  return std::make_shared<const Base>(baseOf(file, *document, readHead(*document, document->head(), io::displayName(file))));
+  return readBase(*io::DocumentFile::open(file, false));
+}
+
+std::shared_ptr<const Base> readBase(io::DocumentFile& file) {
+  return std::make_shared<const Base>(baseOf(file.path(), file, readHead(file, file.head(), io::displayName(file.path()))));
+}
+
+bool isStill(const Base& base) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(base.path, ignored) || !io::isDocument(base.path)) return false;
+  return io::DocumentFile::open(base.path, false)->stamp() == base.stamp;
 }
 
 OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job) { return mended(file, why, job); }
@@ -219,23 +228,34 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   // A base that was deleted, damaged or written by somebody else is no reason to lose what is in memory: it is done without, in a new file.
   const bool gone = request.base && !std::filesystem::exists(request.base->path);
   const bool same = request.base && request.base->path == file && !gone;
+  // A rollback journal is found by the file's name: after a crash in the middle of a save the other name of a file would lead to half of it.
+  const bool inPlace = same && std::filesystem::hard_link_count(file) == 1;
+  io::Lineage lineage;
+  if (request.base) {
+    lineage = request.base->lineage;
+    lineage.push_back({request.base->stamp, request.base->next});
+    if (lineage.size() > io::kMostLineage) lineage.erase(lineage.begin());
+  }
+  // First what it would replace is remembered, then it is looked whose that is: what comes in between is noticed either way.
+  std::shared_ptr<io::DocumentFile> to;
+  if (!inPlace) to = io::DocumentFile::create(file, std::move(lineage));
   std::shared_ptr<io::DocumentFile> from;
   if (request.base && !gone) {
     try {
-      from = io::DocumentFile::open(request.base->path, same);
-      if (from->save() != request.base->save) from.reset();
+      from = io::DocumentFile::open(request.base->path, inPlace);
+      if (from->stamp() != request.base->stamp) from.reset();
     } catch (const Error&) {
       if (same) throw;
     }
   }
   if (same && !from) {
-    throw Error(fmt::format("{} was changed by another program since it was opened: save under another name", io::displayName(file)), Error::Kind::work);
+    throw Error(fmt::format("{} was changed by another program or in another window since it was opened: save under another name", io::displayName(file)), Error::Kind::work);
   }
-  std::shared_ptr<io::DocumentFile> to = same ? from : std::shared_ptr<io::DocumentFile>(io::DocumentFile::create(file));
+  if (inPlace) to = from;
   auto base = std::make_shared<Base>();
   base->path = file;
   base->writer = request.writer;
-  if (same) base->held = request.base->held;
+  if (inPlace) base->held = request.base->held;
 
   std::vector<io::RecordSource*> places;
   if (from) places.push_back(from.get());
@@ -300,7 +320,7 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
     io::RecordSet live;
     for (const auto& [label, state] : head.states) archive.mark(*to, state, live);
     // Steps before those that the file keeps can still be gone back to while this program runs.
-    for (size_t i = 0; same && i < first; ++i) {
+    for (size_t i = 0; inPlace && i < first; ++i) {
       const HistoryState& state = request.states[i];
       const io::RecordId kept = state.document ? archive.known(state.document) : state.kept;
       if (kept == 0) continue;
@@ -331,7 +351,8 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
     // The file may have it although the folder could not be flushed.
     if (to->save() <= saves) throw;
   }
-  base->save = to->save();
+  base->stamp = to->stamp();
+  base->lineage = to->lineage();
   base->state = head.states[head.done].second;
   base->next = next;
   return base;

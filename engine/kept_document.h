@@ -12,14 +12,17 @@
 #include "clay/job.h"
 #include "engine/archive.h"
 #include "engine/session.h"
+#include "io/document_file.h"
 #include "io/record.h"
 
 namespace argil::engine {
 
-/// A saved file as the documents in work know it: what it holds.
+/// A saved file as the documents in work know it: what it holds. It is known by the random stamp of its last save alone: a path, a time or a count of saves may be those of a file
+/// in which the same ids mean other things.
 struct Base {
   std::filesystem::path path;
-  uint64_t save = 0;        ///< Its count of saves.
+  uint64_t stamp = 0;       ///< Of that save.
+  io::Lineage lineage;      ///< The saves before it.
   std::string writer;       ///< Names the work that wrote it: ids of its journals and of this file agree.
   io::RecordId state = 0;   ///< The document that it opens with.
   io::RecordId next = 1;    ///< No record of it has this id or a higher one.
@@ -28,9 +31,14 @@ struct Base {
 
 /// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
 [[nodiscard]] std::shared_ptr<const Base> readBase(const std::filesystem::path& file);
+[[nodiscard]] std::shared_ptr<const Base> readBase(io::DocumentFile& file);
 
-/// Records of a saved file, of its commit that `base` is of or a later one by the same work. Reading throws Error when somebody else wrote the file since. It is opened for
-/// each call. With `hold` the file can be read when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
+/// True while the file at its path is what `base` says: nobody has saved into it, replaced or removed it. Throws Error when that cannot be told now, since another program is
+/// just writing to it or it cannot be opened.
+[[nodiscard]] bool isStill(const Base& base);
+
+/// Records of the save that `base` is of, read from its file, whoever saved into that since. Reading throws Error when there is a file now that did not grow from that save. It is opened
+/// for each call. With `hold` the file can be read when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
 [[nodiscard]] std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold = false);
 
 /// Saved beside the document.
@@ -71,8 +79,9 @@ struct SaveRequest {
   std::string writer;
 };
 
-/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. Durable when it returns. Throws Error (kind
-/// work), Cancelled; then the old file stands. Lets others at the archive between two bricks. Any thread.
+/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. A file of the base's name that somebody else
+/// wrote since is never written to, and none is replaced that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so that the other
+/// name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old file stands. Lets others at the archive between two bricks. Any thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
 /// A document without history or journal, for the command line.

@@ -87,16 +87,29 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   recovered.writer = story.begin.writer;
   recovered.sources = {reader};
 
-  // The saved file under it: as the journal knew it, or another by now.
+  // The saved file under it: as the journal knew it, or another by now. Records of a file that did not grow from the one that the journal builds on are never read: their ids mean
+  // other things.
   std::shared_ptr<const Base> base;
-  std::shared_ptr<io::DocumentFile> file;
+  std::shared_ptr<io::RecordSource> file;
+  io::RecordId shared = 0;
   std::string trouble;
   if (!story.begin.file.empty()) {
     try {
-      base = readBase(story.begin.file);
-      file = io::DocumentFile::open(story.begin.file, false);
+      const std::shared_ptr<io::DocumentFile> now = io::DocumentFile::open(story.begin.file, false);
+      base = readBase(*now);
+      shared = now->sharedWith(story.begin.stamp);
+      if (base->stamp == story.begin.stamp || (shared != 0 && base->writer == story.begin.writer)) {
+        file = now;  // or it is a later save of the same work, of which the journal has not heard any more
+      } else {
+        auto under = std::make_shared<Base>(*base);
+        under->stamp = story.begin.stamp;
+        under->next = shared;
+        if (shared != 0) file = recordsOf(std::move(under));
+        base.reset();
+      }
     } catch (const Error& e) {
       trouble = e.what();
+      base.reset();
     }
   }
   OpenedDocument& document = recovered.document;
@@ -104,12 +117,9 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   Archive& archive = *document.archive;
   Archive::Lock lock = archive.lock();
   archive.ids().atLeast(reader->highestId() + 1);
-  if (base) {
-    archive.ids().atLeast(base->next);
-    if (base->save == story.begin.save || base->writer == story.begin.writer) document.base = base;
-    // Else its ids mean other things than the journal's: it is a place to read from, which the journal goes before.
-    else recovered.sources.push_back(file);
-  }
+  document.base = base;
+  archive.ids().atLeast(base ? base->next : shared);
+  if (!base && file) recovered.sources.push_back(file);  // what others saved later is not ours, but what they grew from is
   std::vector<io::RecordSource*> places{reader.get()};
   if (file) places.push_back(file.get());
   Sources sources(places);
@@ -140,7 +150,10 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
     return mend(why);
   }
   if (document.states.empty()) {
-    throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, trouble.empty() ? "" : fmt::format("; it builds on a file that cannot be read: {}", trouble)), Error::Kind::work);
+    const std::string blame = !trouble.empty() ? fmt::format("; it builds on a file that cannot be read: {}", trouble)
+                              : document.base  ? std::string()
+                                               : fmt::format("; {} was replaced since: put the file back that was there when it was opened", nameOf(story.begin.file));
+    throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, blame), Error::Kind::work);
   }
   if (story.unread > 0) document.notes.push_back(fmt::format("{} of the journal could not be read.", counted(story.unread, "thing")));
   if (!story.begin.file.empty() && !document.base) {

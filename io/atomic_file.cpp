@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <chrono>
 #include <system_error>
 #include <utility>
@@ -36,6 +37,20 @@ std::filesystem::path temporaryName(const std::filesystem::path& target) {
   return target.parent_path() /
          ("." + target.filename().string().substr(0, kNameKept) + "." + std::to_string(::getpid()) + "-" +
           std::to_string(now % 1000000007) + "-" + std::to_string(counter++) + ".tmp");
+}
+
+/// As rename(): -1 and errno.
+int putInPlace(const std::filesystem::path& from, const std::filesystem::path& to, bool mayReplace) {
+  if (mayReplace) return ::rename(from.c_str(), to.c_str());
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return -1;
+  // Some file systems know no such rename: another program can then come in between for a moment.
+  struct stat there {};
+  if (::lstat(to.c_str(), &there) == 0) {
+    errno = EEXIST;
+    return -1;
+  }
+  return ::rename(from.c_str(), to.c_str());
 }
 
 }  // namespace
@@ -89,12 +104,13 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
   }
 }
 
-void AtomicFile::commit() {
+void AtomicFile::commit(bool mayReplace) {
   // The data must be on the disk before the name is, or a crash could leave the new name with nothing behind it.
   if (::fsync(fd_) != 0) failWork(target_, "cannot be flushed to the disk (" + reason(errno) + ")");
   const int fd = std::exchange(fd_, -1);
   if (::close(fd) != 0) failWork(target_, "cannot be closed (" + reason(errno) + ")");
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+  if (putInPlace(temporary_, target_, mayReplace) != 0) {
+    if (errno == EEXIST) failWork(target_, "was made by another program meanwhile; choose another name");
     failWork(target_, "cannot be put in place (" + reason(errno) + "); choose another name");
   }
   temporary_.clear();

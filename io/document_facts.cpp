@@ -3,6 +3,11 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
+#include <cinttypes>
+#include <climits>
+#include <cstdio>
+
 #include "io/document_file.h"
 #include "io/input.h"
 
@@ -13,6 +18,7 @@ namespace {
 constexpr const char* kMetaTable = "CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID";
 constexpr const char* kRecordTable = "CREATE TABLE record(id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, body BLOB NOT NULL)";
 constexpr int kMostMetaRows = 64;
+constexpr size_t kMostVersionShown = 40;
 
 /// Over all rows but that of the checksum itself.
 int64_t checksumOfMeta(Database& database, const std::string& name) {
@@ -34,6 +40,37 @@ int64_t metaNumber(Database& database, const char* key, const std::string& name)
   return one.number(0);
 }
 
+/// Empty without such a row: files of before have no lineage.
+std::string metaText(Database& database, const std::string& key) {
+  Query one(database, "SELECT value FROM meta WHERE key = ?1");
+  one.bind(0, key);
+  return one.step() ? one.text(0) : std::string();
+}
+
+/// "stamp:nextId stamp:nextId ...", hexadecimal. A row of the table of facts, because Argils of before read over rows that they do not know.
+std::string lineageText(const Lineage& lineage) {
+  std::string text;
+  char one[40];
+  for (const SavePoint& point : lineage) {
+    std::snprintf(one, sizeof one, "%" PRIx64 ":%" PRIx64 " ", point.stamp, point.nextId);
+    text += one;
+  }
+  return text;
+}
+
+Lineage readLineage(const std::string& text, const std::string& name) {
+  Lineage lineage;
+  for (size_t at = 0; at < text.size();) {
+    SavePoint point;
+    int length = 0;
+    const int found = std::sscanf(text.c_str() + at, "%16" SCNx64 ":%16" SCNx64 " %n", &point.stamp, &point.nextId, &length);
+    if (found != 2 || length == 0 || point.stamp == 0 || point.nextId > kMostIds || lineage.size() >= kMostLineage) failDamaged(name, "its lineage cannot be read");
+    lineage.push_back(point);
+    at += static_cast<size_t>(length);
+  }
+  return lineage;
+}
+
 }  // namespace
 
 void failDamaged(const std::string& name, const std::string& what) {
@@ -53,16 +90,19 @@ void writeFacts(Database& database, const DocumentFacts& facts, const std::strin
     put.bind(0, text).bind(1, value).step();
     put.reset();
   };
-  set("schema", kDocumentSchema);
+  set("schema", std::max(facts.schema, kDocumentSchema));
   set("needs", facts.needs);
   set("save", static_cast<int64_t>(facts.save));
   set("stamp", static_cast<int64_t>(facts.stamp));
   set("head", static_cast<int64_t>(facts.head));
   set("next_id", static_cast<int64_t>(facts.nextId));
   if (database.number("PRAGMA user_version") < facts.needs) database.run(("PRAGMA user_version = " + std::to_string(facts.needs)).c_str());
-  const std::string key = "written_by", version = ARGIL_VERSION;
-  put.bind(0, key).bind(1, version).step();
-  put.reset();
+  const auto setText = [&](const std::string& key, const std::string& value) {
+    put.bind(0, key).bind(1, value).step();
+    put.reset();
+  };
+  setText("written_by", ARGIL_VERSION);
+  setText("lineage", lineageText(facts.lineage));
   set("check", checksumOfMeta(database, name));
 }
 
@@ -74,6 +114,10 @@ DocumentFacts readFacts(Database& database, const std::string& name) {
   facts.head = static_cast<RecordId>(metaNumber(database, "head", name));
   facts.nextId = static_cast<RecordId>(metaNumber(database, "next_id", name));
   facts.needs = static_cast<int>(metaNumber(database, "needs", name));
+  facts.schema = static_cast<int>(std::min<int64_t>(metaNumber(database, "schema", name), INT_MAX));
+  facts.writtenBy = displayName(metaText(database, "written_by").substr(0, kMostVersionShown));
+  facts.lineage = readLineage(metaText(database, "lineage"), name);
+  if (facts.stamp == 0) failDamaged(name, "its last save has no stamp");
   if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId) failDamaged(name, "its ids are out of range");
   return facts;
 }
@@ -96,8 +140,8 @@ void checkTables(Database& database, const std::string& name) {
   meta.reset();
   // The table of facts stays as it is in all schemas, so that every Argil can tell which one a file needs.
   if (mayAsk && metaNumber(database, "needs", name) > kDocumentSchema) {
-    Query by(database, "SELECT value FROM meta WHERE key = 'written_by'");
-    const std::string who = by.step() ? displayName(by.text(0).substr(0, 40)) : "of a later date";
+    const std::string by = metaText(database, "written_by").substr(0, kMostVersionShown);
+    const std::string who = by.empty() ? "of a later date" : displayName(by);
     fail(name, "was written by Argil " + who + " and needs at least that to be read; nothing was opened");
   }
   if (ours == 2 && others == 0) return;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "io/document_file.h"
 #include "io/record.h"
 #include "io/sqlite.h"
 
@@ -20,6 +21,9 @@ struct DocumentFacts {
   RecordId head = 0;
   RecordId nextId = 1;
   int needs = 1;       ///< The least schema that knows all kinds of its records.
+  int schema = 0;      ///< The highest of its writers; what is written has this program's at least.
+  std::string writtenBy;  ///< Read, never written: that is this program's version.
+  Lineage lineage;     ///< The saves before this one.
 };
 
 /// All of these throw Error; `name` is that of the file in messages.

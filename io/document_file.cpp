@@ -46,9 +46,33 @@ bool flushFolderOf(const std::filesystem::path& path) {
 
 uint64_t randomStamp() {
   uint64_t stamp = 0;
-  (void)!::getrandom(&stamp, sizeof stamp, 0);
-  return (stamp >> 1) | 1;  // SQLite's integers have a sign; 0 is no stamp.
+  // Without chance two saves could not be told apart.
+  if (::getrandom(&stamp, sizeof stamp, 0) != sizeof stamp) throw Error("the system gives no random numbers", Error::Kind::work);
+  stamp >>= 1;  // SQLite's integers have a sign.
+  return stamp == 0 ? 1 : stamp;
 }
+
+/// What a new file is going to replace, to be told from what others put there meanwhile.
+struct Replaced {
+  bool there = false;
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t bytes = 0;
+  timespec changed{};
+  uint64_t stamp = 0;  ///< Of a document that can be read.
+
+  /// What stands at the path now.
+  static Replaced at(const std::filesystem::path& path) {
+    Replaced now;
+    struct stat facts {};
+    if (::stat(path.c_str(), &facts) != 0) return now;
+    return {true, facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtim, 0};
+  }
+  [[nodiscard]] bool isStill(const Replaced& now) const {
+    return there == now.there && device == now.device && inode == now.inode && bytes == now.bytes && changed.tv_sec == now.changed.tv_sec &&
+           changed.tv_nsec == now.changed.tv_nsec;
+  }
+};
 
 /// Saves that this process made into files whose structure was sound: what it goes on writing to needs no second look.
 class SoundSaves {
@@ -98,6 +122,7 @@ struct DocumentFile::State {
   DocumentFacts facts;
   std::optional<OpenDocument> registered;  ///< As long as the database is open under its own name.
   std::unique_ptr<AtomicFile> fresh;  ///< Until the first commit.
+  Replaced replaced;                  ///< By the first commit.
   std::unique_ptr<Database> database;
   std::optional<Query> insert, one, walk;
 
@@ -174,9 +199,14 @@ struct DocumentFile::State {
     }
   }
 
+  [[nodiscard]] Error writtenMeanwhile() const {
+    return Error(name + ": was written by another program while it was being saved; save it under another name", Error::Kind::work);
+  }
+
   /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it was replaced.
   void putInPlace(AtomicFile& file) {
     const std::filesystem::path target = file.target();
+    if (!replaced.isStill(Replaced::at(target))) throw writtenMeanwhile();
     std::optional<OpenDocument> keeps;
     std::unique_ptr<Database> old;
     if (isDocument(target)) {
@@ -184,13 +214,32 @@ struct DocumentFile::State {
         keeps.emplace(target);
         old = std::make_unique<Database>(target, name);
         old->run("BEGIN EXCLUSIVE");
+        // It may have been written to, or replaced, while this waited.
+        if (!keeps->isStill(target) || (replaced.stamp != 0 && readFacts(*old, name).stamp != replaced.stamp)) throw writtenMeanwhile();
       } catch (const Error& error) {
         if (error.kind() == Error::Kind::work) throw;
         old.reset();  // Damaged: nobody can write to it.
       }
     }
     removeCompanions(target);
-    file.commit();
+    file.commit(replaced.there);
+  }
+
+  /// Remembers what the first commit may replace.
+  void lookAtTarget() {
+    const std::filesystem::path target = fresh->target();
+    if (isDocument(target)) {
+      try {
+        const OpenDocument keeps(target);
+        Database old(target, name);
+        replaced.stamp = readFacts(old, name).stamp;
+      } catch (const Error&) {
+        // Damaged, or written by a program that is not ours: it has no stamp, and is told by what its folder says of it.
+      }
+    }
+    const uint64_t stamp = replaced.stamp;
+    replaced = Replaced::at(target);
+    replaced.stamp = stamp;
   }
 
   /// Once in a program: reads the whole file, 0.1 s of work for 200 MB.
@@ -253,11 +302,13 @@ DocumentFile::DocumentFile(std::unique_ptr<State> state) : state_(std::move(stat
 
 DocumentFile::~DocumentFile() = default;
 
-std::unique_ptr<DocumentFile> DocumentFile::create(const std::filesystem::path& path) {
+std::unique_ptr<DocumentFile> DocumentFile::create(const std::filesystem::path& path, Lineage lineage) {
   auto state = std::make_unique<State>();
   state->path = path;
   state->name = displayName(path);
   state->fresh = std::make_unique<AtomicFile>(path);
+  state->lookAtTarget();
+  state->facts.lineage = std::move(lineage);
   state->checked = true;
   return std::unique_ptr<DocumentFile>(new DocumentFile(std::move(state)));
 }
@@ -274,6 +325,24 @@ std::unique_ptr<DocumentFile> DocumentFile::open(const std::filesystem::path& pa
 const std::filesystem::path& DocumentFile::path() const { return state_->path; }
 
 uint64_t DocumentFile::save() const { return state_->facts.save; }
+
+uint64_t DocumentFile::stamp() const { return state_->facts.stamp; }
+
+const Lineage& DocumentFile::lineage() const { return state_->facts.lineage; }
+
+int DocumentFile::schema() const { return state_->facts.schema; }
+
+const std::string& DocumentFile::writtenBy() const { return state_->facts.writtenBy; }
+
+RecordId DocumentFile::sharedWith(uint64_t stamp) const {
+  const DocumentFacts& facts = state_->facts;
+  if (facts.save == 0 || stamp == 0) return 0;
+  if (stamp == facts.stamp) return facts.nextId;
+  for (const SavePoint& point : facts.lineage) {
+    if (point.stamp == stamp) return point.nextId;
+  }
+  return 0;
+}
 
 RecordId DocumentFile::head() const { return state_->facts.head; }
 
@@ -474,7 +543,10 @@ void DocumentFile::Transaction::removeAllBut(const RecordSet& live) {
 void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   DocumentFile::State& file = *state_->file;
   DocumentFacts next = file.facts;
+  if (next.save > 0) next.lineage.push_back({next.stamp, next.nextId});
+  if (next.lineage.size() > kMostLineage) next.lineage.erase(next.lineage.begin(), next.lineage.end() - kMostLineage);
   ++next.save;
+  next.schema = std::max(next.schema, kDocumentSchema);
   next.stamp = randomStamp();
   next.head = head;
   next.nextId = std::max(next.nextId, nextId);

@@ -87,6 +87,15 @@ class Keeping : public testing::Test {
     return documentText(document, clay, meshes);
   }
 
+  static std::string refusal(const std::function<void()>& what) {
+    try {
+      what();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "it was done";
+  }
+
   static void stroke(Session& session, uint64_t seed, bool end = true) {
     Random random(seed);
     Tool tool;
@@ -147,7 +156,7 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
     session.goTo(5);
     SaveRequest request{session.states(), 5, {"{\"v\":1}", {}}, std::make_shared<Archive>(), nullptr, {}, newWriter()};
     const auto base = saveDocument(file, request);
-    EXPECT_EQ(base->save, 1u);
+    EXPECT_EQ(base->stamp, io::DocumentFile::open(file, false)->stamp());
     for (const HistoryState& state : session.states()) tale.push_back(told(*state.document));
   }
   OpenedDocument opened = openDocument(file);
@@ -165,7 +174,7 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
   stroke(session, 40);
   SaveRequest again{session.states(), session.undoSteps(), {}, opened.archive, opened.base, {}, newWriter()};
   const auto base = saveDocument(file, again);
-  EXPECT_EQ(base->save, 2u);
+  EXPECT_EQ(io::DocumentFile::open(file, false)->save(), 2u);
   EXPECT_LT(fs::file_size(file) - before, before / 2);
   const OpenedDocument third = openDocument(file);
   EXPECT_EQ(told(*third.states[third.done].document), told(*session.document()));
@@ -362,17 +371,14 @@ TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
     EXPECT_EQ(told(*opened.states.at(opened.done).document), told(*session.document()));
     EXPECT_EQ(opened.states.size(), 3u);
   };
-  // Written by somebody else: refused in place, whole under another name, and no step is read from it.
+  // Somebody else saved under its name, and has saved once too: refused in place, whole under another name, and no step is read from it.
   saveDocument(file, Document::of(ball(3)));
-  saveDocument(file, Document::of(ball(4)));
-  const auto foreign = std::make_shared<Base>(*base);
-  foreign->save = 99;
-  SaveRequest stale = request;
-  stale.base = foreign;
-  EXPECT_THROW((void)saveDocument(file, stale), Error);
-  (void)saveDocument(other, stale);
+  ASSERT_EQ(io::DocumentFile::open(file, false)->save(), 1u);
+  EXPECT_THAT(refusal([&] { (void)saveDocument(file, request); }), AllOf(HasSubstr("f.argil"), HasSubstr("save under another name")));
+  EXPECT_EQ(told(*openDocument(file).states[0].document), told(Document::of(ball(3)))) << "it was written to";
+  (void)saveDocument(other, request);
   expectAll(other);
-  EXPECT_THROW((void)readState(*archive, foreign, {}, base->state, *session.document()), Error);
+  EXPECT_THROW((void)readState(*archive, base, {}, base->state, *session.document()), Error);
   // Deleted: made again, or saved elsewhere.
   fs::remove(file);
   (void)saveDocument(file, request);
@@ -386,6 +392,127 @@ TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
   fs::remove(other);
   (void)saveDocument(other, request);
   expectAll(other);
+}
+
+// A window that has a document open, with what it needs to save it.
+struct Opened {
+  explicit Opened(const fs::path& file) : document(openDocument(file)), session(document.states, document.done), base(document.base) {
+    session.setReader([this](uint64_t kept, const Document& near) { return readState(*document.archive, base, {}, kept, near); });
+  }
+  void save(const fs::path& file) {
+    base = saveDocument(file, {session.states(), session.undoSteps(), {}, document.archive, base, {}, writer});
+  }
+  OpenedDocument document;
+  Session session;
+  std::shared_ptr<const Base> base;
+  std::string writer = newWriter();
+};
+
+TEST_F(Keeping, ofTwoWindowsWithOneDocumentTheSecondToSaveNeedsAnotherName) {
+  const fs::path file = folder / "x.argil";
+  saveDocument(file, fullDocument());
+  Opened first(file), second(file);
+  stroke(first.session, 1);
+  stroke(second.session, 2);
+  second.save(file);
+  EXPECT_THAT(refusal([&] { first.save(file); }), HasSubstr("another name"));
+  first.save(folder / "y.argil");
+  // What both began with is read from the file still, though the other one saved into it; what the other one made never is.
+  const std::string other = told(*second.session.document());
+  first.session.goTo(0);
+  EXPECT_EQ(told(*first.session.document()), told(fullDocument()));
+  EXPECT_EQ(told(*Opened(file).session.document()), other);
+  // Under its new name it goes on.
+  stroke(first.session, 3);
+  first.save(folder / "y.argil");
+  EXPECT_EQ(told(*Opened(folder / "y.argil").session.document()), told(*first.session.document()));
+}
+
+TEST_F(Keeping, aFileThatWasPutBackFromACopyIsNotWrittenInto) {
+  const fs::path file = folder / "x.argil", older = folder / "older", newer = folder / "newer";
+  saveDocument(file, fullDocument());
+  fs::copy_file(file, older);
+  Opened window(file);
+  stroke(window.session, 1);
+  window.save(file);
+  fs::copy_file(file, newer);
+  stroke(window.session, 2);
+  for (const bool renamed : {false, true}) {
+    fs::copy_file(older, renamed ? folder / "new" : file, fs::copy_options::overwrite_existing);
+    if (renamed) fs::rename(folder / "new", file);
+    EXPECT_THAT(refusal([&] { window.save(file); }), HasSubstr("another name"));
+    EXPECT_EQ(told(*Opened(file).session.document()), told(fullDocument()));
+  }
+  // A copy of the very save is as good as the file.
+  fs::copy_file(newer, file, fs::copy_options::overwrite_existing);
+  window.save(file);
+  EXPECT_EQ(told(*Opened(file).session.document()), told(*window.session.document()));
+}
+
+TEST_F(Keeping, theOtherNameOfAFileKeepsWhatItHas) {
+  const fs::path file = folder / "x.argil", link = folder / "link.argil";
+  saveDocument(file, fullDocument());
+  fs::create_hard_link(file, link);
+  Opened first(file), second(link);
+  stroke(first.session, 1);
+  stroke(second.session, 2);
+  first.save(file);
+  EXPECT_EQ(told(*Opened(link).session.document()), told(fullDocument()));
+  second.save(link);
+  stroke(first.session, 3);
+  first.save(file);
+  EXPECT_EQ(told(*Opened(file).session.document()), told(*first.session.document()));
+  EXPECT_EQ(told(*Opened(link).session.document()), told(*second.session.document()));
+}
+
+TEST_F(Keeping, aJournalReadsOfItsFileOnlyWhatThatHadThen) {
+  const fs::path journals = folder / "journals", file = folder / "s.argil";
+  Kept kept(fullDocument(), journals);
+  kept.folder = journals;
+  kept.keeper->saved(saveDocument(file, {kept.session.states(), 0, {}, kept.archive, nullptr, {}, kept.writer}));
+  stroke(kept.session, 1);
+  const fs::path journal = kept.crash(folder / "1.journal");
+  // Another window saved into the file: all is there still, and saved elsewhere.
+  Opened window(file);
+  for (uint64_t i = 20; i < 24; ++i) stroke(window.session, i);
+  window.save(file);
+  {
+    const Recovered recovered = recover(journal);
+    EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*kept.session.document()));
+    EXPECT_EQ(recovered.document.base, nullptr);
+    ASSERT_FALSE(recovered.document.notes.empty());
+    EXPECT_THAT(recovered.document.notes.front(), HasSubstr("another name"));
+    // New records must not get ids that those in the file have.
+    Session session(recovered.document.states, recovered.document.done);
+    stroke(session, 30);
+    (void)saveDocument(folder / "r.argil", {session.states(), session.undoSteps(), {}, recovered.document.archive, nullptr, recovered.sources, recovered.writer});
+    EXPECT_EQ(told(*Opened(folder / "r.argil").session.document()), told(*session.document()));
+  }
+  // Another document has the name: none of its clay comes in, and it is said.
+  Document other = Document::of(ball(9));
+  for (int i = 0; i < 3; ++i) other.add(Piece(fullDocument().pieces[0]));
+  saveDocument(file, other);
+  EXPECT_THAT(refusal([&] { (void)recover(journal); }), AllOf(HasSubstr("s.argil"), HasSubstr("replaced")));
+}
+
+TEST_F(Keeping, aJournalHoldsAllOnceItsFileIsAnothersOrGone) {
+  const fs::path journals = folder / "journals", file = folder / "s.argil";
+  for (const bool removed : {false, true}) {
+    Kept kept(fullDocument(), journals);
+    kept.folder = journals;
+    stroke(kept.session, 1);
+    kept.keeper->saved(saveDocument(file, {kept.session.states(), 1, {}, kept.archive, nullptr, {}, kept.writer}));
+    stroke(kept.session, 2);
+    kept.keeper->flush();
+    if (removed) fs::remove(file);
+    else saveDocument(file, Document::of(ball(9)));
+    // Nothing more is made: the file is looked after all the same.
+    const fs::path journal = kept.crash(folder / "1.journal");
+    const Recovered recovered = recover(journal);
+    EXPECT_EQ(recovered.document.states.size(), 3u);
+    EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*kept.session.document()));
+    fs::remove(journal);
+  }
 }
 
 TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
