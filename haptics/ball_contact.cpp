@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/part_mesh.h"
 #include "haptics/sample_ring.h"
 
 namespace argil::haptics {
@@ -13,6 +14,11 @@ constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the pea
 constexpr double kSettleS = 0.25;           // How long a finished cut waits for its edit.
 constexpr double kPointingNmm = 1e6;  // Of a hand that points: what is cut is where it points within a tick.
 constexpr double kEaseS = 0.02;             // From one material's stiffness to the next one's while touching.
+
+// How fast what grew or jumped may push the ball: `input` with the stiffness of what is touched.
+double gentleMms(const Contact::Input& input) ARGIL_REALTIME {
+  return std::min(kLeaveSpeedMms, kLeaveForcePerS * input.peakForceN / input.topStiffnessNmm);
+}
 
 }  // namespace
 
@@ -61,8 +67,8 @@ double BallContact::stiffness(const Scene& scene, const Input& input) ARGIL_REAL
 void BallContact::go(const Vec3d& goal, const Input& input, const Proxy::Holding& held, Output& out) ARGIL_REALTIME {
   if (proxy_.caught()) {
     out.flags |= kLeaving;
-    const double speed = std::min(kLeaveSpeedMms, kLeaveForcePerS * input.peakForceN / input.topStiffnessNmm);
-    if (proxy_.leave(speed * input.periodS) && !proxy_.follow(goal, proxy_.holding(goal))) out.flags |= kIncomplete;
+    if (proxy_.leave(gentleMms(input) * input.periodS) && !proxy_.follow(goal, proxy_.holding(goal)))
+      out.flags |= kIncomplete;
   } else if (!proxy_.follow(goal, held)) {
     out.flags |= kIncomplete;
   }
@@ -125,6 +131,36 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   // Damping along the normal pushes outwards or less outwards, never inwards; across a lock it holds from both sides.
   if (pushed) out.force -= touchNormal_ * std::min(input.dampingNsmm * input.velocity.dot(touchNormal_), stiffness * depth);
   if (guides_.locked()) out.force -= input.dampingNsmm * (input.velocity - within.along(input.velocity));
+  react(scene, after, stiffness, out);
+}
+
+// Each plane pushes along its normal by its share of the spring; what is left (friction, texture, damping) goes by
+// those shares.
+void BallContact::react(const Scene& scene, const Proxy::Holding& held, double stiffness,
+                        Output& out) const ARGIL_REALTIME {
+  double shares = 0;
+  for (size_t i = 0; i < size_t(held.count); ++i) shares += held.share[i];
+  // What a lock holds back is the lock's.
+  const Vec3d rest =
+      guides_.locked() || guides_.settling() ? Vec3d(Vec3d::Zero()) : Vec3d(out.force - stiffness * held.push);
+  for (size_t i = 0; i < size_t(held.count); ++i) {
+    const int thing = held.thing[i], piece = Surroundings::pieceOf(thing), part = Surroundings::partOf(thing);
+    if (piece < 0 && part < 0) continue;
+    size_t k = 0;
+    while (k < size_t(out.reactionCount) && (out.reactions[k].piece != piece || out.reactions[k].part != part)) ++k;
+    Reaction& reaction = out.reactions[k];
+    if (k == size_t(out.reactionCount)) {
+      ++out.reactionCount;
+      reaction.piece = piece;
+      reaction.part = part;
+      reaction.centreMm =
+          around_.pose(thing).apply(part < 0 ? Vec3d(Vec3d::Zero()) : scene.parts[size_t(part)].mesh->middleMm());
+    }
+    Vec3d force = -stiffness * held.share[i] * held.plane[i].normal;
+    if (shares > 0) force -= rest * (held.share[i] / shares);
+    reaction.forceN += force;
+    reaction.torqueNmm += (held.point[i] - reaction.centreMm).cross(force);
+  }
 }
 
 void BallContact::cut(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
@@ -178,13 +214,16 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
   bool changed = missed_ || radius_ != scene.tool.radiusMm;
   missed_ = false;
   radius_ = scene.tool.radiusMm;
-  changed = around_.reset(scene, mode_ == Mode::touch, guides_.keepOuts(), guides_.keepOutsChanged()) || changed;
+  changed = around_.reset(scene, mode_ == Mode::touch, guides_.keepOuts(), guides_.keepOutsChanged(), input.periodS) ||
+            changed;
   proxy_.begin(around_, guides_, scene.quality, radius_);
   // Stiffness is kept at the hand when the workspace is scaled.
   Input in = input;
   in.topStiffnessNmm = stiffness(scene, input) / scene.workspace.scale;
   in.dampingNsmm = input.dampingNsmm / scene.workspace.scale;
   out.flags |= guides_.flags();
+  const Proxy::Carried carried = proxy_.carry(gentleMms(in) * in.periodS);
+  if (!carried.whole) out.flags |= kIncomplete;
 
   switch (mode_) {
     case Mode::touch:
@@ -201,13 +240,17 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
     case Mode::settle: cut(scene, in, changed, out); break;
     case Mode::add: lay(scene, in, changed, out); break;
   }
-  out.active = (out.flags & kLeaving) != 0 || guides_.settling();
+  out.active = (out.flags & kLeaving) != 0 || guides_.settling() || carried.pushed;
   out.ambient = guides_.force();
   out.force += out.ambient;
   // A spring that is stretched further than the motor can pull is not a fault: it saturates.
   if (const double size = out.force.norm(); size > input.peakForceN) {
     out.force *= input.peakForceN / size;
     out.flags |= kClamped;
+    for (size_t i = 0; i < size_t(out.reactionCount); ++i) {
+      out.reactions[i].forceN *= input.peakForceN / size;
+      out.reactions[i].torqueNmm *= input.peakForceN / size;
+    }
   }
   return out;
 }

@@ -29,6 +29,7 @@ class BallContact final : public Contact {
   void cut(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   void lay(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME;
   Vec3d spring(const Scene& scene, const Vec3d& hand, const Proxy::Holding& held, Output& out) ARGIL_REALTIME;
+  void react(const Scene& scene, const Proxy::Holding& held, double stiffness, Output& out) const ARGIL_REALTIME;
   void go(const Vec3d& goal, const Input& input, const Proxy::Holding& held, Output& out) ARGIL_REALTIME;
 
   Guides guides_;

@@ -1,6 +1,7 @@
 #pragma once
 // What turns a hand's place into a force: the doors of every way of rendering contact.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -10,6 +11,18 @@
 #include "haptics/scene.h"
 
 namespace argil::haptics {
+
+/// What the hand does to a piece or a part that it touches: for whoever moves that thing, to be added to the other
+/// forces on it.
+struct Reaction {
+  int piece = -1;                   ///< Index into Scene::pieces, or -1;
+  int part = -1;                    ///< into Scene::parts, or -1.
+  Vec3d forceN = Vec3d::Zero();     ///< On the thing, world directions: minus its share of the force on the hand.
+  Vec3d torqueNmm = Vec3d::Zero();  ///< The same force's, about `centreMm`.
+  Vec3d centreMm = Vec3d::Zero();   ///< Of the thing, as it is felt: of a part the middle of its bounding box, of a
+                                    ///< piece the origin of its frame.
+};
+inline constexpr size_t kMaxReactions = 3;
 
 /// One way of feeling a scene. All memory is its own from the beginning. One thread, the servo's.
 class Contact {
@@ -36,6 +49,9 @@ class Contact {
     double areaMm2 = 0;               ///< Engaged area while cutting.
     int planes = 0;                   ///< Active planes.
     uint32_t flags = 0;               ///< TickFlag: kTouching, kLeaving, kCutting, kClamped, kIncomplete.
+    std::array<Reaction, kMaxReactions>
+        reactions{};        ///< While touching, not while cutting or laying: one a thing. Without guides
+    int reactionCount = 0;  ///< they add up to minus `force`.
   };
 
   virtual ~Contact() = default;

@@ -16,4 +16,16 @@ struct Pose {
   }
 };
 
+/// Part `share` of the way from one to the other, 0 to 1: `to` itself, bit for bit, from 1 on.
+[[nodiscard]] inline Pose mix(const Pose& from, const Pose& to, double share) noexcept {
+  if (share >= 1) return to;
+  return {from.translation + share * (to.translation - from.translation),
+          from.rotation.slerp(share, to.rotation).normalized()};
+}
+
+/// Where a place goes that is fixed to a body, when the body goes from one pose to another.
+[[nodiscard]] inline Vec3d carried(const Pose& from, const Pose& to, const Vec3d& place) noexcept {
+  return to.apply(from.applyInverse(place));
+}
+
 }  // namespace argil::haptics

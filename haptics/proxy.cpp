@@ -22,6 +22,11 @@ constexpr int kEscapeRings = 256;       // So many looks along each ray.
 constexpr int kAttempts = 3;            // To bring one step onto the surface before it is halved.
 constexpr int kHalvings = 4;
 constexpr int kAttemptsStuck = 2;       // After a tick in which none of them brought anything (a ball in a socket of its own size).
+constexpr double kCarryRadii =
+    0.4;  // Longest part of the way of what moves, beyond free space, in radii: as seen from it the centre cannot pass.
+constexpr int kMostCarries = 64;        // Parts of a tick's motion at most,
+constexpr double kCarrySearches = 0.6;  // and of the searches of a tick.
+constexpr int kSettleAttempts = 4;      // To bring the ball out of what came, in each of them.
 constexpr double kStepRadii = 0.8;      // Longest step beyond free space, in radii: the centre cannot pass a surface.
 constexpr double kMergeCosine = 0.995;  // Contacts at rest whose normals are within 6° are one,
 constexpr double kSameCosine = 0.99998; // and within 0.4° while a step is tried: dropping one would let it in again.
@@ -245,6 +250,114 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     result.share[i] = active.multiplier[i];
   }
   return result;
+}
+
+bool Proxy::touches(const ContactPoint& contact) const ARGIL_REALTIME {
+  return (proxy_ - contact.point).norm() < radius_ + 2 * kOverlap * voxel_;
+}
+
+// In the frame of what is touched the ball stays where it is while that moves (methods, §1), and what it does not touch
+// comes at it. No part of the way is longer than free space and a part of the radius, so the centre cannot pass a
+// surface.
+Proxy::Carried Proxy::carry(double gentleMm) ARGIL_REALTIME {
+  Carried result;
+  if (!around_->moving()) return result;
+  std::array<int, kMaxContacts> touching{};
+  size_t count = 0;
+  for (int i = 0; i < contactCount_; ++i)
+    if (touches(contacts_[size_t(i)])) touching[count++] = contacts_[size_t(i)].thing;
+  around_->startMotion(proxy_, std::span(touching).first(count), gentleMm);
+  const int mostSearches = static_cast<int>(kCarrySearches * mostSearches_);
+  double done = 0;
+  for (int part = 0; done < 1 && result.whole; ++part) {
+    const double longest = std::max(0.0, clearance_ - radius_) + kCarryRadii * radius_;
+    double step = 1 - done, way = around_->way(proxy_, done, 1);
+    while (way > longest && step > 1e-6) {
+      step *= std::max(0.1, 0.9 * longest / way);
+      way = around_->way(proxy_, done, done + step);
+    }
+    result.whole = way <= longest && part < kMostCarries && searches_ + kSettleAttempts <= mostSearches;
+    if (!result.whole) break;
+    const double next = done + step >= 1 ? 1 : done + step;
+    const std::array<ContactPoint, kMaxContacts> contacts = contacts_;
+    const int contactCount = contactCount_;
+    around_->advance(next);
+    result.whole = carryOn(way, result);
+    if (result.whole) {
+      done = next;
+    } else {
+      around_->advance(done);
+      contacts_ = contacts;
+      contactCount_ = contactCount;
+    }
+  }
+  around_->endMotion();
+  if (done > 0) stuck_ = false;
+  return result;
+}
+
+// What moves is at the next part of its way, up to `way` from where it was as seen from there. False, and only contacts
+// changed, where no place was found for the ball.
+bool Proxy::carryOn(double way, Carried& result) ARGIL_REALTIME {
+  const Vec3d before = proxy_;
+  const double allowed = std::max(kOverlap * voxel_, radius_ - clearance_), side = clearance_ < 0 ? -1.0 : 1.0;
+  // With the contact that carries it farthest; as seen from their things the other contacts are where they were.
+  Vec3d goal = proxy_;
+  double farthest = 0;
+  bool carried = false;
+  for (int i = 0; i < contactCount_; ++i) {
+    const ContactPoint& contact = contacts_[size_t(i)];
+    if (!around_->moves(contact.thing) || !touches(contact)) continue;
+    carried = true;
+    const Vec3d there = around_->carriedBy(contact.thing, before);
+    if ((there - before).norm() <= farthest) continue;
+    farthest = (there - before).norm();
+    goal = there;
+  }
+  std::array<HalfSpace, kMaxHalfSpaces> planes;
+  int count = 0, hard = 0;
+  for (const bool first : {true, false}) {
+    for (int i = 0; i < contactCount_; ++i) {
+      ContactPoint& contact = contacts_[size_t(i)];
+      if (around_->hard(contact.thing) != first) continue;
+      const Vec3d away = around_->turnedBy(contact.thing, before - contact.point);
+      contact.point = around_->carriedBy(contact.thing, contact.point);
+      contact.smooth = around_->turnedBy(contact.thing, contact.smooth);
+      const double distance = away.norm();
+      if (!(distance > 1e-12)) continue;
+      const Vec3d normal = away * (side / distance);
+      planes[size_t(count++)] = {normal, normal.dot(contact.point) + std::min(radius_, side * distance)};
+    }
+    if (first) hard = count;
+  }
+  if (!carried && way <= clearance_ - radius_) {
+    clearance_ -= way;
+    return true;
+  }
+  const Subspace within = locked_ ? guides_->lockAt(before) : Subspace();
+  const double reach = 2 * way + kCarryRadii * radius_;
+  for (int attempt = 0; attempt < kSettleAttempts; ++attempt) {
+    const ActiveSet active = solve(goal, planes.data(), count, within, hard);
+    const Vec3d at = snapped(active.x);
+    if (!active.feasible || (at - before).norm() > reach) return false;
+    const Around there = search(at);
+    if (radius_ - there.distance <= allowed) {
+      place(at, there.distance);
+      prune();
+      if (there.distance < radius_ + keep_) note(there, kMergeCosine);
+      if (carried || at != before) result.pushed = true;
+      if (there.found && there.distance < radius_ + keep_) around_->holdIfGentle(there.thing);
+      return true;
+    }
+    const Vec3d away = at - there.point;
+    const double distance = away.norm();
+    if (!there.found || !(distance > 1e-12) || count == kMaxHalfSpaces) return false;
+    const Vec3d normal = away * ((there.distance < 0 ? -1.0 : 1.0) / distance);
+    planes[size_t(count)] = {normal, normal.dot(there.point) + radius_};
+    if (around_->hard(there.thing)) std::swap(planes[size_t(hard++)], planes[size_t(count)]);
+    ++count;
+  }
+  return false;
 }
 
 // Clay grew around the ball: out along the nearest surface; where that brings nothing (held from all sides) it rests. False

@@ -38,6 +38,17 @@ class Proxy {
   };
   [[nodiscard]] Holding holding(const Vec3d& goal) ARGIL_REALTIME;
 
+  /// How the ball took it that things moved.
+  struct Carried {
+    bool pushed = false;  ///< Something that moved held the ball or came to hold it.
+    bool whole = true;    ///< False: a limit was met, or the ball is held from all sides. The rest of the motion waits
+                          ///< for the next tick.
+  };
+  /// Once a tick, before anything else moves the ball: what moves goes its way of this tick
+  /// (Surroundings::startMotion), and the ball with it, as seen from what it touches; it pushes the ball aside and is
+  /// never passed by, however fast. `gentleMm`: how far what may have jumped pushes at most.
+  Carried carry(double gentleMm) ARGIL_REALTIME;
+
   /// True when something new overlaps the ball.
   [[nodiscard]] bool caught() const noexcept;
   /// Out along the nearest surface by at most `stepMm`; false while so deep that no surface is in reach.
@@ -70,6 +81,8 @@ class Proxy {
   void smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME;
   void leaveDepth(double step) ARGIL_REALTIME;
   bool step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REALTIME;
+  [[nodiscard]] bool touches(const ContactPoint& contact) const ARGIL_REALTIME;
+  bool carryOn(double way, Carried& result) ARGIL_REALTIME;
 
   [[nodiscard]] Vec3d snapped(const Vec3d& p) const ARGIL_REALTIME;
 

@@ -78,6 +78,7 @@ class Servo {
 
   [[nodiscard]] SampleRing& samples() noexcept { return samples_; }  ///< One consumer.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return tick_.latest(); }  ///< One reader.
+  [[nodiscard]] LatestValue<Reactions>& reactions() noexcept { return tick_.reactions(); }  ///< One reader.
   /// Asks the running servo for a copy of its statistics and gives the last one that came: false before the first. The copy is made
   /// between two ticks, some µs. One thread.
   bool copyStatistics(ServoStatistics& out);

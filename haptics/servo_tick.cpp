@@ -58,7 +58,8 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   const uint64_t editedFrom = scene ? scene->editedFrom : editedFrom_;
   feltAfter_ = editedFrom != editedFrom_ && editedFrom < sample_.index ? sample_.index - editedFrom : 0;
   editedFrom_ = editedFrom;
-  Vec3d raw = Vec3d::Zero();
+  Vec3d raw = Vec3d::Zero(), touched = raw;
+  Reactions reactions;
   if (!scene) flags |= kNoScene;
   if (sane && scene) {
     state_ = state;
@@ -79,7 +80,9 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.sampleIndex = sample_.index;
     const Contact::Output out = contact_->tick(*scene, in);
     flags |= out.flags;
-    raw = workspace_.toDevice(out.force);
+    raw = touched = workspace_.toDevice(out.force);
+    reactions.all = out.reactions;
+    reactions.count = out.reactionCount;
     // Walls on top of a contact that takes the whole peak saturate, which is no fault; a contact over the peak is for safety to judge.
     if (scene->workspace.walls.on && raw.norm() <= in.peakForceN) {
       raw += workspace_.wallForce();
@@ -124,6 +127,15 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   sample_.flags = flags;
   if (!samples_.push(sample_)) flags |= kQueueFull;
   latest_.store(sample_);
+  // A hand that is pushed less than contact asked for pushes back no more than that.
+  const double asked = touched.squaredNorm(),
+               share = asked > 0 ? std::clamp(force.dot(touched) / asked, 0.0, 1.0) : 0.0;
+  for (size_t i = 0; i < size_t(reactions.count); ++i) {
+    reactions.all[i].forceN *= share;
+    reactions.all[i].torqueNmm *= share;
+  }
+  reactions.index = sample_.index;
+  reactions_.store(reactions);
   return flags;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // One turn of the servo: device in, contact, safety, device out.
 
+#include <array>
 #include <cstdint>
 
 #include "haptics/contact.h"
@@ -16,6 +17,13 @@
 #include "haptics/velocity_filter.h"
 
 namespace argil::haptics {
+
+/// What the hand did in a tick to what it touched, as far as the device was really told to push back.
+struct Reactions {
+  std::array<Reaction, kMaxReactions> all{};
+  int count = 0;
+  uint64_t index = 0;  ///< StylusSample::index.
+};
 
 /// The same code in real and in virtual time. All its memory is its own; made and destroyed off the servo's thread.
 class ServoTick {
@@ -48,12 +56,15 @@ class ServoTick {
   [[nodiscard]] uint64_t feltAfterTicks() const noexcept { return feltAfter_; }
   /// The newest sample, for a cursor: one reader.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }
+  /// The newest reactions, for whoever moves pieces or parts: one reader.
+  [[nodiscard]] LatestValue<Reactions>& reactions() noexcept { return reactions_; }
 
  private:
   Device& device_;
   Published<Scene>::Reader scene_;
   SampleRing& samples_;
   LatestValue<StylusSample> latest_;
+  LatestValue<Reactions> reactions_;
   std::unique_ptr<Contact> contact_;
   WorkspaceMap workspace_;
   HeatBudget heat_;

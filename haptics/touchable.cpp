@@ -10,29 +10,48 @@ constexpr int kMostLooks = 128;  // Along the way into clay.
 }  // namespace
 
 bool TouchableClay::reset(const Piece& piece) ARGIL_REALTIME {
+  const bool moved =
+      pose_.translation != piece.pose.translation || pose_.rotation.coeffs() != piece.pose.rotation.coeffs();
+  const bool changed = resetClay(piece);
+  if (!moved) return changed;
+  pose_ = piece.pose;
+  orient();
+  return true;
+}
+
+bool TouchableClay::resetClay(const Piece& piece) ARGIL_REALTIME {
   const clay::Grid& grid = piece.version.grid();
   // Addresses of records are reused, ids are per store: both together name a version.
   const bool same = record_ == piece.version.record() && id_ == piece.version.id() && voxelMm_ == grid.voxelMm &&
-                    origin_ == grid.originMm && pose_.translation == piece.pose.translation &&
-                    pose_.rotation.coeffs() == piece.pose.rotation.coeffs() && hideMasked_ == piece.hideMasked;
+                    origin_ == grid.originMm && hideMasked_ == piece.hideMasked;
   surface_.reset(piece.version, piece.hideMasked);
   hideMasked_ = piece.hideMasked;
   record_ = piece.version.record();
+  store_ = piece.version.store().get();
   id_ = piece.version.id();
   voxelMm_ = grid.voxelMm;
   origin_ = grid.originMm;
-  pose_ = piece.pose;
   version_ = &piece.version;
   rows_ = piece.rows && piece.version.has(clay::Channel::material) ? piece.rows.get() : nullptr;
   material_ = piece.material;
   if (!same) {
     rowBrick_ = {INT32_MIN, 0, 0};
-    const Eigen::Matrix3d turn = pose_.rotation.toRotationMatrix();
-    toVoxel_ = turn.transpose() / voxelMm_;
-    toWorld_ = turn * voxelMm_;
-    offset_ = origin_ / voxelMm_;
+    orient();
   }
   return !same;
+}
+
+void TouchableClay::move(const Pose& to) ARGIL_REALTIME {
+  free_ = carried(pose_, to, free_);
+  pose_ = to;
+  orient();
+}
+
+void TouchableClay::orient() ARGIL_REALTIME {
+  const Eigen::Matrix3d turn = pose_.rotation.toRotationMatrix();
+  toVoxel_ = turn.transpose() / voxelMm_;
+  toWorld_ = turn * voxelMm_;
+  offset_ = origin_ / voxelMm_;
 }
 
 uint32_t TouchableClay::material(Coord voxel) ARGIL_REALTIME {

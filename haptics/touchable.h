@@ -32,6 +32,12 @@ class TouchableClay final : public Touchable {
  public:
   /// Reads `piece` from now on; the scene that holds it is held by the caller. True when it is not what was read before.
   bool reset(const Piece& piece) ARGIL_REALTIME;
+  /// The same, but where it is felt is for move() to say: the piece's own pose is not looked at.
+  bool resetClay(const Piece& piece) ARGIL_REALTIME;
+  /// It goes there as a rigid body: what is known of it goes along.
+  void move(const Pose& to) ARGIL_REALTIME;
+  /// Whether that piece is a version of the clay that is read now, edited or not.
+  [[nodiscard]] bool reads(const Piece& piece) const ARGIL_REALTIME { return store_ == piece.version.store().get(); }
   Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
 
   Vec3d normal(const Vec3d& point) ARGIL_REALTIME override;
@@ -54,6 +60,7 @@ class TouchableClay final : public Touchable {
 
  private:
   bool solid(const Vec3d& world, const Vec3d& at) ARGIL_REALTIME;
+  void orient() ARGIL_REALTIME;
 
   ClosestSurface surface_;
   Pose pose_;
@@ -70,6 +77,7 @@ class TouchableClay final : public Touchable {
   bool freeKnown_ = false, hideMasked_ = false;
   bool within_ = false;              // from there the way led in through what is hidden.
   const clay::VersionRecord* record_ = nullptr;
+  const clay::Store* store_ = nullptr;
   uint64_t id_ = 0;
 };
 

@@ -1,25 +1,26 @@
 #include "haptics/touchable_part.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace argil::haptics {
 
+bool TouchablePart::reads(const Part& part) const ARGIL_REALTIME {
+  return mesh_ == part.mesh.get() && number_ == part.mesh->number();
+}
+
 bool TouchablePart::reset(const Part& part, double radiusMm) ARGIL_REALTIME {
-  const PartMesh* mesh = part.mesh.get();
-  const bool sameMesh = mesh_ == mesh && number_ == mesh->number();
-  const bool same = sameMesh && pose_.translation == part.pose.translation && pose_.rotation.coeffs() == part.pose.rotation.coeffs();
-  if (!same) {
-    // No longer where they were; the triangle is still the best guess of where to begin.
-    const uint32_t hint = sameMesh ? answers_[last_].triangle : PartMesh::kNone;
-    answers_.fill({});
-    answers_[last_] = {Vec3d::Constant(std::numeric_limits<double>::infinity()), hint};
-  }
-  mesh_ = mesh;
-  number_ = mesh->number();
-  pose_ = part.pose;
-  resolution_ = std::min(mesh->resolutionMm(), radiusMm / 8);
+  const bool same = reads(part);
+  if (!same) answers_.fill({});
+  mesh_ = part.mesh.get();
+  number_ = mesh_->number();
+  resolution_ = std::min(mesh_->resolutionMm(), radiusMm / 8);
   return !same;
+}
+
+void TouchablePart::move(const Pose& to) ARGIL_REALTIME {
+  for (Answer& answer : answers_)
+    if (answer.triangle != PartMesh::kNone) answer.point = carried(pose_, to, answer.point);
+  pose_ = to;
 }
 
 Nearest TouchablePart::nearest(const Vec3d& p, double reachMm, const Vec3d*) ARGIL_REALTIME {

@@ -13,9 +13,14 @@ namespace argil::haptics {
 /// its centre is never let nearer to the rims than its radius. Servo thread only.
 class TouchablePart final : public Touchable {
  public:
-  /// Reads `part` from now on, touched by a ball of that radius; the scene that holds it is held by the caller. True when it is
-  /// not what was read before.
+  /// Reads `part` from now on, touched by a ball of that radius; the scene that holds it is held by the caller. True
+  /// when it is not the mesh that was read before. Where it is felt is for move() to say: the part's own pose is not
+  /// looked at.
   bool reset(const Part& part, double radiusMm) ARGIL_REALTIME;
+  /// It goes there as a rigid body: what is known of it goes along.
+  void move(const Pose& to) ARGIL_REALTIME;
+  /// Whether that part is the mesh that is read now.
+  [[nodiscard]] bool reads(const Part& part) const ARGIL_REALTIME;
   Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME override;
 
   /// Zero at a crease (edges sharper than 40°, borders, edges of more than two triangles).
