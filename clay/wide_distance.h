@@ -13,8 +13,8 @@
 
 namespace argil::clay {
 
-/// In the band the version's own distances; beyond, |∇u| = 1 solved from them upwind and of second order. One thread; equal bits for the same
-/// sequence of calls, and mirrored ones for mirrored clay. Method: NOTES.md, "Raising, levelling, smoothing".
+/// In the band the version's own distances; beyond, |∇u| = 1 solved from them upwind and of second order. One thread calls; equal bits for the same
+/// sequence of calls whatever the count of threads, and mirrored ones for mirrored clay. Method: NOTES.md, "Raising, levelling, smoothing".
 class WideDistance {
  public:
   struct Block {
@@ -26,8 +26,8 @@ class WideDistance {
     float solvedTo = 0;
   };
 
-  /// `side` +1: distances outside of the clay, −1: inside.
-  WideDistance(Version version, int side) : version_(std::move(version)), side_(static_cast<float>(side)) {}
+  /// `side` +1: distances outside of the clay, −1: inside. `threads` help where there is much to solve.
+  WideDistance(Version version, int side, int threads = 1) : version_(std::move(version)), side_(static_cast<float>(side)), threads_(threads) {}
 
   /// Makes distances up to `reach` (voxels, above the band) known in `bricks` (sorted), whose shortest ways to the surface must lie in bricks of this or
   /// earlier calls. Cost: about 10 µs a new brick, more the farther.
@@ -41,6 +41,7 @@ class WideDistance {
 
   Version version_;
   float side_;
+  int threads_;
   std::unordered_map<Coord, std::unique_ptr<Block>, CoordHash> blocks_;
 };
 
