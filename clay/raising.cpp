@@ -21,11 +21,15 @@ constexpr float kStep = 3.0f / 35;
 constexpr float kBeyond = 2;
 // Reach grows by this, so that bricks are not solved again at each stamp.
 constexpr float kReachStep = 2;
-// A stroke without a limit begins anew on the clay that it has made once it stands this many of the tool's heights, or voxels, above the surface that it began with: far from
-// a surface its normals have met, and every further voxel of height would make every stamp dearer.
-constexpr float kMostHeights = 2.1f, kMostVoxels = 8;
+// A stroke without a limit begins anew on the clay that it has made once that stands this many of the tool's heights, of its radii, or voxels, above the surface that it began with. Farther
+// out normals meet, so that the heights of neighbours tear, and every voxel of height makes every stamp dearer.
+constexpr float kMostHeights = 1.1f, kMostRadii = 0.5f, kMostVoxels = 3;
+// A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
+constexpr float kMostBuried = 16;
 // The same once it holds this many applications or bricks, so that neither time nor memory follows the stroke's length; bricks also have to be many times those of one stamp.
-constexpr size_t kMostApplications = 512, kMostBricks = 4096, kMostStamps = 8;
+constexpr size_t kMostApplications = 512, kMostBricks = 2048, kMostStamps = 3;
+// A limit up to this many voxels is looked at from the first application on, however little has been laid.
+constexpr float kMostAtOnce = 16;
 // Bricks that are worth a second thread.
 constexpr size_t kParallelFrom = 128;
 
@@ -119,21 +123,28 @@ class Raising : public DistanceMethod {
         limited_(context.brush->limited || context.brush->image), applications_(context.brush->image != nullptr) {
     // Where nothing limits it a tool that was lifted goes on from what it left; a limit counts from where the stroke began.
     if (limited_ && context.start != context.base) laid_ = context.base;
+    everywhere_ = limited_ && rise_ <= kMostAtOnce;
+    if (everywhere_) highest_ = rise_;
     base_.emplace(limited_ ? context.start : context.base, side_ < 0 ? -1 : 1, threads_);
   }
 
-  double travel() const override { return step(); }
-  double reach(const Stamp& stamp) const override { return stamp.largestRadius() * around() + band_ + highest_ + step(); }
+  double travel() const override { return everywhere_ ? rise_ : step(); }
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius() * radii() + band_ + highest_ + step(); }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
+  bool lasting() const override { return true; }
+
   bool full() const override {
     if (limited_) return false;
-    return highest_ > std::max(kMostHeights * rise_, kMostVoxels) || applications_.count() >= kMostApplications ||
-           layers_.size() >= std::max(kMostBricks, kMostStamps * asked_);
+    return highest_ > most() || applications_.count() >= kMostApplications ||
+           base_->size() >= mostBricks();
   }
   void beginAnew(const Version& now) override {
     base_.emplace(now, side_ < 0 ? -1 : 1, threads_);
+    behind_.emplace(now, side_ < 0 ? 1 : -1, threads_);
+    start_ = now;
+    before_ = std::min(before_ + highest_, kMostBuried);
     layers_.clear();
     applications_.clear();
     highest_ = 0;
@@ -148,11 +159,16 @@ class Raising : public DistanceMethod {
   };
 
   // Radii of the tip that count as its reach.
-  [[nodiscard]] double around() const { return brush_->image ? 1.4143 : 1.0; }
+  [[nodiscard]] double radii() const { return brush_->image ? 1.4143 : 1.0; }
+  // Bricks that are held, at most about as many.
+  [[nodiscard]] size_t mostBricks() const { return std::max(kMostBricks, kMostStamps * asked_); }
   // How far one application raises at most.
   [[nodiscard]] float step() const { return brush_->image ? rise_ : rise_ * kStep; }
+  // How high a stroke without a limit stands when it begins anew.
+  [[nodiscard]] float most() const { return std::max(std::min(kMostHeights * rise_, kMostRadii * radius_), kMostVoxels); }
   [[nodiscard]] float limit() const { return limited_ ? rise_ : HUGE_VALF; }
   [[nodiscard]] Vec3d lowered(const Vec3d& place) const;
+  [[nodiscard]] Vec3d lifted(const Vec3d& place);
   void apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const;
   [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask, Layer& layer) const;
   void emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block, float (&weight)[kBrickVoxels]) const;
@@ -167,16 +183,27 @@ class Raising : public DistanceMethod {
   int threads_;
   float side_, rise_;
   bool limited_;
+  bool everywhere_;  // bricks get all applications from the first on, as high as the limit: none is made up for
   Version laid_;  // what the stroke left before the tool was lifted; none: nothing
   std::optional<WideDistance> base_;
+  // Of a stroke that has begun anew: the clay then, distances on the other side of its surface, and how much had been laid before.
+  Version start_;
+  std::optional<WideDistance> behind_;
+  float before_ = 0;
   std::unordered_map<Coord, std::unique_ptr<Layer>, CoordHash> layers_;
   Applications applications_;
   float highest_ = 0;          // of all heights so far
   size_t asked_ = 0;           // bricks of the last application
+  float radius_ = 0;           // of its tip
 };
 
-// A tool that rides on what the stroke has laid belongs to the place below it.
-Vec3d Raising::lowered(const Vec3d& place) const {
+// What is known around a place of a field and of the heights above it, if all is.
+struct Around {
+  float u, height;
+  Vec3f foot;
+};
+template <class HeightAt>
+std::optional<Around> around(const WideDistance& field, const Vec3d& place, const HeightAt& heightAt) {
   const Vec3d floor = place.array().floor();
   const Coord first{static_cast<int32_t>(floor.x()), static_cast<int32_t>(floor.y()), static_cast<int32_t>(floor.z())};
   const Vec3f t = (place - floor).cast<float>();
@@ -186,11 +213,9 @@ Vec3d Raising::lowered(const Vec3d& place) const {
     const Coord v = first + Coord{i >> 2, (i >> 1) & 1, i & 1};
     const Coord coord = v >> kBrickBits;
     const int at = Brick::offset(v.x & 7, v.y & 7, v.z & 7);
-    const WideDistance::Block* block = base_->find(coord);
-    const Layer* heights = layer(coord);
-    if (!block || !heights || !((block->known[at >> 6] >> (at & 63)) & 1)) return place;
+    const WideDistance::Block* block = field.find(coord);
+    if (!block || !block->foot || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1])) return std::nullopt;
     value[i][0] = block->u[at];
-    value[i][1] = heights->height[at];
     for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = block->foot[axis * kBrickVoxels + at];
   }
   float mean[5];
@@ -202,27 +227,62 @@ Vec3d Raising::lowered(const Vec3d& place) const {
     }
     mean[k] = x[0] * (1 - t.x()) + x[1] * t.x();
   }
-  if (!(mean[0] > 0)) return place;
-  return place + quantised(Vec3f(mean[2], mean[3], mean[4]) * std::min(mean[1] / mean[0], 1.0f));
+  return Around{mean[0], mean[1], Vec3f(mean[2], mean[3], mean[4])};
+}
+
+// A tool that rides on what the stroke has laid belongs to the place below it.
+Vec3d Raising::lowered(const Vec3d& place) const {
+  const auto there = around(*base_, place, [&](Coord coord, int at, float& height) {
+    const Layer* heights = layer(coord);
+    if (heights) height = heights->height[at];
+    return heights != nullptr;
+  });
+  if (!there || !(there->u > 0)) return place;
+  return place + quantised(there->foot * std::min(there->height / there->u, 1.0f));
+}
+
+// And one that stands where the surface was before the stroke began anew to the place above it.
+Vec3d Raising::lifted(const Vec3d& place) {
+  if (before_ == 0) return place;
+  Sampler now(start_);
+  if (!(side_ * now.trilinear(place) < 0)) return place;
+  const double reach = std::ceil((static_cast<double>(std::max(before_, band_)) + 3) / 2) * 2;
+  std::vector<Coord> bricks;
+  const auto first = [](double v) { return static_cast<int32_t>(std::ceil((v - 7) / kBrickEdge)); };
+  const auto last = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
+  for (int32_t x = first(place.x() - reach); x <= last(place.x() + reach); ++x)
+    for (int32_t y = first(place.y() - reach); y <= last(place.y() + reach); ++y)
+      for (int32_t z = first(place.z() - reach); z <= last(place.z() + reach); ++z) bricks.push_back({x, y, z});
+  behind_->extend(bricks, static_cast<float>(reach));
+  const auto there = around(*behind_, place, [](Coord, int, float& height) {
+    height = 0;
+    return true;
+  });
+  if (!there || !(there->u > 0)) return place;
+  return place + quantised(there->foot * std::min(before_ / there->u, 1.0f));
 }
 
 void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) {
-  base_->extend(bricks, std::ceil((band_ + std::min(highest_ + step(), limit()) + kBeyond) / kReachStep) * kReachStep);
   asked_ = bricks.size();
+  radius_ = 0;
+  for (const Stamp& each : images) radius_ = std::max(radius_, static_cast<float>(each.largestRadius()));
+  // As far as it will be needed, where that is near: what is solved again and again costs more.
+  const float needed = std::min(highest_ + step(), limit()), ahead = std::min(std::min(most() + step(), limit()), kMostAtOnce);
+  base_->extend(bricks, std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep);
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {
-    stamps[i].a = lowered(images[i].a);
-    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(images[i].b);
+    stamps[i].a = lowered(lifted(images[i].a));
+    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(lifted(images[i].b));
     // As applications are kept.
     stamps[i].endRadius = static_cast<double>(static_cast<float>(stamps[i].radiusAtEnd()));
     stamps[i].radius = static_cast<double>(static_cast<float>(stamps[i].radius));
   }
-  applications_.add(stamps, around());
+  applications_.add(stamps, radii());
   // Whatever it looks at, each brick has a layer of its own.
   std::vector<std::pair<const WideDistance::Block*, Layer*>> work(bricks.size());
   for (size_t i = 0; i < bricks.size(); ++i) {
     work[i].first = base_->find(bricks[i]);
-    if (!work[i].first) continue;
+    if (!work[i].first || !work[i].first->foot) continue;
     std::unique_ptr<Layer>& layer = layers_[bricks[i]];
     if (!layer) layer = std::make_unique<Layer>();
     work[i].second = layer.get();
@@ -231,11 +291,15 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
       bricks.size(), bricks.size() >= kParallelFrom ? threads_ : 1,
       [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
-          if (work[i].first) apply(bricks[i], *work[i].first, stamps, *work[i].second);
+          if (work[i].second) apply(bricks[i], *work[i].first, stamps, *work[i].second);
       },
       16);
   for (const auto& each : work)
     if (each.second) highest_ = std::max(highest_, each.second->most);
+  // Where a brick is asked for together with all below it the stroke need not keep more than the heights that it laid.
+  if (!everywhere_ || base_->size() < mostBricks()) return;
+  base_->keepOnly(bricks);
+  std::erase_if(layers_, [&](const auto& entry) { return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
 }
 
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.
@@ -246,7 +310,7 @@ void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<con
   const Vec3d from = middle + low.cast<double>(), to = middle + high.cast<double>(), centre = (from + to) / 2;
   const double half = (to - from).norm() / 2 + 0.01;
   const auto near = [&](std::span<const Stamp> images) {
-    return std::any_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, centre) < half + s.largestRadius() * around(); });
+    return std::any_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, centre) < half + s.largestRadius() * radii(); });
   };
   // Voxels that have come within reach only now get what was applied before.
   uint64_t fresh[kBrickEdge], any = 0;
@@ -275,7 +339,7 @@ void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<con
 bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask, Layer& layer) const {
   float weight[kBrickVoxels] = {};
   if (!brush_->image) {
-    for (const Stamp& each : images) footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, block.foot, weight);
+    for (const Stamp& each : images) footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, block.foot.get(), weight);
     return raiseHeights(weight, step(), limit(), mask, layer.height);
   }
   for (const Stamp& each : images) emboss(each, coord, block, weight);

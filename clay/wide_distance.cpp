@@ -51,6 +51,10 @@ const WideDistance::Block* WideDistance::find(Coord brick) const {
   return it == blocks_.end() ? nullptr : it->second.get();
 }
 
+void WideDistance::keepOnly(std::span<const Coord> bricks) {
+  std::erase_if(blocks_, [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
+}
+
 // The values of a brick and two layers across its faces, from blocks where there are any, else from the version.
 void WideDistance::gather(Work& work) const {
   const float band = version_.grid().band;
@@ -157,8 +161,11 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     const float* u = w.u[now];
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
-    wideFeet(u, block.foot, block.feet);
-    for (int i = 0; i < kBrickVoxels; ++i) block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
+    uint64_t some = 0;
+    for (int i = 0; i < kBrickVoxels; ++i) some |= block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
+    if (some == 0) return;
+    if (!block.foot) block.foot = std::make_unique_for_overwrite<float[]>(3 * kBrickVoxels);
+    wideFeet(u, block.foot.get(), block.feet);
   });
 }
 

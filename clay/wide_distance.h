@@ -19,7 +19,7 @@ class WideDistance {
  public:
   struct Block {
     float u[kBrickVoxels];            ///< Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
-    float foot[3 * kBrickVoxels];     ///< From each voxel to its nearest point of the surface: x of all, y of all, z of all.
+    std::unique_ptr<float[]> foot;    ///< From each voxel to its nearest point of the surface: x of all, y of all, z of all. Null where nothing is known.
     float feet[2][3];                 ///< Box around the feet of known voxels, from the brick's middle; upside down where there are none.
     uint64_t known[kBrickEdge] = {};  ///< Bit y·8 + z of word x: u and foot are known.
     uint64_t frozen[kBrickEdge] = {}; ///< The same for the version's own, within the band or behind the surface.
@@ -32,6 +32,9 @@ class WideDistance {
   /// Makes distances up to `reach` (voxels, above the band) known in `bricks` (sorted), whose shortest ways to the surface must lie in bricks of this or
   /// earlier calls. Cost: about 10 µs a new brick, more the farther.
   void extend(std::span<const Coord> bricks, float reach);
+  /// Forgets all but `bricks` (sorted): what is asked for again is solved again.
+  void keepOnly(std::span<const Coord> bricks);
+  [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Bricks that it holds, about 8 KiB each.
   /// Null where nothing was asked for, or all of a brick is on the other side beyond the band.
   [[nodiscard]] const Block* find(Coord brick) const;
 
