@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@
 #include "clay/mask_reach.h"
 #include "clay/parallel.h"
 #include "clay/redistance.h"
+#include "clay/store.h"
 #include "clay/swept_tip.h"
 
 namespace argil::clay {
@@ -42,6 +44,8 @@ constexpr float kMostDrift = 1;
 constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
+// Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
+constexpr size_t kSweptAtOnce = 512;
 
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
 Vec3d quantised(const Vec3d& p) { return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; }); }
@@ -106,9 +110,10 @@ struct BrushStroke::State {
   State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount) : brush(std::move(given)), threads(threadCount) {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
-      const bool csg = operation->method == Method::carve || operation->method == Method::add;
-      if (csg) tool = operation->method;
-      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base});
+      if (operation->method == Method::carve) tool = Method::carve;
+      if (operation->method == Method::add || operation->method == Method::wax) tool = Method::add;
+      if (operation->method == Method::wax) blendsWith = base;
+      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base, threads});
     }
     if (method && base.has(Channel::mask)) maskReach.emplace(base);
     editor.emplace(std::move(base));
@@ -117,10 +122,11 @@ struct BrushStroke::State {
   std::shared_ptr<const Brush> brush;
   int threads;
   std::optional<Method> tool;              // carve or add: the way that costs least
+  Version blendsWith;                      // wax: adds, but for the bricks that this clay had
   std::unique_ptr<DistanceMethod> method;  // any other
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
-  uint64_t stamps = 0, touched = 0;
+  uint64_t stamps = 0, touched = 0, collected = 0;
 
   CarriedFrom carriedFrom;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
@@ -135,10 +141,20 @@ struct BrushStroke::State {
   std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
   std::vector<Coord> due;
 
-  void sweepTip(const Stamp& s, std::vector<Coord>& influenced);
+  // A brick that the tip reaches: what it was, what it becomes, and what covers it.
+  struct Swept {
+    Slot was;
+    FloatBrick* brick;
+    std::unique_ptr<MaskCover> cover;
+    BrickChange change;
+  };
+  std::vector<Swept> swept;  // waiting to be computed
+
+  void sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended);
+  void computeSwept(const Stamp& s, std::vector<Coord>& influenced);
   [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius);
   BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
-  void work(std::span<const Stamp> images, std::vector<Coord>& influenced);
+  void work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced);
   void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
   void trail(uint64_t upTo);
@@ -155,12 +171,30 @@ struct BrushStroke::State {
     return version;
   }
 
+  // What the method keeps may have grown too large: it goes on from the clay as it is now.
+  void beginAnewWhenFull() {
+    if (!method || !method->full()) return;
+    trail(stamps);
+    redistanceDue();
+    method->beginAnew(commit());
+    collect();
+  }
+
+  // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that memory does not follow the stroke's length.
+  void collect() {
+    const Editor::Counts made = counts();
+    constexpr uint64_t kNodeWork = 8, kAtLeast = 256;
+    const uint64_t work = made.bricksMade + made.channelBricksMade + kNodeWork * made.nodesMade;
+    (void)editor->base().store()->collect(2 * (work - std::exchange(collected, work)) + kAtLeast);
+  }
+
   // What is painted goes along with distances: that needs the clay as it was. Nothing where there is nothing to carry.
   [[nodiscard]] Version beforeChange() { return method && carriesChannels(*editor, *brush) ? commit() : Version(); }
   void carry(const Version& was, const DistanceMethod* by, std::span<const Stamp> images) {
     if (!was) return;
     (void)commit();  // the editor's base is the clay as it is now
     carryChannels(*editor, was, *brush, by, images, carriedFrom);
+    collect();
   }
 
   // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first, with the
@@ -184,14 +218,13 @@ struct BrushStroke::State {
   }
 };
 
-void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced) {
+void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
   const double band = editor->grid().band;
   // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
   const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush), largest = s.largestRadius() * aroundTip(*brush);
   const bool carving = *tool == Method::carve;
   const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
-  BrickValues scratch;
   const auto enter = [&](Coord region, double middle) {
     if (middle - kRegionHalfDiagonal - largest >= band) return false;
     if (masks || middle + kRegionHalfDiagonal - least > -band) return true;
@@ -202,44 +235,65 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (centre - kHalfDiagonal - largest >= band) return;
     const Slot slot = editor->find(coord);
+    if (slot == Slot(result)) return;
     std::optional<MaskCover> cover;
     if (masks) cover = coverOf(coord, largest);
     if (cover && cover->whole) return;
     if (!cover && centre + kHalfDiagonal - least <= -band) {
-      if (slot != Slot(result)) {
-        ++touched;
-        editor->setTile(coord, result);
-      }
+      ++touched;
+      editor->setTile(coord, result);
       return;
     }
-    if (slot == Slot(result)) return;
+    if (blendsWith && !blendsWith.find(coord).isTile()) {
+      blended.push_back(coord);
+      return;
+    }
     ++touched;
-    const float* source = slot.values(scratch, editor->grid().band);
     FloatBrick* mine = slot.isTile() || cover ? nullptr : editor->own(coord);
-    FloatBrick* target = mine ? mine : editor->newBrick(coord);
-    BrickChange change;
-    if (brush->tip == Tip::ball) {
-      const SweptBall swept = sweptBall(s, coord);
-      change = carving ? carveBrick(swept, editor->grid().band, source, *target) : addBrick(swept, editor->grid().band, source, *target);
-    } else {
-      float distance[kBrickVoxels], kept[kBrickVoxels], most = 0;
-      tipDistances(*brush, s, coord, distance);
-      if (target == mine) source = std::copy_n(source, kBrickVoxels, kept) - kBrickVoxels;
-      for (int i = 0; i < kBrickVoxels; ++i) target->value[i] = carving ? std::max(source[i], -distance[i]) : std::min(source[i], distance[i]);
-      change = sealBrick(source, editor->grid().band, *target, most);
-    }
-    if (cover) {
-      float most = 0;
-      change = masked(*cover, source, *target, most);
-      lastTouch[coord].renew = Renew::slopes;
-    }
-    if (!change.changed) {
-      if (!mine) editor->recycle(target);
-    } else {
-      editor->link(target, change.inBand);
-    }
-    if (!editor->find(coord).isTile()) influenced.push_back(coord);
+    swept.push_back({slot, mine ? mine : editor->newBrick(coord), cover ? std::make_unique<MaskCover>(*cover) : nullptr, {}});
+    if (swept.size() >= kSweptAtOnce) computeSwept(s, influenced);
   });
+  computeSwept(s, influenced);
+}
+
+// Bricks of a stamp have nothing to do with one another.
+void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influenced) {
+  const float band = editor->grid().band;
+  const bool carving = *tool == Method::carve;
+  parallelBlocks(
+      swept.size(), swept.size() >= kParallelFrom ? threads : 1,
+      [&](size_t begin, size_t end) {
+        BrickValues scratch;
+        for (size_t i = begin; i < end; ++i) {
+          Swept& each = swept[i];
+          FloatBrick& target = *each.brick;
+          const float* source = each.was.values(scratch, band);
+          if (brush->tip == Tip::ball) {
+            const SweptBall ball = sweptBall(s, target.coord);
+            each.change = carving ? carveBrick(ball, band, source, target) : addBrick(ball, band, source, target);
+          } else {
+            float distance[kBrickVoxels], most = 0;
+            tipDistances(*brush, s, target.coord, distance);
+            // One that is written in place is its own source.
+            if (each.was == Slot(each.brick)) source = std::copy_n(source, kBrickVoxels, scratch) - kBrickVoxels;
+            for (int v = 0; v < kBrickVoxels; ++v) target.value[v] = carving ? std::max(source[v], -distance[v]) : std::min(source[v], distance[v]);
+            each.change = sealBrick(source, band, target, most);
+          }
+          float most = 0;
+          if (each.cover) each.change = masked(*each.cover, source, target, most);
+        }
+      },
+      32);
+  for (const Swept& each : swept) {
+    const Coord coord = each.brick->coord;
+    if (each.cover) lastTouch[coord].renew = Renew::slopes;
+    if (each.change.changed)
+      editor->link(each.brick, each.change.inBand);
+    else if (each.was != Slot(each.brick))
+      editor->recycle(each.brick);
+    if (!editor->find(coord).isTile()) influenced.push_back(coord);
+  }
+  swept.clear();
 }
 
 // Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up beside a mask must not let the next stamp creep over it.
@@ -287,7 +341,10 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
     });
   }
   if (method->everywhere())
-    for (const Stamp& s : images) forBricks(s, method->reach(s), [](Coord, double) { return true; }, [&](Coord coord) { surface.push_back(coord); });
+    for (const Stamp& s : images)
+      forBricks(s, method->reach(s), [](Coord, double) { return true; }, [&](Coord coord) {
+        if (editor->find(coord) != Slot(*tool == Method::carve ? Tile::outside : Tile::inside)) surface.push_back(coord);
+      });
   std::vector<Coord> all = withNeighbours(surface);
   for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
   std::erase_if(all, [&](Coord coord) {
@@ -297,8 +354,7 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
   return all;
 }
 
-void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>& influenced) {
-  const std::vector<Coord> coords = bricksWithin(images);
+void BrushStroke::State::work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
   if (coords.empty()) return;
   const float band = editor->grid().band;
   const bool masks = editor->has(Channel::mask);
@@ -347,7 +403,8 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
     editor->link(r.brick, r.change.inBand);
   }
   // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
-  influenced = withNeighbours(changed);
+  const std::vector<Coord> around = withNeighbours(changed);
+  influenced.insert(influenced.end(), around.begin(), around.end());
   if (!drifted.empty()) {
     const std::vector<Coord> ring = withNeighbours(drifted);
     std::vector<Renew> renew;
@@ -356,13 +413,13 @@ void BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>&
       renew.push_back(touch.renew);
       touch.drift = 0;
     }
-    redistance(*editor, ring, renew);
+    redistance(*editor, ring, renew, threads);
   }
 }
 
 void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced) {
   const int parts = method->parts(images);
-  if (parts == 1) return work(images, influenced);
+  if (parts == 1) return work(images, bricksWithin(images), influenced);
   for (int i = 0; i < parts; ++i) {
     std::vector<Stamp> part(images.begin(), images.end());
     for (size_t k = 0; k < part.size(); ++k) {
@@ -375,9 +432,7 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<
       // What goes by the way becomes less with it; a dab has none.
       if (whole.a == whole.b) part[k].strength = whole.strength / static_cast<float>(parts);
     }
-    std::vector<Coord> now;
-    work(part, now);
-    influenced.insert(influenced.end(), now.begin(), now.end());
+    work(part, bricksWithin(part), influenced);
   }
   std::sort(influenced.begin(), influenced.end());
   influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
@@ -405,7 +460,7 @@ void BrushStroke::State::redistanceDue() {
     touch.drift = 0;
   }
   const Version was = beforeChange();
-  redistance(*editor, all, renew);
+  redistance(*editor, all, renew, threads);
   carry(was, nullptr, {});
   due.clear();
 }
@@ -436,8 +491,12 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   const bool blends = images.size() > 1 && s.editor->has(Channel::mask);  // what a mask covers in part depends on the order of images
   if (s.tool && !blends) {
     // Cutting away one thing after the other gives the same in any order.
-    for (const Stamp& each : images) s.sweepTip(each, influenced);
-    if (images.size() > 1) {
+    std::vector<Coord> blended;
+    for (const Stamp& each : images) s.sweepTip(each, influenced, blended);
+    std::sort(blended.begin(), blended.end());
+    blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
+    s.work(images, blended, influenced);
+    if (images.size() > 1 || !blended.empty()) {
       std::sort(influenced.begin(), influenced.end());
       influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
     }
@@ -452,6 +511,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   s.influencedBy.emplace_back(number, std::move(influenced));
   if (number > kTrail) s.trail(number - kTrail);
   if (s.due.size() >= kBatch) s.redistanceDue();
+  s.beginAnewWhenFull();
 }
 
 Version BrushStroke::publish() { return state_->commit(); }

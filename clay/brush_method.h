@@ -18,6 +18,7 @@ struct StrokeContext {
   Version start;         ///< The clay as it was when the stroke began.
   float band = 3;
   Version base;          ///< The clay as the first application finds it.
+  int threads = 1;       ///< That help where an application has much to do; the result does not depend on them.
 };
 
 /// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick() for each of its bricks, those from
@@ -29,6 +30,11 @@ class DistanceMethod {
 
   /// How far from a stamp's segment it may change anything, voxels. The same every time.
   [[nodiscard]] virtual double reach(const Stamp& stamp) const { return stamp.largestRadius(); }
+
+  /// Whether what it keeps of the stroke has grown so much that it should begin anew; asked after each application, and the answer follows from those alone. The stroke
+  /// then redistances what trails and calls beginAnew() with the clay as it is: to be taken as that which the next application finds first.
+  [[nodiscard]] virtual bool full() const { return false; }
+  virtual void beginAnew(const Version& now) { (void)now; }
 
   /// How far outside of the surface an application may put one, voxels.
   [[nodiscard]] virtual double travel() const { return 0; }

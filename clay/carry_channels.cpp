@@ -19,6 +19,9 @@ namespace {
 
 // Moved clay is read between voxels in steps of 1/kSteps, with whole numbers: their sums do not depend on an order, and mirrored places are read alike.
 constexpr int kSteps = 64;
+// What is this many steps or more away counts as equally far: a count of 16 bits must not begin anew.
+constexpr uint16_t kMostSteps = 65535;
+constexpr uint16_t oneMore(uint16_t steps) { return steps < kMostSteps ? static_cast<uint16_t>(steps + 1) : kMostSteps; }
 // A voxel that a mask covers by as much keeps its own when clay moves.
 constexpr uint8_t kHeld = 128;
 
@@ -108,7 +111,7 @@ class Carrier {
     };
     for (const Place& each : wanted_)
       forNeighbours(each, [&](const Place& near) {
-        if (stateOf(near) == State::known) reach(each, static_cast<uint16_t>(stepsAt(near) + 1));
+        if (stateOf(near) == State::known) reach(each, oneMore(stepsAt(near)));
       });
     std::vector<std::pair<Place, ChannelBytes>> layer;
     while (!queue.empty()) {
@@ -118,7 +121,7 @@ class Carrier {
         if (stateOf(each) != State::queued || stepsAt(each) != steps) continue;  // a nearer one was found
         ChannelMean mean;
         forNeighbours(each, [&](const Place& near) {
-          if (stateOf(near) == State::known && stepsAt(near) + 1 == steps) mean.add(blockOf(near).channels.bytes(near.voxel), 1);
+          if (stateOf(near) == State::known && oneMore(stepsAt(near)) == steps) mean.add(blockOf(near).channels.bytes(near.voxel), 1);
         });
         ChannelBytes bytes = mean.value();
         bytes[indexOf(Channel::mask)] = 0;
@@ -131,7 +134,7 @@ class Carrier {
       }
       for (const auto& each : layer)
         forNeighbours(each.first, [&](const Place& near) {
-          if (stateOf(near) == State::wanted || stateOf(near) == State::queued) reach(near, static_cast<uint16_t>(steps + 1));
+          if (stateOf(near) == State::wanted || stateOf(near) == State::queued) reach(near, oneMore(steps));
         });
     }
   }

@@ -29,9 +29,10 @@ class ChannelMean {
       materials_[static_cast<size_t>(kinds_++)] = {material, weight};
   }
   [[nodiscard]] bool empty() const { return weight_ == 0; }
-  /// Not for an empty one.
+  /// Of none: nothing.
   [[nodiscard]] ChannelBytes value() const {
     ChannelBytes bytes{};
+    if (empty()) return bytes;
     const auto rounded = [](int64_t sum, int64_t count) { return static_cast<uint8_t>((2 * sum + count) / (2 * count)); };
     const uint8_t cover = rounded(cover_, weight_);
     if (cover > 0)

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 
+#include "clay/brick_margins.h"
 #include "clay/renewal.h"
 
 namespace argil::clay {
@@ -18,7 +19,9 @@ constexpr int kPasses = 6;
 struct Block {
   float u[2][kPaddedSize];  // |phi|: this pass and the next
   uint64_t frozen[8];
+  ptrdiff_t beside[6];      // index of the neighbour across each face; −1: not among them
   Slot source;
+  ChannelSlot mask;
 };
 
 // Copies a face layer of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when `positive`.
@@ -74,23 +77,20 @@ void holdMasked(ChannelSlot mask, const float* padded, uint64_t (&frozen)[kBrick
   }
 }
 
-bool settleBrick(Editor& editor, Coord coord, Slot was, const float* solved, float tolerance) {
-  const float band = editor.grid().band;
-  BrickValues room;
-  FloatBrick* brick = editor.newBrick(coord);
-  const BrickChange change = settleDistance(was.values(room, band), solved, band, tolerance, *brick);
-  if (change.changed)
-    editor.link(brick, change.inBand);
-  else
-    editor.recycle(brick);
-  return change.changed;
+std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> settled) {
+  std::vector<Coord> changed;
+  for (const SettledBrick& each : settled) {
+    changed.push_back(each.brick->coord);
+    editor.link(each.brick, each.inBand);
+  }
+  return changed;
 }
 
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                              float tolerance) {
-  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew);
+namespace {
+
+std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
+                                std::span<const uint8_t> wanted, int threads, float tolerance) {
   const bool masks = editor.has(Channel::mask);
-  Sampler field(editor);
   const float band = editor.grid().band;
   const auto count = coords.size();
   // Kept between calls: a megabyte of fresh pages would cost more than the passes.
@@ -101,53 +101,57 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     scratch = std::make_unique_for_overwrite<Block[]>(capacity);
   }
   const std::span<Block> blocks(scratch.get(), count);
-  const auto indexOf = [&](Coord c) -> ptrdiff_t {
-    const auto it = std::lower_bound(coords.begin(), coords.end(), c);
-    return it != coords.end() && *it == c ? it - coords.begin() : -1;
-  };
-
   for (size_t i = 0; i < count; ++i) {
     Block& b = blocks[i];
     b.source = editor.find(coords[i]);
+    for (int face = 0; face < 6; ++face) {
+      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
+      b.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
+    }
+    b.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
+  }
+  const auto start = [&](size_t i, Sampler& field) {
+    Block& b = blocks[i];
     float padded[kPaddedSize];
     std::fill(std::begin(padded), std::end(padded), band);
     gatherPadded(field, coords[i], padded);
     startDistance(padded, band, b.frozen, b.u[0]);
     const Renew how = renew.empty() ? Renew::none : renew[i];
     if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::impossible ? 1 : 0, b.u[0]);
-    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, b.frozen, b.u[0]);
+    holdMasked(b.mask, padded, b.frozen, b.u[0]);
     std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
-  }
-  // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
-  struct Face {
-    size_t from, to;
-    int axis;
-    bool positive;
   };
-  std::vector<Face> faces;
-  for (size_t i = 0; i < count; ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      const Coord step{axis == 0, axis == 1, axis == 2};
-      const ptrdiff_t up = indexOf(coords[i] + step);
-      if (up < 0) continue;
-      faces.push_back({i, static_cast<size_t>(up), axis, true});
-      faces.push_back({static_cast<size_t>(up), i, axis, false});
-    }
-  const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
+  forBrickRanges(count, threads, [&](size_t begin, size_t end) {
+    Sampler field(editor);
+    for (size_t i = begin; i < end; ++i) start(i, field);
+  });
   int now = 0;
-  for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
-    for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);
-    for (Block& b : blocks) {
+  for (int pass = 0; pass < kPasses; ++pass, now ^= 1)
+    forEachBrickOf(count, threads, [&](size_t i) {
+      Block& b = blocks[i];
+      // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
+      for (int face = 0; face < 6; ++face)
+        if (b.beside[face] >= 0) copyFace(blocks[static_cast<size_t>(b.beside[face])].u[now], b.u[now], face / 2, face % 2 == 0);
       eikonalPass(b.u[now], b.frozen, band, b.u[now ^ 1]);
-    }
-  }
+    });
+  const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
+  return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
+    BrickValues room;
+    const float most = allowed[renew.empty() ? 0 : static_cast<size_t>(renew[i])];
+    return settleDistance(blocks[i].source.values(room, band), blocks[i].u[now], band, most, brick);
+  });
+}
 
-  std::vector<Coord> changed;
-  for (size_t i = 0; i < count; ++i)
-    if (settleBrick(editor, coords[i], blocks[i].source, blocks[i].u[now],
-                    allowed[renew.empty() ? 0 : static_cast<size_t>(renew[i])]))
-      changed.push_back(coords[i]);
-  return changed;
+}  // namespace
+
+std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted, int threads) {
+  return solve(editor, coords, {}, wanted, threads, kRedistanceTolerance);
+}
+
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
+                              float tolerance) {
+  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew, threads);
+  return linkSettled(editor, solve(editor, coords, renew, {}, threads, tolerance));
 }
 
 }  // namespace argil::clay

@@ -20,7 +20,7 @@ struct Work {
   uint64_t frozen[kBrickEdge];
   Slot source;
   ptrdiff_t beside[6];  // index of the neighbour across each face; −1: not among them
-  bool changed = true;
+  ChannelSlot mask;
 };
 
 // Follows the field to where it is zero, from voxels beside it; `u` where that goes well.
@@ -83,8 +83,7 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
 
 }  // namespace
 
-std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew) {
-  Sampler field(editor);
+std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   const size_t count = coords.size();
@@ -97,12 +96,15 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
   const std::span<Work> works(scratch.get(), count);
   for (size_t i = 0; i < count; ++i) {
     Work& w = works[i];
-    w.changed = true;
     w.source = editor.find(coords[i]);
+    w.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
     for (int face = 0; face < 6; ++face) {
       const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
       w.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
     }
+  }
+  const auto start = [&](size_t i, Sampler& field) {
+    Work& w = works[i];
     float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
     gatherBroad(field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
     for (int x = 0; x < 10; ++x)
@@ -117,7 +119,7 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
         if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
       distancesOfFeet(broad, w.frozen, least, near);
     }
-    if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, w.frozen, near);
+    holdMasked(w.mask, padded, w.frozen, near);
     for (int x = 0; x < 12; ++x)
       for (int y = 0; y < 12; ++y)
         for (int z = 0; z < 12; ++z) {
@@ -130,28 +132,28 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
       w.u[0][wideOffset(x + 2, y + 2, z + 2)] = padded[paddedOffset(x + 1, y + 1, z + 1)] < 0 ? -u : u;
     }
     std::copy_n(w.u[0], kWideSize, w.u[1]);
-  }
-  const auto pull = [&](Work& w, int which) {
-    for (int face = 0; face < 6; ++face)
-      if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
   };
-  for (int which = 0; which < 2; ++which)
-    for (Work& w : works) pull(w, which);
+  forBrickRanges(count, threads, [&](size_t begin, size_t end) {
+    Sampler field(editor);
+    for (size_t i = begin; i < end; ++i) start(i, field);
+  });
   int now = 0;
-  for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
-    for (Work& w : works) w.changed = widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
-    for (Work& w : works) pull(w, now ^ 1);
-  }
-  std::vector<Coord> changed;
-  for (size_t i = 0; i < count; ++i) {
+  for (int pass = 0; pass < kPasses; ++pass, now ^= 1)
+    forEachBrickOf(count, threads, [&](size_t i) {
+      Work& w = works[i];
+      for (int face = 0; face < 6; ++face)
+        if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[now], w.u[now], face / 2, face % 2 == 0);
+      widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
+    });
+  return linkSettled(editor, settleBricks(editor, coords, {}, threads, [&](size_t i, FloatBrick& brick) {
     const Work& w = works[i];
     float solved[kPaddedSize] = {};
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y)
         for (int z = 0; z < 8; ++z) solved[paddedOffset(x + 1, y + 1, z + 1)] = std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
-    if (settleBrick(editor, coords[i], w.source, solved, renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance)) changed.push_back(coords[i]);
-  }
-  return changed;
+    BrickValues room;
+    return settleDistance(w.source.values(room, band), solved, band, renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
+  }));
 }
 
 }  // namespace argil::clay

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "clay/brick_set.h"
@@ -103,15 +104,38 @@ void limitSlopes(Editor& editor, std::span<const Coord> bricks, int threads, con
 }
 
 void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job, double jobFrom) {
-  std::vector<Coord> byRegion(bricks.begin(), bricks.end());
-  std::sort(byRegion.begin(), byRegion.end(), [](Coord a, Coord b) { return a >> 3 != b >> 3 ? a >> 3 < b >> 3 : a < b; });
+  std::vector<Coord> sorted(bricks.begin(), bricks.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Coord> byRegion = sorted;
+  std::stable_sort(byRegion.begin(), byRegion.end(), [](Coord a, Coord b) { return a >> 3 < b >> 3; });
+  // A pass takes what is known a voxel farther, and there are fewer of them than a brick has voxels along an axis: with the bricks around it a region comes out as if all had been solved together.
+  struct Unlinked {
+    Editor& editor;
+    std::vector<SettledBrick> bricks;
+    ~Unlinked() {
+      for (const SettledBrick& each : bricks) editor.recycle(each.brick);
+    }
+  } settled{editor, {}};
+  std::vector<uint8_t> wanted;
   for (size_t begin = 0; begin < byRegion.size();) {
     size_t end = begin;
     while (end < byRegion.size() && byRegion[end] >> 3 == byRegion[begin] >> 3) ++end;
-    redistance(editor, std::span(byRegion).subspan(begin, end - begin));
+    BrickSet set;
+    for (size_t i = begin; i < end; ++i)
+      for (int k = 0; k < 27; ++k) {
+        const Coord near = byRegion[i] + Coord{k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+        if (std::binary_search(sorted.begin(), sorted.end(), near)) set.add(near);
+      }
+    std::vector<Coord> all = set.sorted();
+    std::sort(all.begin(), all.end());
+    wanted.clear();
+    for (const Coord c : all) wanted.push_back(c >> 3 == byRegion[begin] >> 3);
+    const auto now = solveDistances(editor, all, wanted, 1);
+    settled.bricks.insert(settled.bricks.end(), now.begin(), now.end());
     begin = end;
     if (job) job->step(jobFrom + (1 - jobFrom) * double(end) / double(byRegion.size()));
   }
+  (void)linkSettled(editor, std::exchange(settled.bricks, {}));
 }
 
 void clearChannelsRoundedAway(Editor& editor, Coord brick) {

@@ -9,8 +9,8 @@
 
 namespace argil::clay {
 
-/// As redistance(), for any number of bricks (sorted, each once), region by region, so that memory does not grow with them. Reports the job's fraction from `jobFrom`
-/// to 1. One thread; 4 µs a brick.
+/// As redistance(), to the bit, for any number of bricks (each once), region by region: what it works with does not grow with them, but for the bricks that change. Reports the
+/// job's fraction from `jobFrom` to 1. One thread; 6 µs a brick.
 void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job = nullptr, double jobFrom = 0);
 
 /// Voxels; what neighbours of a resampled field differ by at most. Splines of smooth fields stay below it.

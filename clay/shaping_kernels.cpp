@@ -172,9 +172,8 @@ bool Heights(const float* weight, float gain, float limit, const uint64_t* mask,
   forRows([&](int voxel) {
     const Row w = hn::LoadU(d, weight + voxel), old = hn::LoadU(d, height + voxel);
     const auto mine = hn::And(rowMask(mask, voxel), hn::Gt(w, zero));
-    any = hn::Or(any, mine);
-    // What is higher already, by another brush's limit, stays.
-    const Row next = hn::Max(old, hn::Min(hn::Add(old, hn::Mul(w, times)), most));
+    const Row next = hn::Min(hn::Add(old, hn::Mul(w, times)), most);
+    any = hn::Or(any, hn::And(mine, hn::Gt(next, old)));
     hn::StoreU(hn::IfThenElse(mine, next, old), d, height + voxel);
   });
   return !hn::AllFalse(d, any);
@@ -191,7 +190,8 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
     const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
     const Row squared = hn::Mul(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), quarter);
     const Row value = hn::Div(hn::Sub(hn::LoadU(d, u + voxel), h), hn::Sqrt(hn::Add(one, hn::Min(squared, steepest))));
-    hn::StoreU(hn::IfThenElse(hn::Gt(h, hn::Zero(d)), hn::Mul(value, sign), hn::LoadU(d, phi + voxel)), d, phi + voxel);
+    const auto raised = hn::And(hn::Gt(h, hn::Zero(d)), hn::Lt(hn::LoadU(d, u + voxel), hn::Set(d, kUnknownDistance)));
+    hn::StoreU(hn::IfThenElse(raised, hn::Mul(value, sign), hn::LoadU(d, phi + voxel)), d, phi + voxel);
   });
 }
 

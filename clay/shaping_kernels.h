@@ -27,10 +27,10 @@ void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept;
 /// one voxel could not be told from a step elsewhere in it.
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept;
 
-/// height = min(height + gain · weight, limit) where a bit of `mask` is set; whether any weight there was not zero.
+/// height = min(height + gain · weight, limit) where a bit of `mask` is set and the weight is not zero; no height is above the limit. Whether any changed.
 bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept;
 
-/// side · (u − h)/√(1 + |∇h|²), h the height, where it is not zero; there `phi` keeps its value. `padded`: the heights with one voxel around them.
+/// side · (u − h)/√(1 + |∇h|²), h the height, where that is not zero and u is known; elsewhere `phi` keeps its value. `padded`: the heights with one voxel around them.
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
 
 /// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at index 4, 4, 4.

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "clay/brick_margins.h"
+#include "clay/parallel.h"
 
 namespace argil::clay {
 
@@ -12,6 +13,8 @@ namespace {
 
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
+// Bricks that are worth a second thread.
+constexpr size_t kParallelFrom = 128;
 
 // Distances as a brick or tile of the version has them, on one side; beyond the band not known.
 void readSlot(Slot slot, float band, float side, float* u) {
@@ -46,6 +49,10 @@ struct WideDistance::Work {
 const WideDistance::Block* WideDistance::find(Coord brick) const {
   const auto it = blocks_.find(brick);
   return it == blocks_.end() ? nullptr : it->second.get();
+}
+
+void WideDistance::keepOnly(std::span<const Coord> bricks) {
+  std::erase_if(blocks_, [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
 }
 
 // The values of a brick and two layers across its faces, from blocks where there are any, else from the version.
@@ -114,44 +121,52 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     for (const uint64_t word : w.block->frozen) w.open |= ~word != 0;
     w.active = w.open;
   }
-  for (Work& w : works) gather(w);
+  // Each brick writes its own values and margins alone, and reads of others what nobody writes meanwhile.
+  const auto forEach = [&](const auto& visit) {
+    parallelBlocks(
+        works.size(), works.size() >= kParallelFrom ? threads_ : 1,
+        [&](size_t begin, size_t end) {
+          for (size_t i = begin; i < end; ++i) visit(works[i]);
+        },
+        32);
+  };
   const auto pull = [&](Work& w, int which) {
     for (int face = 0; face < 6; ++face)
       if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
   };
-  for (Work& w : works) pull(w, 0);
-  for (Work& w : works) std::copy_n(w.u[0], kWideSize, w.u[1]);
+  forEach([&](Work& w) {
+    gather(w);
+    std::copy_n(w.u[0], kWideSize, w.u[1]);
+  });
   // What is known travels a voxel along an axis a pass and is settled once all upwind of it is: bricks rest while they and their neighbours do.
   const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
   int now = 0;
   for (int pass = 0; pass < passes; ++pass, now ^= 1) {
-    bool more = false;
-    for (Work& w : works) {
+    forEach([&](Work& w) {
+      if (w.active) pull(w, now);
       w.changed = w.active && widePass(w.u[now], w.block->frozen, reach, w.u[now ^ 1]);
-      more |= w.changed;
-    }
-    if (!more) {
-      now ^= 1;
-      break;
-    }
+    });
+    if (std::none_of(works.begin(), works.end(), [](const Work& w) { return w.changed; })) break;
     // One that rests has the same values in both.
     for (Work& w : works) {
       w.active = w.changed;
       for (const ptrdiff_t other : w.beside) w.active |= other >= 0 && works[static_cast<size_t>(other)].changed;
       w.active = w.active && w.open;
-      if (w.active) pull(w, now ^ 1);
     }
   }
-  for (Work& w : works) pull(w, now);
-  for (Work& w : works) {
+  forEach([&](Work& w) {
+    pull(w, now);
     Block& block = *w.block;
     block.solvedTo = std::max(block.solvedTo, reach);
     const float* u = w.u[now];
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
-    wideFeet(u, block.foot, block.feet);
-    for (int i = 0; i < kBrickVoxels; ++i) block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
-  }
+    uint64_t some = 0;
+    for (int i = 0; i < kBrickVoxels; ++i) some |= block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
+    if (some == 0) return;
+    if (!block.foot) block.foot = std::make_unique_for_overwrite<float[]>(3 * kBrickVoxels);
+    wideFeet(u, block.foot.get(), block.feet);
+  });
 }
 
 }  // namespace argil::clay

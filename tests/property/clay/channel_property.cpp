@@ -372,5 +372,57 @@ TEST(Channels, GoAlongWithClayThatMovesThoughItLooksTheSame) {
   EXPECT_NE(moved.hash(), painted.hash());
 }
 
+// A thread of clay longer than 65 535 voxels, away from painted clay: colours come from as many steps away as a count of 16 bits does not hold.
+TEST(Channels, AStrokeLongerThanAnyCountOfStepsTakesItsColourAlong) {
+  const auto store = Store::make();
+  constexpr double kEnd = 33500;
+  const Version start = paintAll(makeSphere(store, Grid{}, Vec3d(-kEnd / 2, 0, 0), 6), {200, 10, 30}, 2);
+  Version version = start;
+  {
+    const auto brush = brushOf({channel(Property::colour), channel(Property::material)});
+    brush->colour = {200, 10, 30};
+    brush->material = 2;
+    BrushStroke paint(version, brush);
+    paint.apply(Stamp{{-kEnd, 0, 0}, {-kEnd, 0, 0}, 30});
+    version = paint.finish();
+  }
+  BrushStroke stroke(version, Brush::of(Method::add));
+  // Forth and back, and across: the far end is more than 65 535 steps along the band from the paint.
+  for (double x = -kEnd; x < kEnd; x += 250) stroke.apply(Stamp{{x, 0, 0}, {x + 250, 0, 0}, 2.5});
+  const Version after = stroke.finish();
+  size_t seen = 0;
+  for (int x = static_cast<int>(kEnd) - 40; x < static_cast<int>(kEnd); ++x)
+    for (int y = -4; y <= 4; ++y) {
+      const Coord at{x, y, 0};
+      if (std::abs(phiAt(after, at)) >= 3) continue;
+      ++seen;
+      ASSERT_EQ(byteAt(after, Channel::red, at), 200) << x << ' ' << y;
+      ASSERT_EQ(byteAt(after, Channel::material, at), 2);
+    }
+  EXPECT_GT(seen, 200u);
+}
+
+// Clay that is painted anywhere makes versions of each application: what they alone used is freed on the way.
+TEST(Channels, MemoryOfAStrokeFollowsWhatItChangedAndNotItsStamps) {
+  const auto store = Store::make();
+  const Version version = paintAll(makeSphere(store, Grid{0.5, 0.5 * kCentre, 3}, 0.5 * 2 * kCentre, 0.5 * kRadius), {200, 10, 30}, 2);
+  while (store->collect()) {
+  }
+  const uint64_t before = store->usage().bytes();
+  BrushStroke stroke(version, Brush::of(Method::add));
+  uint64_t most = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double x = i % 120 < 60 ? i % 60 : 60 - i % 60;
+    stroke.apply(Stamp{{30.0 + x, 0, 0}, {31.0 + x, 0, 0}, 10});
+    most = std::max(most, store->usage().bytes());
+  }
+  const Version after = stroke.finish();
+  while (store->collect()) {
+  }
+  const uint64_t changed = store->usage().bytes() - before;
+  std::printf("%.1f MB at most for %.1f MB of clay\n", 1e-6 * static_cast<double>(most - before), 1e-6 * static_cast<double>(changed));
+  EXPECT_LE(most - before, 2 * changed + (4u << 20));
+}
+
 }  // namespace
 }  // namespace argil::clay

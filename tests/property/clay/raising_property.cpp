@@ -67,7 +67,7 @@ TEST(Raise, LayerOverTheEdgesOfABlockAndIntoThem) {
   }
 }
 
-// A pass of the smooth falloff is a height; a second one lays it again.
+// A pass of the smooth falloff is a height; a second one lays it again, and a little less where it climbs over what the first one laid.
 TEST(Raise, UnlimitedPassesAddUp) {
   const double radius = 60;
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius / 2);
@@ -84,7 +84,7 @@ TEST(Raise, UnlimitedPassesAddUp) {
     EXPECT_LE(errors.worst, 0.25);
   }
   EXPECT_NEAR(rises[0], 5, 0.1);
-  EXPECT_NEAR(rises[1], 10, 0.2);
+  EXPECT_NEAR(rises[1], 9.8, 0.3);
 }
 
 // A plate thinner than the band, both faces within reach: thicker on both sides, whole.
@@ -153,6 +153,105 @@ TEST(Raise, EqualBitsOnEverySimdTarget) {
   const auto stamps = arc(30, 0, 0.8, 8);
   const uint64_t reference = apply(base, raising(5, true, Falloff::dome), stamps).hash();
   tests::forEachSimdTarget([&](const std::string& name) { EXPECT_EQ(apply(base, raising(5, true, Falloff::dome), stamps).hash(), reference) << name; });
+}
+
+// Strokes back and forth over the same place, on the surface that is there: every part of one costs what the first did.
+TEST(Raise, AStrokeCostsTheSameHoweverLongItLasts) {
+  struct Case {
+    float height;
+    bool limited;
+  };
+  for (const Case& c : {Case{2.5f, false}, Case{-2.5f, false}, Case{6, false}, Case{2.5f, true}}) {
+    const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30);
+    BrushStroke stroke(base, raising(c.height, c.limited));
+    Version shown = base;
+    const auto onSurface = [&](double angle, double z) {
+      const Vec3d out = Vec3d(std::cos(angle), std::sin(angle), z).normalized();
+      Sampler sampler(shown);
+      double at = 140;
+      while (at > 10 && sampler.trilinear(out * at) > 0) at -= 0.25;
+      return Vec3d(out * at);
+    };
+    constexpr int kStrokes = 24, kStamps = 30;
+    uint64_t touched[4] = {}, made[4] = {};
+    for (int n = 0; n < kStrokes; ++n) {
+      const uint64_t before = stroke.touched(), bricksBefore = stroke.counts().bricksMade;
+      for (int i = 0; i < kStamps; ++i) {
+        const double from = 0.5 * (n % 2 ? kStamps - i : i) / kStamps, z = 0.02 * (n % 5);
+        stroke.apply({onSurface(from, z), onSurface(from + (n % 2 ? -0.5 : 0.5) / kStamps, z), 10, 1});
+        if (i % 5 == 0) shown = stroke.publish();
+      }
+      touched[n * 4 / kStrokes] += stroke.touched() - before;
+      made[n * 4 / kStrokes] += stroke.counts().bricksMade - bricksBefore;
+    }
+    const Version after = stroke.finish();
+    std::printf("height %g%s: bricks touched in each quarter %llu %llu %llu %llu, made %llu %llu %llu %llu\n", double(c.height), c.limited ? ", limited" : "",
+                static_cast<unsigned long long>(touched[0]), static_cast<unsigned long long>(touched[1]), static_cast<unsigned long long>(touched[2]),
+                static_cast<unsigned long long>(touched[3]), static_cast<unsigned long long>(made[0]), static_cast<unsigned long long>(made[1]),
+                static_cast<unsigned long long>(made[2]), static_cast<unsigned long long>(made[3]));
+    // A tower has more surface within reach of the tip than a ball.
+    EXPECT_LE(touched[3], 2 * touched[0]) << c.height;
+    EXPECT_LE(touched[3], touched[2] * 5 / 4) << c.height;
+    EXPECT_LE(made[3], 2 * made[0] + 100) << c.height;
+    EXPECT_NE(after.hash(), base.hash());
+    // Swollen and whole, not torn.
+    Surface surface(false);
+    surface.update(after);
+    const TopologyReport report = checkTopology(surface.toMesh());
+    EXPECT_TRUE(report.closed());
+    EXPECT_EQ(report.bodies, 1u) << c.height;
+    const FieldErrors errors = fieldErrors(after);
+    EXPECT_LE(errors.rms, 0.05) << c.height;
+    EXPECT_LE(errors.worst, 0.25) << c.height;
+  }
+}
+
+// The same stroke with a tool that is lifted on the way: what it laid stays, and a limit still holds.
+TEST(Raise, AToolThatWasLiftedTakesNothingBack) {
+  for (const bool limited : {false, true}) {
+    const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30);
+    const Version lifted = apply(base, raising(4, limited), arc(60, 0, 0.6, 12));
+    BrushStroke stroke(lifted, raising(4, limited), base);
+    for (Stamp each : arc(60, 0, 0.3, 12)) {
+      each.strength = 0.02f;
+      stroke.apply(each);
+    }
+    const Version after = stroke.finish();
+    Sampler was(lifted), is(after);
+    for (double angle = 0; angle <= 0.6; angle += 0.05) {
+      const Vec3d out(std::cos(angle), std::sin(angle), 0);
+      double at = 60;
+      while (was.trilinear(out * at) < 0) at += 0.01;
+      EXPECT_LT(is.trilinear(out * at), 0.05) << angle << (limited ? " limited" : "");
+      EXPECT_GT(is.trilinear(out * at), -0.5) << angle << (limited ? " limited" : "");
+    }
+  }
+}
+
+TEST(Raise, MirroredStrokesThatBeginAnewLeaveMirroredBitsOnAnyCountOfThreads) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  std::vector<uint64_t> hashes;
+  for (const int threads : {1, 3})
+    for (const int publishEvery : {1000, 7}) {
+      BrushStroke stroke(base, raising(5, false), {}, threads);
+      for (int i = 0; i < 60; ++i) {
+        const Vec3d a = Vec3d(0.4 + 0.1 * std::sin(i), 0.1 * std::cos(3 * i), 0.6).normalized() * (30 + 0.2 * i);
+        Stamp stamp{a, a + Vec3d(0.5, 0.25, 0), 14, 1};
+        Stamp image = stamp;
+        image.a.x() = -1 - stamp.a.x();
+        image.b.x() = -1 - stamp.b.x();
+        stroke.apply(std::vector{stamp, image});
+        if (i % publishEvery == 0) (void)stroke.publish();
+      }
+      const Version after = stroke.finish();
+      hashes.push_back(after.hash());
+      after.forEachBrick([&](const Brick& brick) {
+        const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
+        ASSERT_FALSE(other.isTile());
+        for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0)) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
+      });
+    }
+  for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
 }
 
 }  // namespace

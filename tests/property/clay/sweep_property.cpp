@@ -117,5 +117,38 @@ TEST(StampShape, OfABallIsABallAtAnySize) {
   }
 }
 
+// Where there was no clay to run into, wax is clay that is laid on; it looks at as many bricks.
+TEST(Wax, CostsItsSurfaceAndRunsIntoTheClayAlone) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 100);
+  uint64_t touched[2];
+  Version after[2];
+  for (const Method method : {Method::add, Method::wax}) {
+    auto brush = std::make_shared<Brush>(*Brush::of(method));
+    brush->blend = 3;
+    BrushStroke stroke(base, brush);
+    for (int i = 0; i < 4; ++i) stroke.apply({{200, 10.0 * i, 0}, {200, 10.0 * (i + 1), 0}, 100});
+    touched[method == Method::wax] = stroke.touched();
+    after[method == Method::wax] = stroke.finish();
+  }
+  std::printf("bricks looked at: add %llu, wax %llu\n", static_cast<unsigned long long>(touched[0]), static_cast<unsigned long long>(touched[1]));
+  EXPECT_LE(touched[1], touched[0] * 11 / 10);
+  // The tip is a ball of 100 about (200, 0..40, 0): far from the ball of clay both are the same, in the valley between them wax stands higher.
+  Sampler add(after[0]), wax(after[1]);
+  EXPECT_NEAR(wax.trilinear(Vec3d(300, 20, 0)), 0, 0.01);
+  EXPECT_NEAR(add.trilinear(Vec3d(300, 20, 0)), 0, 0.01);
+  int lower = 0, higher = 0;
+  after[0].forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < kBrickVoxels; i += 7) {
+      const Coord at = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+      if (std::abs(brick.phi(i)) > 1) continue;
+      const float more = brick.phi(i) - wax.voxel(at);
+      lower += more < -0.15f;
+      higher += more > 0.3f;
+    }
+  });
+  EXPECT_EQ(lower, 0);
+  EXPECT_GT(higher, 200);
+}
+
 }  // namespace
 }  // namespace argil::clay
