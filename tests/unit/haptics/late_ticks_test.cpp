@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "haptics/devices/sheets.h"
+#include "haptics/hand_path.h"
 #include "haptics/heat_budget.h"
 #include "haptics/passivity.h"
 #include "haptics/safety.h"
@@ -63,7 +64,7 @@ TEST(TickClock, aTickOnTimeIsOnePeriodAndAGapIsNoStep) {
   EXPECT_TRUE(gap.gap);
   EXPECT_EQ(gap.seconds, kPeriod) << "seconds are not integrated as one step";
   EXPECT_NEAR(gap.heldS, 6.996, 1e-6);
-  for (const double odd : {now + 7, now, -1.0, std::nan(""), -INFINITY}) {
+  for (const double odd : {now + 7, now, -1.0, std::nan(""), -double(INFINITY)}) {
     const TickClock::Step step = clock.next(odd);
     EXPECT_GT(step.seconds, 0) << odd;
     EXPECT_LE(step.seconds, kPeriod);
@@ -265,13 +266,16 @@ TEST(LateTicks, aMediumDragsAsFastAsTheHandMoves) {
       device.answersS = answersS;
       SampleRing ring(10.0);
       ServoTick tick(device, published, ring, kPeriod);
+      const Coupling coupling = tick.coupling();
+      tick.couple(coupling, false);  // Under control the drag of guides is cut to nothing.
+      const double drag = device.speedMms * std::min(0.001, coupling.dampingNsmm);
       double worst = 0;
       for (const double t : schedule.times) {
         const uint32_t flags = tick.run(t, false);
         EXPECT_FALSE(flags & (kStopped | kStale));
-        if (t > 0.3) worst = std::max(worst, std::abs(device.told.x() + 0.1));
+        if (t > 0.3) worst = std::max(worst, std::abs(device.told.x() + drag));
       }
-      EXPECT_LE(worst, 0.005) << schedule.name << ", answers every " << 1e3 * answersS << " ms: N of 0.1";
+      EXPECT_LE(worst, 0.05 * drag) << schedule.name << ", answers every " << 1e3 * answersS << " ms";
     }
   }
 }
