@@ -313,25 +313,26 @@ void Workbench::useDevice(const std::string& name) {
 }
 
 void Workbench::stopForces() {
-  state_->stopped.store(true);
-  {
-    const std::lock_guard lock(state_->handMutex);
-    if (state_->hand) state_->hand->device->cut();
-  }
+  state_->gate.stop(haptics::StopOwner::user);
   state_->post([s = state_.get()] {
     s->loop->finish();
-    if (s->hand && s->stopped.load()) s->hand->servo.stop();
+    if (s->hand) restStopped(s->gate, s->hand->servo);
   }, false);
 }
 
 void Workbench::resumeForces() {
-  state_->post([s = state_.get()] {
-    s->stopped.store(false);
-    if (!s->hand) return;
-    s->hand->servo.stop();
-    s->hand->servo.reset();
-    s->hand->device->rearm();
-    std::string grant = s->hand->servo.start().sentence;
+  SeenStops seen{state_->gate.generation(haptics::StopOwner::user)};
+  {
+    const std::lock_guard lock(state_->handMutex);
+    if (state_->hand) seen.faults = state_->hand->servo.faults();
+  }
+  state_->post([s = state_.get(), seen] {
+    if (!s->hand) {
+      (void)s->gate.resume(haptics::StopOwner::user, seen.user);
+      return;
+    }
+    if (!resumeSeen(s->gate, seen, s->hand->servo)) return;
+    std::string grant = s->hand->servo.grant();
     {
       const std::lock_guard lock(s->handMutex);
       s->hand->grant.swap(grant);
@@ -364,18 +365,20 @@ haptics::StylusSample Workbench::latest() {
 TouchState Workbench::touch(bool statistics) {
   TouchState view;
   view.latest = latest();
+  const bool stopped = state_->gate.stoppedBy(haptics::StopOwner::user);
   {
     const std::lock_guard lock(state_->handMutex);
     if (Hand* hand = state_->hand.get()) {
       view.device = hand->name;
       view.sheet = hand->device->sheet();
       view.deviceStatus = hand->device->status();
-      view.state = state_->stopped.load() ? haptics::ServoState::stopped : hand->servo.state();
-      view.sentence = state_->stopped.load()                         ? "Forces are stopped by you; resume when you are ready."
+      view.state = stopped ? haptics::ServoState::stopped : hand->servo.state();
+      view.sentence = stopped                                       ? "Forces are stopped by you; resume when you are ready."
                       : hand->servo.fault() != haptics::Fault::none ? haptics::sentence(hand->servo.fault())
                                                                      : haptics::sentence(view.state);
       view.grant = hand->grant;
       view.rateHz = hand->servo.rateHz();
+      view.heat = hand->servo.heat();
       view.droppedSamples = hand->servo.samples().dropped();
       view.watchdogCuts = hand->servo.watchdogCuts();
       const auto now = std::chrono::steady_clock::now();

@@ -197,6 +197,7 @@ void Workbench::State::takeHand(const std::string& name) {
   if (loop) loop->finish();
   if (old) {
     old->servo.stop();
+    heats[old->device->sheet().name] = {old->servo.tick().heat().load(), std::chrono::steady_clock::now()};
     while (old.use_count() > 1) std::this_thread::yield();  // the other side holds it for a moment only
     old.reset();                                            // the same hardware may be opened again
   }
@@ -205,7 +206,7 @@ void Workbench::State::takeHand(const std::string& name) {
     how.falconFirmware = options.falconFirmware;
     std::unique_ptr<haptics::Device> device =
         as == kPointer ? std::make_unique<haptics::PointerDevice>() : haptics::openDevice(as, how);
-    return std::make_shared<Hand>(std::move(device), as, scene, options.realtime);
+    return std::make_shared<Hand>(std::move(device), as, scene, options.realtime, gate);
   };
   std::shared_ptr<Hand> fresh;
   try {
@@ -216,8 +217,12 @@ void Workbench::State::takeHand(const std::string& name) {
   }
   oriented = fresh->device->sheet().dofIn == 6 && !fresh->pointer;
   makeLoop();  // the new servo counts its samples from zero
-  fresh->grant = fresh->servo.start().sentence;
-  stopped.store(false);
+  if (const auto warm = heats.find(fresh->device->sheet().name); warm != heats.end()) {
+    const double restedS = std::chrono::duration<double>(std::chrono::steady_clock::now() - warm->second.at).count();
+    fresh->servo.tick().heat().begin(warm->second.load, restedS);
+  }
+  if (!beginUnlessStopped(gate, fresh->servo)) tell(Message::Level::warning, "Forces are still stopped; resume when you are ready.");
+  fresh->grant = fresh->servo.grant();
   const std::lock_guard lock(handMutex);
   hand = std::move(fresh);
 }

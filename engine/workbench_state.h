@@ -5,10 +5,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <thread>
 
 #include "engine/edit_loop.h"
+#include "engine/force_control.h"
 #include "engine/jobs.h"
 #include "engine/keeper.h"
 #include "engine/session.h"
@@ -19,17 +21,27 @@ namespace argil::engine {
 
 /// Device, servo and what the servo reads: replaced as one.
 struct Hand {
-  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene, bool realtime)
+  /// `gate` outlives it: stops hold whatever device is in hand.
+  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene, bool realtime,
+       haptics::ForceGate& gate)
       : device(std::move(opened)),
         name(std::move(openedAs)),
         pointer(dynamic_cast<haptics::PointerDevice*>(device.get())),
-        servo(*device, scene, {.realtime = realtime}) {}
+        servo(*device, scene, {.realtime = realtime}) {
+    device->setGate(gate);
+  }
   ~Hand() { servo.stop(); }
   std::unique_ptr<haptics::Device> device;
   std::string name;
   haptics::PointerDevice* pointer;
   haptics::Servo servo;
   std::string grant;
+};
+
+/// How warm the motors of a device were when it was let go.
+struct MotorHeat {
+  double load = 0;  ///< HeatBudget::load().
+  std::chrono::steady_clock::time_point at;
 };
 
 inline constexpr size_t kForcePoints = 1000;  ///< Of TouchState::forceN: 2 s.
@@ -109,9 +121,9 @@ struct Workbench::State {
   bool leaveJournal = false;
   bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
 
+  haptics::ForceGate gate;    // of whatever device is in hand
   std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
   std::shared_ptr<Hand> hand;
-  std::atomic<bool> stopped{false};  // forces, by the person
 
   Surfaces surfaces;
   std::atomic<clay::Grade> wantedSurface{clay::Grade::draft};
@@ -138,6 +150,8 @@ struct Workbench::State {
   Tool fileRead;              // the last tool whose file was read
   std::string reading;        // the file that is on its way
   bool oriented = false;      // the device in hand tells how it is turned
+  // By the sheet's name: two devices of one kind count as one, which errs to the cool side.
+  std::map<std::string, MotorHeat> heats;
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   haptics::Histogram latency;

@@ -1,7 +1,7 @@
 #include "haptics/bare_loop.h"
 
 #include "haptics/clock.h"
-#include "haptics/servo.h"
+#include "haptics/realtime_thread.h"
 
 namespace argil::haptics {
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "haptics/force_gate.h"
 #include "haptics/pose.h"
 #include "haptics/realtime.h"
 
@@ -42,6 +43,7 @@ struct DeviceState {
   Pose pose;                ///< mm.
   float pressure = 0;       ///< 0 to 1; 1 with a button held where the device cannot tell.
   uint32_t buttons = 0;     ///< Bit a button.
+  double ageS = 0;          ///< How long before read() the pose was measured; 0: in read() itself.
 };
 
 /// A device as the servo sees it. A driver that waits for its bus does so on a thread of its own and hands over through
@@ -62,13 +64,18 @@ class Device {
   /// Commands a force on the hand in the device's frame, N. Finite, within the sheet.
   virtual void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME = 0;
 
-  /// Zero force from now on until rearm(), whatever write() says. Any thread: the watchdog calls it.
-  virtual void cut() noexcept = 0;
-  /// Ends cut(): the watchdog's thread once the servo lives again, or whoever restarts a servo.
-  virtual void rearm() noexcept = 0;
+  /// While it is shut the motors get zero, whatever write() says. Any thread. A device that passes on to another gives that one's gate.
+  [[nodiscard]] virtual ForceGate& gate() const noexcept { return *gate_.load(); }
+  /// From now on `gate` in place of the device's own, so that whoever stopped the device before this one need not stop this one too.
+  /// Before its servo starts; `gate` must outlive the device.
+  void setGate(ForceGate& gate) noexcept { gate_.store(&gate); }
 
   /// What it does or what ails it and what to do, one sentence for the person. Any thread but the servo's: it allocates.
   [[nodiscard]] virtual std::string status() const { return sheet().name + ": ready"; }
+
+ private:
+  ForceGate own_;
+  std::atomic<ForceGate*> gate_{&own_};
 };
 
 }  // namespace argil::haptics

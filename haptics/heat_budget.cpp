@@ -17,6 +17,8 @@ constexpr double kSteepest = 0.75;  // Of kLimitStep: how steeply the limit may 
 HeatBudget::HeatBudget(const DeviceSheet& sheet, double periodS)
     : peak_(sheet.peakForceN),
       continuous_(std::min(sheet.continuousForceN, sheet.peakForceN)),
+      thermalS_(sheet.thermalSeconds),
+      periodS_(periodS),
       blend_(1 - std::exp(-periodS / sheet.thermalSeconds)),
       limit_(peak_) {
   if (!(continuous_ > 0)) return;
@@ -25,12 +27,25 @@ HeatBudget::HeatBudget(const DeviceSheet& sheet, double periodS)
   slope_ = (ratio - 1) / std::clamp(fall, kFallShare, 1.0);
 }
 
-void HeatBudget::felt(const Vec3d& commandedN) ARGIL_REALTIME {
+double HeatBudget::wanted() const ARGIL_REALTIME {
+  return std::min(peak_, continuous_ * std::sqrt(1 + slope_ * std::max(0.0, 1 - heat_)));
+}
+
+void HeatBudget::felt(const Vec3d& commandedN, double elapsedS) ARGIL_REALTIME {
   if (!(continuous_ > 0)) return;  // No motors.
-  heat_ += blend_ * (commandedN.squaredNorm() / (continuous_ * continuous_) - heat_);
-  const double wanted = std::min(peak_, continuous_ * std::sqrt(1 + slope_ * std::max(0.0, 1 - heat_)));
-  const double step = kLimitStep * peak_;
-  limit_ = std::clamp(wanted, limit_ - step, limit_ + step);
+  const bool regular = elapsedS == kOnePeriod || elapsedS == periodS_;
+  if (!regular && !(elapsedS > 0)) return;
+  // Exact for a force that is held, however long.
+  const double blend = regular ? blend_ : 1 - std::exp(-elapsedS / thermalS_);
+  heat_ += blend * (commandedN.squaredNorm() / (continuous_ * continuous_) - heat_);
+  const double step = kLimitStep * peak_ * (regular ? 1.0 : elapsedS / periodS_);
+  limit_ = std::clamp(wanted(), limit_ - step, limit_ + step);
+}
+
+void HeatBudget::begin(double load, double restedS) noexcept {
+  if (!(continuous_ > 0)) return;
+  heat_ = std::clamp(load, 0.0, 1.0) * std::exp(-std::max(0.0, restedS) / thermalS_);
+  limit_ = wanted();
 }
 
 }  // namespace argil::haptics

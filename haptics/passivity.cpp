@@ -21,6 +21,7 @@ constexpr double kTrickleS = 4;           // Fills the tank in so long: about a 
 Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
     : periodS_(periodS),
       slow_(sheet.resolutionMm / kStepS),
+      delayS_(delayS),
       lateS_(0.5 * periodS + delayS),
       most_(sheet.topDampingNsmm),
       mostLacking_(kMostLackingTicks * sheet.topDampingNsmm * kReferenceMms * kReferenceMms * periodS),
@@ -38,18 +39,39 @@ Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
 
 void Passivity::reset() noexcept {
   for (Vec3d& c : commands_) c.setZero();
+  heldS_.fill(periodS_);
+  regular_ = kHistory;
   tank_.reset();
   known_ = owing_ = false;
   paid_ = lacking_ = added_ = 0;
 }
 
-void Passivity::commanded(const Vec3d& force) ARGIL_REALTIME {
+void Passivity::commanded(const Vec3d& force, double elapsedS) ARGIL_REALTIME {
+  const bool regular = elapsedS == kOnePeriod || elapsedS == periodS_;
+  heldS_[newest_] = regular ? periodS_ : std::max(0.0, elapsedS);
+  regular_ = regular ? std::min(regular_ + 1, kHistory) : 0;
   newest_ = (newest_ + 1) % kHistory;
   commands_[newest_] = force;
 }
 
 // Mean force on the hand since the last tick.
-Vec3d Passivity::acted() const ARGIL_REALTIME {
+Vec3d Passivity::acted(double elapsedS) const ARGIL_REALTIME {
+  if (lateTicks_ == 0 && lateRest_ == 0) return commands_[newest_];
+  if (elapsedS != periodS_ || regular_ < lateTicks_ + 1) {
+    // The commands that were the newest from elapsedS + delay to delay ago, each by its share.
+    Vec3d sum = Vec3d::Zero();
+    double skip = delayS_, left = elapsedS;
+    size_t at = newest_;
+    for (size_t back = 0; back < kHistory && left > 0; ++back) {
+      const double held = back == 0 ? elapsedS : heldS_[at];
+      const double counts = std::min(left, std::max(0.0, held - skip));
+      skip = std::max(0.0, skip - held);
+      sum += counts * commands_[at];
+      left -= counts;
+      at = (at + kHistory - 1) % kHistory;
+    }
+    return elapsedS > 0 ? Vec3d(sum / elapsedS) : sum;
+  }
   const Vec3d& then = commands_[(newest_ + kHistory - lateTicks_) % kHistory];
   if (lateRest_ == 0) return then;
   return (1 - lateRest_) * then + lateRest_ * commands_[(newest_ + kHistory - lateTicks_ - 1) % kHistory];
@@ -70,11 +92,13 @@ Vec3d Passivity::damped(const Input& in) const ARGIL_REALTIME {
 }
 
 // Damping for what is lacking, from now on.
-void Passivity::control(const Input& in, double spring) ARGIL_REALTIME {
-  added_ *= hold_;
+void Passivity::control(const Input& in, double spring, double elapsedS, double holds) ARGIL_REALTIME {
+  added_ *= holds;
   if (lacking_ > 0) {
-    const double speed = speedAlong(in), most = std::min(most_, kMostNeeded * spring * lateS_);
-    added_ = std::max(added_, std::min(most, lacking_ / (periodS_ * std::max(speed * speed, 1e-12))));
+    // A tick that was late is followed by another one, most often: a force is held, and damps, that much longer.
+    const double expected = std::max(elapsedS, periodS_), late = expected > periodS_ ? 0.5 * expected + delayS_ : lateS_;
+    const double speed = speedAlong(in), most = std::min(most_, kMostNeeded * spring * late);
+    added_ = std::max(added_, std::min(most, lacking_ / (expected * std::max(speed * speed, 1e-12))));
   }
   if (added_ < 1e-3 * most_) added_ = 0;
 }
@@ -82,7 +106,9 @@ void Passivity::control(const Input& in, double spring) ARGIL_REALTIME {
 Vec3d Passivity::apply(const Input& in) ARGIL_REALTIME {
   const Vec3d moved = in.position - position_;
   position_ = in.position;
-  tank_.pass(periodS_);
+  const bool regular = in.elapsedS == kOnePeriod || in.elapsedS == periodS_;
+  const double elapsed = regular ? periodS_ : std::max(0.0, in.elapsedS);
+  tank_.pass(elapsed);
   if (!known_) {
     known_ = true;
     paid_ = in.storedNmm;
@@ -90,7 +116,7 @@ Vec3d Passivity::apply(const Input& in) ARGIL_REALTIME {
     lacking_ = added_ = 0;
     return damped(in);
   }
-  paid_ -= acted().dot(moved);
+  paid_ -= acted(elapsed).dot(moved);
   double shortage = in.storedNmm - paid_;
   if (shortage <= 0) {
     tank_.fill(-shortage);
@@ -110,10 +136,11 @@ Vec3d Passivity::apply(const Input& in) ARGIL_REALTIME {
   const double spring = in.storedNmm > 0 ? in.force.squaredNorm() / (2 * in.storedNmm) : 0.0;
   // A step of an encoder looks like a motion of a whole step in one tick, though most of it was made before.
   const double push = in.force.norm(), step = push > 0 ? std::abs(moved.dot(in.force)) / push : 0.0;
-  const double seen = std::min(step, std::abs(speedAlong(in)) * periodS_);
-  lacking_ = std::clamp(forget_ * (shortage - 0.5 * spring * step * (step - seen)), 0.0, mostLacking_);
+  const double seen = std::min(step, std::abs(speedAlong(in)) * elapsed);
+  const double forgets = regular ? forget_ : std::exp(-elapsed / kForgetS), holds = regular ? hold_ : std::exp(-elapsed / kHoldS);
+  lacking_ = std::clamp(forgets * (shortage - 0.5 * spring * step * (step - seen)), 0.0, mostLacking_);
   if (!owing_) paid_ = in.storedNmm - lacking_;
-  control(in, spring);
+  control(in, spring, elapsed, holds);
   return damped(asked);
 }
 

@@ -6,6 +6,7 @@
 
 #include "haptics/device.h"
 #include "haptics/realtime.h"
+#include "haptics/tick_clock.h"
 
 namespace argil::haptics {
 
@@ -49,12 +50,14 @@ class Passivity {
     double storedNmm = 0;             ///< What its springs hold now.
     double dampingNsmm = 0;           ///< Of the coupling: added along the force in any case.
     bool active = false;              ///< The scene moves by itself: its work is paid from the tank.
+    double elapsedS = kOnePeriod;     ///< Since the last tick.
   };
   /// The force to go on with: as it came, or with damping along it; never turned round. An active scene pushes no harder than
   /// what the tank and the hand have paid for.
   Vec3d apply(const Input& input) ARGIL_REALTIME;
-  /// What was commanded to the device in this tick after all. Once a tick, also when apply() was not called.
-  void commanded(const Vec3d& force) ARGIL_REALTIME;
+  /// What was commanded to the device in this tick after all, `elapsedS` after the last one. Once a tick, also when apply() was not
+  /// called.
+  void commanded(const Vec3d& force, double elapsedS = kOnePeriod) ARGIL_REALTIME;
   /// The device did not answer, or the scene let go: the next position is a first one. Keeps the tank.
   void interrupt() ARGIL_REALTIME { known_ = false; }
   /// Begins anew, the tank full.
@@ -67,17 +70,18 @@ class Passivity {
   [[nodiscard]] const EnergyTank& tank() const noexcept { return tank_; }
 
  private:
-  Vec3d acted() const ARGIL_REALTIME;
+  Vec3d acted(double elapsedS) const ARGIL_REALTIME;
   static double speedAlong(const Input& in) ARGIL_REALTIME;
   Vec3d damped(const Input& in) const ARGIL_REALTIME;
-  void control(const Input& in, double spring) ARGIL_REALTIME;
+  void control(const Input& in, double spring, double elapsedS, double holds) ARGIL_REALTIME;
 
   static constexpr size_t kHistory = 128;  // 15 ms at 8 kHz.
-  double periodS_, slow_, lateS_, most_, mostLacking_, hold_, forget_;
+  double periodS_, slow_, delayS_, lateS_, most_, mostLacking_, hold_, forget_;
   size_t lateTicks_;
   double lateRest_;
   std::array<Vec3d, kHistory> commands_;
-  size_t newest_ = 0;
+  std::array<double, kHistory> heldS_;  // How long each was the newest one; of the newest itself not yet known.
+  size_t newest_ = 0, regular_ = 0;     // So many of them, the newest apart, were held for one period.
   EnergyTank tank_;
   bool known_ = false;
   Vec3d position_ = Vec3d::Zero();

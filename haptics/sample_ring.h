@@ -29,12 +29,13 @@ enum TickFlag : uint32_t {
   kWarm = 1u << 13,      ///< Force held below the peak: the motors have used up their heat budget.
   kPanning = 1u << 14,   ///< A wall of the workspace is pressed and moves it.
   kClutched = 1u << 15,  ///< The clutch is held: the hand moves, the tip stays.
+  kCut = 1u << 16,       ///< The device's gate is shut: the user or the watchdog holds the force at zero.
 };
 
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.
 struct StylusSample {
   uint64_t index = 0;       ///< Counts ticks of the servo, dropped samples included.
-  double timeS = 0;         ///< The tick's scheduled time since the servo began.
+  double timeS = 0;         ///< When the tick began, since the servo began. Virtual time: exactly its index over the rate.
   Pose device;              ///< Where the stylus is.
   Vec3d proxy = Vec3d::Zero();
   Vec3d cutPoint = Vec3d::Zero();  ///< Centre of the ball that changes the clay; valid with kCutting.

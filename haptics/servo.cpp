@@ -1,12 +1,6 @@
 #include "haptics/servo.h"
 
-#include <pthread.h>
-#include <sched.h>
-#include <sys/mman.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
 #include "clay/error.h"
 #include "haptics/clock.h"
@@ -14,41 +8,18 @@
 namespace argil::haptics {
 namespace {
 
-constexpr size_t kStackBytes = 256 * 1024;      // Touched before the first tick; a tick uses far less.
 constexpr int64_t kWatchPeriodNs = 3'000'000;   // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
-constexpr double kStallSeconds = 0.012;         // A servo late by this may find its device zeroed, by the watchdog or by the guard process.
 constexpr int64_t kStartDelayNs = 2'000'000;
+// A servo that cannot keep up sleeps so long after each tick all the same: others must run, and the kernel ends a real-time thread that
+// never sleeps (RLIMIT_RTTIME).
+constexpr int64_t kBreathNs = 100'000;
 
 double checkedRate(double rateHz) {
   if (!(rateHz >= 100 && rateHz <= 8000)) throw Error("servo: the rate must be 100 to 8000 Hz");
   return rateHz;
 }
 
-[[gnu::noinline]] void touchStack() {
-  char stack[kStackBytes];
-  for (size_t i = 0; i < kStackBytes; i += 4096) static_cast<volatile char*>(stack)[i] = 0;
-}
-
 }  // namespace
-
-RealtimeGrant becomeRealtime(int priority, bool lockMemory) {
-  RealtimeGrant grant;
-  sched_param parameter{};
-  parameter.sched_priority = priority;
-  const int refused = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
-  grant.fifo = refused == 0;
-  grant.sentence = grant.fifo ? "real-time scheduling granted (SCHED_FIFO " + std::to_string(priority) + ")"
-                              : "real-time scheduling refused (" + std::string(std::strerror(refused)) +
-                                    "): ticks may come late; allow it with 'ulimit -r 90' or the rtprio line of limits.conf";
-  if (lockMemory) {
-    grant.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-    grant.sentence += grant.locked ? "; memory locked"
-                                   : "; memory not locked (" + std::string(std::strerror(errno)) +
-                                         "): a tick may wait for a page; allow it with 'ulimit -l unlimited'";
-  }
-  touchStack();
-  return grant;
-}
 
 const char* sentence(ServoState state) noexcept {
   switch (state) {
@@ -85,6 +56,7 @@ Servo::~Servo() { stop(); }
 
 void Servo::count(uint32_t flags) ARGIL_REALTIME {
   lastFlags_.store(flags, std::memory_order_relaxed);
+  heat_.store(tick_.heat().load(), std::memory_order_relaxed);
   ServoStatistics& s = *statistics_;
   ++s.ticks;
   const auto add = [flags](TickFlag flag, uint64_t& counter) { counter += (flags & flag) != 0; };
@@ -104,7 +76,6 @@ void Servo::count(uint32_t flags) ARGIL_REALTIME {
 
 void Servo::runVirtual(uint64_t ticks, const std::function<void(uint64_t, double)>& between) {
   if (running()) throw Error("servo: it runs in real time; stop it before running virtual time", Error::Kind::work);
-  touchStack();
   for (uint64_t i = 0; i < ticks; ++i) {
     const double timeS = double(nextIndex_) / options_.rateHz;
     if (between) between(nextIndex_, timeS);
@@ -142,24 +113,22 @@ void Servo::stop() {
   if (watchdog_.joinable()) watchdog_.join();
 }
 
-void Servo::reset() noexcept {
-  device_.rearm();
-  tick_.reset();
-}
-
 void Servo::loop() {
   if (options_.realtime) grant_ = becomeRealtime(options_.priority, true);
   else grant_ = {false, false, "real-time scheduling not asked for"};
+  const FlushDenormals flushed;
   const double periodNs = 1e9 / options_.rateHz;
   // Index nextIndex_ is due at `origin` + nextIndex_ · period, so that time goes on after a stop and never drifts.
   const int64_t first = nowNs() + kStartDelayNs;
   const auto origin = static_cast<int64_t>(double(first) - double(nextIndex_) * periodNs);
+  if (parkedNs_) tick_.heat().felt(Vec3d::Zero(), double(nowNs() - parkedNs_) * 1e-9);
+  int64_t breathed = 0;
   ready_.store(true);
   ready_.notify_one();
 
   while (!stop_.load(std::memory_order_relaxed)) {
     const auto due = origin + static_cast<int64_t>(double(nextIndex_) * periodNs);
-    sleepUntilNs(due);
+    sleepUntilNs(std::max(due, breathed));
     const int64_t begin = nowNs();
     const int64_t late = begin - due;
     const bool overrun = double(late) > periodNs;
@@ -168,13 +137,12 @@ void Servo::loop() {
       statistics_->missed += skipped;
       nextIndex_ += skipped;
     }
-    if (double(late) * 1e-9 > kStallSeconds) tick_.safety().restart();
-    const double timeS = double(nextIndex_) / options_.rateHz;
-    count(tick_.run(timeS, overrun));
+    count(tick_.run(double(begin - origin) * 1e-9, overrun));
     statistics_->lateness.add(late);
     const int64_t end = nowNs();
     statistics_->compute.add(end - begin);
     heartbeat_.beat(double(end) * 1e-9);
+    breathed = overrun ? end + kBreathNs : 0;
     ++nextIndex_;
     if (copy_.load(std::memory_order_acquire) == Copy::wanted) {
       *copied_ = *statistics_;
@@ -182,32 +150,22 @@ void Servo::loop() {
     }
   }
   tick_.park(double(nextIndex_) / options_.rateHz);
-  if (options_.realtime) munlockall();
+  parkedNs_ = nowNs();
+  if (grant_.locked) unlockMemory();
 }
 
 void Servo::watch() {
-  if (options_.realtime) {
-    // Above the servo: one that never returns from a tick must not starve its watchdog.
-    sched_param parameter{};
-    parameter.sched_priority = std::min(options_.priority + 1, 99);
-    pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
-  }
-  bool cut = false;
+  // Above the servo: one that never returns from a tick must not starve its watchdog.
+  if (options_.realtime) (void)becomeRealtime(std::min(options_.priority + 1, 99), false);
+  Watchdog watchdog;
   int64_t next = nowNs();
   while (!stop_.load(std::memory_order_relaxed)) {
     next = std::max(next + kWatchPeriodNs, nowNs());
     sleepUntilNs(next);
-    const bool silent = heartbeat_.silent(double(nowNs()) * 1e-9);
-    if (silent && !cut) {
-      device_.cut();
-      cuts_.fetch_add(1);
-    } else if (!silent && cut) {
-      device_.rearm();
-    }
-    cut = silent;
-    hung_.store(cut, std::memory_order_relaxed);
+    if (watchdog.look(heartbeat_, device_.gate(), double(nowNs()) * 1e-9)) cuts_.fetch_add(1);
+    hung_.store(watchdog.holds(), std::memory_order_relaxed);
   }
-  if (cut) device_.rearm();
+  watchdog.end(device_.gate());
   hung_.store(false, std::memory_order_relaxed);
 }
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "haptics/histogram.h"
+#include "haptics/realtime_thread.h"
 #include "haptics/servo_tick.h"
 
 namespace argil::haptics {
@@ -22,17 +23,6 @@ struct ServoStatistics {
   uint64_t missed = 0;  ///< Ticks that never were because one before them was late.
   double peakForceN = 0;
 };
-
-/// What the system granted to a thread that asked to be real-time.
-struct RealtimeGrant {
-  bool fifo = false;
-  bool locked = false;
-  std::string sentence;  ///< In plain words, with what to do when something was refused.
-};
-
-/// Asks for SCHED_FIFO at `priority` for the calling thread and, with `lockMemory`, for all memory of the process to be
-/// locked; pre-touches the stack. Never throws for a refusal.
-[[nodiscard]] RealtimeGrant becomeRealtime(int priority, bool lockMemory);
 
 /// What a person is told about a servo.
 enum class ServoState : uint8_t {
@@ -52,7 +42,7 @@ class Servo {
  public:
   struct Options {
     double rateHz = 1000;        ///< 100 to 8000.
-    bool realtime = true;        ///< Ask for SCHED_FIFO and locked memory in start().
+    bool realtime = true;        ///< Ask for real-time scheduling and locked memory in start().
     int priority = 80;
     std::string contact = "proxy";  ///< One of contactNames().
     bool measureCompute = true;  ///< Also in virtual time.
@@ -70,10 +60,13 @@ class Servo {
   /// publishes there, so that a publishing delay counted in ticks is the same in every run.
   void runVirtual(uint64_t ticks, const std::function<void(uint64_t index, double timeS)>& between = {});
 
-  /// Starts the paced thread and a watchdog beside it; returns what the system granted. Throws Error when it already runs.
+  /// Starts the paced thread and a watchdog beside it; returns what the system granted, within kRealtimeKitSeconds. Throws Error when it
+  /// already runs.
   RealtimeGrant start();
   /// Stops both; the device is at zero force and the scene is let go. Idempotent.
   void stop();
+  /// What the system granted at the last start; empty before. The thread that starts and stops.
+  [[nodiscard]] const std::string& grant() const noexcept { return grant_.sentence; }
   [[nodiscard]] bool running() const noexcept { return thread_.joinable(); }
 
   [[nodiscard]] SampleRing& samples() noexcept { return samples_; }  ///< One consumer.
@@ -89,13 +82,18 @@ class Servo {
   [[nodiscard]] Fault fault() const noexcept { return tick_.safety().fault(); }
   /// What the last tick ended with. Any thread.
   [[nodiscard]] ServoState state() const noexcept;
+  /// HeatBudget::load() after the last tick. Any thread.
+  [[nodiscard]] double heat() const noexcept { return heat_.load(std::memory_order_relaxed); }
   /// How often the watchdog had to cut the device because no tick ended for kWatchdogSeconds. Once ticks come again the
   /// device is armed again and forces start anew from zero. Any thread.
   [[nodiscard]] uint64_t watchdogCuts() const noexcept { return cuts_.load(); }
-  /// Leaves a latched stop. Only while the servo does not run.
-  void reset() noexcept;
+  /// How many faults there were: a reset on behalf of somebody who had seen fewer would undo a stop that nobody looked at. Any thread.
+  [[nodiscard]] uint32_t faults() const noexcept { return tick_.safety().faults(); }
+  /// Leaves a latched stop; the device's gate stays as it is. Only while the servo does not run.
+  void reset() noexcept { tick_.reset(); }
   [[nodiscard]] double rateHz() const noexcept { return options_.rateHz; }
-  /// Servo time: ticks done, missed ones included, over the rate. Only while it does not run.
+  /// Servo time, on which a tick begins as late as it does: ticks done, missed ones included, over the rate. It stands still while the
+  /// servo does not run; only the motors cool then. Only while it does not run.
   [[nodiscard]] double timeS() const noexcept { return double(nextIndex_) / options_.rateHz; }
 
  private:
@@ -113,12 +111,14 @@ class Servo {
   std::atomic<Copy> copy_{Copy::none};
   bool anyCopy_ = false;
   uint64_t nextIndex_ = 0;
+  int64_t parkedNs_ = 0;              // When the paced thread ended; 0: never.
   std::thread thread_, watchdog_;
   RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
   std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
   std::atomic<uint32_t> lastFlags_{kNoScene};
   std::atomic<bool> hung_{false};
+  std::atomic<double> heat_{0};
   std::atomic<uint64_t> cuts_{0};
   Heartbeat heartbeat_;
 };

@@ -23,6 +23,8 @@ ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& sample
       heat_(device.sheet(), checkedPeriod(periodS)),
       safety_(device.sheet(), periodS),
       periodS_(periodS),
+      ticked_(periodS),
+      measured_(periodS),
       velocity_(periodS, device.sheet().resolutionMm),
       coupling_(coupleTo(device.sheet(), periodS)),
       passivity_(device.sheet(), periodS) {}
@@ -36,14 +38,29 @@ void ServoTick::couple(const Coupling& coupling, bool controlled, double delayS)
 void ServoTick::reset() noexcept {
   contact_->reset();
   safety_.reset();
+  ticked_.reset();
+  measured_.reset();
   velocity_.reset();
   passivity_.reset();
 }
 
 void ServoTick::park(double timeS) ARGIL_REALTIME {
+  heatUp(ticked_.next(timeS));
   device_.write(timeS, Vec3d::Zero());
+  held_.setZero();
+  ticked_.reset();
+  measured_.reset();
+  velocity_.reset();
+  passivity_.interrupt();
   safety_.restart();
   scene_.park();
+}
+
+// The last command was in force since the last tick; a device that hears nothing for longer lets go by itself.
+void ServoTick::heatUp(const TickClock::Step& step) ARGIL_REALTIME {
+  const double pushed = std::min(step.heldS, std::max(periodS_, kWatchdogSeconds));
+  heat_.felt(held_, pushed);
+  if (step.heldS > pushed) heat_.felt(Vec3d::Zero(), step.heldS - pushed);
 }
 
 uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
@@ -52,6 +69,20 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   DeviceState state;
   const bool fresh = device_.read(timeS, state);
   const bool sane = fresh && safety_.plausible(state);
+  // Read after the device's read(): whatever the device knows a command by is no newer than this.
+  const ForceGate::Word gate = device_.gate().word();
+  const bool shut = !ForceGate::open(gate);
+  const TickClock::Step step = ticked_.next(timeS);
+  heatUp(step);
+  if (step.gap) {
+    measured_.reset();
+    velocity_.reset();
+    passivity_.interrupt();
+  }
+  // The motors were at zero meanwhile.
+  if (shut || gate != gate_ || step.gap) safety_.restart();
+  gate_ = gate;
+  double measuredS = 0;
 
   sample_.index = index_++;
   sample_.timeS = timeS;
@@ -64,13 +95,14 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   if (sane && scene) {
     state_ = state;
     const Vec3d* held = sample_.flags & kTouching ? &sample_.proxy : nullptr;
-    sample_.device = workspace_.toWorld(scene->workspace, device_.sheet(), state.pose, state.buttons, periodS_, held);
+    sample_.device = workspace_.toWorld(scene->workspace, device_.sheet(), state.pose, state.buttons, step.seconds, held);
     flags |= (workspace_.panning() ? uint32_t{kPanning} : 0u) | (workspace_.clutched() ? uint32_t{kClutched} : 0u);
-    const Vec3d velocity = velocity_.add(state.pose.translation);
+    measuredS = measured_.next(timeS - state.ageS).elapsedS();
+    const Vec3d velocity = velocity_.add(state.pose.translation, measuredS);
     Contact::Input in;
     in.hand = sample_.device.translation;
     in.velocity = workspace_.velocityToWorld(velocity);
-    in.periodS = periodS_;
+    in.periodS = step.seconds;
     in.topStiffnessNmm = coupling_.stiffnessNmm;
     in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
@@ -102,6 +134,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
       energy.storedNmm += stretched;
       // What is cut damps by itself.
       if (stretched > 0 && !(out.flags & kCutting)) energy.dampingNsmm = coupling_.dampingNsmm;
+      energy.elapsedS = step.elapsedS();
       energy.active = out.active || workspace_.panning() || workspace_.grip() < 1;
       raw = passivity_.apply(energy);
     }
@@ -113,14 +146,20 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     sample_.buttons = state.buttons;
     sample_.tool = scene->tool.id;
   } else {
+    measured_.reset();
     velocity_.reset();  // No speed comes from a gap.
     passivity_.interrupt();
   }
 
-  const Vec3d force = safety_.apply(raw, state, fresh, flags, heat_.limitN());
-  passivity_.commanded(force);
-  heat_.felt(force);
+  Vec3d force = safety_.apply(raw, state, fresh, flags, heat_.limitN(), {step.elapsedS(), measuredS});
+  if (shut) {
+    safety_.restart();
+    force.setZero();
+    flags |= kCut;
+  }
+  passivity_.commanded(force, step.elapsedS());
   device_.write(timeS, force);
+  held_ = force;
   sample_.forceN = workspace_.turnToWorld(force);
   // A faulty tick never cuts.
   if (flags & (kStopped | kStale | kNoScene)) flags &= ~uint32_t{kCutting};

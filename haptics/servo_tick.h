@@ -14,6 +14,7 @@
 #include "haptics/safety.h"
 #include "haptics/sample_ring.h"
 #include "haptics/scene.h"
+#include "haptics/tick_clock.h"
 #include "haptics/velocity_filter.h"
 
 namespace argil::haptics {
@@ -31,7 +32,10 @@ class ServoTick {
   /// All three references must outlive it. `periodS`: 1/8000 to 1/100 s. `contact`: one of contactNames().
   ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact = "proxy");
 
-  /// Runs one tick at servo time `timeS`; TickFlag bits of what happened. `late`: this tick began a whole period late.
+  /// Runs one tick that begins at servo time `timeS`; TickFlag bits of what happened. `late`: it began a whole period late. All that
+  /// follows time (velocities, heat, energy, limits of speed and slew, what glides) goes by the time since the last tick, however many
+  /// ticks that should have been. After a gap (TickClock::Step::gap) forces begin anew from zero, speeds are forgotten, and the scene
+  /// goes on as if one period had passed; only the motors have cooled for the whole of it.
   uint32_t run(double timeS, bool late) ARGIL_REALTIME;
   /// The servo stops: zero force, the scene is let go.
   void park(double timeS) ARGIL_REALTIME;
@@ -49,6 +53,7 @@ class ServoTick {
   [[nodiscard]] Safety& safety() noexcept { return safety_; }
   [[nodiscard]] const Safety& safety() const noexcept { return safety_; }
   [[nodiscard]] const HeatBudget& heat() const noexcept { return heat_; }
+  [[nodiscard]] HeatBudget& heat() noexcept { return heat_; }  ///< Not while the servo runs.
   /// The mapping as it stands; to reset() it (the tip jumps home) the servo must not run.
   [[nodiscard]] WorkspaceMap& workspace() noexcept { return workspace_; }
   /// In the last tick clay was read for the first time that samples had changed: how many ticks ago the oldest of them was (Scene::editedFrom);
@@ -69,7 +74,12 @@ class ServoTick {
   WorkspaceMap workspace_;
   HeatBudget heat_;
   Safety safety_;
+  void heatUp(const TickClock::Step& step) ARGIL_REALTIME;
+
   double periodS_;
+  TickClock ticked_, measured_;  // From tick to tick; from position to position.
+  ForceGate::Word gate_ = 0;     // The device's, in the last tick.
+  Vec3d held_ = Vec3d::Zero();   // The last command, device frame.
   VelocityFilter velocity_;
   Coupling coupling_;
   Passivity passivity_;

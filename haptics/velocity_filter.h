@@ -5,6 +5,7 @@
 
 #include "haptics/pose.h"
 #include "haptics/realtime.h"
+#include "haptics/tick_clock.h"
 
 namespace argil::haptics {
 
@@ -20,14 +21,23 @@ class VelocityFilter {
   VelocityFilter(double periodS, double stepMm);
 
   /// Forgets everything: the next position is the first.
-  void reset() noexcept { count_ = 0; }
-  /// The next position, a period after the last, in the frame of the encoders, mm; the velocity, mm/s, zero at the first.
-  Vec3d add(const Vec3d& position) ARGIL_REALTIME;
+  void reset() noexcept {
+    count_ = regular_ = 0;
+    pending_ = 0;
+  }
+  /// The next position, in the frame of the encoders, mm, measured `elapsedS` after the last one; the velocity, mm/s, zero at the first.
+  /// Positions that come together (less than a tenth of a period) count as one: between them steps of the encoder look like speed.
+  Vec3d add(const Vec3d& position, double elapsedS = kOnePeriod) ARGIL_REALTIME;
 
  private:
+  Vec3d measure(const Vec3d& position, double periods) ARGIL_REALTIME;
+
   double periodS_, margin_, smoothing_;
   int longest_;
   std::array<Vec3d, kWindow + 1> ring_;
+  std::array<double, kWindow + 1> took_;  // Periods from the position before to this one.
+  int regular_ = 0;                       // So many of the newest positions came one period after another.
+  double pending_ = 0;                    // Periods of positions that were passed over.
   Vec3d velocity_ = Vec3d::Zero();
   int newest_ = 0, count_ = 0;
 };

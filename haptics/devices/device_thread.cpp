@@ -6,8 +6,8 @@
 
 #include "clay/error.h"
 #include "haptics/clock.h"
+#include "haptics/realtime_thread.h"
 #include "haptics/safety.h"
-#include "haptics/servo.h"
 
 namespace argil::haptics {
 namespace {
@@ -28,6 +28,7 @@ ThreadedDevice::ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> li
   if (!(sheet_.rateHz >= 1 && sheet_.rateHz <= 10000)) throw Error("device " + sheet_.name + ": its sheet must name a rate of 1 to 10000 Hz");
   periodNs_ = ns(1 / sheet_.rateHz);
   lateNs_ = ns(options_.lateSeconds > 0 ? options_.lateSeconds : kLateExchanges / sheet_.rateHz);
+  stallNs_ = std::max(ns(kStallSeconds), lateNs_);
   tell(DeviceCondition::opening, "opening");
   thread_ = std::thread([this] { run(); });
 }
@@ -39,33 +40,31 @@ ThreadedDevice::~ThreadedDevice() {
 }
 
 bool ThreadedDevice::read(double, DeviceState& state) ARGIL_REALTIME {
+  forces_.begin(gate());
   answers_.load(answer_);
-  if (!live_.load(std::memory_order_acquire) || nowNs() - answer_.atNs > lateNs_) return false;
+  const int64_t age = nowNs() - answer_.atNs;
+  if (!live_.load(std::memory_order_acquire) || age > lateNs_) return false;
   state = answer_.state;
+  state.ageS = double(std::max<int64_t>(0, age)) * 1e-9;
   return true;
 }
 
 void ThreadedDevice::write(double, const Vec3d& forceN) ARGIL_REALTIME {
-  Command command;
-  command.epoch = epoch_.load();
-  if (forceN.allFinite()) command.forceN = forceN;
-  const double size = command.forceN.norm();
-  if (size > sheet_.peakForceN) command.forceN *= sheet_.peakForceN / (size * (1 + 1e-15));
-  commands_.store(command);
-}
-
-void ThreadedDevice::cut() noexcept {
-  epoch_.fetch_add(1);
-  cut_.store(true);
+  Vec3d force = Vec3d::Zero();
+  if (forceN.allFinite()) force = forceN;
+  const double size = force.norm();
+  if (size > sheet_.peakForceN) force *= sheet_.peakForceN / (size * (1 + 1e-15));
+  forces_.put(force);
 }
 
 std::string ThreadedDevice::status() const {
+  const bool shut = !gate().open();
   Sentence sentence;
   {
     const std::scoped_lock lock(readers_);
     sentence_.load(sentence);
   }
-  return sheet_.name + ": " + sentence.text + (cut_.load() ? "; its force is cut" : "");
+  return sheet_.name + ": " + sentence.text + (shut ? "; its force is cut" : "");
 }
 
 void ThreadedDevice::tell(DeviceCondition condition, const std::string& text) {
@@ -93,15 +92,15 @@ void ThreadedDevice::run() {
 
 void ThreadedDevice::serve(const std::string& where) {
   bool answering = false;
-  int64_t lastGood = nowNs(), lastWritten = 0, next = lastGood;
-  Command command;
+  int64_t lastGood = nowNs(), lastWritten = 0, next = lastGood, last = lastGood;
   while (!stop_.load(std::memory_order_relaxed)) {
     const int64_t begin = nowNs();
-    if (commands_.load(command)) lastWritten = begin;
-    const bool heeded = answering && !cut_.load() && command.epoch == epoch_.load() && begin - lastWritten <= ns(kWatchdogSeconds);
+    if (begin - last > stallNs_) gate().interrupt(StopOwner::device);
+    if (forces_.take()) lastWritten = begin;
+    const bool heeded = answering && begin - lastWritten <= ns(kWatchdogSeconds);
     DeviceState state;
-    DeviceLink::Exchanged result = link_->exchange(heeded ? command.forceN : Vec3d::Zero(), begin + lateNs_, state);
-    const int64_t end = nowNs();
+    DeviceLink::Exchanged result = link_->exchange(heeded ? forces_.allowed(gate()) : Vec3d::Zero(), begin + lateNs_, state);
+    const int64_t end = last = nowNs();
     if (result == DeviceLink::Exchanged::state && !sane(state)) result = DeviceLink::Exchanged::garbage;
     if (result == DeviceLink::Exchanged::state) {
       answers_.store({state, end});

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "haptics/device.h"
+#include "haptics/force_line.h"
 #include "haptics/latest_value.h"
 
 namespace argil::haptics {
@@ -39,8 +40,9 @@ class DeviceLink {
 enum class DeviceCondition : uint8_t { absent, opening, ready, faulted, unplugged };
 
 /// A device behind a link. Its thread exchanges at the device's rate, above the servo's priority where that is granted. It sends
-/// zero until the first good answer; while cut; after a bad or missing answer until the next good one; when the servo wrote
-/// nothing for kWatchdogSeconds; and on the way out. Commands from before a cut never return. No force is longer than
+/// zero until the first good answer; while its gate is shut; after a bad or missing answer until the next good one; when the servo wrote
+/// nothing for kWatchdogSeconds; and on the way out. Commands from before a stop never return, nor does the force after an exchange that
+/// came kStallSeconds late, since the guard may have zeroed the motors: the servo begins anew. No force is longer than
 /// the sheet's peak. Nothing good for kSilentSeconds: closed and opened anew; one that was unplugged is looked for every
 /// kRetrySeconds.
 class ThreadedDevice final : public Device {
@@ -63,8 +65,6 @@ class ThreadedDevice final : public Device {
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return sheet_; }
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
-  void cut() noexcept override;
-  void rearm() noexcept override { cut_.store(false); }
   [[nodiscard]] std::string status() const override;
 
   // Any thread.
@@ -77,10 +77,6 @@ class ThreadedDevice final : public Device {
     DeviceState state;
     int64_t atNs = 0;
   };
-  struct Command {
-    Vec3d forceN = Vec3d::Zero();
-    uint32_t epoch = 0;
-  };
   struct Sentence {
     char text[240] = {};
   };
@@ -92,14 +88,13 @@ class ThreadedDevice final : public Device {
   DeviceSheet sheet_;
   std::unique_ptr<DeviceLink> link_;
   Options options_;
-  int64_t periodNs_, lateNs_;
+  int64_t periodNs_, lateNs_, stallNs_;
   LatestValue<Answer> answers_;    // Device thread to servo.
-  LatestValue<Command> commands_;  // Servo to device thread.
+  ForceLine forces_;               // Servo to device thread.
   mutable LatestValue<Sentence> sentence_;
   mutable std::mutex readers_;     // Of the sentence, among themselves: the device's thread never waits for them.
   Answer answer_;                  // The servo's.
-  std::atomic<bool> live_{false}, cut_{false}, stop_{false};
-  std::atomic<uint32_t> epoch_{0};  // Counts cuts: a command from before one is void.
+  std::atomic<bool> live_{false}, stop_{false};
   std::atomic<DeviceCondition> condition_{DeviceCondition::opening};
   std::atomic<uint64_t> exchanges_{0}, failures_{0};
   std::binary_semaphore stopping_{0};

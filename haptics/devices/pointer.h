@@ -50,8 +50,6 @@ class PointerDevice final : public Device {
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return sheet_; }
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
   void write(double, const Vec3d&) ARGIL_REALTIME override {}
-  void cut() noexcept override {}
-  void rearm() noexcept override {}
   [[nodiscard]] std::string status() const override;
 
  private:

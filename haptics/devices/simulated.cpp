@@ -25,6 +25,7 @@ SimulatedDevice::SimulatedDevice(DeviceSheet sheet, HandPath path, const Options
 }
 
 bool SimulatedDevice::read(double timeS, DeviceState& state) ARGIL_REALTIME {
+  word_ = gate().word();
   advance(timeS);
   state.pose.translation = position_;
   if (options_.encoderSteps && sheet_.resolutionMm > 0) {
@@ -44,6 +45,7 @@ void SimulatedDevice::write(double timeS, const Vec3d& forceN) ARGIL_REALTIME {
   }
   Command& command = commands_[(firstCommand_ + commandCount_++) % kCommands];
   command.dueS = timeS + options_.delayS;
+  command.word = word_;
   command.force = forceN;
   const double size = forceN.norm();
   if (size > sheet_.peakForceN) command.force *= sheet_.peakForceN / size;
@@ -65,10 +67,12 @@ void SimulatedDevice::step(double timeS) ARGIL_REALTIME {
   // The newest command that is due, held until the next one is.
   while (commandCount_ > 0 && commands_[firstCommand_].dueS <= timeS + 1e-9) {
     motor_ = commands_[firstCommand_].force;
+    motorWord_ = commands_[firstCommand_].word;
     firstCommand_ = (firstCommand_ + 1) % kCommands;
     --commandCount_;
   }
-  if (cut_.load(std::memory_order_acquire)) motor_.setZero();
+  // While the gate is shut there is no force, and none from before comes back.
+  if (const ForceGate::Word now = gate().word(); !ForceGate::open(now) || now != motorWord_) motor_.setZero();
 
   const HandPoint before = wanted_;
   wanted_ = path_.at(timeS + dt, hint_);

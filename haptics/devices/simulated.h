@@ -2,7 +2,6 @@
 // A force-feedback device that does not exist, held by a hand that does not exist either.
 
 #include <array>
-#include <atomic>
 
 #include "haptics/device.h"
 #include "haptics/hand_path.h"
@@ -37,8 +36,6 @@ class SimulatedDevice final : public Device {
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return sheet_; }
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
-  void cut() noexcept override { cut_.store(true, std::memory_order_release); }
-  void rearm() noexcept override { cut_.store(false, std::memory_order_release); }
 
   // For tests and plots; the servo's thread or after it stopped.
   [[nodiscard]] const Vec3d& position() const noexcept { return position_; }       ///< Before the encoders, mm.
@@ -54,19 +51,21 @@ class SimulatedDevice final : public Device {
   struct Command {
     double dueS = 0;
     Vec3d force = Vec3d::Zero();
+    ForceGate::Word word = 0;  // Of the gate when its tick began.
   };
   static constexpr size_t kCommands = 128;  // 15 ms of commands at 8 kHz.
 
   DeviceSheet sheet_;
   HandPath path_;
   Options options_;
-  std::atomic<bool> cut_{false};
+  ForceGate::Word word_ = 0;         // Of the gate when this tick began.
   std::array<Command, kCommands> commands_;
   size_t firstCommand_ = 0, commandCount_ = 0;
   uint64_t stepsDone_ = 0;
   size_t hint_ = 0;
   HandPoint wanted_;
   Vec3d position_ = Vec3d::Zero(), velocity_ = Vec3d::Zero(), motor_ = Vec3d::Zero();
+  ForceGate::Word motorWord_ = 0;
 };
 
 }  // namespace argil::haptics

@@ -80,8 +80,7 @@ class GentleDevice final : public haptics::Device {
   const haptics::DeviceSheet& sheet() const noexcept override { return sheet_; }
   bool read(double timeS, haptics::DeviceState& state) ARGIL_REALTIME override { return device_.read(timeS, state); }
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override { device_.write(timeS, forceN); }
-  void cut() noexcept override { device_.cut(); }
-  void rearm() noexcept override { device_.rearm(); }
+  haptics::ForceGate& gate() const noexcept override { return device_.gate(); }
 
  private:
   haptics::Device& device_;

@@ -64,8 +64,6 @@ class MadDevice final : public Device {
     told = force;
     ++writes;
   }
-  void cut() noexcept override {}
-  void rearm() noexcept override {}
 
   bool answered = true, garbage = false;
   Vec3d told = Vec3d::Zero(), before = Vec3d::Zero();

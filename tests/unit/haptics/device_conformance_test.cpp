@@ -170,7 +170,7 @@ TEST_P(ForceDevice, neverPushesHarderThanItsSheet) {
 
 TEST_P(ForceDevice, isAtZeroWhenCutAndKeepsNothingFromBefore) {
   feelHalf();
-  device->cut();
+  device->gate().stop(StopOwner::user);
   const double zero = hands->until(half(2), [&] { return motorsOff(); });
   std::printf("%s: zero %.1f ms after a cut\n", GetParam().name.c_str(), 1e3 * zero);
   EXPECT_LT(zero, kZeroSeconds);
@@ -179,10 +179,9 @@ TEST_P(ForceDevice, isAtZeroWhenCutAndKeepsNothingFromBefore) {
     ASSERT_TRUE(motorsOff()) << "whatever write() says";
   }
   EXPECT_NE(device->status().find("cut"), std::string::npos) << device->status();
-  device->rearm();
+  ASSERT_TRUE(device->gate().resume(StopOwner::user, device->gate().generation(StopOwner::user)));
   feelHalf();
-  device->cut();
-  device->rearm();
+  device->gate().interrupt(StopOwner::user);
   std::this_thread::sleep_for(std::chrono::milliseconds(8));  // Shorter than the servo may be silent.
   EXPECT_TRUE(motorsOff()) << "a force from before the cut does not come back";
 }

@@ -157,10 +157,17 @@ TEST(SimulatedDevice, isDeadWhenCut) {
   device.write(0, {1, 0, 0});
   device.read(0.001, state);
   EXPECT_GT(device.motorForce().norm(), 0);
-  device.cut();
+  const ForceGate::Generation stop = device.gate().stop(StopOwner::user);
   device.write(0.001, {1, 0, 0});
   device.read(0.002, state);
   EXPECT_EQ(device.motorForce().norm(), 0);
+  device.write(0.002, {1, 0, 0});
+  ASSERT_TRUE(device.gate().resume(StopOwner::user, stop));
+  device.read(0.003, state);
+  EXPECT_EQ(device.motorForce().norm(), 0) << "a command from before the resume";
+  device.write(0.003, {1, 0, 0});
+  device.read(0.004, state);
+  EXPECT_GT(device.motorForce().norm(), 0);
   EXPECT_THROW(SimulatedDevice(plainSheet(), HandPath()), Error);
 }
 

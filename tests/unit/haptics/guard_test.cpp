@@ -49,12 +49,10 @@ class SerialDevice final : public Device {
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return hand_.sheet(); }
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override { return hand_.read(timeS, state); }
   void write(double, const Vec3d& force) ARGIL_REALTIME override {
-    const Packet p = packet(cut_ ? Vec3d::Zero() : force);
+    const Packet p = packet(gate().open() ? force : Vec3d::Zero());
     (void)!::write(fd_, p.data(), p.size());
     if (beats_) Guard::beat(id_);
   }
-  void cut() noexcept override { cut_ = true; }
-  void rearm() noexcept override { cut_ = false; }
   [[nodiscard]] int id() const { return id_; }
 
  private:
@@ -65,7 +63,6 @@ class SerialDevice final : public Device {
   }
   int fd_, id_ = Guard::kUnguarded;
   bool beats_;
-  std::atomic<bool> cut_{false};
   SimulatedDevice hand_;
 };
 

@@ -109,7 +109,7 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   SampleRing ring(1000);
   ServoTick tick(device, session.published(), ring, 1e-3);
   // As the paced servo does: code that is first needed late must not be read then. Refused: what comes in is counted, not judged.
-  const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  const bool locked = lockMemory();
   RealtimeTrap trap;
   uint64_t touching = 0, cutting = 0, stopped = 0;
   double peak = 0;
@@ -139,7 +139,7 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   EXPECT_EQ(trap.allocations, 0u);
   EXPECT_EQ(trap.locks, 0u);
   EXPECT_EQ(trap.systemCalls, 0u);
-  if (locked) munlockall();
+  if (locked) unlockMemory();
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   // Locked memory of ours is there. A kernel that watches or moves pages takes one away now and then all the same.
   if (locked) {
@@ -164,8 +164,7 @@ class TrappedDevice final : public Device {
     trap->leave();
     if (++ticks == 100) trap->allocations = trap->locks = trap->systemCalls = trap->pageFaults = 0;  // Its code came in.
   }
-  void cut() noexcept override { device_.cut(); }
-  void rearm() noexcept override { device_.rearm(); }
+  ForceGate& gate() const noexcept override { return device_.gate(); }
   std::unique_ptr<RealtimeTrap> trap;
   uint64_t ticks = 0;
 

@@ -40,8 +40,7 @@ class FaultyDevice final : public Device {
     told = force;
     device_.write(timeS, force);
   }
-  void cut() noexcept override { device_.cut(); }
-  void rearm() noexcept override { device_.rearm(); }
+  ForceGate& gate() const noexcept override { return device_.gate(); }
 
   Trouble trouble = Trouble::none;
   Vec3d told = Vec3d::Zero();

@@ -302,14 +302,12 @@ class SickDevice final : public Device {
   }
   void write(double, const Vec3d& force) ARGIL_REALTIME override {
     last = force;
-    while (hang.load() && !cutOff.load()) {
+    while (hang.load() && gate().open()) {
     }
   }
-  void cut() noexcept override { cutOff = true; }
-  void rearm() noexcept override { cutOff = false; }
   bool silent = false;
   Vec3d last = Vec3d::Zero();
-  std::atomic<bool> hang{false}, cutOff{false};
+  std::atomic<bool> hang{false};
 };
 
 TEST(Servo, commandsZeroToADeviceThatDoesNotAnswer) {
@@ -346,8 +344,6 @@ class MadDevice final : public Device {
     bad += !force.allFinite();
     peak = std::max(peak, force.norm());
   }
-  void cut() noexcept override {}
-  void rearm() noexcept override {}
   uint64_t bad = 0;
   double peak = 0;
 
@@ -405,8 +401,8 @@ TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   EXPECT_GT(servo.watchdogCuts(), before);
   EXPECT_LT(ms, 500) << "20 ms on a machine that is not loaded";
   device.hang = false;
-  wait([&] { return !device.cutOff; });
-  EXPECT_FALSE(device.cutOff) << "it lives again";
+  wait([&] { return device.gate().open(); });
+  EXPECT_TRUE(device.gate().open()) << "it lives again";
   servo.stop();
   EXPECT_EQ(servo.fault(), Fault::none);
 }

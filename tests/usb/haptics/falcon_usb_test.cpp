@@ -111,10 +111,10 @@ TEST(FalconUsb, isAtZeroOnceCut) {
   const auto device = openAt("");
   const Vec3d push(0, 0, 4);
   ASSERT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
-  device->cut();
+  const ForceGate::Generation stop = device->gate().stop(StopOwner::user);
   EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() == 0; }, 0.5));
   EXPECT_FALSE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 0; }, 0.05)) << "whatever write() says";
-  device->rearm();
+  ASSERT_TRUE(device->gate().resume(StopOwner::user, stop));
   EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
 }
 
