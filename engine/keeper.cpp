@@ -80,6 +80,7 @@ void Keeper::State::take(Begun& event) {
   base = std::move(event.base);
   writer = std::move(event.writer);
   continued = std::move(event.continued);
+  sequence = continued ? continued->sequence : 0;
   stroke.reset();
   savingTo.clear();
   begin = true;

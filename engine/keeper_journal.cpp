@@ -38,9 +38,11 @@ bool Keeper::State::beginJournal() {
     if (base) freshHeld = base->held;
     JournalBegin head;
     head.writer = writer;
+    head.sequence = ++sequence;
     if (base) {
       head.file = std::filesystem::absolute(base->path);
       head.save = base->save;
+      head.stamp = base->stamp;
       head.savedState = base->state;
     }
     head.at = now;

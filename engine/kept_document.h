@@ -20,10 +20,13 @@ namespace argil::engine {
 struct Base {
   std::filesystem::path path;
   uint64_t save = 0;        ///< Its count of saves.
+  uint64_t stamp = 0;       ///< Names its last save: random.
   std::string writer;       ///< Names the work that wrote it: ids of its journals and of this file agree.
   io::RecordId state = 0;   ///< The document that it opens with.
   io::RecordId next = 1;    ///< No record of it has this id or a higher one.
   io::RecordSet held;
+  std::string unflushed;  ///< Of a save that is in place, but may be lost in a power cut, as the folder could not be
+                          ///< flushed: the sentence. Else empty.
 };
 
 /// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
@@ -71,8 +74,10 @@ struct SaveRequest {
   std::string writer;
 };
 
-/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. Durable when it returns. Throws Error (kind
-/// work), Cancelled; then the old file stands. Lets others at the archive between two bricks. Any thread.
+/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name
+/// when it is complete. Durable when it returns. Throws Error (kind work), Cancelled; then the old file stands. A save
+/// that is there and may still be lost says so in `unflushed`. Lets others at the archive between two bricks. Any
+/// thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
 /// A document without history or journal, for the command line.

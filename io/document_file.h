@@ -31,6 +31,8 @@ class DocumentFile : public RecordSource {
   [[nodiscard]] const std::filesystem::path& path() const;
   /// Of the last commit: counts up from 1; 0 before the first.
   [[nodiscard]] uint64_t save() const;
+  /// Names the last commit; 0 before the first.
+  [[nodiscard]] uint64_t stamp() const;
   /// Blob (BlobKind::head) of the last commit.
   [[nodiscard]] RecordId head() const;
   /// The id that the next record may have: above all in the file and all that its journals may have used.
