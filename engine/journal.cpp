@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -44,26 +45,31 @@ uint64_t whole(const Place& place) {
   return place.value().get<uint64_t>();
 }
 
-uint64_t readStamp(const Place& place) {
-  const std::string& text = place.text();
-  uint64_t stamp = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp, 16);
-  if (error != std::errc() || end != text.data() + text.size()) place.fail("must be a hexadecimal number");
-  return stamp;
+// A JSON number would lose bits of it.
+std::string stampText(uint64_t stamp) {
+  return fmt::format("{:016x}", stamp);
 }
 
-WallTime timeAt(const Place& place) { return wallTime(place.at("at").number(0, 1e11)); }
+uint64_t readStamp(const Place& place) {
+  const std::string text = place.text();
+  uint64_t stamp = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp, 16);
+  if (error != std::errc() || end != text.data() + text.size()) place.fail("is no stamp");
+  return stamp;
+}
 
 JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
   place.keys({"state", "at"});
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
   const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
   const Place at(root, "the journal", "");
-  at.keys({"writer", "file", "stamp", "states", "done", "saved"});
+  // "save" is what journals had that knew no stamps.
+  at.keys({"writer", "sequence", "file", "save", "stamp", "states", "done", "saved"});
   JournalBegin begin;
   begin.writer = at.at("writer").text();
+  if (const auto sequence = at.maybe("sequence")) begin.sequence = whole(*sequence);
   begin.file = at.at("file").text();
-  begin.stamp = readStamp(at.at("stamp"));
+  if (const auto stamp = at.maybe("stamp")) begin.stamp = readStamp(*stamp);
   for (const Place& each : at.at("states").items()) {
     each.keys({"label", "id"});
     begin.states.emplace_back(each.at("label").text(), whole(each.at("id")));
@@ -99,16 +105,20 @@ PathPoint pointOf(const double* numbers, bool whole) {
   return point;
 }
 
-// Follows the events. What cannot be read stops the story for what depends on it.
+// Follows the events. What cannot be read stops the story for what depends on it: after a hole nobody knows which
+// document was in work (an undo may be lost) nor which samples a stroke had, until a step is told whose document is
+// there.
 class Teller {
  public:
   explicit Teller(io::JournalReader& journal) : journal_(journal) {}
 
-  void take(const io::RecordView& record) {
+  void take(const io::RecordView& record, uint64_t damaged) {
+    if (std::exchange(story_.damaged, damaged) != damaged) ++holes_;
     try {
       follow(record);
     } catch (const Error&) {
       ++story_.unread;
+      ++holes_;
     }
   }
 
@@ -120,15 +130,22 @@ class Teller {
     if (steps_[from].state == 0) throw Error("damaged: no document of the journal is whole", Error::Kind::work);
     bool all = true;
     for (size_t i = from + 1; i <= done_ && all; ++i) {
-      all = steps_[i].stroke.has_value();
-      if (all) story_.strokes.push_back(*steps_[i].stroke);
-      else story_.unread += done_ - i + 1;
+      if (steps_[i].stroke) story_.strokes.push_back(*steps_[i].stroke);
+      all = steps_[i].stroke && steps_[i].stroke->ended;
+      if (!all) story_.unread += done_ - i + 1;
     }
     if (all && open_ && !open_->points.empty()) story_.strokes.push_back(*open_);
+    std::vector<JournalStroke> led;
+    bool known = true;
     for (size_t i = 0; i < steps_.size(); ++i) {
+      known = known && steps_[i].stroke && steps_[i].stroke->ended;
+      if (known) led.push_back(std::move(*steps_[i].stroke));
       if (steps_[i].state == 0 || (i > from && !story_.strokes.empty())) continue;
       if (i == from) story_.done = story_.states.size();
       story_.states.emplace_back(steps_[i].label, steps_[i].state);
+      if (!known) led.clear();
+      story_.ledBy.push_back(std::exchange(led, {}));
+      known = true;
     }
     return std::move(story_);
   }
@@ -138,12 +155,15 @@ class Teller {
     std::string label;
     io::RecordId state = 0;
     uint64_t number = 0;
-    std::optional<JournalStroke> stroke;
+    std::optional<JournalStroke> stroke;  // that led to it; not `ended` where its samples go on behind a hole
   };
+
+  // Samples of the open stroke that follow the ones that are known.
+  [[nodiscard]] bool goesOn() const { return open_ && openHoles_ == holes_; }
 
   void follow(const io::RecordView& record) {
     if (record.header.kind == RecordKind::strokePoints || record.header.kind == RecordKind::strokeSamples) {
-      if (!open_) return;
+      if (!goesOn()) return;
       const bool whole = record.header.kind == RecordKind::strokeSamples;
       const size_t bytes = (whole ? kSampleNumbers : 4) * sizeof(double);
       for (size_t at = 0; at + bytes <= record.body.size(); at += bytes) {
@@ -168,10 +188,17 @@ class Teller {
       case RecordKind::step: {
         if (!begun_) break;
         Step step{place.at("label").text(), 0, whole(place.at("number")), std::nullopt};
-        if (open_ && !open_->ended) {
-          step.stroke = *open_;
-          step.stroke->ended = true;
+        if (step.number != lastNumber_ + 1) {
+          ++holes_;
+          ++story_.unread;
         }
+        lastNumber_ = step.number;
+        if (open_) {
+          step.stroke = *open_;
+          step.stroke->ended = goesOn();
+          open_.reset();  // what is left of it belongs to this step
+        }
+        sureHoles_ = holes_;
         if (place.at("merged").truth() && done_ > 0) {
           steps_.resize(done_ + 1);
           steps_.back() = std::move(step);
@@ -191,19 +218,32 @@ class Teller {
         break;
       }
       case RecordKind::went: {
+        open_.reset();  // its end is missing: what it became was left behind
         const size_t done = whole(place.at("done"));
         if (!begun_ || done >= steps_.size()) throw Error("damaged: it went to a step that is not there", Error::Kind::work);
         done_ = done;
+        // It counts steps from the first one, of which some may be missing.
+        if (holes_ > 0) ++holes_;
         story_.last = timeAt(place);
         break;
       }
       case RecordKind::strokeBegin:
+        open_.reset();
+        // Nobody knows what it was done to.
+        if (sureHoles_ != holes_) throw Error("damaged: the step before a stroke is missing", Error::Kind::work);
         open_ = readStroke(place);
+        openHoles_ = holes_;
         story_.last = timeAt(place);
         break;
       case RecordKind::strokeLift:
-        if (open_) open_->points.push_back({{}, true});
+        if (goesOn()) open_->points.push_back({{}, true});
         break;
+      case RecordKind::replaying: {
+        JournalReplay replay{whole(place.at("stroke")), place.at("boot").text(), whole(place.at("times"))};
+        story_.replay.reset();
+        if (replay.stroke != 0) story_.replay = std::move(replay);
+        break;
+      }
       case RecordKind::saving:
         story_.saving = place.at("file").text();
         break;
@@ -221,6 +261,10 @@ class Teller {
   size_t done_ = 0;
   bool begun_ = false;
   std::optional<JournalStroke> open_;
+  uint64_t holes_ = 0;       // places where events may be missing, so far
+  uint64_t openHoles_ = 0;   // when the open stroke began
+  uint64_t sureHoles_ = 0;   // when it was last known which document was in work
+  uint64_t lastNumber_ = 0;  // of a step
 };
 
 }  // namespace
@@ -228,8 +272,9 @@ class Teller {
 void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held) {
   ordered_json root;
   root["writer"] = begin.writer;
+  root["sequence"] = begin.sequence;
   root["file"] = begin.file.string();
-  root["stamp"] = fmt::format("{:x}", begin.stamp);  // a number of JSON could not hold it
+  root["stamp"] = stampText(begin.stamp);
   root["states"] = ordered_json::array();
   for (const auto& [label, id] : begin.states) root["states"].push_back({{"label", label}, {"id", id}});
   root["done"] = begin.done;
@@ -281,9 +326,25 @@ void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& poin
 
 void putStrokeEnd(io::RecordSink& sink) { put(sink, RecordKind::strokeEnd, ordered_json::object()); }
 
+void putReplay(io::JournalReader& journal, const JournalReplay& replay) {
+  const std::string text = textOf({{"stroke", replay.stroke}, {"boot", replay.boot}, {"times", replay.times}});
+  journal.append(RecordKind::replaying, std::as_bytes(std::span(text)));
+}
+
+void putReplayEnd(io::JournalReader& journal) {
+  putReplay(journal, {});
+}
+
+std::string bootId() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  std::getline(file, id);
+  return id;
+}
+
 JournalStory readStory(io::JournalReader& journal) {
   Teller teller(journal);
-  journal.forEachEvent([&](const io::RecordView& record) { teller.take(record); });
+  journal.forEachEvent([&](const io::RecordView& record, uint64_t damaged) { teller.take(record, damaged); });
   return teller.finish();
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,8 +20,10 @@ using WallTime = std::chrono::system_clock::time_point;
 
 struct JournalBegin {
   std::string writer;
+  uint64_t sequence = 0;  ///< Counts the journals of this writer from 1: of two the one with the higher number was
+                          ///< begun later, whatever the clock said. 0: written before there were numbers.
   std::filesystem::path file;   ///< The saved document under it; empty: none.
-  uint64_t stamp = 0;           ///< Of that document's last save, which names it; 0: none.
+  uint64_t stamp = 0;     ///< Of that document's last save, which names it; 0: none.
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< Label and record of the history; records are in the journal or in the file.
   size_t done = 0;
   io::RecordId savedState = 0;  ///< What the file holds; 0: none.
@@ -51,17 +54,36 @@ void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const StrokeImages& 
 void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points);
 void putStrokeEnd(io::RecordSink& sink);
 
+/// A recovery is about to repeat a stroke.
+struct JournalReplay {
+  uint64_t stroke = 0;  ///< Counted from the last one of the journal, which is 1. 0: none.
+  std::string boot;     ///< Of the machine: as bootId() says it.
+  uint64_t times = 1;   ///< So many recoveries in a row have begun to repeat it.
+};
+/// On the disk when it returns. Throws Error (kind work).
+void putReplay(io::JournalReader& journal, const JournalReplay& replay);
+/// None is being repeated any more.
+void putReplayEnd(io::JournalReader& journal);
+/// Names the time since the machine was started: what was under way under another name ended with the machine. Empty
+/// where the system does not say.
+[[nodiscard]] std::string bootId();
+
 /// What became of it all.
 struct JournalStory {
   JournalBegin begin;
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< History as it was at the end, as far as documents of it are in the journal.
+  std::vector<std::vector<JournalStroke>> ledBy;  ///< Of each state: the strokes that led to it from the one before it
+                                                  ///< in the list. Empty: other work did, or it is not known.
   size_t done = 0;
-  std::vector<JournalStroke> strokes;   ///< Done after states[done], known by their samples.
+  std::vector<JournalStroke> strokes;  ///< Done after states[done], known by their samples; the last may be cut off.
   WallTime last{};
   std::filesystem::path saving;         ///< The file of the last save that was tried; empty: none.
   uint64_t unread = 0;                  ///< Things that were damaged, or came after a damaged one on which they depend.
+  uint64_t damaged = 0;                 ///< Places in the file in which anything may have stood.
+  std::optional<JournalReplay> replay;  ///< A recovery had begun to repeat this stroke and did not come to its end.
 };
-/// Any bytes are allowed. Throws Error (kind work) when there is no begin.
+/// Any bytes are allowed. What is told is true: behind a damaged place, where an event may be missing, strokes count
+/// only from a step on whose document is there. Throws Error (kind work) when there is no begin.
 [[nodiscard]] JournalStory readStory(io::JournalReader& journal);
 
 }  // namespace argil::engine

@@ -82,6 +82,7 @@ void Keeper::State::take(Begun& event) {
   baseSeen = {};
   writer = std::move(event.writer);
   continued = std::move(event.continued);
+  sequence = continued ? continued->sequence : 0;
   stroke.reset();
   savingTo.clear();
   begin = true;

@@ -38,6 +38,7 @@ class Keeper : public SessionWatch {
   struct Continued {
     std::filesystem::path journal;
     std::shared_ptr<io::RecordSource> source;  ///< Holds its lock until the keeper has a journal of its own.
+    uint64_t sequence = 0;                     ///< Its JournalBegin::sequence.
   };
   /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed, and that of `continued` once there is a new one.
   /// `sources`: where states without a document are read, besides the base. What comes back is where they all can be read as long as this document is in work, those too

@@ -38,6 +38,7 @@ bool Keeper::State::beginJournal() {
     if (base) freshHeld = base->held;
     JournalBegin head;
     head.writer = writer;
+    head.sequence = ++sequence;
     if (base) {
       head.file = std::filesystem::absolute(base->path);
       head.stamp = base->stamp;

@@ -141,6 +141,7 @@ struct Keeper::State {
   std::shared_ptr<const Base> base;
   struct stat baseSeen {};       // of its file, when that was last found to be the base
   std::string writer;
+  uint64_t sequence = 0;  // of the writer's journals so far
   std::optional<Continued> continued;
   std::filesystem::path savingTo;   // a save that has not been heard of since
   std::optional<JournalStroke> stroke;

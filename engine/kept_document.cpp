@@ -128,7 +128,15 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
 }
 
 Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const Head& head) {
-  return {file, document.stamp(), document.lineage(), head.writer, head.states[head.done].second, document.nextId(), document.held()};
+  Base base;
+  base.path = file;
+  base.stamp = document.stamp();
+  base.lineage = document.lineage();
+  base.writer = head.writer;
+  base.state = head.states[head.done].second;
+  base.next = document.nextId();
+  base.held = document.held();
+  return base;
 }
 
 class BaseRecords : public io::RecordSource {
@@ -347,9 +355,11 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   const uint64_t saves = to->save();
   try {
     transaction->commit(id, next);
-  } catch (const Error&) {
-    // The file may have it although the folder could not be flushed.
+  } catch (const Error& e) {
+    // The file may have it although the folder could not be flushed: later saves go on from there, but nobody may be
+    // told that it is safe.
     if (to->save() <= saves) throw;
+    base->unflushed = e.what();
   }
   base->stamp = to->stamp();
   base->lineage = to->lineage();
@@ -363,7 +373,8 @@ void saveDocument(const std::filesystem::path& file, const Document& document, J
   request.states = {{.label = {}, .document = std::make_shared<const Document>(document)}};
   request.archive = std::make_shared<Archive>();
   request.writer = newWriter();
-  (void)saveDocument(file, request, job);
+  if (const auto base = saveDocument(file, request, job); !base->unflushed.empty())
+    throw Error(base->unflushed, Error::Kind::work);
 }
 
 std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold) {

@@ -27,6 +27,8 @@ struct Base {
   io::RecordId state = 0;   ///< The document that it opens with.
   io::RecordId next = 1;    ///< No record of it has this id or a higher one.
   io::RecordSet held;
+  std::string unflushed;  ///< Of a save that is in place, but may be lost in a power cut, as the folder could not be
+                          ///< flushed: the sentence. Else empty.
 };
 
 /// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
@@ -79,9 +81,12 @@ struct SaveRequest {
   std::string writer;
 };
 
-/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name when it is complete. A file of the base's name that somebody else
-/// wrote since is never written to, and none is replaced that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so that the other
-/// name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old file stands. Lets others at the archive between two bricks. Any thread.
+/// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name
+/// when it is complete. A file of the base's name that somebody else wrote since is never written to, and none is replaced
+/// that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so that the other
+/// name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old file stands. A save
+/// that is there and may still be lost says so in `unflushed`. Lets others at the archive between two bricks. Any
+/// thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
 /// A document without history or journal, for the command line.

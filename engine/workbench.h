@@ -177,7 +177,7 @@ class Workbench {
   /// What crashed sessions left, newest first; read in the background once after start. Null until then.
   [[nodiscard]] std::shared_ptr<const std::vector<Recoverable>> recoverable() const;
   /// Opens it as it was, with its steps; it stays unsaved. The journal goes once the recovered document has a journal of its own.
-  void recover(const Recoverable& what);
+  void recover(const Recoverable& what, const RecoverChoice& choice = {});
   /// Deletes the journal for good.
   void discard(const Recoverable& what);
   /// This session ends against the person's will: its journal stays behind, to be recovered.

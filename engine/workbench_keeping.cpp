@@ -130,13 +130,18 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
       throw Error(fmt::format("Not saved: {}", e.what()), Error::Kind::work);
     }
     return [this, request, target, made, at, next] {
-      tell(Message::Level::done, fmt::format("Saved {}.", io::displayName(target)));
+      const bool safe = made->unflushed.empty();
+      if (safe)
+        tell(Message::Level::done, fmt::format("Saved {}.", io::displayName(target)));
+      else
+        tell(Message::Level::warning, fmt::format("Not safe yet: {}", made->unflushed));
       if (at == opened) {  // else another document is in work by now
         base = made;
         file = target;
-        savedDocument = request->states[request->done].document;
         if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
-        if (keeper) keeper->saved(made);
+        // Until a save is on the disk the document counts as unsaved, and its journal goes on without counting on it.
+        if (safe) savedDocument = request->states[request->done].document;
+        if (keeper && safe) keeper->saved(made);
       }
       next();
     };
@@ -175,10 +180,13 @@ std::shared_ptr<const std::vector<Recoverable>> Workbench::recoverable() const {
   return state_->recoverable;
 }
 
-void Workbench::recover(const Recoverable& what) {
+void Workbench::recover(const Recoverable& what, const RecoverChoice& choice) {
   state_->begin("Recovering", [=, s = state_.get()](Job& job) -> std::function<void()> {
-    auto recovered = std::make_shared<Recovered>(engine::recover(what.journal, &job));
+    auto recovered = std::make_shared<Recovered>(engine::recover(what.journal, &job, choice));
     OpenedDocument& document = recovered->document;
+    // Before anything takes the journal's place: it goes when a new one with all that came of the strokes is on the
+    // disk.
+    const size_t leftOut = replay(*recovered, &job);
     for (const Piece& piece : document.states[document.done].document->pieces) s->surfaces.prepare(piece.version);
     return [=] {
       State::Begin how;
@@ -192,7 +200,6 @@ void Workbench::recover(const Recoverable& what) {
       how.sources = std::move(recovered->sources);
       how.continued = std::move(recovered->continued);
       s->begin(std::move(how));
-      const size_t leftOut = replay(*s->session, recovered->strokes);
       s->tell(Message::Level::done, recovered->sentence);
       for (const std::string& note : from.notes) s->tell(Message::Level::warning, note);
       if (leftOut > 0) s->tell(Message::Level::warning, fmt::format("{} stroke{} could not be repeated and {} left out.", leftOut, leftOut == 1 ? "" : "s", leftOut == 1 ? "is" : "are"));

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "clay/error.h"
+#include "io/folder_flush.h"
 #include "io/input.h"
 
 namespace argil::io {
@@ -114,12 +115,10 @@ void AtomicFile::commit(bool mayReplace) {
     failWork(target_, "cannot be put in place (" + reason(errno) + "); choose another name");
   }
   temporary_.clear();
-  const std::filesystem::path folder = target_.has_parent_path() ? target_.parent_path() : std::filesystem::path(".");
-  const int folderFd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folderFd >= 0) {
-    // The file is whole either way; some file systems cannot flush a folder.
-    (void)!::fsync(folderFd);
-    ::close(folderFd);
+  // Until then a power cut may bring the old name back, so nobody may be told that it is safe.
+  if (const int error = flushFolder(target_.parent_path()); error != 0) {
+    failWork(target_, "is written, but its folder cannot be flushed to the disk (" + reason(error) +
+                          "), so a power cut may lose it; write it to another disk too");
   }
 }
 

@@ -19,16 +19,6 @@ namespace {
 
 constexpr int kZstdLevel = 3;
 
-// In front of each chunk, little endian.
-struct ChunkHead {
-  uint8_t blobKind;
-  uint8_t reserved[3];
-  uint32_t index, count;
-  uint32_t reserved2;
-  uint64_t bytes;     // of the whole blob, unpacked
-  uint64_t checksum;  // XXH3-64 of these
-};
-static_assert(sizeof(ChunkHead) == 32);
 constexpr size_t kMostSlice = kMostRecordBody - sizeof(ChunkHead);
 
 [[noreturn]] void damaged(const char* what) { throw Error(std::string("damaged: ") + what, Error::Kind::work); }
@@ -43,8 +33,10 @@ bool readChunk(RecordSource& source, RecordId id, Chunk& chunk) {
   std::vector<std::byte> bytes;
   if (!source.get(id, bytes)) return false;
   const auto record = parseRecord(bytes);
-  if (!record || record->header.id != id || record->header.kind != RecordKind::chunk || record->body.size() < sizeof(ChunkHead)) return false;
-  std::memcpy(&chunk.head, record->body.data(), sizeof(ChunkHead));
+  if (!record || record->header.id != id || record->header.kind != RecordKind::chunk) return false;
+  const auto head = chunkHeadOf(record->body);
+  if (!head) return false;
+  chunk.head = *head;
   chunk.codec = record->header.codec;
   const auto slice = record->body.subspan(sizeof(ChunkHead));
   chunk.slice.assign(slice.begin(), slice.end());
@@ -59,6 +51,13 @@ Chunk firstChunk(RecordSource& source, RecordId id) {
 }
 
 }  // namespace
+
+std::optional<ChunkHead> chunkHeadOf(std::span<const std::byte> body) {
+  if (body.size() < sizeof(ChunkHead)) return std::nullopt;
+  ChunkHead head;
+  std::memcpy(&head, body.data(), sizeof head);
+  return head;
+}
 
 RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink, RecordId as) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));

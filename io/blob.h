@@ -2,6 +2,8 @@
 // Bytes of any length as chunk records.
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +19,20 @@ enum class BlobKind : uint8_t {
   mesh = 3,       ///< A part's mesh.
   picture = 4,    ///< PNG.
 };
+
+/// Stands in front of each chunk of a blob, little endian.
+struct ChunkHead {
+  uint8_t blobKind;  ///< A BlobKind.
+  uint8_t reserved[3];
+  uint32_t index, count;  ///< Which chunk of how many.
+  uint32_t reserved2;
+  uint64_t bytes;     ///< Of the whole blob, unpacked.
+  uint64_t checksum;  ///< XXH3-64 of these.
+};
+static_assert(sizeof(ChunkHead) == 32);
+
+/// The head of a chunk record's body; nothing when the body is too short. Any bytes are allowed.
+[[nodiscard]] std::optional<ChunkHead> chunkHeadOf(std::span<const std::byte> body);
 
 /// Writes a blob as chunks of consecutive ids (kind, index, count of chunks, length in all and a checksum of the whole stand in each); packed with zstd. The id of
 /// the first names it. `as`, not 0: the id that the same bytes got before, in another file.

@@ -18,6 +18,7 @@
 #include "clay/error.h"
 #include "io/atomic_file.h"
 #include "io/document_facts.h"
+#include "io/folder_flush.h"
 #include "io/input.h"
 #include "io/open_documents.h"
 #include "io/sqlite.h"
@@ -33,16 +34,6 @@ constexpr int64_t kRowOverhead = 16;
 /// Smaller files are not worth shrinking.
 constexpr int64_t kLeastShrinkBytes = int64_t{1} << 20;
 constexpr size_t kIdOffset = 16;  // Of the id in a record's header.
-
-/// The folder's entries are on the disk. File systems that cannot do that say EINVAL.
-bool flushFolderOf(const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return false;
-  const bool done = ::fsync(fd) == 0 || errno == EINVAL;
-  ::close(fd);
-  return done;
-}
 
 uint64_t randomStamp() {
   uint64_t stamp = 0;
@@ -222,6 +213,13 @@ struct DocumentFile::State {
       }
     }
     removeCompanions(target);
+    // A rollback journal of the old file that comes back after a power cut would be rolled back into the new one: its
+    // end must be on the disk before the new name is.
+    if (const int error = keeps ? flushFolder(target.parent_path()) : 0; error != 0) {
+      throw Error(name + ": cannot be saved, as its folder cannot be flushed to the disk (" +
+                      std::generic_category().message(error) + "); save it elsewhere",
+                  Error::Kind::work);
+    }
     file.commit(replaced.there);
   }
 
@@ -250,10 +248,15 @@ struct DocumentFile::State {
     checked = true;
   }
 
-  void commitFresh() {
+  void commitFresh(const DocumentFacts& next) {
     database->run("COMMIT");
     close();
-    putInPlace(*fresh);
+    try {
+      putInPlace(*fresh);
+    } catch (const Error&) {
+      if (fresh->inPlace()) facts = next;
+      throw;
+    }
     fresh.reset();
   }
 
@@ -263,24 +266,27 @@ struct DocumentFile::State {
     } catch (const Error&) {
       // When all was written but the folder could not be flushed, SQLite reports a failure and the file is the new one.
       database->rollBack();
-      bool settled = false;
       try {
         const DocumentFacts now = readFacts(*database, name);
-        if (now.stamp == next.stamp) {
-          facts = now;
-          settled = flushFolderOf(path);
-        }
+        if (now.stamp == next.stamp) facts = now;
       } catch (const Error&) {
       }
-      if (!settled) throw;
+      if (facts.stamp != next.stamp) throw;
+      if (const int error = flushFolder(path.parent_path()); error != 0) {
+        throw Error(name + ": is written, but its folder cannot be flushed to the disk (" +
+                        std::generic_category().message(error) +
+                        "), so a power cut may undo the save; save it elsewhere too",
+                    Error::Kind::work);
+      }
     }
   }
 
   /// A copy without holes replaces the file. What fails here is no loss: the file is whole, only larger.
   void shrink() {
+    std::optional<AtomicFile> file;
     try {
-      AtomicFile file(path);
-      const std::string copy = file.temporary().string();
+      file.emplace(path);
+      const std::string copy = file->temporary().string();
       try {
         Query(*database, "VACUUM INTO ?1").bind(0, copy).step();
       } catch (const Error&) {
@@ -289,11 +295,14 @@ struct DocumentFile::State {
       }
       database->run("BEGIN IMMEDIATE");
       const bool mine = registered->isStill(path) && readFacts(*database, name).stamp == facts.stamp;
-      if (mine) file.commit();
+      if (mine) file->commit();
       database->rollBack();
       if (mine) close();
     } catch (const Error&) {
       database->rollBack();
+      // The copy has the name already, only its folder could not be flushed: after a power cut either file may stand
+      // there, and both are whole.
+      if (file && file->inPlace()) close();
     }
   }
 };
@@ -554,10 +563,20 @@ void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   if (next.nextId > kMostIds) throw Error(file.name + ": has used up its record numbers; save under another name", Error::Kind::work);
   writeFacts(*file.database, next, file.name);
   const int64_t fileBytes = state_->compacts ? file.database->number("PRAGMA page_count") * kPageBytes : 0;
-  if (file.fresh) {
-    file.commitFresh();
-  } else {
-    file.commitInPlace(next);
+  try {
+    if (file.fresh) {
+      file.commitFresh(next);
+    } else {
+      file.commitInPlace(next);
+    }
+  } catch (const Error&) {
+    if (file.facts.stamp == next.stamp) {
+      // All is there, but for the folder that could not be flushed: this object goes on with what the file is now.
+      state_->done = true;
+      file.fresh.reset();
+      soundSaves.add(next.stamp);
+    }
+    throw;
   }
   file.facts = next;
   state_->done = true;

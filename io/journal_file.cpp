@@ -9,13 +9,14 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <mutex>
 #include <system_error>
 #include <thread>
-#include <tuple>
 #include <utility>
 
 #include "clay/error.h"
+#include "io/folder_flush.h"
 #include "io/input.h"
 #include "io/scanned_records.h"
 
@@ -29,18 +30,27 @@ std::string reason(int error) { return std::generic_category().message(error); }
 
 [[noreturn]] void failWork(const std::filesystem::path& path, const std::string& wrong) { throw Error(displayName(path) + ": " + wrong, Error::Kind::work); }
 
-/// As create_directories, but for the person alone: what was modelled is nobody else's business.
+/// As create_directories, but for the user alone: what was modelled is nobody else's business. What was made is on the
+/// disk: a journal in a folder that a power cut takes away is lost however often it was flushed itself.
 void makePrivateFolder(const std::filesystem::path& folder) {
   if (folder.empty() || ::access(folder.c_str(), F_OK) == 0) return;
   if (folder.has_parent_path() && folder.parent_path() != folder) makePrivateFolder(folder.parent_path());
-  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) failWork(folder, "the folder for journals cannot be made (" + reason(errno) + "); set ARGIL_STATE to one that can be written");
+  const bool made = ::mkdir(folder.c_str(), 0700) == 0;
+  const int error = made ? flushFolder(folder.parent_path()) : errno;
+  if (error != 0 && error != EEXIST)
+    failWork(folder, "the folder for journals cannot be made (" + reason(error) +
+                         "); set ARGIL_STATE to one that can be written");
 }
 
-void flushFolder(const std::filesystem::path& folder) {
-  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  (void)!::fsync(fd);  // Some file systems cannot flush a folder.
-  ::close(fd);
+/// Throws Error (kind work).
+void writeAll(int fd, std::span<const std::byte> bytes, uint64_t at, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::pwrite(fd, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) failWork(path, "the journal cannot be written (" + reason(errno) + "); make room");
+    bytes = bytes.subspan(static_cast<size_t>(done));
+    at += static_cast<uint64_t>(done);
+  }
 }
 
 }  // namespace
@@ -150,13 +160,14 @@ void JournalWriter::sync() {
   const bool folder = !std::exchange(state.folderFlushed, true);
   lock.unlock();
   const auto begin = std::chrono::steady_clock::now();
-  const int result = ::fdatasync(state.fd);
-  const int error = errno;
-  if (folder) flushFolder(state.path.parent_path());
+  int error = ::fdatasync(state.fd) == 0 ? 0 : errno;
+  // Without its name the journal is found by nobody.
+  if (error == 0 && folder) error = flushFolder(state.path.parent_path());
   lock.lock();
   state.syncSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // Never tried again: the kernel may have dropped the pages that it could not write, and call the rest clean.
-  if (result != 0) state.breakOff("the journal cannot be flushed to the disk (" + reason(error) + "); save your work elsewhere");
+  if (error != 0)
+    state.breakOff("the journal cannot be flushed to the disk (" + reason(error) + "); save your work elsewhere");
   state.synced = reached;
 }
 
@@ -190,8 +201,13 @@ void JournalWriter::remove() {
 }
 
 struct JournalReader::State {
+  struct Event {
+    ScannedRecords::Place place;
+    uint64_t damaged;  ///< Places in front of it.
+  };
   std::filesystem::path path;
-  std::vector<ScannedRecords::Place> events;
+  int fd = -1;  ///< That of `records`, which closes it.
+  std::vector<Event> events;
   std::unique_ptr<ScannedRecords> records;
 };
 
@@ -208,14 +224,14 @@ int openJournal(const std::filesystem::path& path, bool lock) {
     }
     const int error = errno;
     ::close(fd);
-    if (error == EWOULDBLOCK) failWork(path, "is in use by another Argil; close that first");
+    if (error == EWOULDBLOCK) throw JournalTaken(displayName(path) + ": is in use by another Argil; close that first");
     failWork(path, "cannot be locked (" + reason(error) + ")");
   }
   // It may have been removed by who held it.
   struct stat facts {};
   if (::fstat(fd, &facts) == 0 && facts.st_nlink > 0) return fd;
   ::close(fd);
-  failWork(path, "was removed meanwhile by another Argil");
+  throw JournalTaken(displayName(path) + ": was removed meanwhile by another Argil");
 }
 
 }  // namespace
@@ -223,19 +239,40 @@ int openJournal(const std::filesystem::path& path, bool lock) {
 JournalReader::JournalReader(const std::filesystem::path& path, bool lock) : state_(std::make_unique<State>()) {
   State& state = *state_;
   state.path = path;
-  state.records = std::make_unique<ScannedRecords>(openJournal(path, lock), path, nullptr, [&](const RecordView& record, ScannedRecords::Place place) {
-    if (record.header.id == 0) state.events.push_back(place);
-  });
+  state.fd = openJournal(path, lock);
+  uint64_t damaged = 0, expected = 0;
+  state.records = std::make_unique<ScannedRecords>(state.fd, path, nullptr,
+                                                   [&](const RecordView& record, ScannedRecords::Place place) {
+                                                     damaged += place.offset != expected;
+                                                     expected = place.offset + place.bytes;
+                                                     if (record.header.id == 0)
+                                                       state.events.push_back({place, damaged});
+                                                   });
 }
 
 JournalReader::~JournalReader() = default;
 
-void JournalReader::forEachEvent(const std::function<void(const RecordView&)>& visit) const {
+void JournalReader::forEachEvent(const std::function<void(const RecordView&, uint64_t)>& visit) const {
   std::vector<std::byte> bytes;
-  for (const auto& place : state_->events) {
-    if (!state_->records->read(place, bytes)) continue;
-    if (const auto record = parseRecord(bytes)) visit(*record);
+  uint64_t lost = 0;  // Since the scan.
+  for (const auto& [place, damaged] : state_->events) {
+    const auto record = state_->records->read(place, bytes) ? parseRecord(bytes) : std::nullopt;
+    if (record)
+      visit(*record, damaged + lost);
+    else
+      ++lost;
   }
+}
+
+void JournalReader::append(RecordKind kind, std::span<const std::byte> body) {
+  const State& state = *state_;
+  struct stat facts {};
+  if (::fstat(state.fd, &facts) != 0) failWork(state.path, "cannot be read (" + reason(errno) + ")");
+  std::vector<std::byte> record;
+  appendRecord(record, {kind, RecordCodec::raw, 0, 0, 0}, body);
+  writeAll(state.fd, record, static_cast<uint64_t>(facts.st_size), state.path);
+  if (::fdatasync(state.fd) != 0)
+    failWork(state.path, "the journal cannot be flushed to the disk (" + reason(errno) + ")");
 }
 
 uint64_t JournalReader::records() const { return state_->records->records(); }
@@ -253,7 +290,7 @@ void JournalReader::getMany(std::span<const RecordId> ids, const std::function<v
 void JournalReader::remove() { ::unlink(state_->path.c_str()); }
 
 std::vector<std::filesystem::path> abandonedJournals(const std::filesystem::path& folder) {
-  std::vector<std::pair<timespec, std::filesystem::path>> found;
+  std::vector<std::filesystem::path> found;
   std::error_code error;
   for (std::filesystem::directory_iterator each(folder, error), end; !error && each != end; each.increment(error)) {
     const std::filesystem::path path = each->path();
@@ -263,14 +300,10 @@ std::vector<std::filesystem::path> abandonedJournals(const std::filesystem::path
     struct stat facts {};
     const bool free = ::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode) && ::flock(fd, LOCK_SH | LOCK_NB) == 0;
     ::close(fd);
-    if (free) found.emplace_back(facts.st_mtim, path);
+    if (free) found.push_back(path);
   }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.first.tv_sec, a.first.tv_nsec, a.second) > std::tie(b.first.tv_sec, b.first.tv_nsec, b.second);
-  });
-  std::vector<std::filesystem::path> paths;
-  for (auto& each : found) paths.push_back(std::move(each.second));
-  return paths;
+  std::sort(found.begin(), found.end(), std::greater<>());
+  return found;
 }
 
 std::filesystem::path journalFolder() {

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "clay/error.h"
 #include "io/record.h"
 #include "io/written_records.h"
 
@@ -17,14 +18,16 @@ namespace argil::io {
 /// One thread writes; sync() may be called by another one beside it.
 class JournalWriter : public RecordSink {
  public:
-  /// Makes the file, and its folder with access for the person alone. `unnamed`: nobody else finds the file, and it ends with this program. Throws Error (kind work).
+  /// Makes the file, and its folder with access for the user alone (on the disk with its parents when this returns).
+  /// `unnamed`: nobody else finds the file, and it ends with this program. Throws Error (kind work).
   explicit JournalWriter(const std::filesystem::path& path, bool unnamed = false);
   ~JournalWriter() override;
   /// Into a buffer of ours; large buffers go to the file. Throws Error (kind work) when the file cannot take it: the journal is then as it was after the last sync().
   void put(const RecordHeader& header, std::span<const std::byte> body) override;
   /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put() does.
   void write();
-  /// What was put is on the disk when it returns (fdatasync). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
+  /// What was put is on the disk when it returns (fdatasync; the first time the file's name too). Throws Error (kind
+  /// work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
   [[nodiscard]] bool broken() const;   ///< Something failed: begin another file.
   [[nodiscard]] uint64_t bytes() const;   ///< Put.
@@ -40,20 +43,31 @@ class JournalWriter : public RecordSink {
   std::unique_ptr<State> state_;
 };
 
+/// Another Argil has the journal, or had it and removed it.
+class JournalTaken : public Error {
+ public:
+  explicit JournalTaken(const std::string& sentence) : Error(sentence, Kind::work) {}
+};
+
 /// The reading side, after a crash.
 class JournalReader : public RecordSource {
  public:
-  /// Reads what is there: whole and sound records in the order in which they were written, whatever stands between them (a damaged place is skipped and counted). `lock`: takes the lock, so that no second
-  /// Argil recovers the same. Throws Error: cannot be read, is locked by a living one (kind work).
+  /// Reads what is there: whole and sound records in the order in which they were written, whatever stands between them
+  /// (a damaged place is skipped and counted). `lock`: takes the lock, so that no second Argil recovers the same.
+  /// Throws Error: cannot be read; JournalTaken.
   explicit JournalReader(const std::filesystem::path& path, bool lock);
   ~JournalReader() override;
-  /// All records without an id, in order.
-  void forEachEvent(const std::function<void(const RecordView&)>& visit) const;
+  /// All records without an id, in order, with how many damaged places lie in front of each: where that number grows,
+  /// events may be missing.
+  void forEachEvent(const std::function<void(const RecordView&, uint64_t damaged)>& visit) const;
   [[nodiscard]] uint64_t records() const;
   [[nodiscard]] uint64_t damagedPlaces() const;
   [[nodiscard]] RecordId highestId() const;
   bool get(RecordId id, std::vector<std::byte>& record) override;
   void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  /// Puts an event behind all else, on the disk when it returns. Only with the lock. forEachEvent() does not show it.
+  /// Throws Error (kind work); it may be there all the same.
+  void append(RecordKind kind, std::span<const std::byte> body);
   /// Removes the file.
   void remove();
 
@@ -62,7 +76,8 @@ class JournalReader : public RecordSource {
   std::unique_ptr<State> state_;
 };
 
-/// Journals in a folder that no living Argil holds, newest first. Never throws: a folder that is not there has none.
+/// Journals in a folder that no living Argil holds, by name, the last one first (names begin with the time at which the
+/// journal was begun; clocks are set, so that proves nothing). Never throws: a folder that is not there has none.
 [[nodiscard]] std::vector<std::filesystem::path> abandonedJournals(const std::filesystem::path& folder);
 
 /// $XDG_STATE_HOME/argil/journal or ~/.local/state/argil/journal; ARGIL_STATE goes before both.

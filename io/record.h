@@ -16,9 +16,10 @@ using RecordId = uint64_t;
 
 /// Stored in files: numbers are never given a new meaning.
 enum class RecordKind : uint8_t {
-  brick = 1,   ///< One clay brick: coordinate and 512 distances (clay_records.h).
-  node = 2,    ///< One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
-  chunk = 3,   ///< A piece of a blob: a mesh, a picture, a text (blob.h).
+  brick = 1,  ///< One clay brick: coordinate and 512 distances (clay_records.h).
+  node =
+      2,  ///< One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
+  chunk = 3,         ///< A piece of a blob: a mesh, a picture, a text (blob.h).
   channelBrick = 4,  ///< One channel of one brick: coordinate and 512 bytes (channel_codec.h).
   clay = 5,          ///< A version with channels: the roots of its trees (channel_codec.h).
   // Journals alone, without an id; the body is text in JSON but for strokePoints and strokeSamples (engine/journal.h).
@@ -32,6 +33,7 @@ enum class RecordKind : uint8_t {
   state = 23,
   saving = 24,
   strokeSamples = 25,  ///< Points with pressure and rotation.
+  replaying = 26,      ///< A recovery is about to repeat a stroke, or has repeated them all.
 };
 
 inline constexpr RecordKind kLastStoredKind = RecordKind::clay;  ///< Of those with an id.

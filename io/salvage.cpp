@@ -18,13 +18,10 @@ Number numberAt(std::span<const std::byte> bytes, size_t at) {
   return value;
 }
 
-/// What stands in front of each piece of a blob (blob.h).
-struct ChunkFacts {
-  uint32_t index, count;
-  uint64_t total, hash;
+struct Chunk {
+  ChunkHead head;
   RecordId id;
 };
-constexpr size_t kChunkFactsBytes = 28;
 
 struct Brick {
   uint32_t owner;
@@ -34,19 +31,22 @@ struct Brick {
 };
 
 /// The blobs of which every chunk is there, newest first.
-std::vector<RecordId> wholeBlobs(std::vector<ChunkFacts>& chunks) {
-  std::sort(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id < b.id; });
-  chunks.erase(std::unique(chunks.begin(), chunks.end(), [](const ChunkFacts& a, const ChunkFacts& b) { return a.id == b.id; }), chunks.end());
+std::vector<RecordId> wholeBlobs(std::vector<Chunk>& chunks) {
+  std::sort(chunks.begin(), chunks.end(), [](const Chunk& a, const Chunk& b) { return a.id < b.id; });
+  chunks.erase(std::unique(chunks.begin(), chunks.end(), [](const Chunk& a, const Chunk& b) { return a.id == b.id; }),
+               chunks.end());
   std::vector<RecordId> whole;
   for (size_t first = 0; first < chunks.size(); ++first) {
-    const ChunkFacts& head = chunks[first];
+    const ChunkHead& head = chunks[first].head;
+    const RecordId id = chunks[first].id;
     if (head.index != 0 || head.count == 0 || head.count > chunks.size() - first) continue;
     bool all = true;
     for (uint32_t i = 0; i < head.count && all; ++i) {
-      const ChunkFacts& each = chunks[first + i];
-      all = each.id == head.id + i && each.index == i && each.count == head.count && each.total == head.total && each.hash == head.hash;
+      const auto& [each, eachId] = chunks[first + i];
+      all = eachId == id + i && each.index == i && each.count == head.count && each.bytes == head.bytes &&
+            each.checksum == head.checksum;
     }
-    if (all) whole.push_back(head.id);
+    if (all) whole.push_back(id);
   }
   std::reverse(whole.begin(), whole.end());
   return whole;
@@ -62,16 +62,17 @@ struct Salvage::State {
 
 Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make_unique<State>()) {
   State& state = *state_;
-  std::vector<ChunkFacts> heads, states;
+  std::vector<Chunk> heads, states;
   state.records = std::make_unique<ScannedRecords>(path, job, [&](const RecordView& record, ScannedRecords::Place) {
     const auto body = record.body;
     if (record.header.id == 0) return;
     if (record.header.kind == RecordKind::brick && body.size() >= 12) {
       state.bricks.push_back({record.header.owner, numberAt<int32_t>(body, 0), numberAt<int32_t>(body, 4), numberAt<int32_t>(body, 8), record.header.id});
-    } else if (record.header.kind == RecordKind::chunk && body.size() >= kChunkFactsBytes) {
-      const auto kind = numberAt<uint32_t>(body, 0);
-      if (kind != uint32_t(BlobKind::head) && kind != uint32_t(BlobKind::state)) return;
-      (kind == uint32_t(BlobKind::head) ? heads : states).push_back({numberAt<uint32_t>(body, 4), numberAt<uint32_t>(body, 8), numberAt<uint64_t>(body, 12), numberAt<uint64_t>(body, 20), record.header.id});
+    } else if (record.header.kind == RecordKind::chunk) {
+      const auto head = chunkHeadOf(body);
+      if (!head) return;
+      if (head->blobKind == uint8_t(BlobKind::head)) heads.push_back({*head, record.header.id});
+      if (head->blobKind == uint8_t(BlobKind::state)) states.push_back({*head, record.header.id});
     }
   });
   // The file may hold a record twice, where SQLite has moved it.

@@ -84,6 +84,11 @@ int run(int argc, char** argv) {
   auto* recoverVerb = app.add_subcommand("recover", "What sessions that ended by a crash left, and its way into a file");
   recoverVerb->add_option("journal", recover.journal, "A journal; all are listed when left out");
   recoverVerb->add_option("-o,--output", recover.output, "Document to write (.argil)");
+  recoverVerb->add_option("--base", recover.base, "Where the saved document that the journal was kept for lies by now");
+  recoverVerb->add_flag("--without-last", recover.withoutLast,
+                        "Leave out the last stroke that would be repeated: it may be what ended Argil");
+  recoverVerb->add_flag("--mend", recover.mend,
+                        "Where that saved document is lost: what the journal alone holds, its holes filled");
 
   cli::RenderOptions render;
   std::string renderSize = "1280x720";

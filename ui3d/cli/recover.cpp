@@ -27,27 +27,39 @@ void recover(const RecoverOptions& options) {
     for (const engine::Recoverable& each : found) {
       fmt::print("{}\n  {}\n", each.journal.string(), each.sentence);
       if (each.steps > 0) fmt::print("  from {} to {}\n", localTime(each.from), localTime(each.to));
+      if (each.fileMissing)
+        fmt::print("  --base FILE names where {} lies by now; --mend does without it\n", each.file.string());
+      if (each.strokes > 0 && each.leavesOut == 0)
+        fmt::print("  --without-last leaves out the stroke that was under way\n");
     }
     fmt::print("{} to recover{}\n", found.empty() ? "nothing" : std::to_string(found.size()), found.empty() ? "" : ": argil recover JOURNAL -o FILE.argil");
     return;
   }
   if (options.output.empty()) throw Error("-o: name the document to write (.argil)");
   engine::Recovered recovered;
+  engine::RecoverChoice choice;
+  choice.base = options.base;
+  choice.withoutLast = options.withoutLast;
+  choice.mend = options.mend;
   {
     const ProgressLine line("reading " + options.journal.filename().string(), options.job);
-    recovered = engine::recover(options.journal, options.job);
+    recovered = engine::recover(options.journal, options.job, choice);
   }
-  engine::OpenedDocument& document = recovered.document;
-  engine::Session session(document.states, document.done);
-  const size_t leftOut = engine::replay(session, recovered.strokes);
+  size_t leftOut = 0;
+  if (!recovered.strokes.empty()) {
+    const ProgressLine line("repeating the last strokes", options.job);
+    leftOut = engine::replay(recovered, options.job);
+  }
+  const engine::OpenedDocument& document = recovered.document;
   engine::SaveRequest request;
-  request.states = session.states();
-  request.done = session.undoSteps();
+  request.states = document.states;
+  request.done = document.done;
   request.archive = document.archive;
   request.base = document.base;
   request.sources = recovered.sources;
   request.writer = recovered.writer;
-  (void)engine::saveDocument(options.output, request, options.job);
+  if (const auto base = engine::saveDocument(options.output, request, options.job); !base->unflushed.empty())
+    throw Error(base->unflushed, Error::Kind::work);
   fmt::print("{}\n", recovered.sentence);
   for (const std::string& note : document.notes) fmt::print("{}\n", note);
   if (leftOut > 0) fmt::print("{} strokes could not be repeated and are left out.\n", leftOut);

@@ -321,7 +321,8 @@ void sculpt(const SculptOptions& options) {
       request.done = session.undoSteps();
       request.archive = std::make_shared<engine::Archive>();
       request.writer = engine::newWriter();
-      (void)engine::saveDocument(file, request, options.job);
+      if (const auto base = engine::saveDocument(file, request, options.job); !base->unflushed.empty())
+        throw Error(base->unflushed, Error::Kind::work);
       continue;
     }
     if (model || engine::holdsClay(file.filename())) {

@@ -60,6 +60,8 @@ void inspect(const InspectOptions& options);
 struct RecoverOptions {
   std::filesystem::path journal;  ///< Empty: list what there is.
   std::filesystem::path output;
+  std::filesystem::path base;  ///< These as engine::RecoverChoice has them.
+  bool withoutLast = false, mend = false;
   Job* job = nullptr;
 };
 void recover(const RecoverOptions& options);

@@ -15,7 +15,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     io::JournalReader journal(file.holding(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()), true);
     uint64_t events = 0;
-    journal.forEachEvent([&](const io::RecordView& record) {
+    uint64_t before = 0;
+    journal.forEachEvent([&](const io::RecordView& record, uint64_t damaged) {
+      tests::require(damaged >= before && damaged <= journal.damagedPlaces());
+      before = damaged;
       tests::require(record.header.id == 0 && record.whole.size() == io::kRecordHeaderBytes + record.body.size());
       ++events;
     });

@@ -201,7 +201,7 @@ TEST(DamagedJournals, giveEveryRecordThatIsUntouched) {
     const auto intact = untouched(whole, damage);
     EXPECT_EQ(soundOf(reader), intact);
     size_t events = 0;
-    reader.forEachEvent([&](const RecordView& record) {
+    reader.forEachEvent([&](const RecordView& record, uint64_t) {
       ++events;
       EXPECT_EQ(record.header.kind, RecordKind::step);
     });

@@ -29,7 +29,9 @@ void putEvent(RecordSink& sink, const std::string& text) { sink.put({RecordKind:
 
 std::vector<std::string> events(const JournalReader& reader) {
   std::vector<std::string> all;
-  reader.forEachEvent([&](const RecordView& record) { all.emplace_back(reinterpret_cast<const char*>(record.body.data()), record.body.size()); });
+  reader.forEachEvent([&](const RecordView& record, uint64_t) {
+    all.emplace_back(reinterpret_cast<const char*>(record.body.data()), record.body.size());
+  });
   return all;
 }
 
@@ -114,7 +116,8 @@ TEST(JournalFile, theLivingHaveItAndTheDeadHaveNot) {
   }
   int status = 0;
   ::waitpid(child, &status, 0);
-  EXPECT_EQ(abandonedJournals(folder / "journal"), (std::vector<std::filesystem::path>{folder / "journal" / "a", path}));
+  EXPECT_EQ(abandonedJournals(folder / "journal"), (std::vector<std::filesystem::path>{path, folder / "journal" / "a"}))
+      << "by name, whichever was written last";
   JournalReader reader(folder / "journal" / "a", true);
   EXPECT_EQ(events(reader), std::vector<std::string>{"kept"});
   EXPECT_EQ(abandonedJournals(folder / "journal"), std::vector<std::filesystem::path>{path});
