@@ -11,9 +11,8 @@ namespace argil::clay {
 
 namespace {
 
-// Information travels one voxel along an axis a pass; from a frozen voxel to the band's edge at 3 voxels a diagonal takes
-// five steps and one is spare.
-constexpr int kPasses = 6;
+constexpr int kLeastPasses = 6;
+constexpr float kDiagonal = 1.7320508f;
 
 struct Block {
   float u[2][kPaddedSize];  // |phi|: this pass and the next
@@ -35,6 +34,8 @@ void copyFace(const float* from, float* to, int axis, bool positive) {
 }
 
 }  // namespace
+
+int passesOf(float band) { return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band))); }
 
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
   const float band = field.band();
@@ -134,7 +135,7 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
     }
   constexpr float kTolerance[] = {kRedistanceTolerance, kSlopeTolerance, kSlopeTolerance};
   int now = 0;
-  for (int pass = 0; pass < kPasses; ++pass, now ^= 1) {
+  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1) {
     for (const Face& f : faces) copyFace(blocks[f.from].u[now], blocks[f.to].u[now], f.axis, f.positive);
     for (Block& b : blocks) {
       eikonalPass(b.u[now], b.frozen, band, b.u[now ^ 1]);
