@@ -2,6 +2,7 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <new>
 #include <tuple>
@@ -10,7 +11,8 @@ namespace argil::clay {
 
 namespace {
 
-constexpr size_t kSlab = size_t{2} << 20;
+constexpr size_t kSlab = size_t{2} << 20, kLeastSlab = size_t{32} << 10;
+constexpr size_t kShareInSlab = 4;  // of what a pool has, its next slab is this part
 
 // Slabs that no pool has. Clearing fresh pages takes a large share of making a whole surface, and a document that is opened or a model that is exported makes one
 // soon after another went.
@@ -59,7 +61,25 @@ SlabStock& stock() {
 
 }  // namespace
 
-BlockPool::~BlockPool() { stock().give(slabs_); }
+BlockPool::~BlockPool() {
+  stock().give(slabs_);
+  for (std::byte* slab : small_) std::free(slab);
+}
+
+std::pair<std::byte*, size_t> BlockPool::takeSlab(size_t least) {
+  size_t bytes = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    bytes = std::max({slabBytes_ / kShareInSlab / kStep * kStep, kLeastSlab, least});
+    if (bytes > kSlab / 2) bytes = kSlab;
+    slabBytes_ += bytes;
+  }
+  std::byte* slab = bytes == kSlab ? stock().take() : static_cast<std::byte*>(std::aligned_alloc(kStep, bytes));
+  if (!slab) throw std::bad_alloc();
+  const std::lock_guard lock(mutex_);
+  (bytes == kSlab ? slabs_ : small_).push_back(slab);
+  return {slab, bytes};
+}
 
 void BlockPool::Retire::operator()(BlockPool* pool) const noexcept {
   bool last;
@@ -103,13 +123,9 @@ void* BlockPool::Share::allocate(size_t bytes) {
     }
   }
   if (static_cast<size_t>(end_ - next_) < size) {
-    std::byte* slab = stock().take();
-    {
-      const std::lock_guard lock(pool_.mutex_);
-      pool_.slabs_.push_back(slab);
-    }
+    const auto [slab, room] = pool_.takeSlab(size);
     next_ = slab;
-    end_ = slab + kSlab;
+    end_ = slab + room;
   }
   ++taken_;
   std::byte* block = std::exchange(next_, next_ + size);

@@ -12,9 +12,8 @@ namespace argil::clay {
 
 namespace {
 
-// Information travels one voxel along an axis a pass; from a frozen voxel to the band's edge at 3 voxels a diagonal takes
-// five steps and one is spare.
-constexpr int kPasses = 6;
+constexpr int kLeastPasses = 6;
+constexpr float kDiagonal = 1.7320508f;
 
 struct Block {
   float u[2][kPaddedSize];  // |phi|: this pass and the next
@@ -38,6 +37,8 @@ void copyFace(const float* from, float* to, int axis, bool positive) {
 }
 
 }  // namespace
+
+int passesOf(float band) { return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band))); }
 
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
   const float band = field.band();
@@ -126,7 +127,7 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
     for (size_t i = begin; i < end; ++i) start(i, field);
   });
   int now = 0;
-  for (int pass = 0; pass < kPasses; ++pass, now ^= 1)
+  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
     forEachBrickOf(count, threads, [&](size_t i) {
       Block& b = blocks[i];
       // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.

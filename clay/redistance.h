@@ -23,8 +23,8 @@ void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 
 /// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them as
 /// boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where the
-/// solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. Six Jacobi passes over all of
-/// them, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick. Returns the bricks that
+/// solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. As many Jacobi passes over all of
+/// them as the band needs, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick of a band of three voxels. Returns the bricks that
 /// changed. Method: NOTES.md, "Redistancing".
 ///
 /// `renew` (one for each of `coords`, or none): where an edit left no distances beside the surface either. There another distance takes the place of what
@@ -39,6 +39,11 @@ enum class Renew : uint8_t {
 /// `threads`.
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {}, int threads = 1,
                               float tolerance = kRedistanceTolerance);
+
+/// Passes after which the whole band is solved. Information travels one voxel along an axis a pass; from a frozen voxel to the
+/// band's edge a diagonal of `band` voxels takes √3 times as many steps: six at three voxels, where a narrower band does not
+/// take fewer.
+[[nodiscard]] int passesOf(float band);
 
 /// Voxels.
 inline constexpr float kSlopeTolerance = 0.02f;

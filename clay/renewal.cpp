@@ -12,8 +12,6 @@ namespace {
 
 // Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth surface; how near to zero the foot has to be, voxels.
 constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
-// As in redistance().
-constexpr int kPasses = 6;
 
 struct Work {
   float u[2][kWideSize];
@@ -138,7 +136,7 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     for (size_t i = begin; i < end; ++i) start(i, field);
   });
   int now = 0;
-  for (int pass = 0; pass < kPasses; ++pass, now ^= 1)
+  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
     forEachBrickOf(count, threads, [&](size_t i) {
       Work& w = works[i];
       for (int face = 0; face < 6; ++face)

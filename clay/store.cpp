@@ -2,24 +2,41 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "clay/tree.h"
 
 namespace argil::clay {
 
 namespace {
-constexpr size_t kStock = 128;  // objects an editor takes at once: one lock for about a dab
+constexpr size_t kStock = 128, kNodeStock = 16;  // objects an editor takes at once: one lock for about a dab
+constexpr size_t kLeastStock = 4;
+constexpr size_t kShareInStock = 8;  // of what a pool has, its next chunk is this part
+constexpr size_t kPage = 4096, kBlockAlignment = 64;
 }
 
 SlabPool::~SlabPool() {
   for (std::byte* arena : arenas_) munmap(arena, kArenaBytes + kSlabBytes);
+  for (std::byte* chunk : small_) std::free(chunk);
 }
 
-std::byte* SlabPool::mapSlab() {
-  std::byte* slab = nullptr;
-  {
+size_t SlabPool::nextBytes() const {
+  const size_t wanted = std::max(static_cast<size_t>(bytes_) / kShareInStock, kLeastObjects * objectBytes_);
+  return wanted >= kSlabBytes ? kSlabBytes : wanted / objectBytes_ * objectBytes_;
+}
+
+SlabPool::Chunk SlabPool::map(size_t bytes) {
+  std::byte* chunk = nullptr;
+  if (bytes < kSlabBytes) {
+    chunk = static_cast<std::byte*>(std::aligned_alloc(kBlockAlignment, bytes));
+    if (!chunk) throw std::bad_alloc();
+    const std::lock_guard lock(arenaMutex_);
+    small_.push_back(chunk);
+  } else {
     const std::lock_guard lock(arenaMutex_);
     if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
       void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -28,41 +45,52 @@ std::byte* SlabPool::mapSlab() {
       slabsInArena_ = 0;
     }
     const auto base = (reinterpret_cast<uintptr_t>(arenas_.back()) + kSlabBytes - 1) & ~(kSlabBytes - 1);
-    slab = reinterpret_cast<std::byte*>(base + slabsInArena_++ * kSlabBytes);
+    chunk = reinterpret_cast<std::byte*>(base + slabsInArena_++ * kSlabBytes);
+    // One fault for a whole slab where the system grants huge pages, and never one in a kernel.
+    madvise(chunk, kSlabBytes, MADV_HUGEPAGE);
   }
-  // One fault for a whole slab where the system grants huge pages, and never one in a kernel.
-  madvise(slab, kSlabBytes, MADV_HUGEPAGE);
-  for (size_t at = 0; at < kSlabBytes; at += 4096) slab[at] = std::byte{0};
-  return slab;
+  for (size_t at = 0; at < bytes; at += kPage) chunk[at] = std::byte{0};
+  chunk[bytes - 1] = std::byte{0};
+  return {chunk, bytes};
 }
 
-void SlabPool::adopt(std::byte* slab) {
+void SlabPool::adopt(Chunk chunk) {
   // Lowest address last, so that it is handed out first.
-  for (size_t i = kSlabBytes / objectBytes_; i-- > 0;) free_.push_back(slab + i * objectBytes_);
-  ++slabs_;
+  for (size_t i = chunk.bytes / objectBytes_; i-- > 0;) free_.push_back(chunk.at + i * objectBytes_);
+  bytes_ += chunk.bytes;
 }
 
 void SlabPool::take(size_t count, std::vector<void*>& out) {
-  while (free_.size() < count) adopt(mapSlab());
+  while (free_.size() < count) adopt(map(nextBytes()));
   out.insert(out.end(), free_.end() - static_cast<std::ptrdiff_t>(count), free_.end());
   free_.resize(free_.size() - count);
 }
 
+size_t Store::State::stockOf(uint64_t live, size_t most) {
+  return std::clamp(static_cast<size_t>(live) / kShareInStock, std::min(kLeastStock, most), most);
+}
+
 void Store::State::stockBricks(std::vector<void*>& stock) {
   const std::lock_guard lock(mutex);
-  bricks.take(kStock, stock);
-  liveBricks += kStock;
+  const size_t count = stockOf(liveBricks, kStock);
+  bricks.take(count, stock);
+  liveBricks += count;
+  taken = true;
+  if (bricks.low()) due = true;
 }
 
 void Store::State::stockNodes(std::vector<void*>& stock) {
   const std::lock_guard lock(mutex);
-  nodes.take(kStock / 8, stock);
-  liveNodes += kStock / 8;
+  const size_t count = stockOf(liveNodes, kNodeStock);
+  nodes.take(count, stock);
+  liveNodes += count;
+  taken = true;
+  if (nodes.low()) due = true;
 }
 
 void Store::State::stockWorkBricks(std::vector<void*>& stock) {
   const std::lock_guard lock(mutex);
-  workBricks.take(kStock, stock);
+  workBricks.take(stockOf(liveBricks, kStock), stock);
 }
 
 void Store::State::giveWorkBricks(const std::vector<void*>& stock) {
@@ -73,8 +101,11 @@ void Store::State::giveWorkBricks(const std::vector<void*>& stock) {
 
 void Store::State::stockChannelBricks(std::vector<void*>& stock) {
   const std::lock_guard lock(mutex);
-  channelBricks.take(kStock, stock);
-  liveChannelBricks += kStock;
+  const size_t count = stockOf(liveChannelBricks, kStock);
+  channelBricks.take(count, stock);
+  liveChannelBricks += count;
+  taken = true;
+  if (channelBricks.low()) due = true;
 }
 
 void Store::State::freeAll(Freed& freed) {
@@ -115,6 +146,7 @@ void gatherExclusive(Link own, Link before, Link after, int level, std::vector<v
 bool Store::collect(size_t maxObjects) {
   State& s = *state_;
   const std::lock_guard onlyOne(s.collecting);
+  s.due = false;
   State::Freed freed;
   // A node's 512 links count as 8 objects: the bound is on time, and a scan of shared links frees nothing.
   size_t work = 0;
@@ -188,22 +220,32 @@ bool Store::collect(size_t maxObjects) {
     }
   }
   s.freeAll(freed);
-  for (SlabPool* pool : {&s.bricks, &s.channelBricks, &s.nodes}) {
-    const auto low = [&] {
-      const std::lock_guard lock(s.mutex);
-      return pool->low();
-    };
-    if (!low()) continue;
-    std::byte* slab = pool->mapSlab();
+  // Stock is for a model that is being edited: what its birth took is not looked at, or a thousand pieces that lie there would have a thousand stocks.
+  bool edited = false;
+  {
     const std::lock_guard lock(s.mutex);
-    pool->adopt(slab);
+    edited = std::exchange(s.taken, false) && s.collected;
+    s.collected = true;
+  }
+  for (SlabPool* pool : {&s.bricks, &s.channelBricks, &s.nodes}) {
+    size_t bytes = 0;
+    {
+      const std::lock_guard lock(s.mutex);
+      if (edited && pool->low()) bytes = pool->nextBytes();
+    }
+    if (bytes == 0) continue;
+    const SlabPool::Chunk chunk = pool->map(bytes);
+    const std::lock_guard lock(s.mutex);
+    pool->adopt(chunk);
   }
   const std::lock_guard lock(s.mutex);
-  if (s.victim) return true;
-  for (const VersionRecord* v : s.dropped)
-    if (v->children.size() <= 1) return true;
-  return false;
+  bool more = s.victim != nullptr;
+  for (size_t i = 0; i < s.dropped.size() && !more; ++i) more = s.dropped[i]->children.size() <= 1;
+  if (more) s.due = true;
+  return more;
 }
+
+bool Store::wantsCollecting() const noexcept { return state_->due.load(std::memory_order_relaxed); }
 
 Store::Usage Store::usage() const {
   const std::lock_guard lock(state_->mutex);

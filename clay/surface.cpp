@@ -520,7 +520,7 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
     s.paint.follow(version, *this, delta);
   } catch (...) {
     // Half of it is no surface: the next update starts anew.
-    *this = Surface(s.normals);
+    *this = Surface(s.normals, s.grade);
     throw;
   }
   return delta;

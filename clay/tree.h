@@ -77,7 +77,8 @@ struct VersionRecord {
 
 inline Link rootOf(const VersionRecord& record, Channel channel) { return record.roots[static_cast<size_t>(treeOf(channel))]; }
 
-/// Memory of equal-sized objects in pre-touched slabs. Guarded by the store's mutex, but for mapSlab().
+/// Memory of equal-sized objects in pre-touched chunks, which are small while there is little: a document may have a thousand pieces. From 16 MB on they are huge pages. Guarded by
+/// the store's mutex, but for map().
 class SlabPool {
  public:
   explicit SlabPool(size_t objectBytes) : objectBytes_(objectBytes) {}
@@ -85,26 +86,35 @@ class SlabPool {
   SlabPool(const SlabPool&) = delete;
   SlabPool& operator=(const SlabPool&) = delete;
 
-  /// Moves `count` free objects to `out`, taking slabs as needed.
+  struct Chunk {
+    std::byte* at = nullptr;
+    size_t bytes = 0;
+  };
+
+  /// Moves `count` free objects to `out`, taking chunks as needed.
   void take(size_t count, std::vector<void*>& out);
   void give(const std::vector<void*>& objects) { free_.insert(free_.end(), objects.begin(), objects.end()); }
-  [[nodiscard]] uint64_t bytes() const { return slabs_ * kSlabBytes; }
+  [[nodiscard]] uint64_t bytes() const { return bytes_; }
 
   /// In use and nearly empty: the next objects would wait for the system.
-  [[nodiscard]] bool low() const { return slabs_ > 0 && free_.size() < kSlabBytes / objectBytes_; }
-  /// A new slab, every page of it touched (which can take milliseconds). Any thread, without the store's mutex.
-  [[nodiscard]] std::byte* mapSlab();
-  void adopt(std::byte* slab);
+  [[nodiscard]] bool low() const { return bytes_ > 0 && free_.size() * objectBytes_ < nextBytes(); }
+  /// What the next chunk is to have: an eighth of what there is, so that what is not used is little beside the rest.
+  [[nodiscard]] size_t nextBytes() const;
+  /// A new chunk, every page of it touched (which can take milliseconds). Any thread, without the store's mutex.
+  [[nodiscard]] Chunk map(size_t bytes);
+  void adopt(Chunk chunk);
 
  private:
   static constexpr size_t kSlabBytes = size_t{2} << 20;    // one huge page
   static constexpr size_t kArenaBytes = size_t{64} << 20;  // address space taken at once, touched slab by slab
+  static constexpr size_t kLeastObjects = 6;               // of a chunk
 
   size_t objectBytes_;
   std::vector<void*> free_;
-  uint64_t slabs_ = 0;
+  uint64_t bytes_ = 0;
   std::mutex arenaMutex_;
   std::vector<std::byte*> arenas_;  // as mapped: kArenaBytes + kSlabBytes for alignment
+  std::vector<std::byte*> small_;   // chunks below a slab
   size_t slabsInArena_ = 0;
 };
 
@@ -119,6 +129,9 @@ struct Store::State {
   uint64_t liveBricks = 0, liveNodes = 0, liveChannelBricks = 0;
   std::vector<VersionRecord*> dropped;  // waiting for collect()
   uint64_t versions = 0;
+  std::atomic<bool> due{false};  // a version was dropped, or a pool runs low, since collect() looked last
+  bool collected = false;        // once at least: what was taken before that is a model's birth
+  bool taken = false;            // by an editor, since then
 
   // Of all stores together: savers know bricks by serial and nodes by address and birth, and a store may take over the addresses of one that is gone.
   static inline std::atomic<uint64_t> nextId{1};
@@ -148,6 +161,10 @@ struct Store::State {
     [[nodiscard]] std::vector<void*>& leaves(int tree) { return tree == kDistanceTree ? bricks : channelBricks; }
   };
   void freeAll(Freed& freed);
+
+ private:
+  /// So many at a time of a pool that has `live` of them: an eighth, as what an editor does not use lies idle.
+  static size_t stockOf(uint64_t live, size_t most);
 };
 
 /// Collects into `leaves` and `nodes` what `own` uses at places where neither `before` nor `after` uses the same.

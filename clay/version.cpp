@@ -33,6 +33,7 @@ Version makeVersion(VersionRecord* record) {
     const std::shared_ptr<Store> keep = std::move(mine->store);  // may be the last: the store goes after this
     const std::lock_guard lock(keep->state().mutex);
     keep->state().dropped.push_back(mine);
+    keep->state().due = true;
   }));
 }
 

@@ -213,7 +213,7 @@ std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id) {
   return out;
 }
 
-haptics::Scene sceneOf(const Document& document, const haptics::Scene& base) {
+haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, const std::vector<size_t>* felt) {
   haptics::Scene scene = base;
   scene.pieces.clear();
   scene.parts.clear();
@@ -242,8 +242,15 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base) {
   const Piece* worked = document.workedOn();
   scene.workedOn = worked ? 1 : 0;
   if (worked) addPiece(*worked);
-  for (const Piece& piece : document.pieces) {
-    if (piece.visible && &piece != worked) addPiece(piece);
+  if (felt) {
+    for (const size_t place : *felt) {
+      const Piece& piece = document.pieces.at(place);
+      if (piece.visible && &piece != worked) addPiece(piece);
+    }
+  } else {
+    for (const Piece& piece : document.pieces) {
+      if (piece.visible && &piece != worked) addPiece(piece);
+    }
   }
   for (const Part& part : document.parts) {
     if (part.visible && part.felt && scene.parts.size() < haptics::kMaxParts) scene.parts.push_back({part.felt, part.pose, material(part.material)});
@@ -253,7 +260,7 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base) {
   for (const haptics::Guide& guide : scene.guides) taken = std::max(taken, guide.id);
   for (const Guide& guide : document.guides) {
     if (!guide.visible || scene.guides.size() >= haptics::kMaxGuides) continue;
-    if (auto one = felt(guide, taken + guide.id)) scene.guides.push_back(std::move(*one));
+    if (auto one = argil::engine::felt(guide, taken + guide.id)) scene.guides.push_back(std::move(*one));
   }
   if (scene.materials.empty()) scene.materials.emplace_back();
   if (!worked) scene.tool.work.reset();

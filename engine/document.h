@@ -139,8 +139,9 @@ struct Document {
 using DocumentPtr = std::shared_ptr<const Document>;
 
 /// Fills pieces, parts, guides and materials of a scene from a document: what is visible. Pieces that are not worked on are kept
-/// out of (felt, never cut). Guides of `base` stay before the document's. Throws Error for what haptics refuses.
-[[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base);
+/// out of (felt, never cut). Of more pieces than a scene holds, the first are there; with `felt` those that it names by their place in the list, in its order (engine/felt_pieces.h). Guides of
+/// `base` stay before the document's. Throws Error for what haptics refuses.
+[[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, const std::vector<size_t>* felt = nullptr);
 
 /// What a guide is to the hand, under `id`; nothing when it is only seen. Throws Error for what haptics refuses.
 [[nodiscard]] std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id);

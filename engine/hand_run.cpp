@@ -102,6 +102,8 @@ EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
   options.onSample = [this](const haptics::StylusSample& sample) { changeTool(sample.timeS); };
   options.latency = &latency;
   options.paced = options_.live;
+  // In virtual time a turn does all that waits: what is published when does not depend on the clock.
+  if (options_.live) options.budgetNs = EditLoop::kTurnBudgetNs;
   return options;
 }
 

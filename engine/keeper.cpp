@@ -268,7 +268,17 @@ void Keeper::State::run() {
 
 Keeper::Keeper(const KeeperOptions& options, std::function<void(const std::string&)> tell) : state_(std::make_unique<State>(options, std::move(tell))) {
   state_->thread = std::thread([state = state_.get()] { state->run(); });
-  state_->disk = std::thread([state = state_.get()] { state->syncLoop(); });
+  try {
+    state_->disk = std::thread([state = state_.get()] { state->syncLoop(); });
+  } catch (...) {  // a system without threads: the first must not be left running
+    {
+      const std::lock_guard lock(state_->mutex);
+      state_->stop = true;
+    }
+    state_->wake.notify_one();
+    state_->thread.join();
+    throw;
+  }
 }
 
 Keeper::~Keeper() {

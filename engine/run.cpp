@@ -163,6 +163,7 @@ struct EndStroke {
 RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& options) {
   RunReport report;
   const EndStroke endStroke{session};
+  session.record();
   const Session::Counts before = session.counts();
   const int64_t begin = haptics::nowNs();
   const DocumentPtr first = session.document();

@@ -34,9 +34,9 @@ Collector::~Collector() {
   thread_.join();
 }
 
-void Collector::add(std::shared_ptr<clay::Store> store) {
+void Collector::add(const std::shared_ptr<clay::Store>& store) {
   const std::lock_guard lock(mutex_);
-  if (std::find(stores_.begin(), stores_.end(), store) == stores_.end()) stores_.push_back(std::move(store));
+  if (known_.insert(store.get()).second) stores_.push_back(store);
 }
 
 void Collector::wake() {
@@ -52,8 +52,10 @@ void Collector::run() {
   while (!stop_) {
     wake_.wait(lock, [this] { return dirty_ || stop_; });
     dirty_ = false;
-    const auto stores = stores_;
-    for (const std::shared_ptr<clay::Store>& store : stores) {
+    // By index: more may come meanwhile. With a thousand pieces most have nothing to free: those cost one look.
+    for (size_t i = 0; i < stores_.size() && !stop_; ++i) {
+      if (!stores_[i]->wantsCollecting()) continue;
+      const std::shared_ptr<clay::Store> store = stores_[i];
       for (bool more = true; more && !stop_;) {
         lock.unlock();
         more = store->collect(kCollectBatch);
@@ -61,8 +63,18 @@ void Collector::run() {
         if (more) wake_.wait_for(lock, kCollectPause, [this] { return stop_; });
       }
     }
-    // A store that nobody else holds goes here, not on a thread that somebody waits for: one is ours, one is the copy's.
-    std::erase_if(stores_, [](const auto& store) { return store.use_count() == 2; });
+    // A store that nobody else holds goes here, not on a thread that somebody waits for, and while nobody waits for the lock.
+    std::vector<std::shared_ptr<clay::Store>> gone;
+    std::erase_if(stores_, [&](std::shared_ptr<clay::Store>& store) {
+      if (store.use_count() != 1) return false;
+      known_.erase(store.get());
+      gone.push_back(std::move(store));
+      return true;
+    });
+    if (gone.empty()) continue;
+    lock.unlock();
+    gone.clear();
+    lock.lock();
   }
 }
 
@@ -95,6 +107,10 @@ clay::Version Session::version() const {
 
 void Session::setDocument(DocumentPtr document) {
   for (const Piece& piece : document->pieces) collector_->add(piece.version.store());
+  swapNewest(std::move(document));
+}
+
+void Session::swapNewest(DocumentPtr document) {
   {
     const std::lock_guard lock(mutex_);
     newest_.swap(document);
@@ -108,14 +124,14 @@ void Session::setVersion(const clay::Version& version) {
   if (!piece || piece->version == version) return;  // the same document says that nothing changed
   auto next = std::make_shared<Document>(*newest_);
   next->piece(piece_)->version = version;
-  setDocument(std::move(next));
+  swapNewest(std::move(next));  // a stroke stays within its piece's store
 }
 
 void Session::push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes) {
   states_.resize(done_ + 1);
   strokes_.resize(done_ + 1);
   states_.push_back({label, std::move(after), 0});
-  strokes_.push_back(std::move(strokes));
+  strokes_.push_back(std::move(strokes));  // nothing without record()
   ++done_;
   ++steps_;
   if (watch_) watch_->stepped(label, states_.back().document, false);
@@ -173,8 +189,15 @@ Eigen::Quaterniond Session::standing(const Vec3d& mm) {
 }
 
 void Session::addPoint(const PathPoint& given) {
+  queuePoint(given);
+  applyAll();
+}
+
+void Session::queuePoint(const PathPoint& given) {
   if (!stroke_) throw Error("a point needs a stroke that it belongs to", Error::Kind::work);
   if (!std::isfinite(given.timeS)) throw Error("a point of a stroke has a time that is not finite");
+  applyAll();
+  coveredBefore_ = path_ ? path_->covered() : 0;
   PathPoint point = given;
   if (tool_.stabiliseMm > 0 && point.mm.allFinite()) {
     // Drawn on a string: the tool stays where it is until the string is tight.
@@ -189,37 +212,53 @@ void Session::addPoint(const PathPoint& given) {
     path.add(point, stamps_);
     path_ = path;
     brush_ = std::move(brush);
-    stroke_->strokes.push_back({tool_, Drive::tip, {}});
-    stroke_->strokes.back().images = images_;
+    if (records_) {
+      stroke_->strokes.push_back({tool_, Drive::tip, {}});
+      stroke_->strokes.back().images = images_;
+    }
   } else {
     path_->add(point, stamps_);
   }
   drawn_ = point.mm;
-  auto& record = stroke_->strokes.back().path;
-  // A script's times never decrease; the stamps do not depend on them.
-  record.push_back(given);
-  if (record.size() > 1) record.back().timeS = std::max(given.timeS, record[record.size() - 2].timeS);
+  if (records_) {
+    auto& record = stroke_->strokes.back().path;
+    // A script's times never decrease; the stamps do not depend on them.
+    record.push_back(given);
+    if (record.size() > 1) record.back().timeS = std::max(given.timeS, record[record.size() - 2].timeS);
+  }
   ++counts_.points;
   if (watch_) watch_->strokePoint(given);
-  apply();
 }
 
-void Session::apply() {
-  std::vector<clay::Stamp> stamps;
-  stamps.swap(stamps_);  // whatever is thrown, none comes a second time
-  for (const clay::Stamp& stamp : stamps) {
-    maps_.apply(stamp, stampImages_);
+bool Session::applyStamp() {
+  if (!stampsWait()) return false;
+  try {
+    maps_.apply(stamps_[nextStamp_++], stampImages_);
     brush_->apply(stampImages_);
+  } catch (...) {
+    // Whatever is thrown, none comes a second time.
+    stamps_.clear();
+    nextStamp_ = 0;
+    throw;
   }
-  counts_.stamps += stamps.size() * maps_.count();
-  stamps.clear();
-  stamps_ = std::move(stamps);  // keeps its memory
+  counts_.stamps += maps_.count();
+  if (!stampsWait()) {
+    stamps_.clear();
+    nextStamp_ = 0;
+  }
+  return true;
+}
+
+void Session::applyAll() {
+  while (applyStamp()) {
+  }
 }
 
 void Session::liftTool() {
   if (!path_) return;
+  applyAll();
   path_->finish(stamps_);
-  apply();
+  applyAll();
   pointsBefore_ += path_->covered();
   lifted_ = brush_->finish();
   const auto made = brush_->counts();
@@ -259,7 +298,23 @@ clay::Version Session::endStroke() {
   return last;
 }
 
-uint64_t Session::coveredPoints() const { return pointsBefore_ + (path_ ? path_->covered() : 0); }
+void Session::abandonStroke() {
+  if (!stroke_) throw Error("there is no stroke to leave out", Error::Kind::work);
+  stamps_.clear();
+  nextStamp_ = 0;
+  brush_.reset();
+  path_.reset();
+  drawn_.reset();
+  swapNewest(stroke_->before);
+  stroke_.reset();
+  lifted_ = {};
+  if (watch_) watch_->strokeEnded();
+  collector_->wake();
+}
+
+uint64_t Session::coveredPoints() const {
+  return pointsBefore_ + (!path_ ? 0 : stampsWait() ? coveredBefore_ : path_->covered());
+}
 
 void Session::change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge) {
   requireNoStroke("a change of the document");
@@ -332,6 +387,7 @@ std::vector<std::string> Session::history() const {
 
 Script Session::recording() const {
   requireNoStroke("the recording");
+  if (!records_) throw Error("this session holds no recording of its strokes: it was not asked to before they were drawn", Error::Kind::work);
   Script script;
   if (const clay::Version now = version()) {
     script.voxelMm = now.grid().voxelMm;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <unordered_set>
 #include <vector>
 
 #include "clay/brush.h"
@@ -24,8 +25,8 @@ class Collector {
  public:
   Collector();
   ~Collector();
-  /// Takes care of a store; again is fine. Any thread but the servo's.
-  void add(std::shared_ptr<clay::Store> store);
+  /// Takes care of a store; again is fine. Any thread but the servo's. Cost does not grow with the stores that are there.
+  void add(const std::shared_ptr<clay::Store>& store);
   /// Something was dropped. Any thread but the servo's; does not wait.
   void wake();
 
@@ -34,6 +35,7 @@ class Collector {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::shared_ptr<clay::Store>> stores_;
+  std::unordered_set<const clay::Store*> known_;  // of stores_
   bool dirty_ = false, stop_ = false;
   std::thread thread_;  // last: it uses the others
 };
@@ -88,12 +90,20 @@ class Session {
   /// what StrokePath refuses; then nothing changed and the stroke goes on.
   void addPoint(const PathPoint& point);
   void addPoint(double timeS, const Vec3d& mm) { addPoint(PathPoint{timeS, mm}); }
+  /// As addPoint(), but the stamps that the point gives wait for applyStamp(): for those who may not take long at a time. Stamps that still wait
+  /// are applied first. However a stroke is fed, the same points leave the same clay.
+  void queuePoint(const PathPoint& point);
+  /// Applies the next stamp that waits; false when there is none. What it throws ends the waiting: the rest is not applied.
+  bool applyStamp();
+  [[nodiscard]] bool stampsWait() const { return nextStamp_ < stamps_.size(); }
   /// The tool left the clay: the path ends here, the next point begins another one of the same stroke.
   void liftTool();
-  /// Makes what was added so far the newest version. Cheap; call at most 500 times a second.
+  /// Makes what was applied so far the newest version. Cheap; call at most 500 times a second.
   clay::Version publish();
-  /// The stroke becomes an undo step (none when it changed nothing); its last version.
+  /// The stroke becomes an undo step (none when it changed nothing); its last version. When it throws (no memory), the stroke is still on.
   clay::Version endStroke();
+  /// The stroke leaves no trace: the document is the one that it began with. For when endStroke() failed.
+  void abandonStroke();
   [[nodiscard]] bool inStroke() const { return stroke_.has_value(); }
   /// How many points of this stroke the next publish() will show; all of them after liftTool().
   [[nodiscard]] uint64_t coveredPoints() const;
@@ -126,8 +136,12 @@ class Session {
   /// Null: nobody. It must outlive its time here.
   void setWatch(SessionWatch* watch) { watch_ = watch; }
 
-  /// The strokes that lead from the first version to the newest, without those undone, as a tip-driven script: run on the
-  /// first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script stroke. Not while a stroke is on.
+  /// From now on the points of every stroke are held for recording(): memory grows with all that is drawn. A session in front of a user leaves
+  /// that to its journal.
+  void record() { records_ = true; }
+  /// The strokes since record() that lead to the newest version, without those undone, as a tip-driven script: run on the
+  /// first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script stroke. Throws Error while a
+  /// stroke is on, and without record().
   [[nodiscard]] Script recording() const;
 
   /// Of all strokes so far, undone or not.
@@ -138,10 +152,11 @@ class Session {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  void apply();
+  void applyAll();
   [[nodiscard]] clay::Version morphGoal(const Tool& tool, const Piece& piece) const;
   [[nodiscard]] Eigen::Quaterniond standing(const Vec3d& mm);
   void setDocument(DocumentPtr document);
+  void swapNewest(DocumentPtr document);
   void setVersion(const clay::Version& version);
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
@@ -151,7 +166,8 @@ class Session {
   mutable std::mutex mutex_;      // guards newest_ alone
   DocumentPtr newest_;
   std::vector<HistoryState> states_;                 // states_[done_] is newest_ but in a stroke
-  std::vector<std::vector<ScriptStroke>> strokes_;   // that led to each state
+  std::vector<std::vector<ScriptStroke>> strokes_;   // that led to each state; empty ones without record()
+  bool records_ = false;
   size_t done_ = 0;
   std::function<DocumentPtr(uint64_t, const Document&)> reader_;
   SessionWatch* watch_ = nullptr;
@@ -178,7 +194,9 @@ class Session {
   std::optional<StrokePath> path_;
   std::unique_ptr<clay::BrushStroke> brush_;
   uint64_t pointsBefore_ = 0;     // of paths that were lifted
-  std::vector<clay::Stamp> stamps_, stampImages_;
+  std::vector<clay::Stamp> stamps_, stampImages_;  // stamps_: of the last point, or the path's end
+  size_t nextStamp_ = 0;          // of stamps_: those before it are applied
+  uint64_t coveredBefore_ = 0;    // points of the path that the clay shows while stamps wait
   std::unique_ptr<Collector> collector_;
 };
 

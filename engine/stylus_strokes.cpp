@@ -1,5 +1,8 @@
 #include "engine/stylus_strokes.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/stroke_path.h"
 
 namespace argil::engine {
@@ -9,6 +12,12 @@ namespace {
 // sweep across them stays within what the ball has just cut.
 constexpr double kPauseS = 0.020;
 constexpr double kPauseRadii = 0.25;
+
+// A piece of the way to a sample is at most this long, in radii or voxels, whichever is more: two stamps of a large tool, twenty of the smallest. A hand that
+// is sampled a thousand times a second makes no such way; a mouse that jumps does.
+constexpr double kPieceRadii = 0.2, kPieceVoxels = 10;
+// Half of what lies between two stamps.
+constexpr double kSamePlaceRadii = 0.05;
 
 constexpr uint32_t kToolsKept = 1000;
 
@@ -23,9 +32,13 @@ void StylusStrokes::setTool(uint32_t id, const Tool& tool) {
   tools_[id] = tool;
 }
 
-void StylusStrokes::take(const haptics::StylusSample& sample) {
+void StylusStrokes::begin(const haptics::StylusSample& sample, bool joined) {
+  while (more()) step();
   next_ = sample.index + 1;
-  if (session_.inStroke() && ((sample.buttons & kCutButtons) == 0 || sample.tool != tool_)) finish();
+  const bool pressed = (sample.buttons & kCutButtons) != 0;
+  if (session_.inStroke() && (!pressed || sample.tool != tool_)) finish();
+  waitsForRelease_ = waitsForRelease_ && pressed;
+  if (waitsForRelease_) return;
   if (sample.flags & haptics::kCutting) {
     if (!session_.inStroke()) {
       const DocumentPtr now = session_.document();
@@ -39,7 +52,7 @@ void StylusStrokes::take(const haptics::StylusSample& sample) {
     }
     const Vec3d mm = pose_.applyInverse(sample.cutPoint);
     if (tools_.count(sample.tool) && StrokePath::reaches(grid_, mm)) {
-      cut(sample, mm);
+      cut(sample, mm, joined);
     } else {
       ++refused_;
     }
@@ -50,7 +63,19 @@ void StylusStrokes::take(const haptics::StylusSample& sample) {
   forgetCovered();
 }
 
-void StylusStrokes::cut(const haptics::StylusSample& sample, const Vec3d& mm) {
+void StylusStrokes::step() {
+  if (!session_.applyStamp() && wayDone_ < wayPieces_) {
+    const PathPoint point = wayPoint(++wayDone_);
+    session_.queuePoint(point);
+    pending_.push_back(lastIndex_);
+    lifted_ = false;
+    // Most points of a slow hand have no stamp of their own.
+    (void)session_.applyStamp();
+  }
+  forgetCovered();
+}
+
+void StylusStrokes::cut(const haptics::StylusSample& sample, const Vec3d& mm, bool joined) {
   const Tool& tool = tools_.at(sample.tool);
   if (!session_.inStroke()) {
     session_.beginStroke(tool);
@@ -58,21 +83,48 @@ void StylusStrokes::cut(const haptics::StylusSample& sample, const Vec3d& mm) {
     shown_ = 0;
     lifted_ = true;
   }
-  const bool paused = sample.index != lastIndex_ + 1;
+  const bool paused = !joined && sample.index != lastIndex_ + 1;
   if (!lifted_ && paused &&
-      (sample.timeS - lastTimeS_ > kPauseS || (mm - last_).norm() > kPauseRadii * tool.radiusMm)) {
+      (sample.timeS - lastTimeS_ > kPauseS || (mm - to_.mm).norm() > kPauseRadii * tool.radiusMm)) {
     session_.liftTool();
+    lifted_ = true;
   }
   PathPoint point{sample.timeS, mm};
   // A pen or a device without pressure says none at all times: then it is full.
   point.pressure = tool.pressureIsForce ? std::min(sample.forceN.norm() / tool.fullForceN, 1.0) : std::clamp(double(sample.pressure), 0.0, 1.0);
   if (oriented_) point.rotation = pose_.rotation.conjugate() * sample.device.rotation;
-  session_.addPoint(point);
-  pending_.push_back(sample.index);
-  lifted_ = false;
+  wayPieces_ = 1;
+  wayDone_ = 0;
+  if (!lifted_) {
+    from_ = to_;
+    const double piece = std::max(kPieceRadii * tool.radiusMm, kPieceVoxels * grid_.voxelMm);
+    wayPieces_ = static_cast<uint64_t>(std::max(1.0, std::ceil((mm - from_.mm).norm() / piece)));
+  }
+  to_ = point;
   lastIndex_ = sample.index;
   lastTimeS_ = sample.timeS;
-  last_ = mm;
+}
+
+// Add, multiply, divide and square root alone: strokes have equal bits everywhere.
+PathPoint StylusStrokes::wayPoint(uint64_t piece) const {
+  if (piece == wayPieces_) return to_;
+  const double share = double(piece) / double(wayPieces_);
+  PathPoint point = to_;
+  point.timeS = from_.timeS + share * (to_.timeS - from_.timeS);
+  point.mm = from_.mm + share * (to_.mm - from_.mm);
+  point.pressure = from_.pressure + share * (to_.pressure - from_.pressure);
+  if (from_.rotation && to_.rotation) {
+    const double side = from_.rotation->dot(*to_.rotation) < 0 ? -1 : 1;
+    const Eigen::Vector4d between =
+        from_.rotation->coeffs() + share * (side * to_.rotation->coeffs() - from_.rotation->coeffs());
+    if (between.norm() > 1e-6) point.rotation = Eigen::Quaterniond(between).normalized();
+  }
+  return point;
+}
+
+double StylusStrokes::samePlaceMm(uint32_t tool) const {
+  const auto found = tools_.find(tool);
+  return found == tools_.end() ? 0 : kSamePlaceRadii * found->second.radiusMm;
 }
 
 void StylusStrokes::forgetCovered() {
@@ -80,9 +132,23 @@ void StylusStrokes::forgetCovered() {
 }
 
 void StylusStrokes::finish() {
+  while (more()) step();
   if (!session_.inStroke()) return;
   session_.endStroke();
   pending_.clear();
+}
+
+void StylusStrokes::cutShort(bool held) {
+  wayPieces_ = wayDone_ = 0;
+  waitsForRelease_ = held;
+  pending_.clear();
+  if (!session_.inStroke()) return;
+  try {
+    session_.endStroke();
+  } catch (...) {
+    session_.abandonStroke();
+    throw;
+  }
 }
 
 }  // namespace argil::engine

@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 
+#include "engine/path_point.h"
 #include "engine/session.h"
 #include "haptics/pose.h"
 #include "haptics/sample_ring.h"
@@ -14,7 +15,8 @@ namespace argil::engine {
 
 /// Reads samples in order and edits the session: clay is cut exactly at the servo's cut points. A stroke begins with the
 /// first sample that cuts and ends when its button is released or its tool changes; where cutting pauses the tool is lifted,
-/// unless it goes on at once and nearby. What happens depends on the samples alone, not on how many come at a time. The edit
+/// unless it goes on at once and nearby. What happens depends on the samples alone, not on how many come at a time nor on how their work is
+/// parted. A sample far from the one before is reached in straight pieces, so that no piece has more than a few stamps of a large tool. The edit
 /// thread's; it touches the session between take() and finish() as well as its owner does.
 class StylusStrokes {
  public:
@@ -27,9 +29,24 @@ class StylusStrokes {
   /// Whether the samples' rotations are those of a hand: else tips stand on the surface.
   void setOriented(bool on) { oriented_ = on; }
 
-  void take(const haptics::StylusSample& sample);
-  /// No more samples: ends the stroke in work.
+  void take(const haptics::StylusSample& sample) {
+    begin(sample);
+    while (more()) step();
+  }
+  /// The same in parts, for those who may not take long at a time: reads the sample, and leaves its stamps to step(). What the sample before it left
+  /// is done first. `joined`: samples between this one and the one before were left out on purpose, and the path goes on.
+  void begin(const haptics::StylusSample& sample, bool joined = false);
+  [[nodiscard]] bool more() const { return session_.stampsWait() || wayDone_ < wayPieces_; }
+  /// One stamp at most.
+  void step();
+  /// No more samples: does what is left and ends the stroke in work.
   void finish();
+  /// Ends the stroke in work where it is: what more() tells of is left out, apart from the stamps of the last piece. Nothing is cut until a sample
+  /// comes without the button, where `held` says that it is down. When the stroke cannot be ended (no memory) it is left out whole, and that is thrown.
+  void cutShort(bool held);
+
+  /// Samples of this tool that are nearer to each other than this, world mm, are one to the clay.
+  [[nodiscard]] double samePlaceMm(uint32_t tool) const;
 
   /// Every sample with a smaller index is in what the session publishes next (haptics::Scene::samplesApplied).
   [[nodiscard]] uint64_t samplesApplied() const { return pending_.empty() ? next_ : pending_.front(); }
@@ -37,7 +54,8 @@ class StylusStrokes {
   [[nodiscard]] uint64_t refused() const { return refused_; }
 
  private:
-  void cut(const haptics::StylusSample& sample, const Vec3d& mm);
+  void cut(const haptics::StylusSample& sample, const Vec3d& mm, bool joined);
+  [[nodiscard]] PathPoint wayPoint(uint64_t piece) const;
   void forgetCovered();
 
   Session& session_;
@@ -51,9 +69,11 @@ class StylusStrokes {
   std::deque<uint64_t> pending_;  // indices of samples that the clay does not show yet
   uint64_t shown_ = 0;            // points of the stroke that it does
   bool lifted_ = true;
+  bool waitsForRelease_ = false;  // the stroke was cut short while the button was down
+  PathPoint from_, to_;           // the way to the sample in work, in pieces
+  uint64_t wayPieces_ = 0, wayDone_ = 0;
   uint64_t lastIndex_ = 0;
   double lastTimeS_ = 0;
-  Vec3d last_ = Vec3d::Zero();
 };
 
 }  // namespace argil::engine

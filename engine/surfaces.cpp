@@ -1,15 +1,18 @@
 #include "engine/surfaces.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
-#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "clay/unshared.h"
 #include "clay/vertex_channels.h"
 
 namespace argil::engine {
 namespace {
 
-constexpr size_t kMostPrepared = 4;
+constexpr int kHelperNice = 5;      // the hand and the picture go first
 constexpr size_t kMostDeltas = 64;  // of a piece that wait unmerged: beyond, nobody is taking them
 
 uint64_t key(Coord c) {
@@ -42,52 +45,203 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
   return merged;
 }
 
-void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int threads) {
-  std::vector<std::pair<Id, Waiting>> news;
-  for (auto at = followed_.begin(); at != followed_.end();) {
-    if (document.piece(at->first)) {
-      ++at;
-      continue;
-    }
-    news.push_back({at->first, {false, true, {}}});
-    at = followed_.erase(at);
+class Surfaces::Prepared {
+ public:
+  Prepared(const clay::Version& version, int threads, clay::Grade asked) : followed(std::make_unique<Followed>(asked)), grade(asked) {
+    delta = followed->surface.update(version, threads);
+    followed->version = version;
   }
-  for (const Piece& piece : document.pieces) {
-    auto found = followed_.find(piece.id);
-    if (found != followed_.end() && found->second.version == piece.version) continue;
-    // Bricks of another store or grid do not replace those of the one before.
-    const bool whole = found == followed_.end() || found->second.version.store() != piece.version.store() ||
-                       !(found->second.version.grid() == piece.version.grid());
-    if (whole) {
-      followed_.erase(piece.id);
-      found = followed_.try_emplace(piece.id, grade_.load()).first;
-    }
-    Waiting one{whole, false, {}};
-    std::optional<Prepared> prepared = whole ? takePrepared(piece.version) : std::nullopt;
-    if (prepared) {
-      found->second = std::move(prepared->followed);
-      one.deltas.push_back(std::move(prepared->delta));
-    }
-    if (found->second.version != piece.version) {
-      one.deltas.push_back(found->second.surface.update(piece.version, threads));
-      found->second.version = piece.version;
-    }
-    news.emplace_back(piece.id, std::move(one));
+  std::unique_ptr<Followed> followed;
+  clay::Grade grade;
+  clay::SurfaceDelta delta;
+};
+
+Surfaces::~Surfaces() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
   }
-  const std::lock_guard lock(mutex_);
-  for (auto& [id, one] : news) {
-    Waiting& waiting = waiting_[id];
-    if (one.whole || one.removed) {
-      waiting = std::move(one);
-      continue;
-    }
-    waiting.deltas.push_back(std::move(one.deltas.front()));
-    if (waiting.deltas.size() > kMostDeltas) waiting.deltas = {merge(waiting.deltas)};
-  }
-  if (oldestSampleNs != 0 && (oldestNs_ == 0 || oldestSampleNs < oldestNs_)) oldestNs_ = oldestSampleNs;
+  work_.notify_one();
+  if (helper_.joinable()) helper_.join();
 }
 
-void Surfaces::forget() { followed_.clear(); }
+void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int threads) {
+  std::exception_ptr failure;
+  takeArrived(failure);
+  ownNow_ = 0;
+  // In a stroke the same pieces are there in the same order, and all but one are as they were: that costs a look at each.
+  bool same = seen_.size() == document.pieces.size();
+  for (size_t i = 0; same && i < seen_.size(); ++i) same = seen_[i].piece == document.pieces[i].id;
+  if (!same) {
+    std::unordered_set<Id> there;
+    for (const Piece& piece : document.pieces) there.insert(piece.id);
+    for (auto at = followed_.begin(); at != followed_.end();) {
+      if (there.contains(at->first)) {
+        ++at;
+        continue;
+      }
+      deliver(at->first, {false, true, {}});
+      letGo(std::move(at->second));
+      at = followed_.erase(at);
+    }
+    seen_.assign(document.pieces.size(), {});
+    for (size_t i = 0; i < seen_.size(); ++i) seen_[i].piece = document.pieces[i].id;
+  }
+  for (size_t i = 0; i < seen_.size(); ++i) {
+    const Piece& piece = document.pieces[i];
+    // An address is enough: what is followed is held.
+    if (seen_[i].record && seen_[i].record == piece.version.record()) continue;
+    seen_[i].record = nullptr;
+    try {
+      if (followOne(piece, oldestSampleNs != 0, threads)) seen_[i].record = piece.version.record();
+    } catch (...) {
+      // Half a surface is none: it comes whole when it comes again.
+      followed_.erase(piece.id);
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (oldestSampleNs != 0 && (oldestNs_ == 0 || oldestSampleNs < oldestNs_)) oldestNs_ = oldestSampleNs;
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+// False while its surface is in the helper's hands.
+bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
+  std::unique_ptr<Followed>& followed = followed_[piece.id];
+  if (followed && followed->away != 0) return false;
+  const bool fresh = !followed;
+  if (!fresh && followed->version == piece.version) return true;
+  // Bricks of another store or grid do not replace those of the one before.
+  const bool whole = fresh || !followed->version || followed->version.store() != piece.version.store() || !(followed->version.grid() == piece.version.grid());
+  Waiting one{whole, false, {}};
+  std::unique_ptr<Followed> old;
+  if (const std::shared_ptr<Prepared> prepared = takePrepared(piece.version, whole)) {
+    one.whole = true;
+    old = std::exchange(followed, std::move(prepared->followed));
+    one.deltas.push_back(std::move(prepared->delta));
+  } else if (whole) {
+    old = std::exchange(followed, std::make_unique<Followed>(grade_.load()));
+  }
+  if (old) letGo(std::move(old));
+  if (followed->version != piece.version) {
+    const bool nothing = !followed->version;
+    uint64_t bricks = 0;
+    if (nothing) {
+      bricks = piece.version.stats().bricks;
+    } else if (!stroke) {
+      bricks = clay::differingLeaves(followed->version, piece.version, kMostOwnBricks);
+    }
+    if (ownNow_ + bricks > kMostOwnBricks) {
+      if (!one.deltas.empty()) deliver(piece.id, std::move(one));
+      Task task;
+      task.name = nextTask_++;
+      task.piece = piece.id;
+      task.version = piece.version;
+      task.whole = nothing;
+      task.threads = threads;
+      task.followed = std::exchange(followed, std::make_unique<Followed>(grade_.load()));
+      followed->away = task.name;
+      send(std::move(task));
+      return false;
+    }
+    ownNow_ += bricks;
+    ownBricks_ += bricks;
+    one.deltas.push_back(followed->surface.update(piece.version, threads));
+    followed->version = piece.version;
+  }
+  deliver(piece.id, std::move(one));
+  return true;
+}
+
+void Surfaces::deliver(Id piece, Waiting one) {
+  const std::lock_guard lock(mutex_);
+  Waiting& waiting = waiting_[piece];
+  if (one.whole || one.removed) {
+    waiting = std::move(one);
+    return;
+  }
+  for (clay::SurfaceDelta& delta : one.deltas) waiting.deltas.push_back(std::move(delta));
+  if (waiting.deltas.size() > kMostDeltas) waiting.deltas = {merge(waiting.deltas)};
+}
+
+void Surfaces::send(Task task) {
+  const std::lock_guard lock(mutex_);
+  if (!helper_.joinable()) helper_ = std::thread([this] { help(); });
+  tasks_.push_back(std::move(task));
+  ++away_;
+  work_.notify_one();
+}
+
+void Surfaces::letGo(std::unique_ptr<Followed> old) {
+  if (old->surface.vertexCount() < kMostOwnBricks) return;
+  Task task;
+  task.old = std::move(old);
+  send(std::move(task));
+}
+
+// One that was sent back by a piece that is gone or comes anew otherwise is dropped.
+void Surfaces::takeArrived(std::exception_ptr& failure) {
+  if (!arrived_.exchange(false)) return;
+  std::deque<Task> done;
+  {
+    const std::lock_guard lock(mutex_);
+    done.swap(done_);
+  }
+  for (Task& task : done) {
+    --away_;
+    const auto found = followed_.find(task.piece);
+    if (found == followed_.end() || found->second->away != task.name) {
+      if (task.followed) letGo(std::move(task.followed));
+      continue;
+    }
+    if (task.failure) {
+      followed_.erase(found);
+      if (!failure) failure = task.failure;
+      continue;
+    }
+    found->second = std::move(task.followed);
+    Waiting one{task.whole, false, {}};
+    one.deltas.push_back(std::move(task.delta));
+    deliver(task.piece, std::move(one));
+  }
+}
+
+void Surfaces::help() {
+  (void)setpriority(PRIO_PROCESS, 0, kHelperNice);
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    work_.wait(lock, [this] { return stop_ || !tasks_.empty(); });
+    if (stop_) return;
+    Task task = std::move(tasks_.front());
+    tasks_.pop_front();
+    lock.unlock();
+    task.old.reset();
+    if (task.followed) {
+      try {
+        task.delta = task.followed->surface.update(task.version, task.threads);
+        task.followed->version = task.version;
+      } catch (...) {
+        task.failure = std::current_exception();
+        task.followed.reset();
+      }
+    }
+    lock.lock();
+    if (task.piece == 0) {
+      --away_;
+      continue;
+    }
+    done_.push_back(std::move(task));
+    arrived_ = true;
+  }
+}
+
+void Surfaces::forget() {
+  for (auto& [id, followed] : followed_) letGo(std::move(followed));
+  followed_.clear();
+  seen_.clear();
+}
 
 void Surfaces::setGrade(clay::Grade grade) {
   if (grade == grade_) return;
@@ -95,28 +249,32 @@ void Surfaces::setGrade(clay::Grade grade) {
   forget();
 }
 
-void Surfaces::prepare(const clay::Version& version, int threads, clay::Grade grade) {
-  Prepared one{Followed(grade), grade, {}};
-  one.delta = one.followed.surface.update(version, threads);
-  one.followed.version = version;
+std::shared_ptr<Surfaces::Prepared> Surfaces::prepare(const clay::Version& version, int threads, clay::Grade grade) {
+  auto one = std::make_shared<Prepared>(version, threads, grade);
   const std::lock_guard lock(mutex_);
-  prepared_.push_back(std::move(one));
-  // A piece that never came is not kept for ever.
-  if (prepared_.size() > kMostPrepared) prepared_.erase(prepared_.begin());
+  std::erase_if(prepared_, [](const auto& each) { return each.second.expired(); });
+  prepared_.emplace(version.store().get(), one);
+  return one;
 }
 
-std::optional<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version) {
+std::shared_ptr<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version, bool whole) {
   const std::lock_guard lock(mutex_);
-  const auto find = [&](const auto& fits) {
-    return std::find_if(prepared_.begin(), prepared_.end(), [&](const Prepared& one) { return one.grade == grade_ && fits(one.followed.version); });
-  };
-  auto found = find([&](const clay::Version& one) { return one == version; });
-  // Of a moment before: what changed since is little.
-  if (found == prepared_.end()) found = find([&](const clay::Version& one) { return one && one.store() == version.store() && one.grid() == version.grid(); });
-  if (found == prepared_.end()) return std::nullopt;
-  Prepared one = std::move(*found);
-  prepared_.erase(found);
-  return one;
+  const auto [begin, end] = prepared_.equal_range(version.store().get());
+  auto found = end;
+  std::shared_ptr<Prepared> taken;
+  for (auto at = begin; at != end; ++at) {
+    std::shared_ptr<Prepared> one = at->second.lock();
+    if (!one || !one->followed || one->grade != grade_) continue;
+    const clay::Version& has = one->followed->version;
+    const bool exact = has == version;
+    // One of a moment before: what changed since is little. A piece that is followed already needs none.
+    if (!exact && (!whole || taken || has.store() != version.store() || !(has.grid() == version.grid()))) continue;
+    taken = std::move(one);
+    found = at;
+    if (exact) break;
+  }
+  if (taken) prepared_.erase(found);
+  return taken;
 }
 
 SurfaceChanges Surfaces::take() {

@@ -1,6 +1,8 @@
 #include "engine/undo_budget.h"
 
 #include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "clay/unshared.h"
 
@@ -16,18 +18,32 @@ bool isEmpty(const Document& document) { return document.pieces.empty() && docum
 
 uint64_t bytesAlone(const Document& document, const Document& beside) {
   uint64_t bytes = 0;
-  std::vector<clay::Version> seen;
-  for (const Piece& piece : document.pieces) {
-    const clay::Version& version = piece.version;
-    if (!version || std::find(seen.begin(), seen.end(), version) != seen.end()) continue;
-    seen.push_back(version);
-    // Its own earlier or later clay, else that of a copy.
-    const Piece* other = beside.piece(piece.id);
-    if (other && (!other->version || other->version.store() != version.store())) other = nullptr;
+  // Most pieces are as they are beside it, at the same place of the list: a step of a document with a thousand pieces looks at each once.
+  std::vector<const Piece*> others;
+  for (size_t i = 0; i < document.pieces.size(); ++i) {
+    const Piece& piece = document.pieces[i];
+    if (piece.version && !(i < beside.pieces.size() && beside.pieces[i].version == piece.version)) others.push_back(&piece);
+  }
+  if (!others.empty()) {
+    std::unordered_set<const clay::VersionRecord*> there;
+    std::unordered_map<Id, const Piece*> byId;
+    std::unordered_map<const clay::Store*, const Piece*> byStore;
     for (const Piece& each : beside.pieces) {
-      if (each.version == version || (!other && each.version && each.version.store() == version.store())) other = &each;
+      if (!each.version) continue;
+      there.insert(each.version.record());
+      byId.emplace(each.id, &each);
+      byStore.emplace(each.version.store().get(), &each);
     }
-    bytes += other ? clay::unshared(version, other->version).bytes() : version.stats().bytes();
+    for (const Piece* piece : others) {
+      const clay::Version& version = piece->version;
+      // Once, whether another piece has it too.
+      if (!there.insert(version.record()).second) continue;
+      // Its own earlier or later clay, else that of a copy.
+      const auto own = byId.find(piece->id);
+      const auto copy = byStore.find(version.store().get());
+      const Piece* other = own != byId.end() && own->second->version.store() == version.store() ? own->second : copy != byStore.end() ? copy->second : nullptr;
+      bytes += other ? clay::unshared(version, other->version).bytes() : version.stats().bytes();
+    }
   }
   for (const Part& part : document.parts) {
     const auto has = [&](const Part& each) { return each.mesh == part.mesh; };

@@ -55,11 +55,12 @@ void Workbench::setSurface(clay::Grade grade) {
   if (state_->wantedSurface.exchange(grade) == grade) return;
   state_->begin(grade == clay::Grade::fine ? "Refining the surface" : "Drafting the surface", [=, this, s = state_.get()](Job& job) -> std::function<void()> {
     const DocumentPtr document = snapshot()->document;
+    State::Ready ready;
     for (const Piece& piece : document->pieces) {
       if (job.cancelled()) throw Cancelled();
-      s->surfaces.prepare(piece.version, s->options.surfaceThreads, grade);
+      ready.push_back(s->surfaces.prepare(piece.version, s->options.surfaceThreads, grade));
     }
-    return [=] {
+    return [=, ready = std::move(ready)] {
       s->surfaces.setGrade(s->wantedSurface);  // the last that was asked for, whichever is ready first
       s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
     };
@@ -114,17 +115,17 @@ void Workbench::strokeAlong(std::vector<Vec3d> placesMm) {
 void Workbench::undo() {
   state_->post([s = state_.get()] {
     if (!s->session->undo()) s->tell(Message::Level::warning, "There is nothing to undo.");
-  });
+  }, true, true);
 }
 
 void Workbench::redo() {
   state_->post([s = state_.get()] {
     if (!s->session->redo()) s->tell(Message::Level::warning, "There is nothing to redo.");
-  });
+  }, true, true);
 }
 
 void Workbench::goTo(size_t done) {
-  state_->post([s = state_.get(), done] { s->session->goTo(done); });
+  state_->post([s = state_.get(), done] { s->session->goTo(done); }, true, true);
 }
 
 void Workbench::setUndoBudget(uint64_t bytes) {
@@ -142,8 +143,7 @@ void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how
   state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
     const clay::Version version = clay::makeBlock(clay::Store::make(how.precision), grid, how.centreMm, sizeMm, roundMm, &job);
-    s->surfaces.prepare(version);
-    return [=] { s->addPiece("Add block", "Block", version); };
+    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add block", "Block", version); };
   });
 }
 
@@ -151,8 +151,7 @@ void Workbench::addSphere(double radiusMm, const NewClay& how) {
   state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
     const clay::Version version = clay::makeSphere(clay::Store::make(how.precision), grid, how.centreMm, radiusMm, &job);
-    s->surfaces.prepare(version);
-    return [=] { s->addPiece("Add sphere", "Sphere", version); };
+    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add sphere", "Sphere", version); };
   });
 }
 
@@ -183,8 +182,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     };
     const auto endPreview = std::make_shared<EndPreview>(s);
     auto imported = std::make_shared<ImportedModel>(importModel(file, given, &job));
-    for (const Piece& piece : imported->pieces) s->surfaces.prepare(piece.version);
-    return [=, kept = endPreview] {
+    return [=, kept = endPreview, ready = s->prepare(imported->pieces)] {
       Document document;
       const auto add = [&](Document& to) {
         for (Part part : imported->parts) {
@@ -231,10 +229,9 @@ void Workbench::open(const std::filesystem::path& file) {
     RunReport report = runScript(session, surface, script, run);
     Document made = *session.document();
     if (made.pieces.size() == 1) made.pieces[0].name = file.stem().string();
-    for (const Piece& piece : made.pieces) s->surfaces.prepare(piece.version);
     std::vector<std::string> notes = std::move(clay.notes);
     notes.insert(notes.end(), report.notes.begin(), report.notes.end());
-    return [=] {
+    return [=, ready = s->prepare(made.pieces)] {
       s->begin(made);
       for (const std::string& note : notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);
     };
@@ -263,7 +260,7 @@ bool Workbench::idle() const {
     if (state_->hand && state_->hand->servo.samples().size() > 4) return false;
   }
   const std::lock_guard lock(state_->mutex);
-  return state_->commands.empty() && state_->jobs.empty() && !state_->busy && !state_->snapshot->inStroke;
+  return state_->commands.empty() && state_->jobs.empty() && !state_->busy && !state_->surfaces.behind() && !state_->snapshot->inStroke;
 }
 
 std::vector<JobView> Workbench::jobs() const {
@@ -315,7 +312,8 @@ void Workbench::useDevice(const std::string& name) {
 void Workbench::stopForces() {
   state_->gate.stop(haptics::StopOwner::user);
   state_->post([s = state_.get()] {
-    s->loop->finish();
+    if (s->hand) s->loop->gather(s->hand->servo.samples());
+    s->guarded([s] { s->cutShort("Stopped"); });
     if (s->hand) restStopped(s->gate, s->hand->servo);
   }, false);
 }

@@ -21,30 +21,37 @@ void Workbench::State::begin(Document document, bool saved) {
 }
 
 void Workbench::State::begin(Begin how) {
-  if (loop) loop->finish();
+  if (loop) cutShort("Another document was opened");
+  // What may fail comes first: then the document in work stays.
+  auto fresh = std::make_unique<Session>(how.states, how.done);
+  auto begun = how.archive ? std::move(how.archive) : std::make_shared<Archive>();
+  if (session) session->setWatch(nullptr);
   loop.reset();
-  archive = how.archive ? std::move(how.archive) : std::make_shared<Archive>();
+  session = std::move(fresh);
+  archive = std::move(begun);
   base = std::move(how.base);
   writer = how.writer.empty() ? newWriter() : std::move(how.writer);
   sources = std::move(how.sources);
+  continued = std::move(how.continued);
   file = std::move(how.file);
   face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
   records.reset();
   savedDocument.reset();
   if (how.saved) savedDocument = how.states.at(how.done).document;
   ++opened;
-  if (options.journal && !keeper) {
-    makeKeeper();
-    findRecoverable();
-  }
-  if (keeper) records = keeper->begin(how.states, how.done, archive, base, writer, std::move(how.continued), sources);
-  session = std::make_unique<Session>(std::move(how.states), how.done);
-  session->setWatch(keeper.get());
   session->setReader([this](uint64_t kept, const Document& near) { return readKept(kept, near); });
+  if (options.journal || keeper) guardedOnce(keeperTrouble, [this] { beginKeeping(); });
   surfaces.forget();
   historyOf = UINT64_MAX;
   makeLoop();
   latency.clear();
+}
+
+void Workbench::State::beginKeeping() {
+  if (!keeper) makeKeeper();
+  records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer, std::exchange(continued, std::nullopt), sources);
+  session->setWatch(keeper.get());
+  if (options.journal && !finding) findRecoverable();
 }
 
 void Workbench::State::makeKeeper() {
@@ -68,11 +75,7 @@ DocumentPtr Workbench::State::readKept(uint64_t kept, const Document& near) {
 void Workbench::State::keepUndoBudget() {
   undoOf = session->steps();
   undo = budget.keep(*session, [this](const DocumentPtr& document) { return keeper ? keeper->kept(document) : 0; });
-  if (undo.over && !keeper) {
-    makeKeeper();
-    records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer, {}, sources);
-    session->setWatch(keeper.get());
-  }
+  if (undo.over && !keeper) guardedOnce(keeperTrouble, [this] { beginKeeping(); });
   const auto trouble = [this] {
     const std::lock_guard lock(mutex);
     return !journalTrouble.empty();
@@ -159,8 +162,7 @@ void Workbench::saveAs(const std::filesystem::path& file, const SaveExtras& extr
 void Workbench::openKept(const std::filesystem::path& file) {
   state_->begin("Opening " + file.filename().string(), [=, s = state_.get()](Job& job) -> std::function<void()> {
     auto opened = std::make_shared<OpenedDocument>(openDocument(std::filesystem::absolute(file), &job));
-    for (const Piece& piece : opened->states[opened->done].document->pieces) s->surfaces.prepare(piece.version);
-    return [=] {
+    return [=, ready = s->prepare(opened->states[opened->done].document->pieces)] {
       State::Begin how;
       how.states = std::move(opened->states);
       how.done = opened->done;
@@ -187,8 +189,7 @@ void Workbench::recover(const Recoverable& what, const RecoverChoice& choice) {
     // Before anything takes the journal's place: it goes when a new one with all that came of the strokes is on the
     // disk.
     const size_t leftOut = replay(*recovered, &job);
-    for (const Piece& piece : document.states[document.done].document->pieces) s->surfaces.prepare(piece.version);
-    return [=] {
+    return [=, ready = s->prepare(document.states[document.done].document->pieces)] {
       State::Begin how;
       OpenedDocument& from = recovered->document;
       how.states = std::move(from.states);

@@ -19,9 +19,9 @@ void Workbench::operate(const std::string& id, PieceArguments arguments) {
   const std::string name = piece ? fmt::format("{} {}", row->doing, piece->name) : std::string(row->doing);
   state_->begin(name, [=, s = state_.get(), arguments = std::move(arguments)](Job& job) -> std::function<void()> {
     auto result = std::make_shared<const PieceResult>(runPieceJob(*row, *before, arguments, &job));
-    for (const Piece& each : result->changed) s->surfaces.prepare(each.version);
-    for (const Piece& each : result->added) s->surfaces.prepare(each.version);
-    return [=] {
+    State::Ready ready = s->prepare(result->changed, before.get());
+    for (std::shared_ptr<Surfaces::Prepared>& each : s->prepare(result->added)) ready.push_back(std::move(each));
+    return [=, ready = std::move(ready)] {
       if (!result->changed.empty() || !result->added.empty() || !result->removed.empty())
         s->session->change(std::string(row->name), [&](Document& document) { applyPieceResult(*result, *before, document); });
       for (const std::string& note : result->notes) s->tell(Message::Level::done, note);

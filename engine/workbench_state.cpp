@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include "clay/error.h"
@@ -19,15 +20,28 @@ constexpr auto kTurn = std::chrono::milliseconds(2);          // at most 500 ver
 constexpr auto kIdleTurn = std::chrono::milliseconds(10);     // while no servo runs
 constexpr auto kUsageEvery = std::chrono::milliseconds(250);
 constexpr const char* kPointer = "pointer";
+constexpr double kAnswerS = 0.1;     // a tool that is no farther behind the hand ends its stroke soon enough by itself
+constexpr double kBehindTold = 1;    // seconds: less is a computer that was busy for a moment
+constexpr size_t kMostWaiting = 200'000;  // samples, 40 MB: what coalescing cannot bound
 
 }  // namespace
 
-void Workbench::State::post(std::function<void()> run, bool waitsForStroke) {
+void Workbench::State::post(std::function<void()> run, bool waitsForStroke, bool endsBacklog) {
   {
     const std::lock_guard lock(mutex);
-    commands.push_back({std::move(run), waitsForStroke});
+    commands.push_back({std::move(run), waitsForStroke, endsBacklog});
   }
   wake.notify_one();
+}
+
+Workbench::State::Ready Workbench::State::prepare(const std::vector<Piece>& pieces, const Document* before) {
+  Ready made;
+  for (const Piece& piece : pieces) {
+    const Piece* was = before ? before->piece(piece.id) : nullptr;
+    if (was && was->version.store() == piece.version.store() && was->version.grid() == piece.version.grid()) continue;
+    made.push_back(surfaces.prepare(piece.version));
+  }
+  return made;
 }
 
 void Workbench::State::tell(Message::Level level, std::string text) {
@@ -35,31 +49,53 @@ void Workbench::State::tell(Message::Level level, std::string text) {
   messages.push_back({level, std::move(text)});
 }
 
+std::string Workbench::State::sentenceOf(const std::exception& failure) {
+  if (dynamic_cast<const std::bad_alloc*>(&failure))
+    return "There is not enough memory for that; use a larger voxel or close another document. Nothing was changed.";
+  if (dynamic_cast<const std::system_error*>(&failure))
+    return fmt::format("The system refused what that needs ({}); close other programs and try again. Nothing was changed.", failure.what());
+  return failure.what();
+}
+
 void Workbench::State::guarded(const std::function<void()>& what) {
   try {
     what();
   } catch (const Cancelled&) {
     tell(Message::Level::warning, "Cancelled; nothing was changed.");
-  } catch (const std::bad_alloc&) {
-    tell(Message::Level::error, "There is not enough memory for that; use a larger voxel or close another document. Nothing was changed.");
   } catch (const std::exception& e) {
-    tell(Message::Level::error, e.what());
+    tell(Message::Level::error, sentenceOf(e));
+  }
+}
+
+// For what is done again every few milliseconds: the same trouble is told once, until it has worked again. Nothing leaves it, as nobody is left to catch it.
+void Workbench::State::guardedOnce(std::string& trouble, const std::function<void()>& what) noexcept {
+  try {
+    try {
+      what();
+      trouble.clear();
+    } catch (const std::exception& e) {
+      const std::string sentence = sentenceOf(e);
+      if (std::exchange(trouble, sentence) != sentence) tell(Message::Level::error, sentence);
+    }
+  } catch (const std::exception&) {  // no memory even for the sentence: it is tried again
   }
 }
 
 void Workbench::State::begin(std::string name, std::function<std::function<void()>(Job&)> work) {
-  auto result = std::make_shared<std::function<void()>>();
-  Work entry{0, std::move(name), std::chrono::steady_clock::now(), result, nullptr};
-  const std::lock_guard lock(mutex);
-  entry.id = nextJob++;
-  entry.job = std::make_unique<BackgroundJob>([this, result, work = std::move(work)](Job& job) {
-    struct Wake {
-      std::condition_variable& wake;
-      ~Wake() { wake.notify_one(); }
-    } const notify{wake};
-    *result = work(job);
+  guarded([&] {
+    auto result = std::make_shared<std::function<void()>>();
+    Work entry{0, std::move(name), std::chrono::steady_clock::now(), result, nullptr};
+    entry.job = std::make_unique<BackgroundJob>([this, result, work = std::move(work)](Job& job) {
+      struct Wake {
+        std::condition_variable& wake;
+        ~Wake() { wake.notify_one(); }
+      } const notify{wake};
+      *result = work(job);
+    });
+    const std::lock_guard lock(mutex);
+    entry.id = nextJob++;
+    jobs.push_back(std::move(entry));
   });
-  jobs.push_back(std::move(entry));
 }
 
 void Workbench::State::finishJobs() {
@@ -84,15 +120,83 @@ void Workbench::State::finishJobs() {
   }
 }
 
+void Workbench::State::cutShort(std::string_view why) {
+  const double seconds = loop ? loop->cutShort() : 0;
+  if (seconds >= kAnswerS)
+    tell(Message::Level::warning, fmt::format("{}: the stroke ends where the clay was, {:.1f} s behind the hand.", why, seconds));
+}
+
+void Workbench::State::tellPace() {
+  const double behind = loop->behindS();
+  if (behind < kAnswerS) {
+    behindTold = false;
+  } else if (behind > kBehindTold && !behindTold) {
+    behindTold = true;
+    tell(Message::Level::warning,
+         fmt::format("The tool cannot keep up: {} is {:.0f} s behind the hand and goes on. A smaller radius is faster; undo ends the stroke where the clay is.",
+                     held ? rowOf(*held).name : "the clay", behind));
+  }
+  if (loop->lost() > lostTold) {
+    tell(Message::Level::warning,
+         fmt::format("The computer was too busy to follow the hand: {} positions of it were lost, and the stroke has a gap there.", loop->lost() - lostTold));
+    lostTold = loop->lost();
+  }
+  if (loop->visiblePieces() > haptics::kMaxPieces && manyTold != opened) {
+    manyTold = opened;
+    tell(Message::Level::warning, fmt::format("{} pieces are visible: the hand feels the {} that are nearest to it. Hide some, or join them, to feel all.",
+                                              loop->visiblePieces(), haptics::kMaxPieces));
+  }
+  if (loop->waiting() > kMostWaiting) cutShort("The tool cannot keep up");
+}
+
+void Workbench::State::turn() {
+  // Where there was no memory or no thread for them a moment ago.
+  if (!session) begin(Document(), true);
+  if (!loop) makeLoop();
+  if (!handOpened) openFirstHand();
+  // Samples of a ring that nobody empties would be lost.
+  if (hand) loop->gather(hand->servo.samples());
+  finishJobs();
+  runCommands();
+  if (!loop) return;  // the next turn makes it
+  try {
+    holdTool();
+    // Nobody but this thread replaces the hand.
+    if (hand) {
+      loop->turn(hand->servo.samples());
+    } else {
+      haptics::SampleRing none(1);
+      loop->turn(none);
+    }
+    if (surfaces.arrived()) surfaces.follow(*session->document(), 0, options.surfaceThreads);
+    tellPace();
+  } catch (...) {
+    // What a stroke has done so far stays; one that cannot even be ended leaves no trace.
+    if (session->inStroke()) {
+      try {
+        (void)loop->cutShort();
+      } catch (const std::exception&) {  // said below, once
+      }
+    }
+    throw;
+  }
+}
+
 void Workbench::State::runCommands() {
+  bool ends = false;
+  {
+    const std::lock_guard lock(mutex);
+    ends = std::any_of(commands.begin(), commands.end(), [](const Command& each) { return each.endsBacklog; });
+  }
+  if (ends && loop->behindS() > kAnswerS) guarded([this] { cutShort("Undone while the tool was behind"); });
   std::deque<Command> kept;
   for (;;) {
     Command next;
     {
       const std::lock_guard lock(mutex);
-      if (commands.empty()) {
+      if (commands.empty() || !loop) {
         // In the order in which they came, those first that waited.
-        commands.swap(kept);
+        commands.insert(commands.begin(), std::make_move_iterator(kept.begin()), std::make_move_iterator(kept.end()));
         return;
       }
       next = std::move(commands.front());
@@ -100,10 +204,12 @@ void Workbench::State::runCommands() {
       busy = true;
     }
     // Behind one that waits, all that waits too: their order matters.
-    if (next.waitsForStroke && session->inStroke()) {
+    // Samples that wait were there before it: what the hand did first comes first.
+    if (next.waitsForStroke && (session->inStroke() || loop->behind())) {
       kept.push_back(std::move(next));
     } else {
       guarded(next.run);
+      ran.push_back(std::move(next));
     }
   }
 }
@@ -119,12 +225,15 @@ void Workbench::State::makeLoop() {
   };
   loopOptions.latency = &latency;
   loopOptions.paced = true;
+  loopOptions.budgetNs = EditLoop::kTurnBudgetNs;
+  loopOptions.budgetStamps = options.stampsATurn;
   haptics::Scene touched;
   touched.workspace = workspace;
   touched.quality = touchQuality;
   loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
   loop->setCutting(cutting && ready);
   loop->setOriented(oriented);
+  lostTold = 0;
   held.reset();
   holdTool();
 }
@@ -194,7 +303,7 @@ void Workbench::State::takeHand(const std::string& name) {
     const std::lock_guard lock(handMutex);
     old = std::exchange(hand, nullptr);
   }
-  if (loop) loop->finish();
+  if (loop) guarded([this] { cutShort("Another device was chosen"); });
   if (old) {
     old->servo.stop();
     heats[old->device->sheet().name] = {old->servo.tick().heat().load(), std::chrono::steady_clock::now()};
@@ -227,7 +336,15 @@ void Workbench::State::takeHand(const std::string& name) {
   hand = std::move(fresh);
 }
 
+void Workbench::State::openFirstHand() {
+  guardedOnce(handTrouble, [this] {
+    takeHand(options.device);
+    handOpened = true;
+  });
+}
+
 void Workbench::State::publish() {
+  if (!session || !loop) return;
   const DocumentPtr now = session->document();
   const auto time = std::chrono::steady_clock::now();
   if (time - usageAt > kUsageEvery) {
@@ -242,6 +359,7 @@ void Workbench::State::publish() {
     }
     clayBytes = bytes;
     undoOf = UINT64_MAX;
+    if (options.journal && !keeper) guardedOnce(keeperTrouble, [this] { beginKeeping(); });
   }
   const bool inStroke = session->inStroke();
   if (!inStroke && undoOf != session->steps()) keepUndoBudget();
@@ -288,46 +406,33 @@ void Workbench::State::publish() {
 }
 
 void Workbench::State::run() {
-  begin(Document(), true);
-  guarded([this] { takeHand(options.device); });
-  publish();
+  std::string turnTrouble, publishTrouble;
+  const auto show = [&] { guardedOnce(publishTrouble, [this] { publish(); }); };
+  guardedOnce(turnTrouble, [this] { begin(Document(), true); });
+  if (session && loop) openFirstHand();
+  show();
   auto next = std::chrono::steady_clock::now();
   for (;;) {
-    finishJobs();
-    runCommands();
-    guarded([this] {
-      try {
-        holdTool();
-        // Nobody but this thread replaces the hand.
-        if (hand) {
-          loop->turn(hand->servo.samples());
-        } else {
-          haptics::SampleRing none(1);
-          loop->turn(none);
-        }
-      } catch (...) {
-        // What a stroke has done so far stays.
-        if (session->inStroke()) session->endStroke();
-        throw;
-      }
-    });
-    publish();
+    guardedOnce(turnTrouble, [this] { turn(); });
+    ran.clear();
+    show();
     std::unique_lock lock(mutex);
-    busy = session->inStroke();
+    busy = session && loop && (session->inStroke() || loop->behind());
     if (stopping) break;
     const auto turn = hand && hand->servo.running() ? kTurn : kIdleTurn;
     next = std::max(next + turn, std::chrono::steady_clock::now());
     wake.wait_until(lock, next, [this] { return stopping || (!commands.empty() && !busy); });
   }
-  guarded([this] { loop->finish(); });
-  session->setWatch(nullptr);
+  // What the hand did that the clay does not show yet is left out: whoever ends the program does not wait for a slow tool.
+  if (loop) guarded([this] { (void)loop->cutShort(); });
+  if (session) session->setWatch(nullptr);
   if (keeper && leaveJournal) keeper->leave();
   keeper.reset();
   {
     const std::lock_guard lock(handMutex);
     hand.reset();
   }
-  publish();
+  show();
   shown.reset();
 }
 

@@ -55,6 +55,7 @@ struct Workbench::State {
   struct Command {
     std::function<void()> run;
     bool waitsForStroke = true;  ///< Done when the stroke in work has ended.
+    bool endsBacklog = false;    ///< Does not wait for a tool that is behind the hand: the stroke ends where the clay is.
   };
   struct Work {
     uint64_t id;
@@ -64,7 +65,12 @@ struct Workbench::State {
     std::unique_ptr<BackgroundJob> job;             // last: it uses the result
   };
 
-  void post(std::function<void()> run, bool waitsForStroke = true);
+  using Ready = std::vector<std::shared_ptr<Surfaces::Prepared>>;
+  /// Surfaces of pieces that are new to the document: those of the same store as in `before` change little or are made beside the edit thread. To be held until the
+  /// pieces are there. Any thread.
+  [[nodiscard]] Ready prepare(const std::vector<Piece>& pieces, const Document* before = nullptr);
+
+  void post(std::function<void()> run, bool waitsForStroke = true, bool endsBacklog = false);
   void tell(Message::Level level, std::string text);
   /// Runs `work` on a thread of its own; what it returns is run on the edit thread.
   void begin(std::string name, std::function<std::function<void()>(Job&)> work);
@@ -74,6 +80,7 @@ struct Workbench::State {
   void runCommands();
   void finishJobs();
   void takeHand(const std::string& name);
+  void openFirstHand();
   /// What a document begins with.
   struct Begin {
     std::vector<HistoryState> states;
@@ -92,14 +99,23 @@ struct Workbench::State {
   void save(std::filesystem::path file, const SaveExtras& extras);
   void findRecoverable();
   void makeKeeper();
+  /// Makes the keeper where there is none yet, and has it begin with the document in work.
+  void beginKeeping();
   [[nodiscard]] DocumentPtr readKept(uint64_t kept, const Document& near);
   void keepUndoBudget();
   void makeLoop();
+  /// Ends the stroke in work where the clay is, and says what was left out of it, if anything.
+  void cutShort(std::string_view why);
+  void turn();
+  /// Says when the tool falls behind the hand, or samples were lost.
+  void tellPace();
   void holdTool();
   /// Puts in the image or the shape that the tool works with; false while it is being read. Throws Error where there is no file.
   [[nodiscard]] bool takeToolFile(Tool& tool);
   void publish();
   void guarded(const std::function<void()>& what);
+  void guardedOnce(std::string& trouble, const std::function<void()>& what) noexcept;
+  static std::string sentenceOf(const std::exception& failure);
   void addPiece(const std::string& label, const std::string& name, const clay::Version& version);
 
   const Options options;
@@ -136,6 +152,9 @@ struct Workbench::State {
   std::shared_ptr<const Base> base;
   std::string writer;
   std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
+  std::optional<Keeper::Continued> continued;  // a recovered journal that no keeper has taken over yet
+  std::string keeperTrouble, handTrouble;
+  bool handOpened = false;    // the device that the program began with
   std::shared_ptr<HistoryRecords> records;                  // all places of its steps, while there is a keeper
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
@@ -144,6 +163,10 @@ struct Workbench::State {
   haptics::Published<haptics::Scene> scene;
   std::unique_ptr<Session> session;
   std::unique_ptr<EditLoop> loop;
+  std::vector<Command> ran;   // in this turn: what they prepared is there until it has been shown
+  bool behindTold = false;    // that the tool cannot keep up with the hand
+  uint64_t lostTold = 0;      // samples
+  uint64_t manyTold = 0;      // the document (`opened`) of which it was said that not all its pieces are felt
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
   bool cutting = true, ready = true;  // the hand holds a tool that can work

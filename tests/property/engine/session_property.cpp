@@ -107,6 +107,7 @@ TEST_F(SessionProperty, TheResultDoesNotDependOnWhenVersionsArePublished) {
 
 TEST_F(SessionProperty, TheRecordingReplaysToTheSameBits) {
   Session session(ball());
+  session.record();
   Random random(kSeed);
   for (const ScriptStroke& stroke : scene(120).strokes) {
     session.beginStroke(stroke.tool);

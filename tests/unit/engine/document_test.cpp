@@ -220,6 +220,7 @@ TEST(SessionOfADocument, SymmetryRepeatsAStrokeInEveryPlane) {
 TEST(SessionOfADocument, ARecordingWithSymmetryGivesEqualBits) {
   const clay::Version first = ball();
   Session session(first);
+  session.record();
   session.change("Symmetry", [](Document& document) {
     document.symmetry.x = true;
     document.symmetry.pose.translation = {0.3, 0, 0};

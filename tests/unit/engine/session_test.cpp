@@ -86,6 +86,7 @@ TEST(Session, PublishShowsTheStrokeBeforeItEnds) {
 
 TEST(Session, LiftingTheToolLeavesAGap) {
   Session session(ball());
+  session.record();
   session.beginStroke(kCarve);
   session.addPoint(0, {15, 0, 0});
   session.liftTool();
@@ -122,6 +123,7 @@ TEST(Session, ARefusedPointLeavesTheStrokeAsItWas) {
 
 TEST(Session, RefusesWhatDoesNotFitTheMoment) {
   Session session(ball());
+  session.record();
   EXPECT_THROW(session.addPoint(0, Vec3d::Zero()), Error);
   EXPECT_THROW(session.endStroke(), Error);
   EXPECT_THROW(session.beginStroke({"carve", 0.01, 1}), Error);

@@ -41,6 +41,7 @@ std::vector<StylusSample> samples(const std::string& what, uint32_t tool = 1) {
 
 struct Taken {
   explicit Taken(const std::vector<StylusSample>& all) : session(ball()), strokes(session) {
+    session.record();
     strokes.setTool(1, kCarve);
     strokes.setTool(2, {"add", 2, 1});
     for (const StylusSample& sample : all) strokes.take(sample);

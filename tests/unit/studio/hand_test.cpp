@@ -210,6 +210,7 @@ TEST_F(ToolsInHandTest, EveryToolChangesTheClayAndIsOneStep) {
     // What blurs has something to do at a rim only.
     const bool rim = row.operations.front().method == clay::Method::blur;
     drag(engine::standardTool(row), 430, 560, mask ? (rim ? 325.0f : 290.0f) : rim ? 430.0f : 480.0f, cuts ? 0.5 : 0);
+    ASSERT_TRUE(until([&] { return bench_.snapshot()->done != steps && bench_.idle(); })) << "no stroke arrived";
     EXPECT_EQ(bench_.snapshot()->done, steps + 1);
     EXPECT_NE(hash(), before);
     bench_.undo();
