@@ -148,6 +148,7 @@ int run(int argc, char** argv) {
   benchVerb->add_option("--stroke", bench.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
   benchVerb->add_option("--cell", bench.cellSeconds, "day: a stroke that takes more seconds of work is cut off")
       ->capture_default_str();
+  benchVerb->add_option("--tips", bench.tips, "day: radii of the tools' tips, voxels")->capture_default_str();
   benchVerb->add_option("--hours", bench.hours, "day: simulated hours")->capture_default_str();
   benchVerb->add_option("--tools", bench.tools, "day: the tools that are measured; all when left out");
 

@@ -151,6 +151,8 @@ void bench(const BenchOptions& options) {
   if (!(options.longestS >= 1 && options.longestS <= 600)) throw Error("bench --stroke: give 1 to 600 s");
   if (!(options.cellSeconds > 0 && options.cellSeconds <= 3600)) throw Error("bench --cell: give up to 3600 s");
   if (!(options.hours > 0 && options.hours <= 48)) throw Error("bench --hours: give up to 48 h");
+  for (const double tip : options.tips)
+    if (!(tip >= 1 && tip <= 1000)) throw Error("bench --tips: give radii of 1 to 1000 voxels");
   for (const std::string& tool : options.tools)
     if (!engine::findTool(tool))
       throw Error(fmt::format("bench --tools: there is no tool {}; argil tools lists them", tool));

@@ -71,6 +71,7 @@ struct BenchOptions {
   std::filesystem::path folder;     ///< Where files are written; empty: the folder of temporary files.
   double longestS = 60;             ///< day: of the hand, in one stroke; 1 to 600.
   double cellSeconds = 20;          ///< day: a stroke that has taken so much work is cut off.
+  std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
   double hours = 4;                 ///< day: simulated.
   std::vector<std::string> tools;   ///< day: ids of the tools that are measured; empty: all that need no file.
   Job* job = nullptr;

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -37,8 +37,8 @@ constexpr double kCoverS = 7.5, kSquareS = 30;          // to cover a square onc
 constexpr double kModelMm = 40;                         // radius of the model (bench_models.h)
 constexpr double kLeastShare = 0.75, kMostShare = 1.3;  // of the model's radius: the hand digs or builds no farther
 constexpr double kMemoryEveryS = 0.25;
-constexpr std::array kRadii = {2.0, 12.0, 50.0, 200.0};
 constexpr std::array kLengths = {1.0, 10.0, 60.0, 600.0};
+constexpr double kShortS = 10;  // longer strokes are compared with one of this length
 
 const Vec3d kCentreMm(3, 5, 7);
 
@@ -73,23 +73,34 @@ class Scribble {
   double speed_, side_, rows_;
 };
 
+// What a stroke had cost when so much of it was done.
+struct Mark {
+  double handS, cost;  // cost: time ÷ hand time
+  uint64_t touched;    // bricks
+};
+
 struct Cell {
-  std::array<std::optional<double>, kLengths.size()> cost;  // time ÷ hand time
-  double handS = 0;                                         // that was done
+  std::vector<Mark> marks;
+  bool cutOff = false;
   Samples latency;
   uint64_t beyond = 0, changed = 0;  // bytes
-  uint64_t touched10 = 0, touched = 0;
   uint64_t hash = 0;
-  [[nodiscard]] double last() const {
-    double value = 0;
-    for (const auto& each : cost) value = each.value_or(value);
-    return value;
+  [[nodiscard]] const Mark* shortOne() const {
+    const auto at = std::find_if(marks.begin(), marks.end(), [](const Mark& each) { return each.handS == kShortS; });
+    return at == marks.end() ? nullptr : &*at;
   }
-  // Of the dearest length above 10 s beside 10 s.
+  // Of the dearest stroke above 10 s beside that of 10 s; 0 when there is none.
   [[nodiscard]] double growth() const {
     double most = 0;
-    for (size_t i = 2; i < cost.size(); ++i) most = std::max(most, cost[i].value_or(0));
-    return cost[1] && *cost[1] > 0 ? most / *cost[1] : 0;
+    for (const Mark& each : marks)
+      if (each.handS > kShortS) most = std::max(most, each.cost);
+    return shortOne() ? most / shortOne()->cost : 0;
+  }
+  // The same in bricks computed for a second of hand: a count, equal on every machine.
+  [[nodiscard]] double growthOfBricks() const {
+    const Mark* one = shortOne();
+    if (!one || marks.back().handS <= kShortS || one->touched == 0) return 0;
+    return double(marks.back().touched) / marks.back().handS / (double(one->touched) / one->handS);
   }
 };
 
@@ -139,7 +150,10 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
     Hand hand(base, tool);
     std::vector<Stamp> stamps;
     double workUs = 0, clockS = 0, memoryAtS = 0;
-    const auto samples = static_cast<int64_t>(longestS / kSampleS);
+    std::vector<double> lengths(kLengths.begin(), std::lower_bound(kLengths.begin(), kLengths.end(), longestS));
+    lengths.push_back(longestS);
+    size_t next = 0;
+    const auto samples = static_cast<int64_t>(std::ceil(longestS / kSampleS / kBatch)) * kBatch;
     const Stopwatch all;
     for (int64_t i = 0; i < samples; i += kBatch) {
       std::array<Vec3d, kBatch> points;
@@ -162,25 +176,21 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
       const double firstS = double(i) * kSampleS, lastS = double(i + kBatch - 1) * kSampleS;
       clockS = std::max(clockS, lastS) + us * 1e-6;
       cell.latency.add((clockS - firstS) * 1e6);
-      cell.handS = double(i + kBatch) * kSampleS;
+      const double handS = double(i + kBatch) * kSampleS;
       while (store->collect()) {
       }
-      if (cell.handS >= memoryAtS) {
+      if (handS >= memoryAtS) {
         most = std::max(most, bytesInUse(store));
         memoryAtS += kMemoryEveryS;
       }
-      for (size_t k = 0; k < kLengths.size(); ++k)
-        if (!cell.cost[k] && cell.handS >= kLengths[k] - kSampleS) {
-          cell.cost[k] = workUs * 1e-6 / cell.handS;
-          if (kLengths[k] == 10) cell.touched10 = stroke.touched();
-        }
+      cell.cutOff = all.us() > capS * 1e6 && i + kBatch < samples;
+      const bool atLength = next < lengths.size() && handS > lengths[next] - kSampleS / 2;
+      if (atLength || cell.cutOff)
+        cell.marks.push_back({atLength ? lengths[next] : handS, workUs * 1e-6 / handS, stroke.touched()});
+      next += atLength;
       if (job) job->step(0);
-      if (all.us() > capS * 1e6) break;
+      if (cell.cutOff) break;
     }
-    cell.touched = stroke.touched();
-    // What did not reach a length of the table has a cost all the same.
-    const auto next = std::find(cell.cost.begin(), cell.cost.end(), std::nullopt);
-    if (next != cell.cost.end() && cell.handS < longestS - kSampleS) *next = workUs * 1e-6 / cell.handS;
     stamps.clear();
     path.finish(stamps);
     for (const Stamp& stamp : stamps) stroke.apply(stamp);
@@ -234,44 +244,41 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
       if (!options.tools.empty() &&
           std::find(options.tools.begin(), options.tools.end(), row.id) == options.tools.end())
         continue;
-      for (const double radius : kRadii) {
+      for (const double radius : options.tips) {
         engine::Tool tool = engine::standardTool(row);
         tool.radiusMm = radius * model.version.grid().voxelMm;
         tool.heightMm = tool.radiusMm / 5;
         tool.blendMm = std::min(tool.radiusMm / 5, 3 * model.version.grid().voxelMm);
         const Cell cell = strokeOf(model, tool, options.longestS, options.cellSeconds, options.job);
-        const double cost = cell.last(), growth = cell.growth();
-        const bool tooLate = cost > limits.handTime && (radius <= 50 || keepsUpAtAnySize(row.id));
+        const Mark& last = cell.marks.back();
+        const double growth = cell.growth();
+        const bool tooLate = last.cost > limits.handTime && (radius <= 50 || keepsUpAtAnySize(row.id));
         const bool tooGrown = growth > limits.growth;
         const bool tooHeavy = cell.beyond > uint64_t(limits.memory * double(cell.changed)) + limits.spareBytes;
-        const bool wasCut = cell.handS < options.longestS - 2 * kSampleS;
         ++cells;
-        late += tooLate, grown += tooGrown, heavy += tooHeavy, cut += wasCut;
-        std::string line = fmt::format("  {:<11} r {:>3} {:>4}", row.id, radius, model.name);
-        for (const auto& each : cell.cost)
-          line += each ? marked(*each, tooLate && *each > limits.handTime, " {:>8.3f}") : "         -";
-        line += marked(growth, tooGrown, "  growth {:>5.2f}");
-        line += fmt::format(" p50 {:>8.1f} p99 {:>8.1f} ms", cell.latency.median() / 1e3,
+        late += tooLate, grown += tooGrown, heavy += tooHeavy, cut += cell.cutOff;
+        std::string line = fmt::format("  {:<11} r {:>3} {:>4} ", row.id, radius, model.name);
+        for (const Mark& each : cell.marks)
+          line += fmt::format(" {:>5.1f} s {:>7.4f}{}", each.handS, each.cost,
+                              tooLate && each.cost > limits.handTime ? "!" : " ");
+        if (cell.cutOff) line += "cut off";
+        line +=
+            fmt::format("  growth {:>5.2f}{} of bricks {:>5.2f}", growth, tooGrown ? "!" : " ", cell.growthOfBricks());
+        line += fmt::format("  p50 {:>7.1f} p99 {:>8.1f} ms", cell.latency.median() / 1e3,
                             cell.latency.quantile(0.99) / 1e3);
         line += fmt::format("  {:>6.1f} of {:>6.1f} MB{}", double(cell.beyond) / 1e6, double(cell.changed) / 1e6,
                             tooHeavy ? "!" : " ");
-        const double first = std::min(10.0, cell.handS);
-        const double perSecond = double(cell.touched) / cell.handS;
-        line += fmt::format("  bricks/s {:>8.0f} {:>8.0f}",
-                            double(cell.touched10 ? cell.touched10 : cell.touched) / first, perSecond);
-        if (wasCut) line += fmt::format("  cut off at {:.1f} s", cell.handS);
-        fmt::print("{}  {:016x}\n", line, cell.hash);
+        fmt::print("{} {:016x}\n", line, cell.hash);
         std::fflush(stdout);
-        for (size_t k = 0; k < kLengths.size(); ++k) {
-          if (!cell.cost[k]) continue;
+        for (const Mark& each : cell.marks) {
           BenchResult r;
-          r.name = fmt::format("day/stroke/{}/r{:g}/{}/{:g}s", row.id, radius, model.name, kLengths[k]);
+          r.name = fmt::format("day/stroke/{}/r{:g}/{}/{:g}s", row.id, radius, model.name, each.handS);
           r.unit = "s/s";
-          r.median = *cell.cost[k];
+          r.median = each.cost;
           r.n = 1;
           r.bytes = cell.beyond;
           r.memory = cell.changed;
-          r.bricks = static_cast<uint64_t>(k <= 1 && cell.touched10 ? double(cell.touched10) / 10 : perSecond);
+          r.bricks = static_cast<uint64_t>(double(each.touched) / each.handS);
           r.hash = cell.hash;
           report.keep(std::move(r));
         }
