@@ -232,7 +232,8 @@ TEST(RealtimeKit, thatDoesNotAnswerIsWaitedForNoLongerThanAsked) {
 }
 
 TEST(RealtimeKit, isMissedOnARealBus) {
-  const std::string socket = (std::filesystem::temp_directory_path() / ("argil-dbus-" + std::to_string(getpid()))).string();
+  const std::string socket =
+      (std::filesystem::temp_directory_path() / ("argil-dbus-" + std::to_string(getpid()))).string();
   const pid_t daemon = fork();
   if (daemon == 0) {
     const std::string address = "--address=unix:path=" + socket;
