@@ -13,9 +13,9 @@ struct SeenStops {
   uint32_t faults = 0;  ///< Of the servo of that time; 0 without one.
 };
 
-// The zero itself is the gate's, from the moment of the stop. These follow on the thread that owns the servo, which may be busy for long:
-// whatever came meanwhile is in the gate. `Servo` is haptics::Servo, or a stand-in of the tests with its stop(), reset(), start() and
-// faults().
+// The zero itself is the gate's, from the moment of the stop. These follow on the thread that owns the servo, which may
+// be busy for long: whatever came meanwhile is in the gate. `Servo` is haptics::Servo, or a stand-in of the tests with
+// its stop(), reset(), start() and faults().
 
 /// After ForceGate::stop(user): a servo whose force is held at zero need not turn.
 template <class Servo>
@@ -23,7 +23,8 @@ void restStopped(const haptics::ForceGate& gate, Servo& servo) {
   if (gate.stoppedBy(haptics::StopOwner::user)) servo.stop();
 }
 
-/// A resume whose caller had seen `seen`: true when the servo began anew. One that came before the last stop leaves all as it is.
+/// A resume whose caller had seen `seen`: true when the servo began anew. One that came before the last stop leaves all
+/// as it is.
 template <class Servo>
 bool resumeSeen(haptics::ForceGate& gate, const SeenStops& seen, Servo& servo) {
   if (!gate.resume(haptics::StopOwner::user, seen.user)) {
@@ -37,7 +38,8 @@ bool resumeSeen(haptics::ForceGate& gate, const SeenStops& seen, Servo& servo) {
   return true;
 }
 
-/// A servo that takes the place of another: a stop outlives the device that it was meant for. True when the servo began.
+/// A servo that takes the place of another: a stop outlives the device that it was meant for. True when the servo
+/// began.
 template <class Servo>
 bool beginUnlessStopped(const haptics::ForceGate& gate, Servo& servo) {
   if (gate.stoppedBy(haptics::StopOwner::user)) return false;

@@ -324,19 +324,21 @@ void Workbench::resumeForces() {
     const std::lock_guard lock(state_->handMutex);
     if (state_->hand) seen.faults = state_->hand->servo.faults();
   }
-  state_->post([s = state_.get(), seen] {
-    if (!s->hand) {
-      (void)s->gate.resume(haptics::StopOwner::user, seen.user);
-      return;
-    }
-    if (!resumeSeen(s->gate, seen, s->hand->servo)) return;
-    std::string grant = s->hand->servo.grant();
-    {
-      const std::lock_guard lock(s->handMutex);
-      s->hand->grant.swap(grant);
-    }
-    s->loop->restartClock();
-  }, false);
+  state_->post(
+      [s = state_.get(), seen] {
+        if (!s->hand) {
+          (void)s->gate.resume(haptics::StopOwner::user, seen.user);
+          return;
+        }
+        if (!resumeSeen(s->gate, seen, s->hand->servo)) return;
+        std::string grant = s->hand->servo.grant();
+        {
+          const std::lock_guard lock(s->handMutex);
+          s->hand->grant.swap(grant);
+        }
+        s->loop->restartClock();
+      },
+      false);
 }
 
 void Workbench::feedPointer(const haptics::PointerSample& sample) {
@@ -371,9 +373,9 @@ TouchState Workbench::touch(bool statistics) {
       view.sheet = hand->device->sheet();
       view.deviceStatus = hand->device->status();
       view.state = stopped ? haptics::ServoState::stopped : hand->servo.state();
-      view.sentence = stopped                                       ? "Forces are stopped by you; resume when you are ready."
+      view.sentence = stopped ? "Forces are stopped by you; resume when you are ready."
                       : hand->servo.fault() != haptics::Fault::none ? haptics::sentence(hand->servo.fault())
-                                                                     : haptics::sentence(view.state);
+                                                                    : haptics::sentence(view.state);
       view.grant = hand->grant;
       view.rateHz = hand->servo.rateHz();
       view.heat = hand->servo.heat();

@@ -63,7 +63,7 @@ struct TouchState {
   std::string sentence;                ///< What the servo does or why it stopped, and what to do.
   std::string grant;                   ///< What the system granted the servo.
   double rateHz = 1000;
-  double heat = 0;                     ///< Of the motors' heat budget in use: 0 cold, 1 all of it.
+  double heat = 0;  ///< Of the motors' heat budget in use: 0 cold, 1 all of it.
   haptics::StylusSample latest;
   std::vector<float> forceN;           ///< Size of the force of the last 2 s, oldest first, 500 a second.
   haptics::ServoStatistics statistics; ///< At most half a second old while somebody asks.
@@ -200,10 +200,12 @@ class Workbench {
   void setTouchQuality(const haptics::Quality& quality);
   /// By the names of `argil devices`; "pointer": mouse and pen. Closes the one before. Stopped forces stay stopped.
   void useDevice(const std::string& name);
-  /// Zero force until a resumeForces() that is called later, whatever else was asked for before or is done meanwhile. At once, in the
-  /// calling thread, which may be any. The servo and the stroke in work end as soon as the edit thread gets to it.
+  /// Zero force until a resumeForces() that is called later, whatever else was asked for before or is done meanwhile.
+  /// At once, in the calling thread, which may be any. The servo and the stroke in work end as soon as the edit thread
+  /// gets to it.
   void stopForces();
-  /// Undoes the stops and the faults that there are now, none that comes before it is done: forces begin anew, from zero. Any thread.
+  /// Undoes the stops and the faults that there are now, none that comes before it is done: forces begin anew, from
+  /// zero. Any thread.
   void resumeForces();
   /// The mouse or the pen, while the device is "pointer".
   void feedPointer(const haptics::PointerSample& sample);

@@ -330,7 +330,8 @@ void Workbench::State::takeHand(const std::string& name) {
     const double restedS = std::chrono::duration<double>(std::chrono::steady_clock::now() - warm->second.at).count();
     fresh->servo.tick().heat().begin(warm->second.load, restedS);
   }
-  if (!beginUnlessStopped(gate, fresh->servo)) tell(Message::Level::warning, "Forces are still stopped; resume when you are ready.");
+  if (!beginUnlessStopped(gate, fresh->servo))
+    tell(Message::Level::warning, "Forces are still stopped; resume when you are ready.");
   fresh->grant = fresh->servo.grant();
   const std::lock_guard lock(handMutex);
   hand = std::move(fresh);

@@ -22,8 +22,8 @@ namespace argil::engine {
 /// Device, servo and what the servo reads: replaced as one.
 struct Hand {
   /// `gate` outlives it: stops hold whatever device is in hand.
-  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene, bool realtime,
-       haptics::ForceGate& gate)
+  Hand(std::unique_ptr<haptics::Device> opened, std::string openedAs, haptics::Published<haptics::Scene>& scene,
+       bool realtime, haptics::ForceGate& gate)
       : device(std::move(opened)),
         name(std::move(openedAs)),
         pointer(dynamic_cast<haptics::PointerDevice*>(device.get())),

@@ -64,10 +64,11 @@ class Device {
   /// Commands a force on the hand in the device's frame, N. Finite, within the sheet.
   virtual void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME = 0;
 
-  /// While it is shut the motors get zero, whatever write() says. Any thread. A device that passes on to another gives that one's gate.
+  /// While it is shut the motors get zero, whatever write() says. Any thread. A device that passes on to another gives
+  /// that one's gate.
   [[nodiscard]] virtual ForceGate& gate() const noexcept { return *gate_.load(); }
-  /// From now on `gate` in place of the device's own, so that whoever stopped the device before this one need not stop this one too.
-  /// Before its servo starts; `gate` must outlive the device.
+  /// From now on `gate` in place of the device's own, so that whoever stopped the device before this one need not stop
+  /// this one too. Before its servo starts; `gate` must outlive the device.
   void setGate(ForceGate& gate) noexcept { gate_.store(&gate); }
 
   /// What it does or what ails it and what to do, one sentence for the person. Any thread but the servo's: it allocates.

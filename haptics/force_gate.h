@@ -15,15 +15,17 @@ enum class StopOwner : uint8_t {
   device,    ///< The device's own thread: it came so late that somebody else may have zeroed the motors meanwhile.
 };
 
-/// The gate between every command of force and the motor. The word holds one counter of 16 bits for each owner; an odd counter means
-/// that this owner holds the force at zero. Invariant: after stop() returned, open() is false until the same owner's resume() that
-/// names this stop or a later one. Each function is one atomic step (sequentially consistent, lock-free), so every order of the
-/// threads is an order of these steps; tests/unit/engine/forces_interleaved_test.cpp tries them. Any thread, the servo's included.
+/// The gate between every command of force and the motor. The word holds one counter of 16 bits for each owner; an odd
+/// counter means that this owner holds the force at zero. Invariant: after stop() returned, open() is false until the
+/// same owner's resume() that names this stop or a later one. Each function is one atomic step (sequentially
+/// consistent, lock-free), so every order of the threads is an order of these steps;
+/// tests/unit/engine/forces_interleaved_test.cpp tries them. Any thread, the servo's included.
 class ForceGate {
  public:
   /// Equal words, read one after the other: nobody stopped or resumed in between.
   using Word = uint64_t;
-  /// Which of an owner's stops (and resumes) the reader has seen. After 32768 stops a generation comes again: no resume waits so long.
+  /// Which of an owner's stops (and resumes) the reader has seen. After 32768 stops a generation comes again: no resume
+  /// waits so long.
   using Generation = uint16_t;
 
   [[nodiscard]] Word word() const noexcept { return word_.load(); }
@@ -37,8 +39,8 @@ class ForceGate {
   Generation stop(StopOwner owner) noexcept {
     return change(owner, [](Generation now) { return static_cast<Generation>(now + (now & 1 ? 2 : 1)); });
   }
-  /// Ends this owner's stops that its caller had seen: those up to generation `seen`. False, and nothing changes, when the owner
-  /// stopped or resumed since then. True also when this owner had stopped nothing.
+  /// Ends this owner's stops that its caller had seen: those up to generation `seen`. False, and nothing changes, when
+  /// the owner stopped or resumed since then. True also when this owner had stopped nothing.
   bool resume(StopOwner owner, Generation seen) noexcept {
     bool named = false;
     change(owner, [&](Generation now) {

@@ -8,8 +8,8 @@
 
 namespace argil::haptics {
 
-/// The newest command, with the gate's word from when its tick began. A command whose tick began before a stop never comes out, also
-/// not after the resume: the servo begins anew from zero then.
+/// The newest command, with the gate's word from when its tick began. A command whose tick began before a stop never
+/// comes out, also not after the resume: the servo begins anew from zero then.
 class ForceLine {
  public:
   /// The servo's thread, as its tick begins.

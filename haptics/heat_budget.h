@@ -7,11 +7,11 @@
 
 namespace argil::haptics {
 
-/// First-order model of a winding's heat: q' = (f² − q) / τ, with τ the sheet's thermalSeconds; q is the mean square of the force
-/// as the copper remembers it. limitN() is what may be commanded next; who keeps to it never lets √q rise above the sheet's
-/// continuous force. Over any window of W seconds the RMS force is at most continuous · √(1 + τ/W).
-/// The limit is the peak while the winding is cool, and then falls smoothly, at most kLimitStep of the peak a period, to the
-/// continuous force. One thread, the servo's.
+/// First-order model of a winding's heat: q' = (f² − q) / τ, with τ the sheet's thermalSeconds; q is the mean square of
+/// the force as the copper remembers it. limitN() is what may be commanded next; who keeps to it never lets √q rise
+/// above the sheet's continuous force. Over any window of W seconds the RMS force is at most continuous · √(1 + τ/W).
+/// The limit is the peak while the winding is cool, and then falls smoothly, at most kLimitStep of the peak a period,
+/// to the continuous force. One thread, the servo's.
 class HeatBudget {
  public:
   static constexpr double kLimitStep = 0.02;

@@ -96,7 +96,8 @@ void Passivity::control(const Input& in, double spring, double elapsedS, double 
   added_ *= holds;
   if (lacking_ > 0) {
     // A tick that was late is followed by another one, most often: a force is held, and damps, that much longer.
-    const double expected = std::max(elapsedS, periodS_), late = expected > periodS_ ? 0.5 * expected + delayS_ : lateS_;
+    const double expected = std::max(elapsedS, periodS_),
+                 late = expected > periodS_ ? 0.5 * expected + delayS_ : lateS_;
     const double speed = speedAlong(in), most = std::min(most_, kMostNeeded * spring * late);
     added_ = std::max(added_, std::min(most, lacking_ / (expected * std::max(speed * speed, 1e-12))));
   }
@@ -137,7 +138,8 @@ Vec3d Passivity::apply(const Input& in) ARGIL_REALTIME {
   // A step of an encoder looks like a motion of a whole step in one tick, though most of it was made before.
   const double push = in.force.norm(), step = push > 0 ? std::abs(moved.dot(in.force)) / push : 0.0;
   const double seen = std::min(step, std::abs(speedAlong(in)) * elapsed);
-  const double forgets = regular ? forget_ : std::exp(-elapsed / kForgetS), holds = regular ? hold_ : std::exp(-elapsed / kHoldS);
+  const double forgets = regular ? forget_ : std::exp(-elapsed / kForgetS),
+               holds = regular ? hold_ : std::exp(-elapsed / kHoldS);
   lacking_ = std::clamp(forgets * (shortage - 0.5 * spring * step * (step - seen)), 0.0, mostLacking_);
   if (!owing_) paid_ = in.storedNmm - lacking_;
   control(in, spring, elapsed, holds);

@@ -55,8 +55,8 @@ class Passivity {
   /// The force to go on with: as it came, or with damping along it; never turned round. An active scene pushes no harder than
   /// what the tank and the hand have paid for.
   Vec3d apply(const Input& input) ARGIL_REALTIME;
-  /// What was commanded to the device in this tick after all, `elapsedS` after the last one. Once a tick, also when apply() was not
-  /// called.
+  /// What was commanded to the device in this tick after all, `elapsedS` after the last one. Once a tick, also when
+  /// apply() was not called.
   void commanded(const Vec3d& force, double elapsedS = kOnePeriod) ARGIL_REALTIME;
   /// The device did not answer, or the scene let go: the next position is a first one. Keeps the tank.
   void interrupt() ARGIL_REALTIME { known_ = false; }

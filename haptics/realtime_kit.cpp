@@ -1,5 +1,6 @@
-// The few messages of the D-Bus protocol (specification, "Message Protocol", "Authentication Protocol") that RealtimeKit needs, in code of our
-// own: a library for it would be one more dependency, and none lets a caller bound the time that it takes to connect.
+// The few messages of the D-Bus protocol (specification, "Message Protocol", "Authentication Protocol") that
+// RealtimeKit needs, in code of our own: a library for it would be one more dependency, and none lets a caller bound
+// the time that it takes to connect.
 
 #include "haptics/realtime_kit.h"
 
@@ -23,14 +24,22 @@
 namespace argil::haptics {
 namespace {
 
-constexpr int kHighestAsked = 85;           // Of Argil's own priorities, that of a device's thread: it gets the most that is lent.
-constexpr size_t kMostBytes = 1 << 20;      // Of a message: nobody here sends more than some hundred.
+constexpr int kHighestAsked =
+    85;  // Of Argil's own priorities, that of a device's thread: it gets the most that is lent.
+constexpr size_t kMostBytes = 1 << 20;  // Of a message: nobody here sends more than some hundred.
 constexpr size_t kHeaderBytes = 16;
 constexpr const char* kService = "org.freedesktop.RealtimeKit1";
 constexpr const char* kPath = "/org/freedesktop/RealtimeKit1";
 
 enum : uint8_t { kCall = 1, kReturn = 2, kError = 3 };
-enum : uint8_t { kFieldPath = 1, kFieldInterface = 2, kFieldMember = 3, kFieldReplySerial = 5, kFieldDestination = 6, kFieldSignature = 8 };
+enum : uint8_t {
+  kFieldPath = 1,
+  kFieldInterface = 2,
+  kFieldMember = 3,
+  kFieldReplySerial = 5,
+  kFieldDestination = 6,
+  kFieldSignature = 8
+};
 
 /// Little-endian, each value aligned to its size.
 class Writer {
@@ -53,8 +62,10 @@ class Writer {
     align(8);
     u8(code);
     signature(type);
-    if (type == "g") signature(value);
-    else text(value);
+    if (type == "g")
+      signature(value);
+    else
+      text(value);
   }
   std::string bytes;
 
@@ -83,7 +94,8 @@ class Reader {
     align(size);
     if (!has(size)) return 0;
     uint64_t v = 0;
-    for (size_t i = 0; i < size; ++i) v |= uint64_t{static_cast<uint8_t>(bytes_[at_ + i])} << (8 * (little_ ? i : size - 1 - i));
+    for (size_t i = 0; i < size; ++i)
+      v |= uint64_t{static_cast<uint8_t>(bytes_[at_ + i])} << (8 * (little_ ? i : size - 1 - i));
     at_ += size;
     return v;
   }
@@ -150,7 +162,8 @@ class Bus {
     (void)call("org.freedesktop.DBus", "/org/freedesktop/DBus", "org.freedesktop.DBus", "Hello", "", {});
   }
 
-  Reply call(const char* destination, const char* path, const char* interface, const char* member, const char* signature, const Writer& body) {
+  Reply call(const char* destination, const char* path, const char* interface, const char* member,
+             const char* signature, const Writer& body) {
     Writer out;
     const uint32_t serial = ++serial_;
     for (const uint8_t b : {uint8_t{'l'}, uint8_t{kCall}, uint8_t{0}, uint8_t{1}}) out.u8(b);
@@ -251,7 +264,9 @@ class Bus {
       if (bodyBytes > kMostBytes || fieldBytes > kMostBytes) throw Trouble{"a message too long"};
       const std::string fields = receive((fieldBytes + 7) / 8 * 8);
       Reply reply{receive(bodyBytes), little};
-      if ((kind != kReturn && kind != kError) || replySerial(std::string_view(fields).substr(0, fieldBytes), little) != serial) continue;
+      if ((kind != kReturn && kind != kError) ||
+          replySerial(std::string_view(fields).substr(0, fieldBytes), little) != serial)
+        continue;
       if (kind == kError) throw Trouble{"refused"};
       return reply;
     }
@@ -291,9 +306,12 @@ int64_t property(Bus& bus, const char* name) {
   Reader in(reply.body, reply.little);
   const std::string_view type = in.signature();
   int64_t value = 0;
-  if (type == "i") value = static_cast<int32_t>(in.u32());
-  else if (type == "u") value = in.u32();
-  else if (type == "x" || type == "t") value = static_cast<int64_t>(in.u64());
+  if (type == "i")
+    value = static_cast<int32_t>(in.u32());
+  else if (type == "u")
+    value = in.u32();
+  else if (type == "x" || type == "t")
+    value = static_cast<int64_t>(in.u64());
   if (in.bad() || value <= 0) throw Trouble{std::string(name) + " is no number"};
   return value;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// Desktops that grant no real-time scheduling by themselves lend it through RealtimeKit, a service of the system's D-Bus.
+// Desktops that grant no real-time scheduling by themselves lend it through RealtimeKit, a service of the system's
+// D-Bus.
 
 #include <sys/types.h>
 
@@ -19,10 +20,11 @@ struct RealtimeKitAnswer {
 /// Where the system's bus is: DBUS_SYSTEM_BUS_ADDRESS, or the usual socket.
 [[nodiscard]] std::string systemBus();
 
-/// Asks org.freedesktop.RealtimeKit1 to make `thread` of this process real-time (SCHED_RR). `priority` is one as SCHED_FIFO has it here
-/// (80 to 90); the service lends the lowest few (20 at most, as a rule), so differences are kept and the highest gets the most that it
-/// lends. It wants RLIMIT_RTTIME to be set: the process is ended when one of its real-time threads runs for so long (0.2 s) without ever
-/// sleeping. Waits `seconds` at most in all. Never throws.
-[[nodiscard]] RealtimeKitAnswer askRealtimeKit(const std::string& bus, pid_t thread, int priority, double seconds = kRealtimeKitSeconds) noexcept;
+/// Asks org.freedesktop.RealtimeKit1 to make `thread` of this process real-time (SCHED_RR). `priority` is one as
+/// SCHED_FIFO has it here (80 to 90); the service lends the lowest few (20 at most, as a rule), so differences are kept
+/// and the highest gets the most that it lends. It wants RLIMIT_RTTIME to be set: the process is ended when one of its
+/// real-time threads runs for so long (0.2 s) without ever sleeping. Waits `seconds` at most in all. Never throws.
+[[nodiscard]] RealtimeKitAnswer askRealtimeKit(const std::string& bus, pid_t thread, int priority,
+                                               double seconds = kRealtimeKitSeconds) noexcept;
 
 }  // namespace argil::haptics

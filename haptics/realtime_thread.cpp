@@ -23,26 +23,28 @@ namespace argil::haptics {
 namespace {
 
 constexpr size_t kStackBytes = 256 * 1024;  // Touched before the first tick; a tick uses far less.
-constexpr int kPopulateRead = 22;           // MADV_POPULATE_READ (Linux 5.14), which the C library's headers may not know.
+constexpr int kPopulateRead = 22;  // MADV_POPULATE_READ (Linux 5.14), which the C library's headers may not know.
 
 [[gnu::noinline]] void touchStack() {
   char stack[kStackBytes];
   for (size_t i = 0; i < kStackBytes; i += 4096) static_cast<volatile char*>(stack)[i] = 0;
 }
 
-// Code and constants of the program and of the libraries that arithmetic calls: a page of them that is first needed in a tick would
-// come from the disk. Other libraries are large, and no tick calls them.
+// Code and constants of the program and of the libraries that arithmetic calls: a page of them that is first needed in
+// a tick would come from the disk. Other libraries are large, and no tick calls them.
 int touchCode(dl_phdr_info* object, size_t, void*) {
   const std::string_view path = object->dlpi_name;
   const std::string_view name = path.substr(path.find_last_of('/') + 1);
   bool wanted = path.empty();
-  for (const std::string_view library : {"libc.so", "libm.so", "libstdc++.so", "libgcc_s.so"}) wanted = wanted || name.starts_with(library);
+  for (const std::string_view library : {"libc.so", "libm.so", "libstdc++.so", "libgcc_s.so"})
+    wanted = wanted || name.starts_with(library);
   if (!wanted) return 0;
   const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
   for (int i = 0; i < object->dlpi_phnum; ++i) {
     const auto& part = object->dlpi_phdr[i];
     if (part.p_type != PT_LOAD || !(part.p_flags & PF_R)) continue;
-    const uintptr_t begin = (object->dlpi_addr + part.p_vaddr) & ~(page - 1), end = object->dlpi_addr + part.p_vaddr + part.p_memsz;
+    const uintptr_t begin = (object->dlpi_addr + part.p_vaddr) & ~(page - 1),
+                    end = object->dlpi_addr + part.p_vaddr + part.p_memsz;
     // A kernel that cannot leaves it to the first ticks.
     (void)madvise(reinterpret_cast<void*>(begin), end - begin, kPopulateRead);
   }
@@ -67,7 +69,8 @@ RealtimeGrant becomeRealtime(int priority, bool memory) {
     const RealtimeKitAnswer answer = askRealtimeKit(systemBus(), gettid(), priority);
     grant.fifo = answer.granted;
     if (answer.silent) kitSilent.store(true);
-    if (grant.fifo) grant.sentence = "real-time scheduling granted by RealtimeKit (SCHED_RR " + std::to_string(answer.priority) + ")";
+    if (grant.fifo)
+      grant.sentence = "real-time scheduling granted by RealtimeKit (SCHED_RR " + std::to_string(answer.priority) + ")";
   }
   if (!grant.fifo) {
     grant.sentence = "real-time scheduling refused (" + std::string(std::strerror(refused)) +
@@ -86,7 +89,8 @@ RealtimeGrant becomeRealtime(int priority, bool memory) {
 bool lockMemory() noexcept {
   const std::lock_guard lock(theLock);
   if (theUsers == 0) {
-    // On fault: an arena of the clay of which a part is used takes that part. Whatever the servo reads was written before.
+    // On fault: an arena of the clay of which a part is used takes that part. Whatever the servo reads was written
+    // before.
     if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) return false;
     (void)dl_iterate_phdr(touchCode, nullptr);
   }
@@ -106,13 +110,17 @@ constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
 FlushDenormals::FlushDenormals() noexcept : before_(_mm_getcsr()) {
   _mm_setcsr(static_cast<unsigned>(before_) | kFlushToZero | kDenormalsAreZero);
 }
-FlushDenormals::~FlushDenormals() { _mm_setcsr(static_cast<unsigned>(before_)); }
+FlushDenormals::~FlushDenormals() {
+  _mm_setcsr(static_cast<unsigned>(before_));
+}
 #elif defined(__aarch64__)
 FlushDenormals::FlushDenormals() noexcept {
   asm volatile("mrs %0, fpcr" : "=r"(before_));
   asm volatile("msr fpcr, %0" : : "r"(before_ | (1ull << 24)));
 }
-FlushDenormals::~FlushDenormals() { asm volatile("msr fpcr, %0" : : "r"(before_)); }
+FlushDenormals::~FlushDenormals() {
+  asm volatile("msr fpcr, %0" : : "r"(before_));
+}
 #else
 FlushDenormals::FlushDenormals() noexcept = default;
 FlushDenormals::~FlushDenormals() = default;

@@ -12,19 +12,20 @@ struct RealtimeGrant {
   std::string sentence;  ///< In plain words, with what to do when something was refused.
 };
 
-/// Asks for SCHED_FIFO at `priority` for the calling thread, of RealtimeKit where the system itself refuses (it answers within
-/// kRealtimeKitSeconds or not at all), and, with `lockMemory`, calls that. Pre-touches the stack. Never throws for a refusal.
+/// Asks for SCHED_FIFO at `priority` for the calling thread, of RealtimeKit where the system itself refuses (it answers
+/// within kRealtimeKitSeconds or not at all), and, with `lockMemory`, calls that. Pre-touches the stack. Never throws
+/// for a refusal.
 [[nodiscard]] RealtimeGrant becomeRealtime(int priority, bool lockMemory);
 
-/// Keeps the pages of this process that are or get used in memory, until everybody who was granted it has called unlockMemory().
-/// Memory that is only reserved costs nothing. The first call brings in the code that a tick may need. False when the system refuses.
-/// Any thread but a real-time one.
+/// Keeps the pages of this process that are or get used in memory, until everybody who was granted it has called
+/// unlockMemory(). Memory that is only reserved costs nothing. The first call brings in the code that a tick may need.
+/// False when the system refuses. Any thread but a real-time one.
 [[nodiscard]] bool lockMemory() noexcept;
 void unlockMemory() noexcept;
 
-/// While it lives, the thread that made it takes numbers too small for a normal exponent as zero: sums that fade out otherwise cost a
-/// hundred times the time on their last stretch. For the servo's own thread alone: whatever is stored must have equal bits everywhere, so
-/// no thread that edits or saves may do this, nor virtual time.
+/// While it lives, the thread that made it takes numbers too small for a normal exponent as zero: sums that fade out
+/// otherwise cost a hundred times the time on their last stretch. For the servo's own thread alone: whatever is stored
+/// must have equal bits everywhere, so no thread that edits or saves may do this, nor virtual time.
 class FlushDenormals {
  public:
   FlushDenormals() noexcept;

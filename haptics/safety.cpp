@@ -66,7 +66,8 @@ bool Safety::tooFast(const Vec3d& position, double measuredS) ARGIL_REALTIME {
     double span = 0;
     for (size_t i = 0; i < kSpeedTicks; ++i) span += took_[i];
     span -= took_[static_cast<size_t>(trailNext_)];  // Up to the oldest position.
-    // Positions that came together are judged no more strictly than regular ones: a glitch in a short time would be a speed.
+    // Positions that came together are judged no more strictly than regular ones: a glitch in a short time would be a
+    // speed.
     allowed = std::max(allowed, allowed + fastMms_ * (span - periodS_ * (kSpeedTicks - 1)));
   }
   return (position - trail_[static_cast<size_t>(trailNext_)]).norm() > allowed;
@@ -92,8 +93,10 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   if (fault() != Fault::none) {
     flags |= kStopped;
     const double size = last_.norm(), step = fadeStep_ * std::max(1.0, ticked);
-    if (!there || !(size > step)) last_.setZero();
-    else last_ *= (size - step) / size;
+    if (!there || !(size > step))
+      last_.setZero();
+    else
+      last_ *= (size - step) / size;
     return last_;
   }
   if (!fresh) {

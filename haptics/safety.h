@@ -18,7 +18,7 @@ inline constexpr int kRawOverTicks = 5;            ///< So many commands over tw
 inline constexpr double kRawOverFactor = 2.0;
 inline constexpr double kSlewPeakSeconds = 0.002;  ///< Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
 inline constexpr double kStartFraction = 0.1;      ///< Forces begin once the command is below this part of the peak.
-inline constexpr int kSpeedTicks = 8;              ///< Device speed is judged over so many positions: one glitch is not a speed.
+inline constexpr int kSpeedTicks = 8;  ///< Device speed is judged over so many positions: one glitch is not a speed.
 inline constexpr double kFarthestMm = 10'000;      ///< From its origin (a recorded path has its own): a device that says more says garbage.
 inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
 
@@ -32,17 +32,17 @@ struct TickTimes {
   double measuredS = kOnePeriod;  ///< From the position before to this one; 0: it is the same measurement.
 };
 
-/// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes by no
-/// more than the slew limit a period. A fault fades the force within kFadeSeconds to a latched stop. One thread.
+/// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes
+/// by no more than the slew limit a period. A fault fades the force within kFadeSeconds to a latched stop. One thread.
 class Safety {
  public:
   /// `periodS`: time between ticks.
   Safety(const DeviceSheet& sheet, double periodS);
 
-  /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kWarm, kSlewed, kStale, kStopped,
-  /// kWaiting). `fresh`: the device answered in this tick; if not, or if what it answered is no place, zero at once.
-  /// `mostN`: a limit below the peak, that of the heat budget. Ticks that come together share the slew limit of their period; late
-  /// ones get no more than that of one, but fade by as much as their time asks for.
+  /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kWarm, kSlewed,
+  /// kStale, kStopped, kWaiting). `fresh`: the device answered in this tick; if not, or if what it answered is no
+  /// place, zero at once. `mostN`: a limit below the peak, that of the heat budget. Ticks that come together share the
+  /// slew limit of their period; late ones get no more than that of one, but fade by as much as their time asks for.
   Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags,
               double mostN = std::numeric_limits<double>::infinity(), const TickTimes& times = {}) ARGIL_REALTIME;
   /// Whether the device can be there: finite, and no farther than kFarthestMm.

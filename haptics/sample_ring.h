@@ -13,19 +13,20 @@ namespace argil::haptics {
 
 /// What happened in a tick. Bits of StylusSample::flags and of ServoTick::run's answer: the tick degrades, it never fails.
 enum TickFlag : uint32_t {
-  kOverrun = 1u << 0,    ///< The tick began later than a whole period.
-  kStale = 1u << 1,      ///< The device did not answer: force zero.
-  kClamped = 1u << 2,    ///< Force cut to the sheet's peak.
-  kSlewed = 1u << 3,     ///< Change of force cut to the slew limit.
-  kQueueFull = 1u << 4,  ///< The sample was dropped (and counted).
-  kStopped = 1u << 5,    ///< Latched stop: force zero or fading to it until reset.
-  kWaiting = 1u << 6,    ///< Not started: waiting for a force in range.
-  kTouching = 1u << 7,   ///< The proxy is held by clay.
-  kLeaving = 1u << 8,    ///< The proxy was left inside by a new version and moves out at a bounded speed.
-  kCutting = 1u << 9,    ///< Clay is to be changed at this sample's cut point.
-  kNoScene = 1u << 10,   ///< Nothing published yet.
+  kOverrun = 1u << 0,      ///< The tick began later than a whole period.
+  kStale = 1u << 1,        ///< The device did not answer: force zero.
+  kClamped = 1u << 2,      ///< Force cut to the sheet's peak.
+  kSlewed = 1u << 3,       ///< Change of force cut to the slew limit.
+  kQueueFull = 1u << 4,    ///< The sample was dropped (and counted).
+  kStopped = 1u << 5,      ///< Latched stop: force zero or fading to it until reset.
+  kWaiting = 1u << 6,      ///< Not started: waiting for a force in range.
+  kTouching = 1u << 7,     ///< The proxy is held by clay.
+  kLeaving = 1u << 8,      ///< The proxy was left inside by a new version and moves out at a bounded speed.
+  kCutting = 1u << 9,      ///< Clay is to be changed at this sample's cut point.
+  kNoScene = 1u << 10,     ///< Nothing published yet.
   kIncomplete = 1u << 11,  ///< A limit of the contact search was met; the nearest contacts were kept.
-  kGuideConflict = 1u << 12,  ///< Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
+  kGuideConflict =
+      1u << 12,  ///< Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
   kWarm = 1u << 13,      ///< Force held below the peak: the motors have used up their heat budget.
   kPanning = 1u << 14,   ///< A wall of the workspace is pressed and moves it.
   kClutched = 1u << 15,  ///< The clutch is held: the hand moves, the tip stays.
@@ -35,7 +36,7 @@ enum TickFlag : uint32_t {
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.
 struct StylusSample {
   uint64_t index = 0;       ///< Counts ticks of the servo, dropped samples included.
-  double timeS = 0;         ///< When the tick began, since the servo began. Virtual time: exactly its index over the rate.
+  double timeS = 0;  ///< When the tick began, since the servo began. Virtual time: exactly its index over the rate.
   Pose device;              ///< Where the stylus is.
   Vec3d proxy = Vec3d::Zero();
   Vec3d cutPoint = Vec3d::Zero();  ///< Centre of the ball that changes the clay; valid with kCutting.

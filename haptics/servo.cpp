@@ -8,10 +8,10 @@
 namespace argil::haptics {
 namespace {
 
-constexpr int64_t kWatchPeriodNs = 3'000'000;   // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
+constexpr int64_t kWatchPeriodNs = 3'000'000;  // Watchdog: with kWatchdogSeconds, zero force within 20 ms.
 constexpr int64_t kStartDelayNs = 2'000'000;
-// A servo that cannot keep up sleeps so long after each tick all the same: others must run, and the kernel ends a real-time thread that
-// never sleeps (RLIMIT_RTTIME).
+// A servo that cannot keep up sleeps so long after each tick all the same: others must run, and the kernel ends a
+// real-time thread that never sleeps (RLIMIT_RTTIME).
 constexpr int64_t kBreathNs = 100'000;
 
 double checkedRate(double rateHz) {

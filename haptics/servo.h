@@ -60,8 +60,8 @@ class Servo {
   /// publishes there, so that a publishing delay counted in ticks is the same in every run.
   void runVirtual(uint64_t ticks, const std::function<void(uint64_t index, double timeS)>& between = {});
 
-  /// Starts the paced thread and a watchdog beside it; returns what the system granted, within kRealtimeKitSeconds. Throws Error when it
-  /// already runs.
+  /// Starts the paced thread and a watchdog beside it; returns what the system granted, within kRealtimeKitSeconds.
+  /// Throws Error when it already runs.
   RealtimeGrant start();
   /// Stops both; the device is at zero force and the scene is let go. Idempotent.
   void stop();
@@ -87,13 +87,14 @@ class Servo {
   /// How often the watchdog had to cut the device because no tick ended for kWatchdogSeconds. Once ticks come again the
   /// device is armed again and forces start anew from zero. Any thread.
   [[nodiscard]] uint64_t watchdogCuts() const noexcept { return cuts_.load(); }
-  /// How many faults there were: a reset on behalf of somebody who had seen fewer would undo a stop that nobody looked at. Any thread.
+  /// How many faults there were: a reset on behalf of somebody who had seen fewer would undo a stop that nobody looked
+  /// at. Any thread.
   [[nodiscard]] uint32_t faults() const noexcept { return tick_.safety().faults(); }
   /// Leaves a latched stop; the device's gate stays as it is. Only while the servo does not run.
   void reset() noexcept { tick_.reset(); }
   [[nodiscard]] double rateHz() const noexcept { return options_.rateHz; }
-  /// Servo time, on which a tick begins as late as it does: ticks done, missed ones included, over the rate. It stands still while the
-  /// servo does not run; only the motors cool then. Only while it does not run.
+  /// Servo time, on which a tick begins as late as it does: ticks done, missed ones included, over the rate. It stands
+  /// still while the servo does not run; only the motors cool then. Only while it does not run.
   [[nodiscard]] double timeS() const noexcept { return double(nextIndex_) / options_.rateHz; }
 
  private:
@@ -111,7 +112,7 @@ class Servo {
   std::atomic<Copy> copy_{Copy::none};
   bool anyCopy_ = false;
   uint64_t nextIndex_ = 0;
-  int64_t parkedNs_ = 0;              // When the paced thread ended; 0: never.
+  int64_t parkedNs_ = 0;  // When the paced thread ended; 0: never.
   std::thread thread_, watchdog_;
   RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
   std::atomic<bool> ready_{false};

@@ -15,7 +15,8 @@ double checkedPeriod(double periodS) {
 
 }  // namespace
 
-ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact)
+ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS,
+                     std::string_view contact)
     : device_(device),
       scene_(scene),
       samples_(samples),
@@ -95,7 +96,8 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   if (sane && scene) {
     state_ = state;
     const Vec3d* held = sample_.flags & kTouching ? &sample_.proxy : nullptr;
-    sample_.device = workspace_.toWorld(scene->workspace, device_.sheet(), state.pose, state.buttons, step.seconds, held);
+    sample_.device =
+        workspace_.toWorld(scene->workspace, device_.sheet(), state.pose, state.buttons, step.seconds, held);
     flags |= (workspace_.panning() ? uint32_t{kPanning} : 0u) | (workspace_.clutched() ? uint32_t{kClutched} : 0u);
     measuredS = measured_.next(timeS - state.ageS).elapsedS();
     const Vec3d velocity = velocity_.add(state.pose.translation, measuredS);

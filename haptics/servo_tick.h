@@ -32,10 +32,11 @@ class ServoTick {
   /// All three references must outlive it. `periodS`: 1/8000 to 1/100 s. `contact`: one of contactNames().
   ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact = "proxy");
 
-  /// Runs one tick that begins at servo time `timeS`; TickFlag bits of what happened. `late`: it began a whole period late. All that
-  /// follows time (velocities, heat, energy, limits of speed and slew, what glides) goes by the time since the last tick, however many
-  /// ticks that should have been. After a gap (TickClock::Step::gap) forces begin anew from zero, speeds are forgotten, and the scene
-  /// goes on as if one period had passed; only the motors have cooled for the whole of it.
+  /// Runs one tick that begins at servo time `timeS`; TickFlag bits of what happened. `late`: it began a whole period
+  /// late. All that follows time (velocities, heat, energy, limits of speed and slew, what glides) goes by the time
+  /// since the last tick, however many ticks that should have been. After a gap (TickClock::Step::gap) forces begin
+  /// anew from zero, speeds are forgotten, and the scene goes on as if one period had passed; only the motors have
+  /// cooled for the whole of it.
   uint32_t run(double timeS, bool late) ARGIL_REALTIME;
   /// The servo stops: zero force, the scene is let go.
   void park(double timeS) ARGIL_REALTIME;

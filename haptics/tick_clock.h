@@ -12,16 +12,17 @@ inline constexpr double kOnePeriod = -1;
 /// A servo or a device thread that comes so late may find the motors zeroed, by the watchdog or by the guard process.
 inline constexpr double kStallSeconds = 0.012;
 
-/// Elapsed time from tick to tick. A tick on time counts as exactly one period, so that virtual time and a regular servo give the same
-/// bits as counting ticks. One thread, the servo's.
+/// Elapsed time from tick to tick. A tick on time counts as exactly one period, so that virtual time and a regular
+/// servo give the same bits as counting ticks. One thread, the servo's.
 class TickClock {
  public:
   explicit TickClock(double periodS) : periodS_(periodS) {}
 
   struct Step {
-    double heldS = 0;    ///< Since the tick before: how long the last command was in force. 0 at the first tick.
-    double seconds = 0;  ///< What is integrated: heldS, at least kLeast of a period. One period at the first tick and after a gap.
-    bool gap = false;    ///< Over a period and kStallSeconds: nothing may be concluded from what lies before it.
+    double heldS = 0;  ///< Since the tick before: how long the last command was in force. 0 at the first tick.
+    double seconds =
+        0;  ///< What is integrated: heldS, at least kLeast of a period. One period at the first tick and after a gap.
+    bool gap = false;  ///< Over a period and kStallSeconds: nothing may be concluded from what lies before it.
     bool first = false;
     /// For laws that take kOnePeriod for "as usual": a first tick is one.
     [[nodiscard]] double elapsedS() const ARGIL_REALTIME { return first ? kOnePeriod : heldS; }
@@ -42,8 +43,9 @@ class TickClock {
   void reset() noexcept { begun_ = false; }
 
  private:
-  static constexpr double kOnTimeS = 1e-9;  // Above the rounding of hours counted in seconds, far below what a clock resolves in use.
-  static constexpr double kLeast = 0.02;    // Of a period: laws of contact divide by the time of a tick.
+  static constexpr double kOnTimeS =
+      1e-9;  // Above the rounding of hours counted in seconds, far below what a clock resolves in use.
+  static constexpr double kLeast = 0.02;  // Of a period: laws of contact divide by the time of a tick.
 
   double periodS_, lastS_ = 0;
   bool begun_ = false;

@@ -48,7 +48,8 @@ Vec3d VelocityFilter::measure(const Vec3d& position, double periods) ARGIL_REALT
   regular_ = periods == 1.0 ? std::min(regular_ + 1, kWindow + 1) : 0;
   count_ = std::min(count_ + 1, kWindow + 1);
   const int reach = std::min(count_ - 1, regular_ >= longest_ ? longest_ : kWindow);
-  const double smoothing = periods == 1.0 ? smoothing_ : 1 - std::exp(-2 * std::numbers::pi * kSmoothingHz * periods * periodS_);
+  const double smoothing =
+      periods == 1.0 ? smoothing_ : 1 - std::exp(-2 * std::numbers::pi * kSmoothingHz * periods * periodS_);
   for (int axis = 0; axis < 3; ++axis) {
     // Slopes per period of lines through the newest position that pass within the margin of every position so far.
     double least = -1e300, most = 1e300, slope = 0, span = 0;

@@ -25,8 +25,9 @@ class VelocityFilter {
     count_ = regular_ = 0;
     pending_ = 0;
   }
-  /// The next position, in the frame of the encoders, mm, measured `elapsedS` after the last one; the velocity, mm/s, zero at the first.
-  /// Positions that come together (less than a tenth of a period) count as one: between them steps of the encoder look like speed.
+  /// The next position, in the frame of the encoders, mm, measured `elapsedS` after the last one; the velocity, mm/s,
+  /// zero at the first. Positions that come together (less than a tenth of a period) count as one: between them steps
+  /// of the encoder look like speed.
   Vec3d add(const Vec3d& position, double elapsedS = kOnePeriod) ARGIL_REALTIME;
 
  private:

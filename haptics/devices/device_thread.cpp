@@ -99,7 +99,8 @@ void ThreadedDevice::serve(const std::string& where) {
     if (forces_.take()) lastWritten = begin;
     const bool heeded = answering && begin - lastWritten <= ns(kWatchdogSeconds);
     DeviceState state;
-    DeviceLink::Exchanged result = link_->exchange(heeded ? forces_.allowed(gate()) : Vec3d::Zero(), begin + lateNs_, state);
+    DeviceLink::Exchanged result =
+        link_->exchange(heeded ? forces_.allowed(gate()) : Vec3d::Zero(), begin + lateNs_, state);
     const int64_t end = last = nowNs();
     if (result == DeviceLink::Exchanged::state && !sane(state)) result = DeviceLink::Exchanged::garbage;
     if (result == DeviceLink::Exchanged::state) {

@@ -39,12 +39,12 @@ class DeviceLink {
 
 enum class DeviceCondition : uint8_t { absent, opening, ready, faulted, unplugged };
 
-/// A device behind a link. Its thread exchanges at the device's rate, above the servo's priority where that is granted. It sends
-/// zero until the first good answer; while its gate is shut; after a bad or missing answer until the next good one; when the servo wrote
-/// nothing for kWatchdogSeconds; and on the way out. Commands from before a stop never return, nor does the force after an exchange that
-/// came kStallSeconds late, since the guard may have zeroed the motors: the servo begins anew. No force is longer than
-/// the sheet's peak. Nothing good for kSilentSeconds: closed and opened anew; one that was unplugged is looked for every
-/// kRetrySeconds.
+/// A device behind a link. Its thread exchanges at the device's rate, above the servo's priority where that is granted.
+/// It sends zero until the first good answer; while its gate is shut; after a bad or missing answer until the next good
+/// one; when the servo wrote nothing for kWatchdogSeconds; and on the way out. Commands from before a stop never
+/// return, nor does the force after an exchange that came kStallSeconds late, since the guard may have zeroed the
+/// motors: the servo begins anew. No force is longer than the sheet's peak. Nothing good for kSilentSeconds: closed and
+/// opened anew; one that was unplugged is looked for every kRetrySeconds.
 class ThreadedDevice final : public Device {
  public:
   static constexpr double kRetrySeconds = 0.1;

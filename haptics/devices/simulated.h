@@ -58,7 +58,7 @@ class SimulatedDevice final : public Device {
   DeviceSheet sheet_;
   HandPath path_;
   Options options_;
-  ForceGate::Word word_ = 0;         // Of the gate when this tick began.
+  ForceGate::Word word_ = 0;  // Of the gate when this tick began.
   std::array<Command, kCommands> commands_;
   size_t firstCommand_ = 0, commandCount_ = 0;
   uint64_t stepsDone_ = 0;

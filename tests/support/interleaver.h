@@ -1,5 +1,6 @@
 #pragma once
-// Several threads' code in one thread, in an order that a seed decides: every step() is a place where another may go on.
+// Several threads' code in one thread, in an order that a seed decides: every step() is a place where another may go
+// on.
 
 #include <ucontext.h>
 
@@ -12,8 +13,8 @@
 
 namespace argil::testing {
 
-/// Bodies run as fibers with stacks of their own, so that real code is suspended wherever it calls step(), however deep. The same
-/// seed gives the same order. Not under ThreadSanitizer, which knows of no fibers. One at a time.
+/// Bodies run as fibers with stacks of their own, so that real code is suspended wherever it calls step(), however
+/// deep. The same seed gives the same order. Not under ThreadSanitizer, which knows of no fibers. One at a time.
 class Interleaver {
  public:
   /// At a step another goes on with this probability.

@@ -154,7 +154,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
   SampleRing ring(1 / periodS);
   ServoTick tick(device, scenes, ring, periodS, contact);
   std::array<StylusSample, 512> drained;
-  double timeS = 0;
+  double timeS = 0, latest = 0;  // Of the last tick whose time was a number.
   bool fromZero = true;
   uint64_t stoppedFor = 0;
   uint64_t touching = 0, stopped = 0, waiting = 0, stale = 0, panning = 0, clutched = 0, slewed = 0, pushed = 0;
@@ -164,7 +164,10 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
       scenes.publish(std::make_unique<const Scene>(anyScene(random, versions)));
     }
     // Time goes on, mostly.
+    const double before = timeS;
     timeS = random() % 100 ? timeS + periodS : random() % 4 ? 10 * unit(random) : odd(random);
+    // Now and then late by some periods, or bunched.
+    if (random() % 50 == 0) timeS = before + 6 * periodS * std::abs(unit(random));
     if (random() % 10'000 == 0) {
       tick.park(0);
       fromZero = true;
@@ -178,6 +181,8 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
     if (!device.answered || device.garbage) {
       ASSERT_EQ(force, Vec3d::Zero()) << "tick " << i;
       fromZero = true;
+    } else if (force == Vec3d::Zero() && timeS - latest > periodS + kStallSeconds) {
+      fromZero = true;  // After a gap forces begin anew.
     } else {
       ASSERT_LE((force - device.before).norm(), tick.safety().slewStepN() * (1 + 1e-9)) << "tick " << i;
       // After silence or a stop nothing is felt until what would be felt is small.
@@ -186,6 +191,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
         fromZero = false;
       }
     }
+    if (std::isfinite(timeS)) latest = timeS;
     ASSERT_LE(tick.heat().load(), 1 + 1e-3) << "tick " << i;
     touching += (flags & kTouching) != 0;
     stopped += (flags & kStopped) != 0;

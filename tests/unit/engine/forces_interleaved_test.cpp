@@ -1,5 +1,5 @@
-// Stop is the last word in every order: users who stop, resume and change the device, the thread that carries it out, the servo, its
-// watchdog and the device's thread, interleaved step by step in the real code.
+// Stop is the last word in every order: users who stop, resume and change the device, the thread that carries it out,
+// the servo, its watchdog and the device's thread, interleaved step by step in the real code.
 
 #include <gtest/gtest.h>
 
@@ -18,20 +18,21 @@
 namespace argil::engine {
 namespace {
 
+using argil::testing::Interleaver;
 using haptics::ForceGate;
 using haptics::StopOwner;
-using argil::testing::Interleaver;
 
-constexpr double kPeriodS = 1.0 / 8000;  // The slew limit of a tick is then below the force that acts: a beginning is seen.
-constexpr double kForceN = 0.3;          // Below what a servo may begin with.
+constexpr double kPeriodS =
+    1.0 / 8000;                  // The slew limit of a tick is then below the force that acts: a beginning is seen.
+constexpr double kForceN = 0.3;  // Below what a servo may begin with.
 
 /// What the order of the steps has been so far. Each record is one step with what it records.
 struct Ghost {
   uint64_t now = 0;
-  uint64_t lastStop = 0;     // When a stop of a user had returned.
-  uint64_t lastResume = 0;   // When a resume was called.
-  uint64_t lastShut = 0;     // When anybody shut the gate.
-  uint64_t handedOut = 0;    // Forces that were not zero.
+  uint64_t lastStop = 0;    // When a stop of a user had returned.
+  uint64_t lastResume = 0;  // When a resume was called.
+  uint64_t lastShut = 0;    // When anybody shut the gate.
+  uint64_t handedOut = 0;   // Forces that were not zero.
 };
 
 /// A device as ThreadedDevice is one, but that the test turns its thread. Marks each command with its number.
@@ -260,9 +261,17 @@ TEST(Forces, areZeroAfterAStopUntilALaterResumeInEveryOrder) {
         for (int i = 0; i < 3; ++i) {
           Interleaver::step();
           switch ((script >> (8 * i)) % 5) {
-            case 0: case 1: bench.stop(); break;
-            case 2: case 3: bench.resume(); break;
-            default: bench.change(); break;
+            case 0:
+            case 1:
+              bench.stop();
+              break;
+            case 2:
+            case 3:
+              bench.resume();
+              break;
+            default:
+              bench.change();
+              break;
           }
         }
         --users;
@@ -305,8 +314,9 @@ TEST(Forces, areZeroAfterAStopUntilALaterResumeInEveryOrder) {
   EXPECT_GT(resumed, schedules / 10);
   EXPECT_GT(stopped, schedules / 10);
   std::printf("%llu schedules, %.1f switches each: %llu ended stopped, %llu pushing; %llu forces were handed out\n",
-              static_cast<unsigned long long>(schedules), double(switches) / double(schedules), static_cast<unsigned long long>(stopped),
-              static_cast<unsigned long long>(resumed), static_cast<unsigned long long>(pushed));
+              static_cast<unsigned long long>(schedules), double(switches) / double(schedules),
+              static_cast<unsigned long long>(stopped), static_cast<unsigned long long>(resumed),
+              static_cast<unsigned long long>(pushed));
 }
 
 }  // namespace

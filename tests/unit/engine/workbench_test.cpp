@@ -302,19 +302,23 @@ class WorkbenchForces : public WorkbenchTest {
     arm.plug();
     rise();
     bench.useDevice(name());
-    ASSERT_TRUE(until([&] { return bench.touch(false).device == name() && bench.touch(false).state == haptics::ServoState::running; }))
-        << bench.touch(false).sentence;
+    ASSERT_TRUE(until([&] {
+      return bench.touch(false).device == name() && bench.touch(false).state == haptics::ServoState::running;
+    })) << bench.touch(false).sentence;
     ASSERT_TRUE(pushes()) << bench.touch(false).sentence;
   }
   std::string name() const { return "haply:" + arm.path(); }
   void rise() { arm.hand({0, 0, 16}, 0); }
   void press(double depthMm = 1.5) { arm.hand({0, 0, 13 - depthMm}, 0); }
-  /// Pressed into the block it pushes back. On a busy machine forces begin anew now and then, and wait for the hand to rise.
+  /// Pressed into the block it pushes back. On a busy machine forces begin anew now and then, and wait for the hand to
+  /// rise.
   [[nodiscard]] bool pushes(double depthMm = 1.5) {
     return until([&] {
       if (arm.forceN().norm() > 0.3) return true;
-      if (bench.touch(false).state == haptics::ServoState::waiting) rise();
-      else press(depthMm);
+      if (bench.touch(false).state == haptics::ServoState::waiting)
+        rise();
+      else
+        press(depthMm);
       return false;
     });
   }
@@ -324,9 +328,10 @@ class WorkbenchForces : public WorkbenchTest {
     const uint64_t from = arm.told();
     bool zero = true;
     return until([&] {
-      zero = zero && arm.forceN().norm() == 0;
-      return !zero || arm.told() > from + times;
-    }) && zero;
+             zero = zero && arm.forceN().norm() == 0;
+             return !zero || arm.told() > from + times;
+           }) &&
+           zero;
   }
   /// While it lives the edit thread does nothing else.
   class Busy {
@@ -412,8 +417,10 @@ TEST_F(WorkbenchForces, MotorsStayWarmWhenTheDeviceIsChosenAnew) {
   ASSERT_TRUE(until([&] { return bench.touch(false).device == "pointer"; }));
   EXPECT_EQ(bench.touch(false).heat, 0) << "another device is another motor";
   bench.useDevice(name());
-  ASSERT_TRUE(until([&] { return bench.touch(false).device == name() && bench.touch(false).state == haptics::ServoState::running; }));
-  EXPECT_GT(bench.touch(false).heat, 0.01) << "nothing was pressed since: only half a minute of rest would bring it there";
+  ASSERT_TRUE(until(
+      [&] { return bench.touch(false).device == name() && bench.touch(false).state == haptics::ServoState::running; }));
+  EXPECT_GT(bench.touch(false).heat, 0.01)
+      << "nothing was pressed since: only half a minute of rest would bring it there";
 }
 
 TEST_F(WorkbenchTest, EditsOfADragAreOneStep) {

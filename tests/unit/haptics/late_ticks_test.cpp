@@ -31,7 +31,11 @@ struct Schedule {
 
 // What an ordinary desktop does to a thread without rights, and worse.
 std::vector<Schedule> schedules(double seconds) {
-  std::vector<Schedule> all = {{"on time", {}}, {"jitter of 0.3 ms", {}}, {"pairs, 0.1 and 1.9 ms", {}}, {"every third missing", {}}, {"5 ms late now and then, then a bunch", {}},
+  std::vector<Schedule> all = {{"on time", {}},
+                               {"jitter of 0.3 ms", {}},
+                               {"pairs, 0.1 and 1.9 ms", {}},
+                               {"every third missing", {}},
+                               {"5 ms late now and then, then a bunch", {}},
                                {"one in four", {}}};
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -87,7 +91,8 @@ TEST(LateTicks, velocitiesAreThoseOfTheHand) {
         last = t;
         if (t > 0.1) worst = std::max(worst, std::abs(v - top * std::cos(w * t)));
       }
-      std::printf("%-38s steps of %.2f mm: off by at most %.1f %% of the largest speed\n", schedule.name.c_str(), step, 100 * worst / top);
+      std::printf("%-38s steps of %.2f mm: off by at most %.1f %% of the largest speed\n", schedule.name.c_str(), step,
+                  100 * worst / top);
       EXPECT_LE(worst, 0.10 * top) << schedule.name << ", " << step;
     }
   }
@@ -124,8 +129,8 @@ TEST(LateTicks, theHeatIsThatOfRealTime) {
   EXPECT_NEAR(budget.load(), 0.9 * std::exp(-5), 1e-12);
 }
 
-// A spring wall at z = 0 that a hand presses and leaves; what the motor gives by the exact integral of the held force, and what the observer
-// makes of it. Without damping or forgetting: as Input has it.
+// A spring wall at z = 0 that a hand presses and leaves; what the motor gives by the exact integral of the held force,
+// and what the observer makes of it. Without damping or forgetting: as Input has it.
 TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
   DeviceSheet sheet = deviceSheet("touchx");
   sheet.topDampingNsmm = 1e-12;  // The controller may not act: the observer alone is looked at.
@@ -142,7 +147,8 @@ TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
       const auto work = [&](double a, double b) {
         double sum = 0;
         for (size_t i = 0; i < commands.size(); ++i) {
-          const double from = std::max(a, commands[i].fromS + delayS), to = std::min(b, i + 1 < commands.size() ? commands[i + 1].fromS + delayS : 1e9);
+          const double from = std::max(a, commands[i].fromS + delayS),
+                       to = std::min(b, i + 1 < commands.size() ? commands[i + 1].fromS + delayS : 1e9);
           if (to > from) sum += commands[i].z * (place(to) - place(from));
         }
         return sum;
@@ -157,7 +163,8 @@ TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
         in.elapsedS = step;
         const double stretch = std::max(0.0, -place(t));
         in.force = {0, 0, 1.0 * stretch};
-        in.storedNmm = 0;  // Whatever the hand puts in goes to the tank, whatever it gets is drawn: both are seen there.
+        in.storedNmm =
+            0;  // Whatever the hand puts in goes to the tank, whatever it gets is drawn: both are seen there.
         in.active = true;
         const double before = passivity.tank().levelNmm();
         (void)passivity.apply(in);
@@ -166,7 +173,9 @@ TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
           const double truth = -work(now, t);
           // The tank's trickle is known; when it is full or empty nothing can be read from it.
           const double trickle = passivity.tank().trickleNmmS() * elapsed;
-          const bool readable = passivity.tank().levelNmm() > 1e-9 && passivity.tank().levelNmm() < passivity.tank().capacityNmm() - 1e-9 && before < passivity.tank().capacityNmm() - trickle;
+          const bool readable = passivity.tank().levelNmm() > 1e-9 &&
+                                passivity.tank().levelNmm() < passivity.tank().capacityNmm() - 1e-9 &&
+                                before < passivity.tank().capacityNmm() - trickle;
           if (readable) {
             given += truth;
             counted += tank - trickle;
@@ -198,9 +207,11 @@ TEST(LateTicks, tooFastIsASpeedAndNotACount) {
         const double t = schedule.times[i], elapsed = t - now;
         now = t;
         state.pose.translation = {share * sheet.topSpeedMms * t, 0, 0};
-        (void)safety.apply(Vec3d::Zero(), state, true, flags, 1e9, {i ? elapsed : kOnePeriod, i ? elapsed : kOnePeriod});
+        (void)safety.apply(Vec3d::Zero(), state, true, flags, 1e9,
+                           {i ? elapsed : kOnePeriod, i ? elapsed : kOnePeriod});
       }
-      EXPECT_EQ(safety.fault(), share > 1 ? Fault::tooFast : Fault::none) << schedule.name << " at " << share << " of the top speed";
+      EXPECT_EQ(safety.fault(), share > 1 ? Fault::tooFast : Fault::none)
+          << schedule.name << " at " << share << " of the top speed";
     }
   }
   // A glitch of one position within a bunch is no speed.
@@ -238,7 +249,8 @@ TEST(LateTicks, aFaultFadesInItsTimeAndABunchIsNoSteeper) {
   EXPECT_LE(faded, kFadeSeconds + 1e-9);
 }
 
-/// A hand that moves evenly, read when the tick says it is; or whose answers come from a thread of their own and are older.
+/// A hand that moves evenly, read when the tick says it is; or whose answers come from a thread of their own and are
+/// older.
 class MovingDevice final : public Device {
  public:
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return deviceSheet("touchx"); }

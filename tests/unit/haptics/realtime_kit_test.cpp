@@ -33,7 +33,8 @@ class FakeBus {
  public:
   enum class Mood { good, silentAtOnce, silentLater, hangsUp, rejects, refuses, garbage, endless, wrongType, split };
 
-  explicit FakeBus(Mood mood) : mood_(mood), path_(std::filesystem::temp_directory_path() / ("argil-bus-" + std::to_string(getpid()))) {
+  explicit FakeBus(Mood mood)
+      : mood_(mood), path_(std::filesystem::temp_directory_path() / ("argil-bus-" + std::to_string(getpid()))) {
     std::filesystem::remove(path_);
     socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_un at{};
@@ -99,7 +100,8 @@ class FakeBus {
   }
   void answer(int fd, const std::string& bytes) const {
     const size_t part = mood_ == Mood::split ? 3 : bytes.size();
-    for (size_t at = 0; at < bytes.size(); at += part) (void)!send(fd, bytes.data() + at, std::min(part, bytes.size() - at), MSG_NOSIGNAL);
+    for (size_t at = 0; at < bytes.size(); at += part)
+      (void)!send(fd, bytes.data() + at, std::min(part, bytes.size() - at), MSG_NOSIGNAL);
   }
   void serve() {
     while (wait(socket_)) {
@@ -126,7 +128,8 @@ class FakeBus {
       if (!receive(fd, in, 16)) return;
       const size_t fields = (get(in, 12, 4) + 7) / 8 * 8, body = get(in, 4, 4);
       if (!receive(fd, in, 16 + fields + body)) return;
-      if (!reply(fd, in, in.substr(16 + fields), static_cast<uint32_t>(get(in, 8, 4)))) return (void)receive(fd, in, 1 << 20);
+      if (!reply(fd, in, in.substr(16 + fields), static_cast<uint32_t>(get(in, 8, 4))))
+        return (void)receive(fd, in, 1 << 20);
     }
   }
   bool reply(int fd, const std::string& in, const std::string& body, uint32_t serial) {
@@ -157,7 +160,8 @@ class FakeBus {
       priority = static_cast<uint32_t>(get(body, 8, 4));
       sched_param parameter{};
       parameter.sched_priority = static_cast<int>(priority.load());
-      if (schedules && sched_setscheduler(static_cast<pid_t>(thread.load()), SCHED_RR | SCHED_RESET_ON_FORK, &parameter) != 0)
+      if (schedules &&
+          sched_setscheduler(static_cast<pid_t>(thread.load()), SCHED_RR | SCHED_RESET_ON_FORK, &parameter) != 0)
         return answer(fd, message(3, serial, "")), true;
     }
     answer(fd, message(mood_ == Mood::refuses ? 3 : 2, serial, out));
@@ -199,12 +203,14 @@ TEST(RealtimeKit, isAskedForTheThreadWithinWhatItLends) {
 
 TEST(RealtimeKit, thatIsNotThereOrTalksNonsenseIsARefusal) {
   EXPECT_FALSE(askRealtimeKit("unix:path=/nowhere/at/all", 1, 80).granted);
-  for (const char* address : {"", ";", "unix:", "tcp:host=localhost", "unix:path=", "unix:path=%", "unix:abstract=argil-nobody", "nonsense"}) {
+  for (const char* address : {"", ";", "unix:", "tcp:host=localhost", "unix:path=", "unix:path=%",
+                              "unix:abstract=argil-nobody", "nonsense"}) {
     const RealtimeKitAnswer answer = askRealtimeKit(address, 1, 80);
     EXPECT_FALSE(answer.granted || answer.silent) << address;
     EXPECT_FALSE(answer.why.empty());
   }
-  for (const auto mood : {FakeBus::Mood::hangsUp, FakeBus::Mood::rejects, FakeBus::Mood::refuses, FakeBus::Mood::garbage, FakeBus::Mood::wrongType}) {
+  for (const auto mood : {FakeBus::Mood::hangsUp, FakeBus::Mood::rejects, FakeBus::Mood::refuses,
+                          FakeBus::Mood::garbage, FakeBus::Mood::wrongType}) {
     FakeBus bus(mood);
     const RealtimeKitAnswer answer = askRealtimeKit(bus.address(), 1, 80, 10);
     EXPECT_FALSE(answer.granted) << int(mood);
@@ -220,8 +226,33 @@ TEST(RealtimeKit, thatDoesNotAnswerIsWaitedForNoLongerThanAsked) {
     const RealtimeKitAnswer answer = askRealtimeKit(bus.address(), 1, 80, 0.05);
     EXPECT_FALSE(answer.granted);
     EXPECT_TRUE(answer.silent) << int(mood) << ": " << answer.why;
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << "far below the 200 000 signals of the endless one";
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20))
+        << "far below the 200 000 signals of the endless one";
   }
+}
+
+TEST(RealtimeKit, isMissedOnARealBus) {
+  const std::string socket =
+      (std::filesystem::temp_directory_path() / ("argil-dbus-" + std::to_string(getpid()))).string();
+  const pid_t daemon = fork();
+  if (daemon == 0) {
+    const std::string address = "--address=unix:path=" + socket;
+    execlp("dbus-daemon", "dbus-daemon", "--session", "--nofork", "--nopidfile", address.c_str(), nullptr);
+    _exit(127);
+  }
+  RealtimeKitAnswer answer;
+  int status = 0;
+  bool gone = false;
+  while (answer.why.empty() || answer.why == "no system bus") {
+    gone = waitpid(daemon, &status, WNOHANG) == daemon;
+    if (gone) break;
+    answer = askRealtimeKit("unix:path=" + socket, gettid(), 80, 60);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  if (gone) GTEST_SKIP() << "there is no dbus-daemon that runs here";
+  kill(daemon, SIGTERM);
+  waitpid(daemon, &status, 0);
+  EXPECT_EQ(answer.why, "refused") << "it greets, understands what is asked, and knows nobody of that name";
 }
 
 TEST(RealtimeKit, lendsToAUserWhomTheSystemRefuses) {
@@ -237,7 +268,9 @@ TEST(RealtimeKit, lendsToAUserWhomTheSystemRefuses) {
       const RealtimeGrant grant = becomeRealtime(85, false);
       const int policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
       if (grant.fifo != (policy == SCHED_RR)) return 52;
-      if (grant.sentence.find(grant.fifo ? "granted by RealtimeKit (SCHED_RR 20)" : "allow it with 'ulimit -r 90'") == std::string::npos) return 53;
+      if (grant.sentence.find(grant.fifo ? "granted by RealtimeKit (SCHED_RR 20)" : "allow it with 'ulimit -r 90'") ==
+          std::string::npos)
+        return 53;
       return grant.fifo ? 1 : 0;
     });
   };

@@ -45,8 +45,10 @@ class CountingDevice final : public Device {
     return true;
   }
   void write(double, const Vec3d&) ARGIL_REALTIME override {
-    if (halved() == 0) ++flushed;
-    else ++kept;
+    if (halved() == 0)
+      ++flushed;
+    else
+      ++kept;
   }
   std::atomic<uint64_t> flushed{0}, kept{0};
 };

@@ -142,6 +142,42 @@ TEST(Safety, nothingThatComesInBreaksALimit) {
   }
 }
 
+TEST(ForceGate, isOpenedByItsOwnersAloneAndByWhoSawTheLastStop) {
+  ForceGate gate;
+  EXPECT_TRUE(gate.open());
+  EXPECT_TRUE(gate.resume(StopOwner::user, gate.generation(StopOwner::user))) << "nothing was stopped";
+  const ForceGate::Generation first = gate.stop(StopOwner::user), second = gate.stop(StopOwner::user);
+  EXPECT_FALSE(gate.resume(StopOwner::user, first)) << "there was a later stop";
+  const ForceGate::Generation dog = gate.stop(StopOwner::watchdog);
+  EXPECT_TRUE(gate.resume(StopOwner::watchdog, dog));
+  EXPECT_FALSE(gate.open()) << "the user's stop is not the watchdog's";
+  EXPECT_TRUE(gate.resume(StopOwner::user, second));
+  EXPECT_TRUE(gate.open());
+  EXPECT_FALSE(gate.resume(StopOwner::user, second)) << "a resume that came twice";
+  const ForceGate::Word before = gate.word();
+  gate.interrupt(StopOwner::device);
+  EXPECT_TRUE(gate.open());
+  EXPECT_NE(gate.word(), before) << "what was commanded before is void";
+  gate.stop(StopOwner::user);
+  gate.interrupt(StopOwner::device);
+  EXPECT_FALSE(gate.open());
+}
+
+TEST(ForceGate, aCounterThatRunsOverTouchesNoOther) {
+  for (const StopOwner owner : {StopOwner::user, StopOwner::watchdog, StopOwner::device}) {
+    ForceGate gate;
+    for (int i = 0; i < 40'000; ++i) {
+      const ForceGate::Generation stop = gate.stop(owner);
+      ASSERT_FALSE(gate.open()) << i;
+      ASSERT_TRUE(gate.stoppedBy(owner));
+      ASSERT_TRUE(gate.resume(owner, stop));
+      ASSERT_TRUE(gate.open()) << i;
+    }
+    for (const StopOwner other : {StopOwner::user, StopOwner::watchdog, StopOwner::device})
+      EXPECT_EQ(gate.generation(other) != 0, other == owner);
+  }
+}
+
 TEST(Heartbeat, isSilentAfterItsTime) {
   Heartbeat heart;
   heart.beat(10);
