@@ -376,6 +376,8 @@ TouchState Workbench::touch(bool statistics) {
                                                                      : haptics::sentence(view.state);
       view.grant = hand->grant;
       view.rateHz = hand->servo.rateHz();
+      view.delayS = hand->device->delayS();
+      view.stiffnessNmm = haptics::coupleTo(view.sheet, 1 / view.rateHz, view.delayS).stiffnessNmm;
       view.droppedSamples = hand->servo.samples().dropped();
       view.watchdogCuts = hand->servo.watchdogCuts();
       const auto now = std::chrono::steady_clock::now();

@@ -63,6 +63,8 @@ struct TouchState {
   std::string sentence;                ///< What the servo does or why it stopped, and what to do.
   std::string grant;                   ///< What the system granted the servo.
   double rateHz = 1000;
+  double delayS = 0;        ///< haptics::Device::delayS.
+  double stiffnessNmm = 0;  ///< What the device is coupled at, at that rate and delay.
   haptics::StylusSample latest;
   std::vector<float> forceN;           ///< Size of the force of the last 2 s, oldest first, 500 a second.
   haptics::ServoStatistics statistics; ///< At most half a second old while somebody asks.
