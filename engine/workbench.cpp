@@ -379,6 +379,8 @@ TouchState Workbench::touch(bool statistics) {
       view.grant = hand->grant;
       view.rateHz = hand->servo.rateHz();
       view.heat = hand->servo.heat();
+      view.delayS = hand->device->delayS();
+      view.stiffnessNmm = haptics::coupleTo(view.sheet, 1 / view.rateHz, view.delayS).stiffnessNmm;
       view.droppedSamples = hand->servo.samples().dropped();
       view.watchdogCuts = hand->servo.watchdogCuts();
       const auto now = std::chrono::steady_clock::now();

@@ -64,6 +64,8 @@ struct TouchState {
   std::string grant;                   ///< What the system granted the servo.
   double rateHz = 1000;
   double heat = 0;  ///< Of the motors' heat budget in use: 0 cold, 1 all of it.
+  double delayS = 0;        ///< haptics::Device::delayS.
+  double stiffnessNmm = 0;  ///< What the device is coupled at, at that rate and delay.
   haptics::StylusSample latest;
   std::vector<float> forceN;           ///< Size of the force of the last 2 s, oldest first, 500 a second.
   haptics::ServoStatistics statistics; ///< At most half a second old while somebody asks.

@@ -7,6 +7,8 @@
 namespace argil::haptics {
 namespace {
 
+constexpr double kCarried =
+    1.2;  // Of 2b/T: how much farther passivity control carried all devices, rates and delays (NOTES.md, "Stability").
 constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
 constexpr double kStepReserve = 0.75;     // Of what friction could hold at rest: along the clay it holds less across it.
 constexpr double kDampingFraction = 0.2;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
@@ -16,8 +18,10 @@ constexpr double kDampingFraction = 0.2;  // Of the sheet's top damping. With mo
 CouplingBounds couplingBounds(const DeviceSheet& sheet, double periodS, double delayS) {
   if (!(periodS >= 1.0 / 8001 && periodS <= 0.01)) throw Error("coupling: the rate must be 100 to 8000 Hz");
   if (!(delayS >= 0 && delayS <= 0.015)) throw Error("coupling: the delay must be 0 to 0.015 s");
-  // A force held for T acts half a period late on average, and by the delay later than that.
-  const double lateS = 0.5 * periodS + delayS;
+  // A force held for T acts half a period late on average, and by the delay later than that. What exchanges more slowly
+  // than the servo turns holds it for longer.
+  const double heldS = sheet.rateHz > 0 ? std::max(periodS, 1 / sheet.rateHz) : periodS;
+  const double lateS = 0.5 * heldS + delayS;
   CouplingBounds bounds;
   bounds.colgateBrownNmm = sheet.dampingNsmm / lateS;
   bounds.quantizationNmm = sheet.resolutionMm > 0 ? 2 * sheet.frictionN / sheet.resolutionMm : 1e9;
@@ -27,7 +31,8 @@ CouplingBounds couplingBounds(const DeviceSheet& sheet, double periodS, double d
 
 Coupling coupleTo(const DeviceSheet& sheet, double periodS, double delayS, bool controlled) {
   const CouplingBounds bounds = couplingBounds(sheet, periodS, delayS);
-  const double stable = controlled ? kReserve * bounds.controlledNmm : bounds.colgateBrownNmm;
+  const double stable = controlled ? std::min(kReserve * bounds.controlledNmm, kCarried * bounds.colgateBrownNmm)
+                                   : bounds.colgateBrownNmm;
   Coupling coupling;
   coupling.stiffnessNmm = std::min({sheet.topStiffnessNmm, stable, kStepReserve * bounds.quantizationNmm});
   coupling.dampingNsmm = controlled ? kDampingFraction * sheet.topDampingNsmm : 0;

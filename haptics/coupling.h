@@ -18,7 +18,9 @@ struct CouplingBounds {
   double controlledNmm = 0;     ///< Where the damping of passivity control, held to the sheet's top damping, is used up.
 };
 
-/// `periodS`: 1/8000 to 1/100 s; `delayS` from command to motor, 0 to 15 ms. Throws Error for others.
+/// `periodS`: of the servo, 1/8000 to 1/100 s; a device whose sheet names a lower rate holds forces for as long as
+/// that. `delayS`: of the whole loop, from a state's measurement to the force that answers it (Device::delayS), 0 to 15
+/// ms. Throws Error for others.
 [[nodiscard]] CouplingBounds couplingBounds(const DeviceSheet& sheet, double periodS, double delayS = 0);
 
 /// The stiffest coupling for a rate and a delay that stays quiet, and its damper; K never above the sheet's top, B never above its

@@ -71,6 +71,11 @@ class Device {
   /// this one too. Before its servo starts; `gate` must outlive the device.
   void setGate(ForceGate& gate) noexcept { gate_.store(&gate); }
 
+  /// How late a force acts on a state that was measured, seconds: from the state's measurement to the tick that reads
+  /// it, and from that tick's command to the motors. 0 where read() measures and write() acts at once. Changes slowly.
+  /// Any thread; real-time safe.
+  [[nodiscard]] virtual double delayS() const ARGIL_REALTIME { return 0; }
+
   /// What it does or what ails it and what to do, one sentence for the person. Any thread but the servo's: it allocates.
   [[nodiscard]] virtual std::string status() const { return sheet().name + ": ready"; }
 

@@ -14,6 +14,7 @@ constexpr double kMostNeeded = 2.0;       // Times what a held force leaks: slow
 constexpr double kForgetS = 0.2;          // Old leaks are let go: a hand that glides cannot pay them back along the normal.
 constexpr double kMostLackingTicks = 20;  // No more is remembered than the damper takes up in so many ticks at kReferenceMms.
 constexpr double kReferenceMms = 100;
+constexpr double kMostDelayS = 0.015;
 constexpr double kTrickleS = 4;           // Fills the tank in so long: about a milliwatt.
 
 }  // namespace
@@ -21,8 +22,6 @@ constexpr double kTrickleS = 4;           // Fills the tank in so long: about a 
 Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
     : periodS_(periodS),
       slow_(sheet.resolutionMm / kStepS),
-      delayS_(delayS),
-      lateS_(0.5 * periodS + delayS),
       most_(sheet.topDampingNsmm),
       mostLacking_(kMostLackingTicks * sheet.topDampingNsmm * kReferenceMms * kReferenceMms * periodS),
       hold_(std::exp(-periodS / kHoldS)),
@@ -30,11 +29,17 @@ Passivity::Passivity(const DeviceSheet& sheet, double periodS, double delayS)
       // A spring stretched to the peak: one full push out of clay that grew.
       tank_(0.5 * sheet.peakForceN * sheet.peakForceN / sheet.topStiffnessNmm,
             0.5 * sheet.peakForceN * sheet.peakForceN / sheet.topStiffnessNmm / kTrickleS) {
-  if (!(delayS >= 0 && delayS <= 0.015)) throw Error("passivity control: the delay must be 0 to 0.015 s");
-  const double late = delayS / periodS;
+  if (!(delayS >= 0 && delayS <= kMostDelayS)) throw Error("passivity control: the delay must be 0 to 0.015 s");
+  setDelay(delayS);
+  reset();
+}
+
+void Passivity::setDelay(double delayS) ARGIL_REALTIME {
+  delayS_ = std::clamp(delayS, 0.0, kMostDelayS);
+  lateS_ = 0.5 * periodS_ + delayS_;
+  const double late = delayS_ / periodS_;
   lateTicks_ = static_cast<size_t>(late);
   lateRest_ = late - std::floor(late);
-  reset();
 }
 
 void Passivity::reset() noexcept {

@@ -43,6 +43,9 @@ class Passivity {
   /// `delayS`: from command to motor, as far as it is known; 0 to 15 ms. Throws Error for others.
   Passivity(const DeviceSheet& sheet, double periodS, double delayS = 0);
 
+  /// From now on; longer ones count as 15 ms. Keeps all that it knows.
+  void setDelay(double delayS) ARGIL_REALTIME;
+
   struct Input {
     Vec3d position = Vec3d::Zero();   ///< As measured in this tick, mm.
     Vec3d velocity = Vec3d::Zero();   ///< Filtered, mm/s.

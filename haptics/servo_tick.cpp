@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/error.h"
+#include "haptics/delay_meter.h"
 
 namespace argil::haptics {
 namespace {
@@ -33,7 +34,17 @@ ServoTick::ServoTick(Device& device, Published<Scene>& scene, SampleRing& sample
 void ServoTick::couple(const Coupling& coupling, bool controlled, double delayS) {
   coupling_ = coupling;
   controlled_ = controlled;
+  follows_ = false;
   passivity_ = Passivity(device_.sheet(), periodS_, delayS);
+}
+
+// A loop that is later bears less stiffness. What is touched goes over to it gently: contact eases stiffness.
+void ServoTick::followDelay() ARGIL_REALTIME {
+  const double delay = device_.delayS();
+  if (!follows_ || delay == delayS_) return;
+  delayS_ = delay;
+  coupling_ = coupleTo(device_.sheet(), periodS_, std::clamp(delay, 0.0, DelayMeter::kMostS));
+  passivity_.setDelay(delay);
 }
 
 void ServoTick::reset() noexcept {
@@ -67,6 +78,7 @@ void ServoTick::heatUp(const TickClock::Step& step) ARGIL_REALTIME {
 uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   uint32_t flags = late ? uint32_t{kOverrun} : 0u;
   const Scene* scene = scene_.enter();
+  followDelay();
   DeviceState state;
   const bool fresh = device_.read(timeS, state);
   const bool sane = fresh && safety_.plausible(state);

@@ -44,8 +44,8 @@ class ServoTick {
   /// the motors as warm as they are.
   void reset() noexcept;
 
-  /// Instead of what coupleTo() gives, to measure stability; `controlled`: with passivity control, which knows of `delayS` from
-  /// command to motor. Not while the servo runs.
+  /// Instead of what coupleTo() gives for the device's delay as it is measured, to measure stability; `controlled`:
+  /// with passivity control, which knows of `delayS` from command to motor. Not while the servo runs.
   void couple(const Coupling& coupling, bool controlled, double delayS = 0);
   [[nodiscard]] const Coupling& coupling() const noexcept { return coupling_; }
   [[nodiscard]] const Passivity& passivity() const noexcept { return passivity_; }
@@ -66,6 +66,8 @@ class ServoTick {
   [[nodiscard]] LatestValue<Reactions>& reactions() noexcept { return reactions_; }
 
  private:
+  void followDelay() ARGIL_REALTIME;
+
   Device& device_;
   Published<Scene>::Reader scene_;
   SampleRing& samples_;
@@ -85,6 +87,8 @@ class ServoTick {
   Coupling coupling_;
   Passivity passivity_;
   bool controlled_ = true;
+  bool follows_ = true;  // The coupling follows the device's delay.
+  double delayS_ = 0;
   DeviceState state_;
   StylusSample sample_;
   uint64_t index_ = 0;

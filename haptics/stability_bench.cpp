@@ -8,6 +8,7 @@
 
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "haptics/devices/device_thread.h"
 #include "haptics/servo_tick.h"
 
 namespace argil::haptics {
@@ -128,6 +129,8 @@ class Swing {
  public:
   explicit Swing(size_t window) : window_(window) {}
   void see(double z) { all_.push_back(z); }
+  [[nodiscard]] double first() const { return between(0); }
+  [[nodiscard]] double last() const { return between(all_.size() - std::min(all_.size(), window_)); }
   [[nodiscard]] double largest() const {
     double worst = 0;
     for (size_t from = 0; from + window_ <= all_.size(); from += std::max<size_t>(1, window_ / 2)) {
@@ -138,17 +141,88 @@ class Swing {
   }
 
  private:
+  [[nodiscard]] double between(size_t from) const {
+    const auto begin = all_.begin() + static_cast<ptrdiff_t>(from);
+    const auto [lo, hi] =
+        std::minmax_element(begin, begin + static_cast<ptrdiff_t>(std::min(window_, all_.size() - from)));
+    return all_.empty() ? 0 : *hi - *lo;
+  }
+
   size_t window_;
   std::vector<double> all_;
+};
+
+/// A simulated device behind a ThreadedDevice: its exchanges have a time of their own, in virtual time.
+class ThreadedHand final : public Device {
+ public:
+  ThreadedHand(SimulatedDevice& device, double exchangesHz, double exchangeS)
+      : device_(device),
+        threaded_(sheetOf(device, exchangesHz), nullptr, optionsOf()),
+        periodNs_(1.0013e9 / exchangesHz),
+        exchangeNs_(1e9 * exchangeS) {}
+
+  const DeviceSheet& sheet() const noexcept override { return threaded_.sheet(); }
+  bool read(double timeS, DeviceState& state) ARGIL_REALTIME override {
+    turn(1e9 * timeS);
+    return threaded_.read(timeS, state);
+  }
+  void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override { threaded_.write(timeS, forceN); }
+  ForceGate& gate() const noexcept override { return threaded_.gate(); }
+  double delayS() const ARGIL_REALTIME override { return threaded_.delayS(); }
+
+ private:
+  static DeviceSheet sheetOf(const SimulatedDevice& device, double exchangesHz) {
+    DeviceSheet sheet = device.sheet();
+    sheet.rateHz = exchangesHz;
+    return sheet;
+  }
+  static ThreadedDevice::Options optionsOf() {
+    ThreadedDevice::Options options;
+    options.manual = true;
+    options.lateSeconds = 0.1;  // Of exchanges that take their time nothing is late.
+    return options;
+  }
+  // All that the device's thread does until then.
+  void turn(double untilNs) {
+    for (;;) {
+      const double next = stage_ == 0 ? beginNs_ : stage_ == 1 ? beginNs_ + 0.5 * exchangeNs_ : beginNs_ + exchangeNs_;
+      if (next > untilNs) return;
+      const auto at = static_cast<int64_t>(next);
+      if (stage_ == 0) {
+        force_ = threaded_.begin(at);
+      } else if (stage_ == 1) {
+        (void)device_.read(next * 1e-9, state_);
+        device_.write(next * 1e-9, force_);
+      } else {
+        threaded_.end(DeviceLink::Exchanged::state, state_, at);
+        beginNs_ += std::max(periodNs_, exchangeNs_);
+      }
+      stage_ = (stage_ + 1) % 3;
+    }
+  }
+
+  SimulatedDevice& device_;
+  ThreadedDevice threaded_;
+  double periodNs_, exchangeNs_, beginNs_ = 0.37e6;
+  int stage_ = 0;
+  Vec3d force_ = Vec3d::Zero();
+  DeviceState state_;
 };
 
 /// The closed loop: one tick after another, and what energy goes where.
 class Loop {
  public:
   Loop(const StabilityCase& c, const HandPath& path)
-      : device_(c.sheet, path, optionsOf(c)), sheet_(c.sheet), ring_(4), tick_(start(device_, published_), published_, ring_, 1 / c.rateHz), rate_(c.rateHz) {
-    tick_.couple(c.coupling, c.controlled, c.delayS);
+      : device_(c.sheet, path, optionsOf(c)),
+        threaded_(c.exchangesHz > 0 ? std::make_unique<ThreadedHand>(device_, c.exchangesHz, c.delayS) : nullptr),
+        sheet_(c.sheet),
+        ring_(4),
+        tick_(start(threaded_ ? static_cast<Device&>(*threaded_) : device_, published_), published_, ring_,
+              1 / c.rateHz),
+        rate_(c.rateHz) {
+    if (!threaded_) tick_.couple(c.coupling, c.controlled, c.delayS);
   }
+  [[nodiscard]] double delayS() const { return threaded_ ? threaded_->delayS() : 0; }
   Published<Scene>& published() { return published_; }
   void turn() {
     const Vec3d before = device_.position();
@@ -172,7 +246,7 @@ class Loop {
   static SimulatedDevice::Options optionsOf(const StabilityCase& c) {
     SimulatedDevice::Options o;
     o.hand = c.hand;
-    o.delayS = c.delayS;
+    o.delayS = c.exchangesHz > 0 ? 0 : c.delayS;
     o.encoderSteps = c.encoderSteps;
     o.fineStepS = c.rateHz > 2000 ? 2.5e-5 : 5e-5;
     return o;
@@ -184,6 +258,7 @@ class Loop {
 
   Published<Scene> published_;
   SimulatedDevice device_;
+  std::unique_ptr<ThreadedHand> threaded_;
   DeviceSheet sheet_;
   SampleRing ring_;
   ServoTick tick_;
@@ -213,6 +288,9 @@ const char* name(StabilityTask task) noexcept {
 StabilityFigures runStability(const StabilityCase& asked) {
   StabilityCase what = asked;
   if (!what.encoderSteps) what.sheet.resolutionMm = 0;
+  if (what.exchangesHz > 0)
+    what.coupling =
+        coupleTo(what.sheet, std::max(1 / what.rateHz, 1 / what.exchangesHz), what.delayS);  // About: for the plan.
   const Plan plan = planOf(what);
   Loop loop(what, plan.path);
   const auto ticks = static_cast<uint64_t>(plan.endS * what.rateHz);
@@ -234,6 +312,10 @@ StabilityFigures runStability(const StabilityCase& asked) {
     last = force;
   }
   f.cycleMm = swing.largest();
+  f.startCycleMm = swing.first();
+  f.endCycleMm = swing.last();
+  f.delayS = what.exchangesHz > 0 ? loop.delayS() : what.delayS;
+  f.stiffnessNmm = loop.tick().coupling().stiffnessNmm;
   f.givenNmm = loop.work - loop.lost;
   double allowed = kQuietJump * what.sheet.peakForceN;
   if (what.task == StabilityTask::glide && what.encoderSteps) allowed += what.coupling.stiffnessNmm * what.sheet.resolutionMm;

@@ -33,6 +33,10 @@ struct StabilityCase {
   Coupling coupling;              ///< Of any size, whatever the sheet's top.
   bool controlled = true;         ///< With passivity control.
   double delayS = 0;              ///< From command to motor.
+  /// Above 0: through a ThreadedDevice that exchanges so often, on a time of its own that drifts against the servo's:
+  /// `delayS` is then how long an exchange takes, its middle the moment when it measures and its force begins. The
+  /// servo measures the delay itself and couples to it: `coupling` is not looked at.
+  double exchangesHz = 0;
   bool encoderSteps = true;       ///< False: positions are exact, and the servo knows that.
 };
 
@@ -44,8 +48,16 @@ struct StabilityFigures {
   double jumpN = 0;               ///< Largest change of the commanded force in a tick.
   double givenNmm = 0;            ///< Work of the motor on the tool, less what the mechanism dissipated, over the whole task.
   double peakN = 0;
+  double startCycleMm = 0, endCycleMm = 0;  ///< The same in the first and in the last 0.1 s of what is judged.
+  double delayS = 0;                        ///< What the servo took the loop's delay for in the end.
+  double stiffnessNmm = 0;                  ///< What it coupled at.
   bool stopped = false;           ///< Safety latched.
   bool quiet = false;
+  /// Nothing that swings goes on: what is left in the end is below kStableCycleMm or has faded since kJudgedS before.
+  [[nodiscard]] bool stable() const noexcept {
+    return !stopped && (endCycleMm <= kStableCycleMm || endCycleMm < kStableFade * startCycleMm);
+  }
+  static constexpr double kStableCycleMm = 0.03, kStableFade = 0.7;
 };
 inline constexpr double kQuietCycleMm = 0.010, kQuietJump = 0.01, kJudgedS = 0.4;
 

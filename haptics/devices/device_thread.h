@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "haptics/delay_meter.h"
 #include "haptics/device.h"
 #include "haptics/force_line.h"
 #include "haptics/latest_value.h"
@@ -54,6 +55,8 @@ class ThreadedDevice final : public Device {
     double lateSeconds = 0;   ///< An answer older than this is late; 0: four exchanges at the sheet's rate.
     bool realtime = true;     ///< Ask for SCHED_FIFO.
     int priority = 85;        ///< Above the servo and its watchdog.
+    bool manual =
+        false;  ///< In virtual time: no thread, whoever made it calls begin() and end(); the link is never used.
   };
 
   /// Starts at once; a device that is not there yet is used as soon as it is.
@@ -66,6 +69,15 @@ class ThreadedDevice final : public Device {
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
   [[nodiscard]] std::string status() const override;
+  /// Measured: the median of some hundred cycles from command to state and back. Two exchanges until then.
+  [[nodiscard]] double delayS() const ARGIL_REALTIME override { return sheet_.dofOut > 0 ? delay_.delayS() : 0; }
+
+  // The device's side of an exchange: its own thread calls them, or whoever turns it in virtual time (Options::manual).
+
+  /// The force to send now, at `nowNs`: of the servo, or zero.
+  [[nodiscard]] Vec3d begin(int64_t nowNs);
+  /// What the exchange that began last ended with at `nowNs`. `where`: what to say when it is ready.
+  void end(DeviceLink::Exchanged result, const DeviceState& state, int64_t nowNs, const std::string& where = {});
 
   // Any thread.
   [[nodiscard]] DeviceCondition condition() const noexcept { return condition_.load(); }
@@ -76,6 +88,9 @@ class ThreadedDevice final : public Device {
   struct Answer {
     DeviceState state;
     int64_t atNs = 0;
+    int64_t beganNs = 0;  // Its exchange.
+    int64_t lagNs =
+        -1;  // Of the command that was sent with it, from the servo to its first exchange; below zero: none was.
   };
   struct Sentence {
     char text[240] = {};
@@ -84,6 +99,7 @@ class ThreadedDevice final : public Device {
   void run();
   void serve(const std::string& where);
   void tell(DeviceCondition condition, const std::string& sentence);
+  [[nodiscard]] int64_t servoNs(double timeS) const ARGIL_REALTIME;
 
   DeviceSheet sheet_;
   std::unique_ptr<DeviceLink> link_;
@@ -94,6 +110,10 @@ class ThreadedDevice final : public Device {
   mutable LatestValue<Sentence> sentence_;
   mutable std::mutex readers_;     // Of the sentence, among themselves: the device's thread never waits for them.
   Answer answer_;                  // The servo's.
+  DelayMeter delay_;               // The servo adds to it.
+  // The device's thread's, while it serves.
+  bool answering_ = false;
+  int64_t beganNs_ = 0, lastWrittenNs_ = 0, lagNs_ = -1;
   std::atomic<bool> live_{false}, stop_{false};
   std::atomic<DeviceCondition> condition_{DeviceCondition::opening};
   std::atomic<uint64_t> exchanges_{0}, failures_{0};

@@ -62,7 +62,7 @@ class TemplateLink final : public DeviceLink {
 
   // 6b. One exchange: force out, state in, no later than the deadline. Judge what comes before you believe it.
   Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept override {
-    port_.discardInput();  // An answer that came late must not be taken for this one's.
+    if (!port_.discardInput()) return Exchanged::garbage;  // An answer that came late must not be taken for this one's.
     const int written = port_.write(forcePacket(forceN));
     if (written != 1) return written < 0 ? Exchanged::gone : Exchanged::nothing;
     std::array<uint8_t, 9> answer;

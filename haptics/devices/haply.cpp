@@ -4,6 +4,7 @@
 
 #include "haptics/devices/haply.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include "haptics/clock.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/serial_port.h"
+#include "haptics/devices/sheets.h"
 #include "haptics/guard.h"
 
 namespace argil::haptics {
@@ -33,6 +35,7 @@ constexpr size_t kStateBytes = 1 + 6 * 4;
 constexpr size_t kGripHeadBytes = 1 + 2 + 4 * 4 + 1 + 1 + 1;  // Opcode, id, quaternion, error, hall sensor, length of what follows.
 constexpr int64_t kWakeNs = 300'000'000;
 constexpr int64_t kQuietNs = 3'000'000;     // So long without a byte ends what a device says after waking.
+constexpr size_t kMostIdentityBytes = 512;  // What a device says of itself is some twenty bytes.
 constexpr double kMmPerM = 1000;
 constexpr double kFarthestM = 1;            // The arm reaches 0.4 m.
 constexpr double kFastestMs = 50;
@@ -44,26 +47,38 @@ Vec3d floats(const uint8_t* at) {
   return {f[0], f[1], f[2]};
 }
 
-/// Wakes a device and lets it say what it has to say. False when it says nothing.
-bool wake(SerialPort& port) {
+/// Wakes a device and lets it say who it is. Nothing, or what is wrong with what it said. Bounded in bytes and time,
+/// whatever talks at the other end.
+std::string wake(SerialPort& port, Opcode identity) {
+  constexpr const char* kEndless = " talks without end: it is no Haply device; name another line";
   const uint8_t request[] = {kWake};
-  if (port.write(request) != 1) return false;
-  uint8_t scrap[64];
-  if (port.read(scrap, nowNs() + kWakeNs) <= 0) return false;
-  while (port.read(scrap, nowNs() + kQuietNs) > 0) {
+  if (!port.discardInput()) return kEndless;
+  if (port.write(request) != 1) return " takes no bytes; unplug the device and plug it in again";
+  std::array<uint8_t, kMostIdentityBytes> said;
+  const int64_t end = nowNs() + kWakeNs;
+  int n = port.read(said, end);
+  if (n <= 0) return " does not answer as a Haply device; look at its power, or name another line";
+  size_t count = static_cast<size_t>(n);
+  while (count < said.size() && nowNs() < end) {
+    n = port.read(std::span(said).subspan(count), std::min(end, nowNs() + kQuietNs));
+    if (n <= 0) break;
+    count += static_cast<size_t>(n);
   }
-  return true;
+  if (count == said.size() || nowNs() >= end) return kEndless;
+  if (said[0] == identity) return "";
+  if (said[0] == kGripIdentity)
+    return " is the grip of a Haply, not its arm; name the arm's line first, as haply:ARM,GRIP";
+  if (said[0] == kIdentity) return " is the arm of a Haply, not its grip; name the arm's line first, as haply:ARM,GRIP";
+  return " answers as another device, not as a Haply; name another line";
 }
 
-DeviceLink::Opened openAndWake(SerialPort& port, const std::string& path, std::string& sentence) {
+DeviceLink::Opened openAndWake(SerialPort& port, const std::string& path, Opcode identity, std::string& sentence) {
   const SerialPort::Opened opened = port.open(path, sentence);
   if (opened == SerialPort::Opened::absent) return DeviceLink::Opened::absent;
   if (opened == SerialPort::Opened::refused) return DeviceLink::Opened::refused;
-  if (wake(port)) {
-    sentence = path;
-    return DeviceLink::Opened::ready;
-  }
-  sentence = path + " does not answer as a Haply device; look at its power, or name another line";
+  const std::string wrong = wake(port, identity);
+  sentence = path + wrong;
+  if (wrong.empty()) return DeviceLink::Opened::ready;
   port.close();
   return DeviceLink::Opened::refused;
 }
@@ -76,7 +91,8 @@ class GripLink final : public DeviceLink {
 
   Opened open(std::string& sentence) override {
     held_ = 0;
-    return openAndWake(port_, path_, sentence);
+    known_ = false;
+    return openAndWake(port_, path_, kGripIdentity, sentence);
   }
 
   Exchanged exchange(const Vec3d&, int64_t deadlineNs, DeviceState& state) noexcept override {
@@ -98,7 +114,7 @@ class GripLink final : public DeviceLink {
 
  private:
   Exchanged spoiled() {
-    port_.discardInput();
+    (void)port_.discardInput();
     held_ = 0;
     return Exchanged::garbage;
   }
@@ -106,7 +122,10 @@ class GripLink final : public DeviceLink {
   Exchanged decode(DeviceState& state) {
     std::array<float, 4> q{};  // w, x, y, z.
     std::memcpy(q.data(), &buffer_[3], sizeof q);
-    std::memcpy(id_.data(), &buffer_[1], sizeof id_);
+    // A receiver may hear several grips: the first that answers is the one that is held.
+    const bool another = known_ && std::memcmp(id_.data(), &buffer_[1], sizeof id_) != 0;
+    if (!another) std::memcpy(id_.data(), &buffer_[1], sizeof id_);
+    known_ = true;
     const uint8_t error = buffer_[3 + sizeof q], extra = buffer_[kGripHeadBytes - 1];
     const size_t length = kGripHeadBytes + extra;
     state.pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
@@ -114,7 +133,7 @@ class GripLink final : public DeviceLink {
     std::memmove(buffer_.data(), &buffer_[length], held_ - length);
     held_ -= length;
     const double size = state.pose.rotation.norm();
-    if (error != 0 || !(size > 0.9 && size < 1.1)) return Exchanged::garbage;
+    if (another || error != 0 || !(size > 0.9 && size < 1.1)) return Exchanged::garbage;
     state.pose.rotation.normalize();
     return Exchanged::state;
   }
@@ -122,6 +141,7 @@ class GripLink final : public DeviceLink {
   std::string path_;
   SerialPort port_;
   std::array<uint8_t, 2> id_{};
+  bool known_ = false;
   std::array<uint8_t, 512> buffer_{};
   size_t held_ = 0;
 };
@@ -141,14 +161,15 @@ class ArmLink final : public DeviceLink {
   ~ArmLink() override { shut(); }
 
   Opened open(std::string& sentence) override {
-    const Opened opened = openAndWake(port_, options_.port, sentence);
+    const Opened opened = openAndWake(port_, options_.port, kIdentity, sentence);
     if (opened != Opened::ready) return opened;
     guarded_ = Guard::registerDevice(port_.fd(), haplyZeroPacket());
     return opened;
   }
 
   Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept override {
-    port_.discardInput();  // Of an exchange that was late: every answer after it would be one behind.
+    // Of an exchange that was late: every answer after it would be one behind.
+    if (!port_.discardInput()) return Exchanged::garbage;
     const int written = port_.write(haplyForcePacket(forceN));
     Guard::beat(guarded_);
     if (written != 1) return written < 0 ? Exchanged::gone : Exchanged::nothing;
@@ -201,25 +222,7 @@ std::span<const std::byte> haplyZeroPacket() noexcept {
 }
 
 const DeviceSheet& haplySheet() {
-  // Continuous force from a published driver's limit; the rest estimates of the usual size for such an arm: NOTES.md, "Devices".
-  static const DeviceSheet sheet = [] {
-    DeviceSheet s;
-    s.name = "haply";
-    s.like = "Haply Inverse3";
-    s.dofIn = 6;
-    s.dofOut = 3;
-    s.workspaceMm = {240, 160, 200};
-    s.peakForceN = 8;
-    s.continuousForceN = 3.3;
-    s.resolutionMm = 0.02;
-    s.topStiffnessNmm = 2;
-    s.topDampingNsmm = 0.003;
-    s.rateHz = 1000;
-    s.buttons = 2;
-    s.handedness = Handedness::either;
-    return s;
-  }();
-  return sheet;
+  return deviceSheet("haply");
 }
 
 std::unique_ptr<Device> openHaply(const HaplyOptions& options) {

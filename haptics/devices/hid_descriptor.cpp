@@ -8,6 +8,7 @@ namespace {
 
 constexpr uint32_t kMostBits = 8 * 4096;   // Of a report: the kernel takes no longer ones.
 constexpr size_t kMostFields = 1024;
+constexpr size_t kMostArrays = 64;
 constexpr size_t kMostPushes = 16;
 
 struct Globals {
@@ -86,6 +87,11 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
         if (g.count > kMostBits || g.bits > kMostBits || uint64_t{g.count} * g.bits + used[g.report] > kMostBits)
           return refuse("is beyond all bounds");
         const bool constant = value & 1, variable = value & 2;
+        if (!constant && !variable && g.bits >= 1 && g.bits <= 32 && g.count > 0 && !l.usages.empty()) {
+          if (inputs.arrays.size() >= kMostArrays || g.count > kMostFields) return refuse("is beyond all bounds");
+          inputs.arrays.push_back({g.report, used[g.report], g.count, static_cast<uint8_t>(g.bits), g.least,
+                                   static_cast<int32_t>(std::min<int64_t>(g.most, INT32_MAX)), l.usages});
+        }
         for (uint32_t i = 0; i < g.count; ++i, used[g.report] += g.bits) {
           if (constant || !variable || g.bits < 1 || g.bits > 32 || l.usages.empty()) continue;
           if (inputs.fields.size() >= kMostFields) return refuse("is beyond all bounds");
@@ -104,7 +110,7 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
       default: break;
     }
   }
-  if (inputs.fields.empty()) return refuse("names no input");
+  if (inputs.fields.empty() && inputs.arrays.empty()) return refuse("names no input");
   return inputs;
 }
 

@@ -95,10 +95,10 @@ void findHaply(const std::string& sys, const std::string& dev, std::vector<Found
 }
 
 void findSpaceMice(const std::string& sys, const std::string& dev, std::vector<FoundDevice>& found) {
-  for (const HidNode& n : hidNodes(sys, dev))
-    if (isSpaceMouse(n.vendor, n.product))
-      found.push_back({"spacemouse:" + n.node, n.name.empty() ? "3Dconnexion" : n.name, n.node,
-                       access(n.node.c_str(), R_OK) == 0 ? "" : "it may not be opened: install installer/99-argil.rules"});
+  for (const HidNode& n : spaceMice(hidNodes(sys, dev)))
+    found.push_back(
+        {"spacemouse:" + n.node, n.name.empty() ? "3Dconnexion" : n.name, n.node,
+         access(n.node.c_str(), R_OK) == 0 ? "" : "it may not be opened: install installer/99-argil.rules"});
 }
 
 std::string readFile(const std::string& path) {

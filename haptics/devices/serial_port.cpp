@@ -62,7 +62,11 @@ int SerialPort::read(std::span<uint8_t> bytes, int64_t deadlineNs) noexcept {
     if (left <= 0) return 0;
     pollfd p{fd_, POLLIN, 0};
     const timespec t{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
-    if (ppoll(&p, 1, &t, nullptr) > 0 && !(p.revents & POLLIN)) return -1;  // Hung up, and nothing is left to read.
+    if (ppoll(&p, 1, &t, nullptr) <= 0 || !(p.revents & (POLLHUP | POLLERR | POLLNVAL))) continue;
+    // Hung up: what is left is read. poll() would go on to answer at once, and read() to find nothing, until the
+    // deadline.
+    const ssize_t rest = ::read(fd_, bytes.data(), bytes.size());
+    return rest > 0 ? static_cast<int>(rest) : -1;
   }
 }
 
@@ -86,11 +90,12 @@ int SerialPort::write(std::span<const uint8_t> bytes) noexcept {
   return 1;
 }
 
-void SerialPort::discardInput() noexcept {
-  if (fd_ < 0) return;
+bool SerialPort::discardInput() noexcept {
+  if (fd_ < 0) return true;
   uint8_t scrap[256];
-  while (::read(fd_, scrap, sizeof scrap) > 0) {
-  }
+  for (size_t taken = 0; taken < kMostDiscarded; taken += sizeof scrap)
+    if (::read(fd_, scrap, sizeof scrap) <= 0) return true;
+  return false;
 }
 
 }  // namespace argil::haptics

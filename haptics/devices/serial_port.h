@@ -31,8 +31,10 @@ class SerialPort {
   [[nodiscard]] int readAll(std::span<uint8_t> bytes, int64_t deadlineNs) noexcept;
   /// All of it without waiting: 1; 0 when the line takes no more just now; -1 when the device is gone.
   [[nodiscard]] int write(std::span<const uint8_t> bytes) noexcept;
-  /// Throws away what came and was not read yet.
-  void discardInput() noexcept;
+  /// Throws away what came and was not read yet, kMostDiscarded bytes at most: false when there may be more, as from a
+  /// device that talks without end.
+  bool discardInput() noexcept;
+  static constexpr size_t kMostDiscarded = 4096;  ///< A terminal's whole queue.
 
  private:
   int fd_ = -1;

@@ -30,14 +30,17 @@ DeviceSheet row(const char* name, const char* like, Vec3d workspaceMm, double pe
   return s;
 }
 
-const std::array<DeviceSheet, 5>& rows() {
-  static const std::array<DeviceSheet, 5> sheets = {
-      //  name        like                        workspace mm      peak  cont  step   N/mm  N·s/mm  kg     N     N·s/mm dof buttons
+const std::array<DeviceSheet, 6>& rows() {
+  static const std::array<DeviceSheet, 6> sheets = {
+      //  name        like                        workspace mm      peak  cont  step   N/mm  N·s/mm  kg     N     N·s/mm
+      //  dof buttons
       row("touch", "Touch (Omni)", {160, 120, 70}, 3.3, 0.88, 0.055, 1.26, 0.002, 0.045, 0.26, 0.0008, 6, 2),
       row("touchx", "Touch X (Desktop)", {160, 120, 120}, 7.9, 1.75, 0.023, 1.86, 0.003, 0.045, 0.06, 0.0008, 6, 2),
       row("premium15", "PHANToM Premium 1.5", {195, 270, 375}, 8.5, 1.4, 0.03, 3.5, 0.004, 0.075, 0.04, 0.001, 3, 1),
       row("falcon", "Novint Falcon", {100, 100, 100}, 8.9, 2.5, 0.06, 3.0, 0.02, 0.2, 0.5, 0.004, 3, 4),
       row("omega3", "omega.3", {160, 160, 110}, 12.0, 12.0, 0.01, 14.5, 0.02, 0.2, 0.1, 0.01, 3, 1),
+      // Continuous force from a published driver's limit; the rest estimates of the usual size: NOTES.md, "Devices".
+      row("haply", "Haply Inverse3", {240, 160, 200}, 8.0, 3.3, 0.02, 2.0, 0.003, 0.15, 0.1, 0.0015, 6, 2),
   };
   return sheets;
 }

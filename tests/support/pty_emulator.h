@@ -30,6 +30,9 @@ class PtyEmulator {
   void unplug();
   void misbehave(Misbehaviour what) { misbehaviour_.store(what); }
 
+  /// Bytes as fast as they are taken, whatever is asked.
+  void talkWithoutEnd(bool endless) { endless_.store(endless); }
+
   void hand(const Vec3d& positionMm, uint32_t buttons);
   [[nodiscard]] Vec3d forceN() const;
   [[nodiscard]] double peakN() const;
@@ -55,7 +58,7 @@ class PtyEmulator {
 
   std::filesystem::path path_;
   int master_ = -1, slave_ = -1;
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false}, endless_{false};
   std::atomic<uint64_t> told_{0};
   std::atomic<Misbehaviour> misbehaviour_{Misbehaviour::none};
   mutable std::mutex mutex_;

@@ -17,7 +17,9 @@ namespace argil::haptics::testing {
 /// A report each 8 ms while deflected, one of rest afterwards, nothing then; buttons when they change.
 class SpaceMouseEmulator {
  public:
-  enum class Layout { twoReports, oneReport };
+  /// `receiver`: five interfaces, each with the descriptor of one report, of which only one (speaks()) ever says
+  /// anything. `buttonArray`: one report for the axes, and buttons as a list of those that are held.
+  enum class Layout { twoReports, oneReport, receiver, buttonArray };
   explicit SpaceMouseEmulator(Layout layout);
   ~SpaceMouseEmulator();
   SpaceMouseEmulator(const SpaceMouseEmulator&) = delete;
@@ -29,6 +31,8 @@ class SpaceMouseEmulator {
   /// Deflection as the device counts it, x y z rx ry rz, −350 to 350.
   void deflect(const std::array<int, 6>& counts);
   void buttons(uint32_t held);
+  void speaks(size_t interface);       ///< Of a receiver: to which of its five the puck is paired.
+  void talksWithoutEnd(bool endless);  ///< Reports as fast as they are taken.
   void plug();
   void unplug();
   void misbehave(Misbehaviour what) { misbehaviour_.store(what); }
@@ -38,12 +42,14 @@ class SpaceMouseEmulator {
  private:
   class Source;
   void run();
-  void send(std::vector<uint8_t> report);
-  int connect();
+  bool send(std::vector<uint8_t> report);
+  std::vector<int> connect();
 
   Layout layout_;
   std::mutex mutex_;
-  int far_ = -1;        // Ours of the socket's two ends.
+  std::vector<int> far_;  // Ours of the sockets' two ends.
+  size_t speaks_ = 0;
+  std::atomic<bool> endless_{false};
   bool plugged_ = true;
   std::array<int, 6> counts_{};
   uint32_t held_ = 0;

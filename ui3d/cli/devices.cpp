@@ -81,6 +81,7 @@ class GentleDevice final : public haptics::Device {
   bool read(double timeS, haptics::DeviceState& state) ARGIL_REALTIME override { return device_.read(timeS, state); }
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override { device_.write(timeS, forceN); }
   haptics::ForceGate& gate() const noexcept override { return device_.gate(); }
+  double delayS() const ARGIL_REALTIME override { return device_.delayS(); }
 
  private:
   haptics::Device& device_;
@@ -133,6 +134,7 @@ void test(const std::string& name, const std::string& firmware) {
   bare.start();
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
   const std::string status = device->status();
+  const double delayS = felt.delayS();
   bare.stop();
   servo.stop();
   const haptics::ServoStatistics& s = servo.statistics();
@@ -143,6 +145,9 @@ void test(const std::string& name, const std::string& firmware) {
   fmt::print("  lateness    median {:.1f}, p99 {:.1f}, p99.9 {:.1f} µs (bare sleep loop {:.1f}, {:.1f}, {:.1f})\n", s.lateness.quantileUs(0.5),
              s.lateness.quantileUs(0.99), s.lateness.quantileUs(0.999), bare.lateness().quantileUs(0.5), bare.lateness().quantileUs(0.99),
              bare.lateness().quantileUs(0.999));
+  if (sheet.dofOut > 0)
+    fmt::print("  loop        {:.1f} ms from a state to the force that answers it; coupled at {:.2f} of {:.2f} N/mm\n",
+               1e3 * delayS, servo.tick().coupling().stiffnessNmm, sheet.topStiffnessNmm);
   const haptics::StylusSample& last = servo.tick().last();
   fmt::print("  stylus      at {:.1f}, {:.1f}, {:.1f} mm, buttons {:#x}\n", last.device.translation.x(), last.device.translation.y(),
              last.device.translation.z(), last.buttons);

@@ -2,18 +2,32 @@
 
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <fnmatch.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
 #include <thread>
 
 #include "../../support/haply_emulator.h"
+#include "../../support/spacemouse_emulator.h"
 #include "clay/error.h"
+#include "haptics/clock.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/pointer.h"
 #include "haptics/devices/recorded.h"
 #include "haptics/devices/registry.h"
+#include "haptics/devices/serial_port.h"
 
 namespace argil::haptics {
 namespace {
@@ -66,6 +80,104 @@ TEST(Haply, turnsWithItsGripAndComesBack) {
   device.reset();
   EXPECT_THROW((void)openHaply({.port = ""}), Error);
   EXPECT_THROW((void)openHaply({.port = "/dev/ttyACM0", .grip = "/dev/ttyACM0"}), Error);
+}
+
+/// Something else than a Haply at the end of a line: says the same whatever it is asked, or talks without being asked.
+class OtherThing final : public testing::PtyEmulator {
+ public:
+  explicit OtherThing(std::vector<uint8_t> says) : says_(std::move(says)) {}
+  ~OtherThing() override { stop(); }
+
+ protected:
+  size_t answer(std::span<const uint8_t> in, const Hand&, std::vector<uint8_t>& out) override {
+    out = says_;
+    return in.size();
+  }
+  void spoil(testing::Misbehaviour, std::vector<uint8_t>&) override {}
+
+ private:
+  std::vector<uint8_t> says_;
+};
+
+// Waits until the device says so, on however slow a machine.
+bool says(const Device& device, const std::string& what) {
+  for (int i = 0; i < 10000; ++i) {
+    if (device.status().find(what) != std::string::npos) return true;
+    std::this_thread::sleep_for(1ms);
+  }
+  return false;
+}
+
+TEST(Haply, refusesAnotherDeviceThatAnswers) {
+  OtherThing arduino({'H', 'e', 'l', 'l', 'o', '\n'});
+  arduino.plug();
+  auto device = openHaply({.port = arduino.path()});
+  EXPECT_TRUE(says(*device, "answers as another device")) << device->status();
+  DeviceState state;
+  EXPECT_FALSE(device->read(0, state));
+  device.reset();
+  EXPECT_EQ(arduino.told(), 0u);
+
+  testing::HaplyGripEmulator grip;
+  grip.plug();
+  device = openHaply({.port = grip.path()});
+  EXPECT_TRUE(says(*device, "is the grip of a Haply, not its arm")) << device->status();
+}
+
+TEST(Haply, leavesADeviceThatTalksWithoutEnd) {
+  for (const bool identifies : {false, true}) {
+    OtherThing talker(identifies ? std::vector<uint8_t>{0x0B, 1, 2, 3} : std::vector<uint8_t>{'x'});
+    talker.plug();
+    talker.talkWithoutEnd(true);
+    auto device = openHaply({.port = talker.path()});
+    EXPECT_TRUE(says(*device, "talks without end")) << device->status();
+    // Its thread is not lost in reading: closing comes back.
+    device.reset();
+  }
+}
+
+// One that begins to talk without end while it is driven is a fault, and its force is zero.
+TEST(Haply, anArmThatBeginsToTalkWithoutEndIsAFault) {
+  testing::HaplyArmEmulator arm(HaplyOptions().centreMm);
+  arm.plug();
+  auto device = openHaply({.port = arm.path()});
+  ASSERT_TRUE(says(*device, "ready")) << device->status();
+  arm.talkWithoutEnd(true);
+  for (const char* word : {"ready"})
+    for (int i = 0; i < 10000 && device->status().find(word) != std::string::npos; ++i)
+      std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(device->status().find("ready"), std::string::npos) << device->status();
+  arm.talkWithoutEnd(false);
+  EXPECT_TRUE(says(*device, "ready")) << device->status();
+}
+
+// A terminal whose other end is gone answers every poll() at once.
+TEST(SerialPort, isGoneWhenItIsHungUpAndDoesNotSpin) {
+  for (const bool leftover : {false, true}) {
+    const int master = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    ASSERT_GE(master, 0);
+    ASSERT_EQ(grantpt(master), 0);
+    ASSERT_EQ(unlockpt(master), 0);
+    SerialPort port;
+    std::string sentence;
+    ASSERT_EQ(port.open(ptsname(master), sentence), SerialPort::Opened::ready) << sentence;
+    if (leftover) {
+      ASSERT_EQ(write(master, "abc", 3), 3);
+    }
+    close(master);
+    uint8_t bytes[16];
+    const int64_t far = nowNs() + 20'000'000'000;
+    timespec before{}, after{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before);
+    int n = 0;
+    do n = port.read(bytes, far);
+    while (n > 0);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after);
+    EXPECT_EQ(n, -1) << "gone, and long before the deadline";
+    EXPECT_LT(nowNs(), far);
+    EXPECT_LT(double(after.tv_sec - before.tv_sec) + 1e-9 * double(after.tv_nsec - before.tv_nsec), 1.0)
+        << "processor time";
+  }
 }
 
 TEST(Haply, saysWhatIsWrongWithALineThatIsNone) {
@@ -215,6 +327,82 @@ TEST_F(Sysfs, listsWhatIsPluggedIn) {
   EXPECT_EQ(devices[1].what, "3Dconnexion Universal Receiver");
   fs::remove(root_ / "dev/hidraw3");
   EXPECT_NE(found()[1].problem.find("99-argil.rules"), std::string::npos);
+}
+
+TEST_F(Sysfs, listsAReceiverOnceAndNoOrdinaryMouse) {
+  const auto puck = testing::SpaceMouseEmulator::descriptor(testing::SpaceMouseEmulator::Layout::oneReport);
+  const std::string axes(reinterpret_cast<const char*>(puck.data()), puck.size());
+  const std::string mouse("\x05\x01\x09\x02\xA1\x01\x09\x30\x09\x31\x15\x81\x25\x7F\x75\x08\x95\x02\x81\x06\xC0", 21);
+  for (int i = 0; i < 5; ++i) {
+    const std::string folder = "sys/class/hidraw/hidraw" + std::to_string(i) + "/device/";
+    plant(folder + "uevent",
+          "HID_ID=0003:0000256F:0000C652\nHID_NAME=3Dconnexion Universal Receiver\nHID_PHYS=usb-0000:00:14.0-4/input" +
+              std::to_string(i) + "\nHID_UNIQ=\n");
+    plant(folder + "report_descriptor", i == 0 ? mouse : axes);
+    plant("dev/hidraw" + std::to_string(i), "");
+  }
+  plant("sys/class/hidraw/hidraw7/device/uevent",
+        "HID_ID=0003:0000256F:0000C650\nHID_NAME=3Dconnexion CadMouse\nHID_PHYS=usb-0000:00:14.0-5/input0\n");
+  plant("sys/class/hidraw/hidraw7/device/report_descriptor", mouse);
+  plant("sys/class/hidraw/hidraw8/device/uevent",
+        "HID_ID=0005:0000256F:0000C63A\nHID_NAME=SpaceMouse Wireless "
+        "BT\nHID_PHYS=aa:bb:cc:dd:ee:ff\nHID_UNIQ=11:22:33:44:55:66\n");
+  plant("dev/hidraw8", "");
+  const auto devices = found();
+  ASSERT_EQ(devices.size(), 2u);
+  EXPECT_EQ(devices[0].name, "spacemouse:" + dev("hidraw1")) << "once, at the first node that has axes";
+  EXPECT_EQ(devices[1].name, "spacemouse:" + dev("hidraw8"));
+  EXPECT_EQ(devices[1].what, "SpaceMouse Wireless BT");
+}
+
+// The rules as udev reads them: every key of a line must match.
+TEST(UdevRules, openEverySpaceMouseByCableAndByRadio) {
+  std::ifstream in(ARGIL_SOURCE_DIR "/installer/99-argil.rules");
+  ASSERT_TRUE(in);
+  std::vector<std::map<std::string, std::string>> rules;
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::map<std::string, std::string> keys;
+    const std::regex match("([A-Z]+(?:\\{[A-Za-z]+\\})?)==\"([^\"]*)\"");
+    for (auto it = std::sregex_iterator(line.begin(), line.end(), match); it != std::sregex_iterator(); ++it)
+      keys[(*it)[1]] = (*it)[2];
+    EXPECT_NE(line.find("uaccess"), std::string::npos) << line;
+    rules.push_back(keys);
+  }
+  const auto opens = [&](const std::map<std::string, std::string>& device) {
+    return std::any_of(rules.begin(), rules.end(), [&](const auto& rule) {
+      return std::all_of(rule.begin(), rule.end(), [&](const auto& key) {
+        const auto has = device.find(key.first);
+        if (has == device.end()) return false;
+        std::stringstream ways(key.second);
+        for (std::string way; std::getline(ways, way, '|');)
+          if (fnmatch(way.c_str(), has->second.c_str(), 0) == 0) return true;
+        return false;
+      });
+    });
+  };
+  const auto hex = [](int n) {
+    char text[8];
+    std::snprintf(text, sizeof text, "%04x", n);
+    return std::string(text);
+  };
+  int known = 0;
+  for (const int vendor : {0x046D, 0x256F})
+    for (int product = 0xC600; product < 0xC700; ++product) {
+      const bool ours = isSpaceMouse(static_cast<uint16_t>(vendor), static_cast<uint16_t>(product));
+      known += ours;
+      EXPECT_EQ(opens({{"KERNEL", "hidraw3"},
+                       {"SUBSYSTEM", "hidraw"},
+                       {"ATTRS{idVendor}", hex(vendor)},
+                       {"ATTRS{idProduct}", hex(product)}}),
+                ours)
+          << hex(vendor) << ":" << hex(product);
+    }
+  EXPECT_GE(known, 0x100 + 12);
+  EXPECT_TRUE(opens({{"KERNEL", "hidraw3"}, {"SUBSYSTEM", "hidraw"}, {"KERNELS", "0005:256F:C63A.0007"}}))
+      << "by Bluetooth";
+  EXPECT_FALSE(opens({{"KERNEL", "hidraw3"}, {"SUBSYSTEM", "hidraw"}, {"KERNELS", "0005:046D:B019.0007"}}))
+      << "not a mouse of another maker";
 }
 
 TEST_F(Sysfs, listsFalconsByTheirSockets) {

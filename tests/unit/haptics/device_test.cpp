@@ -19,12 +19,13 @@ DeviceSheet plainSheet() {
 }
 
 TEST(DeviceSheets, areThoseOfTheTable) {
-  EXPECT_EQ(deviceSheets().size(), 5u);
+  EXPECT_EQ(deviceSheets().size(), 6u);
   EXPECT_DOUBLE_EQ(deviceSheet("touch").peakForceN, 3.3);
   EXPECT_DOUBLE_EQ(deviceSheet("touchx").topStiffnessNmm, 1.86);
   EXPECT_DOUBLE_EQ(deviceSheet("premium15").frictionN, 0.04);
   EXPECT_DOUBLE_EQ(deviceSheet("falcon").resolutionMm, 0.06);
   EXPECT_DOUBLE_EQ(deviceSheet("omega3").topStiffnessNmm, 14.5);
+  EXPECT_DOUBLE_EQ(deviceSheet("haply").continuousForceN, 3.3);
   try {
     (void)deviceSheet("nothing");
     FAIL();

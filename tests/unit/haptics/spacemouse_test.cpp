@@ -165,6 +165,77 @@ TEST(SpaceMouse, refusesSettingsAndThingsThatAreNone) {
   EXPECT_TRUE(isSpaceMouse(0x046D, 0xC626));
   EXPECT_TRUE(isSpaceMouse(0x256F, 0xC652));
   EXPECT_FALSE(isSpaceMouse(0x046D, 0xC077)) << "a mouse of the same maker";
+  for (const int product : {0xC603, 0xC605, 0xC606, 0xC621, 0xC623, 0xC625, 0xC627, 0xC628, 0xC629, 0xC62B, 0xC640})
+    EXPECT_TRUE(isSpaceMouse(0x046D, static_cast<uint16_t>(product))) << std::hex << product;
+  for (const int product : {0xC62E, 0xC632, 0xC636, 0xC63A, 0xC641, 0xC652, 0xC658, 0xFFFF})
+    EXPECT_TRUE(isSpaceMouse(0x256F, static_cast<uint16_t>(product))) << std::hex << product << ": all of that vendor";
+}
+
+TEST(HidDescriptor, readsArraysThatNameWhatIsHeld) {
+  std::string sentence;
+  const auto inputs = parseHidDescriptor(SpaceMouseEmulator::descriptor(Layout::buttonArray), sentence);
+  ASSERT_TRUE(inputs) << sentence;
+  ASSERT_EQ(inputs->arrays.size(), 1u);
+  const HidArray& a = inputs->arrays[0];
+  EXPECT_EQ(a.report, 3);
+  EXPECT_EQ(a.count, 4u);
+  EXPECT_EQ(a.usages.size(), 32u);
+  std::vector<uint32_t> held;
+  const auto read = [&](std::vector<uint8_t> payload) {
+    held.clear();
+    return hidHeld(a, payload, [&](uint32_t usage) { held.push_back(usage); });
+  };
+  EXPECT_TRUE(read({0, 0, 0, 0}));
+  EXPECT_TRUE(held.empty());
+  EXPECT_TRUE(read({2, 32, 33, 0}));
+  EXPECT_EQ(held, (std::vector<uint32_t>{0x90002, 0x90020})) << "33 is out of the range: it names nothing";
+  EXPECT_FALSE(read({1, 2, 3})) << "too short";
+}
+
+TEST(SpaceMouse, tellsButtonsThatComeAsAList) {
+  SpaceMouseEmulator puck(Layout::buttonArray);
+  const auto device = openSpaceMouse({}, puck.source());
+  after(*device, 0.02);
+  for (const uint32_t held : {uint32_t{0x80000001}, uint32_t{0x6}, uint32_t{0}}) {
+    puck.buttons(held);
+    DeviceState state;
+    const int64_t end = nowNs() + 5'000'000'000;
+    do state = after(*device, 0.005);
+    while (state.buttons != held && nowNs() < end);
+    EXPECT_EQ(state.buttons, held);
+  }
+}
+
+TEST(SpaceMouse, hearsAReceiverOnWhicheverOfItsInterfacesThePuckSpeaks) {
+  for (const size_t interface : {size_t{0}, size_t{2}, size_t{4}}) {
+    SpaceMouseEmulator puck(Layout::receiver);
+    puck.speaks(interface);
+    const auto device = openSpaceMouse({}, puck.source());
+    after(*device, 0.02);
+    puck.deflect({350, 0, 0, 0, 0, 0});
+    DeviceState state;
+    const int64_t end = nowNs() + 5'000'000'000;
+    do state = after(*device, 0.01);
+    while (state.pose.translation.x() < 2 && nowNs() < end);
+    EXPECT_GT(state.pose.translation.x(), 1) << interface;
+    puck.unplug();
+    while (device->read(0, state) && nowNs() < end) std::this_thread::sleep_for(1ms);
+    EXPECT_FALSE(device->read(0, state)) << "unplugged is noticed: " << device->status();
+    EXPECT_NE(device->status().find("unplugged"), std::string::npos) << device->status();
+  }
+}
+
+TEST(SpaceMouse, goesOnWhileItsReportsComeWithoutEnd) {
+  SpaceMouseEmulator puck(Layout::oneReport);
+  const auto device = openSpaceMouse({}, puck.source());
+  auto* threaded = dynamic_cast<ThreadedDevice*>(device.get());
+  ASSERT_NE(threaded, nullptr);
+  after(*device, 0.02);
+  puck.talksWithoutEnd(true);
+  const uint64_t before = threaded->exchanges();
+  const int64_t end = nowNs() + 10'000'000'000;
+  while (threaded->exchanges() < before + 100 && nowNs() < end) std::this_thread::sleep_for(1ms);
+  EXPECT_GE(threaded->exchanges(), before + 100) << "its thread came back from reading";
 }
 
 }  // namespace

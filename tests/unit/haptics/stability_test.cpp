@@ -12,11 +12,12 @@ namespace {
 StabilityCase caseOf(const DeviceSheet& sheet, double rate, StabilityTask task, size_t hand, bool controlled) {
   StabilityCase c;
   c.sheet = sheet;
+  c.sheet.rateHz = rate;
   c.rateHz = rate;
   c.hand = stabilityHands()[hand].model;
   c.task = task;
   c.controlled = controlled;
-  c.coupling = coupleTo(sheet, 1 / rate);
+  c.coupling = coupleTo(c.sheet, 1 / rate);
   if (!controlled) c.coupling.dampingNsmm = 0;
   return c;
 }
@@ -28,6 +29,7 @@ TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
     DeviceSheet sheet = deviceSheet("touchx");
     sheet.frictionN = 0;
     sheet.dampingNsmm = 0.004;
+    sheet.rateHz = rate;
     StabilityCase c = caseOf(sheet, rate, StabilityTask::grasp, 0, false);
     c.encoderSteps = false;
     const double bound = couplingBounds(sheet, 1 / rate).colgateBrownNmm, measured = largestQuietStiffness(c);
@@ -44,7 +46,7 @@ TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
 TEST(Stability, encoderStepsShakeItWhereDiolaitiSays) {
   for (const char* name : {"touch", "premium15", "omega3"}) {
     const DeviceSheet& sheet = deviceSheet(name);
-    const double bound = couplingBounds(sheet, 2.5e-4).quantizationNmm;
+    const double bound = couplingBounds(sheet, 2.5e-4).quantizationNmm;  // At any rate.
     const double measured = largestQuietStiffness(caseOf(sheet, 4000, StabilityTask::grasp, 2, false));
     std::printf("%s: 2c/Δ %.2f N/mm, quiet to %.2f\n", name, bound, measured);
     EXPECT_NEAR(measured, bound, 0.1 * bound);

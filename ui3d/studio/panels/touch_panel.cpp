@@ -135,7 +135,11 @@ void touchPanel(Context& context, Memory& memory) {
   const haptics::ServoStatistics& s = touch.statistics;
   plotTimes("compute", s.compute);
   plotTimes("lateness", s.lateness);
-  if (!pointer) kit::fact("Peak force", kit::written(s.peakForceN) + " N");
+  if (!pointer) {
+    kit::fact("Peak force", kit::written(s.peakForceN) + " N");
+    kit::fact("Delay of the loop", kit::written(1e3 * touch.delayS) + " ms");
+    kit::fact("Stiffness at that delay", kit::written(touch.stiffnessNmm) + " N/mm");
+  }
   kit::fact("Ticks · late · missed", kit::counted(s.ticks) + " · " + kit::counted(s.overrun) + " · " + kit::counted(s.missed));
   kit::fact("Dropped samples · watchdog", kit::counted(touch.droppedSamples) + " · " + kit::counted(touch.watchdogCuts));
   if (!touch.grant.empty()) kit::wrapped(kit::sentence(touch.grant), colours().dim);
