@@ -39,6 +39,14 @@ bool DisplacementField::gather(Coord firstNode, int n, Displacement* window) con
   return any;
 }
 
+float DisplacementField::farthest(Coord block) const {
+  const auto found = blocks_.find(block);
+  if (found == blocks_.end()) return 0;
+  Eigen::Array4f most = Eigen::Array4f::Zero();
+  for (const Displacement& each : found->second->node) most = most.max(Eigen::Map<const Eigen::Array4f>(&each.x).abs());
+  return most.head<3>().maxCoeff();
+}
+
 DisplacementField::Refinement DisplacementField::refinement(Coord brick) const {
   const Coord first = brick * kBrickEdge - Coord{1, 1, 1};
   Refinement r;

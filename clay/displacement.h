@@ -48,7 +48,9 @@ class DisplacementField {
   /// The same field with nodes twice as dense.
   [[nodiscard]] DisplacementField refined() const;
 
-  [[nodiscard]] bool empty() const { return blocks_.empty(); }
+  [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Blocks that it holds.
+  /// The longest displacement at the nodes of a block; along the axis where it is longest.
+  [[nodiscard]] float farthest(Coord block) const;
 
  private:
   struct Block {

@@ -226,6 +226,53 @@ void Sample(const FieldSample* samples, size_t count, ptrdiff_t strideX, ptrdiff
   }
 }
 
+void MovedBox(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) {
+  const RowTag d;
+  const float* const along[3] = {moved.x, moved.y, moved.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    Row least = hn::LoadU(d, along[axis] + 111), most = least;
+    for (int x = 1; x <= 8; ++x)
+      for (int y = 1; y <= 8; ++y)
+        for (int z = 1; z <= 8; z += static_cast<int>(hn::Lanes(d))) {
+          const Row v = hn::LoadU(d, along[axis] + (x * 10 + y) * 10 + z);
+          least = hn::Min(least, v);
+          most = hn::Max(most, v);
+        }
+    low[axis] = hn::GetLane(hn::MinOfLanes(d, least));
+    high[axis] = hn::GetLane(hn::MaxOfLanes(d, most));
+  }
+}
+
+void Warped(const CameFrom& field, const MovedVoxels& moved, const uint64_t* mask, float stretch, float bend, float* phi) {
+  const RowTag d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const Row half = hn::Set(d, 0.5f), quarter = hn::Set(d, 0.25f), two = hn::Set(d, 2.0f), one = hn::Set(d, 1.0f);
+  for (int voxel = 0; voxel < kBlockNodes; voxel += lanes) {
+    const uint8_t bits[8] = {static_cast<uint8_t>((mask[voxel >> 6] >> (voxel & 63)) & ((1u << lanes) - 1))};
+    if (bits[0] == 0) continue;
+    const int at = (((voxel >> 6) + 1) * 10 + ((voxel >> 3) & 7) + 1) * 10 + (voxel & 7) + 1;
+    const Rows v{hn::LoadU(d, field.x + voxel), hn::LoadU(d, field.y + voxel), hn::LoadU(d, field.z + voxel)};
+    const Row value = hn::LoadU(d, field.value + voxel);
+    const auto q = [&](int step) HWY_ATTR {
+      return dot(v, hn::LoadU(d, moved.x + at + step), hn::LoadU(d, moved.y + at + step), hn::LoadU(d, moved.z + at + step));
+    };
+    const Row q0 = hn::Mul(two, q(0)), xu = q(100), xd = q(-100), yu = q(10), yd = q(-10), zu = q(1), zd = q(-1);
+    const Row sx = hn::Add(v.x, hn::Mul(half, hn::Sub(xu, xd))), sy = hn::Add(v.y, hn::Mul(half, hn::Sub(yu, yd))), sz = hn::Add(v.z, hn::Mul(half, hn::Sub(zu, zd)));
+    const Row was2 = dot(v, v.x, v.y, v.z), is2 = hn::Max(dot({sx, sy, sz}, sx, sy, sz), hn::Set(d, 1e-12f));
+    const auto cross = [&](int s, int t) HWY_ATTR { return hn::Mul(quarter, hn::Sub(hn::Add(q(s + t), q(-s - t)), hn::Add(q(s - t), q(t - s)))); };
+    const auto twice = [&](Row slope, Row up, Row down) HWY_ATTR { return hn::Mul(hn::Mul(slope, slope), hn::Sub(hn::Add(up, down), q0)); };
+    const Row along = hn::Add(hn::Add(twice(sx, xu, xd), twice(sy, yu, yd)), twice(sz, zu, zd));
+    const Row across = hn::Add(hn::Add(hn::Mul(hn::Mul(sx, sy), cross(100, 10)), hn::Mul(hn::Mul(sx, sz), cross(100, 1))), hn::Mul(hn::Mul(sy, sz), cross(10, 1)));
+    const Row curve = hn::Div(hn::Add(along, hn::Mul(two, across)), is2);
+    const Row first = hn::Mul(value, hn::Min(hn::Sqrt(hn::Div(was2, is2)), hn::Set(d, stretch)));
+    const Row second = hn::Mul(hn::Mul(half, curve), hn::Div(value, is2));
+    const Row distance = hn::Mul(first, hn::Add(one, hn::Min(hn::Max(second, hn::Set(d, -bend)), hn::Set(d, bend))));
+    // Where the field is flat its slope says nothing.
+    const Row result = hn::IfThenElse(hn::Lt(was2, hn::Set(d, 0.01f)), value, distance);
+    hn::StoreU(hn::IfThenElse(hn::LoadMaskBits(d, bits), result, hn::LoadU(d, phi + voxel)), d, phi + voxel);
+  }
+}
+
 }  // namespace argil::clay::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -236,6 +283,8 @@ HWY_EXPORT(Trace);
 HWY_EXPORT(Compose);
 HWY_EXPORT(Refine);
 HWY_EXPORT(Sample);
+HWY_EXPORT(MovedBox);
+HWY_EXPORT(Warped);
 
 void traceBack(std::span<const WarpImage> images, int shape, int steps, float spacing, NodePlaces& places) noexcept {
   HWY_DYNAMIC_DISPATCH(Trace)(images.data(), images.size(), shape, steps, spacing, places);
@@ -249,6 +298,18 @@ void refineDisplacements(const Displacement* window, int n, const int (&first)[3
 }
 void sampleField(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdiff_t strideY, FieldValue* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Sample)(samples.data(), samples.size(), strideX, strideY, out);
+}
+
+void splitDisplacements(const Displacement* from, MovedVoxels& out) noexcept {
+  for (int i = 0; i < 1000; ++i) {
+    out.x[i] = from[i].x;
+    out.y[i] = from[i].y;
+    out.z[i] = from[i].z;
+  }
+}
+void movedBounds(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) noexcept { HWY_DYNAMIC_DISPATCH(MovedBox)(moved, low, high); }
+void warpedDistances(const CameFrom& field, const MovedVoxels& moved, const uint64_t* mask, float stretch, float bend, float* phi) noexcept {
+  HWY_DYNAMIC_DISPATCH(Warped)(field, moved, mask, stretch, bend, phi);
 }
 
 }  // namespace argil::clay

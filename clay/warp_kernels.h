@@ -73,4 +73,20 @@ struct FieldValue {
 /// Tricubic (Catmull-Rom) values and gradients; rows `strideY` and slices `strideX` apart.
 void sampleField(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdiff_t strideY, FieldValue* out) noexcept;
 
+/// Displacements at the voxels of a brick and one around it, each axis for itself: [x][y][z] at (x·10 + y)·10 + z, and room for vectors to end in.
+struct MovedVoxels {
+  float x[1000 + 16], y[1000 + 16], z[1000 + 16];
+};
+void splitDisplacements(const Displacement* from, MovedVoxels& out) noexcept;
+/// The least and the largest displacement of the brick's own voxels along each axis.
+void movedBounds(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) noexcept;
+
+/// A field and its gradient at the places that the voxels of a brick came from.
+struct CameFrom {
+  float value[kBlockNodes] = {}, x[kBlockNodes] = {}, y[kBlockNodes] = {}, z[kBlockNodes] = {};
+};
+/// Distances to second order where a bit of `mask` (y·8 + z of word x) is set: what stands at x is f(x) = φ(x + D(x)); with m its slope, n its direction and c its second derivative
+/// along n the distance is f/m + c f²/(2 m³). Slopes that are `stretch` times less than the field's, and corrections by more than `bend`, count as those.
+void warpedDistances(const CameFrom& field, const MovedVoxels& moved, const uint64_t* mask, float stretch, float bend, float* phi) noexcept;
+
 }  // namespace argil::clay

@@ -23,6 +23,9 @@ constexpr double kPinch = 0.8, kCreasePinch = 0.6, kCreaseDepth = 0.25;
 constexpr double kLeverage = 0.65;
 // A window of the start larger than this is not copied whole; voxels are read one by one.
 constexpr int kMostWindow = 40 * 40 * 40;
+// A stroke begins anew on the clay as it is once clay has come this many voxels and radii far, or so many blocks of nodes (8 KiB each) are held, which are some times those of one stamp.
+constexpr double kMostWay = 16, kMostWayRadii = 0.25;
+constexpr size_t kMostBlocks = 4096, kMostStamps = 4;
 // Longer than this a displacement's slope says nothing about distances.
 constexpr float kMostStretch = 16;
 // The second order corrects by this much at most.
@@ -35,7 +38,7 @@ double way(const Stamp& s) {
 
 class Warping : public DistanceMethod {
  public:
-  explicit Warping(const StrokeContext& context) : brush_(context.brush), operation_(context.operation), base_(context.base), band_(context.band) {
+  explicit Warping(const StrokeContext& context) : brush_(context.brush), operation_(context.operation), base_(context.base), masked_(context.base), band_(context.band) {
     masks_ = base_.has(Channel::mask);
   }
 
@@ -45,6 +48,16 @@ class Warping : public DistanceMethod {
   Renew leaves() const override { return Renew::impossible; }
   bool lasting() const override { return true; }
   bool masks() const override { return true; }
+
+  // The farther clay has come, the more of it a brick has to look at, and the nodes fill all of the space that the tip went through.
+  bool full() const override {
+    return farthest_ > kMostWay + kMostWayRadii * largest_ || field_->size() >= std::max(kMostBlocks, kMostStamps * moved_);
+  }
+  void beginAnew(const Version& now) override {
+    base_ = now;
+    field_.reset();
+    farthest_ = 0;
+  }
 
   int parts(std::span<const Stamp> images) const override { return std::max(1, static_cast<int>(std::ceil(mostMove(images) / kMostMove))); }
 
@@ -67,6 +80,9 @@ class Warping : public DistanceMethod {
     }
     const std::vector<Coord> sorted = blocks.sorted();
     field_->compose(sorted, mostMove(images), [&](Coord block, NodePlaces& places) { trace(images, field_->middle(block), h, places); });
+    moved_ = sorted.size();
+    for (const Stamp& s : images) largest_ = std::max(largest_, s.largestRadius());
+    for (const Coord block : sorted) farthest_ = std::max(farthest_, field_->farthest(block));
   }
 
   bool brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const override;
@@ -77,7 +93,7 @@ class Warping : public DistanceMethod {
     if (std::none_of(images.begin(), images.end(), [&](const Stamp& s) { return reaches(s, middle, 1); })) return false;
     NodePlaces places;
     trace(images, middle, 1, places);
-    const ChannelSlot mask = masks_ ? base_.find(Channel::mask, coord) : ChannelSlot();
+    const ChannelSlot mask = masks_ ? masked_.find(Channel::mask, coord) : ChannelSlot();
     for (int i = 0; i < kBrickVoxels; ++i) {
       const Vec3f own(static_cast<float>(i >> 6), static_cast<float>((i >> 3) & 7), static_cast<float>(i & 7));
       const Vec3f moved = Vec3f(places.x[i], places.y[i], places.z[i]) + Vec3f::Constant(3.5f) - own;
@@ -165,9 +181,13 @@ class Warping : public DistanceMethod {
   std::shared_ptr<const Brush> brush_;
   Operation operation_;
   Version base_;
+  Version masked_;  // the clay that the stroke began with, whose masks count
   float band_;
   bool masks_;
   std::optional<DisplacementField> field_;
+  float farthest_ = 0;   // of its displacements, about
+  double largest_ = 0;   // radius so far
+  size_t moved_ = 0;     // blocks of the last application
   std::vector<Vec3f> normals_;
 };
 
@@ -251,6 +271,27 @@ void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
   }
 }
 
+// Where in a window the voxel lies that is nearest to the place that each voxel of a brick came from, and whether two of them are about as near.
+struct NearestVoxels {
+  int index[kBrickVoxels];
+  bool halfway[kBrickVoxels];
+};
+
+void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels& out) {
+  constexpr float kHalf = 0.4999f;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      const int at = ((x + 1) * 10 + y + 1) * 10 + 1, row = (x * 8 + y) * 8;
+      const int first = ((x - from.x) * size.y + y - from.y) * size.z - from.z;
+      for (int z = 0; z < 8; ++z) {
+        const float dx = moved.x[at + z], dy = moved.y[at + z], dz = moved.z[at + z];
+        const float wx = std::nearbyint(dx), wy = std::nearbyint(dy), wz = std::nearbyint(dz);
+        out.index[row + z] = first + (static_cast<int>(wx) * size.y + static_cast<int>(wy)) * size.z + static_cast<int>(wz) + z;
+        out.halfway[row + z] = std::max(std::max(std::abs(dx - wx), std::abs(dy - wy)), std::abs(dz - wz)) > kHalf;
+      }
+    }
+}
+
 bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {
   Vec3f low, high;
   if (!field_->bounds(coord, low, high)) return false;
@@ -264,22 +305,17 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     // What is covered stays, and does not pull.
     for (int i = 0; i < 1000; ++i) {
       const Coord voxel = coord * kBrickEdge + Coord{i / 100 - 1, i / 10 % 10 - 1, i % 10 - 1};
-      const uint8_t cover = base_.find(Channel::mask, voxel >> kBrickBits).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
+      const uint8_t cover = masked_.find(Channel::mask, voxel >> kBrickBits).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
       const float free = static_cast<float>(255 - cover) / 255.0f;
       moved[i] = {moved[i].x * free, moved[i].y * free, moved[i].z * free, 0};
     }
   }
-  low = Vec3f::Constant(INFINITY), high = Vec3f::Constant(-INFINITY);
-  bool any = false;
-  for (int x = 1; x <= 8; ++x)
-    for (int y = 1; y <= 8; ++y)
-      for (int z = 1; z <= 8; ++z) {
-        const Displacement& d = moved[cell(x, y, z)];
-        low = low.cwiseMin(Vec3f(d.x, d.y, d.z));
-        high = high.cwiseMax(Vec3f(d.x, d.y, d.z));
-        any = any || d.x != 0 || d.y != 0 || d.z != 0;
-      }
-  if (!any) return false;
+  MovedVoxels split;
+  splitDisplacements(moved, split);
+  float least[3], most[3];
+  movedBounds(split, least, most);
+  low = Vec3f(least[0], least[1], least[2]), high = Vec3f(most[0], most[1], most[2]);
+  if (low == Vec3f::Zero() && high == Vec3f::Zero()) return false;
   const Coord from = floorOf(low) - Coord{2, 2, 2}, size = floorOf(high) - from + Coord{12, 12, 12};
   const bool dense = static_cast<double>(size.x) * size.y * size.z <= kMostWindow;
   const Coord firstVoxel = coord * kBrickEdge;
@@ -292,6 +328,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   int voxels[kBrickVoxels];
   size_t count = 0;
   if (!dense) window.clear(), window.reserve(size_t{kBrickVoxels} * 64);
+  NearestVoxels nearest;
+  if (dense && mixed) findNearest(split, from, size, nearest);
   for (int i = 0; i < kBrickVoxels; ++i) {
     const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
     const Displacement& d = moved[cell(x + 1, y + 1, z + 1)];
@@ -299,13 +337,18 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
       phi[i] = now.phi(i, band_);
       continue;
     }
+    // Most voxels of a brick come from beyond the band.
+    if (dense && mixed && !nearest.halfway[i]) {
+      phi[i] = window[static_cast<size_t>(nearest.index[i])];
+      if (std::abs(phi[i]) >= band_) continue;
+    }
     if (!mixed) {
       phi[i] = flat.phi(0, band_);
       continue;
     }
     const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
-    const Coord nearest{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
-    const float near = dense ? window[static_cast<size_t>(((nearest.x - from.x) * size.y + nearest.y - from.y) * size.z + nearest.z - from.z)] : start.voxel(firstVoxel + nearest);
+    const Coord at{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
+    const float near = dense ? window[static_cast<size_t>(((at.x - from.x) * size.y + at.y - from.y) * size.z + at.z - from.z)] : start.voxel(firstVoxel + at);
     phi[i] = near;
     // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would turn round.
     const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
@@ -327,50 +370,39 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     sampleField(std::span(samples, count), 16, 4, values);
   // A sample this near to the surface has a voxel of the band beside it whichever way it was rounded.
   const float known = band_ - 0.9f;
+  CameFrom came;
+  uint64_t mask[kBrickEdge] = {};
   for (size_t k = 0; k < count; ++k) {
     const FieldValue& v = values[k];
-    const int i = voxels[k], at = cell((i >> 6) + 1, ((i >> 3) & 7) + 1, (i & 7) + 1);
+    const int i = voxels[k];
     float value = v.value;
     if (std::abs(value) > known) {
       const float* c = samples[k].corner;
       const ptrdiff_t sx = dense ? static_cast<ptrdiff_t>(size.y) * size.z : 16, sy = dense ? size.z : 4;
       const float tx = samples[k].tx, ty = samples[k].ty, tz = samples[k].tz;
-      float most = 0;
+      float farthest = 0;
       const auto corner = [&](int x, int y, int z) {
         const float f = c[(x + 1) * sx + (y + 1) * sy + z + 1];
         // On a voxel, or between two, the cell beyond is another one in a mirror: what weighs nothing says nothing.
-        if ((x == 0 || tx > 0) && (y == 0 || ty > 0) && (z == 0 || tz > 0)) most = std::max(most, std::abs(f));
+        if ((x == 0 || tx > 0) && (y == 0 || ty > 0) && (z == 0 || tz > 0)) farthest = std::max(farthest, std::abs(f));
         return f;
       };
       const auto line = [&](int x, int y) { return corner(x, y, 0) * (1 - tz) + corner(x, y, 1) * tz; };
       const auto plane = [&](int x) { return line(x, 0) * (1 - ty) + line(x, 1) * ty; };
       const float linear = plane(0) * (1 - tx) + plane(1) * tx;
-      if (most >= band_) {
+      if (farthest >= band_) {
         phi[i] = value < 0 ? -band_ : band_;
         continue;
       }
       value = linear;
     }
-    // What stands at x is f(x) = φ(x + D(x)). With m its slope, n its direction and c its second derivative along n, the distance is f/m + c f²/(2 m³) to second order.
-    const auto q = [&](int step) {
-      const Displacement& d = moved[at + step];
-      return (v.x * d.x + v.y * d.y) + v.z * d.z;
-    };
-    const float q0 = q(0), xu = q(100), xd = q(-100), yu = q(10), yd = q(-10), zu = q(1), zd = q(-1);
-    const float sx = v.x + 0.5f * (xu - xd), sy = v.y + 0.5f * (yu - yd), sz = v.z + 0.5f * (zu - zd);
-    const float was2 = (v.x * v.x + v.y * v.y) + v.z * v.z, is2 = std::max((sx * sx + sy * sy) + sz * sz, 1e-12f);
-    if (was2 < 0.01f) {
-      phi[i] = value;
-      continue;
-    }
-    const auto cross = [&](int s, int t) { return 0.25f * ((q(s + t) + q(-s - t)) - (q(s - t) + q(t - s))); };
-    const float along = ((sx * sx) * ((xu + xd) - 2 * q0) + (sy * sy) * ((yu + yd) - 2 * q0)) + (sz * sz) * ((zu + zd) - 2 * q0);
-    const float across = ((sx * sy) * cross(100, 10) + (sx * sz) * cross(100, 1)) + (sy * sz) * cross(10, 1);
-    const float bend = (along + 2 * across) / is2;
-    const float first = value * std::min(std::sqrt(was2 / is2), kMostStretch);
-    const float second = 0.5f * bend * (value / is2);
-    phi[i] = first * (1 + std::min(std::max(second, -kMostBend), kMostBend));
+    came.value[i] = value;
+    came.x[i] = v.x;
+    came.y[i] = v.y;
+    came.z[i] = v.z;
+    mask[i >> 6] |= uint64_t{1} << (i & 63);
   }
+  warpedDistances(came, split, mask, kMostStretch, kMostBend, phi);
   return true;
 }
 
