@@ -109,6 +109,9 @@ struct Document {
   Symmetry symmetry;
   Id active = 0;               ///< The piece that is worked on; 0: none.
   Id nextId = 1;
+  /// Documents that one stroke went through have the same number and differ in the clay of their active piece alone: with a thousand pieces there is
+  /// one to look at. 0: says nothing. Session's.
+  uint64_t stroke = 0;
 
   /// Null when there is none of that id.
   [[nodiscard]] const Piece* piece(Id id) const;

@@ -33,7 +33,8 @@ double FeltPieces::distance(const Piece& piece, const Vec3d& handMm) {
 bool FeltPieces::choose(const Document& document, const Vec3d& handMm) {
   const Piece* worked = document.workedOn();
   bool same = seen_.size() == document.pieces.size() && worked_ == (worked ? worked->id : 0);
-  for (size_t i = 0; same && i < seen_.size(); ++i) same = seen_[i] == Seen{document.pieces[i].id, document.pieces[i].visible};
+  const bool looked = std::exchange(stroke_, document.stroke) == document.stroke && document.stroke != 0;
+  for (size_t i = 0; same && !looked && i < seen_.size(); ++i) same = seen_[i] == Seen{document.pieces[i].id, document.pieces[i].visible};
   const bool moved = !((handMm - chosenAt_).norm() < kMovedMm);
   if (same && (!moved || visible_ <= haptics::kMaxPieces)) return false;
   chosenAt_ = handMm;

@@ -36,6 +36,7 @@ class FeltPieces {
     friend bool operator==(const Seen&, const Seen&) = default;
   };
   std::vector<Seen> seen_;  // by place in the document
+  uint64_t stroke_ = 0;     // of that document
   Id worked_ = 0;
   std::vector<Id> ids_;     // chosen, in the order of the scene
   std::vector<size_t> places_;

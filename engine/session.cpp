@@ -34,9 +34,12 @@ Collector::~Collector() {
   thread_.join();
 }
 
-void Collector::add(const std::shared_ptr<clay::Store>& store) {
+void Collector::add(const std::vector<Piece>& pieces) {
   const std::lock_guard lock(mutex_);
-  if (known_.insert(store.get()).second) stores_.push_back(store);
+  for (const Piece& piece : pieces) {
+    const std::shared_ptr<clay::Store>& store = piece.version.store();
+    if (known_.insert(store.get()).second) stores_.push_back(store);
+  }
 }
 
 void Collector::wake() {
@@ -89,7 +92,7 @@ Session::Session(std::vector<HistoryState> states, size_t done, const StrokeQual
       done_(done),
       threads_(std::clamp(int(std::thread::hardware_concurrency()), 1, kMostThreads)),
       collector_(std::make_unique<Collector>()) {
-  for (const Piece& piece : newest_->pieces) collector_->add(piece.version.store());
+  collector_->add(newest_->pieces);
 }
 
 Session::~Session() = default;
@@ -106,7 +109,7 @@ clay::Version Session::version() const {
 }
 
 void Session::setDocument(DocumentPtr document) {
-  for (const Piece& piece : document->pieces) collector_->add(piece.version.store());
+  collector_->add(document->pieces);
   swapNewest(std::move(document));
 }
 
@@ -119,12 +122,39 @@ void Session::swapNewest(DocumentPtr document) {
   collector_->wake();
 }
 
+// A document like the newest one but for the clay of the piece in work.
+std::shared_ptr<Document> Session::spareDocument() {
+  std::unique_ptr<Document> made;
+  {
+    const std::lock_guard lock(spares_->mutex);
+    if (!spares_->documents.empty()) {
+      made = std::move(spares_->documents.back());
+      spares_->documents.pop_back();
+    }
+  }
+  if (!made) made = std::make_unique<Document>(*newest_);
+  made->stroke = strokeNumber_;
+  return {made.release(), [spares = spares_, stroke = strokeNumber_, place = place_](Document* mine) {
+            std::unique_ptr<Document> document(mine);
+            const std::lock_guard lock(spares->mutex);
+            if (spares->stroke != stroke || spares->documents.size() == Spares::kMost) return;
+            document->pieces[place].version = {};  // a spare pins no clay of the stroke
+            spares->documents.push_back(std::move(document));
+          }};
+}
+
 void Session::setVersion(const clay::Version& version) {
-  const Piece* piece = newest_->piece(piece_);
-  if (!piece || piece->version == version) return;  // the same document says that nothing changed
-  auto next = std::make_shared<Document>(*newest_);
-  next->piece(piece_)->version = version;
+  if (newest_->pieces[place_].version == version) return;  // the same document says that nothing changed
+  std::shared_ptr<Document> next = spareDocument();
+  next->pieces[place_].version = version;
   swapNewest(std::move(next));  // a stroke stays within its piece's store
+}
+
+void Session::endSpares() {
+  std::vector<std::unique_ptr<Document>> spares;
+  const std::lock_guard lock(spares_->mutex);
+  spares_->stroke = 0;
+  spares.swap(spares_->documents);
 }
 
 void Session::push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes) {
@@ -149,6 +179,13 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
   (void)StrokePath(grid, tool, quality_);  // throws before anything is changed
   strokeBrush_ = brushOf(tool, grid, morphGoal(tool, *piece));
   piece_ = piece->id;
+  place_ = static_cast<size_t>(piece - newest_->pieces.data());
+  strokeNumber_ = nextStroke_++;
+  {
+    const std::lock_guard lock(spares_->mutex);
+    spares_->stroke = strokeNumber_;
+    spares_->documents.reserve(Spares::kMost);
+  }
   tool_ = tool;
   lifted_ = piece->version;
   images_ = std::move(images);
@@ -284,7 +321,8 @@ clay::Version Session::endStroke() {
   if (!stroke_) throw Error("there is no stroke to end", Error::Kind::work);
   liftTool();
   setVersion(lifted_);
-  if (newest_->piece(piece_)->version != stroke_->before->piece(piece_)->version) {
+  endSpares();
+  if (newest_->pieces[place_].version != stroke_->before->pieces[place_].version) {
     push(std::string(rowOf(tool_).name), newest_, std::move(stroke_->strokes));
   } else {
     setDocument(stroke_->before);
@@ -305,6 +343,7 @@ void Session::abandonStroke() {
   brush_.reset();
   path_.reset();
   drawn_.reset();
+  endSpares();
   swapNewest(stroke_->before);
   stroke_.reset();
   lifted_ = {};
@@ -319,6 +358,7 @@ uint64_t Session::coveredPoints() const {
 void Session::change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge) {
   requireNoStroke("a change of the document");
   auto next = std::make_shared<Document>(*newest_);
+  next->stroke = 0;
   change(*next);
   if (!merge.empty() && merge == merge_ && done_ > 0 && redoSteps() == 0) {
     states_.back().document = next;

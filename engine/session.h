@@ -1,6 +1,7 @@
 #pragma once
 // A document in work: what it is now, how it came to be, and the way back.
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -25,8 +26,8 @@ class Collector {
  public:
   Collector();
   ~Collector();
-  /// Takes care of a store; again is fine. Any thread but the servo's. Cost does not grow with the stores that are there.
-  void add(const std::shared_ptr<clay::Store>& store);
+  /// Takes care of the stores of pieces; again is fine. Any thread but the servo's. Cost does not grow with the stores that are there.
+  void add(const std::vector<Piece>& pieces);
   /// Something was dropped. Any thread but the servo's; does not wait.
   void wake();
 
@@ -174,6 +175,21 @@ class Session {
   std::string merge_;             // of the last step
   uint64_t steps_ = 0;
   Counts counts_;
+
+  // Documents of the stroke in work that nobody holds any more, to be used again: a copy of a document costs as much as it has pieces. The last holder brings them, on
+  // whatever thread that is.
+  struct Spares {
+    std::mutex mutex;
+    uint64_t stroke = 0;  // whose documents these are
+    std::vector<std::unique_ptr<Document>> documents;
+    static constexpr size_t kMost = 4;
+  };
+  [[nodiscard]] std::shared_ptr<Document> spareDocument();
+  void endSpares();
+  std::shared_ptr<Spares> spares_ = std::make_shared<Spares>();
+  static inline std::atomic<uint64_t> nextStroke_{1};  // of all sessions together
+  uint64_t strokeNumber_ = 0;
+  size_t place_ = 0;              // of piece_ in the document
 
   // The stroke in work. path_ and brush_ are there between its first point and the next lift.
   struct Stroke {

@@ -69,6 +69,11 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
   std::exception_ptr failure;
   takeArrived(failure);
   ownNow_ = 0;
+  if (document.stroke != 0 && document.stroke == seenStroke_ && !failure) {
+    followPlace(document, seenPlace_, oldestSampleNs != 0, threads, failure);
+    endFollowing(oldestSampleNs, failure);
+    return;
+  }
   // In a stroke the same pieces are there in the same order, and all but one are as they were: that costs a look at each.
   bool same = seen_.size() == document.pieces.size();
   for (size_t i = 0; same && i < seen_.size(); ++i) same = seen_[i].piece == document.pieces[i].id;
@@ -87,19 +92,31 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
     seen_.assign(document.pieces.size(), {});
     for (size_t i = 0; i < seen_.size(); ++i) seen_[i].piece = document.pieces[i].id;
   }
+  bool all = true;
   for (size_t i = 0; i < seen_.size(); ++i) {
-    const Piece& piece = document.pieces[i];
+    if (document.pieces[i].id == document.active) seenPlace_ = i;
     // An address is enough: what is followed is held.
-    if (seen_[i].record && seen_[i].record == piece.version.record()) continue;
-    seen_[i].record = nullptr;
-    try {
-      if (followOne(piece, oldestSampleNs != 0, threads)) seen_[i].record = piece.version.record();
-    } catch (...) {
-      // Half a surface is none: it comes whole when it comes again.
-      followed_.erase(piece.id);
-      if (!failure) failure = std::current_exception();
-    }
+    if (seen_[i].record && seen_[i].record == document.pieces[i].version.record()) continue;
+    followPlace(document, i, oldestSampleNs != 0, threads, failure);
+    all = all && (seen_[i].record || i == seenPlace_);
   }
+  seenStroke_ = all ? document.stroke : 0;
+  endFollowing(oldestSampleNs, failure);
+}
+
+void Surfaces::followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure) {
+  const Piece& piece = document.pieces[place];
+  seen_[place].record = nullptr;
+  try {
+    if (followOne(piece, stroke, threads)) seen_[place].record = piece.version.record();
+  } catch (...) {
+    // Half a surface is none: it comes whole when it comes again.
+    followed_.erase(piece.id);
+    if (!failure) failure = std::current_exception();
+  }
+}
+
+void Surfaces::endFollowing(int64_t oldestSampleNs, const std::exception_ptr& failure) {
   {
     const std::lock_guard lock(mutex_);
     if (oldestSampleNs != 0 && (oldestNs_ == 0 || oldestSampleNs < oldestNs_)) oldestNs_ = oldestSampleNs;
@@ -241,6 +258,7 @@ void Surfaces::forget() {
   for (auto& [id, followed] : followed_) letGo(std::move(followed));
   followed_.clear();
   seen_.clear();
+  seenStroke_ = 0;
 }
 
 void Surfaces::setGrade(clay::Grade grade) {

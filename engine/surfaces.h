@@ -95,6 +95,8 @@ class Surfaces {
     const clay::VersionRecord* record = nullptr;  // that is followed; null: look closer
   };
   void takeArrived(std::exception_ptr& failure);
+  void followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure);
+  void endFollowing(int64_t oldestSampleNs, const std::exception_ptr& failure);
   bool followOne(const Piece& piece, bool stroke, int threads);
   void deliver(Id piece, Waiting one);
   void send(Task task);
@@ -106,6 +108,8 @@ class Surfaces {
   std::atomic<clay::Grade> grade_{clay::Grade::draft};
   std::map<Id, std::unique_ptr<Followed>> followed_;
   std::vector<Seen> seen_;  // by place in the document
+  uint64_t seenStroke_ = 0;  // of the document that was followed last, all of whose pieces were as it has them, but for this place
+  size_t seenPlace_ = 0;
   uint64_t nextTask_ = 1, ownBricks_ = 0, ownNow_ = 0;
 
   std::mutex mutex_;  // guards the rest

@@ -9,6 +9,8 @@
 namespace argil::engine {
 namespace {
 
+constexpr size_t kFewPieces = 8;
+
 bool same(const std::weak_ptr<const Document>& a, const DocumentPtr& b) { return !a.owner_before(b) && !b.owner_before(a); }
 
 // It holds nothing that is worth a file.
@@ -25,23 +27,34 @@ uint64_t bytesAlone(const Document& document, const Document& beside) {
     if (piece.version && !(i < beside.pieces.size() && beside.pieces[i].version == piece.version)) others.push_back(&piece);
   }
   if (!others.empty()) {
-    std::unordered_set<const clay::VersionRecord*> there;
+    std::unordered_map<const clay::VersionRecord*, const Piece*> byVersion;
     std::unordered_map<Id, const Piece*> byId;
     std::unordered_map<const clay::Store*, const Piece*> byStore;
+    // One or two are found sooner by looking.
+    const bool few = others.size() <= kFewPieces;
     for (const Piece& each : beside.pieces) {
-      if (!each.version) continue;
-      there.insert(each.version.record());
+      if (few || !each.version) continue;
+      byVersion.emplace(each.version.record(), &each);
       byId.emplace(each.id, &each);
       byStore.emplace(each.version.store().get(), &each);
     }
+    const auto find = [&](const auto& map, const auto& key, const auto& fits) -> const Piece* {
+      if (few) {
+        const auto found = std::find_if(beside.pieces.begin(), beside.pieces.end(), [&](const Piece& each) { return each.version && fits(each); });
+        return found == beside.pieces.end() ? nullptr : &*found;
+      }
+      const auto found = map.find(key);
+      return found == map.end() ? nullptr : found->second;
+    };
+    std::unordered_set<const clay::VersionRecord*> counted;
     for (const Piece* piece : others) {
       const clay::Version& version = piece->version;
+      const clay::Store* store = version.store().get();
       // Once, whether another piece has it too.
-      if (!there.insert(version.record()).second) continue;
+      if (find(byVersion, version.record(), [&](const Piece& each) { return each.version == version; }) || !counted.insert(version.record()).second) continue;
       // Its own earlier or later clay, else that of a copy.
-      const auto own = byId.find(piece->id);
-      const auto copy = byStore.find(version.store().get());
-      const Piece* other = own != byId.end() && own->second->version.store() == version.store() ? own->second : copy != byStore.end() ? copy->second : nullptr;
+      const Piece* other = find(byId, piece->id, [&](const Piece& each) { return each.id == piece->id; });
+      if (!other || other->version.store().get() != store) other = find(byStore, store, [&](const Piece& each) { return each.version.store().get() == store; });
       bytes += other ? clay::unshared(version, other->version).bytes() : version.stats().bytes();
     }
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 
 #include "clay/error.h"
@@ -351,11 +352,10 @@ void Workbench::State::publish() {
   if (time - usageAt > kUsageEvery) {
     usageAt = time;
     uint64_t bytes = 0;
-    std::vector<const clay::Store*> stores;
+    std::unordered_set<const clay::Store*> stores;
     for (const Piece& piece : now->pieces) {
       const clay::Store* store = piece.version.store().get();
-      if (std::find(stores.begin(), stores.end(), store) != stores.end()) continue;
-      stores.push_back(store);
+      if (!stores.insert(store).second) continue;
       bytes += store->usage().bytes();
     }
     clayBytes = bytes;
