@@ -9,6 +9,7 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "haptics/devices/sheets.h"
 #include "haptics/stability_bench.h"
@@ -23,6 +24,8 @@ namespace {
 constexpr std::array kRates = {1000.0, 2000.0, 4000.0};
 constexpr std::array kDampings = {0.0, 0.2, 0.5, 1.0};  // Of the sheet's top damping; the second is what couplings have.
 constexpr size_t kCoupled = 1;
+constexpr std::array kAllRates = {125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0};
+constexpr std::array kDelaysMs = {0.0, 1.0, 2.0, 3.0, 5.0};
 constexpr size_t kHands = 3, kTasks = std::size(haptics::kStabilityTasks);
 constexpr uint64_t kContacts = 2000;  // Of each device.
 
@@ -84,7 +87,7 @@ class Map {
     c.hand = haptics::stabilityHands()[index % kHands].model;
     index /= kHands;
     c.rateHz = kRates[index % kRates.size()];
-    c.sheet = sheets_[index / kRates.size()];
+    c.sheet = atRate(sheets_[index / kRates.size()], c.rateHz);
     c.coupling.dampingNsmm = damping * c.sheet.topDampingNsmm;
     return c;
   }
@@ -92,6 +95,12 @@ class Map {
   std::span<const haptics::DeviceSheet> sheets_;
   std::vector<double> limits_;
 };
+
+/// The same device, exchanging as often as the servo turns.
+haptics::DeviceSheet atRate(haptics::DeviceSheet sheet, double rateHz) {
+  sheet.rateHz = rateHz;
+  return sheet;
+}
 
 void keep(BenchReport& report, std::string name, const char* unit, double value, uint64_t n = 1) {
   BenchResult r;
@@ -106,8 +115,9 @@ void table(BenchReport& report, const Map& map, std::span<const haptics::DeviceS
   fmt::print("  N/mm, without → with passivity control; damping without: none, with: that of the coupling\n");
   for (size_t d = 0; d < sheets.size(); ++d)
     for (size_t r = 0; r < kRates.size(); ++r) {
-      const haptics::CouplingBounds bounds = haptics::couplingBounds(sheets[d], 1 / kRates[r]);
-      const haptics::Coupling coupling = haptics::coupleTo(sheets[d], 1 / kRates[r]);
+      const haptics::DeviceSheet sheet = atRate(sheets[d], kRates[r]);
+      const haptics::CouplingBounds bounds = haptics::couplingBounds(sheet, 1 / kRates[r]);
+      const haptics::Coupling coupling = haptics::coupleTo(sheet, 1 / kRates[r]);
       const std::string base = fmt::format("stability/{}/{:g}kHz/", sheets[d].name, kRates[r] / 1000);
       fmt::print("  {:<10} {:g} kHz: 2b/T {:.2f}, 2c/Δ {:.2f}, sheet's top {:.2f}, coupled at {:.2f}\n", sheets[d].name, kRates[r] / 1000, bounds.colgateBrownNmm,
                  bounds.quantizationNmm, sheets[d].topStiffnessNmm, coupling.stiffnessNmm);
@@ -158,10 +168,11 @@ Chart figure(const Map& map, std::span<const haptics::DeviceSheet> sheets) {
     ChartSeries glide = series("gliding, with passivity control", 1, Line::solid, Mark::square);
     for (size_t i = 0; i < points; ++i) {
       const double at = place(i), period = 1 / rateOf(i);
-      const haptics::CouplingBounds bounds = haptics::couplingBounds(sheets[d], period);
+      const haptics::DeviceSheet sheet = atRate(sheets[d], rateOf(i));
+      const haptics::CouplingBounds bounds = haptics::couplingBounds(sheet, period);
       cb.points.push_back({at, bounds.colgateBrownNmm});
       quant.points.push_back({at, bounds.quantizationNmm});
-      coupled.points.push_back({at, haptics::coupleTo(sheets[d], period).stiffnessNmm});
+      coupled.points.push_back({at, haptics::coupleTo(sheet, period).stiffnessNmm});
       bareHeld.points.push_back({at, bare(i, true)});
       bareGlide.points.push_back({at, bare(i, false)});
       heldLine.points.push_back({at, controlled(i, true)});
@@ -193,6 +204,47 @@ Chart figure(const Map& map, std::span<const haptics::DeviceSheet> sheets) {
       "Held: the least of grasping, tapping three times, and 1 mm of clay growing under the tool, pressed midway between two encoder steps. Gliding: 20 mm/s along flat clay. Real servo tick, virtual time.",
       "Upper three rows: without control no damping, with control that of the coupling. Made by: argil bench stability --figure FILE"};
   return chart;
+}
+
+// Delays and rates: at what it is coupled, and in how many cases (tasks and hands) that is stable. `threaded`: through the device's
+// thread, servo at 1 kHz, which measures the delay by itself; a delay is then how long an exchange takes.
+void delays(BenchReport& report, std::span<const haptics::DeviceSheet> sheets, bool threaded, Job* job) {
+  report.heading(threaded ? "stability through the device's thread: exchanges of 0 to 5 ms, at 125 to 8000 Hz, servo at 1 kHz"
+                          : "stability at the coupling: delays of 0 to 5 ms, at 125 to 8000 Hz");
+  fmt::print("  N/mm (stable of all cases), for {} ms\n", fmt::join(kDelaysMs, ", "));
+  for (const haptics::DeviceSheet& sheet : sheets)
+    for (const double rate : kAllRates) {
+      std::string line = fmt::format("  {:<10} {:>5.0f} Hz", sheet.name, rate);
+      for (const double delayMs : kDelaysMs) {
+        if (job) job->step(0);
+        int stable = 0, all = 0;
+        double stiffness = 0;
+        for (const haptics::StabilityTask task : haptics::kStabilityTasks)
+          for (const haptics::StabilityHand& hand : haptics::stabilityHands()) {
+            if (task == haptics::StabilityTask::glide && !(hand.model.stiffnessNmm > 0)) continue;
+            haptics::StabilityCase c;
+            c.sheet = atRate(sheet, rate);
+            c.hand = hand.model;
+            c.task = task;
+            c.delayS = delayMs * 1e-3;
+            if (threaded) {
+              c.exchangesHz = rate;
+            } else {
+              c.rateHz = rate;
+              c.coupling = haptics::coupleTo(c.sheet, 1 / rate, c.delayS);
+            }
+            const haptics::StabilityFigures f = haptics::runStability(c);
+            stable += f.stable();
+            ++all;
+            stiffness = std::max(stiffness, f.stiffnessNmm);
+          }
+        line += fmt::format("  {:5.2f} ({:2}/{})", stiffness, stable, all);
+        const std::string name = fmt::format("stability/{}/{:g}Hz/{:g}ms/{}", sheet.name, rate, delayMs, threaded ? "threaded" : "direct");
+        keep(report, name + "/coupling", "N/mm", stiffness);
+        keep(report, name + "/stable", "cases", stable, static_cast<uint64_t>(all));
+      }
+      fmt::print("{}\n", line);
+    }
 }
 
 void energies(BenchReport& report, std::span<const haptics::DeviceSheet> sheets) {
@@ -228,6 +280,8 @@ void benchStability(BenchReport& report, const BenchOptions& options) {
   table(report, map, sheets);
   fmt::print("  {:.0f} s\n", watch.us() * 1e-6);
   energies(report, sheets);
+  delays(report, sheets, false, options.job);
+  delays(report, sheets, true, options.job);
   if (options.figure.empty()) return;
   const std::string svg = figure(map, sheets).svg();
   io::AtomicFile out(options.figure);
