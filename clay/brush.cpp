@@ -44,6 +44,11 @@ constexpr float kMostDrift = 1;
 constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
+// Applications whose bricks are computed together: as many as move clay by less than the first, voxels, and no more than the second. What is shown lags by less.
+constexpr double kMoveTogether = 12;
+constexpr size_t kTogether = 4;
+// Clay that moves by no more than this stays in the bricks around those that it was in.
+constexpr double kMoveWithin = 6;
 // Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
 constexpr size_t kSweptAtOnce = 512;
 
@@ -154,9 +159,24 @@ struct BrushStroke::State {
   void computeSwept(const Stamp& s, std::vector<Coord>& influenced);
   [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius);
   BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
-  void work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced);
-  void workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced);
-  [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images);
+  // Applications that were begun and whose bricks are to be computed yet.
+  std::vector<Stamp> begun;
+  size_t begunCount = 0;
+  bool begunOnce = false;  // some have waited
+  double begunMove = 0;
+
+  void begin(std::span<const Stamp> images, std::span<const Coord> coords);
+  void compute(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced);
+  void work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
+    if (coords.empty()) return;
+    begin(images, coords);
+    compute(images, coords, influenced);
+  }
+  void workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced);
+  void computeBegun(std::vector<Coord>& influenced);
+  void touch(std::vector<Coord> influenced);
+  void workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
+  [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
   void trail(uint64_t upTo);
   void redistanceDue();
 
@@ -174,6 +194,9 @@ struct BrushStroke::State {
   // What the method keeps may have grown too large: it goes on from the clay as it is now.
   void beginAnewWhenFull() {
     if (!method || !method->full()) return;
+    std::vector<Coord> influenced;
+    computeBegun(influenced);
+    touch(std::move(influenced));
     trail(stamps);
     redistanceDue();
     method->beginAnew(commit());
@@ -329,10 +352,11 @@ BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* sourc
 }
 
 // Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
-std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images) {
+std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images, double moved) {
   std::vector<Coord> surface;
   // The band moves along.
-  const int rings = std::max(1, static_cast<int>(std::ceil((method->travel() + editor->grid().band) / kBrickEdge)));
+  const double travel = std::max(method->travel(), moved > kMoveWithin ? moved : 0);
+  const int rings = std::max(1, static_cast<int>(std::ceil((travel + editor->grid().band) / kBrickEdge)));
   for (const Stamp& s : images) {
     const double reach = method->reach(s), margin = 8.0 * rings;
     const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - margin < reach; };
@@ -354,12 +378,41 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
   return all;
 }
 
-void BrushStroke::State::work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
-  if (coords.empty()) return;
-  const float band = editor->grid().band;
-  const bool masks = editor->has(Channel::mask);
+void BrushStroke::State::begin(std::span<const Stamp> images, std::span<const Coord> coords) {
   Sampler field(*editor);
   method->begin(field, images, coords);
+}
+
+// Where each of them moves clay a little they are computed together: they look at the same bricks.
+void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced) {
+  if (begunCount > 0 && begunMove + move > kMoveTogether) computeBegun(influenced);
+  begin(images, {});
+  begun.insert(begun.end(), images.begin(), images.end());
+  ++begunCount;
+  begunMove += move;
+  if (!together || begunCount >= kTogether) return computeBegun(influenced);
+  begunOnce = true;
+}
+
+void BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
+  if (begunCount == 0) return;
+  const std::vector<Stamp> images = std::exchange(begun, {});
+  const double moved = std::exchange(begunMove, 0);
+  begunCount = 0;
+  const std::vector<Coord> coords = bricksWithin(images, moved);
+  if (!coords.empty()) compute(images, coords, influenced);
+}
+
+void BrushStroke::State::touch(std::vector<Coord> influenced) {
+  std::sort(influenced.begin(), influenced.end());
+  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
+  for (const Coord c : influenced) lastTouch[c].stamp = stamps;
+  influencedBy.emplace_back(stamps, std::move(influenced));
+}
+
+void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
+  const float band = editor->grid().band;
+  const bool masks = editor->has(Channel::mask);
   struct Result {
     FloatBrick* brick = nullptr;
     std::optional<MaskCover> cover;
@@ -417,9 +470,15 @@ void BrushStroke::State::work(std::span<const Stamp> images, const std::vector<C
   }
 }
 
-void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<Coord>& influenced) {
+void BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
   const int parts = method->parts(images);
-  if (parts == 1) return work(images, bricksWithin(images), influenced);
+  const auto workOn = [&](std::span<const Stamp> part) {
+    if (const double move = method->moves(part); std::isfinite(move))
+      workLater(part, move, together, influenced);
+    else
+      work(part, bricksWithin(part), influenced);
+  };
+  if (parts == 1) return workOn(images);
   for (int i = 0; i < parts; ++i) {
     std::vector<Stamp> part(images.begin(), images.end());
     for (size_t k = 0; k < part.size(); ++k) {
@@ -432,10 +491,8 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, std::vector<
       // What goes by the way becomes less with it; a dab has none.
       if (whole.a == whole.b) part[k].strength = whole.strength / static_cast<float>(parts);
     }
-    work(part, bricksWithin(part), influenced);
+    workOn(part);
   }
-  std::sort(influenced.begin(), influenced.end());
-  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
 }
 
 void BrushStroke::State::redistanceDue() {
@@ -496,20 +553,18 @@ void BrushStroke::apply(std::span<const Stamp> given) {
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
     s.work(images, blended, influenced);
-    if (images.size() > 1 || !blended.empty()) {
-      std::sort(influenced.begin(), influenced.end());
-      influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
-    }
   } else if (s.method) {
-    s.workInParts(images, influenced);
+    // What goes along with clay is looked at application by application.
+    s.workInParts(images, !was, influenced);
   }
   s.carry(was, s.tool ? nullptr : s.method.get(), images);
   for (const Operation& each : s.brush->operations)
     if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
   const uint64_t number = ++s.stamps;
-  for (const Coord c : influenced) s.lastTouch[c].stamp = number;
-  s.influencedBy.emplace_back(number, std::move(influenced));
-  if (number > kTrail) s.trail(number - kTrail);
+  s.touch(std::move(influenced));
+  // What is computed together is touched again together.
+  const uint64_t behind = kTrail + (s.begunOnce ? kTogether : 0);
+  if (number > behind) s.trail(number - behind);
   if (s.due.size() >= kBatch) s.redistanceDue();
   s.beginAnewWhenFull();
 }
@@ -518,6 +573,9 @@ Version BrushStroke::publish() { return state_->commit(); }
 
 Version BrushStroke::finish() {
   State& s = *state_;
+  std::vector<Coord> influenced;
+  s.computeBegun(influenced);
+  s.touch(std::move(influenced));
   s.trail(s.stamps);
   s.redistanceDue();
   return publish();

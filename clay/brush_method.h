@@ -1,6 +1,7 @@
 #pragma once
 // One way of changing distances: what a file of a new method implements. This room's own.
 
+#include <cmath>
 #include <memory>
 #include <span>
 
@@ -65,6 +66,13 @@ class DistanceMethod {
 
   /// Whether it heeds masks that cover a part itself; what they cover whole is put back in any case.
   [[nodiscard]] virtual bool masks() const { return false; }
+
+  /// How far an application moves clay at most, voxels, where brick() computes what all applications so far have left, whatever was computed between: bricks of some that
+  /// move little are then computed together. Infinity: those of each at once.
+  [[nodiscard]] virtual double moves(std::span<const Stamp> images) const {
+    (void)images;
+    return HUGE_VAL;
+  }
 
   /// Of how many parts of its way, one after the other, an application is made: where it would carry the surface out of the bricks around it.
   [[nodiscard]] virtual int parts(std::span<const Stamp> images) const {

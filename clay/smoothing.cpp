@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "clay/brick_margins.h"
@@ -26,7 +27,7 @@ float insideOf(float a, float b) {
 
 class Smoothing : public DistanceMethod {
  public:
-  explicit Smoothing(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
+  explicit Smoothing(const StrokeContext& context) : operation_(context.operation), band_(context.band), threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
@@ -50,7 +51,9 @@ class Smoothing : public DistanceMethod {
 
   Operation operation_;
   float band_;
-  // Of the application: bricks, empty where the means of the next neighbours serve.
+  int threads_;
+  // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
+  bool near_ = true;
   std::vector<Coord> bricks_;
   std::vector<Part> parts_, next_;
   float putBack_ = 0;
@@ -62,35 +65,43 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
   bricks_.clear();
   putBack_ = 0;
-  if (!keep && radius <= kFineRadius) return;
-  bricks_.assign(bricks.begin(), bricks.end());
+  near_ = !keep && radius <= kFineRadius;
+  if (near_) return;
+  // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the band's edge.
+  std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_), [&](Coord coord) { return !before.slot(coord).isTile(); });
   // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of squares.
   double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
-  parts_.resize(bricks.size());
-  next_.resize(bricks.size());
-  float broad[kBroadSize] = {};
+  parts_.resize(bricks_.size());
+  next_.resize(bricks_.size());
   for (int spacing = 1; spacing <= 4; spacing *= 2) {
-    for (size_t i = 0; i < bricks.size(); ++i) {
-      gatherBroad(before, bricks[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
-      broadMean(broad, spacing, next_[i].mean);
-    }
+    forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
+      Sampler mine = before;
+      float broad[kBroadSize] = {};
+      for (size_t i = begin; i < end; ++i) {
+        gatherBroad(mine, bricks_[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
+        broadMean(broad, spacing, next_[i].mean);
+      }
+    });
     std::swap(parts_, next_);
     variance += 0.5 * spacing * spacing;
     if (variance >= wanted) break;
   }
   const float share = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
-  for (size_t i = 0; i < bricks.size(); ++i) {
-    Part& part = parts_[i];
-    imageWeights(images, operation_.shape, bricks[i], part.weight);
-    BrickValues scratch;
-    const BrickValues& values = before.slot(bricks[i]).values(scratch, band_);
-    for (int v = 0; v < kBrickVoxels; ++v) {
-      const float phi = values[v];
-      if (!(std::abs(phi) < band_)) part.weight[v] = 0;
-      // From here on what it becomes.
-      part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);
+  forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
+    Sampler mine = before;
+    for (size_t i = begin; i < end; ++i) {
+      Part& part = parts_[i];
+      imageWeights(images, operation_.shape, bricks_[i], part.weight);
+      BrickValues scratch;
+      const BrickValues& values = mine.slot(bricks_[i]).values(scratch, band_);
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const float phi = values[v];
+        if (!(std::abs(phi) < band_)) part.weight[v] = 0;
+        // From here on what it becomes.
+        part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);
+      }
     }
-  }
+  });
   if (!keep) return;
   // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much. Volume is the length that lies inside of
   // the lines of voxels along each axis.
@@ -101,12 +112,12 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   int64_t goal = 0;
   const auto grains = [](float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); };
   float broadNow[kBroadSize], broadWas[kBroadSize], broadWeight[kBroadSize] = {};
-  for (size_t i = 0; i < bricks.size(); ++i) {
+  for (size_t i = 0; i < bricks_.size(); ++i) {
     const Part& part = parts_[i];
     if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
-    gatherBroad(before, bricks[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
-    gatherBroad(before, bricks[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
-    gatherWeights(bricks[i], broadWeight);
+    gatherBroad(before, bricks_[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
+    gatherBroad(before, bricks_[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
+    gatherWeights(bricks_[i], broadWeight);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);
       if (!(std::abs(broadWas[at]) < kNear)) continue;
@@ -151,7 +162,7 @@ void Smoothing::gatherWeights(Coord coord, float* broad) const {
 
 bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
   if (before.slot(coord).isTile()) return false;
-  if (bricks_.empty()) {
+  if (near_) {
     float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
     imageWeights(images, operation_.shape, coord, weight);

@@ -48,10 +48,11 @@ class Warping : public DistanceMethod {
   Renew leaves() const override { return Renew::impossible; }
   bool lasting() const override { return true; }
   bool masks() const override { return true; }
+  double moves(std::span<const Stamp> images) const override { return mostMove(images); }
 
   // The farther clay has come, the more of it a brick has to look at, and the nodes fill all of the space that the tip went through.
   bool full() const override {
-    return farthest_ > kMostWay + kMostWayRadii * largest_ || field_->size() >= std::max(kMostBlocks, kMostStamps * moved_);
+    return field_ && (farthest_ > kMostWay + kMostWayRadii * largest_ || field_->size() >= std::max(kMostBlocks, kMostStamps * moved_));
   }
   void beginAnew(const Version& now) override {
     base_ = now;
