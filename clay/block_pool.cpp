@@ -12,7 +12,7 @@ namespace argil::clay {
 namespace {
 
 constexpr size_t kSlab = size_t{2} << 20, kLeastSlab = size_t{32} << 10;
-constexpr size_t kShareInSlab = 4;  // of what a pool has, its next slab is this part
+constexpr size_t kShareInSlab = 8;  // of what a pool has, its next slab is this part
 
 // Slabs that no pool has. Clearing fresh pages takes a large share of making a whole surface, and a document that is opened or a model that is exported makes one
 // soon after another went.

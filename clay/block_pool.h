@@ -11,11 +11,12 @@
 
 namespace argil::clay {
 
-/// Free lists by size (64-byte steps up to 32 KiB; larger ones come from the heap) over slabs that grow with the pool, from 32 KiB to 2 MiB: a document may have a
-/// thousand small surfaces. Those of 2 MiB are huge pages where the
-/// system grants them: a whole surface would otherwise take a page fault per few bricks (sharing one pool between
-/// models was slower: freed blocks come back in no order, and writing them misses the cache). Blocks are 64-byte aligned. Large slabs of a pool
-/// that is gone wait for the next one, up to 256 MiB in the process; the system may take them back when it is short of memory.
+/// Free lists by size (64-byte steps up to 32 KiB; larger ones come from the heap) over slabs that grow with the pool,
+/// from 32 KiB to 2 MiB: a document may have a thousand small surfaces. Those of 2 MiB are huge pages where the system
+/// grants them: a whole surface would otherwise take a page fault per few bricks (sharing one pool between models was
+/// slower: freed blocks come back in no order, and writing them misses the cache). Blocks are 64-byte aligned. Large
+/// slabs of a pool that is gone wait for the next one, up to 256 MiB in the process; the system may take them back when
+/// it is short of memory.
 class BlockPool {
  public:
   /// A pool stands until its owner has let go of it and every block is released.
@@ -58,8 +59,8 @@ class BlockPool {
   std::mutex mutex_;
   std::vector<void*> free_[kLargest / kStep + 1];
   std::atomic<int64_t> freeBlocks_ = 0;  // in the lists together
-  std::vector<std::byte*> slabs_, small_;  // of 2 MiB, and below
-  size_t slabBytes_ = 0;                   // of all of them
+  std::vector<std::byte*> slabs_, small_;                 // of 2 MiB, and below
+  size_t slabBytes_ = 0;                                  // of all of them
   std::vector<std::pair<std::byte*, std::byte*>> rests_;  // of slabs, for the next shares; room for as many as are at work at once
   int64_t live_ = 0;                                      // blocks out, those of shares at work apart
   bool retired_ = false;

@@ -23,10 +23,11 @@ struct CombineOptions {
   std::vector<uint8_t> materials = {};  ///< What b's materials become, by their number; those beyond its end, as with none, stay.
 };
 
-/// A version made from `a`, in its store, beside whoever edits there: whole nodes of it are shared wherever `b` is all inside or
-/// all outside, and where `a` is so, b's bricks are copied. A `b` on another grid is resampled first: see resample(). Where both surfaces
-/// meet distances are made anew. Channels come with the surface that is nearer, those of a cut with b's. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the bricks of b and
-/// those of a near b.
+/// A version made from `a`, in its store, beside whoever edits there: whole nodes of it are shared wherever `b` is all
+/// inside or all outside, and where `a` is so, b's bricks are copied. A `b` on another grid is resampled first: see
+/// resample(). Where both surfaces meet distances are made anew. Channels come with the surface that is nearer, those
+/// of a cut with b's. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the
+/// bricks of b and those of a near b.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options = {}, Job* job = nullptr);
 
 /// The same as part of some work.

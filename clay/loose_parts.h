@@ -11,9 +11,9 @@ namespace argil::clay {
 
 inline constexpr size_t kMostParts = 64;  ///< That splitParts() makes.
 
-// Two voxels inside belong to one body when they are neighbours along an axis, two outside to one cavity likewise. Results are made from
-// `version`, in its store, beside whoever edits there, and share what they leave as it is. Where a body or a cavity goes, distances
-// around it are made anew. Cost follows the bricks. All throw Cancelled.
+// Two voxels inside belong to one body when they are neighbours along an axis, two outside to one cavity likewise.
+// Results are made from `version`, in its store, beside whoever edits there, and share what they leave as it is. Where
+// a body or a cavity goes, distances around it are made anew. Cost follows the bricks. All throw Cancelled.
 
 /// Volumes in mm³ of the bodies (voxels inside, counted), largest first.
 [[nodiscard]] std::vector<double> bodyVolumes(const Version& version, Job* job = nullptr);

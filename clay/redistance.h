@@ -21,14 +21,16 @@ inline constexpr float kExactTolerance = 1.25f;
 /// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values).
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 
-/// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them as
-/// boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where the
-/// solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. As many Jacobi passes over all of
-/// them as the band needs, in a fixed order: the result depends on the field and `coords` alone. Cost: about 4 µs a brick of a band of three voxels. Returns the bricks that
-/// changed. Method: NOTES.md, "Redistancing".
+/// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them
+/// as boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where
+/// the solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. As many Jacobi
+/// passes over all of them as the band needs, in a fixed order: the result depends on the field and `coords` alone.
+/// Cost: about 4 µs a brick of a band of three voxels. Returns the bricks that changed. Method: NOTES.md,
+/// "Redistancing".
 ///
-/// `renew` (one for each of `coords`, or none): where an edit left no distances beside the surface either. There another distance takes the place of what
-/// is kept elsewhere, and smaller differences count. What a mask covers whole keeps its bits.
+/// `renew` (one for each of `coords`, or none): where an edit left no distances beside the surface either. There
+/// another distance takes the place of what is kept elsewhere, and smaller differences count. What a mask covers whole
+/// keeps its bits.
 enum class Renew : uint8_t {
   none,
   impossible,  ///< Beside the surface only what exceeds a voxel, as no distance does; differences from kSlopeTolerance on count, as with slopes. For fields of second order.

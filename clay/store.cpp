@@ -220,7 +220,8 @@ bool Store::collect(size_t maxObjects) {
     }
   }
   s.freeAll(freed);
-  // Stock is for a model that is being edited: what its birth took is not looked at, or a thousand pieces that lie there would have a thousand stocks.
+  // Stock is for a model that is being edited: what its birth took is not looked at, or a thousand pieces that lie
+  // there would have a thousand stocks.
   bool edited = false;
   {
     const std::lock_guard lock(s.mutex);

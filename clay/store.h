@@ -16,11 +16,13 @@ class Store : public std::enable_shared_from_this<Store> {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// Frees what dropped versions alone used, about `maxObjects` bricks and nodes at most, and keeps touched memory in stock (an eighth of what the store
-  /// has) for a model that is edited, so that no editor waits for the system's pages; true when more waits. Any thread but the servo's, beside the
-  /// editor: a session calls it in the background. Never a stall: cost follows maxObjects.
+  /// Frees what dropped versions alone used, about `maxObjects` bricks and nodes at most, and keeps touched memory in
+  /// stock (an eighth of what the store has) for a model that is edited, so that no editor waits for the system's
+  /// pages; true when more waits. Any thread but the servo's, beside the editor: a session calls it in the background.
+  /// Never a stall: cost follows maxObjects.
   bool collect(size_t maxObjects = 4096);
-  /// Something was dropped, or stock runs low, since collect() last looked: a call would find work. Any thread; one load.
+  /// Something was dropped, or stock runs low, since collect() last looked: a call would find work. Any thread; one
+  /// load.
   [[nodiscard]] bool wantsCollecting() const noexcept;
 
   [[nodiscard]] Precision precision() const;  ///< Of all its bricks.

@@ -55,8 +55,27 @@ struct Held : BrickMesh {
 };
 using HeldPtr = std::shared_ptr<Held>;
 
+// The meshes of a region's bricks, by slices of x that are there as far as they are used: most regions hold a sheet of
+// surface, and a small model a corner of eight regions.
+class HeldTable {
+ public:
+  [[nodiscard]] const HeldPtr& operator[](size_t i) const {
+    const auto& slice = slices_[i >> 6];
+    return slice ? (*slice)[i & 63] : none_;
+  }
+  [[nodiscard]] HeldPtr& at(size_t i) {
+    auto& slice = slices_[i >> 6];
+    if (!slice) slice = std::make_unique<std::array<HeldPtr, 64>>();
+    return (*slice)[i & 63];
+  }
+
+ private:
+  static inline const HeldPtr none_;
+  std::array<std::unique_ptr<std::array<HeldPtr, 64>>, 8> slices_;
+};
+
 struct Region {
-  std::array<HeldPtr, 512> held;
+  HeldTable held;
   int count = 0;
   // Of the update that runs: vertices are not there yet; bricks whose vertices are others now.
   std::atomic<bool> pending = false;
@@ -235,8 +254,8 @@ struct Surface::State {
     for (const auto& entry : regions) keys.push_back(entry.first);
     std::sort(keys.begin(), keys.end());
     for (const Coord key : keys)
-      for (const HeldPtr& held : regions.at(key)->held)
-        if (held) visit(*held);
+      for (size_t i = 0; i < 512; ++i)
+        if (const HeldPtr& held = regions.at(key)->held[i]) visit(*held);
   }
 
   HeldPtr hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
@@ -345,11 +364,11 @@ void Surface::State::extractRegionVertices(Task& task, bool whole, Worker& worke
 // Puts the vertices in the buffer, or their absence, in the place of those that were.
 void Surface::State::followVertices(Task& task, int index, const Coord& brick, Worker& worker) {
   Region& region = *task.lower[0];
-  HeldPtr& held = region.held[static_cast<size_t>(index)];
   const auto set = [index](RegionBits& bits) { bits[static_cast<size_t>(index >> 6)] |= uint64_t{1} << (index & 63); };
   const ExtractionBuffer& buffer = worker.buffer;
   const CellTable& table = buffer.table;
-  if (table.vertices == 0 && !held) return;
+  if (table.vertices == 0 && !region.held[static_cast<size_t>(index)]) return;
+  HeldPtr& held = region.held.at(static_cast<size_t>(index));
   if (table.vertices > 0) set(task.looked);
   if (held) {
     // Quads follow the signs, which vertices do not tell all of: they are looked at even where these are the same.
@@ -484,7 +503,7 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
   delta.changed.reserve(changed);
   for (Task& task : tasks) {
     std::move(task.changed.begin(), task.changed.end(), std::back_inserter(delta.changed));
-    for (auto& [index, held] : task.replaced) task.lower[0]->held[static_cast<size_t>(index)] = std::move(held);
+    for (auto& [index, held] : task.replaced) task.lower[0]->held.at(static_cast<size_t>(index)) = std::move(held);
     vertexCount += static_cast<uint64_t>(task.vertices);
     quadCount += static_cast<uint64_t>(task.quads);
     foldedBricks += static_cast<uint64_t>(task.folded);

@@ -77,8 +77,8 @@ struct VersionRecord {
 
 inline Link rootOf(const VersionRecord& record, Channel channel) { return record.roots[static_cast<size_t>(treeOf(channel))]; }
 
-/// Memory of equal-sized objects in pre-touched chunks, which are small while there is little: a document may have a thousand pieces. From 16 MB on they are huge pages. Guarded by
-/// the store's mutex, but for map().
+/// Memory of equal-sized objects in pre-touched chunks, which are small while there is little: a document may have a
+/// thousand pieces. From 16 MB on they are huge pages. Guarded by the store's mutex, but for map().
 class SlabPool {
  public:
   explicit SlabPool(size_t objectBytes) : objectBytes_(objectBytes) {}

@@ -23,7 +23,9 @@ void countDiffering(Link a, Link b, int level, uint64_t most, uint64_t& count) {
     ++count;
     return;
   }
-  const auto childOf = [](Link link, int i) { return isTile(link) ? link : reinterpret_cast<const Node*>(link)->child[i]; };
+  const auto childOf = [](Link link, int i) {
+    return isTile(link) ? link : reinterpret_cast<const Node*>(link)->child[i];
+  };
   for (int i = 0; i < 512; ++i) countDiffering(childOf(a, i), childOf(b, i), level - 1, most, count);
 }
 
@@ -31,7 +33,8 @@ void countDiffering(Link a, Link b, int level, uint64_t most, uint64_t& count) {
 
 uint64_t differingLeaves(const Version& a, const Version& b, uint64_t most) {
   uint64_t count = 0;
-  for (size_t i = 0; i < kTrees; ++i) countDiffering(a.record()->roots[i], b.record()->roots[i], kTreeLevels, most, count);
+  for (size_t i = 0; i < kTrees; ++i)
+    countDiffering(a.record()->roots[i], b.record()->roots[i], kTreeLevels, most, count);
   return count;
 }
 

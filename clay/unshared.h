@@ -9,8 +9,8 @@ namespace argil::clay {
 /// follows the difference, not the model. Any thread but the servo's.
 [[nodiscard]] VersionStats unshared(const Version& version, const Version& other);
 
-/// Bricks and channel bricks of either version that the other has not at the same place, no further than `most` of them are counted (then more than `most` comes back). Both
-/// of one store. Cost follows the difference, and `most`.
+/// Bricks and channel bricks of either version that the other has not at the same place, no further than `most` of them
+/// are counted (then more than `most` comes back). Both of one store. Cost follows the difference, and `most`.
 [[nodiscard]] uint64_t differingLeaves(const Version& a, const Version& b, uint64_t most);
 
 }  // namespace argil::clay

@@ -109,8 +109,8 @@ struct Document {
   Symmetry symmetry;
   Id active = 0;               ///< The piece that is worked on; 0: none.
   Id nextId = 1;
-  /// Documents that one stroke went through have the same number and differ in the clay of their active piece alone: with a thousand pieces there is
-  /// one to look at. 0: says nothing. Session's.
+  /// Documents that one stroke went through have the same number and differ in the clay of their active piece alone:
+  /// with a thousand pieces there is one to look at. 0: says nothing. Session's.
   uint64_t stroke = 0;
 
   /// Null when there is none of that id.
@@ -141,10 +141,12 @@ struct Document {
 };
 using DocumentPtr = std::shared_ptr<const Document>;
 
-/// Fills pieces, parts, guides and materials of a scene from a document: what is visible. Pieces that are not worked on are kept
-/// out of (felt, never cut). Of more pieces than a scene holds, the first are there; with `felt` those that it names by their place in the list, in its order (engine/felt_pieces.h). Guides of
-/// `base` stay before the document's. Throws Error for what haptics refuses.
-[[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, const std::vector<size_t>* felt = nullptr);
+/// Fills pieces, parts, guides and materials of a scene from a document: what is visible. Pieces that are not worked on
+/// are kept out of (felt, never cut). Of more pieces than a scene holds, the first are there; with `felt` those that it
+/// names by their place in the list, in its order (engine/felt_pieces.h). Guides of `base` stay before the document's.
+/// Throws Error for what haptics refuses.
+[[nodiscard]] haptics::Scene sceneOf(const Document& document, const haptics::Scene& base,
+                                     const std::vector<size_t>* felt = nullptr);
 
 /// What a guide is to the hand, under `id`; nothing when it is only seen. Throws Error for what haptics refuses.
 [[nodiscard]] std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id);

@@ -69,8 +69,9 @@ void EditLoop::gather(haptics::SampleRing& ring) {
   if (late_ && waiting_.size() > std::max(coalesceAt_, kFewWaiting) && behindS() > kCoalesceS) coalesce();
 }
 
-// One sample stands for those before it that the clay could not tell from it. The path still goes in order through all that is left: what is left out
-// is shorter than half the way from stamp to stamp. Where that is not enough to bound memory, the distance grows.
+// One sample stands for those before it that the clay could not tell from it. The path still goes in order through all
+// that is left: what is left out is shorter than half the way from stamp to stamp. Where that is not enough to bound
+// memory, the distance grows.
 void EditLoop::coalesce() {
   const auto cuts = [](const haptics::StylusSample& one) { return (one.flags & haptics::kCutting) != 0; };
   for (;; coalesceBy_ *= 2) {
@@ -80,7 +81,8 @@ void EditLoop::coalesce() {
     for (const Waiting& one : waiting_) {
       const haptics::StylusSample& sample = one.sample;
       haptics::StylusSample* last = left.empty() ? nullptr : &left.back().sample;
-      const bool same = last && last->buttons == sample.buttons && last->tool == sample.tool && cuts(*last) == cuts(sample);
+      const bool same =
+          last && last->buttons == sample.buttons && last->tool == sample.tool && cuts(*last) == cuts(sample);
       if (same && !cuts(sample)) {
         *last = sample;  // the newest says for how long the tool was up
         ++coalesced_;
@@ -185,7 +187,8 @@ double EditLoop::cutShort() {
   const auto cuts = [](const Waiting& one) { return (one.sample.flags & haptics::kCutting) != 0; };
   const auto first = std::find_if(waiting_.begin(), waiting_.end(), cuts);
   const auto last = std::find_if(waiting_.rbegin(), waiting_.rend(), cuts);
-  const double seconds = first == waiting_.end() ? 0 : last->sample.timeS - (strokes_.more() ? inWork_ : first->sample).timeS;
+  const double seconds =
+      first == waiting_.end() ? 0 : last->sample.timeS - (strokes_.more() ? inWork_ : first->sample).timeS;
   waiting_.clear();
   late_ = false;
   strokes_.cutShort(held);

@@ -15,9 +15,10 @@
 
 namespace argil::engine {
 
-/// One turn at a time: takes the samples that wait, works on them until its budget is spent, publishes at most one document with its scene, then hands
-/// it on. What it did not get to waits for the next turn, so a tool that is slower than the hand is seen at work and whatever else is asked is answered
-/// between two turns. Virtual time calls turn() between ticks; in real time an EditThread does. One thread. NOTES.md, "From samples to strokes".
+/// One turn at a time: takes the samples that wait, works on them until its budget is spent, publishes at most one
+/// document with its scene, then hands it on. What it did not get to waits for the next turn, so a tool that is slower
+/// than the hand is seen at work and whatever else is asked is answered between two turns. Virtual time calls turn()
+/// between ticks; in real time an EditThread does. One thread. NOTES.md, "From samples to strokes".
 class EditLoop {
  public:
   struct Options {
@@ -31,8 +32,8 @@ class EditLoop {
     /// sample seen); else from the beginning of the turn.
     haptics::Histogram* latency = nullptr;
     bool paced = false;
-    /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user); 0: it works off all that waits, so that what
-    /// is published does not depend on the clock. One stamp, and extracting what changed, comes on top.
+    /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user); 0: it works off all that waits,
+    /// so that what is published does not depend on the clock. One stamp, and extracting what changed, comes on top.
     int64_t budgetNs = 0;
     /// The same by counting, for repeatable overload; 0: off.
     int budgetStamps = 0;
@@ -57,14 +58,16 @@ class EditLoop {
   void setWorkspace(const haptics::Workspace& workspace);
   void setQuality(const haptics::Quality& quality);
 
-  /// Takes all that waits in the ring and works on it. True when something was published. Publishes only when there is something new.
+  /// Takes all that waits in the ring and works on it. True when something was published. Publishes only when there is
+  /// something new.
   bool turn(haptics::SampleRing& ring);
   /// Takes what waits in the ring, so that it does not overflow; turn() does so itself.
   void gather(haptics::SampleRing& ring);
   /// Works off all that was taken however long it lasts, ends the stroke in work and publishes what it left.
   void finish();
-  /// What waits is left out: the stroke in work ends where the clay is. Bounded: a few stamps. Returns how many seconds of a hand that was cutting
-  /// were left out, 0 for none. A button that is down cuts again when it has been released. Throws what ended no stroke (no memory): then that is left out whole.
+  /// What waits is left out: the stroke in work ends where the clay is. Bounded: a few stamps. Returns how many seconds
+  /// of a hand that was cutting were left out, 0 for none. A button that is down cuts again when it has been released.
+  /// Throws what ended no stroke (no memory): then that is left out whole.
   double cutShort();
 
   /// How far the clay is behind the hand: seconds from the sample in work to the newest that was taken.
@@ -81,7 +84,8 @@ class EditLoop {
   /// The servo was started (again): its times relate anew to the clock.
   void restartClock() { zeroNs_ = INT64_MAX; }
   [[nodiscard]] uint64_t versions() const { return versions_; }
-  /// Pieces of the newest document that are visible; of more than haptics::kMaxPieces the hand feels those nearest to it.
+  /// Pieces of the newest document that are visible; of more than haptics::kMaxPieces the hand feels those nearest to
+  /// it.
   [[nodiscard]] size_t visiblePieces() const { return felt_.visible(); }
   [[nodiscard]] const StylusStrokes& strokes() const { return strokes_; }
 

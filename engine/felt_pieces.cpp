@@ -1,7 +1,7 @@
 #include "engine/felt_pieces.h"
 
 #include <algorithm>
-#include <unordered_set>
+#include <unordered_map>
 #include <utility>
 
 namespace argil::engine {
@@ -19,72 +19,101 @@ Eigen::AlignedBox3d boundsOf(const clay::Version& version) {
   });
   if (low.x > high.x) return {};
   const clay::Grid& grid = version.grid();
-  return {grid.toWorld((low * clay::kBrickEdge).toVec3d()), grid.toWorld(((high + Coord{1, 1, 1}) * clay::kBrickEdge).toVec3d())};
+  return {grid.toWorld((low * clay::kBrickEdge).toVec3d()),
+          grid.toWorld(((high + Coord{1, 1, 1}) * clay::kBrickEdge).toVec3d())};
 }
 
 }  // namespace
-
-double FeltPieces::distance(const Piece& piece, const Vec3d& handMm) {
-  Bounds& bounds = bounds_[piece.id];
-  if (bounds.of != piece.version.record()) bounds = {piece.version.record(), piece.version, boundsOf(piece.version)};
-  return bounds.mm.isEmpty() ? 1e300 : bounds.mm.exteriorDistance(piece.pose.applyInverse(handMm));
-}
 
 bool FeltPieces::choose(const Document& document, const Vec3d& handMm) {
   const Piece* worked = document.workedOn();
   bool same = seen_.size() == document.pieces.size() && worked_ == (worked ? worked->id : 0);
   const bool looked = std::exchange(stroke_, document.stroke) == document.stroke && document.stroke != 0;
-  for (size_t i = 0; same && !looked && i < seen_.size(); ++i) same = seen_[i] == Seen{document.pieces[i].id, document.pieces[i].visible};
+  for (size_t i = 0; same && !looked && i < seen_.size(); ++i)
+    same = seen_[i].id == document.pieces[i].id && seen_[i].visible == document.pieces[i].visible;
   const bool moved = !((handMm - chosenAt_).norm() < kMovedMm);
   if (same && (!moved || visible_ <= haptics::kMaxPieces)) return false;
   chosenAt_ = handMm;
   worked_ = worked ? worked->id : 0;
+  if (!same) look(document);
+  const std::vector<Id> before = ids_;
+  if (visible_ > haptics::kMaxPieces) {
+    chooseNearest(document, handMm);
+  } else {
+    places_.clear();
+    for (size_t i = 0; i < seen_.size(); ++i) {
+      if (seen_[i].id == worked_)
+        places_.insert(places_.begin(), i);
+      else if (seen_[i].visible)
+        places_.push_back(i);
+    }
+  }
+  for (Seen& each : seen_) each.felt = false;
+  ids_.clear();
+  for (const size_t place : places_) {
+    seen_[place].felt = true;
+    ids_.push_back(seen_[place].id);
+  }
+  return ids_ != before;
+}
+
+// What was known of a piece goes with it to its new place.
+void FeltPieces::look(const Document& document) {
+  std::unordered_map<Id, Seen> known;
+  for (Seen& each : seen_) known.emplace(each.id, std::move(each));
   seen_.clear();
   visible_ = 0;
-  std::unordered_map<Id, size_t> placeOf;
   for (const Piece& piece : document.pieces) {
-    placeOf.emplace(piece.id, seen_.size());
-    seen_.push_back({piece.id, piece.visible});
+    const auto found = known.find(piece.id);
+    seen_.push_back(found == known.end() ? Seen{} : std::move(found->second));
+    seen_.back().id = piece.id;
+    seen_.back().visible = piece.visible;
     visible_ += piece.visible;
   }
-  const std::vector<Id> before = std::exchange(ids_, {});
-  if (worked) ids_.push_back(worked->id);
-  const size_t first = ids_.size();
-  if (visible_ <= haptics::kMaxPieces) {
-    bounds_.clear();
-    for (const Piece& piece : document.pieces) {
-      if (piece.visible && &piece != worked) ids_.push_back(piece.id);
+}
+
+void FeltPieces::chooseNearest(const Document& document, const Vec3d& handMm) {
+  constexpr size_t kNone = SIZE_MAX;
+  size_t first = 0, worked = kNone;
+  std::vector<std::pair<double, size_t>> near;
+  near.reserve(seen_.size());
+  for (size_t i = 0; i < seen_.size(); ++i) {
+    Seen& each = seen_[i];
+    const Piece& piece = document.pieces[i];
+    if (each.id == worked_) {
+      worked = i;
+      first = 1;
     }
-  } else {
-    std::erase_if(bounds_, [&](const auto& each) { return !placeOf.contains(each.first); });
-    const std::unordered_set<Id> felt(before.begin(), before.end());
-    std::vector<std::pair<double, Id>> near;
-    for (const Piece& piece : document.pieces) {
-      if (!piece.visible || &piece == worked) continue;
-      const double away = distance(piece, handMm);
-      near.emplace_back(felt.contains(piece.id) ? away * (1 - kStayingShare) - kStayingMm : away, piece.id);
+    if (!each.visible || each.id == worked_) continue;
+    if (each.measured != piece.version) {
+      each.measured = piece.version;
+      each.bounds = boundsOf(piece.version);
     }
-    const size_t room = haptics::kMaxPieces - first;  // less than there are
-    std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(room), near.end());
-    near.resize(room);
-    std::unordered_set<Id> chosen;
-    for (const auto& [away, id] : near) chosen.insert(id);
-    // Those that stay keep their places; others fill what is free, in order.
-    ids_.resize(haptics::kMaxPieces, 0);
-    for (size_t i = first; i < before.size(); ++i) {
-      if (chosen.erase(before[i]) > 0) ids_[i] = before[i];
-    }
-    std::vector<Id> fresh(chosen.begin(), chosen.end());
-    std::sort(fresh.begin(), fresh.end());
-    size_t next = 0;
-    for (Id& id : ids_) {
-      if (id == 0 && next < fresh.size()) id = fresh[next++];
-    }
-    std::erase(ids_, 0u);
+    const double away = each.bounds.isEmpty() ? 1e300 : each.bounds.exteriorDistance(piece.pose.applyInverse(handMm));
+    near.emplace_back(each.felt ? away * (1 - kStayingShare) - kStayingMm : away, i);
   }
-  places_.clear();
-  for (const Id id : ids_) places_.push_back(placeOf.at(id));
-  return ids_ != before;
+  const size_t room = haptics::kMaxPieces - first;  // less than there are
+  std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(room), near.end());
+  near.resize(room);
+  std::unordered_map<Id, size_t> chosen;
+  for (const auto& [away, place] : near) chosen.emplace(seen_[place].id, place);
+  // Those that stay keep their places in the scene; others fill what is free, in order.
+  places_.assign(haptics::kMaxPieces, kNone);
+  if (worked != kNone) places_[0] = worked;
+  for (size_t i = first; i < ids_.size(); ++i) {
+    const auto found = chosen.find(ids_[i]);
+    if (found == chosen.end()) continue;
+    places_[i] = found->second;
+    chosen.erase(found);
+  }
+  std::vector<size_t> fresh;
+  for (const auto& [id, place] : chosen) fresh.push_back(place);
+  std::sort(fresh.begin(), fresh.end());
+  size_t next = 0;
+  for (size_t& place : places_) {
+    if (place == kNone && next < fresh.size()) place = fresh[next++];
+  }
+  std::erase(places_, kNone);
 }
 
 }  // namespace argil::engine

@@ -20,6 +20,8 @@ namespace {
 constexpr size_t kCollectBatch = 1024;
 constexpr int kMostThreads = 4;  // for one stamp: the servo and the picture want theirs
 constexpr auto kCollectPause = std::chrono::milliseconds(2);
+constexpr size_t kManyStores = 64;  // not to be looked at with every version
+constexpr auto kManyPause = std::chrono::milliseconds(10);
 
 }  // namespace
 
@@ -38,7 +40,7 @@ void Collector::add(const std::vector<Piece>& pieces) {
   const std::lock_guard lock(mutex_);
   for (const Piece& piece : pieces) {
     const std::shared_ptr<clay::Store>& store = piece.version.store();
-    if (known_.insert(store.get()).second) stores_.push_back(store);
+    if (known_.insert(store.get()).second) fresh_.push_back(store);
   }
 }
 
@@ -50,34 +52,40 @@ void Collector::wake() {
   wake_.notify_one();
 }
 
+// The lock is held for a moment only: whoever edits wakes this thread with every version.
 void Collector::run() {
+  std::vector<std::shared_ptr<clay::Store>> stores;
   std::unique_lock lock(mutex_);
   while (!stop_) {
     wake_.wait(lock, [this] { return dirty_ || stop_; });
     dirty_ = false;
-    // By index: more may come meanwhile. With a thousand pieces most have nothing to free: those cost one look.
-    for (size_t i = 0; i < stores_.size() && !stop_; ++i) {
-      if (!stores_[i]->wantsCollecting()) continue;
-      const std::shared_ptr<clay::Store> store = stores_[i];
-      for (bool more = true; more && !stop_;) {
-        lock.unlock();
-        more = store->collect(kCollectBatch);
+    stores.insert(stores.end(), std::make_move_iterator(fresh_.begin()), std::make_move_iterator(fresh_.end()));
+    fresh_.clear();
+    lock.unlock();
+    // With a thousand pieces most have nothing to free: those cost one look.
+    bool stop = false;
+    for (size_t i = 0; i < stores.size() && !stop; ++i) {
+      if (!stores[i]->wantsCollecting()) continue;
+      for (bool more = true; more && !stop;) {
+        more = stores[i]->collect(kCollectBatch);
         lock.lock();
         if (more) wake_.wait_for(lock, kCollectPause, [this] { return stop_; });
+        stop = stop_;
+        lock.unlock();
       }
     }
-    // A store that nobody else holds goes here, not on a thread that somebody waits for, and while nobody waits for the lock.
-    std::vector<std::shared_ptr<clay::Store>> gone;
-    std::erase_if(stores_, [&](std::shared_ptr<clay::Store>& store) {
-      if (store.use_count() != 1) return false;
-      known_.erase(store.get());
-      gone.push_back(std::move(store));
-      return true;
-    });
-    if (gone.empty()) continue;
+    // A store that nobody else holds goes here, not on a thread that somebody waits for.
+    const auto dead =
+        std::partition(stores.begin(), stores.end(), [](const auto& store) { return store.use_count() != 1; });
+    std::vector<std::shared_ptr<clay::Store>> gone(std::make_move_iterator(dead),
+                                                   std::make_move_iterator(stores.end()));
+    stores.erase(dead, stores.end());
+    lock.lock();
+    for (const auto& store : gone) known_.erase(store.get());
     lock.unlock();
     gone.clear();
     lock.lock();
+    if (stores.size() > kManyStores) wake_.wait_for(lock, kManyPause, [this] { return stop_; });
   }
 }
 
@@ -427,7 +435,9 @@ std::vector<std::string> Session::history() const {
 
 Script Session::recording() const {
   requireNoStroke("the recording");
-  if (!records_) throw Error("this session holds no recording of its strokes: it was not asked to before they were drawn", Error::Kind::work);
+  if (!records_)
+    throw Error("this session holds no recording of its strokes: it was not asked to before they were drawn",
+                Error::Kind::work);
   Script script;
   if (const clay::Version now = version()) {
     script.voxelMm = now.grid().voxelMm;

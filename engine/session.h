@@ -26,7 +26,8 @@ class Collector {
  public:
   Collector();
   ~Collector();
-  /// Takes care of the stores of pieces; again is fine. Any thread but the servo's. Cost does not grow with the stores that are there.
+  /// Takes care of the stores of pieces; again is fine. Any thread but the servo's. Cost does not grow with the stores
+  /// that are there.
   void add(const std::vector<Piece>& pieces);
   /// Something was dropped. Any thread but the servo's; does not wait.
   void wake();
@@ -35,8 +36,8 @@ class Collector {
   void run();
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::shared_ptr<clay::Store>> stores_;
-  std::unordered_set<const clay::Store*> known_;  // of stores_
+  std::vector<std::shared_ptr<clay::Store>> fresh_;  // that its thread does not know yet
+  std::unordered_set<const clay::Store*> known_;     // all
   bool dirty_ = false, stop_ = false;
   std::thread thread_;  // last: it uses the others
 };
@@ -91,17 +92,19 @@ class Session {
   /// what StrokePath refuses; then nothing changed and the stroke goes on.
   void addPoint(const PathPoint& point);
   void addPoint(double timeS, const Vec3d& mm) { addPoint(PathPoint{timeS, mm}); }
-  /// As addPoint(), but the stamps that the point gives wait for applyStamp(): for those who may not take long at a time. Stamps that still wait
-  /// are applied first. However a stroke is fed, the same points leave the same clay.
+  /// As addPoint(), but the stamps that the point gives wait for applyStamp(): for those who may not take long at a
+  /// time. Stamps that still wait are applied first. However a stroke is fed, the same points leave the same clay.
   void queuePoint(const PathPoint& point);
-  /// Applies the next stamp that waits; false when there is none. What it throws ends the waiting: the rest is not applied.
+  /// Applies the next stamp that waits; false when there is none. What it throws ends the waiting: the rest is not
+  /// applied.
   bool applyStamp();
   [[nodiscard]] bool stampsWait() const { return nextStamp_ < stamps_.size(); }
   /// The tool left the clay: the path ends here, the next point begins another one of the same stroke.
   void liftTool();
   /// Makes what was applied so far the newest version. Cheap; call at most 500 times a second.
   clay::Version publish();
-  /// The stroke becomes an undo step (none when it changed nothing); its last version. When it throws (no memory), the stroke is still on.
+  /// The stroke becomes an undo step (none when it changed nothing); its last version. When it throws (no memory), the
+  /// stroke is still on.
   clay::Version endStroke();
   /// The stroke leaves no trace: the document is the one that it began with. For when endStroke() failed.
   void abandonStroke();
@@ -137,12 +140,12 @@ class Session {
   /// Null: nobody. It must outlive its time here.
   void setWatch(SessionWatch* watch) { watch_ = watch; }
 
-  /// From now on the points of every stroke are held for recording(): memory grows with all that is drawn. A session in front of a user leaves
-  /// that to its journal.
+  /// From now on the points of every stroke are held for recording(): memory grows with all that is drawn. A session in
+  /// front of a user leaves that to its journal.
   void record() { records_ = true; }
-  /// The strokes since record() that lead to the newest version, without those undone, as a tip-driven script: run on the
-  /// first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script stroke. Throws Error while a
-  /// stroke is on, and without record().
+  /// The strokes since record() that lead to the newest version, without those undone, as a tip-driven script: run on
+  /// the first version it gives equal bits, where all steps are strokes on one piece. A lifted tool begins a new script
+  /// stroke. Throws Error while a stroke is on, and without record().
   [[nodiscard]] Script recording() const;
 
   /// Of all strokes so far, undone or not.
@@ -176,8 +179,8 @@ class Session {
   uint64_t steps_ = 0;
   Counts counts_;
 
-  // Documents of the stroke in work that nobody holds any more, to be used again: a copy of a document costs as much as it has pieces. The last holder brings them, on
-  // whatever thread that is.
+  // Documents of the stroke in work that nobody holds any more, to be used again: a copy of a document costs as much as
+  // it has pieces. The last holder brings them, on whatever thread that is.
   struct Spares {
     std::mutex mutex;
     uint64_t stroke = 0;  // whose documents these are
@@ -189,7 +192,7 @@ class Session {
   std::shared_ptr<Spares> spares_ = std::make_shared<Spares>();
   static inline std::atomic<uint64_t> nextStroke_{1};  // of all sessions together
   uint64_t strokeNumber_ = 0;
-  size_t place_ = 0;              // of piece_ in the document
+  size_t place_ = 0;  // of piece_ in the document
 
   // The stroke in work. path_ and brush_ are there between its first point and the next lift.
   struct Stroke {
@@ -211,8 +214,8 @@ class Session {
   std::unique_ptr<clay::BrushStroke> brush_;
   uint64_t pointsBefore_ = 0;     // of paths that were lifted
   std::vector<clay::Stamp> stamps_, stampImages_;  // stamps_: of the last point, or the path's end
-  size_t nextStamp_ = 0;          // of stamps_: those before it are applied
-  uint64_t coveredBefore_ = 0;    // points of the path that the clay shows while stamps wait
+  size_t nextStamp_ = 0;                           // of stamps_: those before it are applied
+  uint64_t coveredBefore_ = 0;                     // points of the path that the clay shows while stamps wait
   std::unique_ptr<Collector> collector_;
 };
 

@@ -13,8 +13,9 @@ namespace {
 constexpr double kPauseS = 0.020;
 constexpr double kPauseRadii = 0.25;
 
-// A piece of the way to a sample is at most this long, in radii or voxels, whichever is more: two stamps of a large tool, twenty of the smallest. A hand that
-// is sampled a thousand times a second makes no such way; a mouse that jumps does.
+// A piece of the way to a sample is at most this long, in radii or voxels, whichever is more: two stamps of a large
+// tool, twenty of the smallest. A hand that is sampled a thousand times a second makes no such way; a mouse that jumps
+// does.
 constexpr double kPieceRadii = 0.2, kPieceVoxels = 10;
 // Half of what lies between two stamps.
 constexpr double kSamePlaceRadii = 0.05;

@@ -13,11 +13,12 @@
 
 namespace argil::engine {
 
-/// Reads samples in order and edits the session: clay is cut exactly at the servo's cut points. A stroke begins with the
-/// first sample that cuts and ends when its button is released or its tool changes; where cutting pauses the tool is lifted,
-/// unless it goes on at once and nearby. What happens depends on the samples alone, not on how many come at a time nor on how their work is
-/// parted. A sample far from the one before is reached in straight pieces, so that no piece has more than a few stamps of a large tool. The edit
-/// thread's; it touches the session between take() and finish() as well as its owner does.
+/// Reads samples in order and edits the session: clay is cut exactly at the servo's cut points. A stroke begins with
+/// the first sample that cuts and ends when its button is released or its tool changes; where cutting pauses the tool
+/// is lifted, unless it goes on at once and nearby. What happens depends on the samples alone, not on how many come at
+/// a time nor on how their work is parted. A sample far from the one before is reached in straight pieces, so that no
+/// piece has more than a few stamps of a large tool. The edit thread's; it touches the session between take() and
+/// finish() as well as its owner does.
 class StylusStrokes {
  public:
   /// The session must outlive it.
@@ -33,16 +34,18 @@ class StylusStrokes {
     begin(sample);
     while (more()) step();
   }
-  /// The same in parts, for those who may not take long at a time: reads the sample, and leaves its stamps to step(). What the sample before it left
-  /// is done first. `joined`: samples between this one and the one before were left out on purpose, and the path goes on.
+  /// The same in parts, for those who may not take long at a time: reads the sample, and leaves its stamps to step().
+  /// What the sample before it left is done first. `joined`: samples between this one and the one before were left out
+  /// on purpose, and the path goes on.
   void begin(const haptics::StylusSample& sample, bool joined = false);
   [[nodiscard]] bool more() const { return session_.stampsWait() || wayDone_ < wayPieces_; }
   /// One stamp at most.
   void step();
   /// No more samples: does what is left and ends the stroke in work.
   void finish();
-  /// Ends the stroke in work where it is: what more() tells of is left out, apart from the stamps of the last piece. Nothing is cut until a sample
-  /// comes without the button, where `held` says that it is down. When the stroke cannot be ended (no memory) it is left out whole, and that is thrown.
+  /// Ends the stroke in work where it is: what more() tells of is left out, apart from the stamps of the last piece.
+  /// Nothing is cut until a sample comes without the button, where `held` says that it is down. When the stroke cannot
+  /// be ended (no memory) it is left out whole, and that is thrown.
   void cutShort(bool held);
 
   /// Samples of this tool that are nearer to each other than this, world mm, are one to the clay.

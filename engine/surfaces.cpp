@@ -47,7 +47,8 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
 
 class Surfaces::Prepared {
  public:
-  Prepared(const clay::Version& version, int threads, clay::Grade asked) : followed(std::make_unique<Followed>(asked)), grade(asked) {
+  Prepared(const clay::Version& version, int threads, clay::Grade asked)
+      : followed(std::make_unique<Followed>(asked)), grade(asked) {
     delta = followed->surface.update(version, threads);
     followed->version = version;
   }
@@ -74,7 +75,8 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
     endFollowing(oldestSampleNs, failure);
     return;
   }
-  // In a stroke the same pieces are there in the same order, and all but one are as they were: that costs a look at each.
+  // In a stroke the same pieces are there in the same order, and all but one are as they were: that costs a look at
+  // each.
   bool same = seen_.size() == document.pieces.size();
   for (size_t i = 0; same && i < seen_.size(); ++i) same = seen_[i].piece == document.pieces[i].id;
   if (!same) {
@@ -104,7 +106,8 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
   endFollowing(oldestSampleNs, failure);
 }
 
-void Surfaces::followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure) {
+void Surfaces::followPlace(const Document& document, size_t place, bool stroke, int threads,
+                           std::exception_ptr& failure) {
   const Piece& piece = document.pieces[place];
   seen_[place].record = nullptr;
   try {
@@ -131,7 +134,8 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
   const bool fresh = !followed;
   if (!fresh && followed->version == piece.version) return true;
   // Bricks of another store or grid do not replace those of the one before.
-  const bool whole = fresh || !followed->version || followed->version.store() != piece.version.store() || !(followed->version.grid() == piece.version.grid());
+  const bool whole = fresh || !followed->version || followed->version.store() != piece.version.store() ||
+                     !(followed->version.grid() == piece.version.grid());
   Waiting one{whole, false, {}};
   std::unique_ptr<Followed> old;
   if (const std::shared_ptr<Prepared> prepared = takePrepared(piece.version, whole)) {

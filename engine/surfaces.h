@@ -32,8 +32,9 @@ struct SurfaceChanges {
   int64_t oldestSampleNs = 0;
 };
 
-/// Follows a document. Little is extracted by follow() itself; what would take longer than a picture (a large piece that is new, the undo of an
-/// operation on a whole piece) goes to a helper thread, one piece after the other, and the surface from before is shown until it is ready.
+/// Follows a document. Little is extracted by follow() itself; what would take longer than a picture (a large piece
+/// that is new, the undo of an operation on a whole piece) goes to a helper thread, one piece after the other, and the
+/// surface from before is shown until it is ready.
 class Surfaces {
  public:
   Surfaces() = default;
@@ -41,8 +42,8 @@ class Surfaces {
   Surfaces(const Surfaces&) = delete;
   Surfaces& operator=(const Surfaces&) = delete;
 
-  /// Re-extracts what changed in each piece since the last call. The edit thread's. `oldestSampleNs` as above. Throws what an extraction threw, after all
-  /// other pieces were followed; that piece comes whole the next time.
+  /// Re-extracts what changed in each piece since the last call. The edit thread's. `oldestSampleNs` as above. Throws
+  /// what an extraction threw, after all other pieces were followed; that piece comes whole the next time.
   void follow(const Document& document, int64_t oldestSampleNs, int threads = 1);
   /// The next follow() gives every piece whole. The edit thread's.
   void forget();
@@ -51,9 +52,11 @@ class Surfaces {
   [[nodiscard]] clay::Grade grade() const { return grade_; }
 
   class Prepared;
-  /// Extracts a large new clay before it becomes a piece, so that follow() shows both at once: when a piece with this version, or one of its store and grid,
-  /// comes in this grade while what is returned is held. Any thread.
-  [[nodiscard]] std::shared_ptr<Prepared> prepare(const clay::Version& version, int threads = 1) { return prepare(version, threads, grade_); }
+  /// Extracts a large new clay before it becomes a piece, so that follow() shows both at once: when a piece with this
+  /// version, or one of its store and grid, comes in this grade while what is returned is held. Any thread.
+  [[nodiscard]] std::shared_ptr<Prepared> prepare(const clay::Version& version, int threads = 1) {
+    return prepare(version, threads, grade_);
+  }
   [[nodiscard]] std::shared_ptr<Prepared> prepare(const clay::Version& version, int threads, clay::Grade grade);
 
   /// Something that the helper made waits for the next follow(). Any thread.
@@ -108,7 +111,8 @@ class Surfaces {
   std::atomic<clay::Grade> grade_{clay::Grade::draft};
   std::map<Id, std::unique_ptr<Followed>> followed_;
   std::vector<Seen> seen_;  // by place in the document
-  uint64_t seenStroke_ = 0;  // of the document that was followed last, all of whose pieces were as it has them, but for this place
+  uint64_t seenStroke_ =
+      0;  // of the document that was followed last, all of whose pieces were as it has them, but for this place
   size_t seenPlace_ = 0;
   uint64_t nextTask_ = 1, ownBricks_ = 0, ownNow_ = 0;
 

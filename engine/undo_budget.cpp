@@ -20,11 +20,13 @@ bool isEmpty(const Document& document) { return document.pieces.empty() && docum
 
 uint64_t bytesAlone(const Document& document, const Document& beside) {
   uint64_t bytes = 0;
-  // Most pieces are as they are beside it, at the same place of the list: a step of a document with a thousand pieces looks at each once.
+  // Most pieces are as they are beside it, at the same place of the list: a step of a document with a thousand pieces
+  // looks at each once.
   std::vector<const Piece*> others;
   for (size_t i = 0; i < document.pieces.size(); ++i) {
     const Piece& piece = document.pieces[i];
-    if (piece.version && !(i < beside.pieces.size() && beside.pieces[i].version == piece.version)) others.push_back(&piece);
+    if (piece.version && !(i < beside.pieces.size() && beside.pieces[i].version == piece.version))
+      others.push_back(&piece);
   }
   if (!others.empty()) {
     std::unordered_map<const clay::VersionRecord*, const Piece*> byVersion;
@@ -40,7 +42,8 @@ uint64_t bytesAlone(const Document& document, const Document& beside) {
     }
     const auto find = [&](const auto& map, const auto& key, const auto& fits) -> const Piece* {
       if (few) {
-        const auto found = std::find_if(beside.pieces.begin(), beside.pieces.end(), [&](const Piece& each) { return each.version && fits(each); });
+        const auto found = std::find_if(beside.pieces.begin(), beside.pieces.end(),
+                                        [&](const Piece& each) { return each.version && fits(each); });
         return found == beside.pieces.end() ? nullptr : &*found;
       }
       const auto found = map.find(key);
@@ -51,10 +54,13 @@ uint64_t bytesAlone(const Document& document, const Document& beside) {
       const clay::Version& version = piece->version;
       const clay::Store* store = version.store().get();
       // Once, whether another piece has it too.
-      if (find(byVersion, version.record(), [&](const Piece& each) { return each.version == version; }) || !counted.insert(version.record()).second) continue;
+      if (find(byVersion, version.record(), [&](const Piece& each) { return each.version == version; }) ||
+          !counted.insert(version.record()).second)
+        continue;
       // Its own earlier or later clay, else that of a copy.
       const Piece* other = find(byId, piece->id, [&](const Piece& each) { return each.id == piece->id; });
-      if (!other || other->version.store().get() != store) other = find(byStore, store, [&](const Piece& each) { return each.version.store().get() == store; });
+      if (!other || other->version.store().get() != store)
+        other = find(byStore, store, [&](const Piece& each) { return each.version.store().get() == store; });
       bytes += other ? clay::unshared(version, other->version).bytes() : version.stats().bytes();
     }
   }

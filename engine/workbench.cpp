@@ -113,15 +113,19 @@ void Workbench::strokeAlong(std::vector<Vec3d> placesMm) {
 }
 
 void Workbench::undo() {
-  state_->post([s = state_.get()] {
-    if (!s->session->undo()) s->tell(Message::Level::warning, "There is nothing to undo.");
-  }, true, true);
+  state_->post(
+      [s = state_.get()] {
+        if (!s->session->undo()) s->tell(Message::Level::warning, "There is nothing to undo.");
+      },
+      true, true);
 }
 
 void Workbench::redo() {
-  state_->post([s = state_.get()] {
-    if (!s->session->redo()) s->tell(Message::Level::warning, "There is nothing to redo.");
-  }, true, true);
+  state_->post(
+      [s = state_.get()] {
+        if (!s->session->redo()) s->tell(Message::Level::warning, "There is nothing to redo.");
+      },
+      true, true);
 }
 
 void Workbench::goTo(size_t done) {
@@ -200,7 +204,8 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
       } else {
         s->session->change("Import " + name, add);
       }
-      for (const std::string& note : imported->notes) s->tell(Message::Level::done, file.filename().string() + ": " + note);
+      for (const std::string& note : imported->notes)
+        s->tell(Message::Level::done, file.filename().string() + ": " + note);
     };
   });
 }
@@ -260,7 +265,8 @@ bool Workbench::idle() const {
     if (state_->hand && state_->hand->servo.samples().size() > 4) return false;
   }
   const std::lock_guard lock(state_->mutex);
-  return state_->commands.empty() && state_->jobs.empty() && !state_->busy && !state_->surfaces.behind() && !state_->snapshot->inStroke;
+  return state_->commands.empty() && state_->jobs.empty() && !state_->busy && !state_->surfaces.behind() &&
+         !state_->snapshot->inStroke;
 }
 
 std::vector<JobView> Workbench::jobs() const {

@@ -107,7 +107,8 @@ class Workbench {
     std::filesystem::path journalFolder;  ///< Empty: io::journalFolder().
     uint64_t undoBytes = UndoBudget::kStandard;  ///< As setUndoBudget() takes it.
     clay::Grade surface = clay::Grade::draft;    ///< As setSurface() takes it.
-    int stampsATurn = 0;             ///< The edit thread begins no more stamps at a time, 500 times a second; 0: as many as 8 ms hold.
+    int stampsATurn =
+        0;  ///< The edit thread begins no more stamps at a time, 500 times a second; 0: as many as 8 ms hold.
   };
   explicit Workbench(const Options& options);
   Workbench() : Workbench(Options()) {}

@@ -49,7 +49,8 @@ void Workbench::State::begin(Begin how) {
 
 void Workbench::State::beginKeeping() {
   if (!keeper) makeKeeper();
-  records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer, std::exchange(continued, std::nullopt), sources);
+  records = keeper->begin(session->states(), session->undoSteps(), archive, base, writer,
+                          std::exchange(continued, std::nullopt), sources);
   session->setWatch(keeper.get());
   if (options.journal && !finding) findRecoverable();
 }
@@ -203,7 +204,9 @@ void Workbench::recover(const Recoverable& what, const RecoverChoice& choice) {
       s->begin(std::move(how));
       s->tell(Message::Level::done, recovered->sentence);
       for (const std::string& note : from.notes) s->tell(Message::Level::warning, note);
-      if (leftOut > 0) s->tell(Message::Level::warning, fmt::format("{} stroke{} could not be repeated and {} left out.", leftOut, leftOut == 1 ? "" : "s", leftOut == 1 ? "is" : "are"));
+      if (leftOut > 0)
+        s->tell(Message::Level::warning, fmt::format("{} stroke{} could not be repeated and {} left out.", leftOut,
+                                                     leftOut == 1 ? "" : "s", leftOut == 1 ? "is" : "are"));
       const std::lock_guard lock(s->mutex);
       if (!s->recoverable) return;
       auto left = *s->recoverable;

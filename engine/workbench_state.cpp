@@ -1,5 +1,7 @@
 // The edit thread of a workbench.
 
+#include "engine/workbench_state.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,10 +11,9 @@
 
 #include "clay/error.h"
 #include "clay/store.h"
-#include "engine/workbench_state.h"
-#include "haptics/devices/registry.h"
 #include "engine/tool_table.h"
 #include "engine/tool_text.h"
+#include "haptics/devices/registry.h"
 
 namespace argil::engine {
 namespace {
@@ -21,8 +22,8 @@ constexpr auto kTurn = std::chrono::milliseconds(2);          // at most 500 ver
 constexpr auto kIdleTurn = std::chrono::milliseconds(10);     // while no servo runs
 constexpr auto kUsageEvery = std::chrono::milliseconds(250);
 constexpr const char* kPointer = "pointer";
-constexpr double kAnswerS = 0.1;     // a tool that is no farther behind the hand ends its stroke soon enough by itself
-constexpr double kBehindTold = 1;    // seconds: less is a computer that was busy for a moment
+constexpr double kAnswerS = 0.1;   // a tool that is no farther behind the hand ends its stroke soon enough by itself
+constexpr double kBehindTold = 1;  // seconds: less is a computer that was busy for a moment
 constexpr size_t kMostWaiting = 200'000;  // samples, 40 MB: what coalescing cannot bound
 
 }  // namespace
@@ -54,7 +55,9 @@ std::string Workbench::State::sentenceOf(const std::exception& failure) {
   if (dynamic_cast<const std::bad_alloc*>(&failure))
     return "There is not enough memory for that; use a larger voxel or close another document. Nothing was changed.";
   if (dynamic_cast<const std::system_error*>(&failure))
-    return fmt::format("The system refused what that needs ({}); close other programs and try again. Nothing was changed.", failure.what());
+    return fmt::format(
+        "The system refused what that needs ({}); close other programs and try again. Nothing was changed.",
+        failure.what());
   return failure.what();
 }
 
@@ -68,7 +71,8 @@ void Workbench::State::guarded(const std::function<void()>& what) {
   }
 }
 
-// For what is done again every few milliseconds: the same trouble is told once, until it has worked again. Nothing leaves it, as nobody is left to catch it.
+// For what is done again every few milliseconds: the same trouble is told once, until it has worked again. Nothing
+// leaves it, as nobody is left to catch it.
 void Workbench::State::guardedOnce(std::string& trouble, const std::function<void()>& what) noexcept {
   try {
     try {
@@ -124,7 +128,8 @@ void Workbench::State::finishJobs() {
 void Workbench::State::cutShort(std::string_view why) {
   const double seconds = loop ? loop->cutShort() : 0;
   if (seconds >= kAnswerS)
-    tell(Message::Level::warning, fmt::format("{}: the stroke ends where the clay was, {:.1f} s behind the hand.", why, seconds));
+    tell(Message::Level::warning,
+         fmt::format("{}: the stroke ends where the clay was, {:.1f} s behind the hand.", why, seconds));
 }
 
 void Workbench::State::tellPace() {
@@ -133,18 +138,20 @@ void Workbench::State::tellPace() {
     behindTold = false;
   } else if (behind > kBehindTold && !behindTold) {
     behindTold = true;
-    tell(Message::Level::warning,
-         fmt::format("The tool cannot keep up: {} is {:.0f} s behind the hand and goes on. A smaller radius is faster; undo ends the stroke where the clay is.",
-                     held ? rowOf(*held).name : "the clay", behind));
+    tell(Message::Level::warning, fmt::format("The tool cannot keep up: {} is {:.0f} s behind the hand and goes on. A "
+                                              "smaller radius is faster; undo ends the stroke where the clay is.",
+                                              held ? rowOf(*held).name : "the clay", behind));
   }
   if (loop->lost() > lostTold) {
-    tell(Message::Level::warning,
-         fmt::format("The computer was too busy to follow the hand: {} positions of it were lost, and the stroke has a gap there.", loop->lost() - lostTold));
+    tell(Message::Level::warning, fmt::format("The computer was too busy to follow the hand: {} positions of it were "
+                                              "lost, and the stroke has a gap there.",
+                                              loop->lost() - lostTold));
     lostTold = loop->lost();
   }
   if (loop->visiblePieces() > haptics::kMaxPieces && manyTold != opened) {
     manyTold = opened;
-    tell(Message::Level::warning, fmt::format("{} pieces are visible: the hand feels the {} that are nearest to it. Hide some, or join them, to feel all.",
+    tell(Message::Level::warning, fmt::format("{} pieces are visible: the hand feels the {} that are nearest to it. "
+                                              "Hide some, or join them, to feel all.",
                                               loop->visiblePieces(), haptics::kMaxPieces));
   }
   if (loop->waiting() > kMostWaiting) cutShort("The tool cannot keep up");
@@ -375,7 +382,7 @@ void Workbench::State::publish() {
   kept.face = face;
   {
     const std::lock_guard lock(mutex);
-    kept.journalTrouble = journalTrouble;
+    kept.journalTrouble = journalTrouble.empty() ? keeperTrouble : journalTrouble;
   }
   if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes && last.undo == undo &&
       last.tool == held.value_or(Tool()) && last.file == kept) {
@@ -424,7 +431,8 @@ void Workbench::State::run() {
     next = std::max(next + turn, std::chrono::steady_clock::now());
     wake.wait_until(lock, next, [this] { return stopping || (!commands.empty() && !busy); });
   }
-  // What the hand did that the clay does not show yet is left out: whoever ends the program does not wait for a slow tool.
+  // What the hand did that the clay does not show yet is left out: whoever ends the program does not wait for a slow
+  // tool.
   if (loop) guarded([this] { (void)loop->cutShort(); });
   if (session) session->setWatch(nullptr);
   if (keeper && leaveJournal) keeper->leave();

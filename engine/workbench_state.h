@@ -55,7 +55,7 @@ struct Workbench::State {
   struct Command {
     std::function<void()> run;
     bool waitsForStroke = true;  ///< Done when the stroke in work has ended.
-    bool endsBacklog = false;    ///< Does not wait for a tool that is behind the hand: the stroke ends where the clay is.
+    bool endsBacklog = false;  ///< Does not wait for a tool that is behind the hand: the stroke ends where the clay is.
   };
   struct Work {
     uint64_t id;
@@ -66,8 +66,8 @@ struct Workbench::State {
   };
 
   using Ready = std::vector<std::shared_ptr<Surfaces::Prepared>>;
-  /// Surfaces of pieces that are new to the document: those of the same store as in `before` change little or are made beside the edit thread. To be held until the
-  /// pieces are there. Any thread.
+  /// Surfaces of pieces that are new to the document: those of the same store as in `before` change little or are made
+  /// beside the edit thread. To be held until the pieces are there. Any thread.
   [[nodiscard]] Ready prepare(const std::vector<Piece>& pieces, const Document* before = nullptr);
 
   void post(std::function<void()> run, bool waitsForStroke = true, bool endsBacklog = false);
@@ -152,9 +152,9 @@ struct Workbench::State {
   std::shared_ptr<const Base> base;
   std::string writer;
   std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
-  std::optional<Keeper::Continued> continued;  // a recovered journal that no keeper has taken over yet
+  std::optional<Keeper::Continued> continued;              // a recovered journal that no keeper has taken over yet
   std::string keeperTrouble, handTrouble;
-  bool handOpened = false;    // the device that the program began with
+  bool handOpened = false;                                  // the device that the program began with
   std::shared_ptr<HistoryRecords> records;                  // all places of its steps, while there is a keeper
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;

@@ -34,7 +34,8 @@ NoAlignedMemory::~NoAlignedMemory() { blocksLeft = INT_MAX; }
 }  // namespace argil::tests
 
 // In place of the system's own, which they call.
-extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* argument) {
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*),
+                              void* argument) {
   using argil::tests::threadsLeft;
   static const auto next = argil::tests::real<decltype(&pthread_create)>("pthread_create");
   if (threadsLeft.load() != INT_MAX && threadsLeft.fetch_sub(1) <= 0) {

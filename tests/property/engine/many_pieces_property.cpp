@@ -60,7 +60,8 @@ struct Desk {
     EditLoop::Options options;
     options.onDocument = [this](const DocumentPtr& now, int64_t ns) { surfaces.follow(*now, ns); };
     loop = std::make_unique<EditLoop>(
-        session, haptics::Scene(), [this](std::unique_ptr<const haptics::Scene> next) { scene = std::move(next); }, options);
+        session, haptics::Scene(), [this](std::unique_ptr<const haptics::Scene> next) { scene = std::move(next); },
+        options);
     Tool tool{"carve", 2.5};
     loop->setTool(tool);
     turn();
@@ -141,21 +142,26 @@ TEST(ManyPieces, aStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
     cost.bricks = desk.session.counts().clay.bricksMade;
     cost.stamps = desk.session.counts().stamps;
     costs.push_back(cost);
-    std::printf("%4zu pieces: stroke %.1f ms, undo %.2f ms, bytes of a step %.3f ms; a piece has %.0f kB of clay, %.0f kB of slabs, %.0f kB in all\n", count, cost.stroke,
-                cost.undo, cost.alone, 1e-3 * double(clay) / double(count), 1e-3 * double(slabs) / double(count), 1e-3 * double(all) / double(count));
+    std::printf(
+        "%4zu pieces: stroke %.1f ms, undo %.2f ms, bytes of a step %.3f ms; a piece has %.0f kB of clay, %.0f kB of "
+        "slabs, %.0f kB in all\n",
+        count, cost.stroke, cost.undo, cost.alone, 1e-3 * double(clay) / double(count),
+        1e-3 * double(slabs) / double(count), 1e-3 * double(all) / double(count));
     EXPECT_LE((slabs - clay) / count, 100'000u);
   }
   for (size_t i = 1; i < costs.size(); ++i) {
     EXPECT_EQ(costs[i].bricks, costs[0].bricks);
     EXPECT_EQ(costs[i].stamps, costs[0].stamps);
-    // The goal is 1.5; the bound leaves room for caches that other programs use too. What looked at every piece for every piece was far above it.
+    // The goal is 1.5; the bound leaves room for caches that other programs use too. What looked at every piece for
+    // every piece was far above it.
     EXPECT_LE(costs[i].stroke, 2 * costs[0].stroke);
   }
   EXPECT_LE(costs[2].undo, costs[0].undo + 5);
   EXPECT_LE(costs[2].alone, costs[0].alone + 1);
 }
 
-// Work in small: strokes, undo and redo, a whole operation now and then, old steps on the disk. The last quarter takes no more than the first.
+// Work in small: strokes, undo and redo, a whole operation now and then, old steps on the disk. The last quarter takes
+// no more than the first.
 TEST(LongDay, memoryAndCostDoNotGrowWithTheHours) {
   RecordProperty("seed", std::to_string(kSeed));
   constexpr size_t kQuarters = 4, kStrokes = 250, kStepsInMemory = 20;
@@ -208,8 +214,9 @@ TEST(LongDay, memoryAndCostDoNotGrowWithTheHours) {
     quarter.p99 = turns[turns.size() * 99 / 100];
     quarter.resident = residentBytes();
     quarter.bricks = desk.session.counts().clay.bricksMade - bricks;
-    std::printf("quarter %zu: clay %.1f MB, slabs %.1f MB, resident %.1f MB, %llu bricks made, p99 of a turn %.2f ms\n", q + 1, 1e-6 * double(quarter.clay),
-                1e-6 * double(quarter.slabs), 1e-6 * double(quarter.resident), static_cast<unsigned long long>(quarter.bricks), quarter.p99);
+    std::printf("quarter %zu: clay %.1f MB, slabs %.1f MB, resident %.1f MB, %llu bricks made, p99 of a turn %.2f ms\n",
+                q + 1, 1e-6 * double(quarter.clay), 1e-6 * double(quarter.slabs), 1e-6 * double(quarter.resident),
+                static_cast<unsigned long long>(quarter.bricks), quarter.p99);
     quarters.push_back(quarter);
   }
   const Quarter &first = quarters.front(), &last = quarters.back();

@@ -17,7 +17,8 @@ constexpr double kRadius = 40;
 
 class EveryBand : public ::testing::TestWithParam<float> {
  protected:
-  [[nodiscard]] static Version ball(double radius, const Vec3d& at = Vec3d::Zero(), std::shared_ptr<Store> store = Store::make()) {
+  [[nodiscard]] static Version ball(double radius, const Vec3d& at = Vec3d::Zero(),
+                                    std::shared_ptr<Store> store = Store::make()) {
     Grid grid;
     grid.voxelMm = 1;
     grid.band = GetParam();

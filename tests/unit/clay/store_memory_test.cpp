@@ -43,7 +43,8 @@ TEST(StoreMemory, aModelThatIsEditedHasStockWaitingForIt) {
   collectAll(*model.store());
   const uint64_t born = model.store()->usage().slabBytes;
   BrushStroke stroke(model, Brush::of(Method::carve));
-  // What is in stock is never taken from the system while the stroke goes on, once the collector has seen that there is a stroke.
+  // What is in stock is never taken from the system while the stroke goes on, once the collector has seen that there is
+  // a stroke.
   uint64_t grownInStroke = 0;
   for (int i = 0; i < 60; ++i) {
     const double angle = 0.03 * i;

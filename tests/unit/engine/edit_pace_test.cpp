@@ -141,7 +141,8 @@ TEST_F(EditPace, aStrokeThatIsCutShortIsWhatWasRecorded) {
   EXPECT_EQ(replayed(), session.version().hash());
   const uint64_t left = session.version().hash();
   EXPECT_NE(left, ball().hash());
-  // The hand that still holds the button does not begin another stroke: the user would see what was just undone done again.
+  // The hand that still holds the button does not begin another stroke: the user would see what was just undone done
+  // again.
   push({hand.begin() + 450, hand.end()});
   edit.turn(ring);
   EXPECT_EQ(session.version().hash(), left);
@@ -174,7 +175,8 @@ TEST_F(EditPace, samplesFarBehindBecomeOneAndNoPartOfTheWayIsLost) {
   EXPECT_EQ(session.undoSteps(), 1u);
   EXPECT_EQ(session.recording().strokes.size(), 1u) << "the tool was never lifted";
   EXPECT_EQ(replayed(), session.version().hash());
-  // Where the hand went the clay is gone as if all samples had been followed: to the error of half a stamp's way in a curve of 15 mm.
+  // Where the hand went the clay is gone as if all samples had been followed: to the error of half a stamp's way in a
+  // curve of 15 mm.
   Session exact(ball());
   EditLoop all(exact, haptics::Scene(), [](auto) {}, {});
   all.setTool(kCarve);
@@ -281,7 +283,8 @@ TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
   scribble();
   ASSERT_TRUE(until([&] { return said().find("cannot keep up") != std::string::npos; })) << all;
   EXPECT_TRUE(bench.snapshot()->inStroke);
-  // The button is still down. Undo does not wait for it, nor for the seconds of scribbling that the clay does not show yet.
+  // The button is still down. Undo does not wait for it, nor for the seconds of scribbling that the clay does not show
+  // yet.
   bench.undo();
   ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces[0].version == before; }));
   EXPECT_NE(said().find("the stroke ends where the clay was"), std::string::npos) << all;

@@ -76,10 +76,12 @@ TEST(FeltPieces, theSceneFollowsTheHandAndTheDocument) {
   Session session(row(200));
   std::unique_ptr<const haptics::Scene> scene;
   haptics::SampleRing ring(1000);
-  EditLoop loop(session, haptics::Scene(), [&](std::unique_ptr<const haptics::Scene> next) {
-    next->check();
-    scene = std::move(next);
-  }, {});
+  EditLoop loop(session, haptics::Scene(),
+                [&](std::unique_ptr<const haptics::Scene> next) {
+                  next->check();
+                  scene = std::move(next);
+                },
+                {});
   const auto at = [&](double x) {
     haptics::StylusSample sample;
     sample.proxy = {x, 0, 0};

@@ -268,7 +268,8 @@ TEST_F(RefusedWorkbench, aJournalThatCannotBeBegunIsAMessage) {
     bench.edit("Name", [](Document& document) { document.nextId += 1; });
     ASSERT_TRUE(until([] { return tests::NoThreads::refused() > 0; }));
     ASSERT_TRUE(until([&] { return said(bench, all).find("The system refused") != std::string::npos; })) << all;
-    EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.empty(); })) << "what was done is shown all the same";
+    EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.empty(); }))
+        << "what was done is shown all the same";
   }
   bench.goTo(1);
   EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1; }));
