@@ -195,13 +195,14 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
   }
   std::vector<Part> parts;
   for (size_t i = 0; i < document->parts.size(); ++i) {
+    const std::string name = document->parts[i].name;
     try {
       parts.push_back(readPart(std::move(document->parts[i]), source, text.meshes[i], near, job));
     } catch (const Cancelled&) {
       throw;
     } catch (const Error& e) {
       if (!mend) throw;
-      read.notes.push_back(fmt::format("{}: the part is lost ({})", document->parts[i].name, e.what()));
+      read.notes.push_back(fmt::format("{}: the part is lost ({})", name, e.what()));
     }
   }
   document->parts = std::move(parts);

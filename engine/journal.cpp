@@ -331,10 +331,6 @@ void putReplay(io::JournalReader& journal, const JournalReplay& replay) {
   journal.append(RecordKind::replaying, std::as_bytes(std::span(text)));
 }
 
-void putReplayEnd(io::JournalReader& journal) {
-  putReplay(journal, {});
-}
-
 std::string bootId() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;

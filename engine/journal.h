@@ -60,10 +60,8 @@ struct JournalReplay {
   std::string boot;     ///< Of the machine: as bootId() says it.
   uint64_t times = 1;   ///< So many recoveries in a row have begun to repeat it.
 };
-/// On the disk when it returns. Throws Error (kind work).
+/// On the disk when it returns; stroke 0: none is being repeated any more. Throws Error (kind work).
 void putReplay(io::JournalReader& journal, const JournalReplay& replay);
-/// None is being repeated any more.
-void putReplayEnd(io::JournalReader& journal);
 /// Names the time since the machine was started: what was under way under another name ended with the machine. Empty
 /// where the system does not say.
 [[nodiscard]] std::string bootId();

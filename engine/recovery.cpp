@@ -152,6 +152,25 @@ Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& sto
   return newest;
 }
 
+// The newest whole document of a journal that its story does not lead to, as a record that says so is damaged. No state: none.
+HistoryState findLoose(Archive& archive, io::RecordSource& sources, const fs::path& journal, const JournalStory& story, Job* job) {
+  const auto known = [&](io::RecordId id) {
+    return std::any_of(story.states.begin(), story.states.end(), [&](const auto& each) { return each.second == id; });
+  };
+  const io::Salvage salvage(journal, job);
+  for (const io::RecordId id : salvage.states()) {
+    if (id <= story.states[story.done].second || known(id)) break;
+    try {
+      return {"Found in the journal", archive.get(sources, id, nullptr, job).document, id};
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      // An older one may be whole.
+    }
+  }
+  return {};
+}
+
 struct OpenJournal {
   fs::path path;
   std::unique_ptr<io::JournalReader> reader;
@@ -308,6 +327,14 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   if (!isWhole(story))
     document.notes.push_back(
         fmt::format("{} of the journal could not be read.", counted(story.unread + story.damaged, "thing")));
+  // It is put behind the document that is known to have been in work: what came of it nobody knows.
+  if (!isWhole(story) && story.strokes.empty()) {
+    if (HistoryState loose = findLoose(archive, sources, journal, story, job); loose.document) {
+      document.states.resize(document.done + 1);
+      document.states.push_back(std::move(loose));
+      document.notes.push_back("The journal holds a later document that no step leads to: redo brings it back.");
+    }
+  }
   if (!story.begin.file.empty() && !document.base) {
     document.notes.push_back(trouble.empty() ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
                                              : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
@@ -315,6 +342,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   const uint64_t ended = leavesOut(story, choice.boot);
   if (newest.all)
     recovered.leftOut = std::min<uint64_t>(ended > 0 ? ended : choice.withoutLast ? 1 : 0, story.strokes.size());
+  recovered.ended = ended > 0 && recovered.leftOut > 0;
   if (recovered.leftOut > 0) {
     document.notes.push_back(
         fmt::format("{}he last {} left out.", ended > 0 ? "Repeating a stroke ended Argil the last time: t" : "T",
@@ -378,30 +406,32 @@ size_t replay(Recovered& recovered, Job* job, SessionWatch* watch) {
   });
   session.setWatch(watch);
   std::string trouble;
-  const auto note = [&](size_t stroke) {
+  const auto note = [&](const JournalReplay& replay) {
     if (!recovered.journal) return;
     try {
-      const bool again = recovered.before && recovered.before->stroke == stroke;
-      if (stroke == 0)
-        putReplayEnd(*recovered.journal);
-      else
-        putReplay(*recovered.journal, {stroke, recovered.boot, again ? recovered.before->times + 1 : 1});
+      putReplay(*recovered.journal, replay);
     } catch (const Error& e) {
       trouble = e.what();
     }
+  };
+  // What ended a program once is left out of every recovery of this journal.
+  const auto noteEnd = [&] {
+    note(recovered.ended ? JournalReplay{recovered.leftOut, recovered.boot, 2} : JournalReplay{});
   };
   size_t leftOut = 0;
   try {
     const double share = 1 / double(recovered.strokes.size());
     for (size_t i = 0; i < recovered.strokes.size(); ++i) {
-      note(recovered.leftOut + recovered.strokes.size() - i);
+      const uint64_t stroke = recovered.leftOut + recovered.strokes.size() - i;
+      const bool again = recovered.before && recovered.before->stroke == stroke;
+      note({stroke, recovered.boot, again ? recovered.before->times + 1 : 1});
       if (!tryToRepeat(session, recovered.strokes[i], job, double(i) * share, share)) ++leftOut;
     }
   } catch (const Cancelled&) {
-    note(0);
+    noteEnd();
     throw;
   }
-  note(0);
+  noteEnd();
   document.states = session.states();
   document.done = session.undoSteps();
   recovered.strokes.clear();

@@ -58,7 +58,8 @@ struct Recovered {
   std::shared_ptr<io::JournalReader> journal;  ///< With its lock: replay() notes there what it is about to do.
   std::string boot;                            ///< RecoverChoice::boot.
   std::optional<JournalReplay> before;         ///< A repetition that came to no end.
-  uint64_t leftOut = 0;                        ///< The last strokes of the journal that are not in `strokes`.
+  uint64_t leftOut = 0;  ///< The last strokes of the journal that are not in `strokes`,
+  bool ended = false;    ///< as the repetition of the first of them ended a program.
 };
 
 /// Throws Error when nothing can be had, or another Argil has it; Cancelled. The journal stays as it is.

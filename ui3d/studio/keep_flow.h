@@ -14,7 +14,8 @@ struct Departure {
   To to = To::quit;
   std::filesystem::path file = {};                              ///< Of To::file,
   std::optional<engine::Workbench::ImportOptions> import = {};  ///< read like this where its format says too little.
-  std::optional<engine::Recoverable> what = {};                 ///< Of To::recovered.
+  std::optional<engine::Recoverable> what = {};                 ///< Of To::recovered,
+  engine::RecoverChoice how = {};                               ///< and how.
 };
 
 /// A state machine: it is told what the person and the workbench did and says what comes next. Knows no window. One thread.

@@ -4,6 +4,10 @@
 
 #include <algorithm>
 
+#include "engine/keeper.h"
+#include "engine/kept_document.h"
+#include "engine/session.h"
+
 namespace argil::tests {
 namespace {
 
@@ -96,6 +100,63 @@ TEST_F(Documents, recoverListsAndRefuses) {
   const Outcome bad = argil({"recover", (scratch / "x.journal").string(), "-o", (scratch / "y.argil").string()});
   EXPECT_NE(bad.code, 0);
   EXPECT_FALSE(fs::exists(scratch / "y.argil"));
+  unsetenv("ARGIL_STATE");
+}
+
+TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
+  const fs::path journals = scratch / "state" / "journal", journal = journals / "1.journal";
+  setenv("ARGIL_STATE", (scratch / "state").c_str(), 1);
+  {
+    // A session that ended by a crash when two strokes were known by their samples alone.
+    engine::OpenedDocument opened = engine::openDocument(document);
+    engine::KeeperOptions options;
+    options.folder = journals;
+    engine::Keeper keeper(options, [](const std::string&) {});
+    engine::Session session(opened.states, opened.done);
+    keeper.begin(opened.states, opened.done, opened.archive, opened.base, engine::newWriter());
+    keeper.flush();
+    session.setWatch(&keeper);
+    {
+      const engine::Archive::Lock lock = opened.archive->lock();
+      for (const double z : {7.0, -7.0}) {
+        engine::Tool tool;
+        tool.id = "add";
+        tool.radiusMm = 2;
+        session.beginStroke(tool);
+        for (int i = 0; i < 5; ++i) session.addPoint(0.01 * i, {0.3 * i, 0, z});
+        session.endStroke();
+      }
+      keeper.flush();
+      for (const auto& each : fs::directory_iterator(journals)) fs::copy_file(each.path(), scratch / "kept");
+    }
+    session.setWatch(nullptr);
+  }
+  fs::rename(scratch / "kept", journal);
+  const Outcome listed = argil({"recover"});
+  EXPECT_EQ(listed.code, 0) << listed.err;
+  EXPECT_TRUE(has(listed.out, "2 steps") && has(listed.out, "--without-last")) << listed.out;
+  const fs::path all = scratch / "all.argil", without = scratch / "without.argil", moved = scratch / "moved.argil";
+  Outcome o = argil({"recover", journal.string(), "-o", all.string()});
+  EXPECT_EQ(o.code, 0) << o.err;
+  o = argil({"recover", journal.string(), "-o", without.string(), "--without-last"});
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(has(o.out, "left out")) << o.out;
+  EXPECT_TRUE(has(argil({"inspect", all.string()}).out, "4 steps of history"));
+  EXPECT_TRUE(has(argil({"inspect", without.string()}).out, "3 steps of history"));
+  fs::rename(document, moved);
+  EXPECT_TRUE(has(argil({"recover"}).out, "--base")) << "the saved file is missing";
+  const fs::path back = scratch / "back.argil";
+  o = argil({"recover", journal.string(), "-o", back.string()});
+  EXPECT_EQ(o.code, 1);
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  o = argil({"recover", journal.string(), "-o", back.string(), "--base", all.string()});
+  EXPECT_EQ(o.code, 2) << "another document";
+  EXPECT_FALSE(fs::exists(back));
+  o = argil({"recover", journal.string(), "-o", back.string(), "--base", moved.string()});
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(has(argil({"inspect", back.string()}).out, "4 steps of history"));
+  o = argil({"recover", journal.string(), "-o", (scratch / "mended.argil").string(), "--mend"});
+  EXPECT_EQ(o.code, 0) << o.err;
   unsetenv("ARGIL_STATE");
 }
 

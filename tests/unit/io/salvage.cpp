@@ -37,13 +37,16 @@ void putBrick(RecordSink& sink, RecordId id, uint32_t owner, int32_t x, int32_t 
   sink.put({RecordKind::brick, RecordCodec::raw, 0, owner, id}, body);
 }
 
-void putChunk(RecordSink& sink, RecordId id, BlobKind kind, uint32_t index, uint32_t count, uint64_t hash) {
+// As putBlob() lays them out; takesWholeBlobsAsTheyAreWritten holds the two together.
+void putChunk(RecordSink& sink, RecordId id, BlobKind kind, uint32_t index, uint32_t count, uint64_t checksum,
+              uint64_t bytes = 100) {
   std::vector<std::byte> body;
   little(body, uint32_t(kind));
   little(body, index);
   little(body, count);
-  little(body, uint64_t{100});
-  little(body, hash);
+  little(body, uint32_t{0});
+  little(body, bytes);
+  little(body, checksum);
   body.resize(200);
   sink.put({RecordKind::chunk, RecordCodec::zstd, 0, 0, id}, body);
 }
@@ -127,6 +130,48 @@ TEST(Salvage, knowsWholeHeadsAndBricksByPlaceNewestFirst) {
   EXPECT_EQ(bricksAt(salvage, 5, {-1, 2, 3}), (std::vector<RecordId>{4, 1}));
   EXPECT_EQ(bricksAt(salvage, 6, {-1, 2, 3}), (std::vector<RecordId>{3}));
   EXPECT_TRUE(bricksAt(salvage, 5, {1, 2, 3}).empty());
+}
+
+TEST(Salvage, takesWholeBlobsAsTheyAreWritten) {
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  const auto file = DocumentFile::create(path);
+  RecordIds ids(1);
+  RecordSet held;
+  std::vector<RecordId> heads, states;
+  {
+    const auto transaction = file->begin();
+    for (uint64_t i = 1; i <= 4; ++i) {
+      const size_t size = i % 2 == 0 ? 30000 : 100;
+      heads.push_back(putBlob(BlobKind::head, samples::someBytes(size, i), ids, held, *transaction));
+      states.push_back(putBlob(BlobKind::state, samples::someBytes(size, 50 + i), ids, held, *transaction));
+      (void)putBlob(BlobKind::mesh, samples::someBytes(size, 90 + i), ids, held, *transaction);
+    }
+    transaction->commit(heads.back(), ids.next());
+  }
+  Salvage salvage(path);
+  EXPECT_EQ(salvage.heads(), std::vector<RecordId>(heads.rbegin(), heads.rend()));
+  EXPECT_EQ(salvage.states(), std::vector<RecordId>(states.rbegin(), states.rend()));
+  EXPECT_EQ(getBlob(BlobKind::state, states[1], salvage, 1 << 20), samples::someBytes(30000, 52));
+}
+
+TEST(Salvage, takesNoTwoBlobsForOne) {
+  // Chunks that fit but for the upper half of the checksum, or of the length.
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  const auto file = DocumentFile::create(path);
+  constexpr uint64_t kUpper = uint64_t{1} << 40;
+  {
+    const auto transaction = file->begin();
+    putChunk(*transaction, 10, BlobKind::state, 0, 2, 77);
+    putChunk(*transaction, 11, BlobKind::state, 1, 2, 77 + kUpper);
+    putChunk(*transaction, 20, BlobKind::state, 0, 2, 78, 100);
+    putChunk(*transaction, 21, BlobKind::state, 1, 2, 78, 100 + kUpper);
+    putChunk(*transaction, 30, BlobKind::state, 0, 2, 79 + kUpper, 100 + kUpper);
+    putChunk(*transaction, 31, BlobKind::state, 1, 2, 79 + kUpper, 100 + kUpper);
+    transaction->commit(1, 100);
+  }
+  EXPECT_EQ(Salvage(path).states(), std::vector<RecordId>{30});
 }
 
 TEST(Salvage, refusesOnlyWhatCannotBeRead) {

@@ -156,6 +156,13 @@ void drawFiles(Context& context, Memory& memory) {
         memory.keep.notNamed();
       }
       break;
+    case FilesFor::locate:
+      if (files.draw()) {
+        Departure departure{.to = Departure::To::recovered, .what = memory.located};
+        departure.how.base = files.path();
+        depart(context, memory, std::move(departure));
+      }
+      break;
     case FilesFor::toolFile:
       if (files.draw()) {
         state.tool().file = files.path().string();

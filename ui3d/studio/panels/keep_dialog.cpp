@@ -34,7 +34,7 @@ void go(Context& context, Memory& memory) {
       state.shown.firstStart = false;
       break;
     case To::recovered:
-      context.bench.recover(*departure.what);
+      context.bench.recover(*departure.what, departure.how);
       state.shown.firstStart = false;
       break;
   }

@@ -49,7 +49,7 @@ struct Operation {
 };
 
 /// What the file dialog was opened for.
-enum class FilesFor : uint8_t { none, open, import, folder, save, picture, toolFile };
+enum class FilesFor : uint8_t { none, open, import, folder, save, picture, toolFile, locate };
 
 struct ExportChoice {
   std::set<std::string, std::less<>> endings{".3mf"};
@@ -110,6 +110,7 @@ struct Memory {
   KeepFlow keep;
   bool recoverOffered = false;          ///< Once after the start.
   std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
+  engine::Recoverable located;          ///< Of FilesFor::locate: whose saved file is looked for.
   bool firstStartSeen = false;
 };
 

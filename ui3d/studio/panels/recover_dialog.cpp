@@ -15,6 +15,38 @@ namespace {
 
 constexpr float kWide = 96;
 
+void begin(Context& context, Memory& memory, const engine::Recoverable& what, const engine::RecoverChoice& how = {}) {
+  memory.recoverOpen = false;
+  depart(context, memory, {.to = Departure::To::recovered, .what = what, .how = how});
+}
+
+// What can be done beside recovering it as it is.
+void otherWays(Context& context, Memory& memory, const engine::Recoverable& what) {
+  const bool repeats = what.strokes > 0 && what.leavesOut == 0;
+  if (!what.fileMissing && !repeats) return;
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 32);
+  engine::RecoverChoice how;
+  if (what.fileMissing) {
+    if (kit::button("Locate…", kit::Weight::plain, kWide)) {
+      memory.recoverOpen = false;
+      memory.located = what;
+      memory.filesFor = FilesFor::locate;
+      memory.files.open({"Where the saved document lies now", "Recover", {".argil"}, {}});
+    }
+    ImGui::SameLine();
+    if (kit::button("Mend without it", kit::Weight::plain, kit::buttonWidth("Mend without it"))) {
+      how.mend = true;
+      begin(context, memory, what, how);
+    }
+    if (repeats) ImGui::SameLine();
+  }
+  if (repeats && kit::button("Without the last stroke", kit::Weight::plain, kit::buttonWidth("Without the last stroke"))) {
+    how.withoutLast = true;
+    begin(context, memory, what, how);
+  }
+  kit::gap(4);
+}
+
 // One of the list, with what can be done about it.
 void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
   ImGui::PushID(what.journal.c_str());
@@ -27,11 +59,12 @@ void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
   kit::elided(what.file.empty() ? "Untitled" : what.file.filename().string(), width - 32, colours().text);
   ImGui::PopFont();
   if (!what.file.empty()) kit::elided(what.file.parent_path().string(), width - 32, colours().dim);
-  const bool any = what.steps > 0 || what.midStroke;  // Else the sentence says why there is nothing.
+  const bool any = what.some();  // Else the sentence says why there is nothing.
   if (any) kit::text(kit::sentence(spanWords(what.from, what.to, std::chrono::system_clock::now())));
   if (!what.sentence.empty()) kit::wrapped(kit::sentence(what.sentence), any ? colours().text : colours().warning);
   ImGui::EndGroup();
   kit::gap(6);
+  otherWays(context, memory, what);
   const bool doubted = memory.recoverDoubted == what.journal;
   const float discard = doubted ? kit::buttonWidth("Discard for good") : kWide;
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + width - discard - kWide - kGap);
@@ -45,11 +78,7 @@ void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
   ImGui::SameLine();
   ImGui::BeginDisabled(!any);
   if (kit::button("Recover", kit::Weight::chief, kWide)) {
-    memory.recoverOpen = false;
-    Departure departure;
-    departure.to = Departure::To::recovered;
-    departure.what = what;
-    depart(context, memory, departure);
+    begin(context, memory, what);
   }
   ImGui::EndDisabled();
   ImGui::PopID();
