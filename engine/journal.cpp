@@ -45,6 +45,8 @@ uint64_t whole(const Place& place) {
   return place.value().get<uint64_t>();
 }
 
+WallTime timeAt(const Place& place) { return wallTime(place.at("at").number(0, 1e11)); }
+
 // A JSON number would lose bits of it.
 std::string stampText(uint64_t stamp) {
   return fmt::format("{:016x}", stamp);
