@@ -14,6 +14,7 @@
 #include "engine/script_place.h"
 #include "engine/tool_text.h"
 #include "io/blob.h"
+#include "io/document_file.h"
 
 namespace argil::engine {
 namespace {
@@ -58,9 +59,11 @@ JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
   place.keys({"state", "at"});
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
   const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
-  const Place at(root, "the journal", "");
-  at.keys({"writer", "file", "stamp", "states", "done", "saved"});
+  std::vector<std::string> unknown;
   JournalBegin begin;
+  if (const auto schema = Place(root, "the journal", "").maybe("schema")) begin.schema = whole(*schema);
+  const Place at(root, "the journal", "", begin.schema > uint64_t{io::kDocumentSchema} ? &unknown : nullptr);
+  at.keys({"schema", "writer", "file", "stamp", "states", "done", "saved"});
   begin.writer = at.at("writer").text();
   begin.file = at.at("file").text();
   begin.stamp = readStamp(at.at("stamp"));
@@ -227,6 +230,7 @@ class Teller {
 
 void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held) {
   ordered_json root;
+  root["schema"] = io::kDocumentSchema;
   root["writer"] = begin.writer;
   root["file"] = begin.file.string();
   root["stamp"] = fmt::format("{:x}", begin.stamp);  // a number of JSON could not hold it

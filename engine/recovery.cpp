@@ -87,8 +87,8 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   recovered.writer = story.begin.writer;
   recovered.sources = {reader};
 
-  // The saved file under it: as the journal knew it, or another by now. Records of a file that did not grow from the one that the journal builds on are never read: their ids mean
-  // other things.
+  // The saved file under it: as the journal knew it, or another by now. Records of a file that did not grow from the
+  // one that the journal builds on are never read: their ids mean other things.
   std::shared_ptr<const Base> base;
   std::shared_ptr<io::RecordSource> file;
   io::RecordId shared = 0;
@@ -117,9 +117,11 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   Archive& archive = *document.archive;
   Archive::Lock lock = archive.lock();
   archive.ids().atLeast(reader->highestId() + 1);
+  if (story.begin.schema > uint64_t{io::kDocumentSchema}) archive.allowUnknown();
   document.base = base;
   archive.ids().atLeast(base ? base->next : shared);
-  if (!base && file) recovered.sources.push_back(file);  // what others saved later is not ours, but what they grew from is
+  if (!base && file)
+    recovered.sources.push_back(file);  // what others saved later is not ours, but what they grew from is
   std::vector<io::RecordSource*> places{reader.get()};
   if (file) places.push_back(file.get());
   Sources sources(places);
@@ -128,7 +130,8 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
   std::string why;
   for (size_t at = story.done + 1; at-- > 0;) {
     try {
-      const DocumentPtr read = archive.get(sources, story.states[at].second, nullptr, job).document;
+      const Archive::Read whole = archive.get(sources, story.states[at].second, nullptr, job);
+      const DocumentPtr read = whole.document;
       if (at != story.done) {
         document.notes.push_back(fmt::format("The newest {} could not be read ({}).", counted(story.done - at + story.strokes.size(), "step"), why));
         story.strokes.clear();
@@ -138,6 +141,16 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
       for (const auto& [label, id] : story.states) document.states.push_back({label, nullptr, id});
       document.states[at].document = read;
       document.done = at;
+      if (!whole.unknown.empty()) {
+        // As openDocument() has it: the steps before it stay with the Argil that understands them.
+        document.notes.push_back(
+            fmt::format("A newer Argil wrote it: {} is not understood here and was left out, and its history too; save "
+                        "it under another name.",
+                        whole.unknown[0]));
+        document.states = {{document.states[at].label, read}};
+        document.done = 0;
+        document.base = nullptr;
+      }
       break;
     } catch (const Cancelled&) {
       throw;
@@ -150,13 +163,16 @@ Recovered recover(const std::filesystem::path& journal, Job* job) {
     return mend(why);
   }
   if (document.states.empty()) {
-    const std::string blame = !trouble.empty() ? fmt::format("; it builds on a file that cannot be read: {}", trouble)
-                              : document.base  ? std::string()
-                                               : fmt::format("; {} was replaced since: put the file back that was there when it was opened", nameOf(story.begin.file));
-    throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, blame), Error::Kind::work);
+    const std::string blame =
+        !trouble.empty() ? fmt::format("; it builds on a file that cannot be read: {}", trouble)
+        : document.base  ? std::string()
+                         : fmt::format("; {} was replaced since: put the file back that was there when it was opened",
+                                       nameOf(story.begin.file));
+    throw Error(fmt::format("{}: nothing can be recovered: {}{}", io::displayName(journal), why, blame),
+                Error::Kind::work);
   }
   if (story.unread > 0) document.notes.push_back(fmt::format("{} of the journal could not be read.", counted(story.unread, "thing")));
-  if (!story.begin.file.empty() && !document.base) {
+  if (!story.begin.file.empty() && !base) {
     document.notes.push_back(trouble.empty() ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
                                              : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
   }

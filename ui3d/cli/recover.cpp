@@ -46,7 +46,8 @@ void recover(const RecoverOptions& options) {
   request.archive = document.archive;
   request.base = document.base;
   request.sources = recovered.sources;
-  request.writer = recovered.writer;
+  // The journal stays and may be recovered once more: ids that are given from here on are those of another work.
+  request.writer = engine::newWriter();
   (void)engine::saveDocument(options.output, request, options.job);
   fmt::print("{}\n", recovered.sentence);
   for (const std::string& note : document.notes) fmt::print("{}\n", note);
