@@ -61,10 +61,10 @@ std::shared_ptr<const clay::TriangleMesh> meshFrom(const std::vector<std::byte>&
   return mesh;
 }
 
-DocumentText textOfState(io::RecordSource& source, io::RecordId state) {
+DocumentText textOfState(io::RecordSource& source, io::RecordId state, std::vector<std::string>* unknown) {
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, state, source, kMostState);
   try {
-    return readDocumentText(textOf(bytes), "its state");
+    return readDocumentText(textOf(bytes), "its state", unknown);
   } catch (const Error& e) {
     throw Error(fmt::format("damaged: {}", e.what()), Error::Kind::work);
   }
@@ -169,9 +169,10 @@ Part Archive::readPart(Part part, io::RecordSource& source, io::RecordId mesh, c
   return part;
 }
 
-Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job, const io::OlderBricks* mend) {
-  DocumentText text = textOfState(source, state);
+Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job,
+                           const io::OlderBricks* mend) {
   Read read;
+  DocumentText text = textOfState(source, state, allowsUnknown_ ? &read.unknown : nullptr);
   auto document = std::make_shared<Document>(std::move(text.document));
   for (size_t i = 0; i < document->pieces.size(); ++i) {
     Piece& piece = document->pieces[i];
@@ -206,14 +207,22 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
     }
   }
   document->parts = std::move(parts);
-  if (read.notes.empty()) states_[document] = state;
+  // What was left out makes it another document, which is put anew.
+  if (read.notes.empty() && read.unknown.empty()) states_[document] = state;
   read.document = std::move(document);
   return read;
 }
 
+std::vector<std::string> Archive::unknownIn(io::RecordSource& source, io::RecordId state) const {
+  std::vector<std::string> unknown;
+  (void)textOfState(source, state, &unknown);
+  return unknown;
+}
+
 void Archive::mark(io::RecordSource& source, io::RecordId state, io::RecordSet& live) {
   if (live.contains(state)) return;
-  const DocumentText text = textOfState(source, state);
+  std::vector<std::string> unknown;
+  const DocumentText text = textOfState(source, state, allowsUnknown_ ? &unknown : nullptr);
   for (const ClayKey& key : text.clay) io::markLive(source, key.root, live);
   for (const io::RecordId mesh : text.meshes) io::markBlob(source, mesh, live);
   io::markBlob(source, state, live);

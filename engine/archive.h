@@ -57,10 +57,15 @@ class Archive {
   struct Read {
     DocumentPtr document;
     std::vector<std::string> notes;  ///< What was lost, with `mend`.
+    std::vector<std::string> unknown;  ///< Keys of its text that are not known, where they are allowed.
   };
   /// The document of a state. With `near`, clay and meshes that both have are shared and the cost follows the difference. Parts come as they can be felt.
   /// Throws Error (kind work) for what is missing or damaged, Cancelled.
   Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr, const io::OlderBricks* mend = nullptr);
+  /// From now on keys of texts that are not known are left out, and told by get(): what is read was written by a newer Argil.
+  void allowUnknown() { allowsUnknown_ = true; }
+  /// Keys of a state's text that are not known. Throws as get() does.
+  [[nodiscard]] std::vector<std::string> unknownIn(io::RecordSource& source, io::RecordId state) const;
   /// Ids of all that a state consists of.
   void mark(io::RecordSource& source, io::RecordId state, io::RecordSet& live);
   /// Copies what of a state is not in `held`, from one file to another.
@@ -85,6 +90,7 @@ class Archive {
   io::ClayRecords clay_;
   std::map<std::weak_ptr<clay::Store>, uint32_t, std::owner_less<>> owners_;
   uint32_t nextOwner_ = 1;
+  bool allowsUnknown_ = false;
   Weak<clay::TriangleMesh> meshes_;
   Weak<Document> states_;
   size_t tidyAt_ = 1 << 20;

@@ -208,9 +208,9 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
   return root.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-DocumentText readDocumentText(std::string_view text, const std::string& name) {
+DocumentText readDocumentText(std::string_view text, const std::string& name, std::vector<std::string>* unknown) {
   const json root = parseJson(text, name, "a document's state");
-  const Place place(root, name, "");
+  const Place place(root, name, "", unknown);
   place.keys({"pieces", "parts", "guides", "symmetry", "active", "next_id"});
   DocumentText read;
   Document& document = read.document;

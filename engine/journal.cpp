@@ -15,6 +15,7 @@
 #include "engine/script_place.h"
 #include "engine/tool_text.h"
 #include "io/blob.h"
+#include "io/document_file.h"
 
 namespace argil::engine {
 namespace {
@@ -64,10 +65,12 @@ JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
   place.keys({"state", "at"});
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
   const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
-  const Place at(root, "the journal", "");
-  // "save" is what journals had that knew no stamps.
-  at.keys({"writer", "sequence", "file", "save", "stamp", "states", "done", "saved"});
+  std::vector<std::string> unknown;
   JournalBegin begin;
+  if (const auto schema = Place(root, "the journal", "").maybe("schema")) begin.schema = whole(*schema);
+  const Place at(root, "the journal", "", begin.schema > uint64_t{io::kDocumentSchema} ? &unknown : nullptr);
+  // "save" is what journals had that knew no stamps.
+  at.keys({"schema", "writer", "sequence", "file", "save", "stamp", "states", "done", "saved"});
   begin.writer = at.at("writer").text();
   if (const auto sequence = at.maybe("sequence")) begin.sequence = whole(*sequence);
   begin.file = at.at("file").text();
@@ -273,6 +276,7 @@ class Teller {
 
 void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held) {
   ordered_json root;
+  root["schema"] = io::kDocumentSchema;
   root["writer"] = begin.writer;
   root["sequence"] = begin.sequence;
   root["file"] = begin.file.string();

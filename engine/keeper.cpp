@@ -116,8 +116,8 @@ bool Keeper::State::baseLost() {
   if (!base || !savingTo.empty()) return false;  // a save of our own changes it
   struct stat now {};
   if (::stat(base->path.c_str(), &now) != 0) return true;
-  if (now.st_ino == baseSeen.st_ino && now.st_dev == baseSeen.st_dev && now.st_size == baseSeen.st_size && now.st_mtim.tv_sec == baseSeen.st_mtim.tv_sec &&
-      now.st_mtim.tv_nsec == baseSeen.st_mtim.tv_nsec) {
+  if (now.st_ino == baseSeen.st_ino && now.st_dev == baseSeen.st_dev && now.st_size == baseSeen.st_size &&
+      now.st_mtim.tv_sec == baseSeen.st_mtim.tv_sec && now.st_mtim.tv_nsec == baseSeen.st_mtim.tv_nsec) {
     return false;
   }
   try {
@@ -142,7 +142,8 @@ void Keeper::State::turn(std::vector<Event>& batch) {
     if (!archive || options.folder.empty()) return;
     requireSynced();
     if (baseLost()) {
-      // The next journal builds on nothing: it holds all that is in memory, and what the old file, which is still open, gives.
+      // The next journal builds on nothing: it holds all that is in memory, and what the old file, which is still open,
+      // gives.
       base.reset();
       begin = true;
       retryAt = {};
@@ -321,7 +322,9 @@ std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, 
   return records;
 }
 
-void Keeper::saving(const std::filesystem::path& file) { state_->queue(State::Saving{file.empty() ? file : std::filesystem::absolute(file)}); }
+void Keeper::saving(const std::filesystem::path& file) {
+  state_->queue(State::Saving{file.empty() ? file : std::filesystem::absolute(file)});
+}
 
 void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(State::Saved{std::move(base)}); }
 

@@ -53,10 +53,11 @@ uint64_t readWhole(const Place& place) {
   return place.value().get<uint64_t>();
 }
 
-Head readHead(io::RecordSource& source, io::RecordId id, const std::string& name) {
+Head readHead(io::RecordSource& source, io::RecordId id, const std::string& name,
+              std::vector<std::string>* unknown = nullptr) {
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::head, id, source, kMostHead);
   const nlohmann::json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, "a document's head");
-  const Place place(root, name, "");
+  const Place place(root, name, "", unknown);
   place.keys({"writer", "states", "done", "face", "thumbnail", "records"});
   Head head;
   head.writer = place.at("writer").text();
@@ -90,8 +91,13 @@ std::vector<HistoryState> statesOf(const Head& head) {
   return states;
 }
 
-// From any head that holds together, the newest first, else from any state.
-OpenedDocument mended(const std::filesystem::path& file, const std::string& why, Job* job) {
+// "pieces[0].glaze and 2 more"
+std::string listed(const std::vector<std::string>& unknown) {
+  return unknown.size() == 1 ? unknown[0] : fmt::format("{} and {} more", unknown[0], unknown.size() - 1);
+}
+
+// From any head that holds together, the newest first, else from any state. `newer`: a newer Argil wrote it.
+OpenedDocument mended(const std::filesystem::path& file, const std::string& why, bool newer, Job* job) {
   io::Salvage salvage(file, job);
   std::string reason = why;
   const auto attempt = [&](const std::function<io::RecordId(OpenedDocument&)>& choose) -> std::optional<OpenedDocument> {
@@ -100,10 +106,14 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
       opened.archive = std::make_shared<Archive>();
       opened.archive->ids().atLeast(salvage.highestId() + 1);
       const auto lock = opened.archive->lock();
+      if (newer) opened.archive->allowUnknown();
       Archive::Read read = opened.archive->get(salvage, choose(opened), nullptr, job, &salvage);
       opened.states = {{.label = {}, .document = read.document}};
       opened.notes.push_back(fmt::format("{} is damaged ({}) and was mended from {} sound records; save it under another name.", io::displayName(file), why, salvage.records()));
       for (std::string& note : read.notes) opened.notes.push_back(std::move(note));
+      if (!read.unknown.empty())
+        opened.notes.push_back(
+            fmt::format("A newer Argil wrote it: {} is not understood and was left out.", listed(read.unknown)));
       return opened;
     } catch (const Cancelled&) {
       throw;
@@ -114,7 +124,8 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
   };
   for (const io::RecordId id : salvage.heads()) {
     auto opened = attempt([&](OpenedDocument& document) {
-      const Head head = readHead(salvage, id, io::displayName(file));
+      std::vector<std::string> unknown;
+      const Head head = readHead(salvage, id, io::displayName(file), newer ? &unknown : nullptr);
       document.face = faceOf(head, salvage);
       return head.states[head.done].second;
     });
@@ -150,7 +161,9 @@ class BaseRecords : public io::RecordSource {
       // Then it is told when something is read.
     }
   }
-  bool get(io::RecordId id, std::vector<std::byte>& record) override { return id < base_->next && now()->get(id, record); }
+  bool get(io::RecordId id, std::vector<std::byte>& record) override {
+    return id < base_->next && now()->get(id, record);
+  }
   void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
     // They rise; those from `next` on belong to whoever saved later.
     ids = ids.first(size_t(std::lower_bound(ids.begin(), ids.end(), base_->next) - ids.begin()));
@@ -161,12 +174,20 @@ class BaseRecords : public io::RecordSource {
   [[nodiscard]] std::shared_ptr<io::DocumentFile> open() const {
     std::shared_ptr<io::DocumentFile> file = io::DocumentFile::open(base_->path, false);
     // A save that grew from this one keeps its ids.
-    if (file->sharedWith(base_->stamp) == 0) {
-      throw Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to", io::displayName(base_->path)), Error::Kind::work);
-    }
+    if (file->sharedWith(base_->stamp) == 0) throw changed();
     return file;
   }
-  [[nodiscard]] std::shared_ptr<io::DocumentFile> now() const { return held_ && inodeNow() != inode_ ? held_ : open(); }
+  [[nodiscard]] std::shared_ptr<io::DocumentFile> now() const {
+    if (!held_ || inodeNow() == inode_) return open();
+    // Somebody may have written into it before it lost its name.
+    if (held_->sharedNow(base_->stamp) == 0) throw changed();
+    return held_;
+  }
+  [[nodiscard]] Error changed() const {
+    return Error(fmt::format("{} was changed by another program: steps that it kept cannot be gone back to",
+                             io::displayName(base_->path)),
+                 Error::Kind::work);
+  }
   [[nodiscard]] ino_t inodeNow() const {
     struct stat facts {};
     return ::stat(base_->path.c_str(), &facts) == 0 ? facts.st_ino : 0;
@@ -176,6 +197,16 @@ class BaseRecords : public io::RecordSource {
   ino_t inode_ = 0;
 };
 
+bool isSave(const std::filesystem::path& file, uint64_t stamp) {
+  try {
+    return io::DocumentFile::open(file, false)->stamp() == stamp;
+  } catch (const Error&) {
+    return true;  // nobody's newer one
+  }
+}
+
+OpenedDocument openAttempt(const std::filesystem::path& file, Job* job, int attempts);
+
 }  // namespace
 
 std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
@@ -183,7 +214,8 @@ std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
 }
 
 std::shared_ptr<const Base> readBase(io::DocumentFile& file) {
-  return std::make_shared<const Base>(baseOf(file.path(), file, readHead(file, file.head(), io::displayName(file.path()))));
+  return std::make_shared<const Base>(
+      baseOf(file.path(), file, readHead(file, file.head(), io::displayName(file.path()))));
 }
 
 bool isStill(const Base& base) {
@@ -192,7 +224,9 @@ bool isStill(const Base& base) {
   return io::DocumentFile::open(base.path, false)->stamp() == base.stamp;
 }
 
-OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job) { return mended(file, why, job); }
+OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job) {
+  return mended(file, why, false, job);
+}
 
 std::string newWriter() {
   uint64_t words[2] = {};
@@ -201,14 +235,23 @@ std::string newWriter() {
 }
 
 OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
+  return openAttempt(file, job, 3);
+}
+
+namespace {
+
+OpenedDocument openAttempt(const std::filesystem::path& file, Job* job, int attempts) {
   if (!io::isDocument(file)) {
     // Not there, a folder, ...: said as for every file. What had our mark and lost it may still be mended.
     (void)io::DocumentFile::open(file, false);
   }
   std::unique_ptr<io::DocumentFile> document;
+  bool newer = false;
   try {
     document = io::DocumentFile::open(file, false);
-    const Head head = readHead(*document, document->head(), io::displayName(file));
+    newer = document->schema() > io::kDocumentSchema;
+    std::vector<std::string> unknown;
+    const Head head = readHead(*document, document->head(), io::displayName(file), newer ? &unknown : nullptr);
     OpenedDocument opened;
     opened.archive = std::make_shared<Archive>();
     opened.archive->ids().atLeast(document->nextId());
@@ -216,19 +259,48 @@ OpenedDocument openDocument(const std::filesystem::path& file, Job* job) {
       const auto lock = opened.archive->lock();
       opened.states = statesOf(head);
       opened.done = head.done;
+      opened.steps = opened.states.size() - 1;
+      if (newer) opened.archive->allowUnknown();
       HistoryState& now = opened.states[head.done];
-      now.document = opened.archive->get(*document, now.kept, nullptr, job).document;
+      Archive::Read read = opened.archive->get(*document, now.kept, nullptr, job);
+      now.document = std::move(read.document);
+      unknown.insert(unknown.end(), read.unknown.begin(), read.unknown.end());
+      // A step of the past that is not understood either: a save would keep it under this Argil's name.
+      for (size_t i = 0; newer && i < opened.states.size(); ++i) {
+        if (i == head.done) continue;
+        try {
+          const auto more = opened.archive->unknownIn(*document, opened.states[i].kept);
+          unknown.insert(unknown.end(), more.begin(), more.end());
+        } catch (const Error&) {
+          // A step that cannot be read is told when it is gone to.
+        }
+      }
     }
     opened.face = faceOf(head, *document);
+    if (!unknown.empty()) {
+      opened.readOnly = fmt::format(
+          "{} holds what only a newer Argil understands ({}; it was last saved by Argil {}): it is opened for reading "
+          "only. Save it under another name to go on without that, or open it with the newer "
+          "Argil.",
+          io::displayName(file), listed(unknown), document->writtenBy());
+      opened.states = {std::move(opened.states[head.done])};
+      opened.states[0].kept = 0;
+      opened.done = 0;
+      return opened;
+    }
     opened.base = std::make_shared<const Base>(baseOf(file, *document, head));
     return opened;
   } catch (const Cancelled&) {
     throw;
   } catch (const Error& e) {
     if (e.kind() != Error::Kind::work) throw;
-    return mended(file, e.what(), job);
+    // A save that came meanwhile may have taken away what was being read: then it is opened as it is by now.
+    if (document && attempts > 1 && !isSave(file, document->stamp())) return openAttempt(file, job, attempts - 1);
+    return mended(file, e.what(), newer, job);
   }
 }
+
+}  // namespace
 
 std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job, const SaveLimits& limits) {
   auto lock = request.archive->lock();
@@ -236,7 +308,8 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   // A base that was deleted, damaged or written by somebody else is no reason to lose what is in memory: it is done without, in a new file.
   const bool gone = request.base && !std::filesystem::exists(request.base->path);
   const bool same = request.base && request.base->path == file && !gone;
-  // A rollback journal is found by the file's name: after a crash in the middle of a save the other name of a file would lead to half of it.
+  // A rollback journal is found by the file's name: after a crash in the middle of a save the other name of a file
+  // would lead to half of it.
   const bool inPlace = same && std::filesystem::hard_link_count(file) == 1;
   io::Lineage lineage;
   if (request.base) {
@@ -244,7 +317,8 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
     lineage.push_back({request.base->stamp, request.base->next});
     if (lineage.size() > io::kMostLineage) lineage.erase(lineage.begin());
   }
-  // First what it would replace is remembered, then it is looked whose that is: what comes in between is noticed either way.
+  // First what it would replace is remembered, then it is looked whose that is: what comes in between is noticed either
+  // way.
   std::shared_ptr<io::DocumentFile> to;
   if (!inPlace) to = io::DocumentFile::create(file, std::move(lineage));
   std::shared_ptr<io::DocumentFile> from;
@@ -257,7 +331,11 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
     }
   }
   if (same && !from) {
-    throw Error(fmt::format("{} was changed by another program or in another window since it was opened: save under another name", io::displayName(file)), Error::Kind::work);
+    throw Error(
+        fmt::format(
+            "{} was changed by another program or in another window since it was opened: save under another name",
+            io::displayName(file)),
+        Error::Kind::work);
   }
   if (inPlace) to = from;
   auto base = std::make_shared<Base>();
@@ -368,8 +446,9 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   return base;
 }
 
-void saveDocument(const std::filesystem::path& file, const Document& document, Job* job) {
+void saveDocument(const std::filesystem::path& file, const Document& document, Job* job, FaceData face) {
   SaveRequest request;
+  request.face = std::move(face);
   request.states = {{.label = {}, .document = std::make_shared<const Document>(document)}};
   request.archive = std::make_shared<Archive>();
   request.writer = newWriter();

@@ -58,8 +58,10 @@ struct OpenedDocument {
   size_t done = 0;
   FaceData face;
   std::shared_ptr<Archive> archive;
-  std::shared_ptr<const Base> base;  ///< Null when it was mended: it has to be saved anew.
+  std::shared_ptr<const Base> base;  ///< Null when it was mended or must not be written to: it has to be saved anew.
   std::vector<std::string> notes;    ///< What was mended, sentences.
+  size_t steps = 0;                  ///< Of history that the file holds, those that can be redone included.
+  std::string readOnly;              ///< Why it must not be saved into its file, a sentence: a newer Argil left more in it than is understood here; of its history only the newest document is read. Empty: it may be.
 };
 
 /// Opens a saved document. What is damaged is mended from what else is in the file, and told in notes; nothing is written. Throws Error: not there, no document, made by a newer Argil, nothing left that can be mended;
@@ -89,8 +91,8 @@ struct SaveRequest {
 /// thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
-/// A document without history or journal, for the command line.
-void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr);
+/// The document alone, in a file that was never any other's: nothing that was taken out or undone is in its bytes, no name of a step, and it is of no lineage.
+void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr, FaceData face = {});
 
 /// Reads one state near another document: for Session::setReader. Where the other one's clay is in no file yet, so that nothing can be shared, the whole is read.
 [[nodiscard]] DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near);

@@ -19,8 +19,9 @@ LoadedDocument loadDocument(const std::filesystem::path& file, const ModelImport
   if (endingOf(file) == ".argil" || io::isDocument(file)) {
     OpenedDocument opened = openDocument(file, job);
     loaded.document = opened.states[opened.done].document;
-    loaded.steps = opened.states.size() - 1;
+    loaded.steps = opened.steps;
     loaded.notes = std::move(opened.notes);
+    if (!opened.readOnly.empty()) loaded.notes.push_back(std::move(opened.readOnly));
     loaded.what = "Argil document";
     return loaded;
   }

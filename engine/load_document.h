@@ -14,7 +14,7 @@ namespace argil::engine {
 struct LoadedDocument {
   DocumentPtr document;            ///< One piece at least, or one part.
   std::string what;                ///< "Argil document", "level set", "clay of a mesh".
-  size_t steps = 0;                ///< Of history that the file keeps.
+  size_t steps = 0;                ///< Of history that the file keeps beside the document.
   std::vector<std::string> notes;  ///< Sentences for the person.
 };
 

@@ -123,6 +123,7 @@ struct Newest {
   DocumentPtr document;  // null: none can be read
   bool all = true;       // the strokes lead to the end of the story
   std::string why;       // what is wrong with a newer one
+  std::vector<std::string> unknown;  // what of it a newer Argil wrote and this one does not understand
 };
 
 // The newest document of a story that can be read: the story then ends with it and the strokes that lead on from it.
@@ -130,7 +131,9 @@ Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& sto
   Newest newest;
   for (size_t at = story.done + 1; at-- > 0;) {
     try {
-      newest.document = archive.get(sources, story.states[at].second, nullptr, job).document;
+      Archive::Read read = archive.get(sources, story.states[at].second, nullptr, job);
+      newest.document = read.document;
+      newest.unknown = std::move(read.unknown);
       if (at != story.done) {
         std::vector<JournalStroke> strokes;
         for (size_t i = at + 1; i <= story.done && newest.all; ++i) {
@@ -288,6 +291,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   Archive& archive = *document.archive;
   Archive::Lock lock = archive.lock();
   archive.ids().atLeast(reader->highestId() + 1);
+  if (story.begin.schema > uint64_t{io::kDocumentSchema}) archive.allowUnknown();
   document.base = base;
   archive.ids().atLeast(base ? base->next : shared);
   // What others saved later is not ours, but what they grew from is.
@@ -327,6 +331,16 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   if (!isWhole(story))
     document.notes.push_back(
         fmt::format("{} of the journal could not be read.", counted(story.unread + story.damaged, "thing")));
+  if (!newest.unknown.empty()) {
+    // As openDocument() has it: the steps before it stay with the Argil that understands them.
+    document.notes.push_back(
+        fmt::format("A newer Argil wrote it: {} is not understood here and was left out, and its history too; save "
+                    "it under another name.",
+                    newest.unknown[0]));
+    document.states = {{document.states[document.done].label, newest.document}};
+    document.done = 0;
+    document.base = nullptr;
+  }
   // It is put behind the document that is known to have been in work: what came of it nobody knows.
   if (!isWhole(story) && story.strokes.empty()) {
     if (HistoryState loose = findLoose(archive, sources, journal, story, job); loose.document) {
@@ -335,7 +349,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
       document.notes.push_back("The journal holds a later document that no step leads to: redo brings it back.");
     }
   }
-  if (!story.begin.file.empty() && !document.base) {
+  if (!story.begin.file.empty() && !base) {
     document.notes.push_back(trouble.empty() ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
                                              : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
   }

@@ -24,15 +24,16 @@ inline constexpr double kMaxMm = 1e6;  ///< Where clay may be, as clay::Grid has
 /// All of these throw Error for what is not as asked.
 class Place {
  public:
-  Place(const nlohmann::json& value, std::string name, std::string path)
-      : value_(value), name_(std::move(name)), path_(std::move(path)) {}
+  /// `unknown`: gets the keys that are not known, with where they stand, instead of their being an error: for what a newer Argil wrote. It outlives this Place.
+  Place(const nlohmann::json& value, std::string name, std::string path, std::vector<std::string>* unknown = nullptr)
+      : value_(value), name_(std::move(name)), path_(std::move(path)), unknown_(unknown) {}
 
   [[noreturn]] void fail(const std::string& wrong) const {
     throw Error(path_.empty() ? name_ + ": " + wrong : name_ + ": " + path_ + ": " + wrong);
   }
   [[nodiscard]] Place at(const char* key) const {
     if (!value_.contains(key)) fail(fmt::format("\"{}\" is missing", key));
-    return {value_[key], name_, path_.empty() ? key : path_ + "." + key};
+    return {value_[key], name_, path_.empty() ? key : path_ + "." + key, unknown_};
   }
   [[nodiscard]] std::optional<Place> maybe(const char* key) const {
     return value_.contains(key) ? std::optional(at(key)) : std::nullopt;
@@ -41,7 +42,7 @@ class Place {
     if (!value_.is_array()) fail("must be a list [...]");
     std::vector<Place> places;
     places.reserve(value_.size());
-    for (size_t i = 0; i < value_.size(); ++i) places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i)});
+    for (size_t i = 0; i < value_.size(); ++i) places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i), unknown_});
     return places;
   }
   // Of an object: its keys must be among these.
@@ -50,6 +51,10 @@ class Place {
     if (!value_.is_object()) fail("must be an object {...}");
     for (const auto& [key, value] : value_.items()) {
       if (std::find(known.begin(), known.end(), key) == known.end()) {
+        if (unknown_) {
+          unknown_->push_back(io::shown(path_.empty() ? key : path_ + "." + key));
+          continue;
+        }
         fail(fmt::format("unknown key {}; known are {}", io::shown(key), fmt::join(known, ", ")));
       }
     }
@@ -93,6 +98,7 @@ class Place {
  private:
   const nlohmann::json& value_;
   std::string name_, path_;
+  std::vector<std::string>* unknown_;
 };
 
 }  // namespace argil::engine

@@ -12,6 +12,23 @@
 #include "io/journal_file.h"
 
 namespace argil::engine {
+namespace {
+
+std::filesystem::path journalFolderOf(const Workbench::Options& options) {
+  return options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+}
+
+// Where windows tell each other what they have open.
+std::filesystem::path presenceFolderOf(const Workbench::Options& options) {
+  return journalFolderOf(options).parent_path() / "open";
+}
+
+std::filesystem::path withEnding(std::filesystem::path file) {
+  if (file.extension() != ".argil") file += ".argil";
+  return file;
+}
+
+}  // namespace
 
 void Workbench::State::begin(Document document, bool saved) {
   Begin how;
@@ -34,6 +51,13 @@ void Workbench::State::begin(Begin how) {
   sources = std::move(how.sources);
   continued = std::move(how.continued);
   file = std::move(how.file);
+  readOnly = std::move(how.readOnly);
+  announce();
+  if (presence && presence->elsewhere()) {
+    tell(Message::Level::warning,
+         fmt::format("{} is open in another window too: only who saves first can save it under this name.",
+                     io::displayName(file)));
+  }
   face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
   records.reset();
   savedDocument.reset();
@@ -57,7 +81,7 @@ void Workbench::State::beginKeeping() {
 
 void Workbench::State::makeKeeper() {
   KeeperOptions keep;
-  keep.folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+  keep.folder = journalFolderOf(options);
   keep.unnamed = !options.journal;
   keeper = std::make_unique<Keeper>(keep, [this](const std::string& trouble) {
     if (!trouble.empty()) tell(Message::Level::error, trouble);
@@ -91,12 +115,30 @@ void Workbench::State::keepUndoBudget() {
 }
 
 void Workbench::State::findRecoverable() {
-  const std::filesystem::path folder = options.journalFolder.empty() ? io::journalFolder() : options.journalFolder;
+  const std::filesystem::path folder = journalFolderOf(options);
   finding = std::make_unique<BackgroundJob>([this, folder](Job&) {
     auto found = std::make_shared<const std::vector<Recoverable>>(engine::recoverable(folder));
     const std::lock_guard lock(mutex);
     recoverable = std::move(found);
   });
+}
+
+// Of the file that this document has, by whatever name.
+bool Workbench::State::isOwn(const std::filesystem::path& target) const {
+  std::error_code ignored;
+  return !file.empty() && (target == file || std::filesystem::equivalent(target, file, ignored));
+}
+
+void Workbench::State::announce() {
+  presence.reset();  // first, or it would be found
+  if (!file.empty()) presence.emplace(file, presenceFolderOf(options));
+}
+
+void Workbench::State::requireNotElsewhere(const std::filesystem::path& target) const {
+  if (!isOwn(target) && io::DocumentPresence(target, presenceFolderOf(options)).elsewhere()) {
+    throw Error(fmt::format("{} is open in another window: save under another name, or close it there first",
+                            io::displayName(target)));
+  }
 }
 
 void Workbench::State::save(std::filesystem::path target, const SaveExtras& extras) {
@@ -106,7 +148,13 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   }
   if (target.empty()) target = file;
   if (target.empty()) throw Error("the document has no file yet: save it under a name");
-  if (target.extension() != ".argil") target += ".argil";
+  target = withEnding(std::move(target));
+  const bool own = isOwn(target);
+  if (own && !readOnly.empty()) {
+    ++refused;
+    throw Error(readOnly);
+  }
+  requireNotElsewhere(target);
   auto request = std::make_shared<SaveRequest>();
   request->states = session->states();
   request->done = session->undoSteps();
@@ -122,34 +170,44 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
     saving = false;
     if (auto asked = std::exchange(saveNext, std::nullopt)) save(std::move(asked->first), asked->second);
   };
-  begin("Saving " + target.filename().string(), [this, request, target, next, at = opened](Job& job) -> std::function<void()> {
-    std::shared_ptr<const Base> made;
-    try {
-      made = saveDocument(target, *request, &job);
-    } catch (const Cancelled&) {
-      post(next);
-      throw;
-    } catch (const std::exception& e) {
-      post(next);
-      throw Error(fmt::format("Not saved: {}", e.what()), Error::Kind::work);
-    }
-    return [this, request, target, made, at, next] {
-      const bool safe = made->unflushed.empty();
-      if (safe)
-        tell(Message::Level::done, fmt::format("Saved {}.", io::displayName(target)));
-      else
-        tell(Message::Level::warning, fmt::format("Not safe yet: {}", made->unflushed));
-      if (at == opened) {  // else another document is in work by now
-        base = made;
-        file = target;
-        if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
-        // Until a save is on the disk the document counts as unsaved, and its journal goes on without counting on it.
-        if (safe) savedDocument = request->states[request->done].document;
-        if (keeper && safe) keeper->saved(made);
-      }
-      next();
-    };
-  });
+  begin("Saving " + target.filename().string(),
+        [this, request, target, own, next, at = opened](Job& job) -> std::function<void()> {
+          const auto failed = [=, this](bool refusal) {
+            if (at == opened) {
+              refused += refusal && own;
+              if (keeper) keeper->saving({});
+            }
+            next();
+          };
+          std::shared_ptr<const Base> made;
+          try {
+            made = saveDocument(target, *request, &job);
+          } catch (const Cancelled&) {
+            post([=] { failed(false); });
+            throw;
+          } catch (const std::exception& e) {
+            post([=] { failed(true); });
+            throw Error(fmt::format("Not saved: {}", e.what()), Error::Kind::work);
+          }
+          return [this, request, target, made, at, next] {
+            const bool safe = made->unflushed.empty();
+            if (safe)
+              tell(Message::Level::done, fmt::format("Saved {}.", io::displayName(target)));
+            else
+              tell(Message::Level::warning, fmt::format("Not safe yet: {}", made->unflushed));
+            if (at == opened) {  // else another document is in work by now
+              base = made;
+              file = target;
+              readOnly.clear();
+              announce();
+              if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
+              // Until a save is on the disk the document counts as unsaved, and its journal goes on without counting on it.
+              if (safe) savedDocument = request->states[request->done].document;
+              if (keeper && safe) keeper->saved(made);
+            }
+            next();
+          };
+        });
 }
 
 void Workbench::save(const SaveExtras& extras) {
@@ -158,6 +216,32 @@ void Workbench::save(const SaveExtras& extras) {
 
 void Workbench::saveAs(const std::filesystem::path& file, const SaveExtras& extras) {
   state_->post([s = state_.get(), file, extras] { s->save(std::filesystem::absolute(file), extras); });
+}
+
+void Workbench::State::saveCopy(std::filesystem::path target, const SaveExtras& extras) {
+  target = withEnding(std::move(target));
+  if (isOwn(target))
+    throw Error(fmt::format("{} is the document in work: give the copy another name", io::displayName(target)));
+  requireNotElsewhere(target);
+  const size_t left = session->undoSteps() + session->redoSteps();
+  begin("Saving a copy as " + target.filename().string(),
+        [=, this, document = session->document()](Job& job) -> std::function<void()> {
+          try {
+            saveDocument(target, *document, &job, {extras.face, extras.thumbnail});
+          } catch (const Cancelled&) {
+            throw;
+          } catch (const std::exception& e) {
+            throw Error(fmt::format("The copy was not saved: {}", e.what()), Error::Kind::work);
+          }
+          return [=, this] {
+            tell(Message::Level::done, fmt::format("Saved {}: the document as it is, without its {} step{} of history.",
+                                                   io::displayName(target), left, left == 1 ? "" : "s"));
+          };
+        });
+}
+
+void Workbench::saveCopy(const std::filesystem::path& file, const SaveExtras& extras) {
+  state_->post([s = state_.get(), file, extras] { s->saveCopy(std::filesystem::absolute(file), extras); });
 }
 
 void Workbench::openKept(const std::filesystem::path& file) {
@@ -170,10 +254,17 @@ void Workbench::openKept(const std::filesystem::path& file) {
       how.face = std::move(opened->face.face);
       how.archive = std::move(opened->archive);
       how.base = std::move(opened->base);
-      how.saved = how.base != nullptr;
-      if (how.base) how.file = how.base->path;
+      how.readOnly = opened->readOnly;
+      how.saved = how.base != nullptr || !how.readOnly.empty();
+      if (how.saved) how.file = std::filesystem::absolute(file);
       s->begin(std::move(how));
       for (const std::string& note : opened->notes) s->tell(Message::Level::warning, note);
+      if (!opened->readOnly.empty()) s->tell(Message::Level::warning, opened->readOnly);
+      if (opened->steps > 0) {
+        s->tell(Message::Level::done, fmt::format("{} holds {} step{} of its history, and so what was taken out in "
+                                                  "them; \"Save a copy without history\" leaves it out.",
+                                                  io::displayName(file), opened->steps, opened->steps == 1 ? "" : "s"));
+      }
     };
   });
 }

@@ -378,6 +378,8 @@ void Workbench::State::publish() {
   kept.path = file;
   kept.unsaved = now != savedDocument.lock();
   kept.saving = saving;
+  kept.readOnly = readOnly;
+  kept.refused = refused;
   kept.opened = opened;
   kept.face = face;
   {

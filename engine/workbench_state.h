@@ -16,6 +16,7 @@
 #include "engine/session.h"
 #include "engine/workbench.h"
 #include "haptics/published.h"
+#include "io/document_presence.h"
 
 namespace argil::engine {
 
@@ -86,6 +87,7 @@ struct Workbench::State {
     std::vector<HistoryState> states;
     size_t done = 0;
     std::filesystem::path file;                 // empty: untitled
+    std::string readOnly;                       // why it must not be saved into that
     std::string face;
     std::shared_ptr<Archive> archive;           // null: a new one
     std::shared_ptr<const Base> base;
@@ -97,6 +99,10 @@ struct Workbench::State {
   void begin(Begin how);
   void begin(Document document, bool saved = false);
   void save(std::filesystem::path file, const SaveExtras& extras);
+  void saveCopy(std::filesystem::path file, const SaveExtras& extras);
+  [[nodiscard]] bool isOwn(const std::filesystem::path& target) const;
+  void requireNotElsewhere(const std::filesystem::path& target) const;
+  void announce();
   void findRecoverable();
   void makeKeeper();
   /// Makes the keeper where there is none yet, and has it begin with the document in work.
@@ -147,6 +153,9 @@ struct Workbench::State {
   // The edit thread's alone. The keeper hears of what the session does: it outlives it.
   std::unique_ptr<Keeper> keeper;
   std::filesystem::path file;
+  std::string readOnly;
+  uint64_t refused = 0;
+  std::optional<io::DocumentPresence> presence;  // of the file
   std::shared_ptr<const std::string> face;
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;

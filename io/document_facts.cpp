@@ -47,7 +47,8 @@ std::string metaText(Database& database, const std::string& key) {
   return one.step() ? one.text(0) : std::string();
 }
 
-/// "stamp:nextId stamp:nextId ...", hexadecimal. A row of the table of facts, because Argils of before read over rows that they do not know.
+/// "stamp:nextId stamp:nextId ...", hexadecimal. A row of the table of facts, because Argils of before read over rows
+/// that they do not know.
 std::string lineageText(const Lineage& lineage) {
   std::string text;
   char one[40];
@@ -63,8 +64,10 @@ Lineage readLineage(const std::string& text, const std::string& name) {
   for (size_t at = 0; at < text.size();) {
     SavePoint point;
     int length = 0;
-    const int found = std::sscanf(text.c_str() + at, "%16" SCNx64 ":%16" SCNx64 " %n", &point.stamp, &point.nextId, &length);
-    if (found != 2 || length == 0 || point.stamp == 0 || point.nextId > kMostIds || lineage.size() >= kMostLineage) failDamaged(name, "its lineage cannot be read");
+    const int found =
+        std::sscanf(text.c_str() + at, "%16" SCNx64 ":%16" SCNx64 " %n", &point.stamp, &point.nextId, &length);
+    if (found != 2 || length == 0 || point.stamp == 0 || point.nextId > kMostIds || lineage.size() >= kMostLineage)
+      failDamaged(name, "its lineage cannot be read");
     lineage.push_back(point);
     at += static_cast<size_t>(length);
   }
@@ -72,6 +75,15 @@ Lineage readLineage(const std::string& text, const std::string& name) {
 }
 
 }  // namespace
+
+RecordId sharedWith(const DocumentFacts& facts, uint64_t stamp) {
+  if (facts.save == 0 || stamp == 0) return 0;
+  if (stamp == facts.stamp) return facts.nextId;
+  for (const SavePoint& point : facts.lineage) {
+    if (point.stamp == stamp) return point.nextId;
+  }
+  return 0;
+}
 
 void failDamaged(const std::string& name, const std::string& what) {
   fail(name, "is damaged (" + what + "); recover what is whole in it and save that under another name");

@@ -26,6 +26,9 @@ struct DocumentFacts {
   Lineage lineage;     ///< The saves before this one.
 };
 
+/// See DocumentFile::sharedWith().
+[[nodiscard]] RecordId sharedWith(const DocumentFacts& facts, uint64_t stamp);
+
 /// All of these throw Error; `name` is that of the file in messages.
 void makeTables(Database& database);
 /// Refuses a file that needs a later Argil, and one with anything but our two tables in it.

@@ -38,7 +38,8 @@ constexpr size_t kIdOffset = 16;  // Of the id in a record's header.
 uint64_t randomStamp() {
   uint64_t stamp = 0;
   // Without chance two saves could not be told apart.
-  if (::getrandom(&stamp, sizeof stamp, 0) != sizeof stamp) throw Error("the system gives no random numbers", Error::Kind::work);
+  if (::getrandom(&stamp, sizeof stamp, 0) != sizeof stamp)
+    throw Error("the system gives no random numbers", Error::Kind::work);
   stamp >>= 1;  // SQLite's integers have a sign.
   return stamp == 0 ? 1 : stamp;
 }
@@ -60,8 +61,8 @@ struct Replaced {
     return {true, facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtim, 0};
   }
   [[nodiscard]] bool isStill(const Replaced& now) const {
-    return there == now.there && device == now.device && inode == now.inode && bytes == now.bytes && changed.tv_sec == now.changed.tv_sec &&
-           changed.tv_nsec == now.changed.tv_nsec;
+    return there == now.there && device == now.device && inode == now.inode && bytes == now.bytes &&
+           changed.tv_sec == now.changed.tv_sec && changed.tv_nsec == now.changed.tv_nsec;
   }
 };
 
@@ -191,7 +192,8 @@ struct DocumentFile::State {
   }
 
   [[nodiscard]] Error writtenMeanwhile() const {
-    return Error(name + ": was written by another program while it was being saved; save it under another name", Error::Kind::work);
+    return Error(name + ": was written by another program while it was being saved; save it under another name",
+                 Error::Kind::work);
   }
 
   /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it was replaced.
@@ -206,7 +208,8 @@ struct DocumentFile::State {
         old = std::make_unique<Database>(target, name);
         old->run("BEGIN EXCLUSIVE");
         // It may have been written to, or replaced, while this waited.
-        if (!keeps->isStill(target) || (replaced.stamp != 0 && readFacts(*old, name).stamp != replaced.stamp)) throw writtenMeanwhile();
+        if (!keeps->isStill(target) || (replaced.stamp != 0 && readFacts(*old, name).stamp != replaced.stamp))
+          throw writtenMeanwhile();
       } catch (const Error& error) {
         if (error.kind() == Error::Kind::work) throw;
         old.reset();  // Damaged: nobody can write to it.
@@ -232,7 +235,8 @@ struct DocumentFile::State {
         Database old(target, name);
         replaced.stamp = readFacts(old, name).stamp;
       } catch (const Error&) {
-        // Damaged, or written by a program that is not ours: it has no stamp, and is told by what its folder says of it.
+        // Damaged, or written by a program that is not ours: it has no stamp, and is told by what its folder says of
+        // it.
       }
     }
     const uint64_t stamp = replaced.stamp;
@@ -335,22 +339,29 @@ const std::filesystem::path& DocumentFile::path() const { return state_->path; }
 
 uint64_t DocumentFile::save() const { return state_->facts.save; }
 
-uint64_t DocumentFile::stamp() const { return state_->facts.stamp; }
+uint64_t DocumentFile::stamp() const {
+  return state_->facts.stamp;
+}
 
-const Lineage& DocumentFile::lineage() const { return state_->facts.lineage; }
+const Lineage& DocumentFile::lineage() const {
+  return state_->facts.lineage;
+}
 
-int DocumentFile::schema() const { return state_->facts.schema; }
+int DocumentFile::schema() const {
+  return state_->facts.schema;
+}
 
-const std::string& DocumentFile::writtenBy() const { return state_->facts.writtenBy; }
+const std::string& DocumentFile::writtenBy() const {
+  return state_->facts.writtenBy;
+}
 
 RecordId DocumentFile::sharedWith(uint64_t stamp) const {
-  const DocumentFacts& facts = state_->facts;
-  if (facts.save == 0 || stamp == 0) return 0;
-  if (stamp == facts.stamp) return facts.nextId;
-  for (const SavePoint& point : facts.lineage) {
-    if (point.stamp == stamp) return point.nextId;
-  }
-  return 0;
+  return io::sharedWith(state_->facts, stamp);
+}
+
+RecordId DocumentFile::sharedNow(uint64_t stamp) {
+  Database* database = state_->reader();
+  return database == nullptr ? 0 : io::sharedWith(readFacts(*database, state_->name), stamp);
 }
 
 RecordId DocumentFile::head() const { return state_->facts.head; }
@@ -361,7 +372,8 @@ RecordSet DocumentFile::held() {
   RecordSet set;
   Database* database = state_->reader();
   if (database == nullptr) return set;
-  Query all(*database, "SELECT id FROM record");
+  Query all(*database, "SELECT id FROM record WHERE id < ?1");
+  all.bind(0, static_cast<int64_t>(state_->facts.nextId));
   while (all.step()) {
     const auto id = static_cast<RecordId>(all.number(0));
     if (id == 0 || id > kMostIds) failDamaged(state_->name, "its ids are out of range");

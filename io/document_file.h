@@ -49,6 +49,8 @@ class DocumentFile : public RecordSource {
   /// Records with lower ids are, where both have them, the same here as in the save of this stamp. 0: this file did not grow from
   /// that save, and equal ids mean different things.
   [[nodiscard]] RecordId sharedWith(uint64_t stamp) const;
+  /// The same of the file as it is now, where sharedWith() and the others tell of it as it was opened or written by this object.
+  [[nodiscard]] RecordId sharedNow(uint64_t stamp);
   [[nodiscard]] const Lineage& lineage() const;
   /// The highest schema of the programs that wrote to it. Above kDocumentSchema: a newer Argil may have left texts in it with more
   /// in them than this one knows, though it can be read.
@@ -59,7 +61,7 @@ class DocumentFile : public RecordSource {
   [[nodiscard]] RecordId head() const;
   /// The id that the next record may have: above all in the file and all that its journals may have used.
   [[nodiscard]] RecordId nextId() const;
-  /// The ids of all records. O(records).
+  /// The ids of all records below nextId(): what others add meanwhile is not among them. O(records).
   [[nodiscard]] RecordSet held();
 
   bool get(RecordId id, std::vector<std::byte>& record) override;

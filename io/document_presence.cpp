@@ -34,8 +34,10 @@ void makePrivateFolder(const std::filesystem::path& folder) {
 }
 
 bool stillNamed(int fd, const std::filesystem::path& file) {
-  struct stat open {}, named {};
-  return ::fstat(fd, &open) == 0 && ::stat(file.c_str(), &named) == 0 && open.st_ino == named.st_ino && open.st_dev == named.st_dev;
+  struct stat open {
+  }, named{};
+  return ::fstat(fd, &open) == 0 && ::stat(file.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+         open.st_dev == named.st_dev;
 }
 
 }  // namespace
@@ -43,23 +45,27 @@ bool stillNamed(int fd, const std::filesystem::path& file) {
 DocumentPresence::DocumentPresence(const std::filesystem::path& document, const std::filesystem::path& folder) {
   makePrivateFolder(folder);
   std::error_code ignored;
-  const std::filesystem::path whole = std::filesystem::weakly_canonical(std::filesystem::absolute(document, ignored), ignored);
+  const std::filesystem::path whole =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(document, ignored), ignored);
   const std::string name = whole.empty() ? document.string() : whole.string();
   const XXH128_hash_t hash = XXH3_128bits(name.data(), name.size());
   announce(folder / numbered("path-%016" PRIx64 "%016" PRIx64, hash.high64, hash.low64));
   // O_PATH: closing it does not take the locks away that SQLite has on the file (see open_documents.h).
   pinned_ = ::open(document.c_str(), O_PATH | O_CLOEXEC);
   struct stat facts {};
-  if (pinned_ >= 0 && ::fstat(pinned_, &facts) == 0) announce(folder / numbered("file-%" PRIx64 "-%" PRIx64, facts.st_dev, facts.st_ino));
+  if (pinned_ >= 0 && ::fstat(pinned_, &facts) == 0)
+    announce(folder / numbered("file-%" PRIx64 "-%" PRIx64, facts.st_dev, facts.st_ino));
 }
 
-// Every program that has the document open holds the lock together with the others; whoever gets it alone for a moment is the only one.
+// Every program that has the document open holds the lock together with the others; whoever gets it alone for a moment
+// is the only one.
 void DocumentPresence::announce(const std::filesystem::path& file) {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return;
     const bool alone = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
-    // The lock that is held alone is given up for one that is shared; a file that the last one removed meanwhile locks nobody out.
+    // The lock that is held alone is given up for one that is shared; a file that the last one removed meanwhile locks
+    // nobody out.
     if (::flock(fd, LOCK_SH | LOCK_NB) == 0 && stillNamed(fd, file)) {
       locks_.push_back({file, fd});
       elsewhere_ = elsewhere_ || !alone;

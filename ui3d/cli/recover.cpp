@@ -57,7 +57,8 @@ void recover(const RecoverOptions& options) {
   request.archive = document.archive;
   request.base = document.base;
   request.sources = recovered.sources;
-  request.writer = recovered.writer;
+  // The journal stays and may be recovered once more: ids that are given from here on are those of another work.
+  request.writer = engine::newWriter();
   if (const auto base = engine::saveDocument(options.output, request, options.job); !base->unflushed.empty())
     throw Error(base->unflushed, Error::Kind::work);
   fmt::print("{}\n", recovered.sentence);

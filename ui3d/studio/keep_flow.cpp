@@ -24,6 +24,7 @@ KeepFlow::Next KeepFlow::answer(Answer answer, const engine::FileState& file) {
       return Next::chooseName;
     }
     stage_ = Stage::saving;
+    refusedBefore_ = file.refused;
     restingSinceS_ = -1;
     return Next::save;
   }
@@ -50,6 +51,11 @@ KeepFlow::Next KeepFlow::follow(const engine::FileState& file, bool underWay, do
   if (!file.unsaved) {
     stage_ = Stage::idle;
     return Next::go;
+  }
+  if (file.refused > refusedBefore_) {
+    refusedBefore_ = file.refused;
+    stage_ = Stage::naming;
+    return Next::chooseName;
   }
   if (restingSinceS_ < 0) restingSinceS_ = timeS;
   if (timeS - restingSinceS_ >= kFailedS) stage_ = Stage::idle;

@@ -24,7 +24,7 @@ class KeepFlow {
   enum class Stage : uint8_t {
     idle,    ///< Nobody has asked for anything.
     asking,  ///< Save, don't save, cancel: the question stands.
-    naming,  ///< The document has no file yet: a name is being chosen.
+    naming,  ///< The document has no file yet, or one into which it cannot be saved: a name is being chosen.
     saving,
   };
   enum class Answer : uint8_t { save, dontSave, cancel };
@@ -41,7 +41,7 @@ class KeepFlow {
   void named();
   void notNamed();
   /// Once a frame. `underWay`: the save was not begun yet, or the workbench is not idle, looked up before `file` was. Go once the file
-  /// holds the document. When nothing is under way for kFailedS and it does not, saving has failed (the workbench says why): idle again.
+  /// holds the document; chooseName where it cannot be saved into its file. When nothing is under way for kFailedS and it does not, saving has failed (the workbench says why): idle again.
   Next follow(const engine::FileState& file, bool underWay, double timeS);
   /// The person would rather stay; a save that runs goes on.
   void stay();
@@ -54,6 +54,7 @@ class KeepFlow {
  private:
   Stage stage_ = Stage::idle;
   Departure departure_;
+  uint64_t refusedBefore_ = 0;  // Of its file, when the save was asked for.
   double restingSinceS_ = -1;  // Negative: something is under way.
 };
 

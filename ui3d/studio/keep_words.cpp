@@ -11,6 +11,7 @@ std::string windowTitle(const engine::FileState& file) {
 
 Keeping keepingWords(const engine::FileState& file, Moment at) {
   if (file.saving) return {"Saving…"};
+  if (!file.unsaved && !file.readOnly.empty()) return {"Opened for reading only"};
   if (!file.unsaved) return {file.path.empty() ? "Nothing to save" : "Saved " + momentWords(writtenAt(file.path), at)};
   if (!file.journalTrouble.empty()) return {"Not saved, and the journal fails", true};
   return {file.path.empty() ? "Not saved yet; the journal keeps it" : "Changed; the journal keeps it"};

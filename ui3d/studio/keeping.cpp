@@ -71,13 +71,15 @@ std::vector<std::byte> SessionWindow::thumbnail() {
 
 // The renderer is free.
 void SessionWindow::serveSave() {
-  if (!state_.wishes.save) return;
+  if (!state_.wishes.save && !state_.wishes.copy) return;
   engine::SaveExtras extras;
   extras.face = faceText(state_, camera_);
   extras.thumbnail = thumbnail();
-  if (state_.wishes.save->empty()) bench_.save(extras);
-  else bench_.saveAs(*state_.wishes.save, extras);
+  if (state_.wishes.save && state_.wishes.save->empty()) bench_.save(extras);
+  else if (state_.wishes.save) bench_.saveAs(*state_.wishes.save, extras);
+  if (state_.wishes.copy) bench_.saveCopy(*state_.wishes.copy, extras);
   state_.wishes.save.reset();
+  state_.wishes.copy.reset();
 }
 
 // A picture for a file is drawn by the picture thread and written beside it. True when that thread was given work.

@@ -61,6 +61,9 @@ TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
     EXPECT_EQ(seen.code, 0) << seen.err;
     EXPECT_TRUE(has(seen.out, "closed      yes")) << ending << ": " << seen.out;
   }
+  const Outcome copied = argil({"convert", document.string(), (scratch / "copy.argil").string()});
+  EXPECT_TRUE(has(copied.out, "without the 2 steps of history")) << copied.out;
+  EXPECT_TRUE(has(argil({"inspect", (scratch / "copy.argil").string()}).out, "0 steps of history"));
   const Outcome few = argil({"convert", document.string(), (scratch / "few.3mf").string(), "--reduce", "1000"});
   EXPECT_EQ(few.code, 0) << few.err;
   EXPECT_TRUE(has(few.out, "to 1000 triangles") || has(few.out, "to 998 triangles") || has(few.out, "to 999 triangles")) << few.out;

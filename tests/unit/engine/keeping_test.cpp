@@ -631,10 +631,12 @@ TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
     EXPECT_EQ(told(*opened.states.at(opened.done).document), told(*session.document()));
     EXPECT_EQ(opened.states.size(), 3u);
   };
-  // Somebody else saved under its name, and has saved once too: refused in place, whole under another name, and no step is read from it.
+  // Somebody else saved under its name, and has saved once too: refused in place, whole under another name, and no step
+  // is read from it.
   saveDocument(file, Document::of(ball(3)));
   ASSERT_EQ(io::DocumentFile::open(file, false)->save(), 1u);
-  EXPECT_THAT(refusal([&] { (void)saveDocument(file, request); }), AllOf(HasSubstr("f.argil"), HasSubstr("save under another name")));
+  EXPECT_THAT(refusal([&] { (void)saveDocument(file, request); }),
+              AllOf(HasSubstr("f.argil"), HasSubstr("save under another name")));
   EXPECT_EQ(told(*openDocument(file).states[0].document), told(Document::of(ball(3)))) << "it was written to";
   (void)saveDocument(other, request);
   expectAll(other);
@@ -656,8 +658,10 @@ TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
 
 // A window that has a document open, with what it needs to save it.
 struct Opened {
-  explicit Opened(const fs::path& file) : document(openDocument(file)), session(document.states, document.done), base(document.base) {
-    session.setReader([this](uint64_t kept, const Document& near) { return readState(*document.archive, base, {}, kept, near); });
+  explicit Opened(const fs::path& file)
+      : document(openDocument(file)), session(document.states, document.done), base(document.base) {
+    session.setReader(
+        [this](uint64_t kept, const Document& near) { return readState(*document.archive, base, {}, kept, near); });
   }
   void save(const fs::path& file) {
     base = saveDocument(file, {session.states(), session.undoSteps(), {}, document.archive, base, {}, writer});
@@ -677,7 +681,8 @@ TEST_F(Keeping, ofTwoWindowsWithOneDocumentTheSecondToSaveNeedsAnotherName) {
   second.save(file);
   EXPECT_THAT(refusal([&] { first.save(file); }), HasSubstr("another name"));
   first.save(folder / "y.argil");
-  // What both began with is read from the file still, though the other one saved into it; what the other one made never is.
+  // What both began with is read from the file still, though the other one saved into it; what the other one made never
+  // is.
   const std::string other = told(*second.session.document());
   first.session.goTo(0);
   EXPECT_EQ(told(*first.session.document()), told(fullDocument()));
@@ -745,7 +750,13 @@ TEST_F(Keeping, aJournalReadsOfItsFileOnlyWhatThatHadThen) {
     // New records must not get ids that those in the file have.
     Session session(recovered.document.states, recovered.document.done);
     stroke(session, 30);
-    (void)saveDocument(folder / "r.argil", {session.states(), session.undoSteps(), {}, recovered.document.archive, nullptr, recovered.sources, recovered.writer});
+    (void)saveDocument(folder / "r.argil", {session.states(),
+                                            session.undoSteps(),
+                                            {},
+                                            recovered.document.archive,
+                                            nullptr,
+                                            recovered.sources,
+                                            recovered.writer});
     EXPECT_EQ(told(*Opened(folder / "r.argil").session.document()), told(*session.document()));
   }
   // Another document has the name: none of its clay comes in, and it is said.
@@ -764,8 +775,10 @@ TEST_F(Keeping, aJournalHoldsAllOnceItsFileIsAnothersOrGone) {
     kept.keeper->saved(saveDocument(file, {kept.session.states(), 1, {}, kept.archive, nullptr, {}, kept.writer}));
     stroke(kept.session, 2);
     kept.keeper->flush();
-    if (removed) fs::remove(file);
-    else saveDocument(file, Document::of(ball(9)));
+    if (removed)
+      fs::remove(file);
+    else
+      saveDocument(file, Document::of(ball(9)));
     // Nothing more is made: the file is looked after all the same.
     const fs::path journal = kept.crash(folder / "1.journal");
     const Recovered recovered = recover(journal);

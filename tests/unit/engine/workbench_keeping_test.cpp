@@ -111,6 +111,92 @@ TEST_F(WorkbenchKeeping, savesAndOpensAndKnowsWhatIsUnsaved) {
   ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.empty(); }));
 }
 
+TEST_F(WorkbenchKeeping, twoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed) {
+  const fs::path file = folder / "x.argil", other = folder / "y.argil";
+  Workbench first(options()), second(options());
+  block(first);
+  first.saveAs(file, {});
+  ASSERT_TRUE(until([&] { return !first.snapshot()->file.unsaved; })) << told(first);
+  second.open(file);
+  ASSERT_TRUE(until([&] { return second.snapshot()->document->pieces.size() == 1; }));
+  ASSERT_TRUE(rest(second));
+  EXPECT_THAT(told(second), HasSubstr("x.argil is open in another window"));
+  lift(first, 2);
+  lift(second, 5);
+  second.save({});
+  ASSERT_TRUE(until([&] { return !second.snapshot()->file.unsaved; })) << told(second);
+  told(first);
+  first.save({});
+  ASSERT_TRUE(until([&] { return first.snapshot()->file.refused == 1; })) << "another name is to be offered";
+  ASSERT_TRUE(rest(first));
+  EXPECT_THAT(told(first), AllOf(HasSubstr("x.argil"), HasSubstr("another name")));
+  EXPECT_TRUE(first.snapshot()->file.unsaved);
+  // Nor does a window replace what another one has open.
+  second.saveAs(other, {});
+  ASSERT_TRUE(until([&] { return second.snapshot()->file.path == other; })) << told(second);
+  first.saveAs(other, {});
+  ASSERT_TRUE(rest(first));
+  EXPECT_THAT(told(first), HasSubstr("y.argil is open in another window"));
+  EXPECT_EQ(first.snapshot()->file.refused, 1u);
+  first.saveAs(folder / "z.argil", {});
+  ASSERT_TRUE(until([&] { return !first.snapshot()->file.unsaved; })) << told(first);
+  for (const auto& [path, mm] : {std::pair{file, 5.0}, {other, 5.0}, {folder / "z.argil", 2.0}}) {
+    const OpenedDocument opened = openDocument(path);
+    EXPECT_EQ(opened.states[opened.done].document->pieces[0].pose.translation.z(), mm) << path;
+  }
+}
+
+TEST_F(WorkbenchKeeping, aFileThatWasGivenUpIsNobodysAndIsSavedOverAgain) {
+  const fs::path file = folder / "x.argil";
+  Workbench bench(options());
+  block(bench);
+  {
+    Workbench other(options());
+    block(other);
+    other.saveAs(file, {});
+    ASSERT_TRUE(until([&] { return !other.snapshot()->file.unsaved; }));
+    bench.saveAs(file, {});
+    ASSERT_TRUE(rest(bench));
+    EXPECT_THAT(told(bench), HasSubstr("open in another window"));
+  }
+  bench.saveAs(file, {});
+  ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; })) << told(bench);
+}
+
+TEST_F(WorkbenchKeeping, aCopyWithoutHistoryIsSavedBesideTheDocument) {
+  const fs::path file = folder / "x.argil", copy = folder / "copy.argil";
+  Workbench bench(options());
+  block(bench);
+  lift(bench, 2);
+  bench.saveAs(file, {});
+  ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; }));
+  lift(bench, 3);
+  told(bench);
+  bench.saveCopy(folder / "copy", {"{\"camera\": 1}", {}});
+  ASSERT_TRUE(until([&] { return fs::exists(copy); }));
+  ASSERT_TRUE(rest(bench));
+  EXPECT_THAT(told(bench), AllOf(HasSubstr("copy.argil"), HasSubstr("without its 3 steps of history")));
+  EXPECT_EQ(bench.snapshot()->file.path, file);
+  EXPECT_TRUE(bench.snapshot()->file.unsaved) << "the document is in no file of its own still";
+  const OpenedDocument opened = openDocument(copy);
+  EXPECT_EQ(opened.steps, 0u);
+  EXPECT_EQ(opened.face.face, "{\"camera\": 1}");
+  EXPECT_EQ(opened.states[0].document->pieces[0].pose.translation.z(), 5);
+  bench.saveCopy(file, {});
+  ASSERT_TRUE(rest(bench));
+  EXPECT_THAT(told(bench), HasSubstr("another name"));
+  EXPECT_EQ(openDocument(file).steps, 2u);
+  // Who opens a document is told what is in it besides.
+  bench.open(file);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == 2; }));
+  ASSERT_TRUE(rest(bench));
+  EXPECT_THAT(told(bench), HasSubstr("x.argil holds 2 steps of its history"));
+  bench.open(copy);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->file.path == copy; }));
+  ASSERT_TRUE(rest(bench));
+  EXPECT_THAT(told(bench), Not(HasSubstr("history")));
+}
+
 TEST_F(WorkbenchKeeping, whatACrashLeftIsOfferedAndComesBack) {
   {
     Workbench bench(options());

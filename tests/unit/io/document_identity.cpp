@@ -1,5 +1,5 @@
-// Whose a file is: each save has a stamp of its own, files know the saves that they grew from, nothing is replaced that somebody wrote meanwhile, and a document
-// that is open elsewhere is known to be.
+// Whose a file is: each save has a stamp of its own, files know the saves that they grew from, nothing is replaced that
+// somebody wrote meanwhile, and a document that is open elsewhere is known to be.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,8 @@ TEST(DocumentIdentity, everySaveHasAStampAndAFileKnowsTheOnesItGrewFrom) {
   EXPECT_EQ(again->stamp(), stamps.back());
   EXPECT_EQ(again->lineage().size(), kMostLineage);
   EXPECT_EQ(again->lineage(), file->lineage());
-  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(again->sharedWith(stamps[i]), i + 1 < stamps.size() - kMostLineage ? 0 : i + 2) << i;
+  for (size_t i = 0; i < stamps.size(); ++i)
+    EXPECT_EQ(again->sharedWith(stamps[i]), i + 1 < stamps.size() - kMostLineage ? 0 : i + 2) << i;
 }
 
 TEST(DocumentIdentity, twoFilesOfOneOriginShareWhatTheyHadTogether) {
@@ -136,7 +137,8 @@ TEST(DocumentIdentity, aFileOfANewerSchemaKeepsIt) {
   EXPECT_EQ(DocumentFile::open(path, false)->schema(), kDocumentSchema + 3);
   EXPECT_FALSE(DocumentFile::open(path, false)->writtenBy().empty());
   save(*DocumentFile::open(path, true), 2);
-  EXPECT_EQ(DocumentFile::open(path, false)->schema(), kDocumentSchema + 3) << "what the newer one wrote may be in it still";
+  EXPECT_EQ(DocumentFile::open(path, false)->schema(), kDocumentSchema + 3)
+      << "what the newer one wrote may be in it still";
 }
 
 TEST(DocumentPresence, isToldOfADocumentThatIsOpenElsewhere) {
@@ -150,7 +152,8 @@ TEST(DocumentPresence, isToldOfADocumentThatIsOpenElsewhere) {
     std::optional<DocumentPresence> first(std::in_place, path, state);
     EXPECT_FALSE(first->elsewhere());
     EXPECT_FALSE(DocumentPresence(folder / "b.argil", state).elsewhere());
-    for (const char* name : {"a.argil", "symlink.argil", "link.argil"}) EXPECT_TRUE(DocumentPresence(folder / name, state).elsewhere()) << name;
+    for (const char* name : {"a.argil", "symlink.argil", "link.argil"})
+      EXPECT_TRUE(DocumentPresence(folder / name, state).elsewhere()) << name;
     // By its name also when a sync program has replaced it; the lock is the window's, not the first one's.
     spill(folder / "new", "c");
     fs::rename(folder / "new", path);
@@ -202,7 +205,8 @@ TEST(DocumentPresence, wantsNothingOfAFolderThatCannotBeWritten) {
   }
   fs::permissions(folder / "documents", fs::perms::owner_all);
   // Nowhere to announce it: nobody is found, nothing fails.
-  const DocumentPresence one(folder / "documents" / "a.argil", "/proc/nowhere"), two(folder / "documents" / "a.argil", "/proc/nowhere");
+  const DocumentPresence one(folder / "documents" / "a.argil", "/proc/nowhere"),
+      two(folder / "documents" / "a.argil", "/proc/nowhere");
   EXPECT_FALSE(two.elsewhere());
 }
 

@@ -77,6 +77,22 @@ TEST(KeepFlow, aSaveThatFailsStopsIt) {
   EXPECT_EQ(flow.stage(), Stage::idle);
 }
 
+TEST(KeepFlow, whereItsFileIsNotItsOwnAnyMoreItGetsAnotherName) {
+  KeepFlow flow;
+  auto now = snapshot("/a.argil", true);
+  now.file.refused = 3;  // of before
+  flow.want(to(To::quit), now);
+  ASSERT_EQ(flow.answer(Answer::save, now.file), Next::save);
+  EXPECT_EQ(flow.follow(now.file, true, 1), Next::nothing);
+  now.file.refused = 4;
+  EXPECT_EQ(flow.follow(now.file, false, 2), Next::chooseName);
+  EXPECT_EQ(flow.stage(), Stage::naming);
+  flow.named();
+  EXPECT_EQ(flow.follow(now.file, false, 3), Next::nothing) << "asks once";
+  now.file.unsaved = false;
+  EXPECT_EQ(flow.follow(now.file, false, 3.1), Next::go);
+}
+
 TEST(KeepFlow, untitledWorkGetsANameFirst) {
   KeepFlow flow;
   const auto now = snapshot("", true);

@@ -36,6 +36,14 @@ TEST(When, isSaidInAPersonsWords) {
 
 TEST(KeepWords, titleAndStatusSayWhereTheDocumentIs) {
   engine::FileState file;
+  {
+    engine::FileState newer;
+    newer.path = "/x/newer.argil";
+    newer.readOnly = "A newer Argil wrote it.";
+    EXPECT_EQ(keepingWords(newer, Moment()).words, "Opened for reading only");
+    newer.unsaved = true;
+    EXPECT_EQ(keepingWords(newer, Moment()).words, "Changed; the journal keeps it");
+  }
   EXPECT_EQ(windowTitle(file), "Argil");
   EXPECT_EQ(keepingWords(file, Moment()).words, "Nothing to save");
   file.unsaved = true;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "engine/kept_document.h"
 #include "panels_rig.h"
 
 namespace argil::studio {
@@ -128,6 +129,54 @@ TEST_F(KeepPanels, SaveGoesToTheSameFileAndSaveAsAsksBeforeItReplaces) {
   press(rig, "Files", "Replace");
   rig.until([&] { return rig.bench.snapshot()->file.path == folder / "b.argil"; }, "saved as");
   EXPECT_GT(fs::file_size(folder / "b.argil"), 14u);
+}
+
+TEST_F(KeepPanels, AnotherNameIsOfferedWhereTheFileIsSomebodyElsesByNow) {
+  const fs::path file = folder / "a.argil", kept = folder / "kept";
+  addBlock(rig);
+  rig.run("file.save");
+  typeName(file.string());
+  rig.until([&] { return !rig.bench.snapshot()->file.unsaved; }, "saved");
+  fs::copy_file(file, kept);
+  rig.edit("Work", [](engine::Document& d) { d.pieces[0].name = "Work"; });
+  rig.run("file.save");
+  rig.until([&] { return !rig.bench.snapshot()->file.unsaved; }, "saved again");
+  fs::rename(kept, file);  // as a sync program does
+  const auto size = fs::file_size(file);
+  rig.edit("More work", [](engine::Document& d) { d.pieces[0].name = "More work"; });
+  rig.run("file.save");
+  rig.until([&] { return std::string(dialog()) == "Files"; }, "another name is offered");
+  EXPECT_EQ(fs::file_size(file), size);
+  rig.frames(5);
+  rig.key(ImGuiKey_Escape);
+  rig.frames(5);
+  ASSERT_STREQ(dialog(), "");
+  // Before Argil is left, too.
+  rig.state.quit = true;
+  rig.frames(3);
+  ASSERT_STREQ(dialog(), "Keep");
+  press(rig, "Keep", "Save");
+  rig.until([&] { return std::string(dialog()) == "Files"; }, "another name is offered before it is left");
+  rig.frames(5);
+  typeName((folder / "b.argil").string());
+  rig.until([&] { return rig.state.leave; }, "leave");
+  EXPECT_EQ(rig.bench.snapshot()->file.path, folder / "b.argil");
+  EXPECT_EQ(fs::file_size(file), size);
+}
+
+TEST_F(KeepPanels, ACopyWithoutHistoryLeavesTheDocumentWhereItIs) {
+  addBlock(rig);
+  rig.run("file.save");
+  typeName((folder / "a.argil").string());
+  rig.until([&] { return !rig.bench.snapshot()->file.unsaved; }, "saved");
+  rig.run("file.saveCopy");
+  ASSERT_STREQ(dialog(), "Files");
+  typeName((folder / "c.argil").string());
+  rig.until([&] { return fs::exists(folder / "c.argil"); }, "a copy");
+  rig.until([&] { return rig.bench.idle(); }, "at rest");
+  EXPECT_EQ(rig.bench.snapshot()->file.path, folder / "a.argil");
+  EXPECT_EQ(engine::openDocument(folder / "c.argil").steps, 0u);
+  EXPECT_EQ(engine::openDocument(folder / "a.argil").steps, 1u);
 }
 
 TEST_F(KeepPanels, RecentFilesOpenAndMissingOnesDoNot) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "engine/workbench.h"
 #include "render/renderer.h"
@@ -54,6 +55,7 @@ class PanelsRig {
       else bench.saveAs(*state.wishes.save, {});
       state.wishes.save.reset();
     }
+    if (state.wishes.copy) bench.saveCopy(*std::exchange(state.wishes.copy, {}), {});
   }
   void frames(int count) {
     for (int i = 0; i < count; ++i) frame();

@@ -95,6 +95,9 @@ void openSaveAs(Context& context, Memory& memory) {
 }
 
 void serveWishes(Context& context, Memory& memory) {
+  // A save into its own file failed: the message says why, and here another name can be given. Who is asked about leaving is offered it there.
+  const uint64_t refused = context.now.file.refused;
+  if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == KeepFlow::Stage::idle) openSaveAs(context, memory);
   if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
   if (wish == "new") {
@@ -107,6 +110,8 @@ void serveWishes(Context& context, Memory& memory) {
     save(context, memory);
   } else if (wish == "saveAs") {
     openSaveAs(context, memory);
+  } else if (wish == "saveCopy") {
+    openFiles(context, memory, FilesFor::copy, {"Save a copy without history", "Save", {".argil"}, {}, true, proposedName(context) + " copy.argil"});
   } else if (wish == "import" || wish == "part") {
     memory.importAsPart = wish == "part";
     openFiles(context, memory, FilesFor::import, {"Import a model", "Import", endingsToImport(), {}});
@@ -161,6 +166,12 @@ void drawFiles(Context& context, Memory& memory) {
         Departure departure{.to = Departure::To::recovered, .what = memory.located};
         departure.how.base = files.path();
         depart(context, memory, std::move(departure));
+      }
+      break;
+    case FilesFor::copy:
+      if (files.draw()) {
+        state.wishes.copy = files.path();
+        state.lastFolder = files.path().parent_path().string();
       }
       break;
     case FilesFor::toolFile:

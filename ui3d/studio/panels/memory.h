@@ -49,7 +49,7 @@ struct Operation {
 };
 
 /// What the file dialog was opened for.
-enum class FilesFor : uint8_t { none, open, import, folder, save, picture, toolFile, locate };
+enum class FilesFor : uint8_t { none, open, import, folder, save, copy, picture, toolFile, locate };
 
 struct ExportChoice {
   std::set<std::string, std::less<>> endings{".3mf"};
@@ -108,6 +108,7 @@ struct Memory {
   int pictureSize = 0;        ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
   KeepFlow keep;
+  uint64_t refusedSeen = 0;             ///< Saves that failed, of those for which another name was offered.
   bool recoverOffered = false;          ///< Once after the start.
   std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
   engine::Recoverable located;          ///< Of FilesFor::locate: whose saved file is looked for.
