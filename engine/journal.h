@@ -19,7 +19,8 @@ using WallTime = std::chrono::system_clock::time_point;
 
 struct JournalBegin {
   std::string writer;
-  uint64_t schema = 0;          ///< Of the Argil that wrote it, as io::kDocumentSchema: above ours, its texts may have keys that are not known.
+  uint64_t schema = 0;  ///< Of the Argil that wrote it, as io::kDocumentSchema: above ours, its texts may have keys
+                        ///< that are not known.
   std::filesystem::path file;   ///< The saved document under it; empty: none.
   uint64_t stamp = 0;           ///< Of that document's last save, which names it; 0: none.
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< Label and record of the history; records are in the journal or in the file.

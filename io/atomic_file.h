@@ -22,8 +22,8 @@ class AtomicFile {
 
   /// Throws Error (kind work): no space, I/O error.
   void write(std::span<const std::byte> bytes);
-  /// Durable once it returns. Throws Error (kind work); the target is then the old one. `mayReplace` false: throws as well when
-  /// there is a file of that name by now.
+  /// Durable once it returns. Throws Error (kind work); the target is then the old one. `mayReplace` false: throws as
+  /// well when there is a file of that name by now.
   void commit(bool mayReplace = true);
 
   [[nodiscard]] uint64_t bytes() const { return bytes_; }
