@@ -62,7 +62,8 @@ class Archive {
   /// The document of a state. With `near`, clay and meshes that both have are shared and the cost follows the difference. Parts come as they can be felt.
   /// Throws Error (kind work) for what is missing or damaged, Cancelled.
   Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr, const io::OlderBricks* mend = nullptr);
-  /// From now on keys of texts that are not known are left out, and told by get(): what is read was written by a newer Argil.
+  /// From now on keys of texts that are not known are left out, and told by get(): what is read was written by a newer
+  /// Argil.
   void allowUnknown() { allowsUnknown_ = true; }
   /// Keys of a state's text that are not known. Throws as get() does.
   [[nodiscard]] std::vector<std::string> unknownIn(io::RecordSource& source, io::RecordId state) const;

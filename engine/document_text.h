@@ -28,8 +28,10 @@ struct DocumentText {
   std::vector<clay::Precision> precisions;  ///< one a piece.
   std::vector<io::RecordId> meshes;
 };
-/// Any text is allowed. Throws Error that names `name` and the place in it: unknown keys, numbers out of range, ids twice or beyond the next. With `unknown` the keys that are not known
-/// are left out and named there: for a text that a newer Argil wrote. Whoever adds a key raises io::kDocumentSchema, so that older Argils can tell.
-[[nodiscard]] DocumentText readDocumentText(std::string_view text, const std::string& name, std::vector<std::string>* unknown = nullptr);
+/// Any text is allowed. Throws Error that names `name` and the place in it: unknown keys, numbers out of range, ids
+/// twice or beyond the next. With `unknown` the keys that are not known are left out and named there: for a text that a
+/// newer Argil wrote. Whoever adds a key raises io::kDocumentSchema, so that older Argils can tell.
+[[nodiscard]] DocumentText readDocumentText(std::string_view text, const std::string& name,
+                                            std::vector<std::string>* unknown = nullptr);
 
 }  // namespace argil::engine

@@ -45,7 +45,8 @@ class Keeper : public SessionWatch {
   /// that leave memory later.
   std::shared_ptr<HistoryRecords> begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
                                         std::optional<Continued> continued = {}, const std::vector<std::shared_ptr<io::RecordSource>>& sources = {});
-  /// A save to this file begins: a crash may find it done before saved() was called. Empty: it was given up, so that the journal goes on looking after the file under it.
+  /// A save to this file begins: a crash may find it done before saved() was called. Empty: it was given up, so that
+  /// the journal goes on looking after the file under it.
   void saving(const std::filesystem::path& file);
   /// All that happened up to here is in this file: the journal begins anew.
   void saved(std::shared_ptr<const Base> base);

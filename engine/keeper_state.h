@@ -139,7 +139,7 @@ struct Keeper::State {
   size_t done = 0;
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;
-  struct stat baseSeen {};       // of its file, when that was last found to be the base
+  struct stat baseSeen {};  // of its file, when that was last found to be the base
   std::string writer;
   uint64_t sequence = 0;  // of the writer's journals so far
   std::optional<Continued> continued;

@@ -17,8 +17,8 @@
 
 namespace argil::engine {
 
-/// A saved file as the documents in work know it: what it holds. It is known by the random stamp of its last save alone: a path, a time or a count of saves may be those of a file
-/// in which the same ids mean other things.
+/// A saved file as the documents in work know it: what it holds. It is known by the random stamp of its last save
+/// alone: a path, a time or a count of saves may be those of a file in which the same ids mean other things.
 struct Base {
   std::filesystem::path path;
   uint64_t stamp = 0;       ///< Of that save.
@@ -35,12 +35,13 @@ struct Base {
 [[nodiscard]] std::shared_ptr<const Base> readBase(const std::filesystem::path& file);
 [[nodiscard]] std::shared_ptr<const Base> readBase(io::DocumentFile& file);
 
-/// True while the file at its path is what `base` says: nobody has saved into it, replaced or removed it. Throws Error when that cannot be told now, since another program is
-/// just writing to it or it cannot be opened.
+/// True while the file at its path is what `base` says: nobody has saved into it, replaced or removed it. Throws Error
+/// when that cannot be told now, since another program is just writing to it or it cannot be opened.
 [[nodiscard]] bool isStill(const Base& base);
 
-/// Records of the save that `base` is of, read from its file, whoever saved into that since. Reading throws Error when there is a file now that did not grow from that save. It is opened
-/// for each call. With `hold` the file can be read when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
+/// Records of the save that `base` is of, read from its file, whoever saved into that since. Reading throws Error when
+/// there is a file now that did not grow from that save. It is opened for each call. With `hold` the file can be read
+/// when it was removed or replaced by another, too; nobody is kept from reading or writing it. Null stays null.
 [[nodiscard]] std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bool hold = false);
 
 /// Saved beside the document.
@@ -61,7 +62,8 @@ struct OpenedDocument {
   std::shared_ptr<const Base> base;  ///< Null when it was mended or must not be written to: it has to be saved anew.
   std::vector<std::string> notes;    ///< What was mended, sentences.
   size_t steps = 0;                  ///< Of history that the file holds, those that can be redone included.
-  std::string readOnly;              ///< Why it must not be saved into its file, a sentence: a newer Argil left more in it than is understood here; of its history only the newest document is read. Empty: it may be.
+  std::string readOnly;  ///< Why it must not be saved into its file, a sentence: a newer Argil left more in it than is
+                         ///< understood here; of its history only the newest document is read. Empty: it may be.
 };
 
 /// Opens a saved document. What is damaged is mended from what else is in the file, and told in notes; nothing is written. Throws Error: not there, no document, made by a newer Argil, nothing left that can be mended;
@@ -91,7 +93,8 @@ struct SaveRequest {
 /// thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
 
-/// The document alone, in a file that was never any other's: nothing that was taken out or undone is in its bytes, no name of a step, and it is of no lineage.
+/// The document alone, in a file that was never any other's: nothing that was taken out or undone is in its bytes, no
+/// name of a step, and it is of no lineage.
 void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr, FaceData face = {});
 
 /// Reads one state near another document: for Session::setReader. Where the other one's clay is in no file yet, so that nothing can be shared, the whole is read.

@@ -24,7 +24,8 @@ inline constexpr double kMaxMm = 1e6;  ///< Where clay may be, as clay::Grid has
 /// All of these throw Error for what is not as asked.
 class Place {
  public:
-  /// `unknown`: gets the keys that are not known, with where they stand, instead of their being an error: for what a newer Argil wrote. It outlives this Place.
+  /// `unknown`: gets the keys that are not known, with where they stand, instead of their being an error: for what a
+  /// newer Argil wrote. It outlives this Place.
   Place(const nlohmann::json& value, std::string name, std::string path, std::vector<std::string>* unknown = nullptr)
       : value_(value), name_(std::move(name)), path_(std::move(path)), unknown_(unknown) {}
 
@@ -42,7 +43,8 @@ class Place {
     if (!value_.is_array()) fail("must be a list [...]");
     std::vector<Place> places;
     places.reserve(value_.size());
-    for (size_t i = 0; i < value_.size(); ++i) places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i), unknown_});
+    for (size_t i = 0; i < value_.size(); ++i)
+      places.push_back({value_[i], name_, fmt::format("{}[{}]", path_, i), unknown_});
     return places;
   }
   // Of an object: its keys must be among these.

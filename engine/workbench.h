@@ -29,7 +29,7 @@ struct FileState {
   bool saving = false;
   std::string journalTrouble;       ///< A sentence while the journal cannot be written; empty while all is well.
   std::string readOnly;             ///< Why it must not be saved into that file, a sentence; empty: it may be.
-  uint64_t refused = 0;             ///< Grows with every save into that file that failed: another name is worth offering.
+  uint64_t refused = 0;  ///< Grows with every save into that file that failed: another name is worth offering.
   uint64_t opened = 0;              ///< Grows with every document that is opened, recovered or begun.
   std::shared_ptr<const std::string> face;  ///< As SaveExtras::face was when it was saved; null without.
   friend bool operator==(const FileState&, const FileState&) = default;
@@ -177,11 +177,14 @@ class Workbench {
 
   // Keeping. See engine/keeper.h for what is durable when.
 
-  /// Saves to where it was opened or saved last, or to another file. A message when it is done or has failed; then the old file stands. A file that somebody else wrote since it was opened
-  /// or saved here is not written to (FileState::refused), nor is one replaced that is open in another window. That a file which is opened here is open in another window too is told.
+  /// Saves to where it was opened or saved last, or to another file. A message when it is done or has failed; then the
+  /// old file stands. A file that somebody else wrote since it was opened or saved here is not written to
+  /// (FileState::refused), nor is one replaced that is open in another window. That a file which is opened here is open
+  /// in another window too is told.
   void save(const SaveExtras& extras);
   void saveAs(const std::filesystem::path& file, const SaveExtras& extras);
-  /// The document as it is now, without its history, to another file; work goes on with the one that it has. What was taken out or undone is nowhere in that file.
+  /// The document as it is now, without its history, to another file; work goes on with the one that it has. What was
+  /// taken out or undone is nowhere in that file.
   void saveCopy(const std::filesystem::path& file, const SaveExtras& extras);
   /// What crashed sessions left, newest first; read in the background once after start. Null until then.
   [[nodiscard]] std::shared_ptr<const std::vector<Recoverable>> recoverable() const;

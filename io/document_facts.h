@@ -23,7 +23,7 @@ struct DocumentFacts {
   int needs = 1;       ///< The least schema that knows all kinds of its records.
   int schema = 0;      ///< The highest of its writers; what is written has this program's at least.
   std::string writtenBy;  ///< Read, never written: that is this program's version.
-  Lineage lineage;     ///< The saves before this one.
+  Lineage lineage;        ///< The saves before this one.
 };
 
 /// See DocumentFile::sharedWith().

@@ -17,8 +17,8 @@ namespace argil::io {
 /// is in it: without colours, materials and masks Argils of schema 1 read it, and without clay of 16-bit distances those of schema 2.
 inline constexpr int kDocumentSchema = 3;
 
-/// One save of a document. The stamp is random and names this save alone: a count of saves or a time does not, since two programs
-/// that write to one file or to copies of it count alike.
+/// One save of a document. The stamp is random and names this save alone: a count of saves or a time does not, since
+/// two programs that write to one file or to copies of it count alike.
 struct SavePoint {
   uint64_t stamp = 0;   ///< Never 0.
   RecordId nextId = 1;  ///< All records of that save have lower ids.
@@ -32,9 +32,9 @@ inline constexpr size_t kMostLineage = 100;
 /// any crash, what had no commit is not. Nothing stays open between two calls that could keep another program from reading. One thread at a time.
 class DocumentFile : public RecordSource {
  public:
-  /// A new file that does not appear before its first commit; a file of that name is replaced then, as a whole, unless somebody
-  /// wrote or made it since this call: then the commit throws. `lineage`: of the saves whose records it takes over under their ids.
-  /// Throws Error for a place that cannot be written.
+  /// A new file that does not appear before its first commit; a file of that name is replaced then, as a whole, unless
+  /// somebody wrote or made it since this call: then the commit throws. `lineage`: of the saves whose records it takes
+  /// over under their ids. Throws Error for a place that cannot be written.
   static std::unique_ptr<DocumentFile> create(const std::filesystem::path& path, Lineage lineage = {});
   /// Throws Error, one sentence: not there, no document, made by a newer Argil (says which), damaged so that SQLite cannot read it (then see salvage.h).
   /// `toWrite` false: for reading, never changes the file (but rolls back what a crashed Argil left half-written).
@@ -46,14 +46,15 @@ class DocumentFile : public RecordSource {
   [[nodiscard]] uint64_t save() const;
   /// Names the last commit; 0 before the first.
   [[nodiscard]] uint64_t stamp() const;
-  /// Records with lower ids are, where both have them, the same here as in the save of this stamp. 0: this file did not grow from
-  /// that save, and equal ids mean different things.
+  /// Records with lower ids are, where both have them, the same here as in the save of this stamp. 0: this file did not
+  /// grow from that save, and equal ids mean different things.
   [[nodiscard]] RecordId sharedWith(uint64_t stamp) const;
-  /// The same of the file as it is now, where sharedWith() and the others tell of it as it was opened or written by this object.
+  /// The same of the file as it is now, where sharedWith() and the others tell of it as it was opened or written by
+  /// this object.
   [[nodiscard]] RecordId sharedNow(uint64_t stamp);
   [[nodiscard]] const Lineage& lineage() const;
-  /// The highest schema of the programs that wrote to it. Above kDocumentSchema: a newer Argil may have left texts in it with more
-  /// in them than this one knows, though it can be read.
+  /// The highest schema of the programs that wrote to it. Above kDocumentSchema: a newer Argil may have left texts in
+  /// it with more in them than this one knows, though it can be read.
   [[nodiscard]] int schema() const;
   /// The version of the program that wrote it last, at most 40 characters that can be shown.
   [[nodiscard]] const std::string& writtenBy() const;

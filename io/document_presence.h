@@ -6,11 +6,13 @@
 
 namespace argil::io {
 
-/// Announces to other programs of this user that a document is open here, and tells whether one of them has it open as well. It is known by its path and by its
-/// inode, so that links to it count as the same document. Advice alone: what keeps documents apart is the stamp of each save (document_file.h).
+/// Announces to other programs of this user that a document is open here, and tells whether one of them has it open as
+/// well. It is known by its path and by its inode, so that links to it count as the same document. Advice alone: what
+/// keeps documents apart is the stamp of each save (document_file.h).
 ///
-/// The announcement is a lock (flock) on an empty file in `folder`: it ends with the program however that ends, and nothing has to be written where the document is.
-/// Where the folder cannot be written, nothing is announced and nobody is found. One thread.
+/// The announcement is a lock (flock) on an empty file in `folder`: it ends with the program however that ends, and
+/// nothing has to be written where the document is. Where the folder cannot be written, nothing is announced and nobody
+/// is found. One thread.
 class DocumentPresence {
  public:
   /// Makes the folder where it is missing. Never throws and never waits for longer than some milliseconds.

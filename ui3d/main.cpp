@@ -65,7 +65,11 @@ int run(int argc, char** argv) {
   cli::ConvertOptions convert;
   auto* convertVerb = app.add_subcommand("convert", "Convert a model or document, straight or by way of clay");
   convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .off, .glb, .gltf, .drc)")->required();
-  convertVerb->add_option("output", convert.output, "Document (.argil: without the history of the input, fit to be given away), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .glb, .drc)")->required();
+  convertVerb
+      ->add_option("output", convert.output,
+                   "Document (.argil: without the history of the input, fit to be given away), level set (.vdb) or "
+                   "model (.3mf, .stl, .obj, .ply, .glb, .drc)")
+      ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   convertVerb->add_option("--units", convert.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();

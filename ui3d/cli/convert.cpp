@@ -58,7 +58,10 @@ void convertClay(const ConvertOptions& options) {
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   if (options.output.extension() == ".argil") {
     engine::saveDocument(options.output, *loaded.document, options.job);
-    const std::string without = loaded.steps == 0 ? std::string() : fmt::format(", without the {} step{} of history that {} holds", loaded.steps, loaded.steps == 1 ? "" : "s", options.input.string());
+    const std::string without = loaded.steps == 0
+                                    ? std::string()
+                                    : fmt::format(", without the {} step{} of history that {} holds", loaded.steps,
+                                                  loaded.steps == 1 ? "" : "s", options.input.string());
     fmt::print("{}: saved{}\n", options.output.string(), without);
     return;
   }

@@ -305,7 +305,9 @@ void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"file.recover", "Recover…", "What was not saved when Argil ended without asking.", "File", "", openDialog, "recover", hasRecoverable});
   rows.push_back({"file.save", "Save", "The document with its history, to its file.", "File", "Ctrl+S", openDialog, "save"});
   rows.push_back({"file.saveAs", "Save as…", "The document to another file, with which work goes on.", "File", "Ctrl+Shift+S", openDialog, "saveAs"});
-  rows.push_back({"file.saveCopy", "Save a copy without history…", "The document alone, to be given away: nothing that was taken out or undone is in it.", "File", "", openDialog, "saveCopy"});
+  rows.push_back({"file.saveCopy", "Save a copy without history…",
+                  "The document alone, to be given away: nothing that was taken out or undone is in it.", "File", "",
+                  openDialog, "saveCopy"});
   rows.push_back({"file.import", "Import as clay…", "A model becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
   rows.push_back({"file.part", "Import as part…", "A model that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});
   rows.push_back({"file.export", "Export…", "Writes the clay for printers and other programs.", "File", "Ctrl+E", openDialog, "export", hasClay});

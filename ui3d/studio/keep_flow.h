@@ -40,8 +40,9 @@ class KeepFlow {
   /// A name was chosen, and saving to it was asked for; or the dialog was closed without one.
   void named();
   void notNamed();
-  /// Once a frame. `underWay`: the save was not begun yet, or the workbench is not idle, looked up before `file` was. Go once the file
-  /// holds the document; chooseName where it cannot be saved into its file. When nothing is under way for kFailedS and it does not, saving has failed (the workbench says why): idle again.
+  /// Once a frame. `underWay`: the save was not begun yet, or the workbench is not idle, looked up before `file` was.
+  /// Go once the file holds the document; chooseName where it cannot be saved into its file. When nothing is under way
+  /// for kFailedS and it does not, saving has failed (the workbench says why): idle again.
   Next follow(const engine::FileState& file, bool underWay, double timeS);
   /// The person would rather stay; a save that runs goes on.
   void stay();

@@ -75,8 +75,10 @@ void SessionWindow::serveSave() {
   engine::SaveExtras extras;
   extras.face = faceText(state_, camera_);
   extras.thumbnail = thumbnail();
-  if (state_.wishes.save && state_.wishes.save->empty()) bench_.save(extras);
-  else if (state_.wishes.save) bench_.saveAs(*state_.wishes.save, extras);
+  if (state_.wishes.save && state_.wishes.save->empty())
+    bench_.save(extras);
+  else if (state_.wishes.save)
+    bench_.saveAs(*state_.wishes.save, extras);
   if (state_.wishes.copy) bench_.saveCopy(*state_.wishes.copy, extras);
   state_.wishes.save.reset();
   state_.wishes.copy.reset();

@@ -44,7 +44,8 @@ struct PictureWish {
 /// What an action or a panel asks of another part of the studio. Who serves it empties it.
 struct Wishes {
   std::string place;    ///< A kind of guide, to be placed by clicks: Widgets::place().
-  std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "saveCopy", "import", "part", "export", "picture", "recover", "clay", "toolFile"; "export.stl" names a format,
+  std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "saveCopy", "import", "part",
+                        ///< "export", "picture", "recover", "clay", "toolFile"; "export.stl" names a format,
                         ///< "piece.join" a row of engine::pieceJobs().
   std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
   std::optional<std::filesystem::path> copy;  ///< The document without its history, to this file.

@@ -1,5 +1,6 @@
-// Two and three windows on the same few files, in any order of save, save as, open and kill, while other programs copy, put back and remove files: every file always
-// holds what the window had that saved it last, every step of it too, and a crash loses nothing.
+// Two and three windows on the same few files, in any order of save, save as, open and kill, while other programs copy,
+// put back and remove files: every file always holds what the window had that saved it last, every step of it too, and
+// a crash loses nothing.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -103,7 +104,8 @@ class Window {
     truth_.add(label, *session_->document());
   }
 
-  // A step that nobody can read any more is allowed where its file is another's by now; one that is read is what it was.
+  // A step that nobody can read any more is allowed where its file is another's by now; one that is read is what it
+  // was.
   void goSomewhere(Random& random, uint64_t& reads, uint64_t& lost) {
     try {
       session_->goTo(random.below(session_->states().size()));
@@ -188,8 +190,8 @@ class Window {
   [[nodiscard]] const fs::path& file() const { return file_; }
   [[nodiscard]] bool dead() const { return dead_; }
 
-  uint64_t token = 0;       // of the save that it read or made last
-  bool certain = true;      // while it is dead: nobody wrote to its file since
+  uint64_t token = 0;   // of the save that it read or made last
+  bool certain = true;  // while it is dead: nobody wrote to its file since
   static inline uint64_t recoveries = 0;
 
  private:
@@ -221,7 +223,8 @@ class Window {
     records_ = keeper_->begin(how.states, how.done, archive_, base_, writer_, std::move(how.continued), how.sources);
     session_ = std::make_unique<Session>(std::move(how.states), how.done);
     session_->setWatch(keeper_.get());
-    session_->setReader([this](uint64_t kept, const Document& near) { return readStep(*keeper_, *archive_, records_, kept, near); });
+    session_->setReader(
+        [this](uint64_t kept, const Document& near) { return readStep(*keeper_, *archive_, records_, kept, near); });
   }
 
   const fs::path journals_;
@@ -266,7 +269,9 @@ class Interleaving {
   void step() {
     const size_t who = random_.below(windows_.size());
     Window& window = *windows_[who];
-    const auto tell = [&](const std::string& what) { story_ += "    window " + std::to_string(who) + ": " + what + "\n"; };
+    const auto tell = [&](const std::string& what) {
+      story_ += "    window " + std::to_string(who) + ": " + what + "\n";
+    };
     if (window.dead()) {
       tell("recovers");
       window.comeBack(random_, files_);
@@ -362,7 +367,8 @@ class Interleaving {
       files_[to] = backup_;
       changed(to, nullptr);
     } else if (there != files_.end() && from != to) {
-      story_ += "    another program copies " + from.filename().string() + (what == 3 ? " over " : " into ") + to.filename().string() + "\n";
+      story_ += "    another program copies " + from.filename().string() + (what == 3 ? " over " : " into ") +
+                to.filename().string() + "\n";
       // Over it by a new file that takes its name, or into it, byte by byte.
       if (what == 3) {
         fs::copy_file(from, folder_ / "new", fs::copy_options::overwrite_existing);
@@ -411,16 +417,20 @@ TEST(TwoWindows, NeitherDocumentEverHoldsTheOthersClay) {
   const uint64_t rounds = longer && *longer == '1' ? 1000 : 100;
   // Where nothing has to wait for a disk, if there is such a place.
   const fs::path shared = "/dev/shm";
-  const fs::path folder = (::access(shared.c_str(), W_OK) == 0 ? shared : fs::temp_directory_path()) / ("argil-two-windows-" + std::to_string(::getpid()));
+  const fs::path folder = (::access(shared.c_str(), W_OK) == 0 ? shared : fs::temp_directory_path()) /
+                          ("argil-two-windows-" + std::to_string(::getpid()));
   Tally tally;
   for (uint64_t seed = 1; seed <= rounds && !HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Interleaving(folder, seed, tally).run(30);
   }
   fs::remove_all(folder);
-  std::printf("  %llu interleavings: %llu saves, %llu refused, %llu recoveries, %llu steps read again, %llu that no file holds any more\n", static_cast<unsigned long long>(rounds),
-              static_cast<unsigned long long>(tally.saves), static_cast<unsigned long long>(tally.refused), static_cast<unsigned long long>(Window::recoveries),
-              static_cast<unsigned long long>(tally.reads), static_cast<unsigned long long>(tally.lost));
+  std::printf(
+      "  %llu interleavings: %llu saves, %llu refused, %llu recoveries, %llu steps read again, %llu that no file holds "
+      "any more\n",
+      static_cast<unsigned long long>(rounds), static_cast<unsigned long long>(tally.saves),
+      static_cast<unsigned long long>(tally.refused), static_cast<unsigned long long>(Window::recoveries),
+      static_cast<unsigned long long>(tally.reads), static_cast<unsigned long long>(tally.lost));
   EXPECT_GT(tally.saves, rounds);
   EXPECT_GT(tally.refused, rounds / 10);
   EXPECT_GT(Window::recoveries, rounds / 2);

@@ -95,9 +95,11 @@ void openSaveAs(Context& context, Memory& memory) {
 }
 
 void serveWishes(Context& context, Memory& memory) {
-  // A save into its own file failed: the message says why, and here another name can be given. Who is asked about leaving is offered it there.
+  // A save into its own file failed: the message says why, and here another name can be given. Who is asked about
+  // leaving is offered it there.
   const uint64_t refused = context.now.file.refused;
-  if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == KeepFlow::Stage::idle) openSaveAs(context, memory);
+  if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == KeepFlow::Stage::idle)
+    openSaveAs(context, memory);
   if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
   if (wish == "new") {
@@ -111,7 +113,8 @@ void serveWishes(Context& context, Memory& memory) {
   } else if (wish == "saveAs") {
     openSaveAs(context, memory);
   } else if (wish == "saveCopy") {
-    openFiles(context, memory, FilesFor::copy, {"Save a copy without history", "Save", {".argil"}, {}, true, proposedName(context) + " copy.argil"});
+    openFiles(context, memory, FilesFor::copy,
+              {"Save a copy without history", "Save", {".argil"}, {}, true, proposedName(context) + " copy.argil"});
   } else if (wish == "import" || wish == "part") {
     memory.importAsPart = wish == "part";
     openFiles(context, memory, FilesFor::import, {"Import a model", "Import", endingsToImport(), {}});
