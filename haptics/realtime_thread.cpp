@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -23,7 +24,8 @@ namespace argil::haptics {
 namespace {
 
 constexpr size_t kStackBytes = 256 * 1024;  // Touched before the first tick; a tick uses far less.
-constexpr int kPopulateRead = 22;  // MADV_POPULATE_READ (Linux 5.14), which the C library's headers may not know.
+// MADV_POPULATE_READ and MADV_POPULATE_WRITE (Linux 5.14), which the C library's headers may not know.
+constexpr int kPopulateRead = 22, kPopulateWrite = 23;
 
 [[gnu::noinline]] void touchStack() {
   char stack[kStackBytes];
@@ -40,13 +42,24 @@ int touchCode(dl_phdr_info* object, size_t, void*) {
     wanted = wanted || name.starts_with(library);
   if (!wanted) return 0;
   const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
+  // Linked once, its beginning may be read alone from then on.
+  uintptr_t sealed = 0;
+  for (int i = 0; i < object->dlpi_phnum; ++i) {
+    const auto& part = object->dlpi_phdr[i];
+    if (part.p_type == PT_GNU_RELRO) sealed = (object->dlpi_addr + part.p_vaddr + part.p_memsz) & ~(page - 1);
+  }
+  // A kernel that cannot do this leaves it to the first ticks.
+  const auto populate = [](uintptr_t from, uintptr_t to, int how) {
+    if (from < to) (void)madvise(reinterpret_cast<void*>(from), to - from, how);
+  };
   for (int i = 0; i < object->dlpi_phnum; ++i) {
     const auto& part = object->dlpi_phdr[i];
     if (part.p_type != PT_LOAD || !(part.p_flags & PF_R)) continue;
-    const uintptr_t begin = (object->dlpi_addr + part.p_vaddr) & ~(page - 1),
-                    end = object->dlpi_addr + part.p_vaddr + part.p_memsz;
-    // A kernel that cannot leaves it to the first ticks.
-    (void)madvise(reinterpret_cast<void*>(begin), end - begin, kPopulateRead);
+    const uintptr_t begin = (object->dlpi_addr + part.p_vaddr) & ~(page - 1);
+    const uintptr_t end = object->dlpi_addr + part.p_vaddr + part.p_memsz;
+    populate(begin, end, kPopulateRead);
+    // What may be written gets a page of its own at once: until then it is shared with the guard, a fork.
+    if (part.p_flags & PF_W) populate(std::max(begin, sealed > end ? begin : sealed), end, kPopulateWrite);
   }
   return 0;
 }

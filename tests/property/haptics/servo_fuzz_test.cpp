@@ -185,7 +185,8 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
       // After a gap forces begin anew, from zero.
       const bool gap = timeS - latest > periodS + kStallSeconds;
       fromZero = fromZero || gap;
-      ASSERT_LE((force - (gap ? Vec3d(Vec3d::Zero()) : device.before)).norm(), tick.safety().slewStepN() * (1 + 1e-9)) << "tick " << i;
+      ASSERT_LE((force - (gap ? Vec3d(Vec3d::Zero()) : device.before)).norm(), tick.safety().slewStepN() * (1 + 1e-9))
+          << "tick " << i;
       // After silence or a stop nothing is felt until what would be felt is small.
       if (!(flags & (kStopped | kWaiting)) && fromZero) {
         ASSERT_LE(force.norm(), kStartFraction * sheet.peakForceN) << "tick " << i;
