@@ -9,6 +9,9 @@ namespace {
 
 constexpr double kCarried =
     1.2;  // Of 2b/T: how much farther passivity control carried all devices, rates and delays (NOTES.md, "Stability").
+constexpr double kCarriedRare =
+    0.4;  // The same of a device that exchanges once in more than so many ticks of the servo.
+constexpr double kRareTicks = 2.01;
 constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
 constexpr double kStepReserve = 0.75;     // Of what friction could hold at rest: along the clay it holds less across it.
 constexpr double kDampingFraction = 0.2;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
@@ -31,8 +34,10 @@ CouplingBounds couplingBounds(const DeviceSheet& sheet, double periodS, double d
 
 Coupling coupleTo(const DeviceSheet& sheet, double periodS, double delayS, bool controlled) {
   const CouplingBounds bounds = couplingBounds(sheet, periodS, delayS);
-  const double stable = controlled ? std::min(kReserve * bounds.controlledNmm, kCarried * bounds.colgateBrownNmm)
-                                   : bounds.colgateBrownNmm;
+  // Positions that come in steps of several ticks look like leaps: passivity control helps less than it harms.
+  const bool rare = sheet.rateHz > 0 && 1 / sheet.rateHz > kRareTicks * periodS;
+  const double carried = (rare ? kCarriedRare : kCarried) * bounds.colgateBrownNmm;
+  const double stable = controlled ? std::min(kReserve * bounds.controlledNmm, carried) : bounds.colgateBrownNmm;
   Coupling coupling;
   coupling.stiffnessNmm = std::min({sheet.topStiffnessNmm, stable, kStepReserve * bounds.quantizationNmm});
   coupling.dampingNsmm = controlled ? kDampingFraction * sheet.topDampingNsmm : 0;

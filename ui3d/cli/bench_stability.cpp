@@ -29,6 +29,12 @@ constexpr std::array kDelaysMs = {0.0, 1.0, 2.0, 3.0, 5.0};
 constexpr size_t kHands = 3, kTasks = std::size(haptics::kStabilityTasks);
 constexpr uint64_t kContacts = 2000;  // Of each device.
 
+/// The same device, exchanging as often as the servo turns.
+haptics::DeviceSheet atRate(haptics::DeviceSheet sheet, double rateHz) {
+  sheet.rateHz = rateHz;
+  return sheet;
+}
+
 /// Every combination, in one array.
 class Map {
  public:
@@ -95,12 +101,6 @@ class Map {
   std::span<const haptics::DeviceSheet> sheets_;
   std::vector<double> limits_;
 };
-
-/// The same device, exchanging as often as the servo turns.
-haptics::DeviceSheet atRate(haptics::DeviceSheet sheet, double rateHz) {
-  sheet.rateHz = rateHz;
-  return sheet;
-}
 
 void keep(BenchReport& report, std::string name, const char* unit, double value, uint64_t n = 1) {
   BenchResult r;
@@ -206,11 +206,12 @@ Chart figure(const Map& map, std::span<const haptics::DeviceSheet> sheets) {
   return chart;
 }
 
-// Delays and rates: at what it is coupled, and in how many cases (tasks and hands) that is stable. `threaded`: through the device's
-// thread, servo at 1 kHz, which measures the delay by itself; a delay is then how long an exchange takes.
+// Delays and rates: at what it is coupled, and in how many cases (tasks and hands) that is stable. `threaded`: through
+// the device's thread, servo at 1 kHz, which measures the delay by itself; a delay is then how long an exchange takes.
 void delays(BenchReport& report, std::span<const haptics::DeviceSheet> sheets, bool threaded, Job* job) {
-  report.heading(threaded ? "stability through the device's thread: exchanges of 0 to 5 ms, at 125 to 8000 Hz, servo at 1 kHz"
-                          : "stability at the coupling: delays of 0 to 5 ms, at 125 to 8000 Hz");
+  report.heading(
+      threaded ? "stability through the device's thread: exchanges of 0 to 5 ms, at 125 to 8000 Hz, servo at 1 kHz"
+               : "stability at the coupling: delays of 0 to 5 ms, at 125 to 8000 Hz");
   fmt::print("  N/mm (stable of all cases), for {} ms\n", fmt::join(kDelaysMs, ", "));
   for (const haptics::DeviceSheet& sheet : sheets)
     for (const double rate : kAllRates) {
@@ -239,7 +240,8 @@ void delays(BenchReport& report, std::span<const haptics::DeviceSheet> sheets, b
             stiffness = std::max(stiffness, f.stiffnessNmm);
           }
         line += fmt::format("  {:5.2f} ({:2}/{})", stiffness, stable, all);
-        const std::string name = fmt::format("stability/{}/{:g}Hz/{:g}ms/{}", sheet.name, rate, delayMs, threaded ? "threaded" : "direct");
+        const std::string name =
+            fmt::format("stability/{}/{:g}Hz/{:g}ms/{}", sheet.name, rate, delayMs, threaded ? "threaded" : "direct");
         keep(report, name + "/coupling", "N/mm", stiffness);
         keep(report, name + "/stable", "cases", stable, static_cast<uint64_t>(all));
       }

@@ -35,7 +35,8 @@ void runAll(std::vector<Cell>& cells) {
 
 // Every device, task and hand that holds it; at each, what `of` makes of a delay and a rate.
 template <class Of>
-std::vector<Cell> map(std::initializer_list<double> rates, std::initializer_list<double> delays, Of&& of, double heldBelowHz = 0) {
+std::vector<Cell> map(std::initializer_list<double> rates, std::initializer_list<double> delays, Of&& of,
+                      double heldBelowHz = 0) {
   std::vector<Cell> cells;
   for (const DeviceSheet& sheet : deviceSheets())
     for (const double rate : rates)
@@ -103,10 +104,13 @@ TEST(StabilityMap, swingsWhereTheDelayIsIgnored) {
 // The servo at 1 kHz, the device's own thread beside it, whose exchanges drift against the servo's ticks: the servo
 // measures the delay and couples by itself.
 TEST(StabilityMap, staysStableThroughTheDevicesThread) {
-  auto cells = map({125, 500, 1000, 8000}, {0.0001, 0.001, 0.002}, [](StabilityCase& c, double rate, double delay) {
-    c.exchangesHz = c.sheet.rateHz = rate;
-    c.delayS = std::min(delay, 1 / rate);
-  }, 333);
+  auto cells = map(
+      {125, 500, 1000, 8000}, {0.0001, 0.001, 0.002},
+      [](StabilityCase& c, double rate, double delay) {
+        c.exchangesHz = c.sheet.rateHz = rate;
+        c.delayS = std::min(delay, 1 / rate);
+      },
+      333);
   runAll(cells);
   EXPECT_EQ(judge(cells), 0);
   for (const Cell& cell : cells) {
