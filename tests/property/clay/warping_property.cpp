@@ -205,5 +205,38 @@ TEST(Warping, NothingTearsOrOpens) {
   }
 }
 
+// A stroke back and forth that begins anew on the way: the same on any count of threads and however published, and the clay stays whole.
+TEST(Warping, ALongStrokeIsTheSameOnAnyCountOfThreads) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 40);
+  for (const Method method : {Method::tug, Method::pinch}) {
+    std::vector<uint64_t> hashes;
+    for (const int threads : {1, 3}) {
+      BrushStroke stroke(base, Brush::of(method), {}, threads);
+      int stamps = 0;
+      for (int n = 0; n < 4; ++n) {
+        // The way back runs beside the way there, so that not all is undone.
+        const Vec3d from(70, -25 + n, 4 * n), to(74, 25, 4 * n);
+        for (const Stamp& each : n % 2 ? along(to, from, 14) : along(from, to, 14)) {
+          stroke.apply(each);
+          if (threads > 1 && ++stamps % 3 == 0) (void)stroke.publish();
+        }
+      }
+      const Version after = stroke.finish();
+      hashes.push_back(after.hash());
+      EXPECT_NE(after.hash(), base.hash());
+      Surface surface(false);
+      surface.update(after);
+      EXPECT_TRUE(checkTopology(surface.toMesh()).closed()) << static_cast<int>(method);
+    }
+    EXPECT_EQ(hashes[0], hashes[1]) << static_cast<int>(method);
+  }
+}
+
+// Stamps that begin where there is no clay do nothing, and the stroke goes on.
+TEST(Warping, StampsInTheAirDoNothing) {
+  const Version base = sphere(Store::make());
+  for (const Method method : kWarps) EXPECT_EQ(stroked(base, method, along({200, 0, 0}, {260, 0, 0}, 12)), base);
+}
+
 }  // namespace
 }  // namespace argil::clay
