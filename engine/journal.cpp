@@ -140,17 +140,14 @@ class Teller {
       if (!all) story_.unread += done_ - i + 1;
     }
     if (all && open_ && !open_->points.empty()) story_.strokes.push_back(*open_);
-    std::vector<JournalStroke> led;
-    bool known = true;
+    JournalStory::Led led{{}, true};
     for (size_t i = 0; i < steps_.size(); ++i) {
-      known = known && steps_[i].stroke && steps_[i].stroke->ended;
-      if (known) led.push_back(std::move(*steps_[i].stroke));
+      if (led.all && steps_[i].stroke) led.strokes.push_back(std::move(*steps_[i].stroke));
+      led.all = led.all && steps_[i].stroke && led.strokes.back().ended;
       if (steps_[i].state == 0 || (i > from && !story_.strokes.empty())) continue;
       if (i == from) story_.done = story_.states.size();
       story_.states.emplace_back(steps_[i].label, steps_[i].state);
-      if (!known) led.clear();
-      story_.ledBy.push_back(std::exchange(led, {}));
-      known = true;
+      story_.ledBy.push_back(std::exchange(led, {{}, true}));
     }
     return std::move(story_);
   }
@@ -198,11 +195,11 @@ class Teller {
           ++story_.unread;
         }
         lastNumber_ = step.number;
-        if (open_) {
+        if (open_ && !open_->points.empty()) {
           step.stroke = *open_;
           step.stroke->ended = goesOn();
-          open_.reset();  // what is left of it belongs to this step
         }
+        open_.reset();  // what is known of it belongs to this step
         sureHoles_ = holes_;
         if (place.at("merged").truth() && done_ > 0) {
           steps_.resize(done_ + 1);
@@ -233,9 +230,9 @@ class Teller {
         break;
       }
       case RecordKind::strokeBegin:
-        open_.reset();
-        // Nobody knows what it was done to.
+        // Else nobody knows what it was done to; what is known of the one before it stays.
         if (sureHoles_ != holes_) throw Error("damaged: the step before a stroke is missing", Error::Kind::work);
+        open_.reset();
         open_ = readStroke(place);
         openHoles_ = holes_;
         story_.last = timeAt(place);
@@ -253,7 +250,7 @@ class Teller {
         story_.saving = place.at("file").text();
         break;
       case RecordKind::strokeEnd:
-        open_.reset();
+        if (goesOn()) open_.reset();  // it changed nothing; behind a hole its step may be missing
         break;
       default:
         break;  // of a later Argil

@@ -72,8 +72,11 @@ void putReplay(io::JournalReader& journal, const JournalReplay& replay);
 struct JournalStory {
   JournalBegin begin;
   std::vector<std::pair<std::string, io::RecordId>> states;  ///< History as it was at the end, as far as documents of it are in the journal.
-  std::vector<std::vector<JournalStroke>> ledBy;  ///< Of each state: the strokes that led to it from the one before it
-                                                  ///< in the list. Empty: other work did, or it is not known.
+  struct Led {
+    std::vector<JournalStroke> strokes;  ///< From the state before it in the list on, as far as they are known.
+    bool all = false;                    ///< They are all that led to it.
+  };
+  std::vector<Led> ledBy;  ///< Of each state.
   size_t done = 0;
   std::vector<JournalStroke> strokes;  ///< Done after states[done], known by their samples; the last may be cut off.
   WallTime last{};

@@ -137,8 +137,9 @@ Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& sto
       if (at != story.done) {
         std::vector<JournalStroke> strokes;
         for (size_t i = at + 1; i <= story.done && newest.all; ++i) {
-          newest.all = !story.ledBy[i].empty();
-          std::move(story.ledBy[i].begin(), story.ledBy[i].end(), std::back_inserter(strokes));
+          auto& [led, all] = story.ledBy[i];
+          newest.all = all;
+          std::move(led.begin(), led.end(), std::back_inserter(strokes));
         }
         if (newest.all) std::move(story.strokes.begin(), story.strokes.end(), std::back_inserter(strokes));
         story.strokes = std::move(strokes);
@@ -155,8 +156,10 @@ Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& sto
   return newest;
 }
 
-// The newest whole document of a journal that its story does not lead to, as a record that says so is damaged. No state: none.
-HistoryState findLoose(Archive& archive, io::RecordSource& sources, const fs::path& journal, const JournalStory& story, Job* job) {
+// The newest whole document of a journal that its story does not lead to, as a record that says so is damaged. No
+// state: none.
+HistoryState findLoose(Archive& archive, io::RecordSource& sources, const fs::path& journal, const JournalStory& story,
+                       Job* job) {
   const auto known = [&](io::RecordId id) {
     return std::any_of(story.states.begin(), story.states.end(), [&](const auto& each) { return each.second == id; });
   };

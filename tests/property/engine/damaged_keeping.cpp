@@ -1,5 +1,6 @@
-// Documents and journals that were cut, flipped or overwritten anywhere: whatever opens is compared with what was made. Every piece is what it was at some moment or is told
-// as mended, with a closed surface; or a sentence says why there is nothing.
+// Documents and journals that were cut, flipped or overwritten anywhere: whatever opens is compared with what was made.
+// Every piece is what it was at some moment or is told as mended, with a closed surface; or a sentence says why there
+// is nothing.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -137,11 +138,14 @@ class DamagedKeeping : public testing::Test {
         break;
       case 3:
         // Sectors that did not come, or came from elsewhere in the file.
-        for (size_t i = at / 512 * 512, from = random.below(bytes.size()) / 512 * 512, end = std::min(bytes.size(), i + 512 * (1 + random.below(16))); i < end; ++i, ++from)
+        for (size_t i = at / 512 * 512, from = random.below(bytes.size()) / 512 * 512,
+                    end = std::min(bytes.size(), i + 512 * (1 + random.below(16)));
+             i < end; ++i, ++from)
           bytes[i] = from < bytes.size() ? bytes[from] : 0;
         break;
       case 4:
-        std::fill_n(bytes.begin() + std::ptrdiff_t(at / 512 * 512), std::min<size_t>(bytes.size() - at / 512 * 512, 4096), '\0');
+        std::fill_n(bytes.begin() + std::ptrdiff_t(at / 512 * 512),
+                    std::min<size_t>(bytes.size() - at / 512 * 512, 4096), '\0');
         break;
       default:
         bytes.erase(at, 1 + random.below(5000));
@@ -155,25 +159,31 @@ class DamagedKeeping : public testing::Test {
     frames.insert(told(*session.document(), false));
     for (const Piece& piece : session.document()->pieces) hashes[piece.id].insert(piece.version.hash());
   }
-  [[nodiscard]] bool isTrue(const Document& read) const { return std::find(truth.begin(), truth.end(), told(read)) != truth.end(); }
+  [[nodiscard]] bool isTrue(const Document& read) const {
+    return std::find(truth.begin(), truth.end(), told(read)) != truth.end();
+  }
 
   // What was mended: each piece is as it once was, or a note names it; nothing else was made up.
   void expectTrueOrTold(const Document& read, const std::vector<std::string>& notes) const {
     for (const Piece& piece : read.pieces) {
       const auto known = hashes.find(piece.id);
       ASSERT_NE(known, hashes.end()) << piece.name;
-      const bool named = std::any_of(notes.begin(), notes.end(), [&](const std::string& note) { return note.starts_with(piece.name + ":"); });
-      EXPECT_TRUE(known->second.contains(piece.version.hash()) || named) << piece.name << " is neither what it was nor told as mended";
+      const bool named = std::any_of(notes.begin(), notes.end(),
+                                     [&](const std::string& note) { return note.starts_with(piece.name + ":"); });
+      EXPECT_TRUE(known->second.contains(piece.version.hash()) || named)
+          << piece.name << " is neither what it was nor told as mended";
     }
     Document whole = read;
     if (read.parts.empty()) {
-      EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) { return note.starts_with("jig:"); }));
+      EXPECT_TRUE(
+          std::any_of(notes.begin(), notes.end(), [](const std::string& note) { return note.starts_with("jig:"); }));
       whole.parts = documents.front()->parts;
     }
     EXPECT_TRUE(frames.contains(told(whole, false))) << told(whole, false);
   }
   static bool isMended(const OpenedDocument& opened) {
-    return std::any_of(opened.notes.begin(), opened.notes.end(), [](const std::string& note) { return note.find("was mended") != std::string::npos; });
+    return std::any_of(opened.notes.begin(), opened.notes.end(),
+                       [](const std::string& note) { return note.find("was mended") != std::string::npos; });
   }
 
   // The document that these strokes lead to from one that is true: empty when they are not those that were drawn.
@@ -188,7 +198,9 @@ class DamagedKeeping : public testing::Test {
       for (const JournalPoint& point : strokes[i].points) {
         if (!point.lift) points.push_back(point.point.mm);
       }
-      if (strokes[i].tool.id != drawn.tool.id || points.size() > drawn.points.size() || !std::equal(points.begin(), points.end(), drawn.points.begin())) return {};
+      if (strokes[i].tool.id != drawn.tool.id || points.size() > drawn.points.size() ||
+          !std::equal(points.begin(), points.end(), drawn.points.begin()))
+        return {};
       if (points.size() == drawn.points.size()) continue;
       if (strokes[i].ended || i + 1 < strokes.size()) return {};
       Session session({{.label = {}, .document = documents[number]}}, 0);
@@ -213,10 +225,10 @@ class DamagedKeeping : public testing::Test {
 
   fs::path folder;
   std::string journal, document;
-  std::vector<DocumentPtr> documents;             // the first one, and what each stroke led to
-  std::vector<std::string> truth;                 // all that they are
-  std::set<std::string> frames;                   // the same without clay
-  std::map<Id, std::set<uint64_t>> hashes;        // of each piece, at any moment
+  std::vector<DocumentPtr> documents;       // the first one, and what each stroke led to
+  std::vector<std::string> truth;           // all that they are
+  std::set<std::string> frames;             // the same without clay
+  std::map<Id, std::set<uint64_t>> hashes;  // of each piece, at any moment
 };
 
 TEST_F(DamagedKeeping, documentsOpenOrSayWhy) {
@@ -284,7 +296,8 @@ TEST_F(DamagedKeeping, journalsGiveWhatIsIntactOrSayWhy) {
           EXPECT_TRUE(isTrue(*state.document)) << state.label << " never was";
         }
       }
-      const std::string expected = mended ? std::string() : afterStrokes(*opened.states.at(opened.done).document, recovered.strokes);
+      const std::string expected =
+          mended ? std::string() : afterStrokes(*opened.states.at(opened.done).document, recovered.strokes);
       EXPECT_EQ(replay(recovered), 0u);
       const Document& now = *opened.states.at(opened.done).document;
       expectSound(now);

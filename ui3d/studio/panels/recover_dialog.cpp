@@ -40,7 +40,8 @@ void otherWays(Context& context, Memory& memory, const engine::Recoverable& what
     }
     if (repeats) ImGui::SameLine();
   }
-  if (repeats && kit::button("Without the last stroke", kit::Weight::plain, kit::buttonWidth("Without the last stroke"))) {
+  if (repeats &&
+      kit::button("Without the last stroke", kit::Weight::plain, kit::buttonWidth("Without the last stroke"))) {
     how.withoutLast = true;
     begin(context, memory, what, how);
   }
