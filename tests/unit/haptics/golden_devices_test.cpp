@@ -279,7 +279,7 @@ TEST(GoldenHaply, speaksTheBytesOfItsProtocol) {
   const std::vector<uint8_t> wanted = {0x2A, 0x00, 0x00, 0x40, 0x3F, 0x00, 0x00,
                                        0x20, 0xC0, 0x00, 0x00, 0x80, 0x3F};  // 0.75, −2.5 and 1 N.
   bool fresh = false;
-  for (int i = 0; i < 20000 && arm.last() != wanted; ++i) {
+  for (int i = 0; i < 20000 && (!fresh || arm.last() != wanted); ++i) {
     fresh = device->read(0, state) || fresh;
     device->write(0, {0.75, -2.5, 1});
     std::this_thread::sleep_for(500us);
