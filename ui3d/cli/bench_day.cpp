@@ -205,10 +205,6 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
   return cell;
 }
 
-std::string marked(double value, bool bad, const char* form) {
-  return fmt::format(fmt::runtime(form), value) + (bad ? "!" : " ");
-}
-
 // The tools that have to keep hand time with tips of any size; the others to 50 voxels.
 bool keepsUpAtAnySize(std::string_view id) {
   constexpr std::array kSuch = {"carve", "add", "smooth", "wax", "inflate", "scrape"};
