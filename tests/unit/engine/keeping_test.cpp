@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "clay/primitives.h"
 #include "clay/store.h"
@@ -23,6 +24,15 @@ namespace {
 
 using testing::HasSubstr;
 using Keeping = KeepingRig;
+
+std::string refusal(const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "it was done";
+}
 
 TEST_F(Keeping, textComesBackAsItWas) {
   const Document document = fullDocument();
