@@ -82,7 +82,7 @@ struct Desk {
       sample.index = index++;
       sample.timeS = 0.001 * double(sample.index);
       sample.buttons = i < samples ? 1 : 0;
-      sample.flags = i < samples ? haptics::kCutting : 0;
+      sample.flags = i < samples ? uint32_t{haptics::kCutting} : 0u;
       const double angle = 0.01 * double(i);
       sample.cutPoint = sample.proxy = kBallMm * (std::cos(angle) * u + std::sin(angle) * v);
       sample.tool = 1;
