@@ -19,6 +19,7 @@
 #include "io/atomic_file.h"
 #include "io/document_facts.h"
 #include "io/folder_flush.h"
+#include "io/replaced_file.h"
 #include "io/input.h"
 #include "io/open_documents.h"
 #include "io/sqlite.h"
@@ -43,28 +44,6 @@ uint64_t randomStamp() {
   stamp >>= 1;  // SQLite's integers have a sign.
   return stamp == 0 ? 1 : stamp;
 }
-
-/// What a new file is going to replace, to be told from what others put there meanwhile.
-struct Replaced {
-  bool there = false;
-  dev_t device = 0;
-  ino_t inode = 0;
-  off_t bytes = 0;
-  timespec changed{};
-  uint64_t stamp = 0;  ///< Of a document that can be read.
-
-  /// What stands at the path now.
-  static Replaced at(const std::filesystem::path& path) {
-    Replaced now;
-    struct stat facts {};
-    if (::stat(path.c_str(), &facts) != 0) return now;
-    return {true, facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtim, 0};
-  }
-  [[nodiscard]] bool isStill(const Replaced& now) const {
-    return there == now.there && device == now.device && inode == now.inode && bytes == now.bytes &&
-           changed.tv_sec == now.changed.tv_sec && changed.tv_nsec == now.changed.tv_nsec;
-  }
-};
 
 /// Saves that this process made into files whose structure was sound: what it goes on writing to needs no second look.
 class SoundSaves {

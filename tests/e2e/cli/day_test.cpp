@@ -27,7 +27,7 @@ const json* find(const json& results, const std::string& name) {
 // Twice as long a stroke computes as many bricks for a second of hand, and takes no memory that does not become clay.
 TEST(Day, AStrokeCostsTheSameHoweverLongItLasts) {
   const Scratch scratch;
-  const std::vector<std::string> tools = {"carve", "add", "smooth", "inflate", "melt", "scrape", "tug", "paint"};
+  const std::vector<std::string> tools = {"carve", "add", "smooth", "inflate", "melt", "scrape", "tug", "layer"};
   std::vector<std::string> arguments = {"day-strokes", "--largest", "0.8",    "--stroke", "20",
                                         "--cell",      "600",       "--tips", "12"};
   arguments.push_back("--tools");

@@ -158,8 +158,11 @@ TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   o = argil({"recover", journal.string(), "-o", back.string(), "--base", moved.string()});
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(has(argil({"inspect", back.string()}).out, "4 steps of history"));
+  // The clay is in the saved file alone: the journal has nothing that could be mended, and says so.
   o = argil({"recover", journal.string(), "-o", (scratch / "mended.argil").string(), "--mend"});
-  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  EXPECT_FALSE(fs::exists(scratch / "mended.argil"));
   unsetenv("ARGIL_STATE");
 }
 

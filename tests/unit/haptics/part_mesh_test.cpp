@@ -244,6 +244,7 @@ TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
   TouchablePart touchable;
   EXPECT_TRUE(touchable.reset(part, 3));
   EXPECT_FALSE(touchable.reset(part, 3));
+  touchable.move(part.pose);
   // An edge of the cube points to -x now.
   const double edge = 100 - 5 * std::sqrt(2.0);
   const Nearest n = touchable.nearest({edge - 2, 0, 1}, 3, nullptr);
@@ -265,8 +266,11 @@ TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
   EXPECT_LT(angleDeg(touchable.normal(other.point), Vec3d(1, -1, 0)), 0.005);
   EXPECT_LT(angleDeg(touchable.normal(face.point), faceNormal), 0.005);
 
+  // Moved, it is the same mesh, and what was found on it goes along.
   part.pose.translation.x() = 101;
-  EXPECT_TRUE(touchable.reset(part, 3));
+  EXPECT_FALSE(touchable.reset(part, 3));
+  touchable.move(part.pose);
+  EXPECT_LT(angleDeg(touchable.normal(other.point + Vec3d::UnitX()), Vec3d(1, -1, 0)), 0.005);
   EXPECT_NEAR(touchable.nearest(Vec3d(101, 0, 1) + 7 * faceNormal, 3, nullptr).distance, 2, 1e-5);
   part.mesh = std::make_shared<const PartMesh>(cube(5));
   EXPECT_TRUE(touchable.reset(part, 3)) << "another mesh of the same shape";
