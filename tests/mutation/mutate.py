@@ -202,7 +202,7 @@ def build(folder, mutants, programs, jobs):
                if any(name.endswith(m["file"]) and abs(line - m["line"]) <= 1 for name, line in places)]
         if not bad:
             # A message that names another place: all mutants of the files that failed go.
-            failed = set(re.findall(r"FAILED: \S*?CMakeFiles/\w+\.dir/(\S+?)\.o\b", done.stdout))
+            failed = set(re.findall(r"FAILED: \S*?CMakeFiles/[\w-]+\.dir/(\S+?)\.o\b", done.stdout))
             bad = [n for n, m in mutants.items() if any(m["file"].endswith("/" + f) for f in failed)]
         if not bad:
             sys.exit(done.stdout[-6000:])
