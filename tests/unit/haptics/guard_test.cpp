@@ -39,11 +39,12 @@ Packet packet(const Vec3d& force) {
   return p;
 }
 
-/// Pushes as it is told over a serial line; its place is that of a hand that presses on.
+/// Pushes as it is told over a serial line; its place is that of a hand that presses again and again: once a force was
+/// let go, as the watchdog does on a busy machine, only a new touch brings it back.
 class SerialDevice final : public Device {
  public:
   SerialDevice(int fd, bool guarded, bool beats)
-      : fd_(fd), beats_(beats), hand_(deviceSheet("touchx"), HandPath::line({0, 0, 6}, {0, 0, 1}, 0.2), prescribed()) {
+      : fd_(fd), beats_(beats), hand_(deviceSheet("touchx"), presses(), prescribed()) {
     if (guarded) id_ = Guard::registerDevice(fd, packet(Vec3d::Zero()));
   }
   [[nodiscard]] const DeviceSheet& sheet() const noexcept override { return hand_.sheet(); }
@@ -60,6 +61,17 @@ class SerialDevice final : public Device {
     SimulatedDevice::Options options;
     options.prescribed = true;
     return options;
+  }
+  static HandPath presses() {
+    std::vector<HandPoint> points;
+    for (int second = 0; second < 60; ++second)
+      for (const auto& [part, z] : {std::pair(0.0, 6.0), std::pair(0.2, 1.0), std::pair(0.8, 1.0), std::pair(0.9, 6.0)}) {
+        HandPoint point;
+        point.timeS = second + part;
+        point.position = {0, 0, z};
+        points.push_back(point);
+      }
+    return HandPath(std::move(points));
   }
   int fd_, id_ = Guard::kUnguarded;
   bool beats_;
