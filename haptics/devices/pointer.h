@@ -41,7 +41,7 @@ class PointerDevice final : public Device {
   explicit PointerDevice(const PointerOptions& options);
   PointerDevice() : PointerDevice(PointerOptions()) {}
 
-  /// The window's thread only; never waits, nor does it lose a change of the buttons. False, and nothing changes, when a number that must be finite is not or the direction
+  /// The window's thread only; never waits. While nobody reads, 1024 samples are kept and then 256 changes of the buttons. False, and nothing changes, when a number that must be finite is not or the direction
   /// is zero.
   bool feed(const PointerSample& sample) noexcept;
   /// The pen left its tablet, or the cursor its window: read() is false until the next feed(). The window's thread.
