@@ -153,7 +153,7 @@ class Combiner {
         ends = true;
         if (other > -value)
           value =
-              std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, value, other), band);
+              std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb), band);
       }
       phi[i] = turnA_ ? -value : value;
     }
@@ -162,11 +162,12 @@ class Combiner {
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
-  // Distance of a voxel outside of the intersection to that intersection, given its distances to both solids, the
-  // larger one first. Near the voxel both are half-spaces. Where the foot on the farther plane lies in the other
+  // Distance of a voxel outside of the intersection to that intersection, given its distances to both solids.
+  // Near the voxel both are half-spaces. Where the foot on the farther plane lies in the other
   // half-space, that plane is nearest; else the line is where both planes meet. Voxels beside the surface keep the
   // larger distance, so that the surface crosses voxel edges where one of the two solids' does.
-  float wedgeDistance(Coord voxel, float high, float low) {
+  float wedgeDistance(Coord voxel, float pa, float pb) {
+    const float high = std::max(pa, pb), low = std::min(pa, pb);
     Vec3f ga, gb;
     for (int axis = 0; axis < 3; ++axis) {
       float a[2], b[2];
@@ -178,8 +179,8 @@ class Combiner {
         if (std::max(a[side], b[side]) < 0) return high;
       }
       // Central differences, but where one neighbour is out of the band: there the other alone tells the slope.
-      ga[axis] = slope(a[0], a[1], turnA_ ? -fieldA_.voxel(voxel) : fieldA_.voxel(voxel));
-      gb[axis] = slope(b[0], b[1], turnB_ ? -fieldB_.voxel(voxel) : fieldB_.voxel(voxel));
+      ga[axis] = slope(a[0], a[1], pa);
+      gb[axis] = slope(b[0], b[1], pb);
     }
     const float lengths = std::sqrt(ga.squaredNorm() * gb.squaredNorm());
     if (!(lengths > 0.25f)) return high;  // a ridge of one of the solids: its normal is not known
