@@ -263,7 +263,7 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   EXPECT_EQ(document()->active, document()->pieces[1].id);
   how.asPart = true;
   bench.import(folder / "a.stl", how);
-  ASSERT_TRUE(until([&] { return document()->parts.size() == 1; }));
+  ASSERT_TRUE(until([&] { return document()->parts.size() == 1; })) << problems();
   EXPECT_NE(document()->parts[0].felt, nullptr);
   const DocumentPtr before = document();
   (void)bench.takeMessages();
@@ -409,8 +409,15 @@ TEST_F(WorkbenchForces, AStopOutlivesAChangeOfDevice) {
 }
 
 TEST_F(WorkbenchForces, MotorsStayWarmWhenTheDeviceIsChosenAnew) {
-  ASSERT_TRUE(until([&] { return bench.touch(false).heat > 0.2 || !pushes(6); })) << bench.touch(false).sentence;
-  ASSERT_GT(bench.touch(false).heat, 0.2);
+  // Lightly pressed, the motors give away as much warmth as they get: a deep press warms them in a second.
+  ASSERT_TRUE(until([&] {
+    if (bench.touch(false).state == haptics::ServoState::waiting)
+      rise();
+    else
+      press(6);
+    return bench.touch(false).heat > 0.2;
+  })) << bench.touch(false).heat
+      << ' ' << bench.touch(false).sentence;
   rise();
   ASSERT_TRUE(until([&] { return arm.forceN().norm() == 0; }));
   bench.useDevice("pointer");
