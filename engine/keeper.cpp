@@ -81,6 +81,11 @@ void Keeper::State::take(Begun& event) {
   base = std::move(event.base);
   baseSeen = {};
   writer = std::move(event.writer);
+  if (continued) {
+    // Another document was opened before a journal of ours stood for the recovered one: that was decided about.
+    const std::lock_guard guard(mutex);
+    retiredFiles.push_back(continued->journal);
+  }
   continued = std::move(event.continued);
   sequence = continued ? continued->sequence : 0;
   stroke.reset();

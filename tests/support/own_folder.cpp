@@ -17,6 +17,8 @@ class OwnFolder : public ::testing::Environment {
     std::string name = (std::filesystem::temp_directory_path() / "argil-tests-XXXXXX").string();
     if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
     folder_ = name;
+    // A test that stands for another user finds its way through.
+    std::filesystem::permissions(folder_, std::filesystem::perms::others_exec, std::filesystem::perm_options::add);
     before_ = std::filesystem::temp_directory_path();
     setenv("TMPDIR", name.c_str(), 1);
     setenv("TEST_TMPDIR", (name + "/").c_str(), 1);  // GoogleTest's own name for it

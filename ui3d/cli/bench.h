@@ -2,6 +2,7 @@
 // What benchmarks share: a result, how it is printed, how it is kept.
 
 #include <chrono>
+#include <ctime>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -48,6 +49,20 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Microseconds of the processor, of all threads together, since it was made: other programs beside it count little.
+class CoreStopwatch {
+ public:
+  [[nodiscard]] double us() const { return now() - start_; }
+
+ private:
+  static double now() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) * 1e6 + static_cast<double>(t.tv_nsec) * 1e-3;
+  }
+  double start_ = now();
 };
 
 /// Prints each result as it comes and keeps them for the JSON.

@@ -5,7 +5,7 @@
 // four times, then goes on to the next square of the sphere. It rests on the clay as it is: each sample lies where the
 // surface was when the sample before it was applied. Samples come 250 times a second and are published four at a time.
 //
-// Latency is that of a queue: a batch is begun when its last sample has come and the batch before it is done.
+// Cost is time of the processor; latency is by the clock and that of a queue: a batch is begun when its last sample has come and the batch before it is done.
 
 #include <malloc.h>
 
@@ -37,6 +37,7 @@ constexpr double kCoverS = 7.5, kSquareS = 30;          // to cover a square onc
 constexpr double kModelMm = 40;                         // radius of the model (bench_models.h)
 constexpr double kLeastShare = 0.75, kMostShare = 1.3;  // of the model's radius: the hand digs or builds no farther
 constexpr double kMemoryEveryS = 0.25;
+constexpr double kTurnUs = 8000;  // after which the studio shows what there is (engine/edit_loop.cpp)
 constexpr std::array kLengths = {1.0, 10.0, 60.0, 600.0};
 constexpr double kShortS = 10;  // longer strokes are compared with one of this length
 
@@ -83,6 +84,7 @@ struct Cell {
   std::vector<Mark> marks;
   bool cutOff = false;
   Samples latency;
+  Samples picture;  // from one version with its surface to the next, in turns as the studio takes them
   uint64_t beyond = 0, changed = 0;  // bytes
   uint64_t hash = 0;
   [[nodiscard]] const Mark* shortOne() const {
@@ -159,6 +161,14 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
       std::array<Vec3d, kBatch> points;
       for (int k = 0; k < kBatch; ++k) points[static_cast<size_t>(k)] = hand.rest(double(i + k) * kSampleS, shown);
       const Stopwatch watch;
+      const CoreStopwatch core;
+      Stopwatch turn;
+      const auto show = [&] {
+        shown = stroke.publish();
+        surface.update(shown);
+        cell.picture.add(turn.us());
+        turn = {};
+      };
       for (const Vec3d& point : points) {
         stamps.clear();
         path.add(point, stamps);
@@ -167,12 +177,12 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
           const Vec3d normal = (stamp.b - grid.toVoxel(kCentreMm)).normalized(), x = normal.unitOrthogonal();
           stamp.axes << x.cast<float>(), normal.cross(x).cast<float>(), normal.cast<float>();
           stroke.apply(stamp);
+          if (turn.us() > kTurnUs) show();
         }
       }
-      shown = stroke.publish();
-      surface.update(shown);
+      show();
       const double us = watch.us();
-      workUs += us;
+      workUs += core.us();
       const double firstS = double(i) * kSampleS, lastS = double(i + kBatch - 1) * kSampleS;
       clockS = std::max(clockS, lastS) + us * 1e-6;
       cell.latency.add((clockS - firstS) * 1e6);
@@ -223,17 +233,17 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
   std::vector<double> sizes = {1};
   if (options.largest > 1) sizes.push_back(options.largest);
   if (options.largest < 1) sizes.front() = options.largest;
-  uint64_t cells = 0, grown = 0, late = 0, heavy = 0, cut = 0;
+  uint64_t cells = 0, grown = 0, late = 0, slow = 0, heavy = 0, cut = 0;
   for (const double size : sizes) {
     const BenchModel model = benchSphere(size);
     report.heading(
         fmt::format("day, strokes: sphere of {} with {} of active voxels, one thread; the hand moves at {:g} mm/s or "
                     "{:g} radii a second; a stroke is "
                     "cut off after {:g} s of work.\ntime ÷ hand time after 1, 10, 60, 600 s (! above {}); growth "
-                    "beside 10 s (! above {}); latency; "
+                    "beside 10 s (! above {}); latency; p99 from picture to picture, ms (! above {}); "
                     "bytes beyond the clay ÷ bytes changed (! above {} and {} MB); bricks computed for a second of "
                     "hand, first 10 s and all",
-                    "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
+                    "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth, limits.pictureMs,
                     limits.memory, limits.spareBytes >> 20));
     for (const engine::ToolRow& row : engine::toolTable()) {
       if (row.file != engine::ToolFile::none) continue;
@@ -260,8 +270,11 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
         if (cell.cutOff) line += "cut off";
         line +=
             fmt::format("  growth {:>5.2f}{} of bricks {:>5.2f}", growth, tooGrown ? "!" : " ", cell.growthOfBricks());
-        line += fmt::format("  p50 {:>7.1f} p99 {:>8.1f} ms", cell.latency.median() / 1e3,
-                            cell.latency.quantile(0.99) / 1e3);
+        const double picture = cell.picture.quantile(0.99) / 1e3;
+        const bool tooSlow = picture > limits.pictureMs;
+        slow += tooSlow;
+        line += fmt::format("  p50 {:>7.1f} p99 {:>8.1f} ms  picture {:>6.1f}{}", cell.latency.median() / 1e3,
+                            cell.latency.quantile(0.99) / 1e3, picture, tooSlow ? "!" : " ");
         line += fmt::format("  {:>6.1f} of {:>6.1f} MB{}", double(cell.beyond) / 1e6, double(cell.changed) / 1e6,
                             tooHeavy ? "!" : " ");
         fmt::print("{} {:016x}\n", line, cell.hash);
@@ -278,12 +291,13 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
           r.hash = cell.hash;
           report.keep(std::move(r));
         }
+        report.keep(cell.picture.result(fmt::format("day/picture/{}/r{:g}/{}", row.id, radius, model.name)));
         report.keep(cell.latency.result(fmt::format("day/latency/{}/r{:g}/{}", row.id, radius, model.name)));
       }
     }
   }
-  fmt::print("\n  {} cells: {} grow, {} do not keep hand time, {} take too much memory, {} were cut off\n", cells,
-             grown, late, heavy, cut);
+  fmt::print("\n  {} cells: {} grow, {} do not keep hand time, {} show too seldom, {} take too much memory, {} were cut off\n", cells,
+             grown, late, slow, heavy, cut);
 }
 
 void benchDay(BenchReport& report, const BenchOptions& options) {

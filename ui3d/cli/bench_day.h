@@ -11,7 +11,8 @@ namespace argil::cli {
 /// Limits that a day must keep; a figure beyond one is marked in the table and counted.
 struct DayLimits {
   double growth = 1.2;              ///< Cost of a second of hand in a longer stroke ÷ that in one of 10 s.
-  double handTime = 0.5;            ///< Time of one core ÷ time of the hand.
+  double handTime = 0.5;            ///< Time of the processor ÷ time of the hand.
+  double pictureMs = 33;            ///< From one version with its surface to the next.
   double memory = 2;                ///< Bytes beyond the clay ÷ bytes that the stroke changed,
   uint64_t spareBytes = 64u << 20;  ///< beside this.
   double pieces = 1.5;              ///< A stroke among 1 000 pieces ÷ the same with one.

@@ -187,6 +187,35 @@ TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
   EXPECT_EQ(again.document.states.size(), 5u) << "with the history of both";
 }
 
+// Recovered, and another document opened before the journal of a busy archive has begun anew: nothing is left to be
+// recovered once more.
+TEST_F(Keeping, aRecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
+  const fs::path journals = folder / "journals";
+  {
+    Kept kept(fullDocument(), journals);
+    kept.folder = journals;
+    stroke(kept.session, 1);
+    kept.crash(folder / "first.journal");
+  }
+  fs::rename(folder / "first.journal", journals / "1.journal");
+  Recovered recovered = recover(journals / "1.journal");
+  KeeperOptions options;
+  options.folder = journals;
+  Keeper keeper(options, [](const std::string&) {});
+  const std::shared_ptr<Archive> archive = recovered.document.archive;
+  Archive::Lock busy = archive->lock();
+  keeper.begin(recovered.document.states, recovered.document.done, archive, nullptr, recovered.writer,
+               std::move(recovered.continued));
+  std::vector<HistoryState> other(1);
+  other[0].document = std::make_shared<const Document>(fullDocument());
+  keeper.begin(other, 0, std::make_shared<Archive>(), nullptr, "another");
+  busy.unlock();
+  keeper.flush();
+  keeper.leave();
+  EXPECT_FALSE(fs::exists(journals / "1.journal"));
+  EXPECT_EQ(recoverable(journals).size(), 0u) << "nothing was done to the other one";
+}
+
 TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
   const fs::path journals = folder / "journals", file = folder / "s.argil";
   Kept kept(fullDocument(), journals);
