@@ -27,7 +27,6 @@ from concurrent.futures import ThreadPoolExecutor
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED_SHARE = 0.9
 SUITE_LIMIT_S = 240       # a suite that takes longer than this is no part of the quick tier
-TESTS_LIMIT_S = 400       # for all suites that one mutant meets
 MOST_MUTANTS = 4096       # tests/mutation/mutant.h
 
 # What is exchanged for what inside an expression. Blanks around operators keep templates and pointers out.
@@ -257,11 +256,11 @@ def trace(work, folder, programs, jobs):
     return sorted(done, key=lambda row: row[0])
 
 
-def judge(number, suites):
+def judge(number, suites, most):
     spent = 0.0
     reaching = [row for row in suites if number in row[3]]
     for seconds, program, suite, _ in reaching:
-        if spent > TESTS_LIMIT_S:
+        if spent > most:
             break
         limit = 20 + 10 * seconds
         good, took = run_suite(program, suite, limit, ARGIL_MUTANT=str(number))
@@ -281,6 +280,7 @@ def main():
     parser.add_argument("--modules", nargs="+", default=["clay", "haptics", "io", "engine"])
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "build" / "mutants")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--limit", type=float, default=400, help="seconds of tests that one mutant meets; after them it survived")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     options = parser.parse_args()
     if not 1 <= options.count <= MOST_MUTANTS:
@@ -301,7 +301,7 @@ def main():
     suites = trace(work, folder, programs, options.jobs)
     print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s in all", flush=True)
     with ThreadPoolExecutor(options.jobs) as pool:
-        for number, result in zip(mutants, pool.map(lambda n: judge(n, suites), mutants)):
+        for number, result in zip(mutants, pool.map(lambda n: judge(n, suites, options.limit), mutants)):
             m = mutants[number]
             m["result"] = result
             m.pop("make")
