@@ -162,9 +162,11 @@ namespace {
 std::pair<KeySym, bool> symbolOf(const std::string& name) {
   static const std::map<std::string, KeySym> named{{"ctrl", XK_Control_L}, {"shift", XK_Shift_L},     {"alt", XK_Alt_L},     {"escape", XK_Escape},
                                                    {"enter", XK_Return},   {"backspace", XK_BackSpace}, {"delete", XK_Delete}, {"tab", XK_Tab},
-                                                   {"space", XK_space},    {"home", XK_Home},         {"end", XK_End},       {"f11", XK_F11},
+                                                   {"space", XK_space},    {"home", XK_Home},         {"end", XK_End},       {"insert", XK_Insert},
+                                                   {"left", XK_Left},      {"right", XK_Right},       {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down},
                                                    {"down", XK_Down},      {"up", XK_Up}};
   if (const auto found = named.find(name); found != named.end()) return {found->second, false};
+  if (name.size() > 1 && name[0] == 'f') return {XK_F1 + KeySym(std::stoi(name.substr(1)) - 1), false};
   if (name.size() != 1) throw std::runtime_error("no key is called " + name);
   const char c = name[0];
   // As an American keyboard has them, which is Xvfb's.

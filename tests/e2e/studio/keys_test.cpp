@@ -1,0 +1,117 @@
+// Every key of the table of actions, pressed once by real events where it is offered: the window shows that it did
+// something.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <functional>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "screen.h"
+#include "ui3d/studio/actions.h"
+
+namespace argil::tests {
+namespace {
+
+class Keys : public OnScreen {
+ protected:
+  /// What a press changes is at least as large as a letter.
+  static constexpr double kChanged = 4e-5;
+
+  /// A palette row is worth a few more pictures than a key: used to bring about the state that a key needs.
+  void place(Person& person, const std::string& what, double x, double y) {
+    byPalette(person, "add a " + what);
+    person.click(middleX() + x, middleY() + y);
+    (void)person.settled();
+  }
+};
+
+std::vector<std::string> wordsOf(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> list;
+  for (std::string word; stream >> word;) {
+    // A capital would be pressed with Shift.
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    list.push_back(word);
+  }
+  return list;
+}
+
+TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio, at().scale);
+  // The state that an action needs, beyond a block with two planes of which the second is selected.
+  std::map<std::string, std::function<void()>> first;
+  first["draw.apply"] = first["draw.side"] = [&] {
+    person.key("shift+c");
+    person.pause(0.5);
+    person.drag({{middleX() - 60, middleY() - 150}, {middleX() - 40, middleY()}, {middleX() - 60, middleY() + 150}});
+  };
+  first["edit.redo"] = [&] { person.key("ctrl+z"); };
+  first["edit.showAll"] = [&] { person.key("h"); };
+  first["piece.mask-clear"] = first["piece.mask-hide"] = [&] { person.key("ctrl+m"); };
+  first["piece.mask-show"] = [&] {
+    person.key("ctrl+m");
+    person.key("shift+h");
+  };
+  first["touch.resume"] = [&] { person.key("ctrl+."); };
+  first["view.all"] = [&] { person.key("f"); };
+  first["view.front"] = [&] { person.key("0"); };
+  std::set<std::string> dead, pressed;
+  const auto begin = [&] {
+    byPalette(person, "add a block");
+    (void)person.settled();
+    place(person, "plane", -40, -20);
+    place(person, "plane", 40, 20);
+  };
+  const auto press = [&](const studio::Action& action, const std::string& keys) {
+    const render::Image before = person.settled();
+    person.key(keys);
+    render::Image after = person.settled();
+    for (int i = 0; i < 4 && difference(before, after) < kChanged; ++i) after = person.settled();
+    if (difference(before, after) < kChanged) {
+      dead.insert(action.id + " (" + keys + ")");
+      (void)person.shot("dead-" + action.id);
+    }
+    pressed.insert(action.id);
+  };
+  begin();
+  // A key that stands for nothing changes nothing: what is seen below comes from the keys.
+  const render::Image rest = person.settled();
+  person.key("ctrl+f11");
+  ASSERT_LT(difference(rest, person.settled()), kChanged) << "the window changes by itself";
+
+  // Those that leave the document as it is come first; what deletes or cuts comes last.
+  std::vector<const studio::Action*> rows;
+  for (const studio::Action& action : studio::actions())
+    if (!action.shortcut.empty() && action.id != "file.quit") rows.push_back(&action);
+  const auto order = [](const studio::Action* a) {
+    const std::string& id = a->id;
+    return id.starts_with("draw.") || id == "edit.delete" ? 3 : id.starts_with("piece.") ? 2 : id.starts_with("edit.") ? 1 : 0;
+  };
+  std::stable_sort(rows.begin(), rows.end(), [&](const auto* a, const auto* b) { return order(a) < order(b); });
+  for (const studio::Action* action : rows) {
+    for (const std::string& keys : wordsOf(action->shortcut)) {
+      ASSERT_TRUE(studio.running()) << action->id << ": " << studio.said();
+      if (const auto it = first.find(action->id); it != first.end()) it->second();
+      press(*action, keys);
+      // Dialogs, palettes and drawn curves are put away; full screen is left as it was entered.
+      if (action->id == "window.fullScreen") person.key(keys);
+      person.key("escape");
+      if (order(action) == 2) byPalette(person, "put the drawn curve away");
+    }
+  }
+  press(*studio::findAction("file.quit"), "ctrl+q");  // There is work that nobody has saved: it is asked about.
+  std::string text;
+  for (const std::string& each : dead) text += "\n  " + each;
+  EXPECT_TRUE(dead.empty()) << "keys without an effect:" << text;
+  EXPECT_GT(pressed.size(), 40u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, Keys, ::testing::Values(kSmallScreen), nameOf);
+
+}  // namespace
+}  // namespace argil::tests
