@@ -49,6 +49,11 @@ constexpr double kMoveTogether = 12;
 constexpr size_t kTogether = 4;
 // Clay that moves by no more than this stays in the bricks around those that it was in.
 constexpr double kMoveWithin = 6;
+// Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what the lesser of two distances says beside
+// their edge is wrong by 0.07 voxel at most, and redistancing would leave it as it is.
+constexpr float kMeets = 0.25f;
+// A ball that grows by more of its way is not quite at the distance that its lines say.
+constexpr float kGrows = 0.02f;
 // Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
 constexpr size_t kSweptAtOnce = 512;
 
@@ -152,6 +157,7 @@ struct BrushStroke::State {
     FloatBrick* brick;
     std::unique_ptr<MaskCover> cover;
     BrickChange change;
+    bool exact = false;  // its distances are distances yet
   };
   std::vector<Swept> swept;  // waiting to be computed
 
@@ -283,6 +289,7 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
 void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influenced) {
   const float band = editor->grid().band;
   const bool carving = *tool == Method::carve;
+  const bool straight = std::abs(s.radiusAtEnd() - s.radius) <= static_cast<double>(kGrows) * (s.b - s.a).norm();
   parallelBlocks(
       swept.size(), swept.size() >= kParallelFrom ? threads : 1,
       [&](size_t begin, size_t end) {
@@ -293,6 +300,11 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
           const float* source = each.was.values(scratch, band);
           if (brush->tip == Tip::ball) {
             const SweptBall ball = sweptBall(s, target.coord);
+            if (!each.cover && straight) {
+              float distance[kBrickVoxels];
+              ballDistances(ball, distance);
+              each.exact = !meetAtAnAngle(source, distance, carving ? -1.0f : 1.0f, band, kMeets);
+            }
             each.change = carving ? carveBrick(ball, band, source, target) : addBrick(ball, band, source, target);
           } else {
             float distance[kBrickVoxels], most = 0;
@@ -314,7 +326,10 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
       editor->link(each.brick, each.change.inBand);
     else if (each.was != Slot(each.brick))
       editor->recycle(each.brick);
-    if (!editor->find(coord).isTile()) influenced.push_back(coord);
+    if (editor->find(coord).isTile()) continue;
+    // Distances that were waiting to be solved wait on.
+    const auto waiting = each.exact ? lastTouch.find(coord) : lastTouch.end();
+    if (!each.exact || (waiting != lastTouch.end() && waiting->second.stamp != kDone)) influenced.push_back(coord);
   }
   swept.clear();
 }

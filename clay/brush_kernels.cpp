@@ -1,5 +1,7 @@
 #include "clay/brush_kernels.h"
 
+#include <cmath>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "clay/brush_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -90,6 +92,34 @@ BrickChange Add(const SweptBall& ball, float band, const float* phi, FloatBrick&
   return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
     return hn::Max(hn::Min(old, outsideOf(ball, x, y, z)), bound);
   });
+}
+
+bool Meet(const float* phi, const float* solid, float sign, float band, float most) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), limit = hn::Set(d, most), unknown = hn::Set(d, HUGE_VALF), side = hn::Set(d, sign), last = hn::Set(d, 7.0f);
+  // Where one of them is not known the difference is infinite, and that of two such is no number: neither counts.
+  float apart[kBrickVoxels + 8];
+  auto any = hn::Lt(bound, bound);
+  for (int at = 0; at < kBrickVoxels; at += static_cast<int>(hn::Lanes(d))) {
+    const Row a = hn::LoadU(d, phi + at), b = hn::LoadU(d, solid + at);
+    const auto both = hn::And(hn::Lt(hn::Abs(a), bound), hn::Lt(hn::Abs(b), bound));
+    any = hn::Or(any, both);
+    hn::StoreU(hn::IfThenElse(both, hn::Sub(a, hn::Mul(side, b)), unknown), d, apart + at);
+  }
+  if (hn::AllFalse(d, any)) return false;
+  for (int i = 0; i < 8; ++i) apart[kBrickVoxels + i] = HUGE_VALF;
+  auto meet = hn::Lt(bound, bound);
+  for (int at = 0; at < kBrickVoxels; at += static_cast<int>(hn::Lanes(d))) {
+    const Row here = hn::LoadU(d, apart + at);
+    const auto differs = [&](int step) {
+      const Row by = hn::Abs(hn::Sub(hn::LoadU(d, apart + at + step), here));
+      return hn::And(hn::Gt(by, limit), hn::Lt(by, hn::Set(d, HUGE_VALF)));
+    };
+    if (at < 448) meet = hn::Or(meet, differs(64));
+    if ((at & 56) < 56) meet = hn::Or(meet, differs(8));
+    meet = hn::Or(meet, hn::And(differs(1), hn::Lt(hn::Iota(d, static_cast<float>(at & 7)), last)));
+  }
+  return !hn::AllFalse(d, meet);
 }
 
 BrickChange Seal(const float* source, float band, FloatBrick& out, float& most) {
@@ -284,6 +314,7 @@ namespace argil::clay {
 HWY_EXPORT(Carve);
 HWY_EXPORT(Add);
 HWY_EXPORT(Smooth);
+HWY_EXPORT(Meet);
 HWY_EXPORT(Seal);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Distances);
@@ -300,6 +331,9 @@ BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatB
 }
 void smoothBrick(const float* padded, const float* weight, float amount, float band, float* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Smooth)(padded, weight, amount, band, out);
+}
+bool meetAtAnAngle(const float* phi, const float* solid, float sign, float band, float most) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Meet)(phi, solid, sign, band, most);
 }
 BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept {
   return HWY_DYNAMIC_DISPATCH(Seal)(source, band, out, most);

