@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Mutation test: does some test fail when a line of the product is weakened?
 
-    tests/mutation/mutate.py [--count 240] [--seed 1] [--modules clay haptics io engine] [--folder build/mutants]
+    tests/mutation/mutate.py [--count 240] [--seed 1] [--modules clay haptics io engine] [--folder build/mutants] [--resume]
 
 Copies the tree into FOLDER/src, puts seeded mutants into the sources of the modules (a comparison turned, a constant
 changed, a sum made a difference, a statement left out ...), all of them into one build, where the variable ARGIL_MUTANT
@@ -10,7 +10,8 @@ reach it, the quickest first, until one fails. A suite that fails without a muta
 ten times as long as it did (and 20 s more) counts as failed.
 
 Prints a line for each mutant that no test noticed and, at the end, the share of mutants that were noticed; exit code 1
-when it is below 90 %. FOLDER/results.json holds all. It needs Python 3.9, and what building Argil needs.
+when it is below 90 %. FOLDER/results.json holds all. A run that was cut off goes on with --resume: same count, seed,
+modules and sources. It needs Python 3.9, and what building Argil needs.
 """
 
 import argparse
@@ -281,6 +282,7 @@ def main():
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "build" / "mutants")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--limit", type=float, default=400, help="seconds of tests that one mutant meets; after them it survived")
+    parser.add_argument("--resume", action="store_true", help="go on with a run that was cut off")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     options = parser.parse_args()
     if not 1 <= options.count <= MOST_MUTANTS:
@@ -298,16 +300,29 @@ def main():
                 if any((ROOT / "tests" / kind / module).glob("*.cpp"))]
     work = build(folder, mutants, programs, options.jobs)
     print(f"seed {options.seed}: {len(mutants)} mutants", flush=True)
-    suites = trace(work, folder, programs, options.jobs)
+    kept, results = folder / "trace.json", folder / "results.json"
+    judged = {}
+    if options.resume and kept.exists():
+        suites = [(seconds, work / "bin" / name, suite, set(reached)) for seconds, name, suite, reached in json.loads(kept.read_text())]
+        if results.exists():
+            judged = {m["number"]: m["result"] for m in json.loads(results.read_text())["mutants"] if "result" in m}
+    else:
+        suites = trace(work, folder, programs, options.jobs)
+        kept.write_text(json.dumps([(seconds, program.name, suite, sorted(reached)) for seconds, program, suite, reached in suites]))
     print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s in all", flush=True)
+    # In an order of its own, so that a run that is cut off has looked at all modules.
+    order = list(mutants)
+    random.Random(options.seed).shuffle(order)
+    for number in order:
+        mutants[number]["number"] = number
+        mutants[number].pop("make")
     with ThreadPoolExecutor(options.jobs) as pool:
-        for number, result in zip(mutants, pool.map(lambda n: judge(n, suites, options.limit), mutants)):
+        for number, result in zip(order, pool.map(lambda n: judged.get(n) or judge(n, suites, options.limit), order)):
             m = mutants[number]
             m["result"] = result
-            m.pop("make")
             if not result.startswith("killed"):
                 print(f"{result}: {m['file']}:{m['line']}: {m['was']}  ->  {m['is']}", flush=True)
-            (folder / "results.json").write_text(json.dumps({"seed": options.seed, "mutants": list(mutants.values())}, indent=1, default=str))
+            results.write_text(json.dumps({"seed": options.seed, "mutants": list(mutants.values())}, indent=1, default=str))
     share = {}
     for m in mutants.values():
         module = m["file"].split("/")[0]
