@@ -85,7 +85,7 @@ class Day {
     } else if (dice < 0.95) {
       const bool back = random_.unit() < 0.65;
       for (uint64_t i = 1 + random_.below(6); i > 0; --i) {
-        const Stopwatch watch;
+        const CoreStopwatch watch;
         if (back ? !session_->undo() : !session_->redo()) break;
         follow();
         quarter.undo.add(watch.us());
@@ -97,7 +97,7 @@ class Day {
 
   void save(Quarter& quarter) {
     const fs::path file = folder_ / "day.argil";
-    const Stopwatch watch;
+    const CoreStopwatch watch;
     keeper_->saving(file);
     base_ = saveDocument(file,
                          {session_->states(), session_->undoSteps(), {}, opened_.archive, base_, {records_}, writer_});
@@ -109,7 +109,7 @@ class Day {
     const DocumentPtr before = session_->document();
     constexpr std::array<std::string_view, 3> kJobs = {"smooth-all", "fill-voids", "remove-crumbs"};
     const PieceJob* row = findPieceJob(kJobs[random_.below(kJobs.size())]);
-    const Stopwatch watch;
+    const CoreStopwatch watch;
     const PieceResult result = runPieceJob(*row, *before, standardArguments(*row, *before));
     session_->change(std::string(row->name), [&](Document& document) { applyPieceResult(result, *before, document); });
     follow();
@@ -149,7 +149,7 @@ class Day {
           heading = (heading - heading.dot(at) * at).normalized();
         }
       }
-      const Stopwatch watch;
+      const CoreStopwatch watch;
       for (int k = 0; k < kBatch; ++k) session_->addPoint((i + k) * kSampleS, points[static_cast<size_t>(k)]);
       session_->publish();
       follow();
