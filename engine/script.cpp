@@ -288,7 +288,7 @@ Script randomScript(uint64_t seed, const RandomScriptOptions& options) {
   script.strokes.resize(options.strokes);
   for (ScriptStroke& stroke : script.strokes) {
     const uint64_t drawn = random.below(options.smooth ? 3 : 2);
-    stroke.tool = standardTool(*findTool(drawn == 0 ? "carve" : drawn == 1 ? "add" : "smooth"));
+    stroke.tool = scriptTool(*findTool(drawn == 0 ? "carve" : drawn == 1 ? "add" : "smooth"));
     stroke.tool.radiusMm = random.between(options.minRadiusMm, options.maxRadiusMm);
     if (drawn == 2) stroke.tool.strength = random.between(0.1, 1);
     // Directions need not be even, only equal everywhere: no trigonometry.

@@ -23,11 +23,7 @@ constexpr double kLinesPerSpacing = 4;
 constexpr double kReach = 70000;
 constexpr double kMinRadius = kLeastToolVoxels, kMaxRadius = kMostToolVoxels;  // the range of clay::Stamp
 
-// How much a pressure does: a hyperbola through 0 and 1, so that it needs no power.
-double pressureOf(const Tool& tool, double pressure) {
-  const double late = tool.pressureCurve >= 0 ? 1 + 4 * tool.pressureCurve : 1 / (1 - 4 * tool.pressureCurve);
-  return pressure / (pressure + late * (1 - pressure));
-}
+double pressureOf(const Tool& tool, double pressure) { return curvedPressure(tool.pressureCurve, pressure); }
 
 double length(const Vec3d& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 
@@ -50,6 +46,12 @@ Vec3d beyond(const Vec3d& first, const Vec3d& middle, const Vec3d& last) {
 }
 
 }  // namespace
+
+// A hyperbola through 0 and 1, so that it needs no power.
+double curvedPressure(double curve, double pressure) {
+  const double late = curve >= 0 ? 1 + 4 * curve : 1 / (1 - 4 * curve);
+  return pressure / (pressure + late * (1 - pressure));
+}
 
 StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality) : grid_(grid), tool_(tool) {
   grid.check();

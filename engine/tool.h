@@ -14,6 +14,9 @@ namespace argil::engine {
 /// Radius of a tool in voxels of the clay that it is used on.
 inline constexpr double kLeastToolVoxels = 0.5, kMostToolVoxels = 4096;
 
+/// What a pressure of 0 to 1 counts as; `curve`: −1: a light touch does much already, 0: as it is, 1: it does little.
+[[nodiscard]] double curvedPressure(double curve, double pressure);
+
 /// A tool as a person has set it; the same for a whole stroke. What of it counts, and in which range, its row says (engine/tool_table.h).
 struct Tool {
   std::string_view id = "carve";        ///< Of its row; a view of the table's own text.

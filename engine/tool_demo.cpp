@@ -38,7 +38,7 @@ Script toolDemo(const ToolRow& row) {
   Script script;
   script.voxelMm = 0.4;
   script.clay = BlockSetup{{64, 44, 14}, 3, Vec3d::Zero()};
-  Tool bump = standardTool(*findTool("add")), furrow = standardTool(*findTool("carve"));
+  Tool bump = scriptTool(*findTool("add")), furrow = scriptTool(*findTool("carve"));
   bump.radiusMm = 5;
   furrow.radiusMm = 2.5;
   script.strokes.push_back(strokeOf(bump, 5, {{-12, 3, 0}}));
@@ -46,7 +46,7 @@ Script toolDemo(const ToolRow& row) {
 
   if (row.id == "material") script.materials = {{"Wax", {}, std::array{0.2f, 0.4f, 0.8f}}};
 
-  Tool tool = standardTool(row);
+  Tool tool = scriptTool(row);
   tool.radiusMm = row.work == haptics::Work::rub ? 6 : 4;
   double press = row.work == haptics::Work::cut ? 2 : row.work == haptics::Work::lay ? 3 : tool.radiusMm;
   std::vector<Vec3d> places = letterS();
@@ -81,7 +81,7 @@ Script toolDemo(const ToolRow& row) {
   if (row.group == "Lab") tool.heightMm = 3;
   if (row.id == "blend" || row.id == "blur_mask") {
     // Something with a rim that can be softened.
-    Tool before = standardTool(*findTool(row.id == "blend" ? "paint" : "mask"));
+    Tool before = scriptTool(*findTool(row.id == "blend" ? "paint" : "mask"));
     before.radiusMm = press;
     before.falloff = clay::Falloff::constant;
     script.strokes.push_back(strokeOf(before, press, letterS()));

@@ -22,10 +22,10 @@ using Row = Parameter<Tool>;
 constexpr std::array<std::string_view, 5> kFalloffs{"constant", "smooth", "linear", "sharp", "dome"};
 constexpr std::array<std::string_view, 3> kTips{"ball", "ellipsoid", "box"};
 
-constexpr Row kRadius{"radius", "Radius", "Radius of the tip.", "mm", 0.05, 200, 5, true, [](const Tool& t) { return t.radiusMm; }, [](Tool& t, double v) { t.radiusMm = v; }};
+constexpr Row kRadius{"radius", "Radius", "Radius of the tip.", "mm", 0.005, 1000, 5, true, [](const Tool& t) { return t.radiusMm; }, [](Tool& t, double v) { t.radiusMm = v; }};
 constexpr Row kStrength{"strength", "Strength", "How much of its work a pass does.", "share", 0.01, 1, 0.5, false,
                         [](const Tool& t) { return t.strength; }, [](Tool& t, double v) { t.strength = v; }};
-constexpr Row kHeight{"height", "Height", "How high it lays clay, or how deep it cuts.", "mm", 0.01, 50, 1, true, [](const Tool& t) { return t.heightMm; },
+constexpr Row kHeight{"height", "Height", "How high it lays clay, or how deep it cuts.", "mm", 0.001, 500, 1, true, [](const Tool& t) { return t.heightMm; },
                       [](Tool& t, double v) { t.heightMm = v; }};
 constexpr Row kBlend{"blend", "Blend", "Width over which new clay runs into the old.", "mm", 0, 20, 1, false, [](const Tool& t) { return t.blendMm; },
                      [](Tool& t, double v) { t.blendMm = v; }};
@@ -49,8 +49,14 @@ constexpr Row kMorphTo{"morph_to", "Back to step", "The clay after so many steps
                        [](Tool& t, double v) { t.morphTo = int(v); }};
 constexpr Row kStabilise{"stabilise", "Stabiliser", "The tool is drawn on a string of this length, so that a shaky hand draws a smooth line.", "mm", 0, 50, 0, false,
                          [](const Tool& t) { return t.stabiliseMm; }, [](Tool& t, double v) { t.stabiliseMm = v; }};
-constexpr Row kPressureRadius{"radius_by_pressure", "Pressure on radius", "Share of the radius that the pressure rules.", "share", 0, 1, 0, false, [](const Tool& t) { return t.radiusByPressure; }, [](Tool& t, double v) { t.radiusByPressure = v; }};
-constexpr Row kPressureStrength{"strength_by_pressure", "Pressure on strength", "Share of the strength that the pressure rules.", "share", 0, 1, 0, false, [](const Tool& t) { return t.strengthByPressure; }, [](Tool& t, double v) { t.strengthByPressure = v; }};
+constexpr Row pressureRadius(double standard) {
+  return {"radius_by_pressure", "Pressure on radius", "Share of the radius that the pressure rules.", "share", 0, 1, standard, false,
+          [](const Tool& t) { return t.radiusByPressure; }, [](Tool& t, double v) { t.radiusByPressure = v; }};
+}
+constexpr Row pressureStrength(double standard) {
+  return {"strength_by_pressure", "Pressure on strength", "Share of the strength that the pressure rules.", "share", 0, 1, standard, false,
+          [](const Tool& t) { return t.strengthByPressure; }, [](Tool& t, double v) { t.strengthByPressure = v; }};
+}
 constexpr Row kPressureCurve{"pressure_curve", "Pressure curve", "Below zero a light touch does much already; above, little.", "", -1, 1, 0, false,
                              [](const Tool& t) { return t.pressureCurve; }, [](Tool& t, double v) { t.pressureCurve = v; }};
 constexpr Row kForce{"pressure_is_force", "Force is pressure", "The force that is felt rules radius and strength, not a pen's pressure.", "on", 0, 1, 0, false,
@@ -58,19 +64,29 @@ constexpr Row kForce{"pressure_is_force", "Force is pressure", "The force that i
 constexpr Row kFullForce{"full_force", "Full force", "The force that counts as full pressure.", "N", 0.2, 20, 3, true, [](const Tool& t) { return t.fullForceN; },
                          [](Tool& t, double v) { t.fullForceN = v; }};
 
-// What every tool has comes last.
-#define ARGIL_HELD kStabilise, kPressureRadius, kPressureStrength, kPressureCurve, kForce, kFullForce
-constexpr std::array kSolid{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_HELD};
-constexpr std::array kWax{kRadius, kBlend, kTip, kBreadth, kThickness, kRound, ARGIL_HELD};
-constexpr std::array kSoft{kRadius, kStrength, kFalloff, ARGIL_HELD};
-constexpr std::array kRaise{kRadius, kHeight, kStrength, kFalloff, ARGIL_HELD};
-constexpr std::array kTwist{kRadius, kAngle, kStrength, kFalloff, ARGIL_HELD};
-constexpr std::array kStamp{kRadius, ARGIL_HELD};
-constexpr std::array kPaint{kRadius, kColour, kStrength, kFalloff, ARGIL_HELD};
-constexpr std::array kSquirt{kRadius, kHeight, kColour, kStrength, kFalloff, ARGIL_HELD};
-constexpr std::array kStampPaint{kRadius, kColour, kMaterial, ARGIL_HELD};
-constexpr std::array kDull{kRadius, kMaterial, ARGIL_HELD};
-constexpr std::array kMorph{kRadius, kMorphTo, kStrength, kFalloff, ARGIL_HELD};
+// What every tool has comes last; before it, what a pen's pressure rules as the tool begins. A touch that has hardly any pressure
+// still does a tenth of the work, so that a stroke's first samples are not lost. Where a solid is laid or set there is no strength: there it
+// is the radius. A carving tip goes deeper by pressure (PressureRules::depth); tugged clay stays under the hand at any pressure.
+#define ARGIL_HELD(radius, strength) kStabilise, pressureRadius(radius), pressureStrength(strength), kPressureCurve, kForce, kFullForce
+#define ARGIL_BY_DEPTH ARGIL_HELD(0, 0)
+#define ARGIL_BY_RADIUS ARGIL_HELD(0.6, 0)
+#define ARGIL_BY_STRENGTH ARGIL_HELD(0, 0.9)
+constexpr std::array kCut{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
+constexpr std::array kSolid{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
+constexpr std::array kWax{kRadius, kBlend, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
+constexpr std::array kSoft{kRadius, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kGrip{kRadius, kStrength, kFalloff, ARGIL_BY_RADIUS};
+constexpr std::array kRaise{kRadius, kHeight, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kTwist{kRadius, kAngle, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kStamp{kRadius, ARGIL_BY_RADIUS};
+constexpr std::array kPaint{kRadius, kColour, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kSquirt{kRadius, kHeight, kColour, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kStampPaint{kRadius, kColour, kMaterial, ARGIL_BY_RADIUS};
+constexpr std::array kDull{kRadius, kMaterial, ARGIL_BY_RADIUS};
+constexpr std::array kMorph{kRadius, kMorphTo, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+#undef ARGIL_BY_DEPTH
+#undef ARGIL_BY_RADIUS
+#undef ARGIL_BY_STRENGTH
 #undef ARGIL_HELD
 
 constexpr std::array kCarveOps{Operation{Property::distance, Method::carve}};
@@ -102,7 +118,7 @@ constexpr std::array kStampPaintOps{Operation{Property::distance, Method::add}, 
 
 // The source's own tools (Avila and Sobierajski, table 2) are the last group but for those that have a place above: its Paint and Airbrush.
 constexpr std::array kTools{
-    ToolRow{"carve", "Carve", "Cuts clay away where the tip goes.", "carve", "C", "Clay", kCarveOps, Work::cut, "add", kSolid},
+    ToolRow{"carve", "Carve", "Cuts clay away where the tip goes.", "carve", "C", "Clay", kCarveOps, Work::cut, "add", kCut},
     ToolRow{"add", "Add", "Lays clay along the stroke.", "add", "A", "Clay", kAddOps, Work::lay, "carve", kSolid},
     ToolRow{"wax", "Hot wax", "Lays clay that runs into what is there.", "wax", "W", "Clay", kWaxOps, Work::lay, "carve", kWax},
     ToolRow{"stamp", "Stamp", "Lays a shape from a file, or cuts it out.", "stamp", "", "Clay", kAddOps, Work::lay, "stamp", kStamp, false, false, ToolFile::shape,
@@ -118,7 +134,7 @@ constexpr std::array kTools{
     ToolRow{"ridge", "Ridge", "A bead along the stroke.", "ridge", "", "Surface", kRaiseOps, Work::rub, "groove", kRaise, true, false, ToolFile::none, Falloff::dome},
     ToolRow{"crease", "Crease", "Draws the clay together into a sharp valley, or a sharp ridge.", "crease", "", "Surface", kCreaseOps, Work::rub, "crease", kRaise},
     ToolRow{"emboss", "Emboss", "Presses an image into the surface.", "emboss", "", "Surface", kRaiseOps, Work::rub, "emboss", kRaise, true, false, ToolFile::image, Falloff::constant},
-    ToolRow{"tug", "Tug", "Takes the clay along.", "tug", "", "Move", kTugOps, Work::rub, "", kSoft},
+    ToolRow{"tug", "Tug", "Takes the clay along.", "tug", "", "Move", kTugOps, Work::rub, "", kGrip},
     ToolRow{"smudge", "Smudge", "Smears the clay along.", "smudge", "", "Move", kSmudgeOps, Work::rub, "", kSoft, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
     ToolRow{"pinch", "Pinch", "Draws the clay towards the stroke, or pushes it apart.", "pinch", "P", "Move", kPinchOps, Work::rub, "pinch", kSoft, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
     ToolRow{"twist", "Twist", "Turns the clay about the tool.", "twist", "", "Move", kTwistOps, Work::rub, "twist", kTwist},
@@ -179,6 +195,17 @@ Tool standardTool(const ToolRow& row) {
   if (row.id == "burn") tool.colour = kBlack;
   if (row.id == "invisible") tool.material = kInvisibleMaterial;
   return tool;
+}
+
+Tool scriptTool(const ToolRow& row) {
+  Tool tool = standardTool(row);
+  tool.radiusByPressure = tool.strengthByPressure = 0;
+  return tool;
+}
+
+PressureRules pressureRules(const ToolRow& row) {
+  if (row.work == Work::cut) return PressureRules::depth;
+  return standardTool(row).radiusByPressure > 0 ? PressureRules::radius : PressureRules::strength;
 }
 
 std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& grid, const clay::Version& before) {

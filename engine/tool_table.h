@@ -42,6 +42,11 @@ inline constexpr size_t kHeldParameters = 6;
 [[nodiscard]] const ToolRow* findTool(std::string_view id);
 /// A tool as the row begins with.
 [[nodiscard]] Tool standardTool(const ToolRow& row);
+/// The same as scripts, documents and journals begin with: what they do not name of the pressure it does not rule.
+[[nodiscard]] Tool scriptTool(const ToolRow& row);
+/// What a pen's pressure rules in a standard tool. `depth`: the face presses the tip less deep; the rest is of the tool itself.
+enum class PressureRules : uint8_t { depth, radius, strength };
+[[nodiscard]] PressureRules pressureRules(const ToolRow& row);
 /// Of a row, by its id; null: it has none.
 [[nodiscard]] const Parameter<Tool>* findParameter(const ToolRow& row, std::string_view id);
 

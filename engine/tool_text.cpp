@@ -60,7 +60,7 @@ uint32_t readColour(const Place& place) {
 
 void putTool(ordered_json& object, const Tool& tool) {
   const ToolRow& row = rowOf(tool);
-  const Tool standard = standardTool(row);
+  const Tool standard = scriptTool(row);
   object["tool"] = row.id;
   for (const Parameter<Tool>& parameter : row.parameters) {
     const double value = parameter.get(tool);
@@ -85,7 +85,7 @@ void checkToolKeys(const Place& place, std::vector<std::string_view> others) {
 
 Tool readTool(const Place& place) {
   const ToolRow& row = rowAt(place);
-  Tool tool = standardTool(row);
+  Tool tool = scriptTool(row);
   (void)place.at("radius_mm");
   for (const Parameter<Tool>& parameter : row.parameters) {
     const std::string key = keyOf(parameter);

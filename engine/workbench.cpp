@@ -287,8 +287,15 @@ void Workbench::cancelJob(uint64_t id) {
 }
 
 void Workbench::setTool(const Tool& tool) {
-  state_->post([s = state_.get(), tool] { s->wanted = tool; }, false);
+  state_->post(
+      [s = state_.get(), tool, number = ++state_->toolsAsked] {
+        s->wanted = tool;
+        s->toolWanted = number;
+      },
+      false);
 }
+
+bool Workbench::toolTaken() const { return state_->toolsTaken.load() == state_->toolsAsked; }
 
 void Workbench::setCutting(bool on) {
   state_->post([s = state_.get(), on] {
@@ -318,6 +325,7 @@ void Workbench::useDevice(const std::string& name) {
 void Workbench::stopForces() {
   state_->gate.stop(haptics::StopOwner::user);
   state_->post([s = state_.get()] {
+    if (s->hand && s->hand->pointer) return;  // It has no motor; the gate stays shut for the device that comes after it.
     if (s->hand) s->loop->gather(s->hand->servo.samples());
     s->guarded([s] { s->cutShort("Stopped"); });
     if (s->hand) restStopped(s->gate, s->hand->servo);
@@ -332,7 +340,7 @@ void Workbench::resumeForces() {
   }
   state_->post(
       [s = state_.get(), seen] {
-        if (!s->hand) {
+        if (!s->hand || s->hand->pointer) {  // A pointer turns on while forces are stopped.
           (void)s->gate.resume(haptics::StopOwner::user, seen.user);
           return;
         }
@@ -371,10 +379,10 @@ haptics::StylusSample Workbench::latest() {
 TouchState Workbench::touch(bool statistics) {
   TouchState view;
   view.latest = latest();
-  const bool stopped = state_->gate.stoppedBy(haptics::StopOwner::user);
   {
     const std::lock_guard lock(state_->handMutex);
     if (Hand* hand = state_->hand.get()) {
+      const bool stopped = !hand->pointer && state_->gate.stoppedBy(haptics::StopOwner::user);
       view.device = hand->name;
       view.sheet = hand->device->sheet();
       view.deviceStatus = hand->device->status();

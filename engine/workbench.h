@@ -205,6 +205,8 @@ class Workbench {
 
   /// From the next tick on. Sizes that this clay cannot have are brought within its limits.
   void setTool(const Tool& tool);
+  /// The hand holds the tool of the last setTool(): what is pressed from now on is done with it.
+  [[nodiscard]] bool toolTaken() const;
   /// While false the tool touches and does not cut: the hand is on a widget.
   void setCutting(bool on);
   void setWorkspace(const haptics::Workspace& workspace);
@@ -213,7 +215,7 @@ class Workbench {
   void useDevice(const std::string& name);
   /// Zero force until a resumeForces() that is called later, whatever else was asked for before or is done meanwhile.
   /// At once, in the calling thread, which may be any. The servo and the stroke in work end as soon as the edit thread
-  /// gets to it.
+  /// gets to it. A mouse or a pen has no motor: it goes on; the stop waits for the device that is taken after it.
   void stopForces();
   /// Undoes the stops and the faults that there are now, none that comes before it is done: forces begin anew, from
   /// zero. Any thread.

@@ -176,6 +176,7 @@ void Workbench::State::turn() {
       haptics::SampleRing none(1);
       loop->turn(none);
     }
+    toolsTaken.store(toolWanted);
     if (surfaces.arrived()) surfaces.follow(*session->document(), 0, options.surfaceThreads);
     tellPace();
   } catch (...) {
@@ -338,7 +339,9 @@ void Workbench::State::takeHand(const std::string& name) {
     const double restedS = std::chrono::duration<double>(std::chrono::steady_clock::now() - warm->second.at).count();
     fresh->servo.tick().heat().begin(warm->second.load, restedS);
   }
-  if (!beginUnlessStopped(gate, fresh->servo))
+  if (fresh->pointer)
+    fresh->servo.start();  // It has no force that could be stopped.
+  else if (!beginUnlessStopped(gate, fresh->servo))
     tell(Message::Level::warning, "Forces are still stopped; resume when you are ready.");
   fresh->grant = fresh->servo.grant();
   const std::lock_guard lock(handMutex);

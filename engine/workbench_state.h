@@ -198,7 +198,12 @@ struct Workbench::State {
   uint64_t undoOf = UINT64_MAX;   // steps of the session when it was looked at
   bool undoTold = false;          // that it takes more than it may
 
+  uint64_t toolWanted = 0;        // number of the setTool() that `wanted` is of
+
+  std::atomic<uint64_t> toolsTaken{0};  // number of the last tool that the servo was given
+
   // The showing thread's.
+  uint64_t toolsAsked = 0;
   haptics::StylusSample newest;
   haptics::ServoStatistics statistics;
   std::chrono::steady_clock::time_point statisticsAt{};

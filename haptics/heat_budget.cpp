@@ -16,7 +16,7 @@ constexpr double kSteepest = 0.75;  // Of kLimitStep: how steeply the limit may 
 // limit falls fastest where it leaves the peak; slow servos get a wider fall so that this is below kLimitStep.
 HeatBudget::HeatBudget(const DeviceSheet& sheet, double periodS)
     : peak_(sheet.peakForceN),
-      continuous_(std::min(sheet.continuousForceN, sheet.peakForceN)),
+      continuous_(sheet.pointing ? 0 : std::min(sheet.continuousForceN, sheet.peakForceN)),
       thermalS_(sheet.thermalSeconds),
       periodS_(periodS),
       blend_(1 - std::exp(-periodS / sheet.thermalSeconds)),

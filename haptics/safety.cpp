@@ -22,7 +22,8 @@ const char* sentence(Fault fault) noexcept {
 }
 
 Safety::Safety(const DeviceSheet& sheet, double periodS)
-    : periodS_(periodS),
+    : motor_(!sheet.pointing),
+      periodS_(periodS),
       peak_(sheet.peakForceN),
       slewStep_(sheet.peakForceN * periodS / kSlewPeakSeconds),
       // One tick to spare, so that the fade is over within its time whatever the rounding.
@@ -32,7 +33,7 @@ Safety::Safety(const DeviceSheet& sheet, double periodS)
       fastMms_(sheet.topSpeedMms) {}
 
 bool Safety::plausible(const DeviceState& state) const ARGIL_REALTIME {
-  return finite(state) && state.pose.translation.norm() <= kFarthestMm;
+  return finite(state) && (!motor_ || state.pose.translation.norm() <= kFarthestMm);
 }
 
 void Safety::restart() ARGIL_REALTIME {
@@ -47,7 +48,7 @@ void Safety::reset() noexcept {
 }
 
 void Safety::trip(Fault fault) ARGIL_REALTIME {
-  if (this->fault() != Fault::none) return;
+  if (!motor_ || this->fault() != Fault::none) return;
   faults_.fetch_add(1);
   fault_.store(fault, std::memory_order_relaxed);
 }
@@ -105,7 +106,11 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
     last_.setZero();
     return last_;
   }
-  if (!started_) {
+  if (!raw.allFinite()) {  // Of a pointer: for any other it is a fault.
+    last_.setZero();
+    return last_;
+  }
+  if (!started_ && motor_) {
     if (raw.norm() > kStartFraction * peak_) {
       flags |= kWaiting;
       last_.setZero();

@@ -34,6 +34,8 @@ struct TickTimes {
 
 /// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes
 /// by no more than the slew limit a period. A fault fades the force within kFadeSeconds to a latched stop. One thread.
+/// A mouse or a pen (DeviceSheet::pointing) has no motor that could hurt: it is limited alike, and never stopped, whatever
+/// it does.
 class Safety {
  public:
   /// `periodS`: time between ticks.
@@ -45,7 +47,7 @@ class Safety {
   /// slew limit of their period; late ones get no more than that of one, but fade by as much as their time asks for.
   Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags,
               double mostN = std::numeric_limits<double>::infinity(), const TickTimes& times = {}) ARGIL_REALTIME;
-  /// Whether the device can be there: finite, and no farther than kFarthestMm.
+  /// Whether the device can be there: finite, and no farther than kFarthestMm (a pointer may be anywhere).
   [[nodiscard]] bool plausible(const DeviceState& state) const ARGIL_REALTIME;
   /// Fades to a latched stop for a reason found elsewhere.
   void trip(Fault fault) ARGIL_REALTIME;
@@ -65,6 +67,7 @@ class Safety {
  private:
   bool tooFast(const Vec3d& position, double measuredS) ARGIL_REALTIME;
 
+  bool motor_;
   double periodS_, peak_, slewStep_, fadeStep_, fastMm_, fastMms_;
   Vec3d last_ = Vec3d::Zero();
   std::array<Vec3d, kSpeedTicks> trail_;

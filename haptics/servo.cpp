@@ -36,7 +36,7 @@ const char* sentence(ServoState state) noexcept {
 
 ServoState Servo::state() const noexcept {
   if (fault() != Fault::none) return ServoState::stopped;
-  if (hung_.load(std::memory_order_relaxed)) return ServoState::hung;
+  if (hung_.load(std::memory_order_relaxed) && !device_.sheet().pointing) return ServoState::hung;
   const uint32_t flags = lastFlags_.load(std::memory_order_relaxed);
   if (flags & kStale) return ServoState::silent;
   if (flags & kNoScene) return ServoState::noScene;

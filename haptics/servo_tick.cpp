@@ -84,7 +84,8 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
   const bool sane = fresh && safety_.plausible(state);
   // Read after the device's read(): whatever the device knows a command by is no newer than this.
   const ForceGate::Word gate = device_.gate().word();
-  const bool shut = !ForceGate::open(gate);
+  // What stops forces stops no mouse: it has none.
+  const bool shut = !ForceGate::open(gate) && !device_.sheet().pointing;
   const TickClock::Step step = ticked_.next(timeS);
   heatUp(step);
   if (step.gap) {
@@ -93,7 +94,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     passivity_.interrupt();
   }
   // The motors were at zero meanwhile.
-  if (shut || gate != gate_ || step.gap) safety_.restart();
+  if (shut || (gate != gate_ && !device_.sheet().pointing) || step.gap) safety_.restart();
   gate_ = gate;
   double measuredS = 0;
 

@@ -19,7 +19,8 @@ constexpr double kNearPart = 1e-3;
 constexpr double kEdgeOn = 0.05;
 /// Segments that turn less than this (cosine) at a joint meet with flat ends, so that what is see-through does not overlap.
 constexpr double kSmoothJoint = 0.978;
-constexpr int kRingSegments = 72;
+constexpr int kRingSegments = 72, kDotSegments = 12;
+constexpr double kDotPixels = 2.6;  // Radius of a pointer's dot.
 
 const Colour kTouch{1.0f, 0.71f, 0.30f, 1}, kForce{1.0f, 0.80f, 0.26f, 0.95f};
 
@@ -248,6 +249,10 @@ class Planner {
   }
 
   void cursor(const Cursor& cursor) {
+    if (cursor.flat) {
+      if (cursor.footprint) mark(*cursor.footprint, cursor.radiusMm, cursor.contact ? kTouch : cursor.tint);
+      return;
+    }
     plan_.cursor = true;
     FrameUniforms& u = plan_.uniforms;
     const Vec3d rel = cursor.positionMm - plan_.eye;
@@ -315,6 +320,21 @@ class Planner {
       ring.pointsMm.push_back(print.pointMm + radius * (std::cos(angle) * x + std::sin(angle) * y));
     }
     polyline(ring);
+  }
+
+  /// The footprint's ring, and a dot where the tool points: on top, so that neither a bump nor the eye's angle hides it.
+  void mark(const Cursor::Footprint& print, double radius, const Colour& tint) {
+    footprint(print, radius, tint);
+    const double dot = kDotPixels * mmPerPixelAt(print.pointMm - plan_.eye);
+    std::vector<Vec3d> corners;
+    for (int i = 0; i < kDotSegments; ++i) {
+      for (const int at : {i, i + 1}) {
+        const double angle = 2 * std::numbers::pi * at / kDotSegments;
+        corners.push_back(print.pointMm + dot * (std::cos(angle) * axes_.right + std::sin(angle) * axes_.up));
+      }
+      corners.push_back(print.pointMm);
+    }
+    fill(corners, tint, Depth::onTop);
   }
 
   /// From the ball along the force on the hand, a head at its end that faces the viewer.

@@ -25,6 +25,7 @@ struct Cursor {
   };
   std::optional<Footprint> footprint;
   Colour tint{0.35f, 0.81f, 0.98f, 1};  ///< Of ball and ring while free.
+  bool flat = false;  ///< Of a mouse or a pen, which would only hide the work: neither ball nor stylus, the footprint's ring and a dot in it.
 };
 
 /// How lines and faces of widgets meet the clay.

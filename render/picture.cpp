@@ -38,7 +38,7 @@ Variant variantOf(const FramePlan& plan, int samples) {
 Subject Renderer::State::subject(const Shot& shot) const {
   Subject subject;
   subject.bounds = model.bounds();
-  if (!shot.overlays.cursor || !shot.look.beam) return subject;
+  if (!shot.overlays.cursor || shot.overlays.cursor->flat || !shot.look.beam) return subject;
   const Cursor& cursor = *shot.overlays.cursor;
   const Vec3d drop = cursor.drop.normalized(), from = cursor.positionMm;
   const auto hit = model.pick(from, drop, shot.look.section);

@@ -8,12 +8,11 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kSpeedFraction = 0.5;  // Of the speed that the sheet calls a fault.
 constexpr double kSteepest = 1.5;       // Of a pen's tilt, rad.
 constexpr size_t kRing = 1024;          // Samples: a second of the fastest mouse.
 constexpr size_t kMostLate = 256;       // Samples beyond the ring.
 constexpr size_t kMostBehind = 64;      // Samples that wait: from here on several of a stroke share a tick.
-constexpr double kArrivedMm = 0.1;      // From the point at which the buttons change,
+constexpr double kArrivedMm = 0.01;     // From the point at which the buttons change,
 constexpr int kMostWaitTicks = 100;     // unless it takes longer than this.
 
 bool within(double value, double least, double most) { return value >= least && value <= most; }
@@ -106,9 +105,8 @@ bool PointerDevice::read(double timeS, DeviceState& state) ARGIL_REALTIME {
   } else {
     // What comes late is not smoothed on top: a stroke's corners would be cut off.
     const double part = options_.smoothSeconds > 0 && !hasNext_ ? 1 - std::exp(-dt / options_.smoothSeconds) : 1;
-    Vec3d step = part * (wanted.pose.translation - now_.pose.translation);
-    const double longest = kSpeedFraction * sheet_.topSpeedMms * dt;
-    if (const double size = step.norm(); size > longest) step *= longest / size;
+    // As fast as the cursor: between two models, or across a large one, that is many metres a second.
+    const Vec3d step = part * (wanted.pose.translation - now_.pose.translation);
     const Vec3d place = now_.pose.translation + step;
     const Eigen::Quaterniond rotation = now_.pose.rotation.slerp(part, wanted.pose.rotation);
     now_ = wanted;

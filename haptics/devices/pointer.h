@@ -29,8 +29,8 @@ struct PointerOptions {
   double smoothSeconds = 0.004;  ///< Events come 60 to 1000 times a second: time in which two thirds of a step are done. 0 to 0.1.
 };
 
-/// The tip is on the line of sight, at the depth of the surface, plus wheel, plus pressure. It goes there smoothly and never
-/// faster than its sheet, so that a cursor that jumps is no fault.
+/// The tip is on the line of sight, at the depth of the surface, plus wheel, plus pressure. It goes there smoothly,
+/// however far that is: nobody holds it, so no speed is a fault.
 ///
 /// Samples are followed in their order, so that a stroke arrives whole when the window or the servo is late and several wait:
 /// while a button is held each of them has a tick of its own (motions without a button are skipped over), and a button

@@ -395,6 +395,8 @@ void addViewRows(std::vector<Action>& rows) {
   rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "", nullptr, isOrthographic});
   rows.push_back({"view.focus", "Focus on selected", "Fills the picture with it; with a drag the key sizes the tool.", "View", "F", focusSelected});
   rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View", "Home Shift+F", focusAll});
+  rows.push_back({"view.quickRing", "Quick ring", "Undo, redo, size, zoom and move around the cursor; a click of a pen's button or of the right mouse button.", "View", "Q",
+                  [](Context& c, Text) { c.state.wishes.quickRing = true; }});
   rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "", nullptr, hasSection});
   for (const auto& row : kShadings) {
     rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setShading, std::string(row.id), nullptr, isShading});

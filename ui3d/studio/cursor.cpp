@@ -65,12 +65,13 @@ Cursor makeCursor(const haptics::StylusSample& sample, const engine::Tool& tool,
   return cursor;
 }
 
-Cursor hoverCursor(const Cursor::Footprint& surface, const engine::Tool& tool, const View& view, const CursorOptions& options) {
+Cursor pointerCursor(const Cursor::Footprint& surface, const engine::Tool& tool, const View& view, const CursorOptions& options, bool pressed) {
   CursorOptions leaning = options;
   leaning.turns = false;
   Cursor cursor = basis(surface.pointMm, Eigen::Quaterniond::Identity(), tool, view, leaning);
-  cursor.positionMm = surface.pointMm + cursor.radiusMm * surface.normal.normalized();
   cursor.footprint = surface;
+  cursor.contact = pressed;
+  cursor.flat = true;
   return cursor;
 }
 

@@ -24,9 +24,9 @@ inline constexpr double kLeastBallUnits = 3;
 /// The ball at the proxy of a tick, shaft, glow at contact, arrow of the force. `footprint`: see footprintOf().
 [[nodiscard]] render::Cursor makeCursor(const haptics::StylusSample& sample, const engine::Tool& tool, const render::View& view,
                                         const CursorOptions& options, const std::optional<render::Cursor::Footprint>& footprint = {});
-/// A mouse before anything is pressed: the tool rests on the surface under the cursor, with its ring there.
-[[nodiscard]] render::Cursor hoverCursor(const render::Cursor::Footprint& surface, const engine::Tool& tool, const render::View& view,
-                                         const CursorOptions& options);
+/// A mouse or a pen: the tool's ring on the surface under it, and a dot. `pressed`: it works.
+[[nodiscard]] render::Cursor pointerCursor(const render::Cursor::Footprint& surface, const engine::Tool& tool, const render::View& view,
+                                           const CursorOptions& options, bool pressed = false);
 
 /// The first surface along a direction of length one from a point.
 using PickSurface = std::function<std::optional<render::Cursor::Footprint>(const Vec3d& originMm, const Vec3d& direction)>;

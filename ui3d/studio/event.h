@@ -50,6 +50,7 @@ struct Event {
   float scale = 1;
   float pressure = -1;       ///< 0 to 1; negative: not a pen.
   float tiltX = 0, tiltY = 0;  ///< rad, to the right and towards the person.
+  bool eraser = false;       ///< The other end of a pen.
   std::array<float, 6> axes{};
   std::string text;
 };

@@ -102,6 +102,7 @@ std::string toLine(const Event& event) {
     if (event.pressure >= 0) {
       json["pressure"] = rounded(event.pressure);
       json["tilt"] = {rounded(event.tiltX), rounded(event.tiltY)};
+      if (event.eraser) json["eraser"] = true;
     }
   }
   switch (event.kind) {
@@ -164,6 +165,7 @@ Event fromLine(const std::string& line) {
     throw Error("a size is 0 to 16384 pixels, a scale 0.25 to 8");
   e.pressure = float(number(json, "pressure", -1));
   if (e.pressure > 1) throw Error("\"pressure\" is 0 to 1");
+  e.eraser = flag(json, "eraser");
   e.text = word(json, "text", "");
   if (const auto tilt = json.find("tilt"); tilt != json.end()) {
     if (!tilt->is_array() || tilt->size() != 2 || !(*tilt)[0].is_number() || !(*tilt)[1].is_number())

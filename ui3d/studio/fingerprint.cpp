@@ -70,6 +70,7 @@ uint64_t fingerprint(const render::Shot& shot, const render::Quality& quality) {
     mix(c->fullForceN);
     mix(c->tint);
     mix.word(c->contact);
+    mix.word(c->flat);
     mix.word(c->footprint.has_value());
     if (c->footprint) {
       mix(c->footprint->pointMm);

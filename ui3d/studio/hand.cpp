@@ -8,8 +8,8 @@ namespace argil::studio {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// The tip glides to where a cursor jumped (PointerOptions::smoothSeconds, half of the sheet's top speed); the clay is pressed once it is there.
-constexpr double kSettleS = 0.016, kGlideMms = 1500, kLongestGlideS = 0.2;
+// The tip glides to where a cursor jumped (PointerOptions::smoothSeconds); the clay is pressed once it is there, for which the pointer waits if that takes longer.
+constexpr double kSettleS = 0.016;
 constexpr double kLastS = 0.012;  // From the last motion to the release: the tip has arrived.
 // The pointer adds this much depth at full pressure; the studio's own depth goes with the tool's size and replaces it.
 const double kPenDepthMm = haptics::PointerOptions().penDepthMm;
@@ -88,11 +88,9 @@ void Hand::begin(Stroke stroke, const Event& event, double nowS) {
   released_ = false;
   lastDueS_ = nowS;
   haptics::PointerSample above = sampleOf(event, false), down = sampleOf(event, true);
-  const double way = (above.origin + above.surfaceMm * above.direction - place_).norm();
-  const double glide = std::min(kSettleS + way / kGlideMms, kLongestGlideS);
   feed(above);
-  lagS_ = nowS - event.timeS + glide;
-  push(nowS + glide, down);
+  lagS_ = nowS - event.timeS + kSettleS;
+  push(nowS + kSettleS, down);
 }
 
 void Hand::move(const Event& event) {

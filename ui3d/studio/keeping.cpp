@@ -31,7 +31,11 @@ void SessionWindow::followFile() {
   const engine::FileState& file = now_->file;
   if (file.opened != openedShown_) {
     openedShown_ = file.opened;
+    const std::string idBefore = state_.toolId;
+    const engine::Tool toolBefore = state_.tool();
     viewGiven_ = file.face && applyFace(*file.face, state_, camera_);
+    faceTool_.reset();
+    if (state_.toolId != idBefore || !(state_.tool() == toolBefore)) faceTool_ = state_.tool();
     changed();
   }
   if (std::string title = windowTitle(file); title != titleShown_) {

@@ -4,6 +4,7 @@
 #include <X11/extensions/XInput2.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -39,11 +40,21 @@ PenState decodePen(const PenAxes& axes, std::span<const unsigned char> mask, std
   return before;
 }
 
+bool namesEraser(std::string_view device) {
+  constexpr std::string_view kWord = "eraser";
+  return std::search(device.begin(), device.end(), kWord.begin(), kWord.end(),
+                     [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; }) != device.end();
+}
+
 struct Pen::State {
   Display* display = nullptr;
   Window window = 0;
   int opcode = 0;
-  std::map<int, PenAxes> pens;  // By X's device number.
+  struct End {
+    PenAxes axes;
+    bool eraser = false;
+  };
+  std::map<int, End> pens;  // By X's device number.
   PenState now;
   double heardS = -1;
 
@@ -74,7 +85,7 @@ struct Pen::State {
         if (label) XFree(label);
       }
       if (!axes.pressure) continue;
-      pens[device.deviceid] = axes;
+      pens[device.deviceid] = {axes, namesEraser(device.name ? device.name : "")};
       select(device.deviceid, {XI_Motion, XI_ButtonPress, XI_ButtonRelease}, window);
     }
     if (all) XIFreeDeviceInfo(all);
@@ -125,7 +136,8 @@ void Pen::poll(double nowS, float scale, std::vector<Event>& events) {
         const std::span mask(e.valuators.mask, size_t(e.valuators.mask_len));
         size_t told = 0;
         for (const unsigned char byte : mask) told += size_t(__builtin_popcount(byte));
-        s.now = decodePen(pen->second, mask, std::span(e.valuators.values, told), s.now);
+        s.now = decodePen(pen->second.axes, mask, std::span(e.valuators.values, told), s.now);
+        s.now.eraser = pen->second.eraser;
         s.heardS = nowS;
         if (e.evtype == XI_Motion) {
           Event move;
@@ -137,6 +149,7 @@ void Pen::poll(double nowS, float scale, std::vector<Event>& events) {
           move.pressure = s.now.pressure;
           move.tiltX = s.now.tiltX;
           move.tiltY = s.now.tiltY;
+          move.eraser = s.now.eraser;
           events.push_back(move);
         }
       }

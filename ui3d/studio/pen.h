@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "ui3d/studio/event.h"
@@ -22,7 +23,11 @@ struct PenAxes {
 struct PenState {
   float pressure = 0;           ///< 0 to 1.
   float tiltX = 0, tiltY = 0;   ///< rad, to the right and towards the person, within ± 1.5.
+  bool eraser = false;          ///< The other end of it is at the tablet.
 };
+
+/// Drivers show each end of a pen as a device of its own and tell them apart by their names alone.
+[[nodiscard]] bool namesEraser(std::string_view device);
 
 /// The valuators of an event: a bit for each in `mask`, values packed in order of the bits. What an event does not tell stays as it
 /// was `before`. Tilts come in degrees; values that are not finite count as not told.

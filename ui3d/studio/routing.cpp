@@ -17,7 +17,10 @@ using Kind = Event::Kind;
 
 constexpr float kClickUnits = 4;       // A press that moves less is a click.
 constexpr float kSizeUnits = 160;      // A drag so long makes the tool e times as large.
+constexpr float kZoomUnits = 30;      // A drag so long in the ring zooms as a click of the wheel.
 constexpr double kLongestMotionS = 0.1;
+constexpr double kLongestEndS = 0.25;  // From a release to the tick that sees it.
+constexpr double kToolPatienceS = 1;   // A press waits no longer for its tool: the machine hangs.
 
 bool isModifier(Key key) { return key == Key::shift || key == Key::control || key == Key::alt || key == Key::super; }
 
@@ -122,16 +125,46 @@ void SessionWindow::handle(const Event& event) {
   uiSteps_ = event.kind == Kind::keyDown ? 3 : 2;
 }
 
-// Keys that are held turn the tool over or make it smooth; a stroke keeps the tool that it began with.
-void SessionWindow::takeTool(uint8_t modifiers) {
+// Ctrl or the eraser end of a pen turn the tool over, Shift makes it smooth. What cannot be turned over is smoothed away.
+void SessionWindow::holdKeys(const Event& held) {
+  const bool inPicture = (drag_ == Drag::none || drag_ == Drag::click) && !ui_.wantsText();
+  const engine::ToolRow* row = engine::findTool(state_.toolId);
+  state_.inverted = inPicture && ((held.modifiers & kControl) != 0) != held.eraser;
+  state_.smoothing = inPicture && ((held.modifiers & kShift) != 0 || (held.eraser && row && row->opposite.empty()));
+}
+
+bool SessionWindow::toolDiffers(const Event& held) {
+  const bool inverted = state_.inverted, smoothing = state_.smoothing;
+  holdKeys(held);
+  const bool differs = !toolSent_ || !(*toolSent_ == state_.effectiveTool());
+  state_.inverted = inverted;
+  state_.smoothing = smoothing;
+  return differs;
+}
+
+// A stroke keeps the tool that it began with, until the servo has seen its end.
+void SessionWindow::takeTool(const Event& held) {
+  const double now = window_.nowS();
+  if (hand_.active()) strokeS_ = now;
   if (hand_.active() || sizing_ || drag_ == Drag::line) return;
-  const bool inPicture = drag_ == Drag::none && !ui_.wantsText();
-  state_.inverted = inPicture && (modifiers & kControl) != 0;
-  state_.smoothing = inPicture && (modifiers & kShift) != 0;
+  if (bench_.usesPointer() && now - strokeS_ < kLongestEndS && (bench_.latest().buttons & 1) != 0) return;
+  holdKeys(held);
   const engine::Tool tool = state_.effectiveTool();
   if (toolSent_ && *toolSent_ == tool) return;
   bench_.setTool(tool);
   toolSent_ = tool;
+}
+
+// A press that may begin a stroke waits until the stroke before it has ended and its own tool is in the hand: some milliseconds. Without that a
+// stroke would begin with the tool of the one before.
+bool SessionWindow::waits(const Event& event) {
+  if (event.kind != Kind::press || event.button != Button::left || drag_ != Drag::none || !bench_.usesPointer()) return false;
+  if (window_.nowS() - event.timeS > kToolPatienceS) return false;
+  if (toolDiffers(event)) {
+    takeTool(event);
+    if (toolDiffers(event)) return true;  // The stroke before is not over.
+  }
+  return !bench_.toolTaken();
 }
 
 void SessionWindow::move(const Event& event) {
@@ -153,6 +186,7 @@ void SessionWindow::move(const Event& event) {
     case Drag::curve:
       if (state_.drawnCurve) state_.drawnCurve->move(camera_, event.x, event.y, width_, height_, (event.modifiers & kShift) != 0);
       break;
+    case Drag::ring: dragRing(event, dx, dy); break;
     case Drag::click:
       // Beside the clay a drag turns the view, so that one button is enough.
       if (std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) > kClickUnits && !footprint_) drag_ = Drag::orbit;
@@ -167,17 +201,83 @@ bool SessionWindow::sizing(const Event& event) {
   if (!sizeKey_ || drag_ != Drag::none) return false;
   if (!sizing_ && std::abs(event.x - sizeFromX_) <= kClickUnits) return false;
   sizing_ = true;
-  engine::Tool& tool = state_.tool();
-  const double wanted = sizeFromMm_ * std::exp(double(event.x - sizeFromX_) / kSizeUnits);
-  if (const engine::ToolRow* row = engine::findTool(state_.toolId))
-    for (const auto& parameter : row->parameters)
-      if (parameter.id == "radius") parameter.change(tool, wanted);
+  scaleTool(event);
   changed();
   return true;
 }
 
+void SessionWindow::scaleTool(const Event& event) {
+  const double wanted = sizeFromMm_ * std::exp(double(event.x - sizeFromX_) / kSizeUnits);
+  const engine::ToolRow* row = engine::findTool(state_.toolId);
+  if (const auto* radius = row ? engine::findParameter(*row, "radius") : nullptr) radius->change(state_.tool(), wanted);
+}
+
+// The ring stands over everything: what is pressed in it is for nothing else.
+bool SessionWindow::pressRing(const Event& event) {
+  if (!ring_ || drag_ != Drag::none) return false;
+  if (event.button != Button::left) {  // Put away; a drag turns the view as ever.
+    ring_.reset();
+    ringClosed_ = true;
+    return false;
+  }
+  held_.insert(event.button);
+  dragFrom_ = event;
+  ringItem_ = ring_->at(event.x, event.y);
+  if (ringItem_ == QuickRing::Item::none) {
+    ring_.reset();
+    drag_ = Drag::panel;  // Nothing is carved by a press that puts the ring away.
+    return true;
+  }
+  drag_ = Drag::ring;
+  Event centre = event;
+  centre.x = ring_->x;
+  centre.y = ring_->y;
+  pivot_ = under(centre);
+  panDepthMm_ = camera_.view().axes().forward.dot(pivot_ - camera_.view().position);
+  footprint_.reset();
+  if (ringItem_ == QuickRing::Item::size) {
+    const Camera::Ray r = ray(centre);
+    const auto hit = pick(r);
+    footprint_ = hit ? render::Cursor::Footprint{r.origin + hit->distanceMm * r.direction, hit->normal}
+                     : render::Cursor::Footprint{pivot_, -camera_.view().axes().forward};
+    sizing_ = true;
+    sizeFromMm_ = state_.tool().radiusMm;
+    sizeFromX_ = event.x;
+  }
+  return true;
+}
+
+void SessionWindow::dragRing(const Event& event, float dx, float dy) {
+  switch (ringItem_) {
+    case QuickRing::Item::move: camera_.pan(dx, dy, height_, panDepthMm_); break;
+    case QuickRing::Item::zoom: camera_.zoom((dx - dy) / kZoomUnits, pivot_); break;
+    case QuickRing::Item::size: scaleTool(event); break;
+    default: break;
+  }
+}
+
+void SessionWindow::releaseRing(const Event& event) {
+  const QuickRing::Item item = std::exchange(ringItem_, QuickRing::Item::none);
+  drag_ = Drag::none;
+  sizing_ = false;
+  if (QuickRing::dragged(item)) {
+    ring_.reset();
+    return;
+  }
+  if (!ring_ || ring_->at(event.x, event.y) != item) return;
+  Context c = context();
+  const char* id = item == QuickRing::Item::undo ? "edit.undo" : item == QuickRing::Item::redo ? "edit.redo" : "view.all";
+  if (item == QuickRing::Item::all) ring_.reset();  // Undo is often wanted again.
+  const Action* action = findAction(id);
+  if (action && (!action->enabled || action->enabled(c))) action->run(c, action->argument);
+}
+
 void SessionWindow::press(const Event& event) {
   mouse_ = event;
+  if (pressRing(event)) {
+    changed();
+    return;
+  }
   Event place = event;
   place.kind = Kind::move;
   ui_.feed(place);
@@ -219,8 +319,10 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   if (!hit) return;
   footprint_ = render::Cursor::Footprint{r.origin + hit->distanceMm * r.direction, hit->normal};
   const engine::Piece* piece = now_->document->workedOn();
+  // A piece that is not worked on is beside the clay: a click on it chooses it, a drag turns the view.
+  if (!piece || piece->id != hit->piece) footprint_.reset();
   if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;  // Beside a point of the box nothing is carved by mistake.
-  takeTool(event.modifiers);
+  takeTool(event);
   if (state_.straight) {
     line_ = strokeHere();
     drag_ = Drag::line;
@@ -260,7 +362,12 @@ void SessionWindow::release(const Event& event) {
     settleUi();
   }
   const bool click = std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) <= kClickUnits;
-  if (drag_ == Drag::line && event.button == Button::left) {
+  const bool closedRing = std::exchange(ringClosed_, false);
+  const bool opensRing = click && drag_ == Drag::orbit && event.button != Button::left && held_.empty() && !closedRing && !(event.modifiers & (kShift | kAlt | kControl)) && !widgets_.placing();
+  if (opensRing) ring_ = QuickRing::around(event.x, event.y, width_, height_);
+  if (drag_ == Drag::ring && event.button == Button::left) {
+    releaseRing(event);
+  } else if (drag_ == Drag::line && event.button == Button::left) {
     if (!click) endLine(event);
     line_.reset();
     drag_ = Drag::none;
@@ -274,7 +381,7 @@ void SessionWindow::release(const Event& event) {
     drag_ = Drag::none;
   } else if (drag_ == Drag::click && event.button == Button::left) {
     Context c = context();
-    if (click) widgets_.click(c, grip(event, false));
+    if (click && widgets_.click(c, grip(event, false))) workOnSelected();
     drag_ = Drag::none;
   } else if (held_.empty()) {
     drag_ = Drag::none;
@@ -283,6 +390,16 @@ void SessionWindow::release(const Event& event) {
   }
   hoverStale_ = true;
   changed();
+}
+
+// What is clicked in the picture is worked on from now on, as in the list.
+void SessionWindow::workOnSelected() {
+  const engine::Piece* piece = now_->document->piece(state_.selected);
+  if (!piece || piece->id == now_->document->active || piece->locked) return;
+  bench_.edit("Work on " + piece->name, [id = piece->id](engine::Document& d) {
+    if (d.piece(id)) d.active = id;
+  }, "active");
+  bench_.tell(engine::Message::Level::done, piece->name + " is worked on now.");
 }
 
 void SessionWindow::wheel(const Event& event) {
@@ -305,7 +422,9 @@ void SessionWindow::key(const Event& event) {
     sizeKey_ = sizing_ = false;
     return;
   }
-  takeTool(event.modifiers);
+  Event held = mouse_;
+  held.modifiers = event.modifiers;
+  takeTool(held);
   const Shortcut shortcut{event.key, event.modifiers};
   const bool dialog = ImGui::IsPopupOpen(nullptr, ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
   if (event.key == Key('F') && event.modifiers == 0 && !dialog) {
@@ -326,6 +445,13 @@ void SessionWindow::key(const Event& event) {
   if (!down || isModifier(event.key)) return;
   Context c = context();
   if (event.key == Key::escape) {
+    if (ring_) {
+      if (sizing_) state_.tool().radiusMm = sizeFromMm_;
+      ring_.reset();
+      sizing_ = false;
+      if (drag_ == Drag::ring) drag_ = Drag::panel;
+      return;
+    }
     if (drag_ == Drag::line) {
       line_.reset();
       drag_ = Drag::panel;  // Until the button comes up.
@@ -370,7 +496,8 @@ void SessionWindow::hover() {
   hoverStale_ = false;
   footprint_.reset();
   overWidget_ = false;
-  if (!inWindow_ || ui_.wantsMouse() || drag_ != Drag::none || state_.drawnCurve) return;
+  state_.otherPiece = 0;
+  if (!inWindow_ || ui_.wantsMouse() || drag_ != Drag::none || state_.drawnCurve || ring_) return;
   Context c = context();
   overWidget_ = widgets_.handle(c, grip(mouse_, false));
   const Camera::Ray r = ray(mouse_);
@@ -378,6 +505,8 @@ void SessionWindow::hover() {
   if (const auto hit = pick(r)) {
     surface = hit->distanceMm;
     footprint_ = render::Cursor::Footprint{r.origin + surface * r.direction, hit->normal};
+    const engine::Piece* piece = now_->document->piece(hit->piece);
+    if (piece && !piece->locked && piece->id != now_->document->active) state_.otherPiece = piece->id;
   }
   if (bench_.usesPointer()) hand_.hover(r, surface, mouse_);
 }

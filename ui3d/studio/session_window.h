@@ -17,6 +17,7 @@
 #include "ui3d/studio/pen.h"
 #include "ui3d/studio/picture_thread.h"
 #include "ui3d/studio/player.h"
+#include "ui3d/studio/quick_ring.h"
 #include "ui3d/studio/spacemouse_input.h"
 #include "ui3d/studio/studio.h"
 #include "ui3d/studio/ui_input.h"
@@ -36,7 +37,7 @@ class SessionWindow {
   void run();
 
  private:
-  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click };
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click, ring };
 
   // The loop (studio.cpp)
   void followStylus(double now);
@@ -75,7 +76,14 @@ class SessionWindow {
   void wheel(const Event& event);
   void key(const Event& event);
   bool sizing(const Event& event);
-  void takeTool(uint8_t modifiers);
+  void scaleTool(const Event& event);
+  bool pressRing(const Event& event);
+  void dragRing(const Event& event, float dx, float dy);
+  void releaseRing(const Event& event);
+  void takeTool(const Event& held);
+  [[nodiscard]] bool toolDiffers(const Event& held);
+  void holdKeys(const Event& held);
+  bool waits(const Event& event);
   void hover();
   [[nodiscard]] Camera::Ray ray(const Event& event) const;
   [[nodiscard]] Grip grip(const Event& event, bool down) const;
@@ -83,6 +91,7 @@ class SessionWindow {
   [[nodiscard]] Vec3d under(const Event& event) const;
   [[nodiscard]] Hand::Stroke strokeHere() const;
   void endLine(const Event& event);
+  void workOnSelected();
 
   // Files (keeping.cpp)
   void followFile();
@@ -96,6 +105,8 @@ class SessionWindow {
   void takeSurfaces();
   void follow();
   void followPreview();
+  void followToolSizes();
+  [[nodiscard]] double viewSizeMm() const;
   void showWhole(bool glide);
   [[nodiscard]] std::optional<render::Cursor> cursor();
   [[nodiscard]] render::Shot shot();
@@ -145,8 +156,16 @@ class SessionWindow {
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;
   std::optional<Hand::Stroke> line_;         // A straight line that is being drawn from dragFrom_.
+  std::optional<QuickRing> ring_;            // Open, until something of it was done or the hand presses beside it.
+  QuickRing::Item ringItem_ = QuickRing::Item::none;
+  bool ringClosed_ = false;                  // By the press that is held.
   bool overWidget_ = false, hoverStale_ = true;
   std::optional<engine::Tool> toolSent_;
+  double strokeS_ = -1e9;                    // When a stroke was on last.
+
+  SizeBy sizedBy_ = SizeBy::millimetres;     // As the sizes of the tools were followed last.
+  bool sizeDue_ = false;                     // Another model is there, or will be when its surfaces are.
+  std::optional<engine::Tool> faceTool_;     // That the document came with.
 
   // What the renderer has
   std::map<engine::Id, render::PieceLook> placed_;

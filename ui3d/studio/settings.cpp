@@ -12,6 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr double kLeastSizeMm = 1e-3, kMostSizeMm = 1e7;  // Of what tools may be sized for.
+
 struct PanelSwitch {
   const char* name;
   bool PanelsShown::* member;
@@ -78,6 +80,9 @@ std::string settingsText(const StudioState& state) {
     if (!tool.file.empty()) values["file"] = tool.file;
   }
   json["pointer_depth"] = state.pointerDepthMm;
+  json["pen_curve"] = state.penCurve;
+  json["size_by"] = int(state.sizeBy);
+  json["sized_for_mm"] = state.sizedForMm;
   json["snap"] = state.snapWidgets;
   for (const PanelSwitch& panel : kPanels) json["panels"][panel.name] = state.shown.*panel.member;
   Json& look = json["look"];
@@ -106,12 +111,17 @@ bool applySettings(const std::string& text, StudioState& state) {
   state.interfaceScale = scale == 0 || scale >= 0.75 ? float(scale) : 0;
   if (const auto tool = json.find("tool"); tool != json.end() && tool->is_string() && engine::findTool(tool->get<std::string>()))
     state.toolId = tool->get<std::string>();
+  take(json, "pen_curve", state.penCurve, -1, 1);
+  choose(json, "size_by", state.sizeBy, 3);
+  take(json, "sized_for_mm", state.sizedForMm, kLeastSizeMm, kMostSizeMm);
   const Json tools = part(json, "tools"), keys = part(json, "keys");
   for (const auto& [id, values] : tools.items()) {
     const engine::ToolRow* row = engine::findTool(id);
     if (!row || !values.is_object()) continue;
-    engine::Tool tool = engine::standardTool(*row);
+    engine::Tool tool = state.newTool(*row);
     for (const auto& parameter : row->parameters) {
+      // Before there was a curve of all pens nobody had chosen that pressure rules nothing.
+      if (!json.contains("pen_curve") && parameter.id.ends_with("_by_pressure")) continue;
       double value = parameter.get(tool);
       take(values, std::string(parameter.id).c_str(), value, parameter.low, parameter.high);
       parameter.change(tool, value);

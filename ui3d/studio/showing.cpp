@@ -20,6 +20,9 @@ constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
+constexpr double kMuchOther = 2;    // A model so many times larger or smaller than the last needs tools of other sizes.
+constexpr double kSameSize = 0.01;  // Of a view: less is rounding.
+constexpr double kLeastViewMm = 0.6, kMostViewMm = 6000;  // Beyond that zooming there and back would not bring all sizes back.
 constexpr double kAgainS = 1;       // After a picture failed.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
@@ -125,6 +128,7 @@ void SessionWindow::takeSurfaces() {
 void SessionWindow::follow() {
   takeSurfaces();
   followPreview();
+  followToolSizes();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
   const engine::Document& document = *now_->document;
@@ -151,9 +155,44 @@ void SessionWindow::follow() {
     if (before == placed_.end() || !same(before->second, look)) renderer_.place(id, look);
   }
   placed_ = std::move(wanted);
+  if (newWorld && !placed_.empty()) sizeDue_ = true;
   if (newWorld && !placed_.empty()) showAll_ = !std::exchange(viewGiven_, false);
   hoverStale_ = true;  // What is under the cursor may have gone.
   changed();
+}
+
+// Tools that were of use for one model are as large as another as a whole, or smaller than its voxels. Where the person wants it their sizes go with
+// the model, once it is all there, or with what is seen.
+void SessionWindow::followToolSizes() {
+  if (hand_.active() || sizing_ || line_) return;
+  const SizeBy by = state_.sizeBy;
+  if (std::exchange(sizedBy_, by) != by && by == SizeBy::view) state_.sizedForMm = viewSizeMm();  // As large as they are now.
+  if (by == SizeBy::view) {
+    if (const double seen = viewSizeMm(); std::abs(seen / state_.sizedForMm - 1) > kSameSize) state_.sizeTools(seen);
+    sizeDue_ = false;
+    return;
+  }
+  if (!sizeDue_ || placed_.empty()) return;
+  render::Box all;
+  for (const auto& [id, look] : placed_) {
+    if (!look.visible) continue;
+    const render::Box box = renderer_.bounds(id);
+    if (box.empty()) {
+      if (const engine::Piece* piece = now_->document->piece(id); piece && piece->version && piece->version.stats().bricks == 0) continue;
+      return;  // Its surface is on its way.
+    }
+    all.add(box);
+  }
+  sizeDue_ = false;
+  if (all.empty() || by != SizeBy::model) return;
+  const double modelMm = all.size().maxCoeff(), ratio = modelMm / state_.sizedForMm;
+  if (!(modelMm > 0) || (ratio < kMuchOther && ratio > 1 / kMuchOther)) return;
+  state_.sizeTools(modelMm);
+  if (faceTool_) state_.tools[std::string(faceTool_->id)] = *faceTool_;  // It was saved as the document needs it.
+}
+
+double SessionWindow::viewSizeMm() const {
+  return std::clamp(0.5 * camera_.view().heightAtTarget(), kLeastViewMm, kMostViewMm);
 }
 
 // What a file holds, from the moment that it is read to the moment that it is clay.
@@ -197,11 +236,17 @@ std::optional<render::Cursor> SessionWindow::cursor() {
     if (!hit) return std::nullopt;
     return render::Cursor::Footprint{origin + hit->distanceMm * direction, hit->normal};
   };
-  if (bench_.usesPointer() && !hand_.active()) {
-    if (!footprint_ || overWidget_ || drag_ != Drag::none || widgets_.placing()) return std::nullopt;
+  if (bench_.usesPointer()) {
+    if (hand_.active() || drag_ == Drag::line) {
+      const Camera::Ray at = ray(mouse_);
+      const auto under = surface(at.origin, at.direction);
+      return under ? std::optional(pointerCursor(*under, tool, camera_.view(), options, hand_.pressed())) : std::nullopt;
+    }
+    const bool free = drag_ == Drag::none || (drag_ == Drag::ring && sizing_);
+    if (!footprint_ || overWidget_ || !free || widgets_.placing()) return std::nullopt;
     engine::Tool shown = tool;
     if (sizing_) shown.radiusMm = state_.tool().radiusMm;
-    return hoverCursor(*footprint_, shown, camera_.view(), options);
+    return pointerCursor(*footprint_, shown, camera_.view(), options);
   }
   if (!bench_.usesPointer() && (stylus_.flags & haptics::kStale)) return std::nullopt;
   return makeCursor(stylus_, tool, camera_.view(), options, footprintOf(stylus_, tool, camera_.view(), surface));

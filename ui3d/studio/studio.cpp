@@ -19,6 +19,7 @@ namespace argil::studio {
 namespace {
 
 constexpr double kBusyS = 0.002;    // While a picture is drawn events may arrive unnoticed by poll(): the drawing thread reads the same connection.
+constexpr double kWaitS = 0.001;    // For the tool that a press is to have.
 constexpr double kIdleS = 0.05;     // Nothing to do: a look at jobs and stylus.
 constexpr double kLivelyS = 5;      // So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
 constexpr double kUiS = 0.1, kQuietUiS = 1;
@@ -82,6 +83,7 @@ SessionWindow::SessionWindow(const StudioOptions& options)
   ui_.useClipboardOf(&window_);
   state_.figures.deviceName = renderer_.deviceName();
   now_ = bench_.snapshot();
+  sizedBy_ = state_.sizeBy;
   const auto [w, h] = window_.pixels();
   Event first;
   first.kind = Event::Kind::resize;
@@ -126,6 +128,7 @@ void SessionWindow::uiStep() {
     drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }
   attempt([&] { panels_.draw(c); });
+  if (ring_ && !(drag_ == Drag::ring && QuickRing::dragged(ringItem_))) ring_->draw(ring_->at(mouse_.x, mouse_.y));
   ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
   ImGui::Render();
   uiS_ = now;
@@ -140,6 +143,7 @@ void SessionWindow::settleUi() {
 
 void SessionWindow::serveWishes(Context& context) {
   if (!state_.wishes.place.empty()) widgets_.place(context, std::exchange(state_.wishes.place, {}));
+  if (std::exchange(state_.wishes.quickRing, false)) ring_ = QuickRing::around(mouse_.x, mouse_.y, width_, height_);
   if (state_.fullScreen != window_.fullScreen()) {
     window_.toggleFullScreen();
     state_.fullScreen = window_.fullScreen();
@@ -178,8 +182,13 @@ void SessionWindow::gather() {
       e.pressure = pen_.state().pressure;
       e.tiltX = pen_.state().tiltX;
       e.tiltY = pen_.state().tiltY;
+      e.eraser = pen_.state().eraser;
     }
   }
+  // Recordings hold what it counted as, so that they need no setting to give the same again.
+  for (std::vector<Event>* events : {&pen, &real})
+    for (Event& e : *events)
+      if (e.pressure >= 0) e.pressure = float(engine::curvedPressure(state_.penCurve, std::min(double(e.pressure), 1.0)));
   events_.insert(events_.end(), pen.begin(), pen.end());
   events_.insert(events_.end(), real.begin(), real.end());
   if (const auto axes = spaceMouse_.poll(now)) {
@@ -255,14 +264,22 @@ void SessionWindow::turn() {
     if (now_->document != before->document) hoverStale_ = true;
   }
   followFile();
-  for (const Event& event : std::exchange(events_, {})) attempt([&] { handle(event); });
+  const std::vector<Event> happened = std::exchange(events_, {});
+  for (size_t i = 0; i < happened.size(); ++i) {
+    if (waits(happened[i])) {
+      events_.assign(happened.begin() + std::ptrdiff_t(i), happened.end());
+      tickS_ = now;
+      return;
+    }
+    attempt([&] { handle(happened[i]); });
+  }
   if (camera_.tick(std::min(now - tickS_, 0.1))) {
     changed();
     hoverStale_ = true;
     uiSteps_ = std::max(uiSteps_, 1);  // Labels and the scale bar go with it.
   }
   tickS_ = now;
-  takeTool(mouse_.modifiers);
+  takeTool(mouse_);
   const std::vector<engine::JobView> jobs = bench_.jobs();
   if (jobs.size() != jobs_) changed();
   jobs_ = jobs.size();
@@ -300,7 +317,8 @@ void SessionWindow::turn() {
 // How long nothing needs to be done.
 double SessionWindow::restS(double now) {
   if (pictures_.busy()) return kBusyS;
-  if (!events_.empty() || uiSteps_ > 0) return 0;
+  if (!events_.empty()) return kWaitS;
+  if (uiSteps_ > 0) return 0;
   const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() || !bench_.usesPointer() || spaceMouse_.there() ||
                       (player_ && player_->waiting());
   if (window_.minimised()) return kIdleS;

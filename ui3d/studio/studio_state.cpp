@@ -14,7 +14,29 @@ engine::Tool& StudioState::tool() {
     row = &engine::toolTable().front();
     toolId = row->id;
   }
-  return tools.emplace(toolId, engine::standardTool(*row)).first->second;
+  return tools.emplace(toolId, newTool(*row)).first->second;
+}
+
+namespace {
+
+void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor) {
+  for (const auto& parameter : row.parameters)
+    if (parameter.unit == "mm") parameter.change(tool, parameter.get(tool) * factor);
+}
+
+}  // namespace
+
+engine::Tool StudioState::newTool(const engine::ToolRow& row) const {
+  engine::Tool made = engine::standardTool(row);
+  if (sizedForMm != kUsualMm) scaleLengths(row, made, sizedForMm / kUsualMm);
+  return made;
+}
+
+void StudioState::sizeTools(double forMm) {
+  if (!(forMm > 0) || !std::isfinite(forMm) || forMm == sizedForMm) return;
+  for (auto& [id, each] : tools)
+    if (const engine::ToolRow* row = engine::findTool(id)) scaleLengths(*row, each, forMm / sizedForMm);
+  sizedForMm = forMm;
 }
 
 // The other tool works at the size of the one in hand: a person turns the brush over, not into another.
@@ -29,7 +51,7 @@ engine::Tool StudioState::effectiveTool() {
     return turned;
   }
   const auto kept = tools.find(other);
-  engine::Tool result = kept == tools.end() ? engine::standardTool(*otherRow) : kept->second;
+  engine::Tool result = kept == tools.end() ? newTool(*otherRow) : kept->second;
   result.radiusMm = inHand.radiusMm;
   return result;
 }

@@ -17,6 +17,8 @@
 namespace argil::studio {
 
 enum class Theme : uint8_t { dark, light };
+/// What the sizes of tools go with: nothing, the model that is worked on, or what is seen of it.
+enum class SizeBy : uint8_t { millimetres, model, view };
 enum class GizmoMode : uint8_t { none, move, rotate, scale };
 
 /// Panels that can be shown and hidden.
@@ -50,6 +52,7 @@ struct Wishes {
   std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
   std::optional<std::filesystem::path> copy;  ///< The document without its history, to this file.
   std::optional<PictureWish> picture;
+  bool quickRing = false;  ///< Around the cursor.
 };
 
 /// How models came in last: asked for again, this is what is offered.
@@ -67,6 +70,10 @@ struct StudioState {
   std::map<std::string, engine::Tool, std::less<>> tools;  ///< Settings of each tool by id, kept when another is taken.
   bool inverted = false, smoothing = false;  ///< Keys held: the opposite tool, or smooth, for the moment.
   double pointerDepthMm = 0.6;   ///< How deep mouse and pen go under the surface, as a part of the tool's radius: 0 to 1. Carving needs some.
+  double penCurve = 0;           ///< Of all pens: engine::curvedPressure(), −1 to 1.
+  SizeBy sizeBy = SizeBy::model; ///< What the tools' sizes go with.
+  double sizedForMm = kUsualMm;  ///< What they go with was so large when they were set; > 0.
+  engine::Id otherPiece = 0;     ///< Under the cursor, and not worked on; 0: none.
   engine::Id selected = 0;       ///< A thing of the document; widgets are shown for it. 0: none.
   bool straight = false;         ///< A drag over the clay draws a straight line, worked along when the button comes up.
   GizmoMode gizmo = GizmoMode::none;
@@ -106,6 +113,11 @@ struct StudioState {
   /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never taken.
   engine::Tool& tool();
   engine::Tool effectiveTool();
+  /// A row's standard tool, as large as the others are.
+  [[nodiscard]] engine::Tool newTool(const engine::ToolRow& row) const;
+  /// All lengths of all tools go from sizedForMm to this: of a model its longest side, of a view half its height. Nothing for what is no length.
+  void sizeTools(double forMm);
+  static constexpr double kUsualMm = 60;  ///< What the standard sizes are for.
 
   static constexpr size_t kMostRecent = 12;
   /// To the front of recentFiles; its folder is lastFolder.

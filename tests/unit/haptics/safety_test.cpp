@@ -48,6 +48,23 @@ TEST(Safety, startsOnlyOnceTheForceIsInRange) {
   EXPECT_FALSE(flags & kWaiting);
 }
 
+TEST(Safety, aPointerIsNeverStopped) {
+  DeviceSheet sheet;
+  sheet.pointing = true;
+  Safety safety(sheet, kPeriod);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> anywhere(-1e6, 1e6);
+  for (int i = 0; i < 2000; ++i) {
+    uint32_t flags = 0;
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const Vec3d force = safety.apply(i % 7 == 0 ? Vec3d(nan, 0, 0) : Vec3d(0, 0, anywhere(random)), at(anywhere(random)), i % 5 != 0, flags);
+    EXPECT_EQ(safety.fault(), Fault::none);
+    EXPECT_FALSE(flags & (kStopped | kWaiting));
+    EXPECT_TRUE(force.allFinite());
+    EXPECT_LE(force.norm(), sheet.peakForceN);
+  }
+}
+
 TEST(Safety, fadesToALatchedStopOnEachFault) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   struct Planted {

@@ -59,12 +59,13 @@ TEST(Cursor, TheShaftFollowsTheDeviceAndNeverHidesTheBall) {
   EXPECT_LT(shaft.y(), 0) << "still comes from the person";
 }
 
-TEST(Cursor, AHoveringMouseRestsOnTheSurface) {
+TEST(Cursor, AMouseIsARingAndADotOnTheSurface) {
   const View view = View::named("top", {}, 1);
   engine::Tool tool;
   tool.radiusMm = 5;
-  const Cursor cursor = hoverCursor({{1, 2, 3}, {0, 0, 2}}, tool, view, {});
-  EXPECT_TRUE(cursor.positionMm.isApprox(Vec3d(1, 2, 8)));
+  const Cursor cursor = pointerCursor({{1, 2, 3}, {0, 0, 2}}, tool, view, {});
+  EXPECT_TRUE(cursor.flat) << "neither ball nor stylus over the work";
+  EXPECT_EQ(cursor.radiusMm, 5);
   ASSERT_TRUE(cursor.footprint);
   EXPECT_EQ(cursor.footprint->pointMm, Vec3d(1, 2, 3));
   EXPECT_FALSE(cursor.contact);

@@ -144,6 +144,15 @@ TEST_F(HandTest, aStrokeCutsTheClayAndIsOneStep) {
   EXPECT_NE(bench_.snapshot()->document->pieces[0].version.hash(), document_->pieces[0].version.hash());
 }
 
+TEST_F(HandTest, StoppedForcesDoNotStopAMouse) {
+  bench_.stopForces();
+  ASSERT_TRUE(until([&] { return bench_.idle(); }));
+  const engine::TouchState touch = bench_.touch(false);
+  EXPECT_NE(touch.state, haptics::ServoState::stopped) << touch.sentence;
+  const uint64_t before = bench_.latest().index;
+  EXPECT_TRUE(until([&] { return bench_.latest().index > before + 10; })) << "its servo stands still";
+}
+
 // Between two places of the window, a motion each hundredth of a second.
 class ToolsInHandTest : public HandTest {
  protected:

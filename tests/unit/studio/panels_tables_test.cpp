@@ -72,6 +72,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   }
   for (const auto& row : symmetryRows()) expectRow(row, engine::Symmetry{});
   for (const auto& row : handRows()) expectRow(row, StudioState{});
+  for (const auto& row : handsRows()) expectRow(row, StudioState{});
   for (const auto& row : undoRows()) expectRow(row, StudioState{});
 }
 

@@ -57,5 +57,12 @@ TEST(Pen, staysInRangeWhateverComes) {
   EXPECT_EQ(decodePen(broken, mask, std::array{5.0, 0.0, 0.0}, {}).pressure, 0);
 }
 
+TEST(Pen, theEraserIsADeviceOfThatName) {
+  EXPECT_TRUE(namesEraser("Wacom Intuos Pro M Pen eraser"));
+  EXPECT_TRUE(namesEraser("HID 256c:006d Eraser (0)"));
+  EXPECT_FALSE(namesEraser("Wacom Intuos Pro M Pen stylus"));
+  EXPECT_FALSE(namesEraser(""));
+}
+
 }  // namespace
 }  // namespace argil::studio

@@ -7,6 +7,7 @@
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/settings_tables.h"
 #include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
@@ -86,6 +87,7 @@ void drawPreferences(Context& context, Memory&) {
   int scale = int(std::find(kFactors.begin(), kFactors.end(), context.state.interfaceScale) - kFactors.begin());
   if (kit::choice("Size", kScales, scale, "Of everything flat.")) context.state.interfaceScale = kFactors[size_t(scale)];
   kit::toggle("Snap widgets", context.state.snapWidgets, "Dragged widgets snap to guides, clay and grid.");
+  drawRows(handsRows(), context.state);
   kit::toggle("Light background", context.state.look.lightBackground, "Behind the clay.");
   kit::gap(6);
   if (kit::button("Keys…", kit::Weight::plain, -1)) {

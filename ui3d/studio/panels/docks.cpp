@@ -258,6 +258,9 @@ void drawStatus(Context& context, Memory& memory) {
     doing = std::string(tool->name) + (tool->file == engine::ToolFile::image ? " needs an image: choose one in the settings" : " needs a shape: choose one in the settings");
     colour = c.warning;
   } else if (tool && context.state.straight) doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
+  else if (const engine::Piece* other = context.now.document->piece(context.state.otherPiece)) doing = other->name + ": click it to work on it; a drag turns the view";
+  else if (tool && context.now.document->pieces.size() > 1 && !context.now.inStroke)
+    doing = std::string(tool->name) + " on " + context.now.document->workedOn()->name + ": drag on it. Click another piece to work on that. Ctrl: opposite, Shift: smooth";
   else if (tool) doing = std::string(tool->name) + (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
   ImGui::SetCursorPos({10, y});
   kit::elided(doing, std::max(20.0f, x - 20), colour);

@@ -133,6 +133,13 @@ constexpr std::array kHand{
     percent<StudioState, &StudioState::pointerDepthMm>("pointerDepth", "Pointer depth", "How deep mouse and pen go under the surface, as a part of the radius.", 0, 100, 60),
 };
 
+constexpr std::array<string_view, 3> kSizesBy{"in millimetres", "with the model", "with the view"};
+constexpr std::array kHands{
+    percent<StudioState, &StudioState::penCurve>("penCurve", "Pen pressure", "Of all tools. Below zero a light touch does much already; above, little.", -100, 100, 0),
+    engine::Parameter<StudioState>{"sizeBy", "Tool sizes", "Stay as they are, go with the size of the model that is opened, or stay as large in the window.", "", 0, 2, 1, false,
+                                   [](const StudioState& s) { return double(s.sizeBy); }, [](StudioState& s, double v) { s.sizeBy = SizeBy(int(v)); }, kSizesBy},
+};
+
 constexpr std::array kUndo{
     plain<StudioState, &StudioState::undoGiB>("undoMemory", "Undo memory", "Older steps go to the disk and come back when you return to them; 0: no limit.", "GiB", 0, 64, 2),
 };
@@ -158,6 +165,7 @@ std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
 }
 std::span<const engine::Parameter<engine::Symmetry>> symmetryRows() { return kSymmetry; }
 std::span<const engine::Parameter<StudioState>> handRows() { return kHand; }
+std::span<const engine::Parameter<StudioState>> handsRows() { return kHands; }
 std::span<const engine::Parameter<StudioState>> undoRows() { return kUndo; }
 
 }  // namespace argil::studio

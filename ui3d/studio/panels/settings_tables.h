@@ -26,6 +26,8 @@ namespace argil::studio {
 [[nodiscard]] std::span<const engine::Parameter<engine::Symmetry>> symmetryRows();
 /// Of the studio itself: how deep the pointer goes, how large the interface is.
 [[nodiscard]] std::span<const engine::Parameter<StudioState>> handRows();
+/// Of all tools: how pens press, what sizes go with.
+[[nodiscard]] std::span<const engine::Parameter<StudioState>> handsRows();
 /// What undo may cost.
 [[nodiscard]] std::span<const engine::Parameter<StudioState>> undoRows();
 
