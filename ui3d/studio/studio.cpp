@@ -54,8 +54,8 @@ StudioState firstState(const StudioOptions& options) {
   if (options.play.empty()) loadSettings(state);
   if (options.theme) state.theme = *options.theme;
   state.look.lightBackground = state.theme == Theme::light;
+  state.shown.firstStart = options.file.empty() && state.startPage;
   if (!options.file.empty()) {
-    state.shown.firstStart = false;
     if (options.play.empty()) state.remember(options.file);
   }
   state.offersRecovery = options.play.empty();
@@ -126,6 +126,10 @@ void SessionWindow::uiStep() {
     drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }
   attempt([&] { panels_.draw(c); });
+  for (const auto& [texture, image] : panels_.takePictures()) {
+    renderer_.setUiTexture(texture, image->width, image->height, 4, image->rgba.data());
+    uiSteps_ = std::max(uiSteps_, 2);
+  }
   ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
   ImGui::Render();
   uiS_ = now;
