@@ -10,6 +10,7 @@
 #include "clay/error.h"
 #include "engine/json_text.h"
 #include "engine/script_place.h"
+#include "engine/thumbnail.h"
 #include "io/blob.h"
 #include "io/document_file.h"
 #include "io/input.h"
@@ -216,6 +217,11 @@ std::shared_ptr<const Base> readBase(const std::filesystem::path& file) {
 std::shared_ptr<const Base> readBase(io::DocumentFile& file) {
   return std::make_shared<const Base>(
       baseOf(file.path(), file, readHead(file, file.head(), io::displayName(file.path()))));
+}
+
+std::vector<std::byte> thumbnailOf(const std::filesystem::path& file) {
+  const auto opened = io::DocumentFile::open(file, false);
+  return faceOf(readHead(*opened, opened->head(), io::displayName(file)), *opened).thumbnail;
 }
 
 bool isStill(const Base& base) {

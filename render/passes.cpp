@@ -114,6 +114,7 @@ void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, 
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
   made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
+  made.framed = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
   targets = std::move(made);
 }
 

@@ -1,6 +1,7 @@
 // Pictures: from what was asked for to what the passes need, and back as bytes.
 
 #include <algorithm>
+#include <chrono>
 
 #include "clay/error.h"
 #include "render/renderer_state.h"
@@ -13,6 +14,8 @@ constexpr int kLeastEdge = 16, kMostEdge = 8192;
 constexpr ImageUse kDrawn{VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                           VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
                           VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL};
+constexpr ImageUse kWanted{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
+constexpr ImageUse kCopyTo{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
 constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
@@ -66,6 +69,13 @@ void Renderer::State::uploadOverlays(const FramePlan& plan) {
   std::copy(plan.fillVertices.begin(), plan.fillVertices.end(), reinterpret_cast<FillVertex*>(lines.mapped() + fillsAt));
 }
 
+void Renderer::State::takeSlot() {
+  slot = (slot + 1) % kFramesInFlight;
+  const auto begin = std::chrono::steady_clock::now();
+  gpu.wait(frame().ticket);
+  waitedNs = std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
+}
+
 FramePlan Renderer::State::prepare(const Shot& shot, int width, int height, const UiFrame* panels) {
   shot.view.check();
   check(shot.look);
@@ -76,8 +86,7 @@ FramePlan Renderer::State::prepare(const Shot& shot, int width, int height, cons
                 " pixels cannot be drawn; choose 16 to 8192 along each side");
   }
   if (panels) ui.check(*panels);
-  slot = (slot + 1) % kFramesInFlight;
-  gpu.wait(frame().ticket);
+  takeSlot();
   showing = false;
   Quality used = quality;
   used.supersample = samplesOf(width, height);
@@ -98,17 +107,29 @@ void Renderer::State::recordFrame(VkCommandBuffer commands, const FramePlan& pla
   barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
           {VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_UNIFORM_READ_BIT});
   recordPicture(commands, plan);
-  if (panels && !panels->empty()) {
-    transition(commands, targets.picture, kDrawn, kDrawn);
-    ui.draw(commands, *panels, slot, targets.picture);
-    timer.mark(commands, "panels");
-  }
+  ++pictures;
   transition(commands, targets.picture, kDrawn, kCopyFrom);
+  if (!panels) return;
+  recordPanels(commands, *panels);
+  timer.mark(commands, "panels");
 }
 
-Image Renderer::State::readBack() {
-  static_assert(kPictureFormat == VK_FORMAT_B8G8R8A8_UNORM);
+void Renderer::State::recordPanels(VkCommandBuffer commands, const UiFrame& panels) {
+  transition(commands, targets.framed, kWanted, kCopyTo);
   const VkExtent2D extent = targets.picture.extent();
+  VkImageCopy copy{};
+  copy.srcSubresource = copy.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  copy.extent = {extent.width, extent.height, 1};
+  vkCmdCopyImage(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, targets.framed.image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
+                 &copy);
+  transition(commands, targets.framed, kCopyTo, kDrawn);
+  ui.draw(commands, panels, slot, targets.framed);
+  transition(commands, targets.framed, kDrawn, kCopyFrom);
+}
+
+Image Renderer::State::readBack(const Texture& source) {
+  static_assert(kPictureFormat == VK_FORMAT_B8G8R8A8_UNORM);
+  const VkExtent2D extent = source.extent();
   Image image{int(extent.width), int(extent.height), {}};
   image.rgba.resize(4 * size_t(extent.width) * extent.height);
   if (targets.readback.size() < image.rgba.size()) {
@@ -118,7 +139,7 @@ Image Renderer::State::readBack() {
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     copy.imageExtent = {extent.width, extent.height, 1};
-    vkCmdCopyImageToBuffer(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+    vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                            targets.readback.handle(), 1, &copy);
     barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
             {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT});
@@ -138,7 +159,7 @@ Image Renderer::render(const Shot& shot, int width, int height, const UiFrame* p
   s.keepShown();
   const FramePlan plan = s.prepare(shot, width, height, panels);
   s.frame().ticket = s.gpu.submit([&](VkCommandBuffer commands) { s.recordFrame(commands, plan, panels); });
-  return s.readBack();
+  return s.readBack(panels ? s.targets.framed : s.targets.picture);
 }
 
 Image Renderer::render(const View& view, const Overlays& overlays, int width, int height) {

@@ -43,7 +43,9 @@ uint64_t Renderer::deviceBytes() const {
   return state_->gpu.allocatedBytes();
 }
 Renderer::DrawStats Renderer::drawStats() const {
-  return state_->stats;
+  DrawStats stats = state_->stats;
+  stats.pictures = state_->pictures;
+  return stats;
 }
 bool Renderer::validating() const {
   return state_->gpu.validating();

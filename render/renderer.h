@@ -133,6 +133,12 @@ class Renderer {
   /// nothing to draw on (minimised, hidden, changing its size just now). Follows the window's size by itself. Shows at most one picture a
   /// refresh of the screen where the screen has one, else as many as are asked for: the caller paces.
   bool present(const Shot& shot, const UiFrame& ui);
+  /// The picture that the window shows with other panels over it: no pass over the clay. False too when that picture is no longer held.
+  bool presentPanels(const UiFrame& ui);
+  /// From present() until another picture is drawn or the window is detached.
+  [[nodiscard]] bool holdsPicture() const;
+  /// How long the last of these two calls waited for the screen, and for the device where that has a clock of its own.
+  [[nodiscard]] int64_t waitedNs() const;
   /// What the window showed last, panels included, as an image. Waits for it to be drawn and copies it; drawing another picture by
   /// render() first costs such a copy too. Throws Error when nothing was shown yet.
   [[nodiscard]] Image lastPresented();
@@ -155,6 +161,7 @@ class Renderer {
   /// Chunks drawn and chunks outside of the picture, of the last picture.
   struct DrawStats {
     uint64_t chunksDrawn = 0, chunksCulled = 0, trianglesDrawn = 0, drawCalls = 0;
+    uint64_t pictures = 0;    ///< Since the start: pictures whose clay was drawn.
     uint64_t levelBytes = 0;  ///< Uploaded for coarser levels that the picture was the first to want.
   };
   [[nodiscard]] DrawStats drawStats() const;
@@ -165,6 +172,8 @@ class Renderer {
   [[nodiscard]] std::vector<std::string> validationMessages() const;
 
  private:
+  bool presentFrame(const Shot* shot, const UiFrame& ui);
+
   struct State;
   std::unique_ptr<State> state_;
 };

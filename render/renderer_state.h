@@ -21,6 +21,7 @@ struct Targets {
   int width = 0, height = 0, samples = 0, eyes = 0, shadowPixels = 0;
   bool cavities = false;
   Texture depth, normal, albedo, cavity, shadow, colour, picture;
+  Texture framed;   ///< The picture with panels over it: the picture itself stays for other panels.
   Buffer readback;  ///< Made when first asked for.
 
   /// Colours are drawn straight into the picture: one sample, one eye.
@@ -59,10 +60,14 @@ struct Renderer::State {
   FramePlan prepare(const Shot& shot, int width, int height, const UiFrame* panels);
   /// All passes. Ends with the picture in `targets.picture`, as a colour attachment that was just written.
   void recordPicture(VkCommandBuffer commands, const FramePlan& plan);
-  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from.
+  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from, with panels `targets.framed` too.
   void recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels);
-  /// The picture that was drawn last; waits for it.
-  [[nodiscard]] Image readBack();
+  /// Panels over the picture that `targets.picture` holds.
+  void recordPanels(VkCommandBuffer commands, const UiFrame& panels);
+  /// What was drawn last, with or without its panels; waits for it.
+  [[nodiscard]] Image readBack(const Texture& source);
+  /// The slot of the frame before the last, once the device is done with it.
+  void takeSlot();
 
   void resize(int width, int height, const FramePlan& plan, int samples);
   void makeTargets(int width, int height, const FramePlan& plan, int samples);
@@ -113,6 +118,8 @@ struct Renderer::State {
   bool attached = false;
   std::unique_ptr<WindowTarget> window;
   bool showing = false;  ///< The picture drawn last is the one in the window.
+  int64_t waitedNs = 0;  ///< Of the last frame: see Renderer::waitedNs().
+  uint64_t pictures = 0; ///< Drawn so far, with all passes.
   Image shown;           ///< What the window shows if another picture was drawn since.
 };
 

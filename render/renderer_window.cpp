@@ -1,6 +1,7 @@
 // The one window that a renderer draws in, and what follows when the device is lost.
 
 #include <algorithm>
+#include <chrono>
 
 #include "clay/error.h"
 #include "render/renderer_state.h"
@@ -55,7 +56,17 @@ void Renderer::detach() {
   s.shown = {};
 }
 
-bool Renderer::present(const Shot& shot, const UiFrame& panels) {
+bool Renderer::present(const Shot& shot, const UiFrame& panels) { return presentFrame(&shot, panels); }
+
+bool Renderer::presentPanels(const UiFrame& panels) { return holdsPicture() && presentFrame(nullptr, panels); }
+
+bool Renderer::holdsPicture() const { return state_->showing; }
+
+int64_t Renderer::waitedNs() const { return state_->waitedNs; }
+
+// Without a shot: the picture that is there with other panels.
+bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
+  using Clock = std::chrono::steady_clock;
   State& s = *state_;
   if (s.gpu.lost()) s.gpu.check(VK_ERROR_DEVICE_LOST, "drawing the window");
   if (!s.window) throw Error("there is no window to draw in; attach one first");
@@ -63,22 +74,38 @@ bool Renderer::present(const Shot& shot, const UiFrame& panels) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const std::optional<VkExtent2D> extent = s.window->prepare();
     if (!extent) return false;
-    const FramePlan plan = s.prepare(shot, int(std::clamp(extent->width, kLeastEdge, kMostEdge)),
-                                     int(std::clamp(extent->height, kLeastEdge, kMostEdge)), &panels);
+    const int width = int(std::clamp(extent->width, kLeastEdge, kMostEdge)), height = int(std::clamp(extent->height, kLeastEdge, kMostEdge));
+    FramePlan plan;
+    if (shot) {
+      plan = s.prepare(*shot, width, height, &panels);
+    } else {
+      if (s.targets.width != width || s.targets.height != height) return false;
+      s.ui.check(panels);
+      s.takeSlot();
+      s.ui.upload(panels, s.slot);
+    }
+    const auto asked = Clock::now();
     const std::optional<WindowTarget::Turn> turn = s.window->take(s.slot);
+    const int64_t forImageNs = std::chrono::nanoseconds(Clock::now() - asked).count();
     if (!turn) continue;
+    auto submitted = asked;
     try {
       s.frame().ticket = s.gpu.submit(
           [&](VkCommandBuffer commands) {
-            s.recordFrame(commands, plan, &panels);
-            copyToWindow(commands, s.targets.picture, *s.window, turn->image);
+            if (shot) s.recordFrame(commands, plan, &panels);
+            else s.recordPanels(commands, panels);
+            copyToWindow(commands, s.targets.framed, *s.window, turn->image);
           },
           {turn->free, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, turn->drawn});
+      submitted = Clock::now();
       s.window->show(*turn);
     } catch (...) {
       s.window->giveUp();
       throw;
     }
+    // Where the device has a clock, its work is told by that: whatever else takes time is a wait for it or for the screen.
+    const int64_t showNs = std::chrono::nanoseconds(Clock::now() - submitted).count();
+    s.waitedNs = s.timer.read().empty() ? forImageNs : s.waitedNs + forImageNs + showNs;
     s.showing = true;
     s.shown = {};
     return true;
@@ -88,13 +115,13 @@ bool Renderer::present(const Shot& shot, const UiFrame& panels) {
 
 void Renderer::State::keepShown() {
   if (!showing) return;
-  shown = readBack();
+  shown = readBack(targets.framed);
   showing = false;
 }
 
 Image Renderer::lastPresented() {
   State& s = *state_;
-  if (s.showing) return s.readBack();
+  if (s.showing) return s.readBack(s.targets.framed);
   if (s.shown.rgba.empty()) throw Error("the window has shown nothing yet; present a picture first");
   return s.shown;
 }

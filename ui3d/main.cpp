@@ -3,10 +3,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cstdio>
 #include <map>
 #include <new>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -27,6 +32,23 @@ constexpr bool kHasStudio = true;
 #else
 constexpr bool kHasStudio = false;
 #endif
+
+// `argil --scale 2` opens the studio: its options need not be preceded by its name.
+std::vector<std::string> withVerb(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  constexpr std::array<std::string_view, 4> kOwn{"--help", "-h", "--help-all", "--version"};
+  if (kHasStudio && !words.empty() && words[0].starts_with('-') && std::find(kOwn.begin(), kOwn.end(), words[0]) == kOwn.end())
+    words.insert(words.begin(), "studio");
+  return words;
+}
+
+// CLI::Range lets what is no number through.
+std::string checkScale(const std::string& text) {
+  double scale = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
+  const bool good = error == std::errc() && end == text.data() + text.size() && scale >= 0.5 && scale <= 4;
+  return good ? std::string() : fmt::format("{} is no scale: give 0.5 to 4", text);
+}
 
 // "1280x720"
 std::array<int, 2> parseSize(const std::string& text) {
@@ -172,10 +194,10 @@ int run(int argc, char** argv) {
 #ifdef ARGIL_STUDIO
   studio::StudioOptions studio;
   std::string studioSize, studioTheme;
-  auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone does too");
+  auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone, or with options of the studio, does too");
   studioVerb->add_option("file", studio.file, "Document (.argil), script (.json), level set or model to open");
   studioVerb->add_option("--size", studioSize, "Of the window in pixels");
-  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit; as the display says when left out")->check(CLI::Range(0.5, 4.0));
+  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit, 0.5 to 4; as the display says when left out")->check(CLI::Validator(checkScale, ""));
   studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")->capture_default_str();
   studioVerb->add_option("--theme", studioTheme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   studioVerb->add_option("--play", studio.play, "A recording in place of a person; the studio ends with it");
@@ -185,7 +207,9 @@ int run(int argc, char** argv) {
 #endif
 
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> words = withVerb(argc, argv);
+    std::reverse(words.begin(), words.end());  // As CLI11 takes them.
+    app.parse(words);
   } catch (const CLI::CallForHelp& e) {
     return app.exit(e);
   } catch (const CLI::CallForVersion& e) {

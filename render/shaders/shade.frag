@@ -76,7 +76,8 @@ void main() {
   }
   if (kSection && surface.a < 0.002) c = p.albedo * vec3(0.50, 0.33, 0.30) * mix(0.5, 1.0, p.cursor);
   vec3 back = backdrop(ndc);
-  if (dimmed) c = mix(mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.5), back, 0.45);
+  // A quieter shade of the same clay.
+  if (dimmed) c = mix(mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.85), back, 0.34);
   if (kDepthFade) c = mix(c, back, fadeAt(z));
   colour = vec4(dithered(c, gl_FragCoord.xy), 1.0);
 }

@@ -30,11 +30,11 @@ bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 // Document
 
 void addBlock(Context& c, Text) {
-  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm});
+  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm, .centreMm = onTheGround(c, kClayHeightMm)});
   c.state.shown.firstStart = false;
 }
 void addSphere(Context& c, Text) {
-  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm});
+  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm, .centreMm = onTheGround(c, 2 * kClayRadiusMm)});
   c.state.shown.firstStart = false;
 }
 void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
@@ -87,11 +87,11 @@ void switchDeformBox(Context& c, Text) {
   } else if (const engine::Piece* piece = deformable(c)) {
     c.state.deformBox = DeformBox::around(*piece);
     c.state.shown.settings = true;
+    if (layoutOf(c).settingsFolded) c.state.over = "settings";
     // It is larger than the piece: all of its points are to be within reach, beside the panels.
     render::Box all;
     for (const Vec3d& point : c.state.deformBox->lattice.points()) all.add(piece->pose.apply(point));
-    const kit::Rect free = layOut(c.width, c.height, c.state.shown, toolGroups()).free;
-    c.camera.focus(all, std::max(0.2, double(free.width()) / std::max(1.0f, c.height)));
+    c.camera.focus(all, freeAspect(layoutOf(c).free, c.width, c.height));
   }
 }
 bool hasDeformBox(const Context& c) { return c.state.deformBox.has_value(); }
@@ -211,7 +211,7 @@ bool isGizmo(const Context& c, Text mode) {
 
 // View
 
-double aspect(const Context& c) { return double(c.width) / std::max(1.0, double(c.height)); }
+double aspect(const Context& c) { return freeAspect(layoutOf(c).free, c.width, c.height); }
 void look(Context& c, Text view) { c.camera.look(std::string(view), render::Box(), aspect(c)); }
 void focusAll(Context& c, Text) { c.camera.focus(c.renderer.bounds(), aspect(c)); }
 void focusSelected(Context& c, Text) {
@@ -281,11 +281,11 @@ bool isStereo(const Context& c, Text id) {
 // Panels
 
 void switchPanel(Context& c, Text id) {
-  if (const PanelRow* row = findPanel(id)) showPanel(c.state.shown, *row, !(c.state.shown.*row->shown));
+  if (const PanelRow* row = findPanel(id)) turnPanel(layoutOf(c), c.state, *row);
 }
 bool isPanel(const Context& c, Text id) {
   const PanelRow* row = findPanel(id);
-  return row && c.state.shown.*row->shown;
+  return row && isSeen(layoutOf(c), c.state, *row);
 }
 void setTheme(Context& c, Text id) {
   c.state.theme = id == "dark" ? Theme::dark : id == "light" ? Theme::light : c.state.theme == Theme::dark ? Theme::light : Theme::dark;
@@ -462,6 +462,11 @@ void addMaterial(Context& context, const engine::Piece& piece) {
     row.colour = kMaterialColours[each->materials.size() % kMaterialColours.size()];
     each->materials.push_back(std::move(row));
   });
+}
+
+Vec3d onTheGround(const Context& context, double heightMm) {
+  const render::Box box = context.renderer.bounds();  // What is visible: the ground is its lowest point.
+  return box.empty() ? Vec3d(Vec3d::Zero()) : Vec3d(0, 0, box.min.z() + heightMm / 2);
 }
 
 const std::vector<Action>& actions() {

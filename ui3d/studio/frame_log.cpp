@@ -37,12 +37,21 @@ Json histogram(const std::vector<double>& counts) {
 
 }  // namespace
 
+void PictureCost::add(const FrameDone& f) {
+  if (!f.shown || !f.still || !f.clay) return;
+  double passes = 0;
+  for (const render::PassTime& pass : f.passes) passes += pass.us;
+  ms_ = std::max(double(f.endedNs - f.beganNs - f.waitedNs) * 1e-6, passes / 1000);
+}
+
 void FrameLog::add(const FrameDone& f) {
   uploadedBytes_ += f.uploadedBytes;
   largestUpload_ = std::max(largestUpload_, f.uploadedBytes);
   if (!f.shown) return;
   ++frames_;
   stillFrames_ += f.still ? 1 : 0;
+  clayFrames_ += f.clay ? 1 : 0;
+  sinceClay_ = f.clay ? 0 : sinceClay_ + 1;
   ends_.push_back(f.endedNs);
   begins_.push_back(f.beganNs);
   const double ms = double(f.endedNs - f.beganNs) * 1e-6;
@@ -67,6 +76,8 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   Json json;
   json["frames"] = frames_;
   json["still_frames"] = stillFrames_;
+  json["clay_frames"] = clayFrames_;
+  json["frames_since_clay"] = sinceClay_;
   json["first_picture_ms"] = facts.firstPictureMs;
   json["opened_ms"] = facts.openedMs;
   json["fps_moving"] = {{"n", intervalMs_.size()}, {"p50", perSecond(quantile(intervalMs_, 0.5))}, {"p99", perSecond(quantile(intervalMs_, 0.99))}};

@@ -15,10 +15,23 @@ struct FrameDone {
   bool shown = false;                ///< False: minimised.
   bool still = true;                 ///< The full picture.
   bool moving = false;               ///< A camera, a stroke or an animation was going on.
+  bool clay = true;                  ///< The clay was drawn; else the panels alone, over the picture that was there.
   int64_t beganNs = 0, endedNs = 0;  ///< CLOCK_MONOTONIC: from its first upload until it was handed to the window.
+  int64_t waitedNs = 0;              ///< Of that time: until the screen took the picture.
   int64_t oldestSampleNs = 0;        ///< SurfaceChanges::oldestSampleNs; 0: none.
   uint64_t uploadedBytes = 0, uploads = 0, deviceBytes = 0, triangles = 0;
   std::vector<render::PassTime> passes;
+};
+
+/// What the full picture costs, without waits for the screen: whether it can be drawn in motion too. One thread.
+class PictureCost {
+ public:
+  void add(const FrameDone& frame);
+  /// Of the last full picture; a second before there was one.
+  [[nodiscard]] double ms() const { return ms_; }
+
+ private:
+  double ms_ = 1000;
 };
 
 /// One thread. Kept: 8 bytes a frame and figure.
@@ -45,7 +58,7 @@ class FrameLog {
   [[nodiscard]] std::string report(const Facts& facts, const engine::Snapshot& now) const;
 
  private:
-  uint64_t frames_ = 0, stillFrames_ = 0, uploadedBytes_ = 0, largestUpload_ = 0;
+  uint64_t frames_ = 0, clayFrames_ = 0, sinceClay_ = 0, stillFrames_ = 0, uploadedBytes_ = 0, largestUpload_ = 0;
   std::vector<int64_t> ends_, begins_;         // Of every frame, to count between sample and screen.
   std::vector<double> sampleBegun_;            // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;

@@ -419,6 +419,8 @@ void SessionWindow::key(const Event& event) {
   changed();
   const bool down = event.kind == Kind::keyDown;
   if (typing) {
+    Context c = context();
+    if (down && (event.modifiers & kControl) && panels_.letsThrough(c, {event.key, event.modifiers})) runShortcut(c, {event.key, event.modifiers});
     sizeKey_ = sizing_ = false;
     return;
   }
@@ -444,6 +446,7 @@ void SessionWindow::key(const Event& event) {
   }
   if (!down || isModifier(event.key)) return;
   Context c = context();
+  if (dialog && (event.key == Key::escape || event.key == Key::enter)) return;  // For what is on top: the panels have seen it.
   if (event.key == Key::escape) {
     if (ring_) {
       if (sizing_) state_.tool().radiusMm = sizeFromMm_;
@@ -452,6 +455,8 @@ void SessionWindow::key(const Event& event) {
       if (drag_ == Drag::ring) drag_ = Drag::panel;
       return;
     }
+    if (state_.shown.firstStart && !widgets_.placing()) return;  // The start page closes.
+    if (!state_.over.empty() && drag_ == Drag::none) return;  // They fold it.
     if (drag_ == Drag::line) {
       line_.reset();
       drag_ = Drag::panel;  // Until the button comes up.
@@ -487,7 +492,7 @@ void SessionWindow::key(const Event& event) {
     return;
   }
   if (event.key == Key::remove && widgets_.removePoint(c)) return;
-  if (!dialog) runShortcut(c, shortcut);
+  if (!dialog || panels_.letsThrough(c, shortcut)) runShortcut(c, shortcut);
 }
 
 // What the free cursor is over: once a picture, when something moved.

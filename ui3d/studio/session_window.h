@@ -178,7 +178,7 @@ class SessionWindow {
   uint64_t shotShown_ = 0, panelsShown_ = 0;
   bool stillShown_ = false;
   bool showAll_ = false;                     // As soon as its surface is there.
-  double slowMs_ = 1000;                     // What the full picture costs.
+  PictureCost cost_;
   FrameDone frame_;                          // The picture thread's while it draws.
   double failedS_ = -1e9;
   size_t losses_ = 0;

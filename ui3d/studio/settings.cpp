@@ -21,8 +21,7 @@ struct PanelSwitch {
 constexpr PanelSwitch kPanels[] = {
     {"tools", &PanelsShown::tools},     {"settings", &PanelsShown::settings}, {"things", &PanelsShown::things},
     {"history", &PanelsShown::history}, {"view", &PanelsShown::view},         {"touch", &PanelsShown::touch},
-    {"quality", &PanelsShown::quality}, {"facts", &PanelsShown::facts},       {"messages", &PanelsShown::messages},
-    {"firstStart", &PanelsShown::firstStart}};
+    {"quality", &PanelsShown::quality}, {"facts", &PanelsShown::facts},       {"messages", &PanelsShown::messages}};
 
 struct LookSwitch {
   const char* name;
@@ -84,6 +83,8 @@ std::string settingsText(const StudioState& state) {
   json["size_by"] = int(state.sizeBy);
   json["sized_for_mm"] = state.sizedForMm;
   json["snap"] = state.snapWidgets;
+  json["fold_panels"] = state.foldPanels;
+  json["start_page"] = state.startPage;
   for (const PanelSwitch& panel : kPanels) json["panels"][panel.name] = state.shown.*panel.member;
   Json& look = json["look"];
   look["shading"] = int(state.look.shading);
@@ -132,6 +133,8 @@ bool applySettings(const std::string& text, StudioState& state) {
   }
   take(json, "pointer_depth", state.pointerDepthMm, 0, 1);
   take(json, "snap", state.snapWidgets);
+  take(json, "fold_panels", state.foldPanels);
+  take(json, "start_page", state.startPage);
   const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"), stereo = part(json, "stereo"), quality = part(json, "quality");
   for (const PanelSwitch& panel : kPanels) take(panels, panel.name, state.shown.*panel.member);
   choose(look, "shading", state.look.shading, 3);

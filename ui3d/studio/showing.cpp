@@ -9,6 +9,7 @@
 #include "haptics/clock.h"
 #include "ui3d/studio/cursor.h"
 #include "ui3d/studio/fingerprint.h"
+#include "ui3d/studio/panels/layout.h"
 #include "ui3d/studio/session_window.h"
 
 namespace argil::studio {
@@ -60,7 +61,8 @@ bool SessionWindow::collect() {
     shotShown_ = panelsShown_ = 0;
     return true;
   }
-  state_.figures.still = frame_.still;
+  cost_.add(frame_);
+  if (frame_.clay) state_.figures.still = frame_.still;
   state_.figures.frameMs = double(frame_.endedNs - frame_.beganNs) * 1e-6;
   state_.figures.triangles = frame_.triangles;
   state_.figures.uploadedBytes += frame_.uploadedBytes;
@@ -68,11 +70,6 @@ bool SessionWindow::collect() {
   state_.figures.passes = frame_.passes;
   state_.figures.framesPerSecond = log_.framesPerSecond(frame_.endedNs);
   state_.figures.sampleToScreenMs = log_.lastSampleToScreenMs();
-  if (frame_.still) {
-    double us = 0;
-    for (const render::PassTime& pass : frame_.passes) us += pass.us;
-    slowMs_ = std::max(state_.figures.frameMs, us / 1000);
-  }
   const bool loading = jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
   const double soFarMs = double(frame_.endedNs - startNs_) * 1e-6;
   if (firstPictureMs_ == 0 && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = soFarMs;
@@ -98,6 +95,8 @@ void SessionWindow::lost(const Error& error) {
   renderer_.recover();
   ++losses_;
   sendFont();
+  panels_.forgetPictures();
+  uiSteps_ = 2;
   bench_.resendSurfaces();
   waiting_ = {};
   partsWaiting_.clear();
@@ -131,6 +130,7 @@ void SessionWindow::follow() {
   followToolSizes();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
+  shotShown_ = 0;  // Places and looks are no part of the shot.
   const engine::Document& document = *now_->document;
   std::map<engine::Id, render::PieceLook> wanted;
   for (const engine::Piece& piece : document.pieces) {
@@ -199,6 +199,7 @@ double SessionWindow::viewSizeMm() const {
 void SessionWindow::followPreview() {
   std::shared_ptr<const clay::TriangleMesh> preview = bench_.preview();
   if (preview == preview_) return;
+  shotShown_ = 0;
   if (preview_) renderer_.remove(kPreview);
   std::erase_if(partsWaiting_, [](const auto& part) { return part.first == kPreview; });
   preview_ = std::move(preview);
@@ -215,9 +216,8 @@ void SessionWindow::followPreview() {
 void SessionWindow::showWhole(bool glide) {
   render::Box box = renderer_.bounds();
   if (box.empty()) return;
-  // As wide as what no panel covers.
   const auto [left, top, right, bottom] = panels_.free();
-  const double aspect = std::clamp(double(right - left), 0.2 * double(width_), double(width_)) / double(height_);
+  const double aspect = freeAspect({left, top, right, bottom}, width_, height_);  // As wide as what no panel covers.
   if (glide) {
     camera_.focus(box, aspect);
   } else {
@@ -285,24 +285,27 @@ bool SessionWindow::draw() {
   const uint64_t picture = fingerprint(shot, state_.quality), panels = fingerprint(panelsFrame_);
   const bool pending = !waiting_.pieces.empty() || !partsWaiting_.empty();
   // Panels that change under the person's hand must not wait for a slow picture.
-  if (picture != shotShown_ || (panels != panelsShown_ && slowMs_ > kSluggishMs && now - activeS_ < kStillS)) changed();
+  if (picture != shotShown_ || (panels != panelsShown_ && cost_.ms() > kSluggishMs && now - activeS_ < kStillS)) changed();
   const bool moving = now - changedS_ < kStillS;
-  const render::Quality quality = moving && slowMs_ > kSlowMs ? state_.quality.moving() : state_.quality;
+  const render::Quality quality = moving && cost_.ms() > kSlowMs ? state_.quality.moving() : state_.quality;
   const bool still = quality == state_.quality;
-  if (picture == shotShown_ && panels == panelsShown_ && !pending && (still == stillShown_ || !still)) return false;
+  // The picture that is shown serves as long as nothing in it changes, and it is as good as it is to be by now.
+  const bool clay = picture != shotShown_ || pending || (still && !stillShown_) || !renderer_.holdsPicture();
+  if (!clay && panels == panelsShown_) return false;
   shotShown_ = picture;
   panelsShown_ = panels;
-  stillShown_ = still;
+  if (clay) stillShown_ = still;
   frame_ = {};
-  frame_.still = still;
-  frame_.moving = moving;
+  frame_.still = stillShown_;
+  frame_.moving = moving && clay;
+  frame_.clay = clay;
   nextFrameS_ = now + kFrameS;
-  takeSurfaces();  // What came since, while panels were laid out: as new as can be.
-  pictures_.run([this, shot, quality, changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
+  if (clay) takeSurfaces();  // What came since, while panels were laid out: as new as can be.
+  pictures_.run([this, clay, shot, quality, changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
                  parts = std::exchange(partsWaiting_, {}), ui = panelsFrame_] {
     frame_.beganNs = haptics::nowNs();
     frame_.oldestSampleNs = changes->oldestSampleNs;
-    for (const engine::SurfaceChange& change : changes->pieces) {
+    for (const engine::SurfaceChange& change : changes->pieces) {  // None where only panels are drawn.
       if (change.whole || change.removed) renderer_.remove(change.piece);
       if (change.removed) continue;
       if (change.whole)
@@ -317,7 +320,8 @@ bool SessionWindow::draw() {
       if (const auto look = placed_.find(id); look != placed_.end()) renderer_.place(id, look->second);
     }
     renderer_.setQuality(quality);
-    frame_.shown = renderer_.present(shot, ui);
+    frame_.shown = clay ? renderer_.present(shot, ui) : renderer_.presentPanels(ui);
+    frame_.waitedNs = renderer_.waitedNs();
     frame_.endedNs = haptics::nowNs();
     frame_.deviceBytes = renderer_.deviceBytes();
     frame_.triangles = renderer_.drawStats().trianglesDrawn;

@@ -55,8 +55,8 @@ StudioState firstState(const StudioOptions& options) {
   if (options.play.empty()) loadSettings(state);
   if (options.theme) state.theme = *options.theme;
   state.look.lightBackground = state.theme == Theme::light;
+  state.shown.firstStart = options.file.empty() && state.startPage;
   if (!options.file.empty()) {
-    state.shown.firstStart = false;
     if (options.play.empty()) state.remember(options.file);
   }
   state.offersRecovery = options.play.empty();
@@ -129,6 +129,10 @@ void SessionWindow::uiStep() {
   }
   attempt([&] { panels_.draw(c); });
   if (ring_ && !(drag_ == Drag::ring && QuickRing::dragged(ringItem_))) ring_->draw(ring_->at(mouse_.x, mouse_.y));
+  for (const auto& [texture, image] : panels_.takePictures()) {
+    renderer_.setUiTexture(texture, image->width, image->height, 4, image->rgba.data());
+    uiSteps_ = std::max(uiSteps_, 2);
+  }
   ImGui::ErrorCheckEndFrameRecover(nullptr);  // What a panel that threw left open.
   ImGui::Render();
   uiS_ = now;

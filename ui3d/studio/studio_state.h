@@ -94,6 +94,9 @@ struct StudioState {
 
   // Panels
   PanelsShown shown;
+  std::string over;              ///< The folded panel that stands over the clay until it is folded again, by its id; empty: none.
+  bool foldPanels = true;        ///< Panels are folded where they would leave the clay less than kClayPart of the window.
+  bool startPage = true;         ///< It comes when the studio starts without a file.
   Theme theme = Theme::dark;
   float interfaceScale = 0;      ///< 0: as the display says; else 0.75 to 4.
   std::map<std::string, std::string, std::less<>> keys;  ///< Shortcuts that the person changed: action id → "Ctrl+Z".

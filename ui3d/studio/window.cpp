@@ -14,6 +14,7 @@
 
 #include "clay/error.h"
 #include "haptics/clock.h"
+#include "ui3d/studio/panels/layout.h"
 
 // As <GLFW/glfw3native.h> and <X11/Xlib.h> have them: the first wants headers of more X libraries, the second's macros have our names.
 extern "C" {
@@ -78,6 +79,8 @@ uint8_t modifierOf(Key key) {
   }
 }
 
+float displayScale(float told) { return std::clamp(std::isfinite(told) && told > 0 ? told : 1.0f, 0.5f, 4.0f); }
+
 }  // namespace
 
 struct Window::State {
@@ -96,10 +99,9 @@ struct Window::State {
   std::atomic<bool> minimised{false};
 
   [[nodiscard]] float scale() const {
-    if (wantedScale > 0) return wantedScale;
     float x1 = 1, y1 = 1;
-    glfwGetWindowContentScale(window, &x1, &y1);
-    return std::clamp(std::isfinite(x1) && x1 > 0 ? x1 : 1.0f, 0.5f, 4.0f);
+    if (wantedScale <= 0) glfwGetWindowContentScale(window, &x1, &y1);
+    return scaleThatFits(wantedScale > 0 ? wantedScale : displayScale(x1), width, height);
   }
   [[nodiscard]] double nowS() const { return double(haptics::nowNs() - startNs) * 1e-9; }
 
@@ -115,9 +117,9 @@ struct Window::State {
   void resized() {
     int w = 0, h = 0;
     glfwGetFramebufferSize(window, &w, &h);
-    toldScale = scale();
     width = w;
     height = h;
+    toldScale = scale();
     // A storm of sizes is one event.
     std::erase_if(events, [](const Event& e) { return e.kind == Event::Kind::resize; });
     Event e = make(Event::Kind::resize);
@@ -213,18 +215,24 @@ Window::Window(const Options& options) : state_(std::make_unique<State>()) {
   s.wantedScale = options.scale;
   s.wake = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   int width = options.width, height = options.height;
+  std::array<int, 4> area{};  // Of the screen, without the desktop's own bars.
+  bool maximised = false;
   if (width <= 0 || height <= 0) {
-    int x = 0, y = 0;
     width = 1280;
     height = 720;
     if (GLFWmonitor* monitor = glfwGetPrimaryMonitor()) {
-      glfwGetMonitorWorkarea(monitor, &x, &y, &width, &height);
-      width = width * 3 / 4;
-      height = height * 3 / 4;
+      float x1 = 1, y1 = 1;
+      glfwGetMonitorWorkarea(monitor, &area[0], &area[1], &area[2], &area[3]);
+      glfwGetMonitorContentScale(monitor, &x1, &y1);
+      const FirstWindow first = firstWindow(area[2], area[3], options.scale > 0 ? options.scale : displayScale(x1));
+      width = first.width;
+      height = first.height;
+      maximised = first.maximised;
     }
   }
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+  glfwWindowHint(GLFW_MAXIMIZED, maximised ? GLFW_TRUE : GLFW_FALSE);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "argil");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "argil");
   s.window = glfwCreateWindow(std::max(width, kLeastWidth), std::max(height, kLeastHeight), options.title.c_str(), nullptr, nullptr);
@@ -235,6 +243,10 @@ Window::Window(const Options& options) : state_(std::make_unique<State>()) {
   }
   glfwSetWindowSizeLimits(s.window, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
   s.listen();
+  if (maximised && !glfwGetWindowAttrib(s.window, GLFW_MAXIMIZED)) {  // Nobody here maximises windows.
+    glfwSetWindowPos(s.window, area[0], area[1]);
+    glfwSetWindowSize(s.window, area[2], area[3]);
+  }
   glfwShowWindow(s.window);
   s.resized();
 }

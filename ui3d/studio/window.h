@@ -21,7 +21,7 @@ class Window {
  public:
   struct Options {
     std::string title = "Argil";
-    int width = 0, height = 0;  ///< Pixels; 0: three quarters of the screen.
+    int width = 0, height = 0;  ///< Pixels; 0: as firstWindow() has it on this screen.
     float scale = 0;            ///< Pixels an interface unit; 0: as the display says.
     int64_t startNs = 0;        ///< Times of events count from here, on CLOCK_MONOTONIC.
   };
@@ -45,6 +45,7 @@ class Window {
 
   [[nodiscard]] std::array<int, 2> pixels() const;  ///< Of the drawable part; kept while minimised.
   [[nodiscard]] bool minimised() const;
+  /// Pixels an interface unit: less than is wanted where the window would not hold the interface, see scaleThatFits().
   [[nodiscard]] float scale() const;
   /// 0: as the display says. The next poll() brings a resize event when it changed.
   void setScale(float scale);

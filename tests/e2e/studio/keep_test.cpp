@@ -51,7 +51,7 @@ class Keeping : public OnScreen {
     for (int i = 0; i < 20 && away >= 0.01; ++i) away = difference(clay(wanted), clay(person.settled()));
     EXPECT_LT(away, 0.01) << what;
   }
-  static constexpr std::array<uint8_t, 3> kAccent{0xe3, 0x9a, 0x6b};  // Of the dark theme.
+  static constexpr std::array<uint8_t, 3> kAccent{0x74, 0xb6, 0xe2};  // Of the dark theme.
   // The middle of the dialog's chief button; `left`: of the one so many places to the left of it, all 96 wide.
   static std::array<double, 2> button(const Person& person, int left) {
     const render::Image image = person.settled();

@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include "panels_rig.h"
 #include "ui3d/studio/panels/layout.h"
+#include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
 #include "ui3d/studio/panels/theme.h"
 
@@ -73,6 +76,167 @@ TEST(PanelsLayout, NothingOverlapsOrLeavesTheWindow) {
   }
 }
 
+struct Asked {
+  int width, height;
+  float scale;
+};
+
+// All that are asked for, and their size in interface units.
+std::vector<std::pair<Asked, Screen>> windows() {
+  std::vector<std::pair<Asked, Screen>> all;
+  for (const auto& [width, height] : {std::pair{800, 600}, {1280, 720}, {1920, 1080}, {2560, 1440}, {3840, 2160}}) {
+    for (const float scale : {1.0f, 1.5f, 2.0f, 3.0f}) {
+      const float fits = scaleThatFits(scale, width, height);
+      all.push_back({{width, height, scale}, {float(width) / fits, float(height) / fits, fits}});
+    }
+  }
+  return all;
+}
+
+std::string named(const Asked& w) { return std::to_string(w.width) + "x" + std::to_string(w.height) + " at scale " + kit::written(double(w.scale)); }
+
+TEST(PanelsLayout, TheClayHasItsPartOfEveryWindow) {
+  for (const auto& [window, screen] : windows()) {
+    EXPECT_GE(screen.width, kLeastWindowWidth - 0.01f) << named(window);
+    EXPECT_GE(screen.height, kLeastWindowHeight - 0.01f) << named(window);
+    for (int mask = 0; mask < 16; ++mask) {
+      PanelsShown shown;
+      shown.tools = mask & 1;
+      shown.settings = mask & 2;
+      shown.things = mask & 4;
+      shown.view = mask & 8;
+      const Layout l = layOut(screen.width, screen.height, shown, toolGroups());
+      const double part = double(l.free.width()) * double(l.free.height()) / (double(screen.width) * double(screen.height));
+      EXPECT_GE(part, kClayPart - 1e-6) << named(window) << ", panels " << mask;
+      double area = 0;
+      for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free})
+        area += r.empty() ? 0 : double(r.width()) * double(r.height());
+      EXPECT_NEAR(area, double(screen.width) * double(screen.height), 1) << named(window) << ", panels " << mask;
+      // What is shown and does not stand there opens over the clay, and leaves some of it.
+      for (const PanelRow& row : panelTable()) {
+        if (!l.folded(row.dock)) continue;
+        const Layout over = layOut(screen.width, screen.height, shown, toolGroups(), row.id);
+        const kit::Rect& at = row.dock == Dock::tools ? over.tools : row.dock == Dock::settings ? over.settings : row.dock == Dock::upper ? over.upper : over.lower;
+        EXPECT_FALSE(at.empty()) << named(window) << ": " << row.id;
+        EXPECT_GE(at.left, l.free.left) << named(window) << ": " << row.id;
+        EXPECT_LE(at.right, l.free.right) << named(window) << ": " << row.id;
+        EXPECT_EQ(over.free.width(), l.free.width()) << named(window) << ": " << row.id;
+        EXPECT_GE(over.clear.width(), 0.3f * screen.width) << named(window) << ": " << row.id;
+      }
+    }
+    const Layout l = layOut(screen.width, screen.height, PanelsShown(), toolGroups());
+    EXPECT_GE(l.railEdge, 20) << named(window);
+    for (const float stop : {0.0f, 140.0f}) {
+      const int folded = int(l.toolsFolded) + int(l.settingsFolded);
+      EXPECT_LE(barWidth(barGroups(screen.width, folded, stop), folded, stop), screen.width) << named(window);
+    }
+  }
+  EXPECT_FALSE(layOut(1920, 1080, PanelsShown(), toolGroups()).sideFolded);
+  const Layout laptop = layOut(1280, 720, PanelsShown(), toolGroups());
+  EXPECT_TRUE(laptop.sideFolded);
+  EXPECT_FALSE(laptop.settingsFolded);
+  EXPECT_GT(layOut(1280, 720, PanelsShown(), toolGroups(), {}, kLeastClayPart).upper.width(), 0) << "by choice panels stay";
+}
+
+TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
+  std::set<std::pair<int, int>> seen;
+  for (const auto& [window, screen] : windows()) {
+    // Units decide; the largest have room for what the smaller ones have.
+    if (screen.width > 1930 || !seen.insert({int(screen.width), int(screen.height)}).second) continue;
+    PanelsRig rig(screen.width, screen.height, screen.scale);
+    rig.bench.tell(engine::Message::Level::warning, "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
+    for (const bool full : {false, true}) {
+      if (full) fill(rig);
+      rig.state.shown.firstStart = !full;
+      rig.frames(3);
+      expectApart(screen, named(window));
+      expectFits(named(window));
+      rig.state.shown.firstStart = false;
+      for (const PanelRow& row : panelTable()) {
+        if (row.dock == Dock::middle) continue;
+        const PanelsShown before = rig.state.shown;
+        rig.run(("panel." + std::string(row.id)).c_str());
+        const std::string what = named(window) + ", " + std::string(row.id) + (full ? " full" : " empty");
+        expectApart(screen, what);
+        expectFits(what);
+        rig.state.shown = before;
+        rig.state.over.clear();
+        rig.timeS += 60;
+      }
+    }
+    // Dialogs are lower than the window, or scroll.
+    for (const char* dialog : {"open", "saveAs", "import", "picture", "recover", "clay", "export", "recent", "piece.join", "piece.cut-plane", "palette", "shortcuts", "preferences"}) {
+      const PanelRow* panel = findPanel(dialog);
+      if (panel) rig.state.shown.*panel->shown = true;
+      else rig.state.wishes.dialog = dialog;
+      rig.frames(4);
+      ASSERT_FALSE(GImGui->OpenPopupStack.empty()) << dialog;
+      const ImRect at = GImGui->OpenPopupStack.back().Window->Rect();
+      const std::string what = named(window) + ", " + dialog;
+      EXPECT_GE(at.Min.x, 0) << what;
+      EXPECT_GE(at.Min.y, 0) << what;
+      EXPECT_LE(at.Max.x, screen.width) << what;
+      EXPECT_LE(at.Max.y, screen.height) << what;
+      expectFits(what);
+      rig.key(ImGuiKey_Escape);
+      rig.frames(3);
+      EXPECT_TRUE(GImGui->OpenPopupStack.empty()) << what << " does not close by Escape";
+    }
+  }
+}
+
+TEST(PanelsLayout, TheFirstWindowIsLargeOnEveryScreen) {
+  for (const auto& [width, height] : {std::pair{800, 600}, {1280, 720}, {1366, 768}, {1920, 1080}}) EXPECT_TRUE(firstWindow(width, height, 1).maximised) << width;
+  EXPECT_TRUE(firstWindow(2560, 1440, 2).maximised);
+  EXPECT_TRUE(firstWindow(3840, 2160, 3).maximised);
+  for (const auto& [width, height, scale] : {std::tuple{2560, 1440, 1.0f}, {3840, 2160, 1.0f}, {3840, 2160, 1.5f}, {5120, 2880, 2.0f}}) {
+    const FirstWindow window = firstWindow(width, height, scale);
+    EXPECT_FALSE(window.maximised) << width;
+    EXPECT_LE(window.width, width);
+    EXPECT_LE(window.height, height);
+    EXPECT_GE(float(window.width) / scale, 1600) << width;
+    EXPECT_GE(float(window.height) / scale, 900) << width;
+  }
+}
+
+TEST(PanelsLayout, AScaleIsNoLargerThanTheWindowHolds) {
+  EXPECT_EQ(scaleThatFits(2, 1280, 720), 2);
+  EXPECT_EQ(scaleThatFits(3, 1280, 720), 2);
+  EXPECT_EQ(scaleThatFits(1, 640, 400), 1);
+  EXPECT_EQ(scaleThatFits(0.5f, 3840, 2160), 0.5f);
+  EXPECT_EQ(scaleThatFits(2, 0, 0), 2) << "a window whose size is not known yet";
+  EXPECT_GE(scaleThatFits(4, 100, 100), 0.5f);
+}
+
+TEST(PanelsLayout, AFoldedPanelOpensOverTheClayAndFoldsAgain) {
+  PanelsRig rig(800, 600);
+  rig.state.shown.firstStart = false;
+  rig.frames(2);
+  const auto clay = rig.panels->free();
+  ImGuiWindow* things = ImGui::FindWindowByName("Upper");
+  EXPECT_TRUE(!things || !things->WasActive);
+  const auto seen = [&] {
+    things = ImGui::FindWindowByName("Upper");
+    return things && things->WasActive;
+  };
+  rig.run("panel.things");
+  EXPECT_TRUE(seen());
+  EXPECT_EQ(rig.panels->free(), clay) << "the view does not jump";
+  rig.key(ImGuiKey_Escape);
+  rig.frames(2);
+  EXPECT_FALSE(seen()) << "by Escape";
+  rig.run("panel.things");
+  rig.run("panel.history");
+  EXPECT_EQ(rig.state.over, "history");
+  rig.run("panel.history");
+  EXPECT_FALSE(seen()) << "by its own key";
+  rig.run("panel.things");
+  rig.click({(clay[0] + clay[2]) / 2 - 100, (clay[1] + clay[3]) / 2});
+  rig.frames(2);
+  EXPECT_FALSE(seen()) << "by a click beside it";
+  EXPECT_TRUE(rig.state.shown.things) << "in a larger window it stands where it stood";
+}
+
 TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
   for (int mask = 0; mask < 16; ++mask) {
     PanelsShown shown;
@@ -81,7 +245,7 @@ TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
     shown.things = mask & 4;
     shown.view = mask & 8;
     const std::array groups{14};
-    const Layout l = layOut(1280, 720, shown, groups);
+    const Layout l = layOut(1280, 720, shown, groups, {}, kLeastClayPart);
     double area = 0;
     for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free}) area += double(r.width()) * double(r.height());
     EXPECT_DOUBLE_EQ(area, 1280.0 * 720.0) << mask;

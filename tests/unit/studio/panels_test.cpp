@@ -265,7 +265,7 @@ TEST_F(ThingsList, HistoryGoesToAnyStep) {
 TEST(Panels, TheFirstPageMakesABlock) {
   PanelsRig rig;
   ASSERT_TRUE(rig.state.shown.firstStart);
-  const ImVec2 at = rig.find("First start", {"A block to carve", "big"});
+  const ImVec2 at = rig.find("First start", {"clay.block", "tile"});
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);
   rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");

@@ -15,8 +15,6 @@
 namespace argil::studio {
 namespace {
 
-constexpr float kBarButton = 30;
-
 // A thin line between groups of a bar.
 void divide() {
   ImGui::SameLine(0, 9);
@@ -125,60 +123,76 @@ void drawBar(Context& context, Memory& memory) {
   const kit::Rect& rect = memory.layout.bar;
   for (const float y : {rect.top + 0.5f, rect.bottom - 0.5f}) kit::frameLine({rect.left, y}, {rect.right, y});
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {2, 2});
+  const bool stopped = forcesStopped(memory), stoppable = !context.bench.usesPointer() || stopped;
+  const float stopWidth = std::max(kit::buttonWidth("Resume forces", "play"), kit::buttonWidth("Stop forces", "stop"));
+  // What is folded is opened from here, as the rail does it on the other side.
+  const int folded = int(memory.layout.toolsFolded) + int(memory.layout.settingsFolded);
+  const BarGroups groups = barGroups(rect.width(), folded, stoppable ? stopWidth : 0);
+  for (const auto& [id, isFolded] : {std::pair{"tools", memory.layout.toolsFolded}, {"settings", memory.layout.settingsFolded}}) {
+    if (!isFolded) continue;
+    actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kBarButton);
+    ImGui::SameLine();
+  }
+  if (folded > 0) {
+    ImGui::SameLine(0, 0);
+    divide();
+  }
   actionButton(context, "edit.undo", "undo", kBarButton);
   ImGui::SameLine();
   actionButton(context, "edit.redo", "redo", kBarButton);
-  divide();
 
   const engine::ToolRow* tool = engine::findTool(context.state.toolId);
+  if (groups.numbers > 0) divide();
   // Two numbers of the tool at the most: the rest is in the settings.
   int numbers = 0;
   for (const auto& row : tool ? engine::ownParameters(*tool) : std::span<const engine::Parameter<engine::Tool>>()) {
-    if (numbers == 2 || !row.choices.empty() || row.unit == "colour" || row.unit == "on") continue;
+    if (numbers == groups.numbers || !row.choices.empty() || row.unit == "colour" || row.unit == "on") continue;
     if (numbers++ > 0) ImGui::SameLine(0, 6);
     ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
     ImGui::PushID("bar");
-    (void)drawRow(row, context.state.tool(), 152);
+    (void)drawRow(row, context.state.tool(), groups.number);
     ImGui::PopID();
   }
   ImGui::SameLine();
   ImGui::SetCursorPosY((kBarHeight - kBarButton) / 2);
-  divide();
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  drawIcon(list, "symmetry", {at.x + 10, at.y + kBarButton / 2}, 18, colours().dim);
-  ImGui::Dummy({24, kBarButton});
-  for (const char* axis : {"x", "y", "z"}) {
+  if (groups.symmetry) {
+    divide();
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    drawIcon(list, "symmetry", {at.x + 10, at.y + kBarButton / 2}, 18, colours().dim);
+    ImGui::Dummy({24, kBarButton});
+    for (const char* axis : {"x", "y", "z"}) {
+      ImGui::SameLine();
+      const char letter[2] = {static_cast<char>(axis[0] - 32), 0};
+      actionButton(context, std::string("symmetry.") + axis, "", kBarButton, letter);
+    }
     ImGui::SameLine();
-    const char letter[2] = {static_cast<char>(axis[0] - 32), 0};
-    actionButton(context, std::string("symmetry.") + axis, "", kBarButton, letter);
+    actionButton(context, "tool.straight", "straight", kBarButton);
   }
-  ImGui::SameLine();
-  actionButton(context, "tool.straight", "straight", kBarButton);
-  divide();
-  for (const auto& [id, icon] : {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
-    actionButton(context, id, icon, kBarButton);
-    ImGui::SameLine();
+  if (groups.shading) {
+    divide();
+    for (const auto& [id, icon] : {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
+      actionButton(context, id, icon, kBarButton);
+      ImGui::SameLine();
+    }
+    ImGui::SameLine(0, 0);
   }
-  ImGui::SameLine(0, 0);
-  divide();
-  actionButton(context, "view.projection", "ortho", kBarButton);
-  ImGui::SameLine();
-  actionButton(context, "view.section", "section", kBarButton);
-  ImGui::SameLine();
-  actionButton(context, "view.all", "focus", kBarButton);
-  ImGui::SameLine();
-  const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
-  if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off, "Stereo on or off; the View panel has its modes")) {
-    context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
+  if (groups.view) {
+    divide();
+    for (const auto& [id, icon] : {std::pair{"view.projection", "ortho"}, {"view.section", "section"}, {"view.all", "focus"}}) {
+      actionButton(context, id, icon, kBarButton);
+      ImGui::SameLine();
+    }
+    const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
+    if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off, "Stereo on or off; the View panel has its modes")) {
+      context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
+    }
   }
 
-  const bool stopped = forcesStopped(memory);
-  const char* words = stopped ? "Resume forces" : "Stop forces";
-  const float width = std::max(kit::buttonWidth("Resume forces", "play"), kit::buttonWidth("Stop forces", "stop"));
-  ImGui::SameLine(rect.width() - width - 8);
-  ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
-  if (!context.bench.usesPointer() || stopped) {
-    if (kit::button(words, stopped ? kit::Weight::chief : kit::Weight::danger, width, stopped ? "play" : "stop")) runAction(context, stopped ? "touch.resume" : "touch.stop");
+  if (stoppable) {
+    const char* words = stopped ? "Resume forces" : "Stop forces";
+    ImGui::SameLine(rect.width() - stopWidth - 8);
+    ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
+    if (kit::button(words, stopped ? kit::Weight::chief : kit::Weight::danger, stopWidth, stopped ? "play" : "stop")) runAction(context, stopped ? "touch.resume" : "touch.stop");
     const Action* action = findAction(stopped ? "touch.resume" : "touch.stop");
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
@@ -190,14 +204,17 @@ void drawRail(Context& context, Memory& memory) {
   kit::begin("Rail", memory.layout.rail, colours().bar, {3, kToolPad}, ImGuiWindowFlags_NoScrollbar);
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {2, 2});
   Dock last = Dock::upper;
+  const float edge = memory.layout.railEdge;
   for (const PanelRow& panel : panelTable()) {
     if (panel.dock != Dock::upper && panel.dock != Dock::lower) continue;
-    if (panel.dock != last) kit::gap(10);
+    if (panel.dock != last) kit::gap(kRailGap);
     last = panel.dock;
-    actionButton(context, "panel." + std::string(panel.id), panel.icon, kRailEdge);
+    actionButton(context, "panel." + std::string(panel.id), panel.icon, edge);
   }
-  ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (kRailEdge + 2) - kToolPad + 2);
-  for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kRailEdge);
+  if (memory.layout.railFoot) {  // Else by menu and key.
+    ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (edge + 2) - kToolPad + 2);
+    for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, edge);
+  }
   ImGui::PopStyleVar();
   kit::end();
 }

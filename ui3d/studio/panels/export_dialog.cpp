@@ -124,7 +124,7 @@ void drawExport(Context& context, Memory& memory) {
   kit::gap(6);
   const std::string_view verb = asking ? "Write over" : "Export";
   const float wide = 110;
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
+  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());

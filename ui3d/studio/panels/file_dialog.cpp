@@ -194,7 +194,7 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   if (more) more();
   const std::string_view verb = replaces ? std::string_view("Replace") : std::string_view(request_.verb);
   const float wide = std::max(96.0f, kit::buttonWidth(verb));
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
+  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open_ = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!folders && typed_.empty());

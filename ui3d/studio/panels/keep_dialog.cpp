@@ -79,7 +79,7 @@ void drawKeep(Context& context, Memory& memory) {
   if (saving) {
     kit::wrapped("Before " + std::string(deed(memory.keep.departure().to)) + ", " + documentName(file) + " is saved.", colours().text);
     kit::gap(6);
-    ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 110);
+    ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 110);
     if (kit::button("Stay", kit::Weight::plain, 110)) open = false;
     if (!open) memory.keep.stay();
     kit::endDialog(open);
@@ -89,7 +89,7 @@ void drawKeep(Context& context, Memory& memory) {
   kit::gap(10);
   constexpr float kWide = 110;
   std::optional<Answer> answer;
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 3 * kWide - 2 * kGap);
+  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 3 * kWide - 2 * kGap);
   if (kit::button("Don't save", kit::Weight::danger, kWide)) answer = Answer::dontSave;
   kit::tooltip("What was done since the last save is lost.", "D");
   ImGui::SameLine();
@@ -100,8 +100,6 @@ void drawKeep(Context& context, Memory& memory) {
   kit::tooltip(file.path.empty() ? "Asks for a name, then goes on." : "Then goes on.", "Enter");
   // Not by the key press that brought the question.
   if (!ImGui::IsWindowAppearing()) {
-    for (const ImGuiKey key : {ImGuiKey_Enter, ImGuiKey_KeyPadEnter})
-      if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false)) answer = Answer::save;
     for (const ImWchar letter : ImGui::GetIO().InputQueueCharacters)
       if (letter == 'd' || letter == 'D') answer = Answer::dontSave;
   }

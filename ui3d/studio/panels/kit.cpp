@@ -23,9 +23,28 @@ ImVec2 size(std::string_view s) { return s.empty() ? ImVec2(0, 0) : ImGui::CalcT
 // The ground of something that can be pressed, from how it is pressed.
 ImU32 ground(bool hovered, bool held) { return held ? colours().fieldPress : hovered ? colours().fieldHover : colours().field; }
 
+bool escapeTaken = false;                // In this frame, by something that stood over the dialogs.
+const ImGuiWindow* enterFor = nullptr;  // The dialog whose default button Enter presses in this frame.
+
+bool keyPressed(ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false); }
+
+// The default button of the dialog that is being drawn is pressed by Enter.
+bool entered(Weight weight) {
+  if (weight != Weight::chief || !enterFor || ImGui::GetCurrentWindow() != enterFor || (GImGui->CurrentItemFlags & ImGuiItemFlags_Disabled)) return false;
+  enterFor = nullptr;
+  return true;
+}
+
 void outline(const ImVec2& a, const ImVec2& b) { ImGui::GetWindowDrawList()->AddRect(a, b, colours().line, kRound, 0, 1); }
 
 }  // namespace
+
+void beginFrame() {
+  escapeTaken = false;
+  enterFor = nullptr;
+}
+void takeEscape() { escapeTaken = true; }
+bool escapeIsTaken() { return escapeTaken; }
 
 void sharpen(ImDrawList& list) { list._FringeScale = 1 / pixelScale(); }
 
@@ -56,8 +75,9 @@ bool beginDialog(const char* name, const char* title, float width, float height,
   if (!*open && !ImGui::IsPopupOpen(name)) return false;
   if (*open && !ImGui::IsPopupOpen(name)) ImGui::OpenPopup(name);
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({std::floor(display.x / 2), std::floor(title ? display.y / 2 : 0.12f * display.y)}, ImGuiCond_Always, {0.5f, title ? 0.5f : 0.0f});
   const float wide = std::min(width, display.x - 16), most = display.y - 16;
+  const float top = std::min(0.12f * display.y, display.y - 8 - std::min(height, most));  // Of one without a title.
+  ImGui::SetNextWindowPos({std::floor(display.x / 2), std::floor(title ? display.y / 2 : top)}, ImGuiCond_Always, {0.5f, title ? 0.5f : 0.0f});
   if (height > 0) ImGui::SetNextWindowSize({wide, std::min(height, most)});
   else ImGui::SetNextWindowSizeConstraints({wide, 1}, {wide, most});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 8);
@@ -72,14 +92,17 @@ bool beginDialog(const char* name, const char* title, float width, float height,
   }
   sharpen(*ImGui::GetWindowDrawList());
   const ImGuiWindow* window = ImGui::GetCurrentWindow();
-  const bool top = GImGui->OpenPopupStack.Size == GImGui->BeginPopupStack.Size;
+  const bool onTop = GImGui->OpenPopupStack.Size == GImGui->BeginPopupStack.Size;
   const bool outside = !title && ImGui::IsMouseClicked(0) && !window->Rect().Contains(ImGui::GetIO().MousePos) && !ImGui::IsWindowAppearing();
-  if (top && (outside || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false))) *open = false;
+  if (onTop && (outside || (keyPressed(ImGuiKey_Escape) && !escapeTaken && !numberIsTyped()))) *open = false;
+  // A text that is being typed has its own use for Enter; so has the key press that brought the dialog.
+  const bool typing = GImGui->ActiveId != 0 && GImGui->ActiveId == GImGui->InputTextState.ID;
+  if (onTop && !typing && !ImGui::IsWindowAppearing() && (keyPressed(ImGuiKey_Enter) || keyPressed(ImGuiKey_KeyPadEnter))) enterFor = window;
   if (title) {
     ImGui::PushFont(fonts().strong);
     ImGui::TextUnformatted(title);
     ImGui::PopFont();
-    ImGui::SameLine(ImGui::GetWindowWidth() - 18 - 22);
+    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - 22);
     ImGui::SetCursorPosY(ImGui::GetCursorPosY() - 3);
     if (iconButton("close", "close", 22, Lit::off, "Close", "Escape")) *open = false;
     gap(4);
@@ -210,10 +233,18 @@ bool button(std::string_view words, Weight weight, float width, std::string_view
     drawIcon(list, icon, {x + 8, (a.y + b.y) / 2}, 17, ink);
     x += 22;
   }
-  list.PushClipRect(a, b, true);
-  list.AddText({x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)}, ink, first(words), last(words));
-  list.PopClipRect();
-  return pressed;
+  if (needed > width + 0.5f) {
+    const float edge = b.x - 6;
+    const ImVec2 whole = size(words);
+    x = a.x + 6 + (icon.empty() ? 0 : 22);
+    ImGui::PushStyleColor(ImGuiCol_Text, ink);
+    ImGui::RenderTextEllipsis(&list, {x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)}, {edge, b.y}, edge, edge, first(words), last(words), &whole);
+    ImGui::PopStyleColor();
+    if (whole.x > edge - x) tooltip(words);
+  } else {
+    list.AddText({x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)}, ink, first(words), last(words));
+  }
+  return pressed || entered(weight);
 }
 
 bool toggle(std::string_view name, bool& on, std::string_view help) {
@@ -258,7 +289,14 @@ bool segmented(const char* id, std::span<const std::string_view> names, int& cho
     const bool on = chosen == int(i);
     if (on || ImGui::IsItemHovered()) list.AddRectFilled({a.x + 2, a.y + 2}, {b.x - 2, b.y - 2}, on ? c.accent : c.fieldHover, kRound - 1);
     const ImVec2 needed = size(names[i]);
-    list.AddText({std::floor((a.x + b.x - needed.x) / 2), std::floor((a.y + b.y - needed.y) / 2)}, on ? c.onAccent : c.text, first(names[i]), last(names[i]));
+    if (needed.x > b.x - a.x - 4) {
+      ImGui::PushStyleColor(ImGuiCol_Text, on ? c.onAccent : c.text);
+      ImGui::RenderTextEllipsis(&list, {a.x + 4, std::floor((a.y + b.y - needed.y) / 2)}, {b.x - 2, b.y}, b.x - 2, b.x - 2, first(names[i]), last(names[i]), &needed);
+      ImGui::PopStyleColor();
+      tooltip(names[i]);
+    } else {
+      list.AddText({std::floor((a.x + b.x - needed.x) / 2), std::floor((a.y + b.y - needed.y) / 2)}, on ? c.onAccent : c.text, first(names[i]), last(names[i]));
+    }
   }
   outline(origin, {origin.x + whole, origin.y + kRow});
   ImGui::PopID();

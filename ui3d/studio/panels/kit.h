@@ -17,12 +17,19 @@ struct Rect {
   [[nodiscard]] bool empty() const { return width() <= 0 || height() <= 0; }
 };
 
+/// Before everything else in a frame.
+void beginFrame();
+/// Escape is used up in this frame: no dialog closes by it.
+void takeEscape();
+[[nodiscard]] bool escapeIsTaken();
+
 /// A window that fills a rectangle, without title and without moving. Always end() it.
 bool begin(const char* name, const Rect& rect, ImU32 ground, ImVec2 padding, ImGuiWindowFlags flags = 0);
 /// A card over the picture that grows with what is in it, as wide as given, its middle at (x, y) at the place told by `pivot`.
 bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mostHeight = 0);
 /// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call it in every frame,
 /// open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a title a click outside closes it too.
+/// Enter presses its first Weight::chief button that is enabled, unless a text is being typed.
 bool beginDialog(const char* name, const char* title, float width, float height, bool* open);
 void end();
 void endCard();
@@ -71,6 +78,8 @@ struct Number {
 };
 /// A bar that is dragged (Shift: finely), typed into by a double click or Ctrl-click, and set back by the right button.
 Change number(const Number& row, double& value, float width = 0);
+/// One of them is being typed into.
+[[nodiscard]] bool numberIsTyped();
 /// Three or four digits that matter, without zeros at the end: "0.05", "12.5", "200".
 [[nodiscard]] std::string written(double value);
 /// "12.5", "12,5 mm", "1e-3". NaN for what is no number.

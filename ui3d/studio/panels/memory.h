@@ -6,12 +6,15 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "engine/jobs.h"
 #include "haptics/devices/registry.h"
+#include "render/image.h"
 #include "ui3d/studio/actions.h"
 #include "ui3d/studio/context.h"
 #include "ui3d/studio/file_kinds.h"
@@ -67,6 +70,17 @@ struct AskedModel {
   bool asDocument = false;  ///< To be opened, not imported.
 };
 
+/// The page at the start.
+struct StartPage {
+  bool wasEmpty = true;               ///< The document, in the frame before.
+  int chosen = -1;                    ///< By keys, among its tiles; −1: none.
+  bool moved = false;                 ///< In the last frame, to another tile.
+  std::vector<std::string> files;     ///< Whose pictures these are, empty where a file has none.
+  std::shared_ptr<std::vector<render::Image>> pictures;
+  bool sent = false;                  ///< Whoever has the renderer took them.
+  std::unique_ptr<engine::BackgroundJob> reading;  ///< Last: it fills the pictures.
+};
+
 struct Memory {
   Layout layout;
   engine::TouchState touch;
@@ -112,14 +126,20 @@ struct Memory {
   bool recoverOffered = false;          ///< Once after the start.
   std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
   engine::Recoverable located;          ///< Of FilesFor::locate: whose saved file is looked for.
-  bool firstStartSeen = false;
+  StartPage start;
+  float noticesHeight = 0;    ///< Of what stands at the foot of the picture, in the frame before.
 };
 
 // Helpers for all of them.
 
+/// Where everything stands for the state of the moment.
+[[nodiscard]] Layout layoutOf(const Context& context);
+
 /// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
 bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
 void runAction(Context& context, std::string_view id);
+/// Where the middle of new clay so high belongs, that it stands on the ground; alone it is the world's.
+[[nodiscard]] Vec3d onTheGround(const Context& context, double heightMm);
 /// By the person or by a fault, until they are resumed.
 [[nodiscard]] bool forcesStopped(const Memory& memory);
 /// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
@@ -158,6 +178,8 @@ void drawPalette(Context& context, Memory& memory);
 void drawShortcuts(Context& context, Memory& memory);
 void drawPreferences(Context& context, Memory& memory);
 void drawFirstStart(Context& context, Memory& memory);
+/// Pictures that the renderer needs, by the names that the page uses from now on; each once.
+[[nodiscard]] std::vector<std::pair<uint32_t, const render::Image*>> takePictures(StartPage& page);
 /// Puts the open document away for something else; asks first where work would be lost.
 void depart(Context& context, Memory& memory, Departure departure);
 /// Opens a file as the document; asks for its units first where it names none.

@@ -23,7 +23,7 @@ std::string_view iconOf(Level level) { return level == Level::done ? "check" : l
 }  // namespace
 
 void drawNotices(Context& context, Memory& memory) {
-  const kit::Rect& free = memory.layout.free;
+  const kit::Rect& free = memory.layout.clear;
   std::vector<engine::JobView> jobs = context.bench.jobs();
   memory.moves |= !jobs.empty();
   std::erase_if(jobs, [](const engine::JobView& job) { return job.seconds < kJobShownS; });
@@ -35,6 +35,7 @@ void drawNotices(Context& context, Memory& memory) {
   }
   memory.moves |= !toasts.empty();
   // Work goes on in memory alone: said as long as it is so.
+  memory.noticesHeight = 0;
   if ((jobs.empty() && toasts.empty() && trouble.empty()) || free.width() < 120) return;
 
   const float width = std::min(420.0f, free.width() - 24);
@@ -72,6 +73,7 @@ void drawNotices(Context& context, Memory& memory) {
     kit::bar(job.fraction, width - 24);
     ImGui::PopID();
   }
+  memory.noticesHeight = ImGui::GetWindowHeight() + 14;
   kit::endCard();
 }
 

@@ -57,6 +57,8 @@ Change type(const Number& row, double& value, float width) {
 
 }  // namespace
 
+bool numberIsTyped() { return typing.id != 0; }
+
 std::string written(double value) {
   if (!std::isfinite(value)) return "–";
   const double size = std::abs(value);

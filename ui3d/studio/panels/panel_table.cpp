@@ -21,7 +21,7 @@ constexpr std::array kPanels{
     PanelRow{"palette", "Command palette", "Finds everything that can be done by its name.", "search", "Ctrl+P Space", Dock::middle, &P::palette},
     PanelRow{"shortcuts", "Keys", "All shortcuts, to look up and to change.", "keys", "F1", Dock::middle, &P::shortcuts},
     PanelRow{"preferences", "Preferences", "Theme and size of the interface.", "preferences", "Ctrl+,", Dock::middle, &P::preferences},
-    PanelRow{"firstStart", "Start page", "Three things to begin with.", "home", "", Dock::middle, &P::firstStart},
+    PanelRow{"firstStart", "Start page", "What to begin with: new clay, a file, what was opened before.", "home", "", Dock::middle, &P::firstStart},
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "ui3d/studio/panels/panels.h"
 
+#include <imgui_internal.h>
+
 #include <algorithm>
 
 #include "ui3d/studio/panels/memory.h"
@@ -21,13 +23,13 @@ DrawPanel drawerOf(std::string_view id) {
 }
 
 // The title of a dock's panel, with tabs where the dock has two to choose from.
-void titles(Context& context, Dock dock) {
+void titles(Context& context, const Layout& layout, Dock dock) {
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const Colours& c = colours();
   const PanelRow* closed = nullptr;
   for (const PanelRow& row : panelTable()) {
     if (row.dock != dock) continue;
-    const bool on = context.state.shown.*row.shown;
+    const bool on = isSeen(layout, context.state, row);
     if (!on && dock != Dock::upper) continue;
     ImGui::PushFont(fonts().strong);
     const ImVec2 size = ImGui::CalcTextSize(row.name.data(), row.name.data() + row.name.size());
@@ -38,12 +40,12 @@ void titles(Context& context, Dock dock) {
     list.AddText({a.x, a.y + 2}, on || ImGui::IsItemHovered() ? c.text : c.dim, row.name.data(), row.name.data() + row.name.size());
     ImGui::PopFont();
     if (on && dock == Dock::upper) list.AddRectFilled({a.x, b.y - 2}, {b.x, b.y}, c.accent);
-    if (pressed) showPanel(context.state.shown, row, true);
+    if (pressed && !on) turnPanel(layout, context.state, row);
     ImGui::SameLine(0, 16);
     if (on) closed = &row;
   }
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") && closed) showPanel(context.state.shown, *closed, false);
+  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") && closed) turnPanel(layout, context.state, *closed);
 }
 
 void dock(Context& context, Memory& memory, const char* name, Dock which, const kit::Rect& rect) {
@@ -51,9 +53,9 @@ void dock(Context& context, Memory& memory, const char* name, Dock which, const 
   kit::begin(name, rect, colours().panel, {kPad, 8}, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   kit::frameLine({rect.left + 0.5f, rect.top}, {rect.left + 0.5f, rect.bottom});
   if (rect.top > memory.layout.bar.bottom + 1) kit::frameLine({rect.left, rect.top + 0.5f}, {rect.right, rect.top + 0.5f});
-  titles(context, which);
+  titles(context, memory.layout, which);
   for (const PanelRow& row : panelTable()) {
-    if (row.dock != which || !(context.state.shown.*row.shown)) continue;
+    if (row.dock != which || !isSeen(memory.layout, context.state, row)) continue;
     ImGui::BeginChild(row.id.data(), {0, 0}, false, which == Dock::upper ? ImGuiWindowFlags_NoScrollbar : 0);
     kit::sharpen(*ImGui::GetWindowDrawList());
     drawerOf(row.id)(context, memory);
@@ -72,6 +74,28 @@ void settings(Context& context, Memory& memory) {
   kit::end();
 }
 
+// Escape closes what is on top: a menu or a list, else a dialog (which does it itself), else the panel over the clay. So does a click beside
+// that panel.
+void fold(StudioState& state) {
+  const ImGuiContext& g = *GImGui;
+  const bool typing = g.ActiveId != 0 && g.ActiveId == g.InputTextState.ID;
+  const int popups = g.OpenPopupStack.Size;
+  const bool escape = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && !typing;
+  if (popups > 0) {
+    const ImGuiWindow* top = g.OpenPopupStack.back().Window;
+    if (escape && top && !(top->Flags & ImGuiWindowFlags_Modal)) {
+      ImGui::ClosePopupToLevel(popups - 1, true);
+      kit::takeEscape();
+    }
+    return;
+  }
+  const bool beside = (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2)) && !ImGui::GetIO().WantCaptureMouse;
+  if ((escape || beside) && !state.over.empty()) {
+    state.over.clear();
+    if (escape) kit::takeEscape();
+  }
+}
+
 void hear(Context& context, Memory& memory) {
   constexpr size_t kMost = 300;
   for (engine::Message& message : context.bench.takeMessages()) {
@@ -85,6 +109,11 @@ void hear(Context& context, Memory& memory) {
 
 }  // namespace
 
+Layout layoutOf(const Context& context) {
+  return layOut(context.width, context.height, context.state.shown, toolGroups(), context.state.over,
+                context.state.foldPanels ? kClayPart : kLeastClayPart);
+}
+
 struct Panels::State : Memory {};
 
 Panels::Panels() : state_(std::make_unique<State>()) {}
@@ -96,7 +125,10 @@ void Panels::draw(Context& context) {
   // A tooltip waits for a hand at rest; a cursor blinks.
   memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
   serveWishes(context, memory);
-  memory.layout = layOut(context.width, context.height, context.state.shown, toolGroups());
+  kit::beginFrame();
+  fold(context.state);
+  memory.layout = layoutOf(context);
+  if (const PanelRow* over = findPanel(context.state.over); over && !memory.layout.folded(over->dock)) context.state.over.clear();
   ImGui::PushFont(fonts().body);
   drawMenu(context, memory);
   drawBar(context, memory);
@@ -132,6 +164,22 @@ void Panels::dropped(Context& context, const std::string& path) {
   } else {
     beginDocument(context, *state_, path);
   }
+}
+
+std::vector<std::pair<uint32_t, const render::Image*>> Panels::takePictures() { return studio::takePictures(state_->start); }
+void Panels::forgetPictures() { state_->start.sent = false; }
+
+bool Panels::letsThrough(const Context& context, const Shortcut& shortcut) {
+  const Action* action = actionOf(shortcut, context.state);
+  if (!action || GImGui->OpenPopupStack.empty()) return false;
+  int dialogs = 0;
+  for (const ImGuiPopupData& popup : GImGui->OpenPopupStack) dialogs += popup.Window && (popup.Window->Flags & ImGuiWindowFlags_Modal) ? 1 : 0;
+  if (dialogs > 0) {
+    const PanelRow* panel = action->id.starts_with("panel.") ? findPanel(action->argument) : nullptr;
+    return action->id == "window.fullScreen" || (panel && panel->dock == Dock::middle && context.state.shown.*panel->shown);
+  }
+  ImGui::ClosePopupToLevel(0, true);
+  return true;
 }
 
 bool Panels::moves() const { return state_->moves; }

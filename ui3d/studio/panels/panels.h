@@ -4,7 +4,11 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "render/image.h"
+#include "ui3d/studio/actions.h"
 #include "ui3d/studio/context.h"
 
 namespace argil::studio {
@@ -23,6 +27,13 @@ class Panels {
   void dropped(Context& context, const std::string& path);
   /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's picture anew.
   static void applyTheme(Theme theme, float scale);
+  /// Pictures that panels show from the next draw() on, for Renderer::setUiTexture(); valid until then. Each is given once, until forgetPictures().
+  [[nodiscard]] std::vector<std::pair<uint32_t, const render::Image*>> takePictures();
+  /// The renderer lost what it was given.
+  void forgetPictures();
+  /// Whether a shortcut is run although a menu, a list or a dialog is open. The first two close, as somebody who knows the key wants no menu; a
+  /// dialog lets its own key through, by which it is closed, and what concerns the window alone. Between two frames.
+  [[nodiscard]] bool letsThrough(const Context& context, const Shortcut& shortcut);
   /// Something changes by itself (progress, a plot, a message that will go, a tooltip that will come): draw again within a tenth of a second.
   [[nodiscard]] bool moves() const;
   /// The middle part that no panel covers, in interface units: left, top, right, bottom. Of the last draw().

@@ -180,7 +180,7 @@ void drawOperation(Context& context, Memory& memory) {
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * wide - kGap);
+  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());

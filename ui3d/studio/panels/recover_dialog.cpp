@@ -113,7 +113,7 @@ void drawRecover(Context& context, Memory& memory) {
   }
   if (offered.size() > 3) ImGui::EndChild();
   kit::gap(8);
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - kWide);
+  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - kWide);
   if (kit::button(offered.empty() ? "Close" : "Later", kit::Weight::plain, kWide)) memory.recoverOpen = false;
   kit::endDialog(memory.recoverOpen);
 }

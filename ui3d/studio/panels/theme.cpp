@@ -13,12 +13,12 @@ namespace {
 constexpr ImU32 rgb(unsigned hex) { return IM_COL32((hex >> 16) & 255, (hex >> 8) & 255, hex & 255, 255); }
 
 constexpr Colours kDark{.panel = rgb(0x25272b), .bar = rgb(0x1d1f22), .field = rgb(0x33363c), .fieldHover = rgb(0x3d4148), .fieldPress = rgb(0x41454c),
-                        .line = rgb(0x3a3d43), .text = rgb(0xe8e9eb), .dim = rgb(0xb0b4bb), .accent = rgb(0xe39a6b), .onAccent = rgb(0x20140c),
-                        .soft = rgb(0x4d3a2e), .level = rgb(0x5c4434), .good = rgb(0x7fce93), .warning = rgb(0xf0bd5e), .error = rgb(0xff938a),
+                        .line = rgb(0x3a3d43), .text = rgb(0xe8e9eb), .dim = rgb(0xb0b4bb), .accent = rgb(0x74b6e2), .onAccent = rgb(0x0b1a25),
+                        .soft = rgb(0x2b3d4c), .level = rgb(0x31485a), .good = rgb(0x7fce93), .warning = rgb(0xf0bd5e), .error = rgb(0xff938a),
                         .stop = rgb(0xc62f28), .onStop = rgb(0xffffff)};
 constexpr Colours kLight{.panel = rgb(0xf6f6f5), .bar = rgb(0xe9e9e7), .field = rgb(0xffffff), .fieldHover = rgb(0xefeeec), .fieldPress = rgb(0xe2e0dd),
-                         .line = rgb(0xcfcfcc), .text = rgb(0x1f2124), .dim = rgb(0x565a61), .accent = rgb(0xa54f26), .onAccent = rgb(0xffffff),
-                         .soft = rgb(0xf3dccd), .level = rgb(0xecc9b2), .good = rgb(0x1d6b35), .warning = rgb(0x7d5200), .error = rgb(0xb3221b),
+                         .line = rgb(0xcfcfcc), .text = rgb(0x1f2124), .dim = rgb(0x565a61), .accent = rgb(0x1f6591), .onAccent = rgb(0xffffff),
+                         .soft = rgb(0xd3e4f0), .level = rgb(0xb9d5e8), .good = rgb(0x1d6b35), .warning = rgb(0x7d5200), .error = rgb(0xb3221b),
                          .stop = rgb(0xc62f28), .onStop = rgb(0xffffff)};
 
 Theme inForce = Theme::dark;

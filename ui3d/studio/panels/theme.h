@@ -10,7 +10,7 @@
 
 namespace argil::studio {
 
-/// One theme: quiet greys and one accent. Every text colour has a contrast of 4.5 or more to what it stands on (WCAG 2, AA).
+/// One theme: quiet greys and one accent, far from the clay's own colours. Every text colour has a contrast of 4.5 or more to what it stands on (WCAG 2, AA).
 struct Colours {
   ImU32 panel, bar, field, fieldHover, fieldPress;  ///< Surfaces: of panels, of bars, of what can be pressed.
   ImU32 line;                                       ///< Between things.

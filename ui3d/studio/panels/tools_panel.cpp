@@ -44,8 +44,8 @@ std::vector<int> toolGroups() {
 }
 
 void drawTools(Context& context, Memory& memory) {
-  if (!context.state.shown.tools) return;
-  kit::begin("Tools", memory.layout.tools, colours().bar, {kToolPad, kToolPad}, ImGuiWindowFlags_NoScrollbar);
+  if (memory.layout.tools.empty()) return;
+  kit::begin("Tools", memory.layout.tools, colours().bar, {kToolPad, kToolPad}, memory.layout.toolsScroll ? 0 : ImGuiWindowFlags_NoScrollbar);
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {kToolGap, kToolGap});
   int column = 0;
   const auto begin = [&](std::string_view name, bool first = false) {

@@ -105,6 +105,21 @@ std::vector<Vec3d> Sheet::triangles() const {
   return {c[0], c[1], c[2], c[0], c[2], c[3]};
 }
 
+std::vector<Vec3d> Sheet::rim() const {
+  constexpr double kWidth = 0.04;  // Of the smaller side.
+  const double width = kWidth * std::min(halfX, halfY);
+  Sheet inner = *this;
+  inner.halfX -= width;
+  inner.halfY -= width;
+  const auto out = corners(), in = inner.corners();
+  std::vector<Vec3d> triangles;
+  for (size_t i = 0; i < 4; ++i) {
+    const size_t j = (i + 1) % 4;
+    triangles.insert(triangles.end(), {out[i], out[j], in[j], out[i], in[j], in[i]});
+  }
+  return triangles;
+}
+
 void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const Vec3d& foot, render::Colour colour, bool tilts) {
   const Vec3d n = sheet.normal();
   Handle arrow;

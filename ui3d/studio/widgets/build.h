@@ -11,7 +11,7 @@ namespace argil::studio {
 namespace colours {
 inline constexpr render::Colour kX{0.93f, 0.30f, 0.32f, 1}, kY{0.46f, 0.80f, 0.25f, 1}, kZ{0.30f, 0.56f, 0.98f, 1};
 inline constexpr render::Colour kHandle{0.97f, 0.97f, 0.99f, 1}, kHot{1.00f, 0.82f, 0.22f, 1}, kSnap{1.00f, 0.45f, 0.85f, 1};
-inline constexpr render::Colour kSection{0.98f, 0.62f, 0.25f, 1}, kWorkspace{0.55f, 0.80f, 0.90f, 1};
+inline constexpr render::Colour kSection{0.66f, 0.76f, 0.88f, 1}, kWorkspace{0.55f, 0.80f, 0.90f, 1};
 }  // namespace colours
 [[nodiscard]] render::Colour axisColour(int axis);
 [[nodiscard]] render::Colour faded(render::Colour colour, float alpha);
@@ -62,6 +62,8 @@ struct Sheet {
   [[nodiscard]] Vec3d at(double u, double v) const { return centre + u * halfX * x + v * halfY * y; }  ///< −1 to 1 in it.
   [[nodiscard]] std::vector<Vec3d> corners() const { return {at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)}; }
   [[nodiscard]] std::vector<Vec3d> triangles() const;
+  /// A narrow band along the edge.
+  [[nodiscard]] std::vector<Vec3d> rim() const;
 };
 /// An arrow along the sheet's normal from `foot`, which moves the target; two arcs at its edges that tilt it.
 void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const Vec3d& foot, render::Colour colour, bool tilts);

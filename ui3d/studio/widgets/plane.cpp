@@ -26,7 +26,8 @@ void buildPlane(Build& build, const Guide& guide, const Stance& stance) {
   const Sheet sheet{guide.pose.translation, axes.col(0), axes.col(1), 0.5 * guide.sizeMm.x(), 0.5 * guide.sizeMm.y()};
   const render::Colour colour = faded(guideColour(guide), stance.strength);
   const Target target{Target::Kind::thing, guide.id};
-  build.fill(sheet.triangles(), faded(colour, stance.selected ? 0.20f : 0.12f));
+  build.fill(sheet.triangles(), faded(colour, stance.selected ? 0.06f : 0.03f));
+  build.fill(sheet.rim(), faded(colour, stance.selected ? 0.16f : 0.10f));
   build.closedLine(sheet.corners(), colour, stance.selected ? 3.f : 2.f);
   if (guide.feel == Guide::Feel::keepOut) {
     // The free side.

@@ -40,7 +40,7 @@ void buildSymmetry(Build& build) {
     const Vec3d n = axes.col(i);
     const Vec3d centre = middle - (middle - symmetry.pose.translation).dot(n) * n;
     const Sheet sheet{centre, axes.col((i + 1) % 3), axes.col((i + 2) % 3), half, half};
-    build.fill(sheet.triangles(), faded(axisColour(i), 0.05f));
+    build.fill(sheet.rim(), faded(axisColour(i), 0.10f));
     build.closedLine(sheet.corners(), faded(axisColour(i), 0.8f), 1.6f);
     // The rim that is highest, of a level plane that to the right.
     const Vec3d foot = i == 2 ? sheet.at(1, 0) : i == 0 ? sheet.at(0, 1) : sheet.at(1, 0);
