@@ -34,6 +34,12 @@ void SessionWindow::followFile() {
     viewGiven_ = file.face && applyFace(*file.face, state_, camera_);
     changed();
   }
+  if (now_->madeCount != madeShown_) {
+    madeShown_ = now_->madeCount;
+    // Beside what is there it may stand out of the view.
+    const engine::Document& document = *now_->document;
+    showMade_ = document.pieces.size() + document.parts.size() > 1 && !document.guide(now_->made);
+  }
   if (std::string title = windowTitle(file); title != titleShown_) {
     window_.setTitle(title);
     titleShown_ = std::move(title);

@@ -1,6 +1,7 @@
 #include "ui3d/studio/panels/panels.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
@@ -72,6 +73,16 @@ void settings(Context& context, Memory& memory) {
   kit::end();
 }
 
+// When the hand ended its stroke, and how much of it was to be worked on then.
+void followStroke(Context& context, Memory& memory) {
+  const bool cuts = (memory.touch.latest.flags & haptics::kCutting) != 0;
+  if (std::exchange(memory.handCuts, cuts) && !cuts) {
+    memory.releasedS = context.timeS;
+    memory.strokeFromS = context.bench.strokeWork().leftS;
+  }
+  memory.moves |= !cuts && context.bench.strokeWork().on;
+}
+
 void hear(Context& context, Memory& memory) {
   constexpr size_t kMost = 300;
   for (engine::Message& message : context.bench.takeMessages()) {
@@ -79,6 +90,10 @@ void hear(Context& context, Memory& memory) {
   }
   while (memory.said.size() > kMost) memory.said.pop_front();
   memory.touch = context.bench.touch(context.state.shown.touch);
+  // What was just made is what the hand works on next.
+  if (std::exchange(memory.madeSeen, context.now.madeCount) < context.now.madeCount && context.now.document->thing(context.now.made))
+    context.state.selected = context.now.made;
+  followStroke(context, memory);
   memory.frameMs.push_back(float(context.state.figures.frameMs));
   if (memory.frameMs.size() > 240) memory.frameMs.erase(memory.frameMs.begin(), memory.frameMs.begin() + 40);
 }
@@ -92,9 +107,9 @@ Panels::~Panels() = default;
 
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
-  hear(context, memory);
   // A tooltip waits for a hand at rest; a cursor blinks.
   memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
+  hear(context, memory);
   serveWishes(context, memory);
   memory.layout = layOut(context.width, context.height, context.state.shown, toolGroups());
   ImGui::PushFont(fonts().body);
@@ -127,8 +142,7 @@ void Panels::dropped(Context& context, const std::string& path) {
   if (!kind) {
     context.bench.tell(engine::Message::Level::warning, path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
   } else if (kind->imports) {
-    state_->importAsPart = false;
-    state_->asked = {path, false};
+    askModel(*state_, path, false, false);
   } else {
     beginDocument(context, *state_, path);
   }
