@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# docs/tools.sh: renders the contact sheet of all tools, docs/tools.png, with the release build, and writes the table of operations, docs/operations.md. Needs ImageMagick.
+# docs/tools.sh: renders the contact sheet of all tools, docs/tools.png, with the release build, and writes the page on scripts, docs/scripts.md. Needs ImageMagick.
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 argil="$root/build/release/bin/argil"
@@ -26,16 +26,4 @@ done < <("$argil" tools --ids)
 montage "${labels[@]}" -tile 6x -geometry 240x160+4+4 -background '#202226' -fill '#d8d8d8' -depth 8 "$tiles/sheet.png"
 convert "$tiles/sheet.png" -depth 8 -colors 255 "PNG8:${1:-$root/docs/tools.png}"
 
-{
-  cat <<'MD'
-# Operations on whole pieces
-
-Steps of a script, between its strokes: `{"operation": "shell", "inner_mm": 2}`. A number that is left out is as written before the colon; the last line of each says what it takes besides:
-`"piece": "Clay"` (left out: the one that is worked on), `"pieces": ["Clay", "Ring"]`, `"plane": [px, py, pz, nx, ny, nz]`, `"points": [[x, y, z], ...]`, and where a new piece
-comes to lie. `argil tools --operations` prints this table.
-
-```
-MD
-  "$argil" tools --operations
-  echo '```'
-} > "$root/docs/operations.md"
+"$argil" tools --scripts > "$root/docs/scripts.md"

@@ -59,6 +59,7 @@ void EditLoop::gather(haptics::SampleRing& ring) {
     for (const haptics::StylusSample& sample : std::span(batch_).first(count)) {
       if (options_.onSample) options_.onSample(sample);
       waiting_.push_back({sample, false});
+      if ((sample.flags & haptics::kCutting) != 0) newestCutS_ = sample.timeS;
     }
     if (const Vec3d& hand = batch_[count - 1].proxy; hand.allFinite()) handMm_ = hand;
   }
@@ -148,6 +149,11 @@ bool EditLoop::turn(haptics::SampleRing& ring) {
 double EditLoop::behindS() const {
   if (waiting_.empty()) return 0;
   return waiting_.back().sample.timeS - (strokes_.more() ? inWork_ : waiting_.front().sample).timeS;
+}
+
+double EditLoop::leftS() const {
+  if (!behind()) return 0;
+  return std::max(0.0, newestCutS_ - (strokes_.more() ? inWork_ : waiting_.front().sample).timeS);
 }
 
 bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {

@@ -72,6 +72,8 @@ class EditLoop {
 
   /// How far the clay is behind the hand: seconds from the sample in work to the newest that was taken.
   [[nodiscard]] double behindS() const;
+  /// So many seconds of a hand that cuts are not in the clay yet.
+  [[nodiscard]] double leftS() const;
   /// Samples or stamps wait for the next turn.
   [[nodiscard]] bool behind() const { return !waiting_.empty() || strokes_.more(); }
   /// How many samples wait: coalescing bounds them where the hand's path allows it.
@@ -110,6 +112,7 @@ class EditLoop {
   haptics::StylusSample inWork_;  // while strokes_.more()
   bool late_ = false;             // the last turn ended before all was done
   size_t coalesceAt_ = 0;         // as many waiting samples call for coalescing
+  double newestCutS_ = 0;         // of the samples that were taken
   double coalesceBy_ = 1;         // times what the clay can tell
   uint64_t coalesced_ = 0, lost_ = 0, lostBefore_ = UINT64_MAX;
   int64_t zeroNs_ = INT64_MAX;  // of CLOCK_MONOTONIC at sample time zero, as far as known

@@ -80,6 +80,18 @@ constexpr Property kProperties[] = {{"stiffness_nmm", &haptics::Material::stiffn
                                     {"dynamic_friction", &haptics::Material::dynamicFriction, 0, 4},
                                     {"viscous_friction_nsmm", &haptics::Material::viscousFrictionNsmm, 0, 1e3}};
 
+std::vector<std::string_view> keysOf(const Row& row) {
+  std::vector<std::string_view> keys;
+  for (const Vector& v : kVectors)
+    if (row.fields & v.field) keys.push_back(v.key);
+  for (const Number& n : kNumbers)
+    if (row.fields & n.field) keys.push_back(n.key);
+  for (const Flag& f : kFlags)
+    if (row.fields & f.field) keys.push_back(f.key);
+  if (row.fields & kPoints) keys.push_back("points");
+  return keys;
+}
+
 json list(const Vec3d& v) { return json::array({v.x(), v.y(), v.z()}); }
 
 struct Build {
@@ -124,14 +136,8 @@ GuideSetup readGuide(const Place& place) {
     known += (known.empty() ? "" : ", ") + std::string(candidate.name);
   }
   if (!row) name.fail(fmt::format("unknown {}; known are {}", io::shown(name.text()), known));
-  std::vector<std::string_view> keys{"guide", "while_buttons"};
-  for (const Vector& v : kVectors)
-    if (row->fields & v.field) keys.push_back(v.key);
-  for (const Number& n : kNumbers)
-    if (row->fields & n.field) keys.push_back(n.key);
-  for (const Flag& f : kFlags)
-    if (row->fields & f.field) keys.push_back(f.key);
-  if (row->fields & kPoints) keys.push_back("points");
+  std::vector<std::string_view> keys = keysOf(*row);
+  keys.insert(keys.begin(), {"guide", "while_buttons"});
   place.keys(keys);
 
   GuideSetup guide;
@@ -177,6 +183,18 @@ json guideJson(const GuideSetup& guide) {
     for (const Vec3d& p : guide.pointsMm) out["points"].push_back(list(p));
   if (guide.whileButtons) out["while_buttons"] = guide.whileButtons;
   return out;
+}
+
+std::vector<GuideKind> guideKinds() {
+  std::vector<GuideKind> kinds;
+  for (const Row& row : kRows) kinds.push_back({row.name, keysOf(row)});
+  return kinds;
+}
+
+std::vector<MaterialKey> materialKeys() {
+  std::vector<MaterialKey> keys;
+  for (const Property& p : kProperties) keys.push_back({p.key, p.least, p.most});
+  return keys;
 }
 
 haptics::Material readMaterial(const Place& place) {

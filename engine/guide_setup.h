@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "clay/vec.h"
@@ -41,6 +42,18 @@ struct GuideSetup {
 /// `{"stiffness_nmm", "hardness_nmm2", "viscosity_nsmm", "drag_nsmm", "static_friction", "dynamic_friction", "viscous_friction_nsmm"}`, any of them.
 [[nodiscard]] haptics::Material readMaterial(const Place& place);
 [[nodiscard]] nlohmann::json materialJson(const haptics::Material& material);
+
+/// For the page on scripts: kinds of guides with their keys, but for "guide" and "while_buttons"; properties of a material.
+struct GuideKind {
+  std::string_view name;
+  std::vector<std::string_view> keys;
+};
+[[nodiscard]] std::vector<GuideKind> guideKinds();
+struct MaterialKey {
+  std::string_view key;
+  double least = 0, most = 0;
+};
+[[nodiscard]] std::vector<MaterialKey> materialKeys();
 
 /// For a scene, ids from 1. Throws Error for what haptics refuses (a curve of one point).
 [[nodiscard]] std::vector<haptics::Guide> sceneGuides(std::span<const GuideSetup> guides);

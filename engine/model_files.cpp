@@ -41,14 +41,14 @@ Piece pieceOf(const io::ModelObject& object, clay::Version version) {
 
 ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& how, Job* job) {
   ImportedModel imported;
-  for (io::VdbObject& object : io::readVdb(file, unitMm(how.units), job)) {
+  for (io::VdbObject& object : io::readVdb(file, unitMm(how.units == "auto" ? "mm" : how.units), job)) {
     Piece piece;
     piece.name = object.name;
     piece.version = std::move(object.version);
     imported.pieces.push_back(std::move(piece));
     for (std::string& note : object.notes) imported.notes.push_back(std::move(note));
   }
-  if (how.asPart || how.fitMm || how.voxelMm) imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
+  if (how.asPart || how.fitMm || how.voxelMm || !how.up.empty() || how.heightMm) imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
   return imported;
 }
 
@@ -74,16 +74,24 @@ double unitMm(const std::string& units) {
 }
 
 ImportedModel importModel(const std::filesystem::path& file, const ModelImport& how, Job* job) {
-  const double given = unitMm(how.units);
   if (io::endingOf(file) == ".vdb") return importVdb(file, how, job);
-  io::ModelFile read = io::readModel(file, job);
+  const ImportPlace wish = how.place();
+  if (wish.units != "auto") (void)unitMm(wish.units);  // A wrong name is told before the file is read.
+  if (!wish.up.empty() && wish.up != "auto") (void)upAxisNamed(wish.up);
+  io::ModelFile read;
   ImportedModel imported;
-  imported.notes = std::move(read.notes);
-  const double mm = read.unitMm.value_or(given);
-  if (mm != 1) {
-    for (io::ModelObject& object : read.objects) {
-      for (Vec3d& position : object.mesh.positions) position *= mm;
+  {
+    const ModelLook look = how.look ? *how.look : lookAtModel(file, job);
+    Placement placement;
+    try {
+      placement = placementOf(look, wish);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: {}", file.string(), e.what()), e.kind());
     }
+    read = *look.model;
+    imported.notes = read.notes;
+    if (!wish.up.empty() || wish.heightMm || wish.units == "auto") imported.notes.push_back(placeWords(look, placement, wish));
+    place(read.objects, placement);
   }
   const bool separate = read.objects.size() <= kMostObjects && !how.fitMm;
   io::ModelObject all = separate && read.objects.size() > 1 ? io::merged(std::vector<io::ModelObject>(read.objects)) : io::merged(std::move(read.objects));

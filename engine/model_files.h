@@ -13,6 +13,7 @@
 #include "clay/reduce.h"
 #include "clay/surface.h"
 #include "engine/document.h"
+#include "engine/import_place.h"
 #include "io/model_file.h"
 
 namespace argil::engine {
@@ -21,11 +22,16 @@ namespace argil::engine {
 [[nodiscard]] double unitMm(const std::string& units);
 
 struct ModelImport {
-  std::string units = "mm";        ///< Where the file names none.
+  std::string units = "mm";        ///< Where the file names none; as ImportPlace::units.
   std::optional<double> voxelMm = {};  ///< None: 256 voxels along the longest side; level sets keep their own.
   clay::Precision precision = clay::Precision::float32;
   std::optional<double> fitMm = {};    ///< Centred at zero and scaled until the longest side is this.
+  std::string up = {};             ///< These as ImportPlace has them.
+  std::optional<double> heightMm = {};
+  bool stands = false;
+  std::shared_ptr<const ModelLook> look = {};  ///< The file, where it was read already.
   bool asPart = false;             ///< Stays as it is: parts.
+  [[nodiscard]] ImportPlace place() const { return {units, up, heightMm, stands}; }
   /// Gets the mesh as soon as it is read, in mm, long before it is clay: to be shown meanwhile.
   std::function<void(std::shared_ptr<const clay::TriangleMesh>)> onRead = {};
 };

@@ -53,6 +53,8 @@ struct PieceJob {
   /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
   PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
   bool takesBox = false;  ///< That the points belong to: its low and its high corner, mm of the piece, are numbers 3 to 8; not there: around the piece.
+  /// Where there is little room and its group stands above it: "Invert" for "Invert mask". Empty: the name.
+  std::string_view brief = {};
 };
 
 /// All rows, in the order of the menus.
@@ -61,6 +63,15 @@ struct PieceJob {
 [[nodiscard]] const PieceJob* findPieceJob(std::string_view id);
 /// Arguments as the row begins with, for a document's active piece.
 [[nodiscard]] PieceArguments standardArguments(const PieceJob& row, const Document& document);
+
+/// What a combination of two pieces leads to.
+struct CombineCost {
+  double voxelMm = 0;
+  uint64_t bytes = 0;  ///< Of memory, about: as if all of both surfaces stayed.
+};
+/// With voxels of `voxelMm`; for 0 with those that the row takes by itself: of cuts the first piece's, else the finer ones
+/// of both, or as much coarser ones as keep the result within twice the memory of both.
+[[nodiscard]] CombineCost combineCost(const PieceJob& row, const Piece& first, const Piece& second, double voxelMm);
 
 /// Checks the pieces (there, not locked, so many as the row takes) and runs the row. Any thread. Throws Error, Cancelled.
 [[nodiscard]] PieceResult runPieceJob(const PieceJob& row, const Document& document, const PieceArguments& arguments, Job* job = nullptr);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "clay/boolean.h"
 #include "clay/error.h"
@@ -32,19 +33,37 @@ std::vector<uint8_t> joinMaterials(std::vector<MaterialRow>& rows, const std::ve
   return becomes;
 }
 
+constexpr double kMostMemory = 2;  // Of a result whose voxels nobody chose, times that of both pieces.
+constexpr double kMegabyte = 1e6;
+
+CombineCost combineCost(bool cuts, const Piece& first, const Piece& second, double voxelMm) {
+  // Memory follows the surface, counted in voxels.
+  const double a = first.version.grid().voxelMm, b = second.version.grid().voxelMm;
+  const double bytesA = double(first.version.stats().bytes()), bytesB = double(second.version.stats().bytes());
+  const double area = bytesA * a * a + bytesB * b * b;
+  if (!(voxelMm > 0)) voxelMm = cuts || a == b ? a : std::clamp(std::sqrt(area / (kMostMemory * (bytesA + bytesB))), std::min(a, b), std::max(a, b));
+  return {voxelMm, static_cast<uint64_t>(area / (voxelMm * voxelMm))};
+}
+
 template <clay::Combination how>
 PieceResult combinePieces(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece &first = *document.piece(arguments.pieces[0]), &second = *document.piece(arguments.pieces[1]);
   const Eigen::Isometry3d toFirst = isometry(first.pose).inverse() * isometry(second.pose);
-  clay::Version other = second.version;
+  clay::Version own = first.version, other = second.version;
   const clay::WorkPart all(job);
   const bool moves = !(toFirst.matrix() - Eigen::Matrix4d::Identity()).isZero(1e-12);
-  if (moves || !(other.grid() == first.version.grid())) other = clay::resample(other, first.version.grid(), toFirst, 0, all.part(0, 0.6));
+  clay::Grid grid = own.grid();
+  const CombineCost cost = combineCost(how == clay::Combination::cut, first, second, arguments.voxelMm);
+  if (cost.voxelMm != grid.voxelMm) {
+    grid.voxelMm = cost.voxelMm;
+    own = clay::resample(own, grid, Eigen::Isometry3d::Identity(), 0, all.part(0, 0.3));
+  }
+  if (moves || !(other.grid() == grid)) other = clay::resample(other, grid, toFirst, 0, all.part(0.3, 0.6));
   clay::CombineOptions options;
   options.blendMm = arguments.blendMm;
   Piece piece = first;
   if (other.has(clay::Channel::material)) options.materials = joinMaterials(piece.materials, second.materials);
-  piece.version = clay::combine(first.version, other, how, options, all.part(0.6, 1));
+  piece.version = clay::combine(own, other, how, options, all.part(0.6, 1));
   if (piece.version.stats().bricks == 0)
     throw Error(fmt::format("nothing is left of {} and {}: move them so that they {}", first.name, second.name,
                             how == clay::Combination::cut ? "overlap less" : "overlap"),
@@ -52,6 +71,12 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
   PieceResult result;
   result.changed.push_back(std::move(piece));
   if (!arguments.keepOther) result.removed.push_back(second.id);
+  if (first.version.grid().voxelMm != second.version.grid().voxelMm) {
+    const clay::Version& made = result.changed[0].version;
+    result.notes.push_back(fmt::format("{}: voxels of {:.4g} mm, {:.0f} MB; {} had {:.4g} mm and {} {:.4g} mm.", first.name, made.grid().voxelMm,
+                                       std::ceil(double(made.stats().bytes()) / kMegabyte), first.name, first.version.grid().voxelMm, second.name,
+                                       second.version.grid().voxelMm));
+  }
   return result;
 }
 
@@ -77,7 +102,9 @@ constexpr Parameter<PieceArguments> kBlend{"blend", "Blend", "Width over which t
                                            [](const PieceArguments& a) { return a.blendMm; }, [](PieceArguments& a, double v) { a.blendMm = v; }};
 constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "It stays beside the result.", "on", 0, 1, 0, false,
                                           [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; }, [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
-constexpr std::array kCombine{kBlend, kKeep};
+constexpr Parameter<PieceArguments> kVoxel{"voxel", "Voxel size", "Of the result; 0: as suits both pieces.", "mm", 0, 1000, 0, false,
+                                           [](const PieceArguments& a) { return a.voxelMm; }, [](PieceArguments& a, double v) { a.voxelMm = v; }};
+constexpr std::array kCombine{kBlend, kKeep, kVoxel};
 
 const std::array kRows{
     PieceJob{"join", "Join", "Makes one piece of two.", "Joining", "Combine", 2, false, false, kCombine, combinePieces<clay::Combination::join>},
@@ -89,6 +116,10 @@ const std::array kRows{
 };
 
 }  // namespace
+
+CombineCost combineCost(const PieceJob& row, const Piece& first, const Piece& second, double voxelMm) {
+  return combineCost(row.id == "cut", first, second, voxelMm);
+}
 
 std::span<const PieceJob> combineJobs() { return kRows; }
 

@@ -103,13 +103,13 @@ PieceResult lasso(const Document& document, const PieceArguments& arguments, Job
 
 std::span<const PieceJob> maskJobs() {
   static constexpr std::array rows{
-      PieceJob{"mask-invert", "Invert mask", "Frees what is masked and masks what is free.", "Inverting the mask", "Mask", 1, false, false, {}, invert},
-      PieceJob{"mask-clear", "Clear mask", "Frees all of the piece.", "Clearing the mask", "Mask", 1, false, false, {}, clear},
-      PieceJob{"mask-soften", "Soften mask", "Softens the rim of the mask.", "Softening the mask", "Mask", 1, false, false, kBlur, blur},
-      PieceJob{"mask-cavity", "Mask by cavity", "Masks hollows, or what stands out.", "Finding hollows", "Mask", 1, false, false, kCavity, cavity},
-      PieceJob{"mask-lasso", "Mask by lasso", "Masks what a drawn curve goes around.", "Masking", "Mask", 1, false, true, kLasso, lasso},
-      PieceJob{"mask-hide", "Hide masked part", "Neither seen nor felt nor changed until all is shown.", "Hiding", "Mask", 1, false, false, {}, hide},
-      PieceJob{"mask-show", "Show all", "Shows what was hidden; it stays masked.", "Showing", "Mask", 1, false, false, {}, showAll},
+      PieceJob{"mask-invert", "Invert mask", "Frees what is masked and masks what is free.", "Inverting the mask", "Mask", 1, false, false, {}, invert, false, "Invert"},
+      PieceJob{"mask-clear", "Clear mask", "Frees all of the piece.", "Clearing the mask", "Mask", 1, false, false, {}, clear, false, "Clear"},
+      PieceJob{"mask-soften", "Soften mask", "Softens the rim of the mask.", "Softening the mask", "Mask", 1, false, false, kBlur, blur, false, "Soften"},
+      PieceJob{"mask-cavity", "Mask by cavity", "Masks hollows, or what stands out.", "Finding hollows", "Mask", 1, false, false, kCavity, cavity, false, "By cavity"},
+      PieceJob{"mask-lasso", "Mask by lasso", "Masks what a drawn curve goes around.", "Masking", "Mask", 1, false, true, kLasso, lasso, false, "By lasso"},
+      PieceJob{"mask-hide", "Hide masked part", "Neither seen nor felt nor changed until all is shown.", "Hiding", "Mask", 1, false, false, {}, hide, false, "Hide masked"},
+      PieceJob{"mask-show", "Show all", "Shows what was hidden; it stays masked.", "Showing", "Mask", 1, false, false, {}, showAll, false, "Show all"},
   };
   return rows;
 }

@@ -34,13 +34,25 @@ bool isWhole(const JournalStory& story) {
   return story.unread == 0 && story.damaged == 0;
 }
 
-// Away from what was saved, or from the beginning.
+// Away from what was saved, or from the beginning: steps back that were undone, and steps that were done.
 uint64_t stepsOf(const JournalStory& story) {
-  size_t saved = 0;
-  for (size_t i = 0; i < story.states.size(); ++i) {
-    if (story.begin.savedState != 0 && story.states[i].second == story.begin.savedState) saved = i;
+  std::vector<io::RecordId> first;  // The states that the journal began with, those that it has.
+  size_t saved = SIZE_MAX, started = 0;
+  for (size_t i = 0; i < story.begin.states.size(); ++i) {
+    const io::RecordId id = story.begin.states[i].second;
+    if (id == 0) continue;
+    if (i == story.begin.done) started = first.size();
+    if (id == story.begin.savedState) saved = first.size();
+    first.push_back(id);
   }
-  return (saved > story.done ? saved - story.done : story.done - saved) + story.strokes.size();
+  if (story.begin.savedState == 0) saved = 0;
+  if (saved == SIZE_MAX) saved = started;
+  // The saved state itself may have been undone and be no longer part of the story.
+  size_t common = 0;
+  while (common < first.size() && common < story.states.size() && first[common] == story.states[common].second) ++common;
+  const size_t done = story.done + story.strokes.size();
+  if (saved < common) return saved > done ? saved - done : done - saved;
+  return (saved + 1 - common) + (done + 1 - common);
 }
 
 // A document in which nothing was made: it was begun and not used.

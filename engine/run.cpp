@@ -10,6 +10,7 @@
 #include "clay/error.h"
 #include "engine/hand_run.h"
 #include "engine/lay.h"
+#include "engine/tool_table.h"
 #include "haptics/clock.h"
 #include "io/input.h"
 
@@ -188,6 +189,13 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const auto& strokes = script.strokes;
   const auto& operations = script.operations;
   size_t operated = 0;
+  // Strokes from `from` on that were done; nobody is to take them for work where the clay is as it was.
+  const auto noteIdle = [&](size_t from, size_t to, size_t stepsBefore) {
+    if (session.undoSteps() != stepsBefore) return;
+    report.idle += to - from;
+    const std::string which = to - from > 1 ? fmt::format("strokes[{}] to [{}]", from + operated, to - 1 + operated) : fmt::format("strokes[{}]", from + operated);
+    report.notes.push_back(fmt::format("{}: {} changed nothing: it met no clay that it can change there.", which, rowOf(strokes[from].tool).name));
+  };
   const auto fraction = [&](size_t done) { return double(done + operated) / double(strokes.size() + operations.size()); };
   for (size_t i = 0;;) {
     const bool operatesHere = operated < operations.size() && (operations[operated].before <= i || i == strokes.size());
@@ -215,9 +223,11 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
       });
     }
     if (strokes[i].drive == Drive::tip) {
+      const size_t steps = session.undoSteps();
       atStep(i + operated, [&] {
         for (const LaidStroke& laid : layOn(pieceWorkedOn(*session.document()), strokes[i])) runTip(session, surface, laid.stroke, options, *latency, report);
       });
+      noteIdle(i, i + 1, steps);
       ++i;
       continue;
     }
@@ -234,7 +244,9 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
       }
       size_t last = i, parts = 0;
       for (; last < handEnd && strokes[last].drive == Drive::hand; ++last) parts += handStrokes->parts[handDone++];
+      const size_t steps = session.undoSteps();
       if (parts > 0) hands.back()->walk(parts, fraction(i), fraction(last));
+      noteIdle(i, last, steps);
       i = last;
     });
   }

@@ -334,6 +334,7 @@ clay::Version Session::endStroke() {
     push(std::string(rowOf(tool_).name), newest_, std::move(stroke_->strokes));
   } else {
     setDocument(stroke_->before);
+    ++counts_.idle;
   }
   merge_.clear();
   ++counts_.strokes;
@@ -379,6 +380,23 @@ void Session::change(const std::string& label, const std::function<void(Document
   setDocument(std::move(next));
 }
 
+// With the symmetry that is switched, at the place that the document has it.
+DocumentPtr Session::withSymmetry(DocumentPtr document) const {
+  if (!symmetry_) return document;
+  const Symmetry& was = document->symmetry;
+  if (was.x == symmetry_->x && was.y == symmetry_->y && was.z == symmetry_->z && was.turns == symmetry_->turns) return document;
+  auto next = std::make_shared<Document>(*document);
+  next->symmetry = *symmetry_;
+  next->symmetry.pose = was.pose;
+  return next;
+}
+
+void Session::setSymmetry(const Symmetry& symmetry) {
+  requireNoStroke("a change of symmetry");
+  symmetry_ = symmetry;
+  if (DocumentPtr next = withSymmetry(newest_); next != newest_) setDocument(std::move(next));
+}
+
 bool Session::undo() {
   requireNoStroke("undo");
   if (done_ == 0) return false;
@@ -406,7 +424,7 @@ void Session::goTo(size_t steps) {
   ++steps_;
   if (steps != done_ && watch_) watch_->went(steps);
   done_ = steps;
-  if (at.document != newest_) setDocument(at.document);
+  if (at.document != newest_) setDocument(withSymmetry(at.document));
 }
 
 const Document& Session::nearest(size_t state) const {

@@ -115,6 +115,10 @@ class Session {
   /// Any other change: `change` gets a copy, which becomes the newest document and one undo step named `label`. With the `merge` of the
   /// step before, not empty, it joins that step. What `change` throws comes out and nothing changed. Throws Error while a stroke is on.
   void change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge = {});
+  /// Switches symmetry without a step: it is a setting of the hand. Undo and redo leave it as it is; whoever saves takes
+  /// document() for the state in work. The pose of `symmetry` is not read: moving planes is a step. Throws Error while a
+  /// stroke is on.
+  void setSymmetry(const Symmetry& symmetry);
   /// The next change joins no step.
   void endMerge() { merge_.clear(); }
 
@@ -151,6 +155,7 @@ class Session {
   /// Of all strokes so far, undone or not.
   struct Counts {
     uint64_t strokes = 0, points = 0, stamps = 0;
+    uint64_t idle = 0;  ///< Strokes that changed nothing.
     clay::Editor::Counts clay;
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
@@ -162,6 +167,7 @@ class Session {
   void setDocument(DocumentPtr document);
   void swapNewest(DocumentPtr document);
   void setVersion(const clay::Version& version);
+  [[nodiscard]] DocumentPtr withSymmetry(DocumentPtr document) const;
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
   [[nodiscard]] const Document& nearest(size_t state) const;
@@ -176,6 +182,7 @@ class Session {
   std::function<DocumentPtr(uint64_t, const Document&)> reader_;
   SessionWatch* watch_ = nullptr;
   std::string merge_;             // of the last step
+  std::optional<Symmetry> symmetry_;  // as it was switched; none: each state's own
   uint64_t steps_ = 0;
   Counts counts_;
 

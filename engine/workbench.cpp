@@ -5,6 +5,7 @@
 
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "engine/beside.h"
 #include "engine/model_files.h"
 #include "engine/prepare_clay.h"
 #include "engine/run.h"
@@ -88,6 +89,40 @@ void Workbench::edit(std::string label, std::function<void(Document&)> change, s
   });
 }
 
+void Workbench::setSymmetry(std::function<void(Symmetry&)> change) {
+  state_->post([s = state_.get(), change = std::move(change)] {
+    Symmetry symmetry = s->session->document()->symmetry;
+    change(symmetry);
+    s->session->setSymmetry(symmetry);
+  });
+}
+
+void Workbench::add(std::string label, Things things) {
+  if (things.empty()) return;
+  state_->post([s = state_.get(), label = std::move(label), things = std::move(things)] {
+    Id made = 0;
+    s->session->change(label, [&](Document& document) {
+      const Vec3d move = s->besideAll(document, things.pieces, things.parts);
+      const auto put = [&](auto thing) {
+        thing.id = 0;
+        thing.name = s->nameFor(document, thing.name);
+        if constexpr (!std::is_same_v<decltype(thing), Guide>) thing.pose.translation += move;
+        made = document.add(std::move(thing));
+      };
+      for (const Guide& guide : things.guides) put(guide);
+      for (const Part& part : things.parts) put(part);
+      for (const Piece& piece : things.pieces) {
+        put(piece);
+        document.active = made;
+      }
+      (void)sceneOf(document, haptics::Scene());
+    });
+    s->noteMade(made);
+  });
+}
+
+Workbench::StrokeWork Workbench::strokeWork() const { return {state_->strokeOn.load(), state_->strokeLeftS.load()}; }
+
 void Workbench::endMerge() {
   state_->post([s = state_.get()] { s->session->endMerge(); });
 }
@@ -147,7 +182,7 @@ void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how
   state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
     const clay::Version version = clay::makeBlock(clay::Store::make(how.precision), grid, how.centreMm, sizeMm, roundMm, &job);
-    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add block", "Block", version); };
+    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add block", "Block", version, how.beside); };
   });
 }
 
@@ -155,7 +190,7 @@ void Workbench::addSphere(double radiusMm, const NewClay& how) {
   state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
     const clay::Version version = clay::makeSphere(clay::Store::make(how.precision), grid, how.centreMm, radiusMm, &job);
-    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add sphere", "Sphere", version); };
+    return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add sphere", "Sphere", version, how.beside); };
   });
 }
 
@@ -164,6 +199,10 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     const std::string name = file.stem().string();
     ModelImport given;
     given.units = how.units;
+    given.up = how.up;
+    given.heightMm = how.heightMm;
+    given.stands = how.stands && !how.fitMm;
+    given.look = how.look;
     given.voxelMm = how.voxelMm;
     given.precision = how.precision;
     given.fitMm = how.fitMm;
@@ -188,14 +227,18 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     auto imported = std::make_shared<ImportedModel>(importModel(file, given, &job));
     return [=, kept = endPreview, ready = s->prepare(imported->pieces)] {
       Document document;
+      Id made = 0;
       const auto add = [&](Document& to) {
+        const Vec3d move = how.stands && !how.replace ? s->besideAll(to, imported->pieces, imported->parts) : Vec3d(Vec3d::Zero());
         for (Part part : imported->parts) {
           if (part.name.empty()) part.name = name;
-          to.add(std::move(part));
+          part.pose.translation += move;
+          made = to.add(std::move(part));
         }
         for (Piece piece : imported->pieces) {
           if (piece.name.empty()) piece.name = name;
-          to.active = to.add(std::move(piece));
+          piece.pose.translation += move;
+          made = to.active = to.add(std::move(piece));
         }
       };
       if (how.replace) {
@@ -203,6 +246,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
         s->begin(std::move(document));
       } else {
         s->session->change("Import " + name, add);
+        s->noteMade(made);
       }
       for (const std::string& note : imported->notes)
         s->tell(Message::Level::done, file.filename().string() + ": " + note);

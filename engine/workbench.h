@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/document.h"
+#include "engine/import_place.h"
 #include "engine/piece_jobs.h"
 #include "engine/recovery.h"
 #include "engine/surfaces.h"
@@ -50,6 +51,8 @@ struct Snapshot {
   bool inStroke = false;
   Tool tool;                   ///< As the edit thread has it.
   uint64_t strokes = 0, points = 0, versions = 0;
+  Id made = 0;                 ///< What was added last by being asked for: made, imported, copied; 0: nothing yet.
+  uint64_t madeCount = 0;      ///< Grows with each such thing.
   uint64_t clayBytes = 0;      ///< Of the pieces and their undo steps.
   UndoUse undo;                ///< What the steps take of memory, and how many are on disk alone.
   double editP50Us = 0, editP99Us = 0;  ///< From a sample that cuts to its changed triangles.
@@ -138,6 +141,17 @@ class Workbench {
   void edit(std::string label, std::function<void(Document&)> change, std::string merge = {});
   /// From now on edits with this merge key begin a new step: the drag has ended.
   void endMerge();
+  /// Switches symmetry: a setting of the hand, no step. Undo and redo leave it as it is. `change` runs on the edit thread.
+  void setSymmetry(std::function<void(Symmetry&)> change);
+  /// Copies of things, as one step: each gets an id and a name of its own. Pieces and parts stand together beside what is
+  /// there; the last one becomes Snapshot::made, a piece the active one. Clay is shared with what it was copied from.
+  struct Things {
+    std::vector<Piece> pieces;
+    std::vector<Part> parts;
+    std::vector<Guide> guides;
+    [[nodiscard]] bool empty() const { return pieces.empty() && parts.empty() && guides.empty(); }
+  };
+  void add(std::string label, Things things);
   void undo();
   void redo();
   /// So many steps done: 0 is the beginning.
@@ -160,11 +174,16 @@ class Workbench {
     double voxelMm = 0.5;
     Vec3d centreMm = Vec3d::Zero();
     clay::Precision precision = clay::Precision::float32;
+    bool beside = false;  ///< Beside what is there, on its ground, wherever `centreMm` is.
   };
   void addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how);
   void addSphere(double radiusMm, const NewClay& how);
   struct ImportOptions {
-    std::string units = "mm";
+    std::string units = "auto";      ///< These as ImportPlace has them: a model stands upright on the ground, as it is guessed to.
+    std::string up = "auto";
+    std::optional<double> heightMm;
+    bool stands = true;              ///< And beside the pieces that are there.
+    std::shared_ptr<const ModelLook> look;  ///< The file, where it was read already.
     std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.
     clay::Precision precision = clay::Precision::float32;
     std::optional<double> fitMm;     ///< Centred and scaled to this.
@@ -196,6 +215,12 @@ class Workbench {
   void leaveJournal();
   void exportTo(const ExportOptions& options);
 
+  /// The work that is left of a stroke.
+  struct StrokeWork {
+    bool on = false;       ///< A stroke is in work, or samples of one wait.
+    double leftS = 0;      ///< So much of the hand's path, in seconds of the hand, is not in the clay yet. It does not grow once the hand has ended.
+  };
+  [[nodiscard]] StrokeWork strokeWork() const;
   /// Nothing is under way: no job, no stroke, no edit or sample that waits. A moment later something may be.
   [[nodiscard]] bool idle() const;
   [[nodiscard]] std::vector<JobView> jobs() const;

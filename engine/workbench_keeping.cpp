@@ -45,6 +45,7 @@ void Workbench::State::begin(Begin how) {
   if (session) session->setWatch(nullptr);
   loop.reset();
   session = std::move(fresh);
+  idleTold = 0;
   archive = std::move(begun);
   base = std::move(how.base);
   writer = how.writer.empty() ? newWriter() : std::move(how.writer);
@@ -158,6 +159,8 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   auto request = std::make_shared<SaveRequest>();
   request->states = session->states();
   request->done = session->undoSteps();
+  // Symmetry is switched without a step: the state in work is the document as it is.
+  if (HistoryState& at = request->states[request->done]; at.document != session->document()) at = {at.label, session->document(), 0};
   request->face = {extras.face, extras.thumbnail};
   request->archive = archive;
   request->base = base;

@@ -22,8 +22,18 @@ void Workbench::operate(const std::string& id, PieceArguments arguments) {
     State::Ready ready = s->prepare(result->changed, before.get());
     for (std::shared_ptr<Surfaces::Prepared>& each : s->prepare(result->added)) ready.push_back(std::move(each));
     return [=, ready = std::move(ready)] {
+      Id made = 0;
       if (!result->changed.empty() || !result->added.empty() || !result->removed.empty())
-        s->session->change(std::string(row->name), [&](Document& document) { applyPieceResult(*result, *before, document); });
+        s->session->change(std::string(row->name), [&](Document& document) {
+          if (row->pieces > 0) return applyPieceResult(*result, *before, document);
+          // New pieces stand beside what is there and are worked on next.
+          PieceResult placed = *result;
+          const Vec3d move = State::besideAll(document, placed.added, {});
+          for (Piece& each : placed.added) each.pose.translation += move;
+          applyPieceResult(placed, *before, document);
+          made = document.active = document.pieces.back().id;
+        });
+      if (made != 0) s->noteMade(made);
       for (const std::string& note : result->notes) s->tell(Message::Level::done, note);
     };
   });

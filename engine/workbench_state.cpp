@@ -11,6 +11,7 @@
 
 #include "clay/error.h"
 #include "clay/store.h"
+#include "engine/beside.h"
 #include "engine/tool_table.h"
 #include "engine/tool_text.h"
 #include "haptics/devices/registry.h"
@@ -177,6 +178,7 @@ void Workbench::State::turn() {
       loop->turn(none);
     }
     toolsTaken.store(toolWanted);
+    tellIdleStrokes();
     if (surfaces.arrived()) surfaces.follow(*session->document(), 0, options.surfaceThreads);
     tellPace();
   } catch (...) {
@@ -390,7 +392,7 @@ void Workbench::State::publish() {
     kept.journalTrouble = journalTrouble.empty() ? keeperTrouble : journalTrouble;
   }
   if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes && last.undo == undo &&
-      last.tool == held.value_or(Tool()) && last.file == kept) {
+      last.tool == held.value_or(Tool()) && last.file == kept && last.madeCount == madeCount) {
     return;
   }
   if (historyNow != historyOf || history->size() != steps) {
@@ -408,6 +410,8 @@ void Workbench::State::publish() {
   next->strokes = session->counts().strokes;
   next->points = session->counts().points;
   next->versions = loop->versions();
+  next->made = madeLast;
+  next->madeCount = madeCount;
   next->clayBytes = clayBytes;
   next->undo = undo;
   next->editP50Us = latency.quantileUs(0.5);
@@ -431,6 +435,8 @@ void Workbench::State::run() {
     show();
     std::unique_lock lock(mutex);
     busy = session && loop && (session->inStroke() || loop->behind());
+    strokeOn = busy;
+    strokeLeftS = busy ? loop->leftS() : 0;
     if (stopping) break;
     const auto turn = hand && hand->servo.running() ? kTurn : kIdleTurn;
     next = std::max(next + turn, std::chrono::steady_clock::now());
@@ -450,13 +456,46 @@ void Workbench::State::run() {
   shown.reset();
 }
 
-void Workbench::State::addPiece(const std::string& label, const std::string& name, const clay::Version& version) {
+void Workbench::State::addPiece(const std::string& label, const std::string& name, const clay::Version& version, bool beside) {
+  Id id = 0;
   session->change(label, [&](Document& document) {
     Piece piece;
-    piece.name = name;
+    piece.name = nameFor(document, name);
     piece.version = version;
-    document.active = document.add(std::move(piece));
+    if (beside) piece.pose.translation = moveBeside(document, boundsOf(piece));
+    id = document.active = document.add(std::move(piece));
   });
+  noteMade(id);
+}
+
+Vec3d Workbench::State::besideAll(const Document& document, const std::vector<Piece>& pieces, const std::vector<Part>& parts) {
+  Document fresh;
+  fresh.pieces = pieces;
+  fresh.parts = parts;
+  return moveBeside(document, boundsOf(fresh));
+}
+
+std::string Workbench::State::nameFor(const Document& document, const std::string& name) {
+  const auto taken = [&](const std::string& wanted) {
+    const auto has = [&](const Thing& thing) { return thing.name == wanted; };
+    return std::any_of(document.pieces.begin(), document.pieces.end(), has) || std::any_of(document.parts.begin(), document.parts.end(), has) ||
+           std::any_of(document.guides.begin(), document.guides.end(), has);
+  };
+  std::string free = name;
+  for (int number = 2; !free.empty() && taken(free); ++number) free = fmt::format("{} {}", name, number);
+  return free;
+}
+
+void Workbench::State::noteMade(Id id) {
+  madeLast = id;
+  ++madeCount;
+}
+
+// A stroke along which the tool met nothing looks like one that did its work.
+void Workbench::State::tellIdleStrokes() {
+  const uint64_t idle = session->counts().idle;
+  if (std::exchange(idleTold, idle) >= idle) return;
+  tell(Message::Level::warning, fmt::format("{} changed nothing: it met no clay that it can change there.", held ? rowOf(*held).name : "The tool"));
 }
 
 }  // namespace argil::engine

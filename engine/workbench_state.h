@@ -122,7 +122,13 @@ struct Workbench::State {
   void guarded(const std::function<void()>& what);
   void guardedOnce(std::string& trouble, const std::function<void()>& what) noexcept;
   static std::string sentenceOf(const std::exception& failure);
-  void addPiece(const std::string& label, const std::string& name, const clay::Version& version);
+  void addPiece(const std::string& label, const std::string& name, const clay::Version& version, bool beside);
+  /// The move that puts all of them, as they stand, beside what the document has.
+  [[nodiscard]] static Vec3d besideAll(const Document& document, const std::vector<Piece>& pieces, const std::vector<Part>& parts);
+  /// The name, with a number where it is taken.
+  [[nodiscard]] static std::string nameFor(const Document& document, const std::string& name);
+  void noteMade(Id id);
+  void tellIdleStrokes();
 
   const Options options;
 
@@ -146,6 +152,9 @@ struct Workbench::State {
   haptics::ForceGate gate;    // of whatever device is in hand
   std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
   std::shared_ptr<Hand> hand;
+
+  std::atomic<bool> strokeOn{false};   // as strokeWork() says
+  std::atomic<double> strokeLeftS{0};
 
   Surfaces surfaces;
   std::atomic<clay::Grade> wantedSurface{clay::Grade::draft};
@@ -175,6 +184,9 @@ struct Workbench::State {
   std::vector<Command> ran;   // in this turn: what they prepared is there until it has been shown
   bool behindTold = false;    // that the tool cannot keep up with the hand
   uint64_t lostTold = 0;      // samples
+  Id madeLast = 0;            // as the snapshot has them
+  uint64_t madeCount = 0;
+  uint64_t idleTold = 0;      // strokes of the session that changed nothing
   uint64_t manyTold = 0;      // the document (`opened`) of which it was said that not all its pieces are felt
   Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;

@@ -65,6 +65,14 @@ int run(int argc, char** argv) {
   app.require_subcommand(kHasStudio ? 0 : 1, 1);
   Job& job = cli::interruptibleJob();
 
+  // How a model comes in, for all verbs that read one.
+  const auto addPlace = [](CLI::App* verb, engine::ImportPlace& place) {
+    verb->add_option("--units", place.units, "Units of an input that names none: mm, um, cm, m, in, ft, or auto: guessed by its size and kind")
+        ->capture_default_str();
+    verb->add_option("--up", place.up, "The axis of a model that points up: z, y, -z, -y, x, -x, or auto: guessed by its shape and kind; as it lies when left out");
+    verb->add_option("--height", place.heightMm, "Scale a model until it is so many mm high");
+    verb->add_flag("--ground", place.stands, "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
+  };
   const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
@@ -94,7 +102,7 @@ int run(int argc, char** argv) {
       ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
-  convertVerb->add_option("--units", convert.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
+  addPlace(convertVerb, convert.place);
   convertVerb->add_option("--surface", convert.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
@@ -102,7 +110,7 @@ int run(int argc, char** argv) {
   cli::InspectOptions inspect;
   auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");
   inspectVerb->add_option("file", inspect.input, "Document or model")->required();
-  inspectVerb->add_option("--units", inspect.units, "Units of an input that names none: mm, um, cm, m, in, ft")->capture_default_str();
+  addPlace(inspectVerb, inspect.place);
   inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
@@ -136,6 +144,7 @@ int run(int argc, char** argv) {
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
   renderVerb->add_option("--surface", render.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
+  addPlace(renderVerb, render.place);
 
   cli::FeelOptions feel;
   auto* feelVerb = app.add_subcommand("feel", "What a hand feels along a recorded path: forces tick by tick");
@@ -183,6 +192,7 @@ int run(int argc, char** argv) {
   toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
   toolsVerb->add_flag("--ids", tools.ids, "Their names in scripts alone, one a line");
   toolsVerb->add_flag("--operations", tools.operations, "The operations on whole pieces in place of the tools");
+  toolsVerb->add_flag("--scripts", tools.scripts, "The page on scripts: every field, tool and operation, with units and ranges");
   toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");
 
   cli::DevicesOptions devices;

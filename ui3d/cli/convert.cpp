@@ -14,6 +14,7 @@
 #include "engine/load_document.h"
 #include "io/model_file.h"
 #include "io/model_writer.h"
+#include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 
@@ -40,7 +41,10 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
 
 void convertClay(const ConvertOptions& options) {
   engine::ModelImport how;
-  how.units = options.units;
+  how.units = options.place.units;
+  how.up = options.place.up;
+  how.heightMm = options.place.heightMm;
+  how.stands = options.place.stands;
   how.voxelMm = options.voxelMm;
   how.precision = precisionOf(options.bits.value_or(32));
   engine::LoadedDocument loaded;
@@ -76,19 +80,18 @@ void convertClay(const ConvertOptions& options) {
 }
 
 void convertMesh(const ConvertOptions& options) {
-  const double given = engine::unitMm(options.units);
-  io::ModelFile model;
+  engine::ModelLook look;
   {
     const ProgressLine line("reading " + options.input.filename().string(), options.job);
-    model = io::readModel(options.input, options.job);
+    if (options.place.units != "auto") (void)engine::unitMm(options.place.units);  // A wrong name is told before the work.
+    look = engine::lookAtModel(options.input, options.job);
   }
-  for (const std::string& note : model.notes) fmt::print("{}\n", note);
-  const double mm = model.unitMm.value_or(given);
-  if (mm != 1) {
-    for (io::ModelObject& object : model.objects) {
-      for (Vec3d& p : object.mesh.positions) p *= mm;
-    }
-  }
+  const engine::Placement placement = engine::placementOf(look, options.place);
+  for (const std::string& note : look.model->notes) fmt::print("{}\n", note);
+  if (!options.place.up.empty() || options.place.heightMm || options.place.units == "auto")
+    fmt::print("{}\n", engine::placeWords(look, placement, options.place));
+  io::ModelFile model = *std::exchange(look.model, nullptr);
+  engine::place(model.objects, placement);
   if (options.reduce || options.errorMm) {
     const ProgressLine line("reducing", options.job);
     fmt::print("{}\n", engine::reduceModel(model.objects, exportOf(options, model.objects), options.job));
@@ -106,6 +109,7 @@ void convertMesh(const ConvertOptions& options) {
 
 void convert(const ConvertOptions& options) {
   if (options.reduce && options.errorMm) throw Error("--reduce and --error: give one of them");
+  requireModel(options.input, options.place);
   const bool toClay = engine::holdsClay(options.output.filename());
   if (!toClay) io::requireWritable(options.output);
   if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));

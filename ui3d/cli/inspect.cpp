@@ -101,8 +101,9 @@ void inspectClay(const InspectOptions& options) {
 }  // namespace
 
 void inspect(const InspectOptions& options) {
+  requireModel(options.input, options.place);
   if (engine::holdsClay(options.input)) return inspectClay(options);
-  io::MeshFile file = readMeshIn(options.input, options.units, options.job);
+  io::MeshFile file = readMeshIn(options.input, options.place, options.job);
   const clay::TopologyReport mesh = clay::checkTopology(file.mesh);
   nlohmann::ordered_json json;
   json["file"] = options.input.string();

@@ -10,6 +10,7 @@
 #include "clay/error.h"
 #include "render/renderer.h"
 #include "engine/load_document.h"
+#include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/show_document.h"
 #include "ui3d/cli/verbs.h"
@@ -98,10 +99,15 @@ void render(const RenderOptions& options) {
   const NumberPlace place = options.frames > 1 ? numberPlace(name) : NumberPlace{};
   if (options.samples < 1 || options.samples > 4) throw Error(fmt::format("--samples {}: give 1 to 4", options.samples));
 
+  requireModel(options.input, options.place);
   const engine::LoadedDocument loaded = [&] {
     const ProgressLine line("reading " + options.input.filename().string(), options.job);
     engine::ModelImport how;
     how.voxelMm = options.voxelMm;
+    how.units = options.place.units;
+    how.up = options.place.up;
+    how.heightMm = options.place.heightMm;
+    how.stands = options.place.stands;
     return engine::loadDocument(options.input, how, options.job);
   }();
   for (const std::string& note : loaded.notes) fmt::print("{}\n", note);

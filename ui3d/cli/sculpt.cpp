@@ -209,6 +209,7 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
   json["points"] = run.points;
   json["stamps"] = run.stamps;
   json["versions"] = run.versions;
+  json["unchanged_strokes"] = run.idle;
   json["edit_latency"] = timingJson(run.edit);
   if (run.servo) {
     const engine::ServoReport& s = *run.servo;

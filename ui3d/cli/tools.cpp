@@ -7,6 +7,7 @@
 #include "engine/operation_text.h"
 #include "engine/parameter_text.h"
 #include "engine/script.h"
+#include "engine/script_page.h"
 #include "engine/tool_demo.h"
 #include "engine/tool_table.h"
 #include "ui3d/cli/verbs.h"
@@ -66,6 +67,10 @@ void printOperations(bool json) {
 }  // namespace
 
 void tools(const ToolsOptions& options) {
+  if (options.scripts) {
+    fmt::print("{}", engine::scriptPage());
+    return;
+  }
   if (options.operations) {
     if (!options.demo.empty()) throw Error("--operations and --demo: give one of them; a scene shows a tool");
     if (!options.ids) return printOperations(options.json);

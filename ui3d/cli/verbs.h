@@ -9,6 +9,7 @@
 
 #include "clay/job.h"
 #include "clay/surface.h"
+#include "engine/import_place.h"
 #include "haptics/hand_path.h"
 #include "ui3d/cli/bench.h"
 
@@ -40,7 +41,7 @@ struct ConvertOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;  ///< By way of clay, which closes and repairs; else triangle by triangle.
   std::optional<int> bits;        ///< Of clay, as precisionOf(); else what a document has.
-  std::string units = "mm";       ///< Of an input that names none.
+  engine::ImportPlace place;      ///< Of an input that is a model.
   std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
   clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
@@ -50,7 +51,7 @@ void convert(const ConvertOptions& options);
 
 struct InspectOptions {
   std::filesystem::path input;
-  std::string units = "mm";       ///< Of an input that names none.
+  engine::ImportPlace place;      ///< Of an input that is a model.
   std::optional<double> voxelMm;  ///< Also say what it costs as clay.
   bool json = false;
   Job* job = nullptr;
@@ -69,7 +70,7 @@ void recover(const RecoverOptions& options);
 struct RenderOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;
-  std::optional<int> bits;  ///< As precisionOf(); else the script's.
+  engine::ImportPlace place;             ///< Of an input that is a model.
   clay::Grade surface = clay::Grade::draft;
   std::string view = "iso";
   bool orthographic = false;
@@ -117,6 +118,7 @@ void devices(const DevicesOptions& options);
 
 struct ToolsOptions {
   bool json = false, ids = false;
+  bool scripts = false;     ///< The page on scripts, docs/scripts.md.
   bool operations = false;  ///< Those on whole pieces in place of the tools.
   std::string demo;  ///< Id of a tool: prints the script of its scene instead.
 };

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 
 #include "ui3d/studio/camera.h"
 #include "ui3d/studio/file_kinds.h"
 #include "ui3d/studio/guide_places.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/rows.h"
+#include "ui3d/studio/panels/settings_tables.h"
 
 namespace argil::studio {
 namespace {
@@ -30,11 +33,11 @@ bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 // Document
 
 void addBlock(Context& c, Text) {
-  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm, .centreMm = onTheGround(c, kClayHeightMm)});
+  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm, .beside = true});
   c.state.shown.firstStart = false;
 }
 void addSphere(Context& c, Text) {
-  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm, .centreMm = onTheGround(c, 2 * kClayRadiusMm)});
+  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm, .beside = true});
   c.state.shown.firstStart = false;
 }
 void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
@@ -62,6 +65,34 @@ void removeSelected(Context& c, Text) {
   c.bench.edit("Delete " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
   c.state.selected = 0;
 }
+
+// Copies. What is copied is a value: it stays as it was then, also when its document is closed.
+// What is selected, where it is still there; else the piece that is worked on.
+const engine::Thing* actedOn(const Context& c) {
+  const engine::Thing* thing = selected(c);
+  return thing ? thing : c.now.document->thing(c.now.document->active);
+}
+engine::Workbench::Things selectedThings(const Context& c) {
+  const engine::Document& d = *c.now.document;
+  const engine::Id id = actedOn(c) ? actedOn(c)->id : 0;
+  engine::Workbench::Things things;
+  if (const engine::Piece* piece = d.piece(id)) things.pieces.push_back(*piece);
+  if (const engine::Part* part = d.part(id)) things.parts.push_back(*part);
+  if (const engine::Guide* guide = d.guide(id)) things.guides.push_back(*guide);
+  return things;
+}
+bool hasThing(const Context& c) { return actedOn(c) != nullptr; }
+void duplicate(Context& c, Text) { c.bench.add("Duplicate", selectedThings(c)); }
+void copy(Context& c, Text) { c.state.copied = selectedThings(c); }
+void cut(Context& c, Text) {
+  const engine::Thing* thing = actedOn(c);
+  if (!thing) return;
+  copy(c, {});
+  c.bench.edit("Cut " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
+  c.state.selected = 0;
+}
+void paste(Context& c, Text) { c.bench.add("Paste", c.state.copied); }
+
 void moveSelected(Context& c, int by) {
   const engine::Thing* thing = selected(c);
   if (!thing) return;
@@ -184,10 +215,10 @@ bool engine::Symmetry::* planeOf(Text axis) {
 void switchSymmetry(Context& c, Text axis) {
   const auto plane = planeOf(axis);
   const bool on = !(c.now.document->symmetry.*plane);
-  c.bench.edit("Symmetry " + std::string(axis) + (on ? " on" : " off"), [plane, on](engine::Document& d) { d.symmetry.*plane = on; });
+  c.bench.setSymmetry([plane, on](engine::Symmetry& symmetry) { symmetry.*plane = on; });
 }
 void turnMore(Context& c, int by) {
-  c.bench.edit("Symmetry around z", [by](engine::Document& d) { d.symmetry.turns = std::clamp(d.symmetry.turns + by, 1, engine::kMostTurns); });
+  c.bench.setSymmetry([by](engine::Symmetry& symmetry) { symmetry.turns = std::clamp(symmetry.turns + by, 1, engine::kMostTurns); });
 }
 bool isSymmetric(const Context& c, Text axis) { return c.now.document->symmetry.*planeOf(axis); }
 
@@ -229,6 +260,8 @@ void focusSelected(Context& c, Text) {
   }
   c.camera.focus(box.empty() ? c.renderer.bounds() : box, aspect(c));
 }
+constexpr float kZoomClicks = 3;  // Of the wheel, for each press of a key.
+void zoom(Context& c, float clicks) { c.camera.zoom(clicks, c.camera.view().target); }
 void switchProjection(Context& c, Text) { c.camera.toggleProjection(); }
 bool isOrthographic(const Context& c, Text) { return c.camera.view().projection == render::Projection::orthographic; }
 void switchSection(Context& c, Text) {
@@ -244,6 +277,19 @@ void switchSection(Context& c, Text) {
   c.state.look.section = c.state.section;
 }
 bool hasSection(const Context& c, Text) { return c.state.look.section.has_value(); }
+
+bool render::Look::* lookOf(Text id) {
+  for (const auto& row : lookRows())
+    if (const auto* look = std::get_if<Switch<render::Look>>(&row); look && look->id == id) return look->on;
+  return nullptr;
+}
+void switchLook(Context& c, Text id) {
+  if (const auto member = lookOf(id)) c.state.look.*member = !(c.state.look.*member);
+}
+bool isLook(const Context& c, Text id) {
+  const auto member = lookOf(id);
+  return member && c.state.look.*member;
+}
 
 struct NamedShading { Text id, name, help; render::Shading shading; };
 constexpr std::array kShadings{
@@ -292,12 +338,6 @@ void setTheme(Context& c, Text id) {
   c.state.look.lightBackground = c.state.theme == Theme::light;
 }
 
-std::string capital(Text text) {
-  std::string result(text);
-  if (!result.empty()) result[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(result[0])));
-  return result;
-}
-
 void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", openDialog, "new"});
   rows.push_back({"file.open", "Open…", "A saved document, a script or a model as the document.", "File", "Ctrl+O", openDialog, "open"});
@@ -323,6 +363,10 @@ void addDocumentRows(std::vector<Action>& rows) {
                   [](const Context& c) { return c.now.done > 0; }});
   rows.push_back({"edit.redo", "Redo", "One step forward.", "Edit", "Ctrl+Shift+Z Ctrl+Y", [](Context& c, Text) { c.bench.redo(); }, "",
                   [](const Context& c) { return c.now.history && c.now.done < c.now.history->size(); }});
+  rows.push_back({"edit.duplicate", "Duplicate", "A copy of what is selected, beside what is there.", "Edit", "Ctrl+D Shift+D", duplicate, "", hasThing});
+  rows.push_back({"edit.cut", "Cut", "Takes what is selected out, to be pasted here or in another document.", "Edit", "Ctrl+X", cut, "", hasThing});
+  rows.push_back({"edit.copy", "Copy", "Remembers what is selected, to be pasted here or in another document.", "Edit", "Ctrl+C", copy, "", hasThing});
+  rows.push_back({"edit.paste", "Paste", "Puts what was copied beside what is there.", "Edit", "Ctrl+V", paste, "", [](const Context& c) { return !c.state.copied.empty(); }});
   rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected, "", hasSelected});
   rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
   rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L", lockSelected, "", hasSelected});
@@ -358,28 +402,28 @@ void addHandRows(std::vector<Action>& rows) {
   rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.", "Tool", "I", takeOpposite, "", hasOpposite});
   rows.push_back({"tool.straight", "Straight lines", "A drag over the clay draws a straight line, which is worked along when the button comes up.", "Tool", "D",
                   [](Context& c, Text) { c.state.straight = !c.state.straight; }, "", nullptr, [](const Context& c, Text) { return c.state.straight; }});
-  for (const char* axis : {"x", "y", "z"}) {
-    const std::string name = capital(axis);
-    rows.push_back({std::string("symmetry.") + axis, "Symmetry " + name, "Strokes are repeated as mirror images along " + name + ".", "Tool",
-                    name, switchSymmetry, axis, nullptr, isSymmetric});
-  }
+  struct Plane { const char *axis, *name, *help, *key; };
+  for (const Plane& p : {Plane{"x", "Symmetry X", "Strokes are repeated as mirror images along X.", "X"},
+                         Plane{"y", "Symmetry Y", "Strokes are repeated as mirror images along Y.", "Y"},
+                         Plane{"z", "Symmetry Z", "Strokes are repeated as mirror images along Z.", "Z"}})
+    rows.push_back({std::string("symmetry.") + p.axis, p.name, p.help, "Tool", p.key, switchSymmetry, p.axis, nullptr, isSymmetric});
   rows.push_back({"symmetry.more", "Symmetry around z: one more", "Strokes are repeated around the z axis.", "Tool", "", [](Context& c, Text) { turnMore(c, 1); }});
   rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "", [](Context& c, Text) { turnMore(c, -1); }, "",
                   [](const Context& c) { return c.now.document->symmetry.turns > 1; }});
 
   struct Row { const char *kind, *name, *help; };
-  for (const Row& row : {Row{"plane", "Plane", "A plane to snap to, by eye and by touch."}, Row{"line", "Line", "Between two clicks."},
-                         Row{"point", "Point", "At a click."}, Row{"curve", "Curve", "Through clicks on the clay; Enter ends it."},
-                         Row{"box", "Keep-out box", "The tool may not enter it."}, Row{"ruler", "Ruler", "The distance of two clicks."},
-                         Row{"angle", "Angle", "The angle of three clicks."}}) {
-    rows.push_back({std::string("guides.") + row.kind, std::string("Add ") + (row.kind[0] == 'a' ? "an " : "a ") + (row.name[0] == 'K' ? "keep-out box" : row.kind),
-                    row.help, "Guides", "", [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
+  for (const Row& row : {Row{"plane", "Add a plane", "A plane to snap to, by eye and by touch."}, Row{"line", "Add a line", "Between two clicks."},
+                         Row{"point", "Add a point", "At a click."}, Row{"curve", "Add a curve", "Through clicks on the clay; Enter ends it."},
+                         Row{"box", "Add a keep-out box", "The tool may not enter it."}, Row{"ruler", "Add a ruler", "The distance of two clicks."},
+                         Row{"angle", "Add an angle", "The angle of three clicks."},
+                         Row{"thickness", "Measure the thickness", "Reads how thick the clay is under the pointer, in mm; a click keeps the reading."}}) {
+    rows.push_back({std::string("guides.") + row.kind, row.name, row.help, "Guides", "", [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
   }
   rows.push_back({"guides.stroke", "Stroke along it", "The tool in hand goes along the selected curve or line.", "Guides", "", strokeAlongSelected, "",
                   [](const Context& c) { return selectedWay(c) && c.now.document->workedOn() && !c.now.inStroke; }});
   struct Mode { const char *mode, *name, *key; };
-  for (const Mode& m : {Mode{"move", "Move", "G"}, Mode{"rotate", "Rotate", "R"}, Mode{"scale", "Scale", "T"}}) {
-    rows.push_back({std::string("gizmo.") + m.mode, std::string(m.name) + " selected", "Handles on the selected thing.", "Guides", m.key, setGizmo,
+  for (const Mode& m : {Mode{"move", "Move selected", "G"}, Mode{"rotate", "Rotate selected", "R"}, Mode{"scale", "Scale selected", "T"}}) {
+    rows.push_back({std::string("gizmo.") + m.mode, m.name, "Handles on the selected thing.", "Guides", m.key, setGizmo,
                     m.mode, nullptr, isGizmo});
   }
   rows.push_back({"guides.snap", "Snap", "Dragged widgets snap to guides, clay and grid.", "Guides", "N",
@@ -387,9 +431,10 @@ void addHandRows(std::vector<Action>& rows) {
 }
 
 void addViewRows(std::vector<Action>& rows) {
-  struct Row { const char *view, *key; };
-  for (const Row& row : {Row{"front", "1"}, Row{"back", "Ctrl+1"}, Row{"right", "3"}, Row{"left", "Ctrl+3"}, Row{"top", "7"}, Row{"bottom", "Ctrl+7"}, Row{"iso", "0"}}) {
-    rows.push_back({std::string("view.") + row.view, Text(row.view) == "iso" ? "Corner view" : capital(row.view) + " view", "Looks from there at the same size.",
+  struct Row { const char *view, *name, *key; };
+  for (const Row& row : {Row{"front", "Front view", "1"}, Row{"back", "Back view", "Ctrl+1"}, Row{"right", "Right view", "3"}, Row{"left", "Left view", "Ctrl+3"},
+                         Row{"top", "Top view", "7"}, Row{"bottom", "Bottom view", "Ctrl+7"}, Row{"iso", "Corner view", "0"}}) {
+    rows.push_back({std::string("view.") + row.view, row.name, "Looks from there at the same size.",
                     "View", row.key, look, row.view});
   }
   rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "", nullptr, isOrthographic});
@@ -397,7 +442,16 @@ void addViewRows(std::vector<Action>& rows) {
   rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View", "Home Shift+F", focusAll});
   rows.push_back({"view.quickRing", "Quick ring", "Undo, redo, size, zoom and move around the cursor; a click of a pen's button or of the right mouse button.", "View", "Q",
                   [](Context& c, Text) { c.state.wishes.quickRing = true; }});
+  rows.push_back({"view.zoomIn", "Zoom in", "Nearer to the middle of the picture; the wheel goes to what is under the pointer.", "View", "=", [](Context& c, Text) { zoom(c, kZoomClicks); }});
+  rows.push_back({"view.zoomOut", "Zoom out", "Away from the middle of the picture.", "View", "-", [](Context& c, Text) { zoom(c, -kZoomClicks); }});
   rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "", nullptr, hasSection});
+  // Switches of the View panel.
+  for (const auto& row : lookRows()) {
+    const auto* look = std::get_if<Switch<render::Look>>(&row);
+    if (!look) continue;
+    const std::string id(look->id);
+    rows.push_back({"look." + id, std::string(look->name), std::string(look->help), "View", id == "xray" ? "Alt+X" : "", switchLook, id, nullptr, isLook});
+  }
   for (const auto& row : kShadings) {
     rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setShading, std::string(row.id), nullptr, isShading});
   }
@@ -464,11 +518,6 @@ void addMaterial(Context& context, const engine::Piece& piece) {
   });
 }
 
-Vec3d onTheGround(const Context& context, double heightMm) {
-  const render::Box box = context.renderer.bounds();  // What is visible: the ground is its lowest point.
-  return box.empty() ? Vec3d(Vec3d::Zero()) : Vec3d(0, 0, box.min.z() + heightMm / 2);
-}
-
 const std::vector<Action>& actions() {
   static const std::vector<Action> table = [] {
     std::vector<Action> rows;
@@ -489,9 +538,9 @@ const Action* findAction(std::string_view id) {
 }
 
 std::vector<const Action*> searchActions(std::string_view typed) {
-  std::vector<std::pair<int, const Action*>> found;
+  std::vector<std::pair<double, const Action*>> found;
   for (const Action& action : actions()) {
-    int score = 1;
+    double score = 1;  // Of many words: a product that no integer holds.
     for (size_t begin = 0; begin < typed.size();) {
       const size_t end = std::min(typed.find(' ', begin), typed.size());
       if (const Text word = typed.substr(begin, end - begin); !word.empty()) {
@@ -503,6 +552,8 @@ std::vector<const Action*> searchActions(std::string_view typed) {
       }
       begin = end + 1;
     }
+    const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b)); };
+    if (std::equal(typed.begin(), typed.end(), action.name.begin(), action.name.end(), same)) score = HUGE_VAL;  // Its whole name.
     if (score > 0) found.emplace_back(score, &action);
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

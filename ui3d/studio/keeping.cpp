@@ -38,6 +38,12 @@ void SessionWindow::followFile() {
     if (state_.toolId != idBefore || !(state_.tool() == toolBefore)) faceTool_ = state_.tool();
     changed();
   }
+  if (now_->madeCount != madeShown_) {
+    madeShown_ = now_->madeCount;
+    // Beside what is there it may stand out of the view.
+    const engine::Document& document = *now_->document;
+    showMade_ = document.pieces.size() + document.parts.size() > 1 && !document.guide(now_->made);
+  }
   if (std::string title = windowTitle(file); title != titleShown_) {
     window_.setTitle(title);
     titleShown_ = std::move(title);

@@ -177,6 +177,8 @@ class SessionWindow {
   render::UiFrame panelsFrame_;
   uint64_t shotShown_ = 0, panelsShown_ = 0;
   bool stillShown_ = false;
+  uint64_t madeShown_ = 0;                   // Snapshot::madeCount,
+  bool showMade_ = false;                    // and whether its thing is still to be brought into the view.
   bool showAll_ = false;                     // As soon as its surface is there.
   PictureCost cost_;
   FrameDone frame_;                          // The picture thread's while it draws.

@@ -99,7 +99,7 @@ std::string settingsText(const StudioState& state) {
   json["recent"] = state.recentFiles;
   json["folder"] = state.lastFolder;
   json["undo_memory_gib"] = state.undoGiB;
-  json["import"] = {{"units", state.imports.units}, {"voxel_given", state.imports.voxelGiven}, {"voxel", state.imports.voxelMm}, {"half_memory", state.imports.halfMemory}};
+  json["import"] = {{"voxel_given", state.imports.voxelGiven}, {"voxel", state.imports.voxelMm}, {"half_memory", state.imports.halfMemory}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -157,7 +157,6 @@ bool applySettings(const std::string& text, StudioState& state) {
       if (file.is_string() && state.recentFiles.size() < StudioState::kMostRecent) state.recentFiles.push_back(file.get<std::string>());
   if (const auto folder = json.find("folder"); folder != json.end() && folder->is_string()) state.lastFolder = folder->get<std::string>();
   take(json, "undo_memory_gib", state.undoGiB, 0, 64);
-  take(imports, "units", state.imports.units, 0, 3);
   take(imports, "voxel_given", state.imports.voxelGiven);
   take(imports, "voxel", state.imports.voxelMm, 0.01, 10);
   take(imports, "half_memory", state.imports.halfMemory);

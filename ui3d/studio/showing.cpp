@@ -280,6 +280,10 @@ bool SessionWindow::draw() {
     showAll_ = false;
     showWhole(false);
   }
+  if (showMade_ && !renderer_.bounds(now_->made).empty()) {
+    showMade_ = false;
+    showWhole(true);
+  }
   const render::Shot shot = this->shot();
   // Compared at full quality: what is thinned is no motion.
   const uint64_t picture = fingerprint(shot, state_.quality), panels = fingerprint(panelsFrame_);

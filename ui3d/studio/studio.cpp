@@ -1,5 +1,7 @@
 #include "ui3d/studio/studio.h"
 
+#include "ui3d/studio/file_kinds.h"
+
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_internal.h>  // ErrorCheckEndFrameRecover
@@ -77,7 +79,9 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       hand_(bench_),
       pictures_([this] { window_.wake(); }) {
   if (!options.record.empty()) recording_.emplace(options.record);
-  if (!options.file.empty()) bench_.open(options.file);
+  // A model is asked about, where there is somebody to be asked.
+  if (const FileKind* kind = options.file.empty() ? nullptr : kindOf(options.file); kind && kind->imports && options.play.empty()) state_.wishes.open = options.file;
+  else if (!options.file.empty()) bench_.open(options.file);
   window_.setIcon(icon(64));
   renderer_.attach(window_.hooks());
   ui_.useClipboardOf(&window_);

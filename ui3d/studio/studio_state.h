@@ -9,6 +9,7 @@
 
 #include "engine/document.h"
 #include "engine/tool_table.h"
+#include "engine/workbench.h"
 #include "haptics/workspace.h"
 #include "render/renderer.h"
 #include "ui3d/studio/deform_box.h"
@@ -49,6 +50,7 @@ struct Wishes {
   std::string dialog;   ///< Of the panels: "new", "open", "recent", "save", "saveAs", "saveCopy", "import", "part",
                         ///< "export", "picture", "recover", "clay", "toolFile"; "export.stl" names a format,
                         ///< "piece.join" a row of engine::pieceJobs().
+  std::optional<std::filesystem::path> open;  ///< This file as the document: a model is asked about.
   std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
   std::optional<std::filesystem::path> copy;  ///< The document without its history, to this file.
   std::optional<PictureWish> picture;
@@ -57,7 +59,6 @@ struct Wishes {
 
 /// How models came in last: asked for again, this is what is offered.
 struct ImportChoice {
-  int units = 0;            ///< mm, cm, m, in.
   bool voxelGiven = false;  ///< Else 256 voxels along the longest side.
   double voxelMm = 0.5;
   bool halfMemory = false;  ///< Distances of 16 bits.
@@ -78,6 +79,8 @@ struct StudioState {
   bool straight = false;         ///< A drag over the clay draws a straight line, worked along when the button comes up.
   GizmoMode gizmo = GizmoMode::none;
   bool snapWidgets = true;       ///< Dragged widgets snap to guides, surface and grid.
+
+  engine::Workbench::Things copied;  ///< By Copy and Cut: values, which outlive the document that they were copied from.
 
   std::optional<DeformBox> deformBox;  ///< Around a piece that is being deformed.
   std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.

@@ -73,6 +73,8 @@ std::map<std::string, Case> cases() {
       {"offset", {R"({"operation":"offset","distance_mm":2})", ballOf(10), 0.01, 1, 1, [](const json& r) { EXPECT_NEAR(high(r, 2), 10, 0.05); }}},
       {"shell", {R"({"operation":"shell","inner_mm":2})", kBall - ballOf(6), 0.01, 2}},
       {"smooth-all", {R"({"operation":"smooth-all","passes":5})", kBall, 0.005}},
+      {"scale", {R"({"operation":"scale","size_percent":200})", 8 * kBall, 0.005, 1, 1,
+                 [](const json& r) { EXPECT_EQ(r["clay"]["voxel_mm"], 1.0); EXPECT_NEAR(low(r, 2), -8, 0.05); EXPECT_NEAR(high(r, 2), 24, 0.1); }}},
       {"resample", {R"({"operation":"resample","voxel_mm":0.25})", kBall, 0.005, 1, 1, [](const json& r) { EXPECT_EQ(r["clay"]["voxel_mm"], 0.25); EXPECT_EQ(r["notes"].size(), 1u); }}},
       {"precision", {R"({"operation":"precision","bits":"16"})", kUntouched, 1e-5, 1, 1, [](const json& r) { EXPECT_EQ(r["notes"].size(), 1u); }}},
       {"mirror", {R"({"tool":"carve","radius_mm":3,"path":[[0,8,0,0]]},{"operation":"mirror","plane":[0,0,0,1,0,0]})", kBall, 0.1, 1, 1,

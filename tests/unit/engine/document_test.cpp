@@ -217,6 +217,46 @@ TEST(SessionOfADocument, SymmetryRepeatsAStrokeInEveryPlane) {
   EXPECT_EQ(grid.voxelMm, 0.5);
 }
 
+// A switch of the hand: no step, redo stays, and undo leaves it as it is; the planes keep the place that each state has.
+TEST(SessionOfADocument, SwitchingSymmetryIsNoStepAndLeavesRedo) {
+  Session session(ball());
+  session.change("Move the planes", [](Document& document) { document.symmetry.pose.translation = {1, 0, 0}; });
+  Tool tool;
+  tool.radiusMm = 2;
+  const auto dab = [&] {
+    session.beginStroke(tool);
+    session.addPoint(0, {6, 0, 8});
+    session.endStroke();
+  };
+  dab();
+  const clay::Version carved = session.version();
+  ASSERT_EQ(session.undoSteps(), 2u);
+  ASSERT_TRUE(session.undo());
+  Symmetry on;
+  on.x = true;
+  on.turns = 3;
+  session.setSymmetry(on);
+  EXPECT_EQ(session.undoSteps(), 1u);
+  EXPECT_EQ(session.redoSteps(), 1u);
+  EXPECT_TRUE(session.document()->symmetry.x);
+  EXPECT_EQ(session.document()->symmetry.pose.translation, Vec3d(1, 0, 0));
+  ASSERT_TRUE(session.redo());
+  EXPECT_EQ(session.version(), carved);
+  EXPECT_TRUE(session.document()->symmetry.x);
+  EXPECT_EQ(session.document()->symmetry.turns, 3);
+  session.goTo(0);
+  EXPECT_TRUE(session.document()->symmetry.x);
+  EXPECT_EQ(session.document()->symmetry.pose.translation, Vec3d::Zero());
+  // What is done next keeps it, and strokes are mirrored.
+  dab();
+  EXPECT_TRUE(session.document()->symmetry.x);
+  EXPECT_EQ(session.document()->images().mirrors.size(), 1u);
+  session.setSymmetry({});
+  EXPECT_FALSE(session.document()->symmetry.any());
+  session.undo();
+  EXPECT_FALSE(session.document()->symmetry.any());
+}
+
 TEST(SessionOfADocument, ARecordingWithSymmetryGivesEqualBits) {
   const clay::Version first = ball();
   Session session(first);

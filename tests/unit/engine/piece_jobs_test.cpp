@@ -6,12 +6,14 @@
 
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "clay/editor.h"
 #include "clay/error.h"
 #include "clay/loose_parts.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
+#include "engine/beside.h"
 #include "engine/workbench.h"
 
 namespace argil::engine {
@@ -196,6 +198,77 @@ TEST(PieceJobs, OneUndoStepInTheWorkbench) {
   const auto messages = bench.takeMessages();
   ASSERT_FALSE(messages.empty());
   EXPECT_EQ(messages.back().level, Message::Level::error);
+}
+
+// Voxels grow with the piece: no distance changes, so twice as large and half as large again is what there was, to the bit.
+TEST(PieceJobs, ScaleIsExactAndWhatStandsGoesOnStanding) {
+  Document document = Document::of(ball(10, {3, 4, 5}));
+  document.pieces[0].pose.translation = {1, 2, 3};
+  const PieceJob& row = *findPieceJob("scale");
+  const auto scaledBy = [&](double percent) {
+    PieceArguments arguments = of(row, document);
+    row.parameters[0].change(arguments, percent);
+    const PieceResult result = runPieceJob(row, document, arguments);
+    Document after = document;
+    applyPieceResult(result, document, after);
+    return std::pair(after, result.notes);
+  };
+  const clay::BoxMm before = boundsOf(document.pieces[0]);
+  const uint64_t hash = document.pieces[0].version.hash();
+  const double size = volume(document.pieces[0].version);
+  const auto [twice, notes] = scaledBy(200);
+  const clay::BoxMm after = boundsOf(twice.pieces[0]);
+  EXPECT_NEAR(after.low.z(), before.low.z(), 1e-9);
+  EXPECT_NEAR((after.low + after.high).x(), (before.low + before.high).x(), 1e-9);
+  EXPECT_NEAR((after.high - after.low).z(), 2 * (before.high - before.low).z(), 1e-9);
+  EXPECT_NEAR(volume(twice.pieces[0].version), 8 * size, 1e-6 * size);
+  EXPECT_EQ(twice.pieces[0].version.stats().bricks, document.pieces[0].version.stats().bricks);
+  EXPECT_EQ(notes.size(), 1u);
+  document = twice;
+  const Document back = scaledBy(50).first;
+  EXPECT_EQ(back.pieces[0].version.hash(), hash);
+  EXPECT_NEAR((back.pieces[0].pose.translation - Vec3d(1, 2, 3)).norm(), 0, 1e-9);
+  EXPECT_TRUE(runPieceJob(row, document, of(row, document)).changed.empty()) << "100 %";
+  // Beyond what voxels may be: refused, nothing done.
+  document = Document::of(ball(1000, Vec3d::Zero(), 50));
+  PieceArguments huge = of(row, document);
+  row.parameters[0].change(huge, 10000);
+  EXPECT_THROW((void)runPieceJob(row, document, huge), Error);
+}
+
+// A coarse bust and a fine ball: neither does the ball's voxel make the bust heavy, nor is its detail lost without a word.
+TEST(PieceJobs, CombinationsSayWhatTheirVoxelsCost) {
+  Document document = Document::of(ball(60, Vec3d::Zero(), 2));
+  Piece fine;
+  fine.name = "Ball";
+  fine.version = ball(15, {60, 0, 0}, 0.5);
+  document.add(fine);
+  const Piece &bust = document.pieces[0], &small = document.pieces[1];
+  const PieceJob &join = *findPieceJob("join"), &cut = *findPieceJob("cut");
+  const uint64_t both = bust.version.stats().bytes() + small.version.stats().bytes();
+  for (const bool turned : {false, true}) {
+    const CombineCost cost = turned ? combineCost(join, small, bust, 0) : combineCost(join, bust, small, 0);
+    EXPECT_GT(cost.voxelMm, 0.5);
+    EXPECT_LT(cost.voxelMm, 2);
+    EXPECT_LE(cost.bytes, 2.01 * double(both)) << "in whichever order they are named";
+    PieceArguments arguments = of(join, document);
+    if (turned) std::swap(arguments.pieces[0], arguments.pieces[1]);
+    const PieceResult result = runPieceJob(join, document, arguments);
+    EXPECT_DOUBLE_EQ(result.changed.at(0).version.grid().voxelMm, cost.voxelMm);
+    EXPECT_NEAR(double(result.changed[0].version.stats().bytes()), double(cost.bytes), 0.5 * double(cost.bytes)) << "about";
+    ASSERT_FALSE(result.notes.empty());
+    EXPECT_NE(result.notes[0].find("voxels of"), std::string::npos) << result.notes[0];
+  }
+  EXPECT_EQ(combineCost(cut, small, bust, 0).voxelMm, 0.5) << "what is cut into keeps its detail";
+  EXPECT_EQ(combineCost(cut, bust, small, 0).voxelMm, 2);
+  // As it is asked for.
+  PieceArguments arguments = of(join, document);
+  arguments.voxelMm = 1;
+  const PieceResult one = runPieceJob(join, document, arguments);
+  EXPECT_EQ(one.changed.at(0).version.grid().voxelMm, 1);
+  const double expected = 4.0 / 3 * 3.14159265358979 * 60 * 60 * 60;
+  EXPECT_NEAR(volume(one.changed[0].version), expected, 0.05 * expected);
+  EXPECT_EQ(combineCost(join, bust, small, 1).bytes, combineCost(join, small, bust, 1).bytes);
 }
 
 }  // namespace

@@ -77,6 +77,49 @@ TEST_F(Recovery, anOlderJournalStaysUntilTheNewerOneWasRead) {
             two.olderTold);
 }
 
+// So many steps as were done since the save, however many were done before it.
+TEST_F(Recovery, stepsAreCountedFromTheSave) {
+  const fs::path journals = folder / "journals", file = folder / "s.argil", left = folder / "left";
+  fs::create_directories(left);
+  {
+    Kept kept(fullDocument(), journals);
+    kept.folder = journals;
+    for (uint64_t i = 0; i < 16; ++i) stroke(kept.session, i);
+    ASSERT_EQ(kept.session.undoSteps(), 16u);
+    SaveRequest request{kept.session.states(), 16, {}, kept.archive, nullptr, {}, kept.writer};
+    kept.keeper->saved(saveDocument(file, request));
+    kept.keeper->flush();  // the journal is begun anew
+    for (uint64_t i = 0; i < 4; ++i) stroke(kept.session, 100 + i);
+    ASSERT_EQ(kept.session.undoSteps(), 20u);
+    const Recoverable found = examine(kept.crash(left / "1.journal"));
+    EXPECT_EQ(found.steps, 4u) << found.sentence;
+    EXPECT_THAT(found.sentence, testing::HasSubstr(": 4 steps since it was saved"));
+    // Undone to before the save, and otherwise on: two steps back, one on.
+    kept.session.goTo(14);
+    stroke(kept.session, 300);
+    const Recoverable otherwise = examine(kept.crash(left / "2.journal"));
+    EXPECT_EQ(otherwise.steps, 3u) << otherwise.sentence;
+  }
+  // Opened with its history, and worked on.
+  OpenedDocument opened = openDocument(file);
+  Session session(opened.states, opened.done);
+  KeeperOptions options;
+  options.folder = folder / "others";
+  options.syncS = 0.01;
+  Keeper keeper(options, [](const std::string&) {});
+  keeper.begin(session.states(), session.undoSteps(), opened.archive, opened.base, newWriter());
+  session.setWatch(&keeper);
+  for (uint64_t i = 0; i < 4; ++i) stroke(session, 200 + i);
+  const size_t steps = session.undoSteps() - 16;
+  keeper.flush();
+  for (const auto& entry : fs::directory_iterator(options.folder)) {
+    if (entry.path().extension() != ".journal") continue;
+    const Recoverable found = examine(entry.path());
+    EXPECT_EQ(found.steps, steps) << found.sentence;
+  }
+  session.setWatch(nullptr);
+}
+
 TEST_F(Recovery, oneDamagedRecordCostsNoJournalAndNoDocument) {
   const fs::path journals = folder / "journals", file = folder / "s.argil", left = folder / "left";
   fs::create_directories(left);

@@ -60,6 +60,7 @@ TEST(Session, ANewStrokeEndsTheRedoBranch) {
 
 TEST(Session, AStrokeThroughAirLeavesNoStep) {
   Session session(ball());
+  EXPECT_EQ(session.counts().idle, 0u);
   const clay::Version before = session.version();
   cut(session, {40, 0, 0}, {40, 15, 0});
   EXPECT_EQ(session.version(), before);

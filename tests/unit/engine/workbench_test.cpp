@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -11,6 +12,7 @@
 #include "../../support/haply_emulator.h"
 #include "clay/mesh_topology.h"
 #include "clay/surface.h"
+#include "engine/beside.h"
 #include "engine/model_files.h"
 #include "engine/script.h"
 #include "haptics/devices/haply.h"
@@ -458,6 +460,144 @@ TEST_F(WorkbenchTest, OpensAScriptWithItsStrokes) {
   EXPECT_EQ(document()->pieces[0].name, "argil_workbench");
   EXPECT_EQ(bench.snapshot()->done, 0u);
   EXPECT_EQ(problems(), "");
+  std::filesystem::remove(file);
+}
+
+// A stroke that met nothing is not taken for one that did its work.
+TEST_F(WorkbenchTest, AStrokeThatChangesNothingIsTold) {
+  block();
+  bench.strokeAlong({{-10, 0, 60}, {10, 0, 60}});
+  ASSERT_TRUE(rest());
+  std::string said;
+  ASSERT_TRUE(until([&] { return (said += problems()).find("changed nothing") != std::string::npos; })) << said;
+  EXPECT_EQ(bench.snapshot()->done, 1u);
+  bench.strokeAlong({{-10, 0, 10}, {10, 0, 10}});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == 2; }));
+  ASSERT_TRUE(rest());
+  EXPECT_EQ(problems(), "");
+}
+
+// Work that is left after the hand has ended is told, and comes to an end.
+TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
+  Workbench::Options given;
+  given.journal = false;
+  given.realtime = false;
+  given.stampsATurn = 1;  // far behind the hand
+  Workbench bench(given);
+  const auto until = [](const std::function<bool()>& what) {
+    for (int i = 0; i < 15000; ++i) {
+      if (what()) return true;
+      std::this_thread::sleep_for(2ms);
+    }
+    return false;
+  };
+  bench.addBlock({200, 40, 20}, 2, {.voxelMm = 0.5});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1; }));
+  EXPECT_FALSE(bench.strokeWork().on);
+  Tool tool;
+  tool.radiusMm = 1;
+  bench.setTool(tool);
+  haptics::PointerSample sample;
+  sample.direction = {0, 0, -1};
+  sample.surfaceMm = 50;
+  const auto feed = [&](double x, uint32_t buttons, double depth) {
+    sample.origin = {x, 0, 60 - depth};
+    sample.buttons = buttons;
+    bench.feedPointer(sample);
+    std::this_thread::sleep_for(4ms);
+  };
+  for (int i = 0; i < 30; ++i) feed(-80, 0, -8);
+  for (int i = 0; i < 30; ++i) feed(-80, 1, 0.5);
+  for (int i = 0; i <= 100; ++i) feed(-80 + 1.6 * i, 1, 0.5);
+  for (int i = 0; i < 10; ++i) feed(80, 0, -8);
+  // The hand is up. What is left does not grow any more.
+  std::vector<double> left;
+  ASSERT_TRUE(until([&] {
+    const Workbench::StrokeWork work = bench.strokeWork();
+    if (work.on) left.push_back(work.leftS);
+    return !work.on && bench.idle();
+  }));
+  ASSERT_FALSE(left.empty()) << "nothing was left: the machine is too quick for this test, or it is not told";
+  EXPECT_GT(left.front(), 0);
+  EXPECT_TRUE(std::is_sorted(left.rbegin(), left.rend())) << "what is left grew";
+  EXPECT_EQ(bench.strokeWork().leftS, 0);
+}
+
+// What is made by being asked for stands beside what is there, is worked on, and is told apart from what came otherwise.
+TEST_F(WorkbenchTest, NewPiecesStandBesideOnTheSameGround) {
+  bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5, .beside = true});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->madeCount == 1; }));
+  EXPECT_EQ(document()->pieces[0].pose.translation, Vec3d::Zero()) << "the first one";
+  bench.addSphere(15, {.voxelMm = 0.5, .beside = true});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->madeCount == 2; }));
+  const auto now = bench.snapshot();
+  ASSERT_EQ(now->document->pieces.size(), 2u);
+  EXPECT_EQ(now->made, now->document->pieces[1].id);
+  EXPECT_EQ(now->document->active, now->made);
+  const clay::BoxMm first = boundsOf(now->document->pieces[0]), second = boundsOf(now->document->pieces[1]);
+  EXPECT_GT(second.low.x(), first.high.x());
+  EXPECT_NEAR(second.low.z(), first.low.z(), 1);
+  // A row that makes a piece, too.
+  PieceArguments ring = standardArguments(*findPieceJob("ring"), *document());
+  bench.operate("ring", ring);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->madeCount == 3; })) << problems();
+  EXPECT_GT(boundsOf(document()->pieces[2]).low.x(), second.high.x());
+  EXPECT_EQ(document()->active, document()->pieces[2].id);
+  // Undo takes it and nothing is "made" by it.
+  bench.undo();
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 2; }));
+  EXPECT_EQ(bench.snapshot()->madeCount, 3u);
+}
+
+// Copies share their clay, have names of their own, and outlive the document that they were copied from.
+TEST_F(WorkbenchTest, CopiesComeIntoThisAndIntoAnotherDocument) {
+  block();
+  Workbench::Things things;
+  things.pieces = document()->pieces;
+  bench.add("Duplicate", things);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 2; }));
+  EXPECT_EQ(document()->pieces[1].name, "Block 2");
+  EXPECT_EQ(document()->pieces[1].version, document()->pieces[0].version);
+  EXPECT_EQ(bench.snapshot()->made, document()->pieces[1].id);
+  EXPECT_EQ(bench.snapshot()->done, 2u);
+  const uint64_t hash = document()->pieces[0].version.hash();
+  bench.newDocument();
+  ASSERT_TRUE(until([&] { return document()->pieces.empty(); }));
+  bench.add("Paste", things);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
+  EXPECT_EQ(document()->pieces[0].name, "Block");
+  EXPECT_EQ(document()->pieces[0].pose.translation, Vec3d::Zero());
+  // It is worked on and kept like any other.
+  bench.strokeAlong({{-10, 0, 10}, {10, 0, 10}});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->done == 2; })) << problems();
+  EXPECT_NE(document()->pieces[0].version.hash(), hash);
+  EXPECT_EQ(things.pieces[0].version.hash(), hash);
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "argil_pasted.argil";
+  std::filesystem::remove(file);
+  const uint64_t carved = document()->pieces[0].version.hash();
+  bench.saveAs(file, {});
+  ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; })) << problems();
+  bench.open(file);
+  ASSERT_TRUE(until([&] { return bench.snapshot()->file.opened > 2 && document()->pieces.size() == 1; }));
+  EXPECT_EQ(document()->pieces[0].version.hash(), carved);
+  std::filesystem::remove(file);
+}
+
+// Switched symmetry belongs to what is saved.
+TEST_F(WorkbenchTest, SwitchedSymmetryIsSavedWithTheStateInWork) {
+  block();
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "argil_symmetric.argil";
+  std::filesystem::remove(file);
+  bench.setSymmetry([](Symmetry& symmetry) { symmetry.y = true; });
+  ASSERT_TRUE(until([&] { return document()->symmetry.y; }));
+  EXPECT_EQ(bench.snapshot()->done, 1u);
+  bench.saveAs(file, {});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->file.path == file && !bench.snapshot()->file.unsaved; })) << problems();
+  bench.newDocument();
+  ASSERT_TRUE(until([&] { return document()->pieces.empty(); }));
+  bench.open(file);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 1; }));
+  EXPECT_TRUE(document()->symmetry.y);
   std::filesystem::remove(file);
 }
 

@@ -4,11 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "clay/error.h"
+#include "ui3d/studio/file_kinds.h"
+#include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/panels/settings_tables.h"
 
 namespace argil::studio {
 namespace {
@@ -113,6 +118,82 @@ TEST(Actions, KeysCanBeChangedButNotTwiceGiven) {
   resetShortcut(state, undo);
   resetShortcut(state, redo);
   EXPECT_TRUE(state.keys.empty());
+}
+
+// Whatever has a name in a menu or a key is found by that name, first of all; what the View panel switches is among it.
+TEST(Actions, EachIsFoundInThePaletteByItsName) {
+  for (const Action& action : actions()) {
+    const auto found = searchActions(action.name);
+    ASSERT_FALSE(found.empty()) << action.name;
+    EXPECT_EQ(found.front()->name, action.name);
+  }
+  for (const auto& row : lookRows())
+    if (const auto* look = std::get_if<Switch<render::Look>>(&row)) {
+      EXPECT_NE(findAction("look." + std::string(look->id)), nullptr) << look->id;
+    }
+  for (const auto& [typed, id] : std::map<std::string, std::string>{{"zoom in", "view.zoomIn"}, {"zoom out", "view.zoomOut"}, {"x-ray", "look.xray"},
+                                                                    {"thickness", "guides.thickness"}, {"duplicate", "edit.duplicate"}, 
+                                                                    {"copy", "edit.copy"}, {"paste", "edit.paste"}, {"grid", "look.grid"}}) {
+    const auto found = searchActions(typed);
+    ASSERT_FALSE(found.empty()) << typed;
+    EXPECT_EQ(found.front()->id, id) << typed;
+  }
+}
+
+// Texts stand whole in tables. Where they were glued from parts, an ending came twice, a word or a blank did, or "a" stood before a vowel.
+TEST(Texts, OfAllTablesReadAsEnglish) {
+  std::vector<std::string> texts;
+  const auto add = [&](std::string_view text) { texts.emplace_back(text); };
+  for (const Action& action : actions()) add(action.name), add(action.help);
+  for (const PanelRow& row : panelTable()) add(row.name), add(row.help);
+  const auto parameters = [&](const auto& rows) {
+    for (const auto& row : rows) add(row.name), add(row.help);
+  };
+  for (const engine::ToolRow& row : engine::toolTable()) add(row.name), add(row.help), parameters(row.parameters);
+  for (const engine::PieceJob& row : engine::pieceJobs()) {
+    add(row.name), add(row.help), add(row.doing), add(row.brief), parameters(row.parameters);
+    // What stands on a small button is part of what it is called.
+    for (std::istringstream words{std::string(row.brief)}; words;) {
+      std::string word;
+      if (!(words >> word)) break;
+      std::string name(row.name);
+      for (std::string* text : {&word, &name}) std::transform(text->begin(), text->end(), text->begin(), [](unsigned char c) { return char(std::tolower(c)); });
+      EXPECT_TRUE((" " + name + " ").find(" " + word + " ") != std::string::npos) << row.brief << " of " << row.name;
+    }
+  }
+  const auto rows = [&](const auto& table) {
+    for (const auto& row : table) std::visit([&](const auto& each) { add(each.name), add(each.help); }, row);
+  };
+  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(surfaceRows()), rows(touchQualityRows()), rows(workspaceRows()), rows(wallRows());
+  parameters(materialRows()), parameters(wellRows()), parameters(symmetryRows()), parameters(handRows()), parameters(undoRows());
+  for (const FileKind& kind : fileKinds()) add(kind.name), add(kind.writes), add(kind.units);
+  EXPECT_GT(texts.size(), 400u);
+  const std::set<std::string> right = {"need", "needed", "needs", "speed", "feed", "freed", "seed", "indeed", "exceed", "bring", "brings", "singing"};
+  for (const std::string& text : texts) {
+    std::istringstream words(text);
+    std::string before;
+    for (std::string word; words >> word;) {
+      bool pauses = false;
+      while (!word.empty() && std::string_view(".,:;!?)").find(word.back()) != std::string_view::npos) {
+        word.pop_back();
+        pauses = true;
+      }
+      std::string small = word;
+      std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+      const auto ends = [&](std::string_view ending) { return small.ends_with(ending) && !right.contains(small); };
+      EXPECT_FALSE(ends("eed") || ends("eded") || ends("inging") || ends("sss") || ends("lyly")) << word << ": " << text;
+      EXPECT_NE(small, before) << text;
+      if (before == "a") {
+        EXPECT_EQ(std::string_view("aeio").find(small.empty() ? 'x' : small[0]), std::string_view::npos) << text;
+      }
+      if (before == "an") {
+        EXPECT_NE(std::string_view("aeiouhx8").find(small.empty() ? 'x' : small[0]), std::string_view::npos) << text;
+      }
+      before = pauses ? std::string() : small;
+    }
+    EXPECT_EQ(text.find("  "), std::string::npos) << text;
+    EXPECT_TRUE(text.empty() || (text.front() != ' ' && text.back() != ' ')) << "'" << text << "'";
+  }
 }
 
 TEST(Actions, AreFoundByWhatIsTyped) {

@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include "engine/beside.h"
 #include "panels_rig.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
@@ -39,6 +40,10 @@ class Dialogs : public testing::Test {
     ASSERT_FALSE(std::isnan(at.x)) << button;
     rig.click(at);
   }
+  // Until the model was read and its size is shown.
+  void asked() {
+    rig.until([&] { return !std::isnan(rig.find("Asked", {"height", "bar"}).x); }, "the size of the model");
+  }
   ImGuiWindow* list(const char* dialog) { return PanelsRig::child(dialog, "list"); }
   size_t pieces() { return rig.bench.snapshot()->document->pieces.size(); }
 
@@ -53,8 +58,11 @@ TEST_F(Dialogs, AMeshIsImportedByItsPath) {
   rig.key(ImGuiKey_Enter);
   rig.frames(3);
   EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "closed for a file that is not there";
-  rig.click(rig.find("Files", {"Voxel size by hand", "switch"}));
   fillIn("Files", "##name", (folder / "models" / "tetra.obj").string());
+  rig.key(ImGuiKey_Enter);
+  asked();
+  press("Asked", "Voxels  +");
+  rig.click(rig.find("Asked", {"Voxel size by hand", "switch"}));
   rig.key(ImGuiKey_Enter);
   rig.frames(3);
   EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
@@ -76,14 +84,67 @@ TEST_F(Dialogs, FoldersAreWalkedByDoubleClicks) {
   ASSERT_FALSE(std::isnan(at.x)) << "no file in the list";
   EXPECT_TRUE(std::isnan(entry(1).x)) << "a text file is offered as a mesh";
   rig.doubleClick(at);
+  asked();
+  rig.key(ImGuiKey_Enter);
   rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "a part");
+}
+
+// The model is guessed to be 20 cm and y up; what is chosen instead is what comes in: upright, on the ground, as high as was typed.
+TEST_F(Dialogs, AModelStandsAsItIsAskedTo) {
+  std::ofstream(folder / "models" / "tower.obj") << "v 0 5 0\nv 4 5 0\nv 0 5 10\nv 0 7 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n";
+  const auto now = rig.bench.snapshot();
+  Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+  rig.panels->dropped(context, (folder / "models" / "tower.obj").string());
+  asked();
+  rig.key(ImGuiKey_Enter);  // As it is guessed: centimetres, y up.
+  rig.until([&] { return pieces() == 1; }, "imported");
+  const auto box = [&](size_t piece) { return engine::boundsOf(rig.bench.snapshot()->document->pieces[piece]); };
+  EXPECT_NEAR(box(0).high.z() - box(0).low.z(), 20, 1.5);
+  EXPECT_NEAR(box(0).low.z(), 0, 1);
+  EXPECT_NEAR(box(0).high.x() - box(0).low.x(), 40, 1.5);
+  EXPECT_NEAR(box(0).high.y() - box(0).low.y(), 100, 3);
+
+  rig.panels->dropped(context, (folder / "models" / "tower.obj").string());
+  asked();
+  const ImVec2 height = rig.find("Asked", {"height", "bar"});
+  ASSERT_FALSE(std::isnan(height.x));
+  rig.doubleClick(height);
+  rig.frames(3);
+  rig.type("50");
+  rig.key(ImGuiKey_Enter);
+  rig.frames(2);
+  EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "the Enter that ends typing is not the one that accepts";
+  press("Asked", "Import");
+  rig.until([&] { return pieces() == 2; }, "imported again");
+  EXPECT_NEAR(box(1).high.z() - box(1).low.z(), 50, 2);
+  EXPECT_NEAR(box(1).low.z(), box(0).low.z(), 1) << "on the same ground";
+  EXPECT_GT(box(1).low.x(), box(0).high.x()) << "beside what is there";
+  // What came in is selected and worked on.
+  rig.frames(2);
+  EXPECT_EQ(rig.state.selected, rig.bench.snapshot()->document->pieces[1].id);
+  EXPECT_EQ(rig.bench.snapshot()->document->active, rig.state.selected);
+}
+
+TEST_F(Dialogs, AModelThatCannotBeReadIsToldWhereItIsAskedFor) {
+  std::ofstream(folder / "models" / "bad.stl") << "solid nothing\nendsolid\n";
+  const auto now = rig.bench.snapshot();
+  Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+  rig.panels->dropped(context, (folder / "models" / "bad.stl").string());
+  rig.frames(60);
+  rig.key(ImGuiKey_Enter);
+  rig.frames(60);
+  EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "accepted";
+  press("Asked", "Cancel");
+  rig.frames(3);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  EXPECT_EQ(pieces(), 0u);
 }
 
 TEST_F(Dialogs, ADroppedMeshAsksForItsUnits) {
   const auto now = rig.bench.snapshot();
   Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
   rig.panels->dropped(context, (folder / "models" / "tetra.obj").string());
-  rig.frames(3);
+  asked();
   rig.click(rig.find("Asked", {"As a part: seen and felt, not clay", "switch"}));
   press("Asked", "Import");
   rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "imported");

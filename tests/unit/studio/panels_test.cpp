@@ -132,14 +132,19 @@ TEST(Panels, ThePaletteRunsWhatWasTyped) {
   EXPECT_FALSE(rig.state.shown.palette);
 }
 
-TEST(Panels, SymmetryIsAnEditThatCanBeUndone) {
+TEST(Panels, SymmetryIsASwitchAndNoStep) {
   PanelsRig rig;
+  rig.edit("Something", [](engine::Document& d) { d.add(engine::Guide()); });
+  rig.run("edit.undo");
+  rig.until([&] { return rig.bench.snapshot()->done == 0; }, "undone");
   const ImVec2 at = rig.find("Settings", {"Y", "button"});
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);
   rig.until([&] { return rig.bench.snapshot()->document->symmetry.y; }, "symmetry");
-  rig.run("edit.undo");
-  rig.until([&] { return !rig.bench.snapshot()->document->symmetry.y; }, "undone symmetry");
+  EXPECT_EQ(rig.bench.snapshot()->done, 0u);
+  rig.run("edit.redo");
+  rig.until([&] { return rig.bench.snapshot()->done == 1; }, "redone: the switch left it");
+  EXPECT_TRUE(rig.bench.snapshot()->document->symmetry.y);
 }
 
 class ThingsList : public testing::Test {
@@ -242,8 +247,7 @@ TEST_F(ThingsList, ADraggedSliderIsOneStep) {
 }
 
 TEST_F(ThingsList, HistoryGoesToAnyStep) {
-  rig.run("symmetry.x");
-  rig.until([&] { return document().symmetry.x; }, "symmetry");
+  rig.edit("Something", [](engine::Document& d) { d.pieces.front().colour[0] = 0.25f; });
   const size_t steps = rig.bench.snapshot()->done;
   rig.run("panel.history");
   ImGuiWindow* steppes = nullptr;

@@ -25,7 +25,7 @@ TEST(Settings, comeBackAsTheyWere) {
   state.keys["edit.undo"] = "Ctrl+U";
   state.recentFiles = {"/a b/µ.stl"};
   state.lastFolder = "/a b";
-  state.imports = {3, true, 0.25};
+  state.imports = {true, 0.25};
   state.undoGiB = 0.5;
   state.surface = clay::Grade::fine;
   StudioState back;

@@ -15,6 +15,8 @@
 namespace argil::studio {
 namespace {
 
+constexpr double kStrokeTold = 0.3;  // Seconds after its end a stroke that is still worked on is spoken of.
+
 // A thin line between groups of a bar.
 void divide() {
   ImGui::SameLine(0, 9);
@@ -55,6 +57,13 @@ bool forcesAil(const Context& context, const Memory& memory) {
 }
 
 }  // namespace
+
+std::string strokeWords(std::string_view tool, double leftS, double fromS) {
+  std::string words(tool);
+  words += ": the stroke is being worked into the clay";
+  if (fromS > 0 && leftS > 0 && leftS <= fromS) words += ", " + std::to_string(int(100 * (1 - leftS / fromS))) + " %";
+  return words + "…";
+}
 
 bool forcesStopped(const Memory& memory) {
   // A stop by the person leaves the servo's own state as it was: the sentence alone tells.
@@ -261,7 +270,10 @@ void drawStatus(Context& context, Memory& memory) {
   ImU32 colour = c.text;
   const std::vector<engine::JobView> jobs = context.bench.jobs();
   const engine::ToolRow* tool = engine::findTool(context.state.toolId);
-  if (!jobs.empty()) doing = jobs.front().name + (jobs.size() > 1 ? " and " + std::to_string(jobs.size() - 1) + " more" : "") + "…";
+  const engine::Workbench::StrokeWork work = context.bench.strokeWork();
+  if (tool && work.on && !memory.handCuts && context.timeS - memory.releasedS > kStrokeTold) {
+    doing = strokeWords(tool->name, work.leftS, memory.strokeFromS);
+  } else if (!jobs.empty()) doing = jobs.front().name + (jobs.size() > 1 ? " and " + std::to_string(jobs.size() - 1) + " more" : "") + "…";
   else if (forcesAil(context, memory)) {
     doing = kit::sentence(memory.touch.sentence);
     colour = c.warning;

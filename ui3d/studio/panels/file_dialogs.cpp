@@ -12,7 +12,6 @@ namespace argil::studio {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::array<std::string_view, 4> kUnits{"mm", "cm", "m", "in"};
 constexpr int k4kPixels = 3840;
 
 void openFiles(Context& context, Memory& memory, FilesFor what, FileDialog::Request request) {
@@ -28,57 +27,6 @@ std::string proposedName(const Context& context) {
   std::string name = pieces.empty() ? std::string() : pieces.front().name;
   std::replace(name.begin(), name.end(), '/', '-');
   return name.empty() ? "clay" : name;
-}
-
-// Rows of a dialog, for a file that need not be known yet.
-int unitRows(StudioState& state, const fs::path& file, bool draw) {
-  const FileKind* kind = kindOf(file);
-  if (kind && !kind->imports) return 0;
-  if (!draw) return 1;
-  if (kind && !kind->units.empty()) kit::fact("Units of the file", std::string(kind->name) + ": " + std::string(kind->units));
-  else kit::choice("Units of the file", kUnits, state.imports.units, "These files name none: a wrong choice makes the model too large or too small.");
-  return 1;
-}
-
-int importRows(Memory& memory, StudioState& state, const fs::path& file, bool asDocument, bool draw) {
-  int rows = unitRows(state, file, draw);
-  const FileKind* kind = kindOf(file);
-  if (asDocument && kind && !kind->imports) return rows;
-  if (!asDocument) {
-    ++rows;
-    if (draw) kit::toggle("As a part: seen and felt, not clay", memory.importAsPart);
-    if (memory.importAsPart) return rows;
-  }
-  ++rows;
-  if (draw) kit::toggle(kHalfMemory, state.imports.halfMemory, kHalfMemoryHelp);
-  ++rows;
-  if (draw) kit::toggle("Voxel size by hand", state.imports.voxelGiven, "Else 256 voxels along the longest side.");
-  if (!state.imports.voxelGiven) return rows;
-  ++rows;
-  if (draw) kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true}, state.imports.voxelMm);
-  return rows;
-}
-
-engine::Workbench::ImportOptions importOptions(const Memory& memory, const StudioState& state, const fs::path& file, bool asDocument) {
-  engine::Workbench::ImportOptions options;
-  if (asksForUnits(file)) options.units = kUnits[size_t(std::clamp(state.imports.units, 0, 3))];
-  options.asPart = !asDocument && memory.importAsPart;
-  if (state.imports.voxelGiven && !options.asPart) options.voxelMm = state.imports.voxelMm;
-  if (state.imports.halfMemory) options.precision = clay::Precision::fixed16;
-  return options;
-}
-
-void open(Context& context, Memory& memory, const fs::path& file) {
-  const FileKind* kind = kindOf(file);
-  Departure departure{Departure::To::file, file};
-  if (kind && kind->imports) departure.import = importOptions(memory, context.state, file, true);
-  depart(context, memory, std::move(departure));
-}
-
-void import(Context& context, Memory& memory, const fs::path& file) {
-  context.bench.import(file, importOptions(memory, context.state, file, false));
-  context.state.lastFolder = file.parent_path().string();
-  context.state.shown.firstStart = false;
 }
 
 void save(Context& context, Memory& memory) {
@@ -101,6 +49,7 @@ void serveWishes(Context& context, Memory& memory) {
   if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == KeepFlow::Stage::idle)
     openSaveAs(context, memory);
   if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
+  if (const auto file = std::exchange(context.state.wishes.open, std::nullopt)) beginDocument(context, memory, *file);
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
   if (wish == "new") {
     depart(context, memory, {Departure::To::newDocument});
@@ -141,21 +90,17 @@ void serveWishes(Context& context, Memory& memory) {
 }
 
 void drawFiles(Context& context, Memory& memory) {
-  constexpr float kRowHeight = kRow - 2 + kGap;
   FileDialog& files = memory.files;
   StudioState& state = context.state;
-  const bool asDocument = memory.filesFor == FilesFor::open;
   switch (memory.filesFor) {
     case FilesFor::none:
     case FilesFor::folder: return;  // Drawn within the export.
     case FilesFor::open:
-    case FilesFor::import: {
-      const int rows = importRows(memory, state, files.typed(), asDocument, false);
-      if (!files.draw([&] { importRows(memory, state, files.typed(), asDocument, true); }, float(rows) * kRowHeight)) break;
-      if (asDocument) open(context, memory, files.path());
-      else import(context, memory, files.path());
+      if (files.draw()) beginDocument(context, memory, files.path());
       break;
-    }
+    case FilesFor::import:
+      if (files.draw()) askModel(memory, files.path(), false, memory.importAsPart);
+      break;
     case FilesFor::save:
       if (files.draw()) {
         state.wishes.save = files.path();
@@ -194,26 +139,6 @@ void drawFiles(Context& context, Memory& memory) {
       break;
   }
   if (!files.isOpen()) memory.filesFor = FilesFor::none;
-}
-
-void drawAsked(Context& context, Memory& memory) {
-  bool open = !memory.asked.file.empty();
-  if (!kit::beginDialog("Asked", memory.asked.asDocument ? "Open a model" : "Import a model", 420, 0, &open)) return;
-  const fs::path file = memory.asked.file;
-  const bool asDocument = memory.asked.asDocument;
-  const std::string_view verb = asDocument ? "Open" : "Import";
-  kit::elided(file.filename().string(), ImGui::GetContentRegionAvail().x, colours().dim);
-  importRows(memory, context.state, file, asDocument, true);
-  kit::gap(6);
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * 96 - kGap);
-  if (kit::button("Cancel", kit::Weight::plain, 96)) open = false;
-  ImGui::SameLine();
-  const bool chosen = kit::button(verb, kit::Weight::chief, 96);
-  if (!open || chosen) memory.asked.file.clear();
-  kit::endDialog(open && !chosen);
-  if (!chosen) return;
-  if (asDocument) studio::open(context, memory, file);
-  else import(context, memory, file);
 }
 
 void drawRecent(Context& context, Memory& memory) {

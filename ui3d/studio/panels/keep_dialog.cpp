@@ -61,8 +61,9 @@ std::string_view deed(To to) {
 void depart(Context& context, Memory& memory, Departure departure) { run(context, memory, memory.keep.want(std::move(departure), context.now)); }
 
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file) {
-  // A model without units is asked about first.
-  if (asksForUnits(file)) memory.asked = {file.string(), true};
+  // A model is looked at first: its unit, its up axis, its size.
+  const FileKind* kind = kindOf(file);
+  if (kind && kind->imports) askModel(memory, file, true, false);
   else depart(context, memory, {To::file, file});
 }
 

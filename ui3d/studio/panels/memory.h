@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/import_place.h"
 #include "engine/jobs.h"
 #include "haptics/devices/registry.h"
 #include "render/image.h"
@@ -46,6 +47,7 @@ struct Operation {
   const engine::PieceJob* row = nullptr;  ///< Null: none.
   engine::PieceArguments arguments;
   int plane = 0, curve = 0, direction = 0;  ///< As they are listed.
+  std::vector<engine::Id> costOf = {};      ///< The pieces for which a voxel size was proposed.
   bool turned = false;                      ///< The plane faces the other way.
   clay::Version measured;                   ///< The clay of which this is the middle, world mm.
   Vec3d middleMm = Vec3d::Zero();
@@ -64,10 +66,19 @@ struct ExportChoice {
   std::vector<std::string> existing;                ///< Files that would be written over: asked about.
 };
 
-/// A model that waits for its units; without a name: none.
+/// A model that is looked at before it comes in; without a name: none.
 struct AskedModel {
-  std::string file;
+  std::filesystem::path file = {};
   bool asDocument = false;  ///< To be opened, not imported.
+  bool asPart = false;
+  int units = 0, up = 0;               ///< As they are listed: guessed first.
+  std::optional<double> heightMm = {}; ///< None: what the unit makes it.
+  bool keepsPlace = false;             ///< Where the file has it; else on the ground, beside what is there.
+  bool more = false;                   ///< Voxels are shown.
+  bool guessed = false;                ///< The guess of `look` was taken.
+  bool accepted = false;               ///< Enter came before the file was read.
+  std::shared_ptr<engine::ModelLook> look = {};          ///< Filled by `reading`.
+  std::unique_ptr<engine::BackgroundJob> reading = {};   ///< Null for a format that is not looked at.
 };
 
 /// The page at the start.
@@ -122,6 +133,10 @@ struct Memory {
   int pictureSize = 0;        ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
   KeepFlow keep;
+  uint64_t madeSeen = UINT64_MAX;       ///< Snapshot::madeCount of the thing that was selected last for being new.
+  double releasedS = 0;                 ///< When the hand ended the stroke that is in work.
+  bool handCuts = false;
+  double strokeFromS = 0;               ///< Of the hand's path, what was left to be worked on then.
   uint64_t refusedSeen = 0;             ///< Saves that failed, of those for which another name was offered.
   bool recoverOffered = false;          ///< Once after the start.
   std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
@@ -138,8 +153,8 @@ struct Memory {
 /// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
 bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
 void runAction(Context& context, std::string_view id);
-/// Where the middle of new clay so high belongs, that it stands on the ground; alone it is the world's.
-[[nodiscard]] Vec3d onTheGround(const Context& context, double heightMm);
+/// "Wax: the stroke is being worked into the clay, 40 %…": of the hand's path of `fromS` seconds `leftS` are left.
+[[nodiscard]] std::string strokeWords(std::string_view tool, double leftS, double fromS);
 /// By the person or by a fault, until they are resumed.
 [[nodiscard]] bool forcesStopped(const Memory& memory);
 /// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
@@ -188,7 +203,8 @@ void openSaveAs(Context& context, Memory& memory);
 void drawKeep(Context& context, Memory& memory);
 void drawRecover(Context& context, Memory& memory);
 void drawRecent(Context& context, Memory& memory);
-/// The units of a model that was dropped or opened without a dialog.
+/// Reads a model, to be asked about: unit, up axis, size.
+void askModel(Memory& memory, const std::filesystem::path& file, bool asDocument, bool asPart);
 void drawAsked(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);

@@ -3,6 +3,7 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
@@ -94,6 +95,14 @@ void fold(StudioState& state) {
     state.over.clear();
     if (escape) kit::takeEscape();
   }
+// When the hand ended its stroke, and how much of it was to be worked on then.
+void followStroke(Context& context, Memory& memory) {
+  const bool cuts = (memory.touch.latest.flags & haptics::kCutting) != 0;
+  if (std::exchange(memory.handCuts, cuts) && !cuts) {
+    memory.releasedS = context.timeS;
+    memory.strokeFromS = context.bench.strokeWork().leftS;
+  }
+  memory.moves |= !cuts && context.bench.strokeWork().on;
 }
 
 void hear(Context& context, Memory& memory) {
@@ -103,6 +112,10 @@ void hear(Context& context, Memory& memory) {
   }
   while (memory.said.size() > kMost) memory.said.pop_front();
   memory.touch = context.bench.touch(context.state.shown.touch);
+  // What was just made is what the hand works on next.
+  if (std::exchange(memory.madeSeen, context.now.madeCount) < context.now.madeCount && context.now.document->thing(context.now.made))
+    context.state.selected = context.now.made;
+  followStroke(context, memory);
   memory.frameMs.push_back(float(context.state.figures.frameMs));
   if (memory.frameMs.size() > 240) memory.frameMs.erase(memory.frameMs.begin(), memory.frameMs.begin() + 40);
 }
@@ -121,9 +134,9 @@ Panels::~Panels() = default;
 
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
-  hear(context, memory);
   // A tooltip waits for a hand at rest; a cursor blinks.
   memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
+  hear(context, memory);
   serveWishes(context, memory);
   kit::beginFrame();
   fold(context.state);
@@ -159,8 +172,7 @@ void Panels::dropped(Context& context, const std::string& path) {
   if (!kind) {
     context.bench.tell(engine::Message::Level::warning, path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
   } else if (kind->imports) {
-    state_->importAsPart = false;
-    state_->asked = {path, false};
+    askModel(*state_, path, false, false);
   } else {
     beginDocument(context, *state_, path);
   }

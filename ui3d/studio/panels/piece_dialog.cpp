@@ -142,6 +142,32 @@ std::string drawCurve(const Context& context, Operation& operation) {
   return {};
 }
 
+// The two pieces of a combination, where they have clay.
+std::pair<const engine::Piece*, const engine::Piece*> combined(const engine::Document& document, const Operation& operation) {
+  const std::vector<engine::Id>& ids = operation.arguments.pieces;
+  if (operation.row->group != "Combine" || operation.row->pieces != 2 || ids.size() != 2 || ids[0] == ids[1]) return {};
+  const engine::Piece *first = document.piece(ids[0]), *second = document.piece(ids[1]);
+  if (!first || !second || !first->version || !second->version) return {};
+  return {first, second};
+}
+
+// For each pair of pieces anew; what the user sets for a pair stays.
+void proposeVoxel(const engine::Document& document, Operation& operation) {
+  const auto [first, second] = combined(document, operation);
+  if (!first || std::exchange(operation.costOf, operation.arguments.pieces) == operation.arguments.pieces) return;
+  operation.arguments.voxelMm = engine::combineCost(*operation.row, *first, *second, 0).voxelMm;
+}
+
+// What the result has, before it is made.
+void drawCost(const engine::Document& document, const Operation& operation) {
+  const auto [first, second] = combined(document, operation);
+  if (!first) return;
+  const engine::CombineCost cost = engine::combineCost(*operation.row, *first, *second, operation.arguments.voxelMm);
+  for (const engine::Piece* piece : {first, second})
+    kit::fact(piece->name, "voxels of " + kit::written(piece->version.grid().voxelMm) + " mm, " + kit::bytes(piece->version.stats().bytes()));
+  kit::fact("Result, about", "voxels of " + kit::written(cost.voxelMm) + " mm, " + kit::bytes(cost.bytes));
+}
+
 }  // namespace
 
 void beginOperation(Context& context, Memory& memory, std::string_view id) {
@@ -155,7 +181,7 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
   if (row->pieces > 0 && selected) operation.arguments.pieces = {selected->id};
   const engine::Piece* piece = operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
   for (const Parameter& parameter : row->parameters) {
-    if (last != memory.operations.end()) parameter.change(operation.arguments, parameter.get(last->second));
+    if (last != memory.operations.end() && parameter.id != "voxel") parameter.change(operation.arguments, parameter.get(last->second));
     if (parameter.id == "voxel" && piece && piece->version) parameter.change(operation.arguments, piece->version.grid().voxelMm);
   }
   memory.operation = std::move(operation);
@@ -176,7 +202,9 @@ void drawOperation(Context& context, Memory& memory) {
     if (const std::string missing = drawPlane(context, operation, piece); !missing.empty()) problem = missing;
   if (row.takesCurve)
     if (const std::string missing = drawCurve(context, operation); !missing.empty()) problem = missing;
+  proposeVoxel(*context.now.document, operation);
   for (const Parameter& parameter : row.parameters) drawNumber(parameter, row.takesCurve, operation.arguments);
+  if (problem.empty()) drawCost(*context.now.document, operation);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));

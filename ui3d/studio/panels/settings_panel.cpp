@@ -61,18 +61,8 @@ void symmetry(Context& context) {
   engine::Symmetry symmetry = context.now.document->symmetry;
   const Touched touched = drawRows(symmetryRows(), symmetry);
   if (touched.changed && symmetry.turns != context.now.document->symmetry.turns) {
-    context.bench.edit(symmetry.turns > 1 ? "Symmetry around z, " + std::to_string(symmetry.turns) + " times" : "Symmetry around z off",
-                       [turns = symmetry.turns](engine::Document& d) { d.symmetry.turns = turns; }, "symmetry.turns");
+    context.bench.setSymmetry([turns = symmetry.turns](engine::Symmetry& s) { s.turns = turns; });
   }
-  if (touched.ended) context.bench.endMerge();
-}
-
-// "Mask by lasso…" → "By lasso…": the heading says that it is the mask.
-std::string shortName(std::string name) {
-  for (const std::string_view word : {" mask", "Mask ", " part"})
-    if (const size_t at = name.find(word); at != std::string::npos) name.erase(at, word.size());
-  if (!name.empty()) name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
-  return name;
 }
 
 }  // namespace
@@ -87,7 +77,7 @@ void maskButtons(Context& context) {
     if (!left) ImGui::SameLine();
     left = !left;
     ImGui::BeginDisabled(!action->enabled(context));
-    if (kit::button(shortName(action->name), kit::Weight::plain, half)) runAction(context, action->id);
+    if (kit::button(job.brief.empty() ? job.name : job.brief, kit::Weight::plain, half)) runAction(context, action->id);
     ImGui::EndDisabled();
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
