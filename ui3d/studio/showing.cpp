@@ -128,7 +128,6 @@ void SessionWindow::takeSurfaces() {
 void SessionWindow::follow() {
   takeSurfaces();
   followPreview();
-  followToolSizes();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
   const engine::Document& document = *now_->document;

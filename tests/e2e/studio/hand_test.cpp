@@ -384,6 +384,7 @@ TEST_P(PenOnClay, theOtherEndIsTheOppositeTool) {
 TEST_P(PenOnClay, itsButtonTurnsAndMovesTheView) {
   const double x = middleX(), y = middleY();
   const std::string file = block();
+  at("move", x, y, 0);
   add({{"kind", "wheel"}, {"x", x}, {"y", y}, {"dx", 0}, {"dy", -6}});  // All of it stays in the picture.
   screenshot("pen-before");
   drag({{x, y}, {x + 90, y - 20}}, 0, "right");
