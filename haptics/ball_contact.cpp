@@ -13,6 +13,7 @@ constexpr double kLeaveSpeedMms = 30;       // Out of clay that grew around the 
 constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
 constexpr double kSettleS = 0.25;           // How long a finished cut waits for its edit.
 constexpr double kPointingNmm = 1e6;  // Of a hand that points: what is cut is where it points within a tick.
+constexpr double kJumpRadii = 20;  // Of a pointer without a button: less is walked in some ticks.
 constexpr double kEaseS = 0.02;             // From one material's stiffness to the next one's while touching.
 
 // How fast what grew or jumped may push the ball: `input` with the stiffness of what is touched.
@@ -203,6 +204,8 @@ void BallContact::lay(const Scene& scene, const Input& input, bool changed, Outp
 
 Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Output out;
+  // A pointer that turns up far away is there: the ball would walk for long, and be pressed on its way.
+  if (input.pointing && input.buttons == 0 && (input.hand - proxy_.at()).norm() > kJumpRadii * scene.tool.radiusMm) begun_ = false;
   if (!begun_) {
     proxy_.reset(input.hand);
     begun_ = true;

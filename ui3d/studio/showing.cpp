@@ -127,7 +127,6 @@ void SessionWindow::takeSurfaces() {
 void SessionWindow::follow() {
   takeSurfaces();
   followPreview();
-  followToolSizes();
   if (placedFor_ == now_->document) return;
   placedFor_ = now_->document;
   shotShown_ = 0;  // Places and looks are no part of the shot.

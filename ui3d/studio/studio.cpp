@@ -272,6 +272,7 @@ void SessionWindow::turn() {
     if (now_->document != before->document) hoverStale_ = true;
   }
   followFile();
+  attempt([&] { followToolSizes(); });  // Before what the hand did: a model that is seen has tools of its size.
   const std::vector<Event> happened = std::exchange(events_, {});
   for (size_t i = 0; i < happened.size(); ++i) {
     if (waits(happened[i])) {

@@ -97,11 +97,11 @@ TEST(Panels, ANumberIsTypedAfterADoubleClick) {
   rig.doubleClick(at);
   rig.type("1e9");
   rig.key(ImGuiKey_Enter);
-  EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 200);  // The most that the table allows.
+  EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 1000);  // The most that the table allows.
   rig.doubleClick(at);
   rig.type("clay");
   rig.key(ImGuiKey_Enter);
-  EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 200);
+  EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 1000);
 }
 
 TEST(Panels, ThePaletteRunsWhatWasTyped) {
