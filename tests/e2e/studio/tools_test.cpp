@@ -95,7 +95,7 @@ class ToolChest : public OnScreen {
   // Waits until the settings look as they did and the clay does not: what was asked for is over, and done.
   static render::Image done(const Person& person, const render::Image& settings, const render::Image& before, double least) {
     const auto over = [&](const render::Image& now) {
-      return difference(part(settings, 150, 80, 375, 680), part(now, 150, 80, 375, 680)) < 0.002 && difference(clay(before), clay(now)) > least;
+      return difference(part(settings, 150, 80, 345, 680), part(now, 150, 80, 345, 680)) < 0.002 && difference(clay(before), clay(now)) > least;
     };
     render::Image now = person.settled();
     for (int i = 0; i < 40 && !over(now); ++i) now = person.settled();
@@ -286,7 +286,7 @@ TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
   shot(person, "32-pulled");
   // Bend, twist and taper stand in the settings, to be chosen above their numbers.
   for (int tab = 1; tab < 4; ++tab) {
-    person.click(156 + 53 * tab + 26, kTabs);
+    person.click(156 + 45 * tab + 22, kTabs);
     person.pause(0.3);
     shot(person, std::array{"33-bend", "34-twist", "35-taper"}[size_t(tab - 1)]);
   }
@@ -337,7 +337,7 @@ TEST_P(ToolGlance, everyGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
     person.drag({{x - 60, line}, {x - 20, line + 4}, {x + 20, line - 4}, {x + 60, line}});
     person.move(x - 230, y + 250);
     const render::Image now = shot(person, "51-" + std::string(row.group));
-    const auto settings = [](const render::Image& image) { return part(image, 150, 80, 375, 300); };
+    const auto settings = [](const render::Image& image) { return part(image, 150, 80, 345, 300); };
     if (groups > 1) {
       EXPECT_GT(difference(settings(last), settings(now)), 0.005) << row.id << " was not taken";
     }
@@ -353,7 +353,7 @@ TEST_P(ToolGlance, everyGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
   byPalette(person, "deform box");
   (void)other(person, still, 0.02);
   shot(person, "53-deform-box");
-  person.click(156 + 53 + 26, kTabs);
+  person.click(156 + 45 + 22, kTabs);
   const render::Image bend = shot(person, "54-bend");
   person.key("escape");
   const render::Image carve = other(person, bend, 0.02);

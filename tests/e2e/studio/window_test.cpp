@@ -40,9 +40,28 @@ class StudioWindow : public ::testing::Test {
     return now;
   }
   static void expectAgain(const Person& person, const render::Image& before, double most, const std::string& what) {
+    // Above the messages, which come and go.
+    const auto upper = [](const render::Image& whole) {
+      render::Image cut;
+      cut.width = whole.width;
+      cut.height = whole.height * 7 / 10;
+      cut.rgba.assign(whole.rgba.begin(), whole.rgba.begin() + std::ptrdiff_t(4 * size_t(cut.width) * size_t(cut.height)));
+      return cut;
+    };
     double away = 1;
-    for (int i = 0; i < 20 && away > most; ++i) away = difference(before, person.settled());
+    for (int i = 0; i < 20 && away > most; ++i) away = difference(upper(before), upper(person.settled()));
     EXPECT_LE(away, most) << what;
+  }
+  // The full picture: on a busy machine it comes later than the thinned one counts as settled.
+  static render::Image still(const Person& person) {
+    render::Image last = person.settled();
+    for (int i = 0; i < 20; ++i) {
+      person.pause(1.5);
+      render::Image now = person.settled();
+      if (difference(last, now) < 0.0005) return now;
+      last = std::move(now);
+    }
+    return last;
   }
   static void byPalette(Person& person, const std::string& words) {
     const render::Image before = person.settled();
@@ -99,7 +118,8 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
   (void)person.shot(name + "-start");
   byPalette(person, "add a block");
   person.move(s.width / s.scale - 60, 100);
-  const render::Image block = person.shot(name + "-block");
+  (void)person.shot(name + "-block");
+  const render::Image block = still(person);
   EXPECT_GE(clayPart(block, s.scale), 0.595);
   for (const char* key : {"F3", "F4", "F6"}) {
     person.key(key);
@@ -112,10 +132,10 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
     }
     expectAgain(person, block, 0.01, std::string(key) + " and back");
   }
-  const render::Image before = person.settled();
+  const render::Image before = still(person);
   person.key("F4");
   (void)other(person, before, 0.02, "things");
-  person.click(s.width / s.scale / 2, s.height / s.scale - 40);
+  person.click(s.width / s.scale * 0.4, s.height / s.scale - 40);
   person.move(s.width / s.scale - 60, 100);
   expectAgain(person, before, 0.01, "a click beside the panel folds it");
 }
@@ -134,7 +154,8 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
   (void)person.settled();
   // A curve that is being drawn would be given up by an Escape that reaches the picture.
   person.key("shift+c");
-  const render::Image drawing = person.shot("window-drawing");
+  (void)person.shot("window-drawing");
+  const render::Image drawing = still(person);
   struct Row {
     const char* name;
     std::function<void()> open;
@@ -161,7 +182,6 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
     row.open();
     (void)other(person, drawing, row.least, row.name);
     person.key("escape");
-    if (row.name == std::string("submenu")) person.key("escape");  // One level each.
     person.move(1200, 400);
     expectAgain(person, drawing, 0.004, std::string(row.name) + ": closed, and the curve is still being drawn");
   }
@@ -177,7 +197,7 @@ TEST_F(StudioWindow, shortcutsWorkWhileAMenuIsOpen) {
   Person person(studio);
   byPalette(person, "add a block");
   person.move(1200, 400);
-  const render::Image block = person.settled();
+  const render::Image block = still(person);
   person.click(23, 14);
   (void)other(person, block, 0.01, "the menu");
   person.key("ctrl+p");  // The menu closes, the palette opens, and its own key closes it.

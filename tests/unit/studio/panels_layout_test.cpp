@@ -144,6 +144,7 @@ TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
     // Units decide; the largest have room for what the smaller ones have.
     if (screen.width > 1930 || !seen.insert({int(screen.width), int(screen.height)}).second) continue;
     PanelsRig rig(screen.width, screen.height, screen.scale);
+    rig.state.foldPanels = true;
     rig.bench.tell(engine::Message::Level::warning, "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
     for (const bool full : {false, true}) {
       if (full) fill(rig);
@@ -210,6 +211,7 @@ TEST(PanelsLayout, AScaleIsNoLargerThanTheWindowHolds) {
 
 TEST(PanelsLayout, AFoldedPanelOpensOverTheClayAndFoldsAgain) {
   PanelsRig rig(800, 600);
+  rig.state.foldPanels = true;
   rig.state.shown.firstStart = false;
   rig.frames(2);
   const auto clay = rig.panels->free();

@@ -29,6 +29,7 @@ class PanelsRig {
     io.DisplayFramebufferScale = {scale, scale};
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key + 1;  // Codes of our own.
     state.theme = theme;
+    state.foldPanels = false;  // Tests of what is in panels want all of them beside the clay.
     Panels::applyTheme(theme, scale);
     panels = std::make_unique<Panels>();
     frame();

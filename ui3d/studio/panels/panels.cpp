@@ -83,9 +83,11 @@ void fold(StudioState& state) {
   const int popups = g.OpenPopupStack.Size;
   const bool escape = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && !typing;
   if (popups > 0) {
-    const ImGuiWindow* top = g.OpenPopupStack.back().Window;
-    if (escape && top && !(top->Flags & ImGuiWindowFlags_Modal)) {
-      ImGui::ClosePopupToLevel(popups - 1, true);
+    // Menus as a whole: a submenu would open again under the hand.
+    int level = popups;
+    while (level > 0 && !(g.OpenPopupStack[level - 1].Window && (g.OpenPopupStack[level - 1].Window->Flags & ImGuiWindowFlags_Modal))) --level;
+    if (escape && level < popups) {
+      ImGui::ClosePopupToLevel(level, true);
       kit::takeEscape();
     }
     return;
