@@ -5,6 +5,7 @@
 namespace argil::engine {
 namespace {
 
+constexpr double kStepsAMm = 1000;  // Places that can be read: thousandths of a mm.
 constexpr double kGap = 0.1;  // Between them, as a part of the new thing's width.
 
 clay::BoxMm nothing() {
@@ -51,7 +52,8 @@ Vec3d moveBeside(const Document& document, const clay::BoxMm& box) {
   const clay::BoxMm all = boundsOf(document);
   if (!(all.low.x() <= all.high.x()) || !(box.low.x() <= box.high.x())) return Vec3d::Zero();
   const double gap = kGap * (box.high.x() - box.low.x());
-  return {all.high.x() + gap - box.low.x(), (all.low.y() + all.high.y() - box.low.y() - box.high.y()) / 2, all.low.z() - box.low.z()};
+  const Vec3d move(all.high.x() + gap - box.low.x(), (all.low.y() + all.high.y() - box.low.y() - box.high.y()) / 2, all.low.z() - box.low.z());
+  return (move * kStepsAMm).array().round().matrix() / kStepsAMm;
 }
 
 }  // namespace argil::engine

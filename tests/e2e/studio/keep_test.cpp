@@ -43,7 +43,7 @@ class Keeping : public OnScreen {
   }
   // The clay, without panels and messages.
   static render::Image clay(const render::Image& whole) {
-    return part(whole, 360, 110, 920, 570);
+    return part(whole, 385, 110, 920, 570);
   }
   // A busy machine may take so long for a picture that the one before counts as settled.
   static void expectSame(const Person& person, const render::Image& wanted, const std::string& what) {
