@@ -43,7 +43,8 @@ struct GuideSetup {
 [[nodiscard]] haptics::Material readMaterial(const Place& place);
 [[nodiscard]] nlohmann::json materialJson(const haptics::Material& material);
 
-/// For the page on scripts: kinds of guides with their keys, but for "guide" and "while_buttons"; properties of a material.
+/// For the page on scripts: kinds of guides with their keys, but for "guide" and "while_buttons"; properties of a
+/// material.
 struct GuideKind {
   std::string_view name;
   std::vector<std::string_view> keys;

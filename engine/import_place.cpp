@@ -21,19 +21,21 @@ constexpr double kLeastHeightMm = 1e-3, kMostHeightMm = 1e6;
 // metres: what is 6 units long and more is 6 mm and more, below that a part of 6 inches is likelier than one of 6 mm.
 // The others are written by scanners in metres and by modellers in metres or centimetres.
 struct UnitRow {
-  bool printing;      // The kind of file: STL, or another one.
-  double below;       // Longest side in the unit of the file.
+  bool printing;  // The kind of file: STL, or another one.
+  double below;   // Longest side in the unit of the file.
   const char* units;
 };
 constexpr std::array kUnitRows{
-    UnitRow{true, 0.4, "m"}, UnitRow{true, 6, "in"}, UnitRow{true, HUGE_VAL, "mm"},
+    UnitRow{true, 0.4, "m"}, UnitRow{true, 6, "in"},   UnitRow{true, HUGE_VAL, "mm"},
     UnitRow{false, 3, "m"},  UnitRow{false, 30, "cm"}, UnitRow{false, HUGE_VAL, "mm"},
 };
 
-// A flat base that a model stands on: the area of triangles that lie at its lower end and face down, as a part of its box's
-// cross section. A hundredth of the height is what scans of flat bases are uneven by; 0.9 is the cosine of 26 degrees.
+// A flat base that a model stands on: the area of triangles that lie at its lower end and face down, as a part of its
+// box's cross section. A hundredth of the height is what scans of flat bases are uneven by; 0.9 is the cosine of 26
+// degrees.
 constexpr double kBaseHeight = 0.01, kFacesDown = 0.9;
-// Bases of real models take 0.05 (the soles of a standing figure) to 0.9 of the cross section; shapes without one have less than 0.02.
+// Bases of real models take 0.05 (the soles of a standing figure) to 0.9 of the cross section; shapes without one have
+// less than 0.02.
 constexpr double kLeastBase = 0.04;
 // The other axis must have so many times more before the convention of the format is not followed.
 constexpr double kClearly = 3;
@@ -55,7 +57,8 @@ double baseUnder(const io::ModelFile& model, const Vec3d& low, const Vec3d& high
   return section > 0 ? area / section : 0;
 }
 
-// STL comes from programs for printers and CAD, where z is up. OBJ, OFF, PLY and Draco come from modellers and scanners: y is.
+// STL comes from programs for printers and CAD, where z is up. OBJ, OFF, PLY and Draco come from modellers and
+// scanners: y is.
 UpAxis guessUp(const io::ModelFile& model, const Vec3d& low, const Vec3d& high, bool zUsual) {
   const double y = baseUnder(model, low, high, 1), z = baseUnder(model, low, high, 2);
   const double usual = zUsual ? z : y, other = zUsual ? y : z;
@@ -65,7 +68,9 @@ UpAxis guessUp(const io::ModelFile& model, const Vec3d& low, const Vec3d& high, 
 
 }  // namespace
 
-std::span<const std::string_view> upAxisNames() { return kUpNames; }
+std::span<const std::string_view> upAxisNames() {
+  return kUpNames;
+}
 
 UpAxis upAxisNamed(const std::string& name) {
   const auto at = std::find(kUpNames.begin(), kUpNames.end(), name);
@@ -75,12 +80,18 @@ UpAxis upAxisNamed(const std::string& name) {
 
 Vec3d standUp(UpAxis up, const Vec3d& p) {
   switch (up) {
-    case UpAxis::z: return p;
-    case UpAxis::y: return {p.x(), -p.z(), p.y()};
-    case UpAxis::minusZ: return {p.x(), -p.y(), -p.z()};
-    case UpAxis::minusY: return {p.x(), p.z(), -p.y()};
-    case UpAxis::x: return {-p.z(), p.y(), p.x()};
-    case UpAxis::minusX: return {p.z(), p.y(), -p.x()};
+    case UpAxis::z:
+      return p;
+    case UpAxis::y:
+      return {p.x(), -p.z(), p.y()};
+    case UpAxis::minusZ:
+      return {p.x(), -p.y(), -p.z()};
+    case UpAxis::minusY:
+      return {p.x(), p.z(), -p.y()};
+    case UpAxis::x:
+      return {-p.z(), p.y(), p.x()};
+    case UpAxis::minusX:
+      return {p.z(), p.y(), -p.x()};
   }
   return p;
 }
@@ -106,7 +117,9 @@ ModelLook lookAtModel(std::shared_ptr<const io::ModelFile> model, const std::fil
     if (look.units.empty()) look.units = fmt::format("{:g} mm", *model->unitMm);
   } else {
     const double longest = (look.high - look.low).maxCoeff();
-    look.units = std::find_if(kUnitRows.begin(), kUnitRows.end(), [&](const UnitRow& row) { return row.printing == stl && longest < row.below; })->units;
+    look.units = std::find_if(kUnitRows.begin(), kUnitRows.end(), [&](const UnitRow& row) {
+                   return row.printing == stl && longest < row.below;
+                 })->units;
   }
   look.upSaid = gltf || threeMf;  // The reader of glTF has turned its y up already.
   look.up = look.upSaid ? UpAxis::z : guessUp(*model, look.low, look.high, stl);
@@ -129,12 +142,16 @@ Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
     if (!(*wish.heightMm >= kLeastHeightMm && *wish.heightMm <= kMostHeightMm))
       throw Error(fmt::format("height {:g}: give {:g} to {:g} mm", *wish.heightMm, kLeastHeightMm, kMostHeightMm));
     const double height = (high.z() - low.z()) * placement.mm;
-    if (!(height > 0)) throw Error("the model is flat along the axis that points up, so it has no height that could be set: choose another axis");
+    if (!(height > 0))
+      throw Error(
+          "the model is flat along the axis that points up, so it has no height that could be set: choose another "
+          "axis");
     placement.scale = *wish.heightMm / height;
   }
   const double all = placement.mm * placement.scale;
   placement.sizeMm = (high - low) * all;
-  placement.moveMm = wish.stands ? Vec3d(-all * Vec3d((low.x() + high.x()) / 2, (low.y() + high.y()) / 2, low.z())) : Vec3d(Vec3d::Zero());
+  placement.moveMm = wish.stands ? Vec3d(-all * Vec3d((low.x() + high.x()) / 2, (low.y() + high.y()) / 2, low.z()))
+                                 : Vec3d(Vec3d::Zero());
   return placement;
 }
 
@@ -156,7 +173,8 @@ std::string sizeWords(const Vec3d& s) {
 
 std::string placeWords(const ModelLook& look, const Placement& placement, const ImportPlace& wish) {
   std::string words = sizeWords(placement.sizeMm);
-  words += fmt::format(", its numbers read as {}", unitName(look.unitsSaid || wish.units == "auto" ? look.units : wish.units));
+  words += fmt::format(", its numbers read as {}",
+                       unitName(look.unitsSaid || wish.units == "auto" ? look.units : wish.units));
   if (!wish.up.empty()) words += fmt::format(", {} up", upAxisNames()[size_t(placement.up)]);
   if (placement.scale != 1) words += fmt::format(", scaled by {:.4g}", placement.scale);
   return words + ".";

@@ -24,21 +24,21 @@ enum class UpAxis : uint8_t { z, y, minusZ, minusY, x, minusX };
 
 /// What is wished for. Names of units are those of unitMm(), and "auto".
 struct ImportPlace {
-  std::string units = "mm";              ///< Where the file names none. "auto": guessed.
-  std::string up;                        ///< An axis of the file, or "auto": guessed. Empty: as the file lies.
-  std::optional<double> heightMm = {};   ///< Scaled until it is so high, 1e-3 to 1e6.
-  bool stands = false;                   ///< The lowest point at z = 0, the middle at x = y = 0.
+  std::string units = "mm";             ///< Where the file names none. "auto": guessed.
+  std::string up;                       ///< An axis of the file, or "auto": guessed. Empty: as the file lies.
+  std::optional<double> heightMm = {};  ///< Scaled until it is so high, 1e-3 to 1e6.
+  bool stands = false;                  ///< The lowest point at z = 0, the middle at x = y = 0.
 };
 
 /// A model that was read, and what its file does not say.
 struct ModelLook {
   std::shared_ptr<const io::ModelFile> model;
-  Vec3d low, high;            ///< In the file's own unit and axes.
-  double area = 0;            ///< Of all triangles, in the file's unit, squared.
-  std::string units;          ///< The unit that the format prescribes, else a guess by its size and the kind of file.
-  bool unitsSaid = false;     ///< The format prescribes the unit.
-  UpAxis up = UpAxis::z;      ///< The axis that the format prescribes, else a guess by its shape.
-  bool upSaid = false;        ///< The format prescribes the axis.
+  Vec3d low, high;         ///< In the file's own unit and axes.
+  double area = 0;         ///< Of all triangles, in the file's unit, squared.
+  std::string units;       ///< The unit that the format prescribes, else a guess by its size and the kind of file.
+  bool unitsSaid = false;  ///< The format prescribes the unit.
+  UpAxis up = UpAxis::z;   ///< The axis that the format prescribes, else a guess by its shape.
+  bool upSaid = false;     ///< The format prescribes the axis.
 };
 
 /// Throws Error that names the file, Cancelled. Cost: reading the file.
@@ -46,16 +46,18 @@ struct ModelLook {
 /// The same for a model that was read. The ending of `file` says what the format's convention is. O(triangles).
 [[nodiscard]] ModelLook lookAtModel(std::shared_ptr<const io::ModelFile> model, const std::filesystem::path& file);
 
-/// A wish made definite for one model: nothing of it is "auto". mm in one unit of the file, and the factor that the height asks for.
+/// A wish made definite for one model: nothing of it is "auto". mm in one unit of the file, and the factor that the
+/// height asks for.
 struct Placement {
   double mm = 1;
   UpAxis up = UpAxis::z;
-  double scale = 1;           ///< On top of `mm`.
-  Vec3d sizeMm;               ///< Width, depth and height as they will be.
-  Vec3d moveMm;               ///< After scaling and turning.
+  double scale = 1;  ///< On top of `mm`.
+  Vec3d sizeMm;      ///< Width, depth and height as they will be.
+  Vec3d moveMm;      ///< After scaling and turning.
   [[nodiscard]] Vec3d apply(const Vec3d& place) const { return standUp(up, place) * (mm * scale) + moveMm; }
 };
-/// Throws Error for a wish that cannot be met (a height of a model without one, a height out of range, an unknown unit or axis).
+/// Throws Error for a wish that cannot be met (a height of a model without one, a height out of range, an unknown unit
+/// or axis).
 [[nodiscard]] Placement placementOf(const ModelLook& look, const ImportPlace& wish);
 /// Moves all vertices.
 void place(std::vector<io::ModelObject>& objects, const Placement& placement);

@@ -48,7 +48,8 @@ ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& ho
     imported.pieces.push_back(std::move(piece));
     for (std::string& note : object.notes) imported.notes.push_back(std::move(note));
   }
-  if (how.asPart || how.fitMm || how.voxelMm || !how.up.empty() || how.heightMm) imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
+  if (how.asPart || how.fitMm || how.voxelMm || !how.up.empty() || how.heightMm)
+    imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
   return imported;
 }
 
@@ -90,7 +91,8 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
     }
     read = *look.model;
     imported.notes = read.notes;
-    if (!wish.up.empty() || wish.heightMm || wish.units == "auto") imported.notes.push_back(placeWords(look, placement, wish));
+    if (!wish.up.empty() || wish.heightMm || wish.units == "auto")
+      imported.notes.push_back(placeWords(look, placement, wish));
     place(read.objects, placement);
   }
   const bool separate = read.objects.size() <= kMostObjects && !how.fitMm;

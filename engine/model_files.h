@@ -22,11 +22,11 @@ namespace argil::engine {
 [[nodiscard]] double unitMm(const std::string& units);
 
 struct ModelImport {
-  std::string units = "mm";        ///< Where the file names none; as ImportPlace::units.
+  std::string units = "mm";            ///< Where the file names none; as ImportPlace::units.
   std::optional<double> voxelMm = {};  ///< None: 256 voxels along the longest side; level sets keep their own.
   clay::Precision precision = clay::Precision::float32;
   std::optional<double> fitMm = {};    ///< Centred at zero and scaled until the longest side is this.
-  std::string up = {};             ///< These as ImportPlace has them.
+  std::string up = {};                 ///< These as ImportPlace has them.
   std::optional<double> heightMm = {};
   bool stands = false;
   std::shared_ptr<const ModelLook> look = {};  ///< The file, where it was read already.

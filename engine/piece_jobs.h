@@ -69,8 +69,8 @@ struct CombineCost {
   double voxelMm = 0;
   uint64_t bytes = 0;  ///< Of memory, about: as if all of both surfaces stayed.
 };
-/// With voxels of `voxelMm`; for 0 with those that the row takes by itself: of cuts the first piece's, else the finer ones
-/// of both, or as much coarser ones as keep the result within twice the memory of both.
+/// With voxels of `voxelMm`; for 0 with those that the row takes by itself: of cuts the first piece's, else the finer
+/// ones of both, or as much coarser ones as keep the result within twice the memory of both.
 [[nodiscard]] CombineCost combineCost(const PieceJob& row, const Piece& first, const Piece& second, double voxelMm);
 
 /// Checks the pieces (there, not locked, so many as the row takes) and runs the row. Any thread. Throws Error, Cancelled.

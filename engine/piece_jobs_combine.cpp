@@ -41,7 +41,10 @@ CombineCost combineCost(bool cuts, const Piece& first, const Piece& second, doub
   const double a = first.version.grid().voxelMm, b = second.version.grid().voxelMm;
   const double bytesA = double(first.version.stats().bytes()), bytesB = double(second.version.stats().bytes());
   const double area = bytesA * a * a + bytesB * b * b;
-  if (!(voxelMm > 0)) voxelMm = cuts || a == b ? a : std::clamp(std::sqrt(area / (kMostMemory * (bytesA + bytesB))), std::min(a, b), std::max(a, b));
+  if (!(voxelMm > 0))
+    voxelMm = cuts || a == b
+                  ? a
+                  : std::clamp(std::sqrt(area / (kMostMemory * (bytesA + bytesB))), std::min(a, b), std::max(a, b));
   return {voxelMm, static_cast<uint64_t>(area / (voxelMm * voxelMm))};
 }
 
@@ -73,9 +76,10 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
   if (!arguments.keepOther) result.removed.push_back(second.id);
   if (first.version.grid().voxelMm != second.version.grid().voxelMm) {
     const clay::Version& made = result.changed[0].version;
-    result.notes.push_back(fmt::format("{}: voxels of {:.4g} mm, {:.0f} MB; {} had {:.4g} mm and {} {:.4g} mm.", first.name, made.grid().voxelMm,
-                                       std::ceil(double(made.stats().bytes()) / kMegabyte), first.name, first.version.grid().voxelMm, second.name,
-                                       second.version.grid().voxelMm));
+    result.notes.push_back(fmt::format("{}: voxels of {:.4g} mm, {:.0f} MB; {} had {:.4g} mm and {} {:.4g} mm.",
+                                       first.name, made.grid().voxelMm,
+                                       std::ceil(double(made.stats().bytes()) / kMegabyte), first.name,
+                                       first.version.grid().voxelMm, second.name, second.version.grid().voxelMm));
   }
   return result;
 }
@@ -102,8 +106,16 @@ constexpr Parameter<PieceArguments> kBlend{"blend", "Blend", "Width over which t
                                            [](const PieceArguments& a) { return a.blendMm; }, [](PieceArguments& a, double v) { a.blendMm = v; }};
 constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "It stays beside the result.", "on", 0, 1, 0, false,
                                           [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; }, [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
-constexpr Parameter<PieceArguments> kVoxel{"voxel", "Voxel size", "Of the result; 0: as suits both pieces.", "mm", 0, 1000, 0, false,
-                                           [](const PieceArguments& a) { return a.voxelMm; }, [](PieceArguments& a, double v) { a.voxelMm = v; }};
+constexpr Parameter<PieceArguments> kVoxel{"voxel",
+                                           "Voxel size",
+                                           "Of the result; 0: as suits both pieces.",
+                                           "mm",
+                                           0,
+                                           1000,
+                                           0,
+                                           false,
+                                           [](const PieceArguments& a) { return a.voxelMm; },
+                                           [](PieceArguments& a, double v) { a.voxelMm = v; }};
 constexpr std::array kCombine{kBlend, kKeep, kVoxel};
 
 const std::array kRows{

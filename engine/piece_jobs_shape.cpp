@@ -107,19 +107,23 @@ PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
   if (factor == 1) return {};
   PieceResult result = changedTo(piece, clay::scaled(piece.version, factor, clay::WorkPart(job)));
   const clay::BoxMm before = boundsOf(piece), after = boundsOf(result.changed[0]);
-  const auto foot = [](const clay::BoxMm& box) { return Vec3d((box.low.x() + box.high.x()) / 2, (box.low.y() + box.high.y()) / 2, box.low.z()); };
+  const auto foot = [](const clay::BoxMm& box) {
+    return Vec3d((box.low.x() + box.high.x()) / 2, (box.low.y() + box.high.y()) / 2, box.low.z());
+  };
   if (piece.version.stats().bricks > 0) result.changed[0].pose.translation += foot(before) - foot(after);
   const double voxel = result.changed[0].version.grid().voxelMm;
-  result.notes.push_back(fmt::format("{}: {}, with voxels of {:.4g} mm; no detail was lost.", piece.name, sizeWords(after.high - after.low), voxel));
+  result.notes.push_back(fmt::format("{}: {}, with voxels of {:.4g} mm; no detail was lost.", piece.name,
+                                     sizeWords(after.high - after.low), voxel));
   return result;
 }
 
-constexpr std::array kScale{Parameter<Arguments>{"size", "Size", "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.", "%", 1, 10000, 100, true,
-                                                 [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
-                                                 [](Arguments& a, double v) {
-                                                   if (a.numbers.empty()) a.numbers.resize(1);
-                                                   a.numbers[0] = v;
-                                                 }}};
+constexpr std::array kScale{Parameter<Arguments>{
+    "size", "Size", "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.",
+    "%", 1, 10000, 100, true, [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
+    [](Arguments& a, double v) {
+      if (a.numbers.empty()) a.numbers.resize(1);
+      a.numbers[0] = v;
+    }}};
 constexpr std::array kOffset{Parameter<Arguments>{"distance", "Distance", "How far the surface moves: outwards where positive, inwards where negative.", "mm", -100, 100, 1, false,
                                                   [](const Arguments& a) { return a.distanceMm; }, [](Arguments& a, double v) { a.distanceMm = v; }}};
 constexpr std::array kShell{Parameter<Arguments>{"inner", "Inner wall", "Thickness of the wall to the inside of the surface.", "mm", 0, 100, 2, false,
@@ -138,15 +142,41 @@ constexpr std::array kCrumbs{Parameter<Arguments>{"below", "Below", "Bodies of a
                                                   [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
 
 const std::array kRows{
-    PieceJob{"offset", "Offset", "Makes the piece thicker or thinner all over.", "Offsetting", "Shape", 1, false, false, kOffset, offset},
-    PieceJob{"shell", "Shell", "Makes the piece hollow, with a wall of a given thickness.", "Hollowing", "Shape", 1, false, false, kShell, shell},
-    PieceJob{"smooth-all", "Smooth all", "Evens out the whole surface and keeps the volume.", "Smoothing", "Shape", 1, false, false, kSmooth, smooth},
-    PieceJob{"scale", "Scale", "Makes the piece larger or smaller, exactly: its voxels grow with it.", "Scaling", "Shape", 1, false, false, kScale, scale},
-    PieceJob{"resample", "Resample", "Changes the voxel size and says how far the surface moved.", "Resampling", "Shape", 1, false, false, kResample, resample},
-    PieceJob{"precision", "Precision", "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far they moved.", "Changing the precision", "Shape", 1, false, false, kPrecision, precision},
-    PieceJob{"mirror", "Mirror now", "Puts the mirror image of the half that the plane's normal points to in the place of the other.", "Mirroring", "Shape", 1, true, false, {}, mirror},
-    PieceJob{"fill-voids", "Fill voids", "Makes cavities solid that no way leads to from outside.", "Filling voids", "Repair", 1, false, false, {}, fillVoids},
-    PieceJob{"remove-crumbs", "Remove crumbs", "Takes away loose bodies below a volume.", "Removing crumbs", "Repair", 1, false, false, kCrumbs, crumbs},
+    PieceJob{"offset", "Offset", "Makes the piece thicker or thinner all over.", "Offsetting", "Shape", 1, false, false,
+             kOffset, offset},
+    PieceJob{"shell", "Shell", "Makes the piece hollow, with a wall of a given thickness.", "Hollowing", "Shape", 1,
+             false, false, kShell, shell},
+    PieceJob{"smooth-all", "Smooth all", "Evens out the whole surface and keeps the volume.", "Smoothing", "Shape", 1,
+             false, false, kSmooth, smooth},
+    PieceJob{"scale", "Scale", "Makes the piece larger or smaller, exactly: its voxels grow with it.", "Scaling",
+             "Shape", 1, false, false, kScale, scale},
+    PieceJob{"resample", "Resample", "Changes the voxel size and says how far the surface moved.", "Resampling",
+             "Shape", 1, false, false, kResample, resample},
+    PieceJob{"precision", "Precision",
+             "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far they moved.",
+             "Changing the precision", "Shape", 1, false, false, kPrecision, precision},
+    PieceJob{"mirror",
+             "Mirror now",
+             "Puts the mirror image of the half that the plane's normal points to in the place of the other.",
+             "Mirroring",
+             "Shape",
+             1,
+             true,
+             false,
+             {},
+             mirror},
+    PieceJob{"fill-voids",
+             "Fill voids",
+             "Makes cavities solid that no way leads to from outside.",
+             "Filling voids",
+             "Repair",
+             1,
+             false,
+             false,
+             {},
+             fillVoids},
+    PieceJob{"remove-crumbs", "Remove crumbs", "Takes away loose bodies below a volume.", "Removing crumbs", "Repair",
+             1, false, false, kCrumbs, crumbs},
 };
 
 }  // namespace

@@ -49,7 +49,8 @@ uint64_t stepsOf(const JournalStory& story) {
   if (saved == SIZE_MAX) saved = started;
   // The saved state itself may have been undone and be no longer part of the story.
   size_t common = 0;
-  while (common < first.size() && common < story.states.size() && first[common] == story.states[common].second) ++common;
+  while (common < first.size() && common < story.states.size() && first[common] == story.states[common].second)
+    ++common;
   const size_t done = story.done + story.strokes.size();
   if (saved < common) return saved > done ? saved - done : done - saved;
   return (saved + 1 - common) + (done + 1 - common);

@@ -193,8 +193,10 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const auto noteIdle = [&](size_t from, size_t to, size_t stepsBefore) {
     if (session.undoSteps() != stepsBefore) return;
     report.idle += to - from;
-    const std::string which = to - from > 1 ? fmt::format("strokes[{}] to [{}]", from + operated, to - 1 + operated) : fmt::format("strokes[{}]", from + operated);
-    report.notes.push_back(fmt::format("{}: {} changed nothing: it met no clay that it can change there.", which, rowOf(strokes[from].tool).name));
+    const std::string which = to - from > 1 ? fmt::format("strokes[{}] to [{}]", from + operated, to - 1 + operated)
+                                            : fmt::format("strokes[{}]", from + operated);
+    report.notes.push_back(fmt::format("{}: {} changed nothing: it met no clay that it can change there.", which,
+                                       rowOf(strokes[from].tool).name));
   };
   const auto fraction = [&](size_t done) { return double(done + operated) / double(strokes.size() + operations.size()); };
   for (size_t i = 0;;) {

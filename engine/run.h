@@ -36,12 +36,13 @@ struct ServoReport {
 
 struct RunReport {
   uint64_t strokes = 0, points = 0, stamps = 0, versions = 0;
-  uint64_t idle = 0;                 ///< Strokes of the script that changed nothing; each has a sentence in `notes`.
+  uint64_t idle = 0;  ///< Strokes of the script that changed nothing; each has a sentence in `notes`.
   clay::Editor::Counts clay;
   Timing edit;                       ///< From a sample (tip: a point) to its changed triangles being ready.
   std::optional<ServoReport> servo;
   Script recorded;                   ///< Strokes, as they were cut, and operations alone: after the same clay a tip-driven script of equal bits (where pieces are moved or turned, equal to rounding).
-  std::vector<std::string> notes;    ///< What the operations found out and which strokes changed nothing, a sentence each.
+  std::vector<std::string>
+      notes;  ///< What the operations found out and which strokes changed nothing, a sentence each.
   double seconds = 0;                ///< Wall time.
 };
 

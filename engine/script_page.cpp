@@ -17,15 +17,21 @@ namespace {
 constexpr std::array kFields{
     ScriptField{"script", "argil", "1", "The format's number. Needed."},
     ScriptField{"script", "units", "\"mm\"", "Of all lengths and places. Needed."},
-    ScriptField{"script", "setup", "list", "What there is before the first stroke: objects of one key each, every key at most once."},
+    ScriptField{"script", "setup", "list",
+                "What there is before the first stroke: objects of one key each, every key at most once."},
     ScriptField{"script", "strokes", "list", "Strokes and operations, done in this order. Needed."},
-    ScriptField{"setup", "voxel_mm", "0.001 to 1000", "Edge of a voxel. Left out: 0.5, or 256 voxels along the longest side of an import."},
+    ScriptField{"setup", "voxel_mm", "0.001 to 1000",
+                "Edge of a voxel. Left out: 0.5, or 256 voxels along the longest side of an import."},
     ScriptField{"setup", "bits", "16 or 32", "Of a voxel's distance; 16 takes half the memory. Left out: 32."},
-    ScriptField{"setup", "block", "object", "A block of clay. One of block, sphere and import; none with `argil sculpt -i` or where the first step makes a piece."},
+    ScriptField{"setup", "block", "object",
+                "A block of clay. One of block, sphere and import; none with `argil sculpt -i` or where the first step "
+                "makes a piece."},
     ScriptField{"setup", "sphere", "object", "A ball of clay."},
     ScriptField{"setup", "import", "file name", "A model, made clay; relative to the script's folder."},
-    ScriptField{"setup", "fit_mm", "more than 0", "An import is centred at zero and scaled until its longest side is this."},
-    ScriptField{"setup", "up", "\"z\", \"y\" or \"custom\"", "The axis of an import that points up; custom: y for OBJ and OFF, z for the others. Left out: z."},
+    ScriptField{"setup", "fit_mm", "more than 0",
+                "An import is centred at zero and scaled until its longest side is this."},
+    ScriptField{"setup", "up", "\"z\", \"y\" or \"custom\"",
+                "The axis of an import that points up; custom: y for OBJ and OFF, z for the others. Left out: z."},
     ScriptField{"setup", "material", "object", "How the clay feels to a hand; see below."},
     ScriptField{"setup", "materials", "list", "Rows 1, 2, ... that the material tool lays, at most 254."},
     ScriptField{"setup", "guides", "list", "What a hand is held or drawn by; see below."},
@@ -38,15 +44,25 @@ constexpr std::array kFields{
     ScriptField{"materials[]", "colour", "\"#rrggbb\"", "Left out: that of the piece."},
     ScriptField{"materials[]", "material", "object", "Left out: as the standard feels."},
     ScriptField{"stroke", "tool", "name", "A tool of the table below. Needed."},
-    ScriptField{"stroke", "inverted", "true or false", "The other way round, for tools that are their own opposite. Left out: false."},
-    ScriptField{"stroke", "file", "file name", "Of the image or the shape of a tool that works with one; relative to the script's folder."},
-    ScriptField{"stroke", "drive", "\"tip\" or \"hand\"", "tip: the tool's centre goes exactly along the path. hand: a simulated hand follows the path with a device, and the clay is cut where the servo says. Left out: tip."},
-    ScriptField{"stroke", "path", "[[t_s, x, y, z], ...]", "Seconds and mm, at least one point; times never decrease. A point may go on with a pressure of 0 to 1, with the stylus's quaternion qx, qy, qz, qw, or with both in this order. Needed."},
-    ScriptField{"stroke", "onto", "[x, y, z]", "Lays the path onto the clay: each point moves along this direction. With press_mm."},
-    ScriptField{"stroke", "press_mm", "-1000000 to 1000000", "So deep below the surface the ball's front comes to lie. With onto."},
-    ScriptField{"stroke", "mirror", "[[px, py, pz, nx, ny, nz], ...]", "At most three planes, by a point and a normal, in which the stroke is repeated. With drive tip."},
+    ScriptField{"stroke", "inverted", "true or false",
+                "The other way round, for tools that are their own opposite. Left out: false."},
+    ScriptField{"stroke", "file", "file name",
+                "Of the image or the shape of a tool that works with one; relative to the script's folder."},
+    ScriptField{"stroke", "drive", "\"tip\" or \"hand\"",
+                "tip: the tool's centre goes exactly along the path. hand: a simulated hand follows the path with a "
+                "device, and the clay is cut where the servo says. Left out: tip."},
+    ScriptField{"stroke", "path", "[[t_s, x, y, z], ...]",
+                "Seconds and mm, at least one point; times never decrease. A point may go on with a pressure of 0 to "
+                "1, with the stylus's quaternion qx, qy, qz, qw, or with both in this order. Needed."},
+    ScriptField{"stroke", "onto", "[x, y, z]",
+                "Lays the path onto the clay: each point moves along this direction. With press_mm."},
+    ScriptField{"stroke", "press_mm", "-1000000 to 1000000",
+                "So deep below the surface the ball's front comes to lie. With onto."},
+    ScriptField{"stroke", "mirror", "[[px, py, pz, nx, ny, nz], ...]",
+                "At most three planes, by a point and a normal, in which the stroke is repeated. With drive tip."},
     ScriptField{"stroke", "radial", "object", "Repeats the stroke around an axis. With drive tip."},
-    ScriptField{"stroke", "piece", "name", "Works on this piece from here on. Left out: the one as before; the clay of the setup is \"Clay\"."},
+    ScriptField{"stroke", "piece", "name",
+                "Works on this piece from here on. Left out: the one as before; the clay of the setup is \"Clay\"."},
     ScriptField{"radial", "turns", "1 to 8", "So many times. Needed."},
     ScriptField{"radial", "axis", "[px, py, pz, ax, ay, az]", "A point and a direction. Needed."},
 };
@@ -83,7 +99,8 @@ std::string cell(std::string_view text) {
 void fields(std::string& page, std::string_view where) {
   page += "\n| key | values | what it is |\n|---|---|---|\n";
   for (const ScriptField& field : kFields)
-    if (field.where == where) page += fmt::format("| `{}` | {} | {} |\n", field.key, cell(field.values), cell(field.help));
+    if (field.where == where)
+      page += fmt::format("| `{}` | {} | {} |\n", field.key, cell(field.values), cell(field.help));
 }
 
 // What a script may say of a tool: lengths and angles are not held to the range of a slider.
@@ -105,7 +122,8 @@ void tools(std::string& page) {
   std::vector<std::pair<std::string, std::vector<std::string_view>>> rows;
   for (const ToolRow& tool : toolTable())
     for (const auto& parameter : tool.parameters) {
-      const std::string line = fmt::format("| `{}` | {} | {} | {} |", keyOf(parameter), cell(toolValues(parameter)), standardOf(parameter), cell(parameter.help));
+      const std::string line = fmt::format("| `{}` | {} | {} | {} |", keyOf(parameter), cell(toolValues(parameter)),
+                                           standardOf(parameter), cell(parameter.help));
       auto at = rows.begin();
       while (at != rows.end() && at->first != line) ++at;
       if (at == rows.end()) at = rows.insert(rows.end(), {line, {}});
@@ -114,11 +132,14 @@ void tools(std::string& page) {
   page += "\n| tool | what it does | its opposite |\n|---|---|---|\n";
   for (const ToolRow& tool : toolTable())
     page += fmt::format("| `{}` | {} | {} |\n", tool.id, cell(tool.help),
-                        tool.opposite.empty() ? "" : tool.opposite == tool.id ? "`\"inverted\": true`" : fmt::format("`{}`", tool.opposite));
+                        tool.opposite.empty()      ? ""
+                        : tool.opposite == tool.id ? "`\"inverted\": true`"
+                                                   : fmt::format("`{}`", tool.opposite));
   page += "\nNumbers of tools. What is left out is as the tool begins; `radius_mm` is needed always.\n";
   page += "\n| key | values | begins as | what it is | of |\n|---|---|---|---|---|\n";
   for (const auto& [line, ids] : rows)
-    page += line + fmt::format(" {} |\n", ids.size() == toolTable().size() ? "all" : fmt::format("{}", fmt::join(ids, ", ")));
+    page += line +
+            fmt::format(" {} |\n", ids.size() == toolTable().size() ? "all" : fmt::format("{}", fmt::join(ids, ", ")));
 }
 
 void operations(std::string& page) {
@@ -134,14 +155,19 @@ void operations(std::string& page) {
     if (row.parameters.empty()) continue;
     page += "\n| key | values | left out | what it is |\n|---|---|---|---|\n";
     for (const auto& parameter : row.parameters)
-      page += fmt::format("| `{}` | {} | {} | {} |\n", keyOf(parameter), cell(valuesOf(parameter)), standardOf(parameter), cell(parameter.help));
+      page += fmt::format("| `{}` | {} | {} | {} |\n", keyOf(parameter), cell(valuesOf(parameter)),
+                          standardOf(parameter), cell(parameter.help));
   }
 }
 
 }  // namespace
 
-std::span<const ScriptField> scriptFields() { return kFields; }
-std::span<const std::string_view> scriptExamples() { return kExamples; }
+std::span<const ScriptField> scriptFields() {
+  return kFields;
+}
+std::span<const std::string_view> scriptExamples() {
+  return kExamples;
+}
 
 std::string scriptPage() {
   std::string page = R"(# Scripts
@@ -157,8 +183,10 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
 
 ```json
 )";
-  page += std::string(kExamples[0]) + "\n```\n\nA hand that feels what it carves, above a plane that it cannot pass:\n\n```json\n" + std::string(kExamples[1]) +
-          "\n```\n\nNew pieces that become one:\n\n```json\n" + std::string(kExamples[2]) + "\n```\n\n## The script\n";
+  page += std::string(kExamples[0]) +
+          "\n```\n\nA hand that feels what it carves, above a plane that it cannot pass:\n\n```json\n" +
+          std::string(kExamples[1]) + "\n```\n\nNew pieces that become one:\n\n```json\n" + std::string(kExamples[2]) +
+          "\n```\n\n## The script\n";
   fields(page, "script");
   page += "\n## Setup\n";
   fields(page, "setup");
@@ -169,13 +197,22 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
   page += "\nA row of `materials`:\n";
   fields(page, "materials[]");
   page += "\nA `material`, any of:\n\n| key | values |\n|---|---|\n";
-  for (const MaterialKey& key : materialKeys()) page += fmt::format("| `{}` | {:g} to {:g} |\n", key.key, key.least, key.most);
-  page += "\n`dynamic_friction` is no more than `static_friction`. The keys end in their units: `nmm` N/mm, `nmm2` N/mm², `nsmm` N·s/mm.\n";
-  page += "\nA guide, `{\"guide\": NAME, ...}`. All keys of its kind are needed but `closed` and `inside`, which are false when left out; every kind may have "
-          "`while_buttons`, the buttons (1, 2, 4, ... added up) that must be held.\n\n| guide | keys |\n|---|---|\n";
-  for (const GuideKind& kind : guideKinds()) page += fmt::format("| `{}` | {} |\n", kind.name, kind.keys.empty() ? "" : fmt::format("`{}`", fmt::join(kind.keys, "`, `")));
-  page += "\n`at`, `points` and `direction` are [x, y, z] or lists of such; a `keep_out_plane` is free on the side of its direction. `force_n` is 0 to 10000, "
-          "`stiffness_nmm` 0 to 10000 N/mm, `drag_nsmm` 0 to 1000 N·s/mm, lengths are more than 0.\n";
+  for (const MaterialKey& key : materialKeys())
+    page += fmt::format("| `{}` | {:g} to {:g} |\n", key.key, key.least, key.most);
+  page +=
+      "\n`dynamic_friction` is no more than `static_friction`. The keys end in their units: `nmm` N/mm, `nmm2` N/mm², "
+      "`nsmm` N·s/mm.\n";
+  page +=
+      "\nA guide, `{\"guide\": NAME, ...}`. All keys of its kind are needed but `closed` and `inside`, which are false "
+      "when left out; every kind may have "
+      "`while_buttons`, the buttons (1, 2, 4, ... added up) that must be held.\n\n| guide | keys |\n|---|---|\n";
+  for (const GuideKind& kind : guideKinds())
+    page += fmt::format("| `{}` | {} |\n", kind.name,
+                        kind.keys.empty() ? "" : fmt::format("`{}`", fmt::join(kind.keys, "`, `")));
+  page +=
+      "\n`at`, `points` and `direction` are [x, y, z] or lists of such; a `keep_out_plane` is free on the side of its "
+      "direction. `force_n` is 0 to 10000, "
+      "`stiffness_nmm` 0 to 10000 N/mm, `drag_nsmm` 0 to 1000 N·s/mm, lengths are more than 0.\n";
   page += "\n## Strokes\n";
   fields(page, "stroke");
   page += "\n`radial`:\n";

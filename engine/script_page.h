@@ -9,7 +9,8 @@ namespace argil::engine {
 
 /// A key of a script that no other table names.
 struct ScriptField {
-  std::string_view where;   ///< The object that has it: "script", "setup", "block", "sphere", "materials[]", "stroke", "radial".
+  std::string_view
+      where;  ///< The object that has it: "script", "setup", "block", "sphere", "materials[]", "stroke", "radial".
   std::string_view key, values, help;
 };
 [[nodiscard]] std::span<const ScriptField> scriptFields();

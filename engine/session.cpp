@@ -384,7 +384,8 @@ void Session::change(const std::string& label, const std::function<void(Document
 DocumentPtr Session::withSymmetry(DocumentPtr document) const {
   if (!symmetry_) return document;
   const Symmetry& was = document->symmetry;
-  if (was.x == symmetry_->x && was.y == symmetry_->y && was.z == symmetry_->z && was.turns == symmetry_->turns) return document;
+  if (was.x == symmetry_->x && was.y == symmetry_->y && was.z == symmetry_->z && was.turns == symmetry_->turns)
+    return document;
   auto next = std::make_shared<Document>(*document);
   next->symmetry = *symmetry_;
   next->symmetry.pose = was.pose;

@@ -115,9 +115,9 @@ class Session {
   /// Any other change: `change` gets a copy, which becomes the newest document and one undo step named `label`. With the `merge` of the
   /// step before, not empty, it joins that step. What `change` throws comes out and nothing changed. Throws Error while a stroke is on.
   void change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge = {});
-  /// Switches symmetry without a step: it is a setting of the hand. Undo and redo leave it as it is; whoever saves takes
-  /// document() for the state in work. The pose of `symmetry` is not read: moving planes is a step. Throws Error while a
-  /// stroke is on.
+  /// Switches symmetry without a step: it is a setting of the hand. Undo and redo leave it as it is; whoever saves
+  /// takes document() for the state in work. The pose of `symmetry` is not read: moving planes is a step. Throws Error
+  /// while a stroke is on.
   void setSymmetry(const Symmetry& symmetry);
   /// The next change joins no step.
   void endMerge() { merge_.clear(); }

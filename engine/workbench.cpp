@@ -121,7 +121,9 @@ void Workbench::add(std::string label, Things things) {
   });
 }
 
-Workbench::StrokeWork Workbench::strokeWork() const { return {state_->strokeOn.load(), state_->strokeLeftS.load()}; }
+Workbench::StrokeWork Workbench::strokeWork() const {
+  return {state_->strokeOn.load(), state_->strokeLeftS.load()};
+}
 
 void Workbench::endMerge() {
   state_->post([s = state_.get()] { s->session->endMerge(); });
@@ -229,7 +231,8 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
       Document document;
       Id made = 0;
       const auto add = [&](Document& to) {
-        const Vec3d move = how.stands && !how.replace ? s->besideAll(to, imported->pieces, imported->parts) : Vec3d(Vec3d::Zero());
+        const Vec3d move =
+            how.stands && !how.replace ? s->besideAll(to, imported->pieces, imported->parts) : Vec3d(Vec3d::Zero());
         for (Part part : imported->parts) {
           if (part.name.empty()) part.name = name;
           part.pose.translation += move;

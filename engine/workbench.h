@@ -141,10 +141,12 @@ class Workbench {
   void edit(std::string label, std::function<void(Document&)> change, std::string merge = {});
   /// From now on edits with this merge key begin a new step: the drag has ended.
   void endMerge();
-  /// Switches symmetry: a setting of the hand, no step. Undo and redo leave it as it is. `change` runs on the edit thread.
+  /// Switches symmetry: a setting of the hand, no step. Undo and redo leave it as it is. `change` runs on the edit
+  /// thread.
   void setSymmetry(std::function<void(Symmetry&)> change);
-  /// Copies of things, as one step: each gets an id and a name of its own. Pieces and parts stand together beside what is
-  /// there; the last one becomes Snapshot::made, a piece the active one. Clay is shared with what it was copied from.
+  /// Copies of things, as one step: each gets an id and a name of its own. Pieces and parts stand together beside what
+  /// is there; the last one becomes Snapshot::made, a piece the active one. Clay is shared with what it was copied
+  /// from.
   struct Things {
     std::vector<Piece> pieces;
     std::vector<Part> parts;
@@ -179,10 +181,11 @@ class Workbench {
   void addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how);
   void addSphere(double radiusMm, const NewClay& how);
   struct ImportOptions {
-    std::string units = "auto";      ///< These as ImportPlace has them: a model stands upright on the ground, as it is guessed to.
+    std::string units =
+        "auto";  ///< These as ImportPlace has them: a model stands upright on the ground, as it is guessed to.
     std::string up = "auto";
     std::optional<double> heightMm;
-    bool stands = true;              ///< And beside the pieces that are there.
+    bool stands = true;                     ///< And beside the pieces that are there.
     std::shared_ptr<const ModelLook> look;  ///< The file, where it was read already.
     std::optional<double> voxelMm;   ///< None: 256 voxels along the longest side.
     clay::Precision precision = clay::Precision::float32;
@@ -217,8 +220,9 @@ class Workbench {
 
   /// The work that is left of a stroke.
   struct StrokeWork {
-    bool on = false;       ///< A stroke is in work, or samples of one wait.
-    double leftS = 0;      ///< So much of the hand's path, in seconds of the hand, is not in the clay yet. It does not grow once the hand has ended.
+    bool on = false;   ///< A stroke is in work, or samples of one wait.
+    double leftS = 0;  ///< So much of the hand's path, in seconds of the hand, is not in the clay yet. It does not grow
+                       ///< once the hand has ended.
   };
   [[nodiscard]] StrokeWork strokeWork() const;
   /// Nothing is under way: no job, no stroke, no edit or sample that waits. A moment later something may be.

@@ -160,7 +160,8 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   request->states = session->states();
   request->done = session->undoSteps();
   // Symmetry is switched without a step: the state in work is the document as it is.
-  if (HistoryState& at = request->states[request->done]; at.document != session->document()) at = {at.label, session->document(), 0};
+  if (HistoryState& at = request->states[request->done]; at.document != session->document())
+    at = {at.label, session->document(), 0};
   request->face = {extras.face, extras.thumbnail};
   request->archive = archive;
   request->base = base;

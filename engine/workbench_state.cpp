@@ -391,8 +391,9 @@ void Workbench::State::publish() {
     const std::lock_guard lock(mutex);
     kept.journalTrouble = journalTrouble.empty() ? keeperTrouble : journalTrouble;
   }
-  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() && last.clayBytes == clayBytes && last.undo == undo &&
-      last.tool == held.value_or(Tool()) && last.file == kept && last.madeCount == madeCount) {
+  if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() &&
+      last.clayBytes == clayBytes && last.undo == undo && last.tool == held.value_or(Tool()) && last.file == kept &&
+      last.madeCount == madeCount) {
     return;
   }
   if (historyNow != historyOf || history->size() != steps) {
@@ -456,7 +457,8 @@ void Workbench::State::run() {
   shown.reset();
 }
 
-void Workbench::State::addPiece(const std::string& label, const std::string& name, const clay::Version& version, bool beside) {
+void Workbench::State::addPiece(const std::string& label, const std::string& name, const clay::Version& version,
+                                bool beside) {
   Id id = 0;
   session->change(label, [&](Document& document) {
     Piece piece;
@@ -468,7 +470,8 @@ void Workbench::State::addPiece(const std::string& label, const std::string& nam
   noteMade(id);
 }
 
-Vec3d Workbench::State::besideAll(const Document& document, const std::vector<Piece>& pieces, const std::vector<Part>& parts) {
+Vec3d Workbench::State::besideAll(const Document& document, const std::vector<Piece>& pieces,
+                                  const std::vector<Part>& parts) {
   Document fresh;
   fresh.pieces = pieces;
   fresh.parts = parts;
@@ -478,7 +481,8 @@ Vec3d Workbench::State::besideAll(const Document& document, const std::vector<Pi
 std::string Workbench::State::nameFor(const Document& document, const std::string& name) {
   const auto taken = [&](const std::string& wanted) {
     const auto has = [&](const Thing& thing) { return thing.name == wanted; };
-    return std::any_of(document.pieces.begin(), document.pieces.end(), has) || std::any_of(document.parts.begin(), document.parts.end(), has) ||
+    return std::any_of(document.pieces.begin(), document.pieces.end(), has) ||
+           std::any_of(document.parts.begin(), document.parts.end(), has) ||
            std::any_of(document.guides.begin(), document.guides.end(), has);
   };
   std::string free = name;
@@ -495,7 +499,8 @@ void Workbench::State::noteMade(Id id) {
 void Workbench::State::tellIdleStrokes() {
   const uint64_t idle = session->counts().idle;
   if (std::exchange(idleTold, idle) >= idle) return;
-  tell(Message::Level::warning, fmt::format("{} changed nothing: it met no clay that it can change there.", held ? rowOf(*held).name : "The tool"));
+  tell(Message::Level::warning, fmt::format("{} changed nothing: it met no clay that it can change there.",
+                                            held ? rowOf(*held).name : "The tool"));
 }
 
 }  // namespace argil::engine

@@ -124,7 +124,8 @@ struct Workbench::State {
   static std::string sentenceOf(const std::exception& failure);
   void addPiece(const std::string& label, const std::string& name, const clay::Version& version, bool beside);
   /// The move that puts all of them, as they stand, beside what the document has.
-  [[nodiscard]] static Vec3d besideAll(const Document& document, const std::vector<Piece>& pieces, const std::vector<Part>& parts);
+  [[nodiscard]] static Vec3d besideAll(const Document& document, const std::vector<Piece>& pieces,
+                                       const std::vector<Part>& parts);
   /// The name, with a number where it is taken.
   [[nodiscard]] static std::string nameFor(const Document& document, const std::string& name);
   void noteMade(Id id);
@@ -153,7 +154,7 @@ struct Workbench::State {
   std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
   std::shared_ptr<Hand> hand;
 
-  std::atomic<bool> strokeOn{false};   // as strokeWork() says
+  std::atomic<bool> strokeOn{false};  // as strokeWork() says
   std::atomic<double> strokeLeftS{0};
 
   Surfaces surfaces;

@@ -67,11 +67,15 @@ int run(int argc, char** argv) {
 
   // How a model comes in, for all verbs that read one.
   const auto addPlace = [](CLI::App* verb, engine::ImportPlace& place) {
-    verb->add_option("--units", place.units, "Units of an input that names none: mm, um, cm, m, in, ft, or auto: guessed by its size and kind")
+    verb->add_option("--units", place.units,
+                     "Units of an input that names none: mm, um, cm, m, in, ft, or auto: guessed by its size and kind")
         ->capture_default_str();
-    verb->add_option("--up", place.up, "The axis of a model that points up: z, y, -z, -y, x, -x, or auto: guessed by its shape and kind; as it lies when left out");
+    verb->add_option("--up", place.up,
+                     "The axis of a model that points up: z, y, -z, -y, x, -x, or auto: guessed by its shape and kind; "
+                     "as it lies when left out");
     verb->add_option("--height", place.heightMm, "Scale a model until it is so many mm high");
-    verb->add_flag("--ground", place.stands, "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
+    verb->add_flag("--ground", place.stands,
+                   "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
   };
   const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
   cli::SculptOptions sculpt;
@@ -192,7 +196,8 @@ int run(int argc, char** argv) {
   toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
   toolsVerb->add_flag("--ids", tools.ids, "Their names in scripts alone, one a line");
   toolsVerb->add_flag("--operations", tools.operations, "The operations on whole pieces in place of the tools");
-  toolsVerb->add_flag("--scripts", tools.scripts, "The page on scripts: every field, tool and operation, with units and ranges");
+  toolsVerb->add_flag("--scripts", tools.scripts,
+                      "The page on scripts: every field, tool and operation, with units and ranges");
   toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");
 
   cli::DevicesOptions devices;

@@ -83,7 +83,8 @@ void convertMesh(const ConvertOptions& options) {
   engine::ModelLook look;
   {
     const ProgressLine line("reading " + options.input.filename().string(), options.job);
-    if (options.place.units != "auto") (void)engine::unitMm(options.place.units);  // A wrong name is told before the work.
+    if (options.place.units != "auto")
+      (void)engine::unitMm(options.place.units);  // A wrong name is told before the work.
     look = engine::lookAtModel(options.input, options.job);
   }
   const engine::Placement placement = engine::placementOf(look, options.place);

@@ -22,7 +22,8 @@ io::MeshFile readMeshIn(const std::filesystem::path& file, const std::string& un
 }
 
 io::MeshFile readMeshIn(const std::filesystem::path& file, const engine::ImportPlace& wish, Job* job) {
-  if (wish.up.empty() && !wish.heightMm && !wish.stands && wish.units != "auto") return readMeshIn(file, wish.units, job);
+  if (wish.up.empty() && !wish.heightMm && !wish.stands && wish.units != "auto")
+    return readMeshIn(file, wish.units, job);
   const ProgressLine line("reading " + file.filename().string(), job);
   io::MeshFile mesh = io::readMesh(file, job);
   auto model = std::make_shared<io::ModelFile>();

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
-#include "render/renderer.h"
 #include "engine/load_document.h"
+#include "render/renderer.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/show_document.h"

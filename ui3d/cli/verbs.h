@@ -70,7 +70,7 @@ void recover(const RecoverOptions& options);
 struct RenderOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;
-  engine::ImportPlace place;             ///< Of an input that is a model.
+  engine::ImportPlace place;  ///< Of an input that is a model.
   clay::Grade surface = clay::Grade::draft;
   std::string view = "iso";
   bool orthographic = false;

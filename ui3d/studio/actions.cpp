@@ -81,9 +81,15 @@ engine::Workbench::Things selectedThings(const Context& c) {
   if (const engine::Guide* guide = d.guide(id)) things.guides.push_back(*guide);
   return things;
 }
-bool hasThing(const Context& c) { return actedOn(c) != nullptr; }
-void duplicate(Context& c, Text) { c.bench.add("Duplicate", selectedThings(c)); }
-void copy(Context& c, Text) { c.state.copied = selectedThings(c); }
+bool hasThing(const Context& c) {
+  return actedOn(c) != nullptr;
+}
+void duplicate(Context& c, Text) {
+  c.bench.add("Duplicate", selectedThings(c));
+}
+void copy(Context& c, Text) {
+  c.state.copied = selectedThings(c);
+}
 void cut(Context& c, Text) {
   const engine::Thing* thing = actedOn(c);
   if (!thing) return;
@@ -91,7 +97,9 @@ void cut(Context& c, Text) {
   c.bench.edit("Cut " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
   c.state.selected = 0;
 }
-void paste(Context& c, Text) { c.bench.add("Paste", c.state.copied); }
+void paste(Context& c, Text) {
+  c.bench.add("Paste", c.state.copied);
+}
 
 void moveSelected(Context& c, int by) {
   const engine::Thing* thing = selected(c);
@@ -218,7 +226,8 @@ void switchSymmetry(Context& c, Text axis) {
   c.bench.setSymmetry([plane, on](engine::Symmetry& symmetry) { symmetry.*plane = on; });
 }
 void turnMore(Context& c, int by) {
-  c.bench.setSymmetry([by](engine::Symmetry& symmetry) { symmetry.turns = std::clamp(symmetry.turns + by, 1, engine::kMostTurns); });
+  c.bench.setSymmetry(
+      [by](engine::Symmetry& symmetry) { symmetry.turns = std::clamp(symmetry.turns + by, 1, engine::kMostTurns); });
 }
 bool isSymmetric(const Context& c, Text axis) { return c.now.document->symmetry.*planeOf(axis); }
 
@@ -261,7 +270,9 @@ void focusSelected(Context& c, Text) {
   c.camera.focus(box.empty() ? c.renderer.bounds() : box, aspect(c));
 }
 constexpr float kZoomClicks = 3;  // Of the wheel, for each press of a key.
-void zoom(Context& c, float clicks) { c.camera.zoom(clicks, c.camera.view().target); }
+void zoom(Context& c, float clicks) {
+  c.camera.zoom(clicks, c.camera.view().target);
+}
 void switchProjection(Context& c, Text) { c.camera.toggleProjection(); }
 bool isOrthographic(const Context& c, Text) { return c.camera.view().projection == render::Projection::orthographic; }
 void switchSection(Context& c, Text) {
@@ -278,7 +289,7 @@ void switchSection(Context& c, Text) {
 }
 bool hasSection(const Context& c, Text) { return c.state.look.section.has_value(); }
 
-bool render::Look::* lookOf(Text id) {
+bool render::Look::*lookOf(Text id) {
   for (const auto& row : lookRows())
     if (const auto* look = std::get_if<Switch<render::Look>>(&row); look && look->id == id) return look->on;
   return nullptr;
@@ -363,10 +374,14 @@ void addDocumentRows(std::vector<Action>& rows) {
                   [](const Context& c) { return c.now.done > 0; }});
   rows.push_back({"edit.redo", "Redo", "One step forward.", "Edit", "Ctrl+Shift+Z Ctrl+Y", [](Context& c, Text) { c.bench.redo(); }, "",
                   [](const Context& c) { return c.now.history && c.now.done < c.now.history->size(); }});
-  rows.push_back({"edit.duplicate", "Duplicate", "A copy of what is selected, beside what is there.", "Edit", "Ctrl+D Shift+D", duplicate, "", hasThing});
-  rows.push_back({"edit.cut", "Cut", "Takes what is selected out, to be pasted here or in another document.", "Edit", "Ctrl+X", cut, "", hasThing});
-  rows.push_back({"edit.copy", "Copy", "Remembers what is selected, to be pasted here or in another document.", "Edit", "Ctrl+C", copy, "", hasThing});
-  rows.push_back({"edit.paste", "Paste", "Puts what was copied beside what is there.", "Edit", "Ctrl+V", paste, "", [](const Context& c) { return !c.state.copied.empty(); }});
+  rows.push_back({"edit.duplicate", "Duplicate", "A copy of what is selected, beside what is there.", "Edit",
+                  "Ctrl+D Shift+D", duplicate, "", hasThing});
+  rows.push_back({"edit.cut", "Cut", "Takes what is selected out, to be pasted here or in another document.", "Edit",
+                  "Ctrl+X", cut, "", hasThing});
+  rows.push_back({"edit.copy", "Copy", "Remembers what is selected, to be pasted here or in another document.", "Edit",
+                  "Ctrl+C", copy, "", hasThing});
+  rows.push_back({"edit.paste", "Paste", "Puts what was copied beside what is there.", "Edit", "Ctrl+V", paste, "",
+                  [](const Context& c) { return !c.state.copied.empty(); }});
   rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected, "", hasSelected});
   rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
   rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L", lockSelected, "", hasSelected});
@@ -402,27 +417,35 @@ void addHandRows(std::vector<Action>& rows) {
   rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.", "Tool", "I", takeOpposite, "", hasOpposite});
   rows.push_back({"tool.straight", "Straight lines", "A drag over the clay draws a straight line, which is worked along when the button comes up.", "Tool", "D",
                   [](Context& c, Text) { c.state.straight = !c.state.straight; }, "", nullptr, [](const Context& c, Text) { return c.state.straight; }});
-  struct Plane { const char *axis, *name, *help, *key; };
+  struct Plane {
+    const char *axis, *name, *help, *key;
+  };
   for (const Plane& p : {Plane{"x", "Symmetry X", "Strokes are repeated as mirror images along X.", "X"},
                          Plane{"y", "Symmetry Y", "Strokes are repeated as mirror images along Y.", "Y"},
                          Plane{"z", "Symmetry Z", "Strokes are repeated as mirror images along Z.", "Z"}})
-    rows.push_back({std::string("symmetry.") + p.axis, p.name, p.help, "Tool", p.key, switchSymmetry, p.axis, nullptr, isSymmetric});
+    rows.push_back({std::string("symmetry.") + p.axis, p.name, p.help, "Tool", p.key, switchSymmetry, p.axis, nullptr,
+                    isSymmetric});
   rows.push_back({"symmetry.more", "Symmetry around z: one more", "Strokes are repeated around the z axis.", "Tool", "", [](Context& c, Text) { turnMore(c, 1); }});
   rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "", [](Context& c, Text) { turnMore(c, -1); }, "",
                   [](const Context& c) { return c.now.document->symmetry.turns > 1; }});
 
   struct Row { const char *kind, *name, *help; };
-  for (const Row& row : {Row{"plane", "Add a plane", "A plane to snap to, by eye and by touch."}, Row{"line", "Add a line", "Between two clicks."},
-                         Row{"point", "Add a point", "At a click."}, Row{"curve", "Add a curve", "Through clicks on the clay; Enter ends it."},
-                         Row{"box", "Add a keep-out box", "The tool may not enter it."}, Row{"ruler", "Add a ruler", "The distance of two clicks."},
+  for (const Row& row : {Row{"plane", "Add a plane", "A plane to snap to, by eye and by touch."},
+                         Row{"line", "Add a line", "Between two clicks."}, Row{"point", "Add a point", "At a click."},
+                         Row{"curve", "Add a curve", "Through clicks on the clay; Enter ends it."},
+                         Row{"box", "Add a keep-out box", "The tool may not enter it."},
+                         Row{"ruler", "Add a ruler", "The distance of two clicks."},
                          Row{"angle", "Add an angle", "The angle of three clicks."},
-                         Row{"thickness", "Measure the thickness", "Reads how thick the clay is under the pointer, in mm; a click keeps the reading."}}) {
-    rows.push_back({std::string("guides.") + row.kind, row.name, row.help, "Guides", "", [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
+                         Row{"thickness", "Measure the thickness",
+                             "Reads how thick the clay is under the pointer, in mm; a click keeps the reading."}}) {
+    rows.push_back({std::string("guides.") + row.kind, row.name, row.help, "Guides", "",
+                    [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
   }
   rows.push_back({"guides.stroke", "Stroke along it", "The tool in hand goes along the selected curve or line.", "Guides", "", strokeAlongSelected, "",
                   [](const Context& c) { return selectedWay(c) && c.now.document->workedOn() && !c.now.inStroke; }});
   struct Mode { const char *mode, *name, *key; };
-  for (const Mode& m : {Mode{"move", "Move selected", "G"}, Mode{"rotate", "Rotate selected", "R"}, Mode{"scale", "Scale selected", "T"}}) {
+  for (const Mode& m : {Mode{"move", "Move selected", "G"}, Mode{"rotate", "Rotate selected", "R"},
+                        Mode{"scale", "Scale selected", "T"}}) {
     rows.push_back({std::string("gizmo.") + m.mode, m.name, "Handles on the selected thing.", "Guides", m.key, setGizmo,
                     m.mode, nullptr, isGizmo});
   }
@@ -431,26 +454,34 @@ void addHandRows(std::vector<Action>& rows) {
 }
 
 void addViewRows(std::vector<Action>& rows) {
-  struct Row { const char *view, *name, *key; };
-  for (const Row& row : {Row{"front", "Front view", "1"}, Row{"back", "Back view", "Ctrl+1"}, Row{"right", "Right view", "3"}, Row{"left", "Left view", "Ctrl+3"},
-                         Row{"top", "Top view", "7"}, Row{"bottom", "Bottom view", "Ctrl+7"}, Row{"iso", "Corner view", "0"}}) {
-    rows.push_back({std::string("view.") + row.view, row.name, "Looks from there at the same size.",
-                    "View", row.key, look, row.view});
+  struct Row {
+    const char *view, *name, *key;
+  };
+  for (const Row& row :
+       {Row{"front", "Front view", "1"}, Row{"back", "Back view", "Ctrl+1"}, Row{"right", "Right view", "3"},
+        Row{"left", "Left view", "Ctrl+3"}, Row{"top", "Top view", "7"}, Row{"bottom", "Bottom view", "Ctrl+7"},
+        Row{"iso", "Corner view", "0"}}) {
+    rows.push_back({std::string("view.") + row.view, row.name, "Looks from there at the same size.", "View", row.key,
+                    look, row.view});
   }
   rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "", nullptr, isOrthographic});
   rows.push_back({"view.focus", "Focus on selected", "Fills the picture with it; with a drag the key sizes the tool.", "View", "F", focusSelected});
   rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View", "Home Shift+F", focusAll});
   rows.push_back({"view.quickRing", "Quick ring", "Undo, redo, size, zoom and move around the cursor; a click of a pen's button or of the right mouse button.", "View", "Q",
                   [](Context& c, Text) { c.state.wishes.quickRing = true; }});
-  rows.push_back({"view.zoomIn", "Zoom in", "Nearer to the middle of the picture; the wheel goes to what is under the pointer.", "View", "=", [](Context& c, Text) { zoom(c, kZoomClicks); }});
-  rows.push_back({"view.zoomOut", "Zoom out", "Away from the middle of the picture.", "View", "-", [](Context& c, Text) { zoom(c, -kZoomClicks); }});
+  rows.push_back({"view.zoomIn", "Zoom in",
+                  "Nearer to the middle of the picture; the wheel goes to what is under the pointer.", "View", "=",
+                  [](Context& c, Text) { zoom(c, kZoomClicks); }});
+  rows.push_back({"view.zoomOut", "Zoom out", "Away from the middle of the picture.", "View", "-",
+                  [](Context& c, Text) { zoom(c, -kZoomClicks); }});
   rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "", nullptr, hasSection});
   // Switches of the View panel.
   for (const auto& row : lookRows()) {
     const auto* look = std::get_if<Switch<render::Look>>(&row);
     if (!look) continue;
     const std::string id(look->id);
-    rows.push_back({"look." + id, std::string(look->name), std::string(look->help), "View", id == "xray" ? "Alt+X" : "", switchLook, id, nullptr, isLook});
+    rows.push_back({"look." + id, std::string(look->name), std::string(look->help), "View", id == "xray" ? "Alt+X" : "",
+                    switchLook, id, nullptr, isLook});
   }
   for (const auto& row : kShadings) {
     rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setShading, std::string(row.id), nullptr, isShading});
@@ -552,8 +583,11 @@ std::vector<const Action*> searchActions(std::string_view typed) {
       }
       begin = end + 1;
     }
-    const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b)); };
-    if (std::equal(typed.begin(), typed.end(), action.name.begin(), action.name.end(), same)) score = HUGE_VAL;  // Its whole name.
+    const auto same = [](char a, char b) {
+      return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+    };
+    if (std::equal(typed.begin(), typed.end(), action.name.begin(), action.name.end(), same))
+      score = HUGE_VAL;  // Its whole name.
     if (score > 0) found.emplace_back(score, &action);
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

@@ -99,7 +99,9 @@ std::string settingsText(const StudioState& state) {
   json["recent"] = state.recentFiles;
   json["folder"] = state.lastFolder;
   json["undo_memory_gib"] = state.undoGiB;
-  json["import"] = {{"voxel_given", state.imports.voxelGiven}, {"voxel", state.imports.voxelMm}, {"half_memory", state.imports.halfMemory}};
+  json["import"] = {{"voxel_given", state.imports.voxelGiven},
+                    {"voxel", state.imports.voxelMm},
+                    {"half_memory", state.imports.halfMemory}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -80,8 +80,11 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       pictures_([this] { window_.wake(); }) {
   if (!options.record.empty()) recording_.emplace(options.record);
   // A model is asked about, where there is somebody to be asked.
-  if (const FileKind* kind = options.file.empty() ? nullptr : kindOf(options.file); kind && kind->imports && options.play.empty()) state_.wishes.open = options.file;
-  else if (!options.file.empty()) bench_.open(options.file);
+  if (const FileKind* kind = options.file.empty() ? nullptr : kindOf(options.file);
+      kind && kind->imports && options.play.empty())
+    state_.wishes.open = options.file;
+  else if (!options.file.empty())
+    bench_.open(options.file);
   window_.setIcon(icon(64));
   renderer_.attach(window_.hooks());
   ui_.useClipboardOf(&window_);

@@ -80,7 +80,8 @@ struct StudioState {
   GizmoMode gizmo = GizmoMode::none;
   bool snapWidgets = true;       ///< Dragged widgets snap to guides, surface and grid.
 
-  engine::Workbench::Things copied;  ///< By Copy and Cut: values, which outlive the document that they were copied from.
+  engine::Workbench::Things
+      copied;  ///< By Copy and Cut: values, which outlive the document that they were copied from.
 
   std::optional<DeformBox> deformBox;  ///< Around a piece that is being deformed.
   std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.

@@ -134,9 +134,9 @@ TEST_F(Place, AScanInMetresIsKnownByItsSize) {
 // Up axes of real models, as their makers have them.
 TEST_F(Place, TheUpAxisIsGuessedByTheShapeAndTheKindOfFile) {
   const std::map<std::string, std::string> known = {
-      {"mesh/armadillo_29k.obj", "y up"}, {"mesh/koala_100k.obj", "y up"},      {"mesh/spot.obj", "y up"},
-      {"mesh/suzanne.obj", "y up"},       {"mesh/teapot.obj", "y up"},          {"mesh/goblet_vase.stl", "z up"},
-      {"mesh/penguin_quad_cage.obj", "y up"}, {"mesh/ADIS16480.STL", "z up"},   {"3mf/box.3mf", "z up"},
+      {"mesh/armadillo_29k.obj", "y up"},     {"mesh/koala_100k.obj", "y up"}, {"mesh/spot.obj", "y up"},
+      {"mesh/suzanne.obj", "y up"},           {"mesh/teapot.obj", "y up"},     {"mesh/goblet_vase.stl", "z up"},
+      {"mesh/penguin_quad_cage.obj", "y up"}, {"mesh/ADIS16480.STL", "z up"},  {"3mf/box.3mf", "z up"},
   };
   for (const auto& [name, up] : known) {
     const Outcome o = argil({"inspect", (data / name).string(), "--up", "auto"});
@@ -156,12 +156,14 @@ TEST_F(Place, OtherVerbsTakeTheSameOptionsAndBadOnesAreOneLine) {
   EXPECT_NEAR(skin["low_mm"][2].get<double>(), 0, 1) << "a voxel of 2 mm rounds hooves";
   EXPECT_NEAR(skin["high_mm"][2].get<double>(), 80, 2) << "and horns";
   // A picture takes units and axis too.
-  const Outcome drawn = argil({"render", bust, "-o", picture.string(), "--units", "in", "--up", "y", "--voxel", "1", "--size", "64x64"});
+  const Outcome drawn =
+      argil({"render", bust, "-o", picture.string(), "--units", "in", "--up", "y", "--voxel", "1", "--size", "64x64"});
   EXPECT_EQ(drawn.code, 0) << drawn.err;
   EXPECT_NE(drawn.out.find("read as inches"), std::string::npos) << drawn.out;
   using Bad = std::tuple<std::vector<std::string>, std::string>;
-  for (const auto& [options, word] : {Bad{{"--units", "mile"}, "mile"}, Bad{{"--up", "w"}, "-x"}, Bad{{"--height", "0"}, "height"},
-                                      Bad{{"--height", "nan"}, "height"}, Bad{{"--height", "-5"}, "height"}}) {
+  for (const auto& [options, word] :
+       {Bad{{"--units", "mile"}, "mile"}, Bad{{"--up", "w"}, "-x"}, Bad{{"--height", "0"}, "height"},
+        Bad{{"--height", "nan"}, "height"}, Bad{{"--height", "-5"}, "height"}}) {
     for (const std::string verb : {"convert", "inspect", "render"}) {
       std::vector<std::string> words{verb, bust};
       if (verb == "convert") words.push_back((scratch / "bad.stl").string());

@@ -1,4 +1,5 @@
-// Models come in as they are asked about, pieces are copied, and what was done is said. By real mouse and keys, in a real window.
+// Models come in as they are asked about, pieces are copied, and what was done is said. By real mouse and keys, in a
+// real window.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -17,7 +18,9 @@ using Json = nlohmann::json;
 
 class Files : public OnScreen {
  protected:
-  render::Image shot(Person& person, const std::string& step) { return person.shot(std::string("files-") + at().name + "-" + step); }
+  render::Image shot(Person& person, const std::string& step) {
+    return person.shot(std::string("files-") + at().name + "-" + step);
+  }
   static bool appears(const fs::path& file) {
     for (int i = 0; i < 1200; ++i) {
       if (fs::exists(file)) return true;
@@ -75,7 +78,8 @@ struct Kind {
   double height;  ///< mm, as it stands when what is guessed is taken.
 };
 
-// The height of what is guessed; a bust, a scan in metres and a part in inches, each in two questions: which file, and is it right so?
+// The height of what is guessed; a bust, a scan in metres and a part in inches, each in two questions: which file, and
+// is it right so?
 TEST_P(Files, modelsComeInUprightOnTheGroundAtTheirSize) {
   if (!realData()) GTEST_SKIP() << "ARGIL_DATA is not set";
   const fs::path data = realData();
@@ -83,7 +87,8 @@ TEST_P(Files, modelsComeInUprightOnTheGroundAtTheirSize) {
   Person person(studio, at().scale);
   size_t count = 0;
   double right = -1e9;
-  for (const Kind& kind : {Kind{"mesh/nefertiti_lowres.obj", 495}, Kind{"mesh/stanford-bunny.obj", 154}, Kind{"mesh/featuretype.STL", 34.925}}) {
+  for (const Kind& kind : {Kind{"mesh/nefertiti_lowres.obj", 495}, Kind{"mesh/stanford-bunny.obj", 154},
+                           Kind{"mesh/featuretype.STL", 34.925}}) {
     import(person, data / kind.file, "0" + std::to_string(count + 1) + "-asked");
     const Json all = pieces(person, "import" + std::to_string(count), count + 1);
     ASSERT_EQ(all.size(), ++count);

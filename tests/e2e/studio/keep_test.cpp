@@ -42,9 +42,7 @@ class Keeping : public OnScreen {
     EXPECT_GT(difference(clay(before), clay(other(person, before, 0.002))), 0.002);
   }
   // The clay, without panels and messages.
-  static render::Image clay(const render::Image& whole) {
-    return part(whole, 360, 110, 920, 570);
-  }
+  static render::Image clay(const render::Image& whole) { return part(whole, 385, 110, 920, 570); }
   // A busy machine may take so long for a picture that the one before counts as settled.
   static void expectSame(const Person& person, const render::Image& wanted, const std::string& what) {
     double away = 1;

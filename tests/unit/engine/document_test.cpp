@@ -217,7 +217,8 @@ TEST(SessionOfADocument, SymmetryRepeatsAStrokeInEveryPlane) {
   EXPECT_EQ(grid.voxelMm, 0.5);
 }
 
-// A switch of the hand: no step, redo stays, and undo leaves it as it is; the planes keep the place that each state has.
+// A switch of the hand: no step, redo stays, and undo leaves it as it is; the planes keep the place that each state
+// has.
 TEST(SessionOfADocument, SwitchingSymmetryIsNoStepAndLeavesRedo) {
   Session session(ball());
   session.change("Move the planes", [](Document& document) { document.symmetry.pose.translation = {1, 0, 0}; });

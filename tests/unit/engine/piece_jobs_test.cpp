@@ -200,7 +200,8 @@ TEST(PieceJobs, OneUndoStepInTheWorkbench) {
   EXPECT_EQ(messages.back().level, Message::Level::error);
 }
 
-// Voxels grow with the piece: no distance changes, so twice as large and half as large again is what there was, to the bit.
+// Voxels grow with the piece: no distance changes, so twice as large and half as large again is what there was, to the
+// bit.
 TEST(PieceJobs, ScaleIsExactAndWhatStandsGoesOnStanding) {
   Document document = Document::of(ball(10, {3, 4, 5}));
   document.pieces[0].pose.translation = {1, 2, 3};
@@ -236,7 +237,8 @@ TEST(PieceJobs, ScaleIsExactAndWhatStandsGoesOnStanding) {
   EXPECT_THROW((void)runPieceJob(row, document, huge), Error);
 }
 
-// A coarse bust and a fine ball: neither does the ball's voxel make the bust heavy, nor is its detail lost without a word.
+// A coarse bust and a fine ball: neither does the ball's voxel make the bust heavy, nor is its detail lost without a
+// word.
 TEST(PieceJobs, CombinationsSayWhatTheirVoxelsCost) {
   Document document = Document::of(ball(60, Vec3d::Zero(), 2));
   Piece fine;
@@ -255,7 +257,8 @@ TEST(PieceJobs, CombinationsSayWhatTheirVoxelsCost) {
     if (turned) std::swap(arguments.pieces[0], arguments.pieces[1]);
     const PieceResult result = runPieceJob(join, document, arguments);
     EXPECT_DOUBLE_EQ(result.changed.at(0).version.grid().voxelMm, cost.voxelMm);
-    EXPECT_NEAR(double(result.changed[0].version.stats().bytes()), double(cost.bytes), 0.5 * double(cost.bytes)) << "about";
+    EXPECT_NEAR(double(result.changed[0].version.stats().bytes()), double(cost.bytes), 0.5 * double(cost.bytes))
+        << "about";
     ASSERT_FALSE(result.notes.empty());
     EXPECT_NE(result.notes[0].find("voxels of"), std::string::npos) << result.notes[0];
   }

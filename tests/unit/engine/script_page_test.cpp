@@ -1,4 +1,5 @@
-// The page on scripts says what scripts are read by: it is made from the tables, and every key that is read stands on it.
+// The page on scripts says what scripts are read by: it is made from the tables, and every key that is read stands on
+// it.
 
 #include "engine/script_page.h"
 
@@ -10,6 +11,7 @@
 #include <sstream>
 
 #include "clay/error.h"
+#include "clay/store.h"
 #include "engine/guide_setup.h"
 #include "engine/operation_text.h"
 #include "engine/parameter_text.h"
@@ -18,7 +20,6 @@
 #include "engine/run.h"
 #include "engine/script.h"
 #include "engine/tool_table.h"
-#include "clay/store.h"
 
 namespace argil::engine {
 namespace {
@@ -56,7 +57,10 @@ std::set<std::string> fieldsOf(std::string_view where) {
 }
 
 json script(const char* setup, const char* step = R"({"tool": "carve", "radius_mm": 2, "path": [[0, 0, 0, 0]]})") {
-  return {{"argil", 1}, {"units", "mm"}, {"setup", json::array({json::parse(setup)})}, {"strokes", json::array({json::parse(step)})}};
+  return {{"argil", 1},
+          {"units", "mm"},
+          {"setup", json::array({json::parse(setup)})},
+          {"strokes", json::array({json::parse(step)})}};
 }
 
 TEST(ScriptPage, DocsHoldThePageThatTheProgramPrints) {
@@ -73,8 +77,10 @@ TEST(ScriptPage, EveryKeyThatIsReadIsAFieldOfThePage) {
   EXPECT_EQ(known(plain, Pointer("/setup/0")), fieldsOf("setup"));
   EXPECT_EQ(known(script(R"({"block": {"size_mm": [1, 1, 1]}})"), Pointer("/setup/0/block")), fieldsOf("block"));
   EXPECT_EQ(known(script(R"({"sphere": {"radius_mm": 1}})"), Pointer("/setup/0/sphere")), fieldsOf("sphere"));
-  EXPECT_EQ(known(script(R"({"materials": [{"name": "a"}]})"), Pointer("/setup/0/materials/0")), fieldsOf("materials[]"));
-  const char* around = R"({"tool": "carve", "radius_mm": 2, "radial": {"turns": 2, "axis": [0, 0, 0, 0, 0, 1]}, "path": [[0, 0, 0, 0]]})";
+  EXPECT_EQ(known(script(R"({"materials": [{"name": "a"}]})"), Pointer("/setup/0/materials/0")),
+            fieldsOf("materials[]"));
+  const char* around =
+      R"({"tool": "carve", "radius_mm": 2, "radial": {"turns": 2, "axis": [0, 0, 0, 0, 0, 1]}, "path": [[0, 0, 0, 0]]})";
   EXPECT_EQ(known(script(R"({"voxel_mm": 1})", around), Pointer("/strokes/0/radial")), fieldsOf("radial"));
   // Strokes: the fields and the numbers of each tool.
   const std::string page = scriptPage();
@@ -86,7 +92,8 @@ TEST(ScriptPage, EveryKeyThatIsReadIsAFieldOfThePage) {
     stroke["strokes"][0]["tool"] = row.id;
     EXPECT_EQ(known(stroke, Pointer("/strokes/0")), expected) << row.id;
     EXPECT_NE(page.find(std::string("\n| `").append(row.id) + "` | "), std::string::npos) << row.id;
-    for (const auto& parameter : row.parameters) EXPECT_NE(page.find("\n| `" + keyOf(parameter) + "` | "), std::string::npos) << keyOf(parameter);
+    for (const auto& parameter : row.parameters)
+      EXPECT_NE(page.find("\n| `" + keyOf(parameter) + "` | "), std::string::npos) << keyOf(parameter);
   }
   for (const PieceJob& row : pieceJobs()) {
     const size_t at = page.find(std::string("\n`").append(row.id) + "`: " + std::string(row.help));
@@ -95,7 +102,8 @@ TEST(ScriptPage, EveryKeyThatIsReadIsAFieldOfThePage) {
     std::set<std::string> expected{"operation"};
     for (const auto& parameter : row.parameters) {
       expected.insert(keyOf(parameter));
-      EXPECT_NE(section.find("| `" + keyOf(parameter) + "` | " ), std::string::npos) << row.id << " " << keyOf(parameter);
+      EXPECT_NE(section.find("| `" + keyOf(parameter) + "` | "), std::string::npos)
+          << row.id << " " << keyOf(parameter);
     }
     for (const std::string_view key : keysOf(row)) {
       expected.insert(std::string(key));

@@ -523,7 +523,8 @@ TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
   EXPECT_EQ(bench.strokeWork().leftS, 0);
 }
 
-// What is made by being asked for stands beside what is there, is worked on, and is told apart from what came otherwise.
+// What is made by being asked for stands beside what is there, is worked on, and is told apart from what came
+// otherwise.
 TEST_F(WorkbenchTest, NewPiecesStandBesideOnTheSameGround) {
   bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5, .beside = true});
   ASSERT_TRUE(until([&] { return bench.snapshot()->madeCount == 1; }));
@@ -592,7 +593,8 @@ TEST_F(WorkbenchTest, SwitchedSymmetryIsSavedWithTheStateInWork) {
   ASSERT_TRUE(until([&] { return document()->symmetry.y; }));
   EXPECT_EQ(bench.snapshot()->done, 1u);
   bench.saveAs(file, {});
-  ASSERT_TRUE(until([&] { return bench.snapshot()->file.path == file && !bench.snapshot()->file.unsaved; })) << problems();
+  ASSERT_TRUE(until([&] { return bench.snapshot()->file.path == file && !bench.snapshot()->file.unsaved; }))
+      << problems();
   bench.newDocument();
   ASSERT_TRUE(until([&] { return document()->pieces.empty(); }));
   bench.open(file);

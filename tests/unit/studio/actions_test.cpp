@@ -131,16 +131,22 @@ TEST(Actions, EachIsFoundInThePaletteByItsName) {
     if (const auto* look = std::get_if<Switch<render::Look>>(&row)) {
       EXPECT_NE(findAction("look." + std::string(look->id)), nullptr) << look->id;
     }
-  for (const auto& [typed, id] : std::map<std::string, std::string>{{"zoom in", "view.zoomIn"}, {"zoom out", "view.zoomOut"}, {"x-ray", "look.xray"},
-                                                                    {"thickness", "guides.thickness"}, {"duplicate", "edit.duplicate"}, 
-                                                                    {"copy", "edit.copy"}, {"paste", "edit.paste"}, {"grid", "look.grid"}}) {
+  for (const auto& [typed, id] : std::map<std::string, std::string>{{"zoom in", "view.zoomIn"},
+                                                                    {"zoom out", "view.zoomOut"},
+                                                                    {"x-ray", "look.xray"},
+                                                                    {"thickness", "guides.thickness"},
+                                                                    {"duplicate", "edit.duplicate"},
+                                                                    {"copy", "edit.copy"},
+                                                                    {"paste", "edit.paste"},
+                                                                    {"grid", "look.grid"}}) {
     const auto found = searchActions(typed);
     ASSERT_FALSE(found.empty()) << typed;
     EXPECT_EQ(found.front()->id, id) << typed;
   }
 }
 
-// Texts stand whole in tables. Where they were glued from parts, an ending came twice, a word or a blank did, or "a" stood before a vowel.
+// Texts stand whole in tables. Where they were glued from parts, an ending came twice, a word or a blank did, or "a"
+// stood before a vowel.
 TEST(Texts, OfAllTablesReadAsEnglish) {
   std::vector<std::string> texts;
   const auto add = [&](std::string_view text) { texts.emplace_back(text); };
@@ -157,18 +163,23 @@ TEST(Texts, OfAllTablesReadAsEnglish) {
       std::string word;
       if (!(words >> word)) break;
       std::string name(row.name);
-      for (std::string* text : {&word, &name}) std::transform(text->begin(), text->end(), text->begin(), [](unsigned char c) { return char(std::tolower(c)); });
+      for (std::string* text : {&word, &name})
+        std::transform(text->begin(), text->end(), text->begin(),
+                       [](unsigned char c) { return char(std::tolower(c)); });
       EXPECT_TRUE((" " + name + " ").find(" " + word + " ") != std::string::npos) << row.brief << " of " << row.name;
     }
   }
   const auto rows = [&](const auto& table) {
     for (const auto& row : table) std::visit([&](const auto& each) { add(each.name), add(each.help); }, row);
   };
-  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(surfaceRows()), rows(touchQualityRows()), rows(workspaceRows()), rows(wallRows());
-  parameters(materialRows()), parameters(wellRows()), parameters(symmetryRows()), parameters(handRows()), parameters(undoRows());
+  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(surfaceRows()), rows(touchQualityRows()),
+      rows(workspaceRows()), rows(wallRows());
+  parameters(materialRows()), parameters(wellRows()), parameters(symmetryRows()), parameters(handRows()),
+      parameters(undoRows());
   for (const FileKind& kind : fileKinds()) add(kind.name), add(kind.writes), add(kind.units);
   EXPECT_GT(texts.size(), 400u);
-  const std::set<std::string> right = {"need", "needed", "needs", "speed", "feed", "freed", "seed", "indeed", "exceed", "bring", "brings", "singing"};
+  const std::set<std::string> right = {"need", "needed", "needs",  "speed", "feed",   "freed",
+                                       "seed", "indeed", "exceed", "bring", "brings", "singing"};
   for (const std::string& text : texts) {
     std::istringstream words(text);
     std::string before;
@@ -181,7 +192,8 @@ TEST(Texts, OfAllTablesReadAsEnglish) {
       std::string small = word;
       std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) { return char(std::tolower(c)); });
       const auto ends = [&](std::string_view ending) { return small.ends_with(ending) && !right.contains(small); };
-      EXPECT_FALSE(ends("eed") || ends("eded") || ends("inging") || ends("sss") || ends("lyly")) << word << ": " << text;
+      EXPECT_FALSE(ends("eed") || ends("eded") || ends("inging") || ends("sss") || ends("lyly"))
+          << word << ": " << text;
       EXPECT_NE(small, before) << text;
       if (before == "a") {
         EXPECT_EQ(std::string_view("aeio").find(small.empty() ? 'x' : small[0]), std::string_view::npos) << text;

@@ -15,6 +15,8 @@ class Materials : public testing::Test {
     rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1 && rig.bench.idle(); }, "a block");
     rig.state.shown.firstStart = false;
     rig.frames(2);
+    rig.state.selected = 0;  // A new piece is selected; here the tool in hand shows its materials.
+    rig.frames(2);
   }
   const engine::Piece& piece() { return (rig.now = rig.bench.snapshot())->document->pieces[0]; }
   size_t steps() { return rig.bench.snapshot()->done; }

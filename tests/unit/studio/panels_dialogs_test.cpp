@@ -89,9 +89,11 @@ TEST_F(Dialogs, FoldersAreWalkedByDoubleClicks) {
   rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "a part");
 }
 
-// The model is guessed to be 20 cm and y up; what is chosen instead is what comes in: upright, on the ground, as high as was typed.
+// The model is guessed to be 20 cm and y up; what is chosen instead is what comes in: upright, on the ground, as high
+// as was typed.
 TEST_F(Dialogs, AModelStandsAsItIsAskedTo) {
-  std::ofstream(folder / "models" / "tower.obj") << "v 0 5 0\nv 4 5 0\nv 0 5 10\nv 0 7 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n";
+  std::ofstream(folder / "models" / "tower.obj")
+      << "v 0 5 0\nv 4 5 0\nv 0 5 10\nv 0 7 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n";
   const auto now = rig.bench.snapshot();
   Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
   rig.panels->dropped(context, (folder / "models" / "tower.obj").string());

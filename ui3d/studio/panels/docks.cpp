@@ -273,7 +273,8 @@ void drawStatus(Context& context, Memory& memory) {
   const engine::Workbench::StrokeWork work = context.bench.strokeWork();
   if (tool && work.on && !memory.handCuts && context.timeS - memory.releasedS > kStrokeTold) {
     doing = strokeWords(tool->name, work.leftS, memory.strokeFromS);
-  } else if (!jobs.empty()) doing = jobs.front().name + (jobs.size() > 1 ? " and " + std::to_string(jobs.size() - 1) + " more" : "") + "…";
+  } else if (!jobs.empty())
+    doing = jobs.front().name + (jobs.size() > 1 ? " and " + std::to_string(jobs.size() - 1) + " more" : "") + "…";
   else if (forcesAil(context, memory)) {
     doing = kit::sentence(memory.touch.sentence);
     colour = c.warning;

@@ -1,4 +1,5 @@
-// A model that comes in: its unit, which of its axes points up, how large it will be. One page; Enter takes what is guessed.
+// A model that comes in: its unit, which of its axes points up, how large it will be. One page; Enter takes what is
+// guessed.
 
 #include <algorithm>
 #include <array>
@@ -14,15 +15,21 @@ namespace argil::studio {
 namespace fs = std::filesystem;
 namespace {
 
-struct UnitName { const char *id, *name; };
-constexpr std::array kUnits{UnitName{"mm", "Millimetres"}, UnitName{"cm", "Centimetres"}, UnitName{"m", "Metres"},
-                            UnitName{"in", "Inches"}, UnitName{"ft", "Feet"}, UnitName{"um", "Micrometres"}};
+struct UnitName {
+  const char *id, *name;
+};
+constexpr std::array kUnits{UnitName{"mm", "Millimetres"}, UnitName{"cm", "Centimetres"},
+                            UnitName{"m", "Metres"},       UnitName{"in", "Inches"},
+                            UnitName{"ft", "Feet"},        UnitName{"um", "Micrometres"}};
 // In the order of engine::UpAxis.
 constexpr std::array<std::string_view, 6> kUps{"Z", "Y", "-Z", "-Y", "X", "-X"};
-constexpr double kVoxelsAlong = 256;      // The longest side, where nobody says otherwise.
-constexpr double kBytesASquare = 75;      // Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
+constexpr double kVoxelsAlong = 256;  // The longest side, where nobody says otherwise.
+constexpr double kBytesASquare =
+    75;  // Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
 
-std::string units(int chosen) { return kUnits[size_t(std::clamp(chosen, 0, int(kUnits.size()) - 1))].id; }
+std::string units(int chosen) {
+  return kUnits[size_t(std::clamp(chosen, 0, int(kUnits.size()) - 1))].id;
+}
 
 engine::ImportPlace wishOf(const AskedModel& asked) {
   return {units(asked.units), std::string(engine::upAxisNames()[size_t(asked.up)]), asked.heightMm, !asked.keepsPlace};
@@ -39,7 +46,9 @@ void takeGuess(AskedModel& asked) {
 void voxelRows(StudioState& state) {
   kit::toggle(kHalfMemory, state.imports.halfMemory, kHalfMemoryHelp);
   kit::toggle("Voxel size by hand", state.imports.voxelGiven, "Else 256 voxels along the longest side.");
-  if (state.imports.voxelGiven) kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true}, state.imports.voxelMm);
+  if (state.imports.voxelGiven)
+    kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true},
+                state.imports.voxelMm);
 }
 
 void unitRow(AskedModel& asked) {
@@ -48,7 +57,8 @@ void unitRow(AskedModel& asked) {
     for (size_t i = 0; i < kUnits.size(); ++i) result[i] = kUnits[i].name;
     return result;
   }();
-  if (kit::choice("Numbers are", names, asked.units, "The file names no unit: guessed by its size and kind.")) asked.heightMm.reset();
+  if (kit::choice("Numbers are", names, asked.units, "The file names no unit: guessed by its size and kind."))
+    asked.heightMm.reset();
 }
 
 // The size as it will be, and what decides it.
@@ -58,19 +68,29 @@ void sizeRows(AskedModel& asked, StudioState& state) {
   ImGui::PushFont(fonts().strong);
   kit::fact("Width × depth × height", engine::sizeWords(placement.sizeMm));
   ImGui::PopFont();
-  if (look.unitsSaid) kit::fact("Numbers are", engine::unitName(look.units) + ", as the file says");
-  else unitRow(asked);
-  kit::choice("Upwards in the file", kUps, asked.up, "Guessed by the shape and the kind of file. The model is turned until it points up.");
+  if (look.unitsSaid)
+    kit::fact("Numbers are", engine::unitName(look.units) + ", as the file says");
+  else
+    unitRow(asked);
+  kit::choice("Upwards in the file", kUps, asked.up,
+              "Guessed by the shape and the kind of file. The model is turned until it points up.");
   double height = placement.sizeMm.z();
-  if (height > 0 && kit::number({"height", "Height", "Drag, or double-click to type: the model is scaled until it is so high.", "mm", 1e-3, 1e6, height, true}, height).changed)
+  if (height > 0 &&
+      kit::number({"height", "Height", "Drag, or double-click to type: the model is scaled until it is so high.", "mm",
+                   1e-3, 1e6, height, true},
+                  height)
+          .changed)
     asked.heightMm = height;
   kit::toggle("Where the file has it", asked.keepsPlace, "Else it stands on the ground, beside what is there.");
   if (!asked.asDocument) kit::toggle("As a part: seen and felt, not clay", asked.asPart);
   if (asked.asPart) return;
   const double voxel = state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
   const double area = look.area * placement.mm * placement.mm * placement.scale * placement.scale;
-  if (voxel > 0) kit::fact("Clay, about", "voxels of " + kit::written(voxel) + " mm, " + kit::bytes(uint64_t(kBytesASquare * area / (voxel * voxel))));
-  if (kit::button(asked.more ? "Voxels  −" : "Voxels  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) asked.more = !asked.more;
+  if (voxel > 0)
+    kit::fact("Clay, about", "voxels of " + kit::written(voxel) + " mm, " +
+                                 kit::bytes(uint64_t(kBytesASquare * area / (voxel * voxel))));
+  if (kit::button(asked.more ? "Voxels  −" : "Voxels  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x))
+    asked.more = !asked.more;
   if (asked.more) voxelRows(state);
 }
 
@@ -114,7 +134,8 @@ void askModel(Memory& memory, const fs::path& file, bool asDocument, bool asPart
   asked.asPart = asPart;
   if (io::endingOf(file) != ".vdb") {
     asked.look = std::make_shared<engine::ModelLook>();
-    asked.reading = std::make_unique<engine::BackgroundJob>([look = asked.look, file](Job& job) { *look = engine::lookAtModel(file, &job); });
+    asked.reading = std::make_unique<engine::BackgroundJob>(
+        [look = asked.look, file](Job& job) { *look = engine::lookAtModel(file, &job); });
   }
   memory.asked = std::move(asked);
 }
@@ -124,7 +145,8 @@ void drawAsked(Context& context, Memory& memory) {
   if (!kit::beginDialog("Asked", memory.asked.asDocument ? "Open a model" : "Import a model", 420, 0, &open)) return;
   AskedModel& asked = memory.asked;
   const bool entered = !ImGui::IsWindowAppearing() && !ImGui::GetIO().WantTextInput &&
-                       (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
+                       (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
+                        ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
   kit::elided(asked.file.filename().string(), ImGui::GetContentRegionAvail().x, colours().dim);
   bool ready = true;
   std::string trouble;
@@ -134,7 +156,8 @@ void drawAsked(Context& context, Memory& memory) {
     if (ready) {
       try {
         asked.reading->wait();
-        if (asked.look->units.empty() || !asked.look->model) throw Error("the model could not be read", Error::Kind::work);
+        if (asked.look->units.empty() || !asked.look->model)
+          throw Error("the model could not be read", Error::Kind::work);
         if (!asked.guessed) takeGuess(asked);
         asked.guessed = true;
         sizeRows(asked, context.state);

@@ -63,7 +63,8 @@ void depart(Context& context, Memory& memory, Departure departure) { run(context
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file) {
   // A model is looked at first: its unit, its up axis, its size.
   const FileKind* kind = kindOf(file);
-  if (kind && kind->imports) askModel(memory, file, true, false);
+  if (kind && kind->imports)
+    askModel(memory, file, true, false);
   else depart(context, memory, {To::file, file});
 }
 

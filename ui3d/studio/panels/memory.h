@@ -71,14 +71,14 @@ struct AskedModel {
   std::filesystem::path file = {};
   bool asDocument = false;  ///< To be opened, not imported.
   bool asPart = false;
-  int units = 0, up = 0;               ///< As they are listed: guessed first.
-  std::optional<double> heightMm = {}; ///< None: what the unit makes it.
-  bool keepsPlace = false;             ///< Where the file has it; else on the ground, beside what is there.
-  bool more = false;                   ///< Voxels are shown.
-  bool guessed = false;                ///< The guess of `look` was taken.
-  bool accepted = false;               ///< Enter came before the file was read.
-  std::shared_ptr<engine::ModelLook> look = {};          ///< Filled by `reading`.
-  std::unique_ptr<engine::BackgroundJob> reading = {};   ///< Null for a format that is not looked at.
+  int units = 0, up = 0;                         ///< As they are listed: guessed first.
+  std::optional<double> heightMm = {};           ///< None: what the unit makes it.
+  bool keepsPlace = false;                       ///< Where the file has it; else on the ground, beside what is there.
+  bool more = false;                             ///< Voxels are shown.
+  bool guessed = false;                          ///< The guess of `look` was taken.
+  bool accepted = false;                         ///< Enter came before the file was read.
+  std::shared_ptr<engine::ModelLook> look = {};  ///< Filled by `reading`.
+  std::unique_ptr<engine::BackgroundJob> reading = {};  ///< Null for a format that is not looked at.
 };
 
 /// The page at the start.
@@ -133,8 +133,8 @@ struct Memory {
   int pictureSize = 0;        ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
   KeepFlow keep;
-  uint64_t madeSeen = UINT64_MAX;       ///< Snapshot::madeCount of the thing that was selected last for being new.
-  double releasedS = 0;                 ///< When the hand ended the stroke that is in work.
+  uint64_t madeSeen = UINT64_MAX;  ///< Snapshot::madeCount of the thing that was selected last for being new.
+  double releasedS = 0;            ///< When the hand ended the stroke that is in work.
   bool handCuts = false;
   double strokeFromS = 0;               ///< Of the hand's path, what was left to be worked on then.
   uint64_t refusedSeen = 0;             ///< Saves that failed, of those for which another name was offered.

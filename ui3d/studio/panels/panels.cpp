@@ -115,7 +115,8 @@ void hear(Context& context, Memory& memory) {
   while (memory.said.size() > kMost) memory.said.pop_front();
   memory.touch = context.bench.touch(context.state.shown.touch);
   // What was just made is what the hand works on next.
-  if (std::exchange(memory.madeSeen, context.now.madeCount) < context.now.madeCount && context.now.document->thing(context.now.made))
+  if (std::exchange(memory.madeSeen, context.now.madeCount) < context.now.madeCount &&
+      context.now.document->thing(context.now.made))
     context.state.selected = context.now.made;
   followStroke(context, memory);
   memory.frameMs.push_back(float(context.state.figures.frameMs));

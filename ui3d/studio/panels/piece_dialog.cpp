@@ -143,7 +143,8 @@ std::string drawCurve(const Context& context, Operation& operation) {
 }
 
 // The two pieces of a combination, where they have clay.
-std::pair<const engine::Piece*, const engine::Piece*> combined(const engine::Document& document, const Operation& operation) {
+std::pair<const engine::Piece*, const engine::Piece*> combined(const engine::Document& document,
+                                                               const Operation& operation) {
   const std::vector<engine::Id>& ids = operation.arguments.pieces;
   if (operation.row->group != "Combine" || operation.row->pieces != 2 || ids.size() != 2 || ids[0] == ids[1]) return {};
   const engine::Piece *first = document.piece(ids[0]), *second = document.piece(ids[1]);
@@ -164,7 +165,8 @@ void drawCost(const engine::Document& document, const Operation& operation) {
   if (!first) return;
   const engine::CombineCost cost = engine::combineCost(*operation.row, *first, *second, operation.arguments.voxelMm);
   for (const engine::Piece* piece : {first, second})
-    kit::fact(piece->name, "voxels of " + kit::written(piece->version.grid().voxelMm) + " mm, " + kit::bytes(piece->version.stats().bytes()));
+    kit::fact(piece->name, "voxels of " + kit::written(piece->version.grid().voxelMm) + " mm, " +
+                               kit::bytes(piece->version.stats().bytes()));
   kit::fact("Result, about", "voxels of " + kit::written(cost.voxelMm) + " mm, " + kit::bytes(cost.bytes));
 }
 
@@ -181,7 +183,8 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
   if (row->pieces > 0 && selected) operation.arguments.pieces = {selected->id};
   const engine::Piece* piece = operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
   for (const Parameter& parameter : row->parameters) {
-    if (last != memory.operations.end() && parameter.id != "voxel") parameter.change(operation.arguments, parameter.get(last->second));
+    if (last != memory.operations.end() && parameter.id != "voxel")
+      parameter.change(operation.arguments, parameter.get(last->second));
     if (parameter.id == "voxel" && piece && piece->version) parameter.change(operation.arguments, piece->version.grid().voxelMm);
   }
   memory.operation = std::move(operation);
