@@ -97,6 +97,8 @@ void fold(StudioState& state) {
     state.over.clear();
     if (escape) kit::takeEscape();
   }
+}
+
 // When the hand ended its stroke, and how much of it was to be worked on then.
 void followStroke(Context& context, Memory& memory) {
   const bool cuts = (memory.touch.latest.flags & haptics::kCutting) != 0;
