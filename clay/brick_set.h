@@ -56,4 +56,14 @@ class BrickSet {
   Words* last_ = nullptr;
 };
 
+/// With those that touch them by a face, an edge or a corner; sorted by coordinate.
+inline std::vector<Coord> withNeighbours(const std::vector<Coord>& bricks) {
+  BrickSet set;
+  for (const Coord c : bricks)
+    for (int i = 0; i < 27; ++i) set.add(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+  std::vector<Coord> all = set.sorted();
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 }  // namespace argil::clay

@@ -78,15 +78,6 @@ const Operation* distanceOperation(const Brush& brush) {
   return nullptr;
 }
 
-std::vector<Coord> withNeighbours(const std::vector<Coord>& bricks) {
-  BrickSet set;
-  for (const Coord c : bricks)
-    for (int i = 0; i < 27; ++i) set.add(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
-  std::vector<Coord> all = set.sorted();
-  std::sort(all.begin(), all.end());
-  return all;
-}
-
 }  // namespace
 
 std::shared_ptr<const Brush> Brush::of(Method method, float amount) {

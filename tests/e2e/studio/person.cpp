@@ -167,6 +167,8 @@ std::pair<KeySym, bool> symbolOf(const std::string& name) {
                                                    {"down", XK_Down},      {"up", XK_Up}};
   if (const auto found = named.find(name); found != named.end()) return {found->second, false};
   if (name.size() > 1 && name[0] == 'f') return {XK_F1 + KeySym(std::stoi(name.substr(1)) - 1), false};
+  if (name.size() > 1)
+    if (const KeySym symbol = XStringToKeysym(name.c_str())) return {symbol, false};  // "F4", "Right"
   if (name.size() != 1) throw std::runtime_error("no key is called " + name);
   const char c = name[0];
   // As an American keyboard has them, which is Xvfb's.

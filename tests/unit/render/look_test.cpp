@@ -170,7 +170,7 @@ TEST_F(Shaded, DimmedPiecesComeNearerToTheBackground) {
       piece({0.8f, 0.62f, 0.5f, 1}, 0.6f, 0.3f, true);
       const Image dimmed = draw(from, look);
       const Vec3d back = colourAround(plain, {20, at.y(), 0});
-      EXPECT_LT((colourAround(dimmed, at) - back).norm(), 0.75 * (colourAround(plain, at) - back).norm());
+      EXPECT_LT((colourAround(dimmed, at) - back).norm(), 0.8 * (colourAround(plain, at) - back).norm());
       EXPECT_EQ(colourAround(dimmed, {20, at.y(), 0}), back);
     }
   }
