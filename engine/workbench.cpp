@@ -372,10 +372,10 @@ void Workbench::useDevice(const std::string& name) {
 void Workbench::stopForces() {
   state_->gate.stop(haptics::StopOwner::user);
   state_->post([s = state_.get()] {
-    if (s->hand && s->hand->pointer) return;  // It has no motor; the gate stays shut for the device that comes after it.
     if (s->hand) s->loop->gather(s->hand->servo.samples());
     s->guarded([s] { s->cutShort("Stopped"); });
-    if (s->hand) restStopped(s->gate, s->hand->servo);
+    // A pointer has no motor and goes on; the gate stays shut for the device that comes after it.
+    if (s->hand && !s->hand->pointer) restStopped(s->gate, s->hand->servo);
   }, false);
 }
 
