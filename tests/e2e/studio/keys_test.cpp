@@ -50,6 +50,7 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
     person.pause(0.5);
     person.drag({{middleX() - 60, middleY() - 150}, {middleX() - 40, middleY()}, {middleX() - 60, middleY() + 150}});
   };
+  first["tool.carve"] = [&] { person.key("a"); };
   first["edit.redo"] = [&] { person.key("ctrl+z"); };
   first["edit.showAll"] = [&] { person.key("h"); };
   first["piece.mask-clear"] = first["piece.mask-hide"] = [&] { person.key("ctrl+m"); };
@@ -57,7 +58,6 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
     person.key("ctrl+m");
     person.key("shift+h");
   };
-  first["touch.resume"] = [&] { person.key("ctrl+."); };
   first["view.all"] = [&] { person.key("f"); };
   first["view.front"] = [&] { person.key("0"); };
   std::set<std::string> dead, pressed;
@@ -87,7 +87,9 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
   // Those that leave the document as it is come first; what deletes or cuts comes last.
   std::vector<const studio::Action*> rows;
   for (const studio::Action& action : studio::actions())
-    if (!action.shortcut.empty() && action.id != "file.quit") rows.push_back(&action);
+    // A mouse has no motors to be stopped; what is copied is seen when it is pasted.
+    if (!action.shortcut.empty() && action.id != "file.quit" && action.group != "Touch" && action.id != "edit.copy")
+      rows.push_back(&action);
   const auto order = [](const studio::Action* a) {
     const std::string& id = a->id;
     return id.starts_with("draw.") || id == "edit.delete" ? 3 : id.starts_with("piece.") ? 2 : id.starts_with("edit.") ? 1 : 0;
@@ -101,7 +103,10 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
       // Dialogs, palettes and drawn curves are put away; full screen is left as it was entered.
       if (action->id == "window.fullScreen") person.key(keys);
       person.key("escape");
-      if (order(action) == 2) byPalette(person, "put the drawn curve away");
+      if (order(action) == 2) {
+        byPalette(person, "put the drawn curve away");
+        person.key("escape");  // Where there is none the palette stays.
+      }
     }
   }
   press(*studio::findAction("file.quit"), "ctrl+q");  // There is work that nobody has saved: it is asked about.
@@ -111,7 +116,8 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
   EXPECT_GT(pressed.size(), 40u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, Keys, ::testing::Values(kSmallScreen), nameOf);
+// Some hundred pictures that have to settle: minutes.
+INSTANTIATE_TEST_SUITE_P(LongSizes, Keys, ::testing::Values(kSmallScreen), nameOf);
 
 }  // namespace
 }  // namespace argil::tests
