@@ -75,11 +75,10 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   person.drag(wave(x - 90, y - 20, 150, 6));
   shot("11-along-the-plane");
 
-  // A ball, which is worked on from now on; the plane is hidden as it is chosen, then the block, chosen by a click.
+  // A ball beside it, selected and worked on from now on; the block is chosen by a click and hidden.
   byPalette(person, "add a ball");
   shot("12-ball");
-  person.key("h");
-  person.click(x - 100, y + 120);
+  person.click(x - 100, y + 60);
   shot("13-chosen");
   person.key("h");
   shot("14-hidden");

@@ -73,7 +73,7 @@ class ToolChest : public OnScreen {
   }
   // The middle of the dialog's chief button: the accent of the dark theme, 80 units wide at least.
   static std::array<double, 2> chiefButton(const Person& person) {
-    constexpr std::array<uint8_t, 3> kAccent{0xe3, 0x9a, 0x6b};
+    constexpr std::array<uint8_t, 3> kAccent{0x74, 0xb6, 0xe2};  // Of the dark theme.
     const render::Image image = person.settled();
     const int least = int(80 * at().scale);
     for (int py = image.height / 4; py < image.height; ++py)
