@@ -2,25 +2,14 @@
 
 #include "clay/editor.h"
 #include "clay/region_work.h"
-#include "clay/settle.h"
 #include "clay/store.h"
 
 namespace argil::clay {
 
 Version withPrecision(const Version& version, Precision precision, const WorkPart& part) {
   if (version.store()->precision() == precision) return version;
-  constexpr uint64_t kStepEvery = 4096;  // bricks between two looks at the job
   Editor editor(Version::empty(Store::make(precision), version.grid()));
-  copyTiles(version, editor);
-  uint64_t done = 0;
-  const auto all = static_cast<double>(version.stats().bricks + 1);
-  version.forEachBrick([&](const Brick& brick) {
-    if (done++ % kStepEvery == 0) part.step(0.9 * static_cast<double>(done) / all);
-    BrickValues room;
-    editor.setVoxels(brick.coord, brick.values(room));
-  });
-  keepChannels(editor, version);
-  part.step(1);
+  copyAll(version, editor, part);
   return editor.commit();
 }
 

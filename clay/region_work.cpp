@@ -51,6 +51,20 @@ void copyTilesOf(const TreePlace& place, Editor& target) {
 
 void copyTiles(const Version& version, Editor& target) { copyTilesOf(TreePlace::root(version), target); }
 
+void copyAll(const Version& version, Editor& target, const WorkPart& part) {
+  constexpr uint64_t kStepEvery = 4096;  // bricks between two looks at the job
+  copyTiles(version, target);
+  uint64_t done = 0;
+  const auto all = static_cast<double>(version.stats().bricks + 1);
+  version.forEachBrick([&](const Brick& brick) {
+    if (done++ % kStepEvery == 0) part.step(0.9 * static_cast<double>(done) / all);
+    BrickValues room;
+    target.setVoxels(brick.coord, brick.values(room));
+  });
+  keepChannels(target, version);
+  part.step(1);
+}
+
 namespace {
 
 double volumeOfPlace(const TreePlace& place) {

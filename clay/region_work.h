@@ -23,6 +23,10 @@ inline constexpr int kRegionVoxels = kRegionBricks * kBrickEdge;
 /// Makes inside of `target`, which is all outside, what is an inside tile of `version`: same coordinates.
 void copyTiles(const Version& version, Editor& target);
 
+/// Writes all of `version` into `target`, which is all outside: tiles, distances and channels, at the same coordinates and in voxels, as fine
+/// as the target's store keeps them.
+void copyAll(const Version& version, Editor& target, const WorkPart& part);
+
 /// Calls work(item, box) for each item below `count` on so many threads, in no set order, each thread with a box of its own; tells `part`
 /// how far it is after each item.
 void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work);

@@ -20,6 +20,7 @@
 #include "clay/error.h"
 #include "clay/sampler.h"
 #include "clay/surface.h"
+#include "engine/edit_loop.h"
 #include "engine/stroke_path.h"
 #include "engine/tool_table.h"
 #include "ui3d/cli/bench_day.h"
@@ -37,7 +38,7 @@ constexpr double kCoverS = 7.5, kSquareS = 30;          // to cover a square onc
 constexpr double kModelMm = 40;                         // radius of the model (bench_models.h)
 constexpr double kLeastShare = 0.75, kMostShare = 1.3;  // of the model's radius: the hand digs or builds no farther
 constexpr double kMemoryEveryS = 0.25;
-constexpr double kTurnUs = 8000;  // after which the studio shows what there is (engine/edit_loop.cpp)
+constexpr double kTurnUs = 1e-3 * double(engine::EditLoop::kTurnBudgetNs);  // after which the studio shows what there is
 constexpr std::array kLengths = {1.0, 10.0, 60.0, 600.0};
 constexpr double kShortS = 10;  // longer strokes are compared with one of this length
 

@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -158,17 +159,17 @@ struct Person::State {
 
 namespace {
 
-// The symbol of a key and whether it needs Shift.
+// The symbol of a key and whether it needs Shift. Names are Argil's or X's, in any case: "pageup", "F4", "right".
 std::pair<KeySym, bool> symbolOf(const std::string& name) {
-  static const std::map<std::string, KeySym> named{{"ctrl", XK_Control_L}, {"shift", XK_Shift_L},     {"alt", XK_Alt_L},     {"escape", XK_Escape},
-                                                   {"enter", XK_Return},   {"backspace", XK_BackSpace}, {"delete", XK_Delete}, {"tab", XK_Tab},
-                                                   {"space", XK_space},    {"home", XK_Home},         {"end", XK_End},       {"insert", XK_Insert},
-                                                   {"left", XK_Left},      {"right", XK_Right},       {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down},
-                                                   {"down", XK_Down},      {"up", XK_Up}};
+  static const std::map<std::string, KeySym> named{{"ctrl", XK_Control_L}, {"shift", XK_Shift_L},   {"alt", XK_Alt_L},
+                                                   {"enter", XK_Return},   {"space", XK_space},     {"backspace", XK_BackSpace},
+                                                   {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down}};
   if (const auto found = named.find(name); found != named.end()) return {found->second, false};
-  if (name.size() > 1 && name[0] == 'f') return {XK_F1 + KeySym(std::stoi(name.substr(1)) - 1), false};
-  if (name.size() > 1)
-    if (const KeySym symbol = XStringToKeysym(name.c_str())) return {symbol, false};  // "F4", "Right"
+  if (name.size() > 1) {
+    std::string ofX = name;
+    ofX[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(ofX[0])));
+    if (const KeySym symbol = XStringToKeysym(ofX.c_str())) return {symbol, false};
+  }
   if (name.size() != 1) throw std::runtime_error("no key is called " + name);
   const char c = name[0];
   // As an American keyboard has them, which is Xvfb's.

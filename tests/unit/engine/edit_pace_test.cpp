@@ -2,15 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
-#include <functional>
-#include <thread>
 
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/edit_loop.h"
-#include "engine/workbench.h"
+#include "workbench_rig.h"
 
 namespace argil::engine {
 namespace {
@@ -235,42 +232,23 @@ TEST_F(EditPace, aJumpIsReachedInPieces) {
 class BusyWorkbench : public ::testing::Test {
  protected:
   static Workbench::Options options() {
-    Workbench::Options given;
-    given.journal = false;
-    given.realtime = false;
+    Workbench::Options given = withoutJournal();
     given.stampsATurn = 1;
     return given;
   }
-  [[nodiscard]] bool until(const std::function<bool()>& what) {
-    for (int i = 0; i < 30'000; ++i) {
-      if (what()) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    return false;
-  }
   // To and fro over the block, fast, with the button down at the end: every stamp of the smallest tool takes a turn.
   void scribble() {
-    haptics::PointerSample sample;
-    sample.direction = {0, 0, -1};
-    sample.surfaceMm = 50;
-    const auto feed = [&](double x, uint32_t buttons, double depth) {
-      sample.origin = {x, 0, 60 - depth};
-      sample.buttons = buttons;
-      bench.feedPointer(sample);
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    };
-    for (int i = 0; i < 40; ++i) feed(-15, 0, -8);
-    for (int i = 0; i < 60; ++i) feed(-15, 1, 1);
-    for (int i = 0; i < 400; ++i) feed(-15 + std::abs(i % 40 - 20) * 1.5, 1, 1);
-    held = sample;
+    for (int i = 0; i < 40; ++i) finger.feed(-15, 0, -8);
+    for (int i = 0; i < 60; ++i) finger.feed(-15, 1, 1);
+    for (int i = 0; i < 400; ++i) finger.feed(-15 + std::abs(i % 40 - 20) * 1.5, 1, 1);
   }
   std::string said() {
     for (const Message& message : bench.takeMessages()) all += message.text + "\n";
     return all;
   }
-  haptics::PointerSample held;
   std::string all;
   Workbench bench{options()};
+  Finger finger{bench};
 };
 
 TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
@@ -289,8 +267,7 @@ TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
   ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces[0].version == before; }));
   EXPECT_NE(said().find("the stroke ends where the clay was"), std::string::npos) << all;
   EXPECT_FALSE(bench.snapshot()->inStroke);
-  held.buttons = 0;
-  bench.feedPointer(held);
+  finger.feed(-15, 0, 1);
   ASSERT_TRUE(until([&] { return bench.idle(); }));
   EXPECT_EQ(bench.snapshot()->document->pieces[0].version, before);
 }

@@ -4,20 +4,17 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <thread>
 
 #include "clay/boolean.h"
 #include "clay/brush.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
-#include "engine/workbench.h"
 #include "tests/support/refusing_system.h"
+#include "workbench_rig.h"
 
 namespace argil::engine {
 namespace {
-
-using namespace std::chrono_literals;
 
 clay::Version ball(double radiusVoxels, std::shared_ptr<clay::Store> store = clay::Store::make()) {
   clay::Grid grid;
@@ -219,13 +216,6 @@ TEST(SurfaceOfOnePiece, keepsItsGradeWhenAnExtractionFails) {
 // A system without threads: the first document, and the first journal of one that was begun without.
 class RefusedWorkbench : public ::testing::Test {
  protected:
-  [[nodiscard]] static bool until(const std::function<bool()>& what) {
-    for (int i = 0; i < 30'000; ++i) {
-      if (what()) return true;
-      std::this_thread::sleep_for(2ms);
-    }
-    return false;
-  }
   static std::string said(Workbench& bench, std::string& all) {
     for (const Message& message : bench.takeMessages()) all += message.text + "\n";
     return all;

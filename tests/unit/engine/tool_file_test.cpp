@@ -4,19 +4,14 @@
 
 #include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <thread>
 
 #include "engine/tool_table.h"
-#include "engine/workbench.h"
+#include "workbench_rig.h"
 
 namespace argil::engine {
 namespace {
-
-using namespace std::chrono_literals;
 
 class ToolFileTest : public ::testing::Test {
  protected:
@@ -28,19 +23,6 @@ class ToolFileTest : public ::testing::Test {
   ~ToolFileTest() override {
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
-  }
-  static Workbench::Options options() {
-    Workbench::Options given;
-    given.journal = false;
-    given.realtime = false;
-    return given;
-  }
-  [[nodiscard]] bool until(const std::function<bool()>& what) {
-    for (int i = 0; i < 10000; ++i) {
-      if (what()) return true;
-      std::this_thread::sleep_for(1ms);
-    }
-    return false;
   }
   // A slope from black to white, `edge` pixels along each edge.
   std::string image(int edge) {
@@ -62,15 +44,10 @@ class ToolFileTest : public ::testing::Test {
       if (job.name.starts_with("Reading")) return true;
     return false;
   }
-  std::string problems() {
-    std::string all;
-    for (const Message& message : bench.takeMessages())
-      if (message.level != Message::Level::done) all += message.text + "\n";
-    return all;
-  }
+  std::string problems() { return problemsOf(bench); }
   const std::vector<Vec3d> way{Vec3d(-8, 0, 10), Vec3d(8, 0, 10)};
   std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("argil_tool_files_" + std::to_string(::getpid()));
-  Workbench bench{options()};
+  Workbench bench{withoutJournal()};
 };
 
 TEST_F(ToolFileTest, AStrokeOfAnotherToolIsDoneWhileALargeImageIsRead) {

@@ -17,7 +17,7 @@
 #include "engine/random.h"
 #include "engine/recovery.h"
 #include "engine/undo_budget.h"
-#include "engine/workbench.h"
+#include "workbench_rig.h"
 
 namespace argil::engine {
 namespace {
@@ -304,10 +304,6 @@ TEST_F(UndoBudgetTest, aWorkbenchKeepsToItWithAJournalAndWithout) {
     options.journal = journal;
     options.undoBytes = 0;
     Workbench bench(options);
-    const auto until = [&](const std::function<bool()>& what) {
-      for (int i = 0; i < 5000 && !what(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      return what();
-    };
     bench.addSphere(kRadiusMm, {.voxelMm = 0.5});
     ASSERT_TRUE(until([&] { return bench.snapshot()->done == 1; }));
     std::vector<uint64_t> hashes{0, bench.snapshot()->document->pieces[0].version.hash()};
