@@ -93,6 +93,7 @@ void BenchReport::add(BenchResult r) {
   if (r.hash) line += fmt::format("  hash {:016x}", *r.hash);
   if (!r.note.empty()) line += "  " + r.note;
   fmt::print("{}\n", line);
+  std::fflush(stdout);  // A run of hours that is cut off has told what it knew.
   std::fflush(stdout);
   results_.push_back(std::move(r));
 }

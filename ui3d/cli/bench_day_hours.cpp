@@ -188,10 +188,29 @@ class Day {
   UndoBudget budget_{kUndoBytes};
 };
 
+void reportQuarter(BenchReport& report, int number, const Quarter& q, const Quarter& first) {
+  const DayLimits limits;
+  const auto beside = [&](double now, double then) {
+    const double ratio = then > 0 ? now / then : 0;
+    return fmt::format("{:.2f}× the first quarter's{}", ratio, ratio > limits.hours ? " !" : "");
+  };
+  BenchResult r = q.batch.result(fmt::format("day/hours/batch/quarter{}", number));
+  r.memory = q.most;
+  r.note = fmt::format("{} strokes; p99 {}; bytes in use {}; resident {:.0f} MB; {} steps on disk", q.strokes,
+                       beside(q.batch.quantile(0.99), first.batch.quantile(0.99)),
+                       beside(double(q.most), double(first.most)), double(q.resident) / 1e6, q.onDisk);
+  report.add(std::move(r));
+  r = q.undo.result(fmt::format("day/hours/undo/quarter{}", number));
+  r.note = fmt::format("median {}", beside(q.undo.median(), first.undo.median()));
+  report.add(std::move(r));
+  r = q.save.result(fmt::format("day/hours/save/quarter{}", number));
+  r.note = fmt::format("median {}", beside(q.save.median(), first.save.median()));
+  report.add(std::move(r));
+}
+
 }  // namespace
 
 void benchDayHours(BenchReport& report, const BenchOptions& options) {
-  const DayLimits limits;
   report.heading(
       fmt::format("day, hours: {:g} simulated hours of strokes with ten tools, undo, redo, a save every {:g} min, a "
                   "job every {:g} min on {:g} M voxels; "
@@ -200,46 +219,30 @@ void benchDayHours(BenchReport& report, const BenchOptions& options) {
   const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) /
                           fmt::format("argil-bench-day-{}", getpid());
   fs::create_directories(folder);
-  std::array<Quarter, kQuarters> quarters;
   {
     Day day(folder);
+    Quarter first;
     double timeS = 0, saveS = kSaveEveryS, jobS = kJobEveryS;
     const double quarterS = options.hours * 3600 / kQuarters;
-    while (timeS < kQuarters * quarterS) {
-      Quarter& quarter = quarters[static_cast<size_t>(timeS / quarterS)];
-      timeS += day.next(quarter);
-      if (timeS >= saveS) {
-        day.save(quarter);
-        saveS += kSaveEveryS;
+    for (int i = 1; i <= kQuarters; ++i) {
+      Quarter quarter;
+      while (timeS < i * quarterS) {
+        timeS += day.next(quarter);
+        if (timeS >= saveS) {
+          day.save(quarter);
+          saveS += kSaveEveryS;
+        }
+        if (timeS >= jobS) {
+          day.job(quarter);
+          jobS += kJobEveryS;
+        }
+        if (options.job) options.job->step(std::min(1.0, timeS / (kQuarters * quarterS)));
       }
-      if (timeS >= jobS) {
-        day.job(quarter);
-        jobS += kJobEveryS;
-      }
-      if (options.job) options.job->step(timeS / (kQuarters * quarterS));
+      if (i == 1) first = quarter;
+      reportQuarter(report, i, quarter, first);
     }
   }
   fs::remove_all(folder);
-  const Quarter& first = quarters.front();
-  for (size_t i = 0; i < quarters.size(); ++i) {
-    const Quarter& q = quarters[i];
-    const auto beside = [&](double now, double then) {
-      const double ratio = then > 0 ? now / then : 0;
-      return fmt::format("{:.2f}× the first quarter's{}", ratio, ratio > limits.hours ? " !" : "");
-    };
-    BenchResult r = q.batch.result(fmt::format("day/hours/batch/quarter{}", i + 1));
-    r.memory = q.most;
-    r.note = fmt::format("{} strokes; p99 {}; bytes in use {}; resident {:.0f} MB; {} steps on disk", q.strokes,
-                         beside(q.batch.quantile(0.99), first.batch.quantile(0.99)),
-                         beside(double(q.most), double(first.most)), double(q.resident) / 1e6, q.onDisk);
-    report.add(std::move(r));
-    r = q.undo.result(fmt::format("day/hours/undo/quarter{}", i + 1));
-    r.note = fmt::format("median {}", beside(q.undo.median(), first.undo.median()));
-    report.add(std::move(r));
-    r = q.save.result(fmt::format("day/hours/save/quarter{}", i + 1));
-    r.note = fmt::format("median {}", beside(q.save.median(), first.save.median()));
-    report.add(std::move(r));
-  }
 }
 
 }  // namespace argil::cli
