@@ -1,13 +1,13 @@
 #include "engine/keeper.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "clay/error.h"
 #include "engine/keeper_state.h"
+#include "haptics/clock.h"
 
 namespace argil::engine {
 namespace {
@@ -18,11 +18,7 @@ constexpr std::chrono::seconds kLookEvery{1};  // at the saved file, while nothi
 
 WallTime now() { return std::chrono::system_clock::now(); }
 
-double threadCpuS() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
+double threadCpuS() { return 1e-9 * double(haptics::threadWorkNs()); }
 
 }  // namespace
 

@@ -16,6 +16,13 @@ inline int64_t nowNs() ARGIL_REALTIME {
   return int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
+/// What the calling thread has worked, ns: what other programs do beside it does not count.
+inline int64_t threadWorkNs() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
 /// Sleeps until `ns` of that clock.
 inline void sleepUntilNs(int64_t ns) noexcept {
   const timespec t{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};

@@ -43,11 +43,14 @@ std::vector<std::string> withVerb(int argc, char** argv) {
 }
 
 // CLI::Range lets what is no number through.
-std::string checkScale(const std::string& text) {
-  double scale = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), scale);
-  const bool good = error == std::errc() && end == text.data() + text.size() && scale >= 0.5 && scale <= 4;
-  return good ? std::string() : fmt::format("{} is no scale: give 0.5 to 4", text);
+CLI::Validator numberFrom(double least, double most) {
+  return {[least, most](const std::string& text) {
+            double number = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+            const bool good = error == std::errc() && end == text.data() + text.size() && number >= least && number <= most;
+            return good ? std::string() : fmt::format("give {} to {} instead of {}", least, most, text);
+          },
+          ""};
 }
 
 // "1280x720"
@@ -212,10 +215,11 @@ int run(int argc, char** argv) {
   auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone, or with options of the studio, does too");
   studioVerb->add_option("file", studio.file, "Document (.argil), script (.json), level set or model to open");
   studioVerb->add_option("--size", studioSize, "Of the window in pixels");
-  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit, 0.5 to 4; as the display says when left out")->check(CLI::Validator(checkScale, ""));
+  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit, 0.5 to 4; as the display says when left out")->check(numberFrom(0.5, 4));
   studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")->capture_default_str();
   studioVerb->add_option("--theme", studioTheme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   studioVerb->add_option("--play", studio.play, "A recording in place of a person; the studio ends with it");
+  studioVerb->add_option("--speed", studio.playSpeed, "The recording so many times as fast, 0.1 to 100")->check(numberFrom(0.1, 100));
   studioVerb->add_option("--record", studio.record, "Record what the person does");
   studioVerb->add_option("--report", studio.report, "Figures as JSON at the end");
   studioVerb->add_flag("--validate", studio.validate, "With Vulkan's validation layer");

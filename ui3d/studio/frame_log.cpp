@@ -24,6 +24,11 @@ Json spread(const std::vector<double>& values) {
   return {{"n", values.size()}, {"median", quantile(values, 0.5)}, {"p99", quantile(values, 0.99)}, {"max", quantile(values, 1)}};
 }
 
+Json spread(const haptics::Histogram& times, uint64_t stalls) {
+  return {{"n", times.count()}, {"median", times.quantileUs(0.5) * 1e-3}, {"p99", times.quantileUs(0.99) * 1e-3}, {"max", times.maxUs() * 1e-3},
+          {"over_100_ms", stalls}};
+}
+
 double perSecond(double ms) { return ms > 0 ? 1000 / ms : 0; }
 
 Json histogram(const std::vector<double>& counts) {
@@ -68,6 +73,13 @@ void FrameLog::add(const FrameDone& f) {
   }
 }
 
+void FrameLog::turned(int64_t ns, int64_t coreNs) {
+  turns_.add(ns);
+  coreTurns_.add(coreNs);
+  stalls_ += ns > kStallNs ? 1 : 0;
+  coreStalls_ += coreNs > kStallNs ? 1 : 0;
+}
+
 double FrameLog::framesPerSecond(int64_t nowNs) const {
   return double(ends_.end() - std::lower_bound(ends_.begin(), ends_.end(), nowNs - 1'000'000'000));
 }
@@ -83,6 +95,8 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   json["fps_moving"] = {{"n", intervalMs_.size()}, {"p50", perSecond(quantile(intervalMs_, 0.5))}, {"p99", perSecond(quantile(intervalMs_, 0.99))}};
   json["frame_ms"] = spread(frameMs_);
   json["moving_frame_ms"] = spread(movingMs_);
+  json["turn_ms"] = spread(turns_, stalls_);
+  json["turn_core_ms"] = spread(coreTurns_, coreStalls_);
   json["uploaded_bytes"] = uploadedBytes_;
   json["largest_upload_bytes"] = largestUpload_;
   json["sample_to_screen_ms"] = spread(sampleMs_);

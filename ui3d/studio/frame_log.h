@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/workbench.h"
+#include "haptics/histogram.h"
 #include "render/renderer.h"
 
 namespace argil::studio {
@@ -37,7 +38,11 @@ class PictureCost {
 /// One thread. Kept: 8 bytes a frame and figure.
 class FrameLog {
  public:
+  static constexpr int64_t kStallNs = 100'000'000;  ///< What a person notices.
+
   void add(const FrameDone& frame);
+  /// The window's thread answered for so long, between two waits: by the clock, and of its own work.
+  void turned(int64_t ns, int64_t coreNs);
   /// For the panel: of the last second.
   [[nodiscard]] double framesPerSecond(int64_t nowNs) const;
   [[nodiscard]] double lastSampleToScreenMs() const { return sampleMs_.empty() ? 0 : sampleMs_.back(); }
@@ -54,7 +59,7 @@ class FrameLog {
     uint64_t droppedSamples = 0;
     size_t losses = 0;           ///< Of the device.
   };
-  /// As JSON: frames, rates while moving, times of a frame, bytes uploaded, from sample to screen, edits, device.
+  /// As JSON: frames, rates while moving, times of a frame and of a turn of the window's thread, bytes uploaded, from sample to screen, edits, device.
   [[nodiscard]] std::string report(const Facts& facts, const engine::Snapshot& now) const;
 
  private:
@@ -62,6 +67,8 @@ class FrameLog {
   std::vector<int64_t> ends_, begins_;         // Of every frame, to count between sample and screen.
   std::vector<double> sampleBegun_;            // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
+  haptics::Histogram turns_, coreTurns_;
+  uint64_t stalls_ = 0, coreStalls_ = 0;
   int64_t lastMovingNs_ = 0;
 };
 

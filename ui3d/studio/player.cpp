@@ -11,7 +11,9 @@ bool holds(const Event& event) { return event.kind == Event::Kind::check || even
 
 }  // namespace
 
-Player::Player(const std::filesystem::path& file) : events_(readEvents(file)) {}
+Player::Player(const std::filesystem::path& file, double speed) : events_(readEvents(file)) {
+  for (Event& event : events_) event.timeS /= speed;
+}
 
 void Player::poll(double nowS, std::vector<Event>& events) {
   while (next_ < events_.size() && events_[next_].timeS + offsetS_ <= nowS) {

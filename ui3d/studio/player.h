@@ -14,8 +14,8 @@ class Player {
  public:
   static constexpr double kCheckSeconds = 60;
 
-  /// Throws Error for a recording that is none.
-  explicit Player(const std::filesystem::path& file);
+  /// `speed`: so many times as fast as it was recorded. Throws Error for a recording that is none.
+  explicit Player(const std::filesystem::path& file, double speed = 1);
 
   /// Moves events that are due into `events`, their times made the studio's; stops at the next check or screenshot.
   void poll(double nowS, std::vector<Event>& events);

@@ -72,7 +72,7 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       startNs_(haptics::nowNs()),
       state_(firstState(options)),
       bench_(benchOptions(options, state_)),
-      player_(options.play.empty() ? std::nullopt : std::optional<Player>(options.play)),
+      player_(options.play.empty() ? std::nullopt : std::optional<Player>(std::in_place, options.play, options.playSpeed)),
       window_(windowOptions(options, state_, startNs_)),
       pen_(window_.x11()),
       renderer_(rendererOptions(options)),
@@ -341,6 +341,7 @@ double SessionWindow::restS(double now) {
 
 void SessionWindow::run() {
   while (!leave_) {
+    const int64_t began = haptics::nowNs(), core = haptics::threadWorkNs();
     gather();
     size_t done = 0;
     while (done < events_.size() && handleQuickly(events_[done])) ++done;
@@ -352,6 +353,7 @@ void SessionWindow::run() {
       leave_ = true;
     }
     if (leave_) break;
+    log_.turned(haptics::nowNs() - began, haptics::threadWorkNs() - core);
     const double now = window_.nowS();
     const int descriptors[] = {pen_.descriptor()};
     window_.wait(std::min(restS(now), due - now), std::span(descriptors, pen_.descriptor() >= 0 ? 1 : 0));

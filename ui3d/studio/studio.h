@@ -16,6 +16,7 @@ struct StudioOptions {
   int width = 0, height = 0;      ///< Pixels of the window; 0: most of the screen.
   float scale = 0;                ///< Pixels an interface unit; 0: as the display says.
   std::filesystem::path play;     ///< A recording in place of a person: the studio ends with it. Settings are the standard ones then.
+  double playSpeed = 1;           ///< So many times as fast, 0.1 to 100.
   std::filesystem::path record;   ///< Events are written there as they come.
   std::filesystem::path report;   ///< Figures as JSON at the end.
   std::string device = "pointer"; ///< Stylus, by the names of `argil devices`.

@@ -53,9 +53,13 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
   first["tool.carve"] = [&] { person.key("a"); };
   first["edit.redo"] = [&] { person.key("ctrl+z"); };
   first["edit.showAll"] = [&] { person.key("h"); };
-  first["piece.mask-clear"] = first["piece.mask-hide"] = [&] { person.key("ctrl+m"); };
-  first["piece.mask-show"] = [&] {
+  first["piece.mask-clear"] = first["piece.mask-hide"] = [&] {
+    person.key("ctrl+h");
+    person.key("alt+m");
     person.key("ctrl+m");
+  };
+  first["piece.mask-show"] = [&] {
+    first["piece.mask-hide"]();
     person.key("shift+h");
   };
   first["view.all"] = [&] { person.key("f"); };

@@ -102,6 +102,11 @@ TEST_F(StudioWindow, optionsNeedNoVerb) {
     EXPECT_NE(o.err.find("0.5 to 4"), std::string::npos) << o.err;
     EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
   }
+  for (const char* wrong : {"0", "101", "nan", "-1", "fast"}) {
+    const Outcome o = argil({"studio", "--speed", wrong});
+    EXPECT_EQ(o.code, 2) << wrong;
+    EXPECT_NE(o.err.find("0.1 to 100"), std::string::npos) << o.err;
+  }
   EXPECT_NE(argil({"studio", "--help"}).out.find("0.5 to 4"), std::string::npos);
   EXPECT_EQ(argil({"--version"}).code, 0);
 }

@@ -165,5 +165,20 @@ TEST_F(EventLog, playsAtItsTimesAndStopsAtChecks) {
   EXPECT_TRUE(player.over());
 }
 
+TEST_F(EventLog, playsSoManyTimesAsFast) {
+  write(R"({"t": 1, "kind": "move", "x": 1}
+{"t": 20, "kind": "check"}
+{"t": 60, "kind": "move", "x": 2}
+)");
+  Player player(file_, 20);
+  std::vector<Event> events;
+  EXPECT_EQ(player.nextS(), 0.05);
+  player.poll(1, events);
+  ASSERT_EQ(events.size(), 1u);
+  ASSERT_NE(player.waiting(), nullptr);
+  player.passed(5);
+  EXPECT_EQ(player.nextS(), 7) << "two seconds after the check, which took four";
+}
+
 }  // namespace
 }  // namespace argil::studio

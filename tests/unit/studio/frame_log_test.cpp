@@ -74,5 +74,19 @@ TEST(FrameLog, FramesOfPanelsAloneAreCounted) {
   EXPECT_EQ(json["frames_since_clay"], 0);
 }
 
+TEST(FrameLog, turnsThatAPersonNoticesAreCounted) {
+  FrameLog log;
+  for (int i = 0; i < 1000; ++i) log.turned(2'000'000, 1'000'000);
+  log.turned(100'000'000, 1'000'000);
+  log.turned(130'000'000, 100'000'001);
+  const auto json = nlohmann::json::parse(log.report({}, engine::Snapshot()));
+  EXPECT_EQ(json["turn_ms"]["n"], 1002);
+  EXPECT_EQ(json["turn_ms"]["over_100_ms"], 1);
+  EXPECT_EQ(json["turn_core_ms"]["over_100_ms"], 1);
+  EXPECT_NEAR(json["turn_ms"]["max"].get<double>(), 130, 1e-6);
+  EXPECT_NEAR(json["turn_ms"]["median"].get<double>(), 2, 0.1);
+  EXPECT_NEAR(json["turn_core_ms"]["median"].get<double>(), 1, 0.1);
+}
+
 }  // namespace
 }  // namespace argil::studio
