@@ -32,18 +32,18 @@ PieceArguments standardArguments(const PieceJob& row, const Document& document) 
 
 PieceResult runPieceJob(const PieceJob& row, const Document& document, const PieceArguments& arguments, Job* job) {
   if (arguments.pieces.size() != static_cast<size_t>(row.pieces))
-    throw Error(fmt::format("{} works on {}, {} given: choose {}", row.id, row.pieces == 1 ? "one piece" : fmt::format("{} pieces", row.pieces),
+    throw Error(fmt::format("{} works on {}, {} given: choose {}", row.name, row.pieces == 1 ? "one piece" : fmt::format("{} pieces", row.pieces),
                             arguments.pieces.size(), row.pieces == 2 ? "two pieces of clay" : "a piece of clay"));
   for (const Id id : arguments.pieces) {
     const Piece* piece = document.piece(id);
-    if (!piece) throw Error(fmt::format("{}: there is no piece {}; choose one that is in the document", row.id, id));
-    if (piece->locked) throw Error(fmt::format("{}: {} is locked; unlock it first", row.id, piece->name));
+    if (!piece) throw Error(fmt::format("{}: there is no piece {}; choose one that is in the document", row.name, id));
+    if (piece->locked) throw Error(fmt::format("{}: {} is locked; unlock it first", row.name, piece->name));
   }
-  if (row.pieces == 2 && arguments.pieces[0] == arguments.pieces[1]) throw Error(fmt::format("{}: choose two different pieces", row.id));
+  if (row.pieces == 2 && arguments.pieces[0] == arguments.pieces[1]) throw Error(fmt::format("{}: choose two different pieces", row.name));
   for (const auto& parameter : row.parameters) {
     const double value = parameter.get(arguments);
     if (!(value >= parameter.low && value <= parameter.high))
-      throw Error(fmt::format("{}: {} of {:g} {}: give {:g} to {:g}", row.id, parameter.id, value, parameter.unit, parameter.low, parameter.high));
+      throw Error(fmt::format("{}: {} of {:g} {}: give {:g} to {:g}", row.name, parameter.name, value, parameter.unit, parameter.low, parameter.high));
   }
   return row.run(document, arguments, job);
 }

@@ -485,8 +485,12 @@ std::string Workbench::State::nameFor(const Document& document, const std::strin
            std::any_of(document.parts.begin(), document.parts.end(), has) ||
            std::any_of(document.guides.begin(), document.guides.end(), has);
   };
+  // "Block 3" after "Block 2", not "Block 2 2".
+  const size_t letters = name.find_last_not_of("0123456789");
+  const bool numbered = letters != std::string::npos && letters + 1 < name.size() && letters > 0 && name[letters] == ' ';
+  const std::string plain = numbered ? name.substr(0, letters) : name;
   std::string free = name;
-  for (int number = 2; !free.empty() && taken(free); ++number) free = fmt::format("{} {}", name, number);
+  for (int number = 2; !free.empty() && taken(free); ++number) free = fmt::format("{} {}", plain, number);
   return free;
 }
 

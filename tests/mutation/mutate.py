@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Mutation test: does some test fail when a line of the product is weakened?
 
-    tests/mutation/mutate.py [--count 240] [--seed 1] [--modules clay haptics io engine] [--folder build/mutants] [--resume]
+    tests/mutation/mutate.py [--count 240] [--seed 1] [--modules clay haptics io engine] [--folder build/mutants]
+                            [--resume [--again]]
 
 Copies the tree into FOLDER/src, puts seeded mutants into the sources of the modules (a comparison turned, a constant
 changed, a sum made a difference, a statement left out ...), all of them into one build, where the variable ARGIL_MUTANT
@@ -10,8 +11,8 @@ reach it, the quickest first, until one fails. A suite that fails without a muta
 ten times as long as it did (and 20 s more) counts as failed.
 
 Prints a line for each mutant that no test noticed and, at the end, the share of mutants that were noticed; exit code 1
-when it is below 90 %. FOLDER/results.json holds all. A run that was cut off goes on with --resume: same count, seed,
-modules and sources. It needs Python 3.9, and what building Argil needs.
+when it is below 90 %. FOLDER/results.json holds all. A run that was cut off goes on with --resume: same count, seed and
+modules, and the product as it was; with --again mutants that no test noticed meet the tests of now. It needs Python 3.9, and what building Argil needs.
 """
 
 import argparse
@@ -228,8 +229,8 @@ def run_suite(program, suite, limit, **variables):
     return good, time.monotonic() - start
 
 
-def trace(work, folder, programs, jobs):
-    """[(seconds, program, suite, numbers of the mutants that it reaches)], quickest first."""
+def trace(work, folder, programs, jobs, known):
+    """[(seconds, program, suite, numbers of the mutants that it reaches)], quickest first; `known`: suites that need no look."""
     suites = []
     for name in programs:
         program = work / "bin" / name
@@ -237,7 +238,7 @@ def trace(work, folder, programs, jobs):
         for line in listed.stdout.splitlines():
             if line and not line[0].isspace() and line.split("#")[0].strip().endswith("."):
                 suite = line.split("#")[0].strip()
-                if not suite.startswith("Long"):
+                if not suite.startswith("Long") and (name, suite) not in known:
                     suites.append((program, suite))
 
     def one(job):
@@ -283,6 +284,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--limit", type=float, default=400, help="seconds of tests that one mutant meets; after them it survived")
     parser.add_argument("--resume", action="store_true", help="go on with a run that was cut off")
+    parser.add_argument("--again", action="store_true", help="with --resume: judge again those that no test noticed")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
     options = parser.parse_args()
     if not 1 <= options.count <= MOST_MUTANTS:
@@ -298,17 +300,20 @@ def main():
         return 0
     programs = [f"{kind}_{module}" for kind in ("unit", "property") for module in options.modules
                 if any((ROOT / "tests" / kind / module).glob("*.cpp"))]
+    # What else the quick tier has that reaches these modules.
+    programs += ["failing_io", "failing_engine", "e2e_cli"]
     work = build(folder, mutants, programs, options.jobs)
     print(f"seed {options.seed}: {len(mutants)} mutants", flush=True)
     kept, results = folder / "trace.json", folder / "results.json"
-    judged = {}
+    judged, suites = {}, []
     if options.resume and kept.exists():
         suites = [(seconds, work / "bin" / name, suite, set(reached)) for seconds, name, suite, reached in json.loads(kept.read_text())]
         if results.exists():
-            judged = {m["number"]: m["result"] for m in json.loads(results.read_text())["mutants"] if "result" in m}
-    else:
-        suites = trace(work, folder, programs, options.jobs)
-        kept.write_text(json.dumps([(seconds, program.name, suite, sorted(reached)) for seconds, program, suite, reached in suites]))
+            judged = {m["number"]: m["result"] for m in json.loads(results.read_text())["mutants"]
+                      if "result" in m and (not options.again or m["result"].startswith("killed"))}
+    suites = sorted(suites + trace(work, folder, programs, options.jobs, {(row[1].name, row[2]) for row in suites}),
+                    key=lambda row: row[0])
+    kept.write_text(json.dumps([(seconds, program.name, suite, sorted(reached)) for seconds, program, suite, reached in suites]))
     print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s in all", flush=True)
     # In an order of its own, so that a run that is cut off has looked at all modules.
     order = list(mutants)

@@ -8,6 +8,7 @@
 #include "ui3d/studio/camera.h"
 #include "ui3d/studio/file_kinds.h"
 #include "ui3d/studio/guide_places.h"
+#include "ui3d/studio/new_clay.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/panel_table.h"
 #include "ui3d/studio/panels/rows.h"
@@ -18,8 +19,6 @@ namespace {
 
 using Text = std::string_view;
 
-// What a first block and a first ball are: a hand's size, fine enough to show a tool of 2 mm.
-constexpr double kClayMm = 60, kClayHeightMm = 40, kClayRoundMm = 4, kClayRadiusMm = 30, kClayVoxelMm = 0.5;
 constexpr double kRadiusStep = 1.15;  // Of a tool, for each press of a key.
 
 const engine::Thing* selected(const Context& c) { return c.now.document->thing(c.state.selected); }
@@ -33,11 +32,15 @@ bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 // Document
 
 void addBlock(Context& c, Text) {
-  c.bench.addBlock(Vec3d(kClayMm, kClayMm, kClayHeightMm), kClayRoundMm, {.voxelMm = kClayVoxelMm, .beside = true});
+  NewClay clay;
+  clay.fit(*c.now.document);
+  c.bench.addBlock(Vec3d(clay.xMm, clay.yMm, clay.zMm), clay.roundMm, {.voxelMm = clay.voxelMm, .beside = true});
   c.state.shown.firstStart = false;
 }
 void addSphere(Context& c, Text) {
-  c.bench.addSphere(kClayRadiusMm, {.voxelMm = kClayVoxelMm, .beside = true});
+  NewClay clay;
+  clay.fit(*c.now.document);
+  c.bench.addSphere(clay.radiusMm, {.voxelMm = clay.voxelMm, .beside = true});
   c.state.shown.firstStart = false;
 }
 void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
@@ -391,8 +394,8 @@ void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
   rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "", [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
 
-  rows.push_back({"clay.block", "Add a block", "A block of clay, 60 × 60 × 40 mm.", "Clay", "", addBlock});
-  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay, 60 mm across.", "Clay", "", addSphere});
+  rows.push_back({"clay.block", "Add a block", "A block of clay: 60 × 60 × 40 mm, or as large as what is there.", "Clay", "", addBlock});
+  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay: 60 mm across, or as large as what is there.", "Clay", "", addSphere});
   rows.push_back({"clay.deformBox", "Deform box", "Points around a piece that pull its clay; bend, twist and taper.", "Clay", "", switchDeformBox, "",
                   [](const Context& c) { return hasDeformBox(c) || (deformable(c) && !c.now.inStroke); }, [](const Context& c, Text) { return hasDeformBox(c); }});
   rows.push_back({"clay.deformApply", "Apply the deform box", "Keeps the clay as the box has made it.", "Clay", "",

@@ -321,6 +321,25 @@ TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
   EXPECT_EQ(bench.strokeWork().leftS, 0);
 }
 
+TEST_F(WorkbenchTest, CopiesAreNumberedOnByOne) {
+  const auto names = [&] {
+    std::vector<std::string> all;
+    for (const Piece& piece : document()->pieces) all.push_back(piece.name);
+    return all;
+  };
+  for (size_t i = 1; i <= 2; ++i) {
+    bench.addBlock({10, 10, 10}, 1, {.voxelMm = 0.5});
+    ASSERT_TRUE(until([&] { return document()->pieces.size() == i; }));
+  }
+  for (size_t i = 3; i <= 4; ++i) {
+    Workbench::Things copy;
+    copy.pieces = {document()->pieces[1]};
+    bench.add("Duplicate", copy);
+    ASSERT_TRUE(until([&] { return document()->pieces.size() == i; }));
+  }
+  EXPECT_EQ(names(), (std::vector<std::string>{"Block", "Block 2", "Block 3", "Block 4"}));
+}
+
 // What is made by being asked for stands beside what is there, is worked on, and is told apart from what came
 // otherwise.
 TEST_F(WorkbenchTest, NewPiecesStandBesideOnTheSameGround) {

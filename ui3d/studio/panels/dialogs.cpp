@@ -15,8 +15,8 @@ void drawNewClay(Context& context, Memory& memory) {
   NewClay& clay = memory.newClay;
   static constexpr std::array<std::string_view, 2> kShapes{"Block", "Ball"};
   kit::segmented("shape", kShapes, clay.shape);
-  const auto length = [](std::string_view id, std::string_view name, double& value, double low, double standard) {
-    kit::number({id, name, "", "mm", low, 1000, standard, true}, value);
+  const auto length = [&clay](std::string_view id, std::string_view name, double& value, double low, double standard) {
+    kit::number({id, name, "", "mm", low * clay.scale, 1000 * clay.scale, standard * clay.scale, true}, value);
   };
   double voxels = 0;
   if (clay.shape == 0) {
@@ -25,13 +25,13 @@ void drawNewClay(Context& context, Memory& memory) {
     length("z", "Height", clay.zMm, 1, 40);
     const double most = 0.5 * std::min({clay.xMm, clay.yMm, clay.zMm});
     clay.roundMm = std::min(clay.roundMm, most);
-    kit::number({"round", "Rounding of edges", "", "mm", 0, most, std::min(4.0, most)}, clay.roundMm);
+    kit::number({"round", "Rounding of edges", "", "mm", 0, most, std::min(4.0 * clay.scale, most)}, clay.roundMm);
     voxels = 2 * (clay.xMm * clay.yMm + clay.yMm * clay.zMm + clay.zMm * clay.xMm) / (clay.voxelMm * clay.voxelMm);
   } else {
     length("radius", "Radius", clay.radiusMm, 0.5, 30);
     voxels = 4 * 3.14159265358979 * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
   }
-  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true}, clay.voxelMm);
+  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01 * clay.scale, 10 * clay.scale, 0.5 * clay.scale, true}, clay.voxelMm);
   kit::toggle(kHalfMemory, clay.halfMemory, kHalfMemoryHelp);
   // Two triangles a voxel of the surface; a half more on average for how a curved surface crosses them.
   kit::fact("Triangles, about", kit::counted(uint64_t(std::round(3 * voxels / 1000)) * 1000));

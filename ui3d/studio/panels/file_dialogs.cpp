@@ -72,6 +72,7 @@ void serveWishes(Context& context, Memory& memory) {
   } else if (wish == "recover") {
     memory.recoverOpen = true;
   } else if (wish == "clay") {
+    memory.newClay.fit(*context.now.document);
     memory.newClayOpen = true;
   } else if (wish == "toolFile") {
     const engine::ToolRow* row = engine::findTool(context.state.toolId);

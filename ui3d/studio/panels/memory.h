@@ -20,6 +20,7 @@
 #include "ui3d/studio/context.h"
 #include "ui3d/studio/file_kinds.h"
 #include "ui3d/studio/keep_flow.h"
+#include "ui3d/studio/new_clay.h"
 #include "ui3d/studio/panels/file_dialog.h"
 #include "ui3d/studio/panels/kit.h"
 #include "ui3d/studio/panels/layout.h"
@@ -32,15 +33,9 @@ struct Said {
   bool dismissed = false;  ///< No longer over the picture; still in the list.
 };
 
-/// Clay that is about to be made.
 /// Clay of 16-bit distances.
 inline constexpr const char* kHalfMemory = "Half the memory";
 inline constexpr const char* kHalfMemoryHelp = "Distances of 16 bits in place of 32: exact to a ten-thousandth of a voxel, strokes a tenth slower.";
-struct NewClay {
-  int shape = 0;  ///< 0 block, 1 ball.
-  double xMm = 60, yMm = 60, zMm = 40, roundMm = 4, radiusMm = 30, voxelMm = 0.5;
-  bool halfMemory = false;
-};
 
 /// An operation on whole pieces that is about to be begun.
 struct Operation {
