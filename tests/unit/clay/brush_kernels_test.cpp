@@ -86,5 +86,38 @@ TEST(MeetAtAnAngle, eachPairOfNeighboursIsLookedAt) {
     }
 }
 
+// The formula of each falloff (brush.h), in doubles.
+double falloff(int shape, double t) {
+  if (t >= 1) return 0;
+  switch (shape) {
+    case 0: return 1;
+    case 1: return (1 - t * t) * (1 - t * t);
+    case 2: return 1 - t;
+    case 3: return (1 - t) * (1 - t);
+    default: return std::sqrt(1 - t * t);
+  }
+}
+
+TEST(BallWeights, areTheFalloffTimesTheStrengthAndNeverLessThanBefore) {
+  for (const int shape : {0, 1, 2, 3, 4})
+    for (const float strength : {0.25f, 1.0f}) {
+      SCOPED_TRACE(shape);
+      const SweptBall ball{0.5f, -0.25f, 1, 0, 0, 0, 0, 3, 0};
+      tests::forEachSimdTarget([&](const std::string& target) {
+        float weight[kBrickVoxels] = {};
+        weight[0] = 0.5f;       // Outside of the ball.
+        weight[7] = 0.0625f;
+        ballWeights(ball, shape, strength, weight);
+        for (int v = 0; v < kBrickVoxels; ++v) {
+          const Vec3d at(v >> 6, (v >> 3) & 7, v & 7);
+          const double t = (at - Vec3d(4, 3.25, 4.5)).norm() / 3;
+          if (std::abs(t - 1) < 1e-5) continue;
+          const double before = v == 0 ? 0.5 : v == 7 ? 0.0625 : 0;
+          ASSERT_NEAR(weight[v], std::max(before, strength * falloff(shape, t)), 2e-6) << target << " voxel " << v;
+        }
+      });
+    }
+}
+
 }  // namespace
 }  // namespace argil::clay

@@ -119,8 +119,20 @@ TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
       guide.pointsMm = {{0, 0, 0}, {10, 0, 0}, {10, 5, 0}};
       const auto made = felt(guide, 9);
       EXPECT_EQ(made.has_value(), feel != Feel::seen && kind != Kind::ruler && kind != Kind::angle);
-      if (made) {
-        EXPECT_EQ(made->id, 9u);
+      if (!made) continue;
+      EXPECT_EQ(made->id, 9u);
+      const bool well = feel == Feel::well;
+      const auto is = [&]<class Shape>() { return std::holds_alternative<Shape>(made->shape); };
+      switch (kind) {
+        case Kind::plane:
+          EXPECT_EQ(is.operator()<haptics::WellAtPlane>(), well);
+          EXPECT_EQ(is.operator()<haptics::LockToPlane>(), feel == Feel::lock);
+          EXPECT_EQ(is.operator()<haptics::KeepOutPlane>(), feel == Feel::keepOut);
+          break;
+        case Kind::line: EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToLine>()); break;
+        case Kind::point: EXPECT_TRUE(well ? is.operator()<haptics::WellAtPoints>() : is.operator()<haptics::LockToPoint>()); break;
+        case Kind::curve: EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToCurve>()); break;
+        default: EXPECT_TRUE(is.operator()<haptics::KeepOutBox>());
       }
     }
   }

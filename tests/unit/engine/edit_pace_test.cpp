@@ -45,6 +45,7 @@ class EditPace : public ::testing::Test {
   struct Shown {
     uint64_t applied;
     uint64_t stamps;  // of the session when it was published
+    uint64_t editedFrom;
   };
   void SetUp() override { session.record(); }
   EditLoop& loop(int stamps, int64_t ns = 0) {
@@ -55,7 +56,7 @@ class EditPace : public ::testing::Test {
         session, haptics::Scene(),
         [this](std::unique_ptr<const haptics::Scene> scene) {
           scene->check();
-          shown.push_back({scene->samplesApplied, session.counts().stamps});
+          shown.push_back({scene->samplesApplied, session.counts().stamps, scene->editedFrom});
         },
         options);
     made->setTool(kCarve);
@@ -108,6 +109,26 @@ TEST_F(EditPace, aTurnEndsWithItsBudgetAndTheClayIsShownMeanwhile) {
   EXPECT_FALSE(all.behind());
   all.finish();
   EXPECT_EQ(other.version().hash(), session.version().hash());
+}
+
+// The servo learns which of its samples changed the clay that it feels now.
+TEST_F(EditPace, eachSceneNamesTheOldestSampleThatIsNewInIt) {
+  EditLoop& edit = loop(0);
+  const std::vector<StylusSample> hand = circle(100, 0.3);
+  push({hand.begin(), hand.begin() + 40});
+  edit.turn(ring);
+  push({hand.begin() + 40, hand.end()});
+  edit.turn(ring);
+  std::vector<uint64_t> from;
+  for (const Shown& each : shown) from.push_back(each.editedFrom);
+  ASSERT_GE(from.size(), 2u);
+  EXPECT_LT(from[from.size() - 2], 40u);
+  EXPECT_GE(from.back(), 39u);
+  EXPECT_LT(from.back(), 100u);
+  // A scene that shows no other clay, as of another tool, names what it named.
+  edit.setTool({"add", 2});
+  edit.turn(ring);
+  EXPECT_EQ(shown.back().editedFrom, from.back());
 }
 
 TEST_F(EditPace, aTurnOfSpentTimeStillDoesAStamp) {
@@ -223,6 +244,11 @@ TEST_F(EditPace, aJumpIsReachedInPieces) {
   } while (edit.behind() && ++turns < 1000);
   EXPECT_GT(turns, 20u);
   EXPECT_LE(most, 25u) << "a piece of the way ends the stroke at most";
+  // The pieces are of one length, from where the hand was to where it is.
+  const std::vector<PathPoint> path = session.recording().strokes.at(0).path;
+  double longest = 0;
+  for (size_t i = 1; i < path.size(); ++i) longest = std::max(longest, (path[i].mm - path[i - 1].mm).norm());
+  EXPECT_LT(longest, 2.5 * kCarve.radiusMm);
   edit.finish();
   EXPECT_EQ(replayed(), session.version().hash());
   const float middle = session.version().find(Coord{0, 0, 0}).phi(clay::Brick::offset(0, 2, 0), 3);

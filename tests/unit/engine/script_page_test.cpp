@@ -147,6 +147,9 @@ TEST(ScriptPage, RangesAreThoseOfTheReader) {
   for (const double bad : {0.0009, 1001.0}) EXPECT_NE(setup("voxel_mm", bad), "");
   for (const double good : {16, 32}) EXPECT_EQ(setup("bits", good), "");
   EXPECT_NE(setup("bits", 24), "");
+  json twice = script("{\"bits\": 16}");
+  twice["setup"].push_back({{"bits", 16}});
+  EXPECT_NE(complaint(twice).find("is there twice"), std::string::npos) << complaint(twice);
   const auto turns = [](int count) {
     json each = script("{\"voxel_mm\": 1}");
     each["strokes"][0]["radial"] = {{"turns", count}, {"axis", {0, 0, 0, 0, 0, 1}}};

@@ -136,6 +136,40 @@ TEST(Session, RefusesWhatDoesNotFitTheMoment) {
   EXPECT_THROW((void)session.recording(), Error);
 }
 
+TEST(Session, AStrokeThatIsLeftOutLeavesNothing) {
+  struct Watch : SessionWatch {
+    void strokeBegan(const Tool&, const StrokeImages&) override { ++open; }
+    void strokePoint(const PathPoint&) override {}
+    void toolLifted() override {}
+    void strokeEnded() override { --open; }
+    void stepped(const std::string&, const DocumentPtr&, bool) override { ++steps; }
+    void went(size_t) override {}
+    int open = 0, steps = 0;
+  } watch;
+  const uint64_t before = ball().hash();
+  Session session(ball());
+  session.setWatch(&watch);
+  session.beginStroke(kCarve);
+  for (int i = 0; i < 100; ++i) session.addPoint(0.01 * i, {15, 0.1 * i, 0});
+  (void)session.publish();
+  EXPECT_NE(session.version().hash(), before);
+  session.abandonStroke();
+  EXPECT_FALSE(session.inStroke());
+  EXPECT_EQ(session.version().hash(), before);
+  EXPECT_EQ(session.undoSteps(), 0u);
+  EXPECT_EQ(watch.open, 0) << "who watches knows that it has ended";
+  EXPECT_EQ(watch.steps, 0);
+  // The next one begins where it begins: no line from the one before, and the same bits as without it.
+  const auto strokeOn = [](Session& on) {
+    on.beginStroke(kCarve);
+    for (int i = 0; i < 50; ++i) on.addPoint(0.01 * i, {-15, 0.1 * i, 0});
+    return on.endStroke().hash();
+  };
+  Session fresh(ball());
+  EXPECT_EQ(strokeOn(session), strokeOn(fresh));
+  session.setWatch(nullptr);
+}
+
 TEST(Session, TheCollectorFreesTheVersionsOfAStroke) {
   Session session(ball());
   const auto store = session.version().store();

@@ -213,6 +213,7 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   bench.import(folder / "a.stl", how);
   ASSERT_TRUE(until([&] { return document()->parts.size() == 1; })) << problems();
   EXPECT_NE(document()->parts[0].felt, nullptr);
+  EXPECT_EQ(document()->parts[0].name, "a");
   const DocumentPtr before = document();
   (void)bench.takeMessages();
   bench.import(folder / "none.stl", how);

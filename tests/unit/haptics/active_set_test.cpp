@@ -72,6 +72,19 @@ TEST(ActiveSet, saysWhenThereIsNoPlace) {
   EXPECT_FALSE(nearestAllowed({0, 0, 0}, planes, 2).feasible);
 }
 
+TEST(ActiveSet, saysWhenALockLeavesNoPlace) {
+  const HalfSpace apart[] = {{Vec3d::UnitZ(), 1}, {-Vec3d::UnitZ(), 1}};
+  for (const Subspace& within : {Subspace::plane(Vec3d::Zero(), Vec3d::UnitX()), Subspace::line(Vec3d::Zero(), Vec3d::UnitZ())})
+    EXPECT_FALSE(nearestAllowed({0, 0, 0}, apart, 2, within).feasible);
+  // One that the lock runs along, on its wrong side.
+  EXPECT_FALSE(nearestAllowed({0, 0, 0}, apart, 1, Subspace::plane(Vec3d::Zero(), Vec3d::UnitZ())).feasible);
+  EXPECT_TRUE(nearestAllowed({0, 0, 0}, apart, 1, Subspace::plane(Vec3d(0, 0, 2), Vec3d::UnitZ())).feasible);
+  // The first of them is hard: it alone holds.
+  const ActiveSet hard = nearestAllowed({0, 0, 0}, apart, 2, Subspace::plane(Vec3d::Zero(), Vec3d::UnitX()), 1);
+  EXPECT_FALSE(hard.feasible);
+  EXPECT_NEAR(hard.x.z(), 1, 1e-12);
+}
+
 TEST(ActiveSet, holdsWithPlanesThatAreAlmostOne) {
   const Vec3d n = Vec3d(1e-6, 0, 1).normalized(), m = Vec3d(-1e-6, 1e-7, 1).normalized();
   const HalfSpace planes[] = {{n, 0}, {m, 0}, {Vec3d::UnitZ(), 0}};

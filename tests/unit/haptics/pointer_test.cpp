@@ -100,6 +100,32 @@ TEST(LatePointer, NoChangeOfTheButtonsIsLostHoweverLongNobodyReads) {
   EXPECT_NEAR(states.back().pose.translation.x(), 40, 0.01);
 }
 
+// The press itself comes when nothing more is taken.
+TEST(LatePointer, AClickBehindAFullQueueIsAClick) {
+  PointerDevice pointer;
+  pointer.feed(at(0, 0, 0));
+  readAll(pointer, 5);
+  for (int i = 0; i < 3000; ++i) pointer.feed(at(0.001 * i, 0, 0));
+  pointer.feed(at(5, 0, 1));
+  pointer.feed(at(6, 0, 1));
+  pointer.feed(at(6, 0, 0));
+  std::vector<DeviceState> states = readAll(pointer, 3000, 0.01);
+  pointer.feed(at(7, 0, 0));
+  const std::vector<DeviceState> rest = readAll(pointer, 1000, 3.1);
+  states.insert(states.end(), rest.begin(), rest.end());
+  int presses = 0;
+  uint32_t before = 0;
+  double pressedAt = 0;
+  for (const DeviceState& state : states) {
+    if (state.buttons && !before) pressedAt = state.pose.translation.x();
+    presses += state.buttons && !before;
+    before = state.buttons;
+  }
+  EXPECT_EQ(presses, 1);
+  EXPECT_GE(pressedAt, 4.9) << "where the hand pressed";
+  EXPECT_LE(pressedAt, 6.1);
+}
+
 TEST(LatePointer, LeavingTheWindowComesAfterWhatWasDone) {
   PointerDevice pointer;
   DeviceState state;

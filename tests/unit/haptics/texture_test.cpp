@@ -127,6 +127,9 @@ TEST(Texture, badNumbersAreRefused) {
   EXPECT_THROW(Texture(Ridges{nan, 0.1, Vec3d::UnitX()}), Error);
   EXPECT_THROW(Texture(Ridges{1, 0.1, Vec3d::Zero()}), Error);
   EXPECT_THROW(Texture(Bumps{1, 11}), Error);
+  EXPECT_THROW(Texture(Bumps{0, 0.1}), Error);
+  EXPECT_THROW(Texture(Bumps{nan, 0.1}), Error);
+  EXPECT_THROW(Texture(Bumps{1, nan}), Error);
   EXPECT_THROW(Texture(Grain{1, 0.1, 7, 1}), Error);
   HeightMap map = image(4, 4, 0.1, 1);
   map.grey[3] = std::numeric_limits<float>::quiet_NaN();

@@ -117,13 +117,14 @@ TEST_F(Gltf, StripsFansAndUnindexed) {
 TEST_F(Gltf, SparseAndQuantizedPositions) {
   json document = square();
   std::string bytes = squareBytes();  // 60 bytes
-  samples::append(bytes, uint8_t(2));
-  bytes.append(3, '\0');
-  for (const float v : {7.f, 8.f, 9.f}) samples::append(bytes, v);
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 1}});
-  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 64}, {"byteLength", 12}});
+  for (const int index : {1, 2}) samples::append(bytes, uint8_t(index));
+  bytes.append(2, '\0');
+  for (const float v : {4.f, 5.f, 6.f, 7.f, 8.f, 9.f}) samples::append(bytes, v);
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 2}});
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 64}, {"byteLength", 24}});
   document["accessors"][0]["sparse"] = {
-      {"count", 1}, {"indices", {{"bufferView", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", 3}}}};
+      {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", 3}}}};
+  EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(4, -6, 5));
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[2], Vec3d(7, -9, 8));
 
   document = square();

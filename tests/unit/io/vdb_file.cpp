@@ -115,6 +115,17 @@ TEST_F(VdbFile, OpenVdbReadsWhatWeWrite) {
   });
 }
 
+// A second grid may be hollow where the first is full.
+TEST_F(VdbFile, GridsOfAFileStandAlone) {
+  write({ball(30, 0.5f), ball(4, 0.5f)});
+  const std::vector<VdbObject> all = readVdb(path_, 1);
+  ASSERT_EQ(all.size(), 2u);
+  expectBall(all[0].version, 30);
+  expectBall(all[1].version, 4);
+  const auto small = readBack(ball(4, 0.5f));
+  EXPECT_EQ(all[1].version.hash(), small.at(0).version.hash());
+}
+
 TEST_F(VdbFile, UnitsAndKindsOfNumbers) {
   auto plain = readBack(ball());
   expectBall(plain[0].version, 10);

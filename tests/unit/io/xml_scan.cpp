@@ -52,6 +52,7 @@ TEST(XmlScan, elementsAttributesAndSpaces) {
 TEST(XmlScan, textAndEntities) {
   EXPECT_EQ(listed("<t>a &lt;&#65;&#x20AC;&amp;lt; <b>no</b>\r\n<![CDATA[<&]]>z</t>"), "t'a <A\xe2\x82\xac&lt; \n<&z'");
   EXPECT_EQ(listed("<a x='&quot;1\n2\t&apos;' y='&#x1F600;'/>"), "a[x=\"1 2 '][y=\xf0\x9f\x98\x80]()");
+  EXPECT_EQ(listed("<t>&#228;&#x7FF;&#x80;</t>"), "t'\xc3\xa4\xdf\xbf\xc2\x80'");
   expectRefused("<t>&nbsp;</t>", "entity \"nbsp\"");
   expectRefused("<t>&</t>", "'&' stands alone");
   expectRefused("<a x='&#0;'/>", "is not known");
