@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay_on_screen.h"
+#include "engine/tool_table.h"
 
 namespace argil::tests {
 namespace {
@@ -323,6 +324,50 @@ TEST_P(PenOnClay, aHeavyHandDoesMoreThanALightOne) {
   }
 }
 
+// Each tool as it begins, by a light hand and by a heavy one, on clay that has something for each of them: a groove, two colours, a mask.
+class EveryToolByPen : public PenOnClay {};
+
+TEST_P(EveryToolByPen, aLightHandAndAHeavyOneDiffer) {
+  const double x = middleX(), y = middleY();
+  const std::string file = block();
+  const auto tool = [&](std::string_view name) {
+    key("P", {"ctrl"});
+    for (const char c : name) add({{"kind", "text"}, {"character", int(c)}});
+    key("enter");
+    check();
+  };
+  tool("Carve");
+  drag({{x - 70, y - 85}, {x + 40, y - 30}}, 0.9);
+  tool("Paint");
+  drag({{x - 70, y - 60}, {x + 60, y - 60}}, 0.9);
+  tool("Mask");
+  drag({{x + 40, y - 90}, {x + 20, y - 40}}, 0.9);
+  // Those that work with a file of the person's have none here.
+  std::vector<const engine::ToolRow*> rows;
+  for (const engine::ToolRow& row : engine::toolTable())
+    if (row.file == engine::ToolFile::none) rows.push_back(&row);
+  screenshot("pen-tool-none");
+  for (const engine::ToolRow* row : rows) {
+    tool(row->name);
+    for (const char* hand : {"light", "heavy"}) {
+      drag({{x - 60, y - 70}, {x, y - 45}, {x + 50, y - 70}}, *hand == 'l' ? 0.25 : 0.95);
+      screenshot("pen-tool-" + std::string(row->id) + "-" + hand);
+      key("Z", {"ctrl"});
+      check();
+    }
+  }
+  (void)play(file);
+  const auto clay = [&](const std::string& name) { return part(picture("pen-tool-" + name), 380, 80, 945, 640); };
+  const render::Image none = clay("none");
+  EXPECT_GE(rows.size(), 28u);
+  for (const engine::ToolRow* row : rows) {
+    const std::string id(row->id);
+    const render::Image light = clay(id + "-light"), heavy = clay(id + "-heavy");
+    EXPECT_GT(difference(none, heavy), 3e-4) << id << ": a heavy hand does nothing";
+    EXPECT_GT(difference(light, heavy), 1e-4) << id << ": the hand does not matter";
+  }
+}
+
 TEST_P(PenOnClay, theOtherEndIsTheOppositeTool) {
   const double x = middleX(), y = middleY();
   const Way way{{x - 60, y - 60}, {x + 60, y - 60}};
@@ -414,6 +459,7 @@ TEST_P(PenOnClay, theRingZoomsMovesSizesAndUndoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, HandOnClay, ::testing::Values(kSmallScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(LongSizes, EveryToolByPen, ::testing::Values(kSmallScreen), nameOf);
 INSTANTIATE_TEST_SUITE_P(Sizes, PenOnClay, ::testing::Values(kSmallScreen), nameOf);
 
 }  // namespace

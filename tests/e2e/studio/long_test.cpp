@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -233,6 +234,109 @@ TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
   EXPECT_LT(after, before + 96 * kMebi) << before / kMebi << " MiB after 20 documents";
   expectClean(report());
+}
+
+// An hour of strokes, turns, undo, menus, the palette, operations and saves, played twenty times as fast. The clay comes
+// behind the hand; the window's thread answers all the while.
+TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
+  constexpr unsigned kSeed = 16;
+  constexpr double kHourS = 3600, kX = 640, kY = 360;
+  std::mt19937 random(kSeed);
+  const auto between = [&](double low, double high) { return low + (high - low) * double(random() % 10001) / 10000; };
+  double t = 0.2;
+  std::string lines = byPalette(t, "add a block");
+  const auto line = [&](const char* kind, const Json& more = Json::object(), double seconds = 0.02) {
+    Json e = {{"t", std::round(t * 1000) / 1000}, {"kind", kind}};
+    e.update(more);
+    lines += e.dump() + "\n";
+    t += seconds;
+  };
+  const auto at = [&](const char* kind, double x, double y, const Json& more = Json::object()) {
+    Json place = {{"x", std::round(x * 10) / 10}, {"y", std::round(y * 10) / 10}};
+    place.update(more);
+    line(kind, place, 1.0 / 60);
+  };
+  const auto key = [&](const char* name, const std::vector<std::string>& held = {}) {
+    Json more = {{"key", name}};
+    if (!held.empty()) more["modifiers"] = held;
+    line("down", more);
+    line("up", more);
+  };
+  const auto drag = [&](double seconds, const char* button, const std::vector<std::string>& held = {}) {
+    double x = kX + between(-80, 80), y = kY + between(-60, 60), heading = between(0, 6.28);
+    const double speed = between(1, 5);
+    Json more = {{"button", button}};
+    if (!held.empty()) more["modifiers"] = held;
+    at("move", x, y);
+    at("press", x, y, more);
+    for (int i = 0; i < int(60 * seconds); ++i) {
+      heading += between(-0.3, 0.3);
+      if (std::hypot(x - kX, y - kY) > 110) heading = std::atan2(kY - y, kX - x);
+      x += speed * std::cos(heading), y += speed * std::sin(heading);
+      at("move", x, y);
+    }
+    at("release", x, y, more);
+  };
+  int strokes = 0;
+  double savedS = 0, jobS = 0, checkedS = 0;
+  while (t < kHourS) {
+    const double dice = between(0, 1);
+    if (dice < 0.5) {
+      constexpr std::array kTools = {"C", "A", "W", "S", "P"};
+      key(kTools[random() % kTools.size()]);
+      const double turn = between(0, 1);
+      drag(between(0.5, 4), "left", turn < 0.15 ? std::vector<std::string>{"shift"} : turn < 0.3 ? std::vector<std::string>{"ctrl"} : std::vector<std::string>{});
+      ++strokes;
+    } else if (dice < 0.65) {
+      drag(between(0.3, 1.5), "right");
+    } else if (dice < 0.7) {
+      for (int i = 0; i < 4; ++i) line("wheel", {{"x", kX}, {"y", kY}, {"dx", 0}, {"dy", i < 2 ? 1 : -1}}, 0.1);
+    } else if (dice < 0.8) {
+      for (unsigned i = 1 + random() % 3; i > 0; --i) key("Z", between(0, 1) < 0.6 ? std::vector<std::string>{"ctrl"} : std::vector<std::string>{"ctrl", "shift"});
+    } else if (dice < 0.9) {
+      for (int i = 0; i < 30; ++i) at("move", between(10, 340), between(80, 680));
+    } else if (dice < 0.95) {
+      at("move", 23, 14);
+      at("press", 23, 14, {{"button", "left"}});
+      at("release", 23, 14, {{"button", "left"}});
+      t += 0.5;
+      key("escape");
+    } else {
+      key("P", {"ctrl"});
+      for (const char c : std::string("mirror")) line("text", {{"character", int(c)}}, 0.1);
+      t += 0.5;
+      key("escape");
+    }
+    t += between(0.2, 2);
+    if (t - jobS > 400) {
+      key("home");
+      lines += byPalette(t, random() % 2 ? "add a ball" : "duplicate");
+      jobS = t;
+    }
+    if (t - savedS > 600) {
+      key("S", {"ctrl"});
+      t += 0.5;
+      if (savedS == 0) {
+        for (const char c : std::string("hour")) line("text", {{"character", int(c)}});
+        key("enter");
+      }
+      savedS = t;
+    }
+    if (t - checkedS > 60) {
+      line("check");
+      checkedS = t;
+    }
+  }
+  line("check");
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", write("hour.jsonl", lines).string(), "--speed", "20", "--report", "report.json"},
+                       scratch_.path());
+  ASSERT_EQ(studio.wait(3600), 0) << studio.said();
+  const Json r = report();
+  std::printf("%d strokes drawn, %s done; the window's thread, ms: by the clock %s, of its own work %s\n", strokes, r["strokes"].dump().c_str(),
+              r["turn_ms"].dump().c_str(), r["turn_core_ms"].dump().c_str());
+  EXPECT_GT(r["strokes"], strokes / 2) << "most strokes found clay";
+  EXPECT_TRUE(fs::exists(scratch_ / "hour.argil"));
+  EXPECT_EQ(r["turn_core_ms"]["over_100_ms"], 0) << "seed " << kSeed << ": " << r["turn_core_ms"].dump();
 }
 
 }  // namespace
