@@ -339,5 +339,37 @@ TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
   EXPECT_EQ(r["turn_core_ms"]["over_100_ms"], 0) << "seed " << kSeed << ": " << r["turn_core_ms"].dump();
 }
 
+// A minute's scribble of the slowest kind: the picture follows, nothing is dropped, and it is done soon after the hand.
+TEST_F(LongStudio, aMinuteOfInflateIsFollowed) {
+  double t = 0.2;
+  std::string lines = byPalette(t, "add a ball");
+  lines += byPalette(t, "inflate");
+  const auto at = [&](const char* kind, double x, double y, const Json& more = Json::object()) {
+    Json e = {{"t", std::round(t * 1000) / 1000}, {"kind", kind}, {"x", std::round(x * 10) / 10}, {"y", std::round(y * 10) / 10}};
+    e.update(more);
+    lines += e.dump() + "\n";
+    t += 1.0 / 60;
+  };
+  for (int i = 0; i < 12; ++i) {  // A tip of 15 mm and more.
+    lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"down\", \"key\": \"]\"}\n{\"t\": " + std::to_string(t + 0.01) + ", \"kind\": \"up\", \"key\": \"]\"}\n";
+    t += 0.05;
+  }
+  at("move", 640, 360);
+  at("press", 640, 360, {{"button", "left"}});
+  for (int i = 0; i < 3600; ++i) at("move", 640 + 80 * std::sin(0.0437 * i), 360 + 70 * std::sin(0.0291 * i));
+  at("release", 640, 360, {{"button", "left"}});
+  at("move", 400, 640);
+  lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"check\"}\n";
+  lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"swollen.png\"}\n";
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", write("inflate.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  ASSERT_EQ(studio.wait(400), 0) << studio.said();  // A check waits a minute at most.
+  if (const char* folder = std::getenv("ARGIL_SHOTS")) fs::copy_file(scratch_ / "swollen.png", fs::path(folder) / "swollen.png", fs::copy_options::overwrite_existing);
+  const Json r = report();
+  std::printf("from sample to screen, ms: %s\n", r["sample_to_screen_ms"].dump().c_str());
+  EXPECT_EQ(r["strokes"], 1);
+  EXPECT_EQ(r["dropped_samples"], 0);
+  EXPECT_GT(r["clay_frames"], 200) << "the clay is shown while it swells";
+}
+
 }  // namespace
 }  // namespace argil::tests
