@@ -77,7 +77,7 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
   }
   // In a stroke the same pieces are there in the same order, and all but one are as they were: that costs a look at
   // each.
-  bool same = seen_.size() == document.pieces.size();
+  bool same = !std::exchange(forgotten_, false) && seen_.size() == document.pieces.size();
   for (size_t i = 0; same && i < seen_.size(); ++i) same = seen_[i].piece == document.pieces[i].id;
   if (!same) {
     std::unordered_set<Id> there;
@@ -87,10 +87,13 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
         ++at;
         continue;
       }
-      deliver(at->first, {false, true, {}});
       letGo(std::move(at->second));
       at = followed_.erase(at);
     }
+    std::vector<Id> gone;
+    for (const Id id : shown_)
+      if (!there.contains(id)) gone.push_back(id);
+    for (const Id id : gone) deliver(id, {false, true, {}});
     seen_.assign(document.pieces.size(), {});
     for (size_t i = 0; i < seen_.size(); ++i) seen_[i].piece = document.pieces[i].id;
   }
@@ -177,6 +180,10 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
 }
 
 void Surfaces::deliver(Id piece, Waiting one) {
+  if (one.removed)
+    shown_.erase(piece);
+  else
+    shown_.insert(piece);
   const std::lock_guard lock(mutex_);
   Waiting& waiting = waiting_[piece];
   if (one.whole || one.removed) {
@@ -262,6 +269,7 @@ void Surfaces::forget() {
   for (auto& [id, followed] : followed_) letGo(std::move(followed));
   followed_.clear();
   seen_.clear();
+  forgotten_ = true;
   seenStroke_ = 0;
 }
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "clay/surface.h"
@@ -45,7 +46,7 @@ class Surfaces {
   /// Re-extracts what changed in each piece since the last call. The edit thread's. `oldestSampleNs` as above. Throws
   /// what an extraction threw, after all other pieces were followed; that piece comes whole the next time.
   void follow(const Document& document, int64_t oldestSampleNs, int threads = 1);
-  /// The next follow() gives every piece whole. The edit thread's.
+  /// The next follow() gives every piece whole, and takes back what its document does not have. The edit thread's.
   void forget();
   /// Of all surfaces from the next follow() on, which gives every piece whole. The edit thread's.
   void setGrade(clay::Grade grade);
@@ -110,6 +111,8 @@ class Surfaces {
 
   std::atomic<clay::Grade> grade_{clay::Grade::draft};
   std::map<Id, std::unique_ptr<Followed>> followed_;
+  std::unordered_set<Id> shown_;  // what was delivered and not taken back: it may be in the picture
+  bool forgotten_ = false;        // since the last follow()
   std::vector<Seen> seen_;  // by place in the document
   uint64_t seenStroke_ =
       0;  // of the document that was followed last, all of whose pieces were as it has them, but for this place

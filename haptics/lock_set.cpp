@@ -19,7 +19,6 @@ void shorten(Vec3d& v, double by) noexcept {
 void LockSet::reset() noexcept {
   count_ = countBefore_ = 0;
   curve_ = nullptr;
-  conflict_ = false;
   aside_.setZero();
   back_.setZero();
 }

@@ -250,8 +250,6 @@ void FalconLink::close() noexcept {
   guarded_ = Guard::kUnguarded;
   loader_.reset();
   transport_->close();
-  Guard::unregister(guarded_);
-  guarded_ = Guard::kUnguarded;
   open_ = false;
 }
 

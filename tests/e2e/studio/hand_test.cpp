@@ -233,8 +233,7 @@ class PenOnClay : public HandOnClay {
     if (!held.empty()) more["modifiers"] = held;
     more["kind"] = "down";
     add(more);
-    more["kind"] = "up";
-    add(more);
+    add({{"kind", "up"}, {"key", name}});  // Nothing is held any more.
   }
   void drag(const Way& way, double pressure, const std::string& button = "left") {
     at("move", way[0][0], way[0][1], 0);

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 
 #include "../cli/command.h"
 #include "person.h"
@@ -175,6 +176,23 @@ TEST_F(StudioCalls, atRestNothingIsDrawn) {
   ASSERT_EQ(studio.wait(150), 0) << studio.said();
   // Of 8 s, 480 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
   EXPECT_LT(report()["frames"], 100) << report().dump(1);
+}
+
+// A quick hand, or a slow machine: all of it comes between two pictures. Letters go where the keys before them say.
+TEST_F(StudioCalls, whatIsTypedAtOnceArrivesWhole) {
+  double t = 0.2;
+  std::string lines;
+  for (int i = 0; i < 3; ++i) {
+    std::istringstream typed(byPalette(t, i == 1 ? "add a block" : "add a ball"));
+    for (std::string each; std::getline(typed, each);) {
+      Json e = Json::parse(each);
+      e["t"] = 1.0 + i;
+      lines += e.dump() + "\n";
+    }
+  }
+  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play", write("typed.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  ASSERT_EQ(studio.wait(100), 0) << studio.said();
+  EXPECT_EQ(report()["steps"], 3) << "a block and two balls";
 }
 
 TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {

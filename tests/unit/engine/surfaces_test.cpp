@@ -143,6 +143,30 @@ TEST_F(SurfacesTest, aPieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {
   EXPECT_TRUE(picture.shows(1, document.pieces[0].version, clay::Grade::fine));
 }
 
+// Another document, an empty one too: nothing of the one before stays in the picture.
+TEST_F(SurfacesTest, whatAnotherDocumentDoesNotHaveGoesFromThePicture) {
+  const Document before = with({ball(10), ball(12), ball(230)});
+  surfaces.follow(before, 0);
+  settle(before);
+  ASSERT_TRUE(picture.has(1) && picture.has(2) && picture.has(3));
+  surfaces.forget();
+  const Document smaller = with({ball(11)});
+  surfaces.follow(smaller, 0);
+  settle(smaller);
+  EXPECT_TRUE(picture.shows(1, smaller.pieces[0].version));
+  EXPECT_FALSE(picture.has(2) || picture.has(3));
+  surfaces.forget();
+  surfaces.follow(Document(), 0);
+  settle(Document());
+  EXPECT_FALSE(picture.has(1));
+  // One that was on its way to the helper never comes.
+  surfaces.follow(before, 0);
+  surfaces.forget();
+  surfaces.follow(Document(), 0);
+  settle(Document());
+  EXPECT_FALSE(picture.has(1) || picture.has(2) || picture.has(3));
+}
+
 // What a boolean leaves has the store of the piece that it worked on.
 TEST_F(SurfacesTest, whatWasPreparedIsTakenThoughTheStoreIsTheSame) {
   const clay::Version before = ball(60);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <set>
 #include <thread>
 
 #include "clay/mesh_topology.h"
@@ -320,6 +321,22 @@ TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
   EXPECT_GT(left.front(), 0);
   EXPECT_TRUE(std::is_sorted(left.rbegin(), left.rend())) << "what is left grew";
   EXPECT_EQ(bench.strokeWork().leftS, 0);
+}
+
+TEST_F(WorkbenchTest, ANewDocumentEmptiesThePicture) {
+  block();
+  std::set<Id> seen;
+  const auto look = [&] {
+    for (const SurfaceChange& change : bench.takeSurfaces().pieces) {
+      if (change.removed) seen.erase(change.piece);
+      if (change.whole) seen.insert(change.piece);
+    }
+    return seen.size();
+  };
+  ASSERT_TRUE(until([&] { return look() == 1; }));
+  bench.newDocument();
+  ASSERT_TRUE(until([&] { return document()->pieces.empty(); }));
+  EXPECT_TRUE(until([&] { return look() == 0; }));
 }
 
 TEST_F(WorkbenchTest, CopiesAreNumberedOnByOne) {

@@ -280,6 +280,10 @@ TEST(Recorded, playsInServoTimeToItsEndOrOverAgain) {
     EXPECT_FALSE(once.read(start + 1.001, state));
     EXPECT_NE(once.status().find("end"), std::string::npos) << once.status();
   }
+  EXPECT_EQ(once.sheet().resolutionMm, 1e-3);
+  EXPECT_EQ(once.sheet().dofOut, 0) << "it pushes nobody";
+  EXPECT_GE(once.sheet().workspaceMm.x(), 20) << "about its middle, to the farthest point";
+  EXPECT_GE(once.sheet().topSpeedMms, 15) << "what the hand did";
   ASSERT_TRUE(again.read(7, state));
   EXPECT_FALSE(again.read(8.001, state)) << "a tick of nothing, where the path jumps back";
   EXPECT_TRUE(again.read(8.002, state));

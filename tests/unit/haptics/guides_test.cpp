@@ -372,5 +372,24 @@ TEST(Guide, refusesBadNumbers) {
   EXPECT_NO_THROW(scene.check());
 }
 
+// A place on one curve says nothing of another, which may have fewer pieces.
+TEST(SoftGuides, ACurveThatTakesTheNameOfAnotherIsSearchedAnew) {
+  std::vector<Vec3d> many;
+  for (int i = 0; i < 200; ++i) many.push_back({0.5 * i, 0, 0});
+  const auto longOne = std::make_shared<const Polyline>(many);
+  const auto shortOne = std::make_shared<const Polyline>(std::vector<Vec3d>{{98, 3, 0}, {100, 3, 0}});
+  SoftMemory memory;
+  const Scene scene;
+  const SoftLimits limits;
+  const auto pull = [&](const auto& curve) { return softPull({1, WellAtCurve{curve, {5, 1}}, 0}, scene, nullptr, {99, 1, 0}, Vec3d::Zero(), limits, memory); };
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(pull(longOne).force.y(), 0) << "down to it";
+    EXPECT_NEAR(memory.place.distance, 1, 1e-9);
+    EXPECT_GT(pull(shortOne).force.y(), 0) << "up to it";
+    EXPECT_NEAR(memory.place.distance, 2, 1e-9);
+    EXPECT_EQ(memory.place.piece, 0u);
+  }
+}
+
 }  // namespace
 }  // namespace argil::haptics

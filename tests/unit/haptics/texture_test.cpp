@@ -173,6 +173,22 @@ double rendered(double speedMms, double amplitude, double depth) {
   return std::sqrt(std::max(0.0, sum2 / double(force.size()) - mean * mean)) / (amplitude / std::sqrt(2.0));
 }
 
+// What was touched before the hand rose is no way that it came by.
+TEST(TexturePath, beginsAnewWithEachTouch) {
+  const Texture ridges(Ridges{0.8, 0.1, Vec3d::UnitX()});
+  const Flat flat{Pose(), &ridges};
+  TexturePath fresh, again;
+  for (int i = 0; i < 100; ++i) (void)flat.tick(again, {0.05 * i, 0, -0.3});
+  (void)flat.tick(again, {5, 0, 1});
+  for (int i = 0; i < 200; ++i) {
+    const Vec3d hand(40.2 + 0.02 * i, 0, -0.005 * i);
+    if (hand.z() >= 0) continue;
+    const auto a = flat.tick(again, hand), b = flat.tick(fresh, hand);
+    ASSERT_EQ(a.stretch, b.stretch) << i;
+    ASSERT_EQ(a.proxy, b.proxy) << i;
+  }
+}
+
 TEST(TexturePath, fullAtAHandsSpeedAndGoneWhereItWouldAlias) {
   for (const double amplitude : {0.005, 0.02, 0.05}) {
     const double slow = rendered(20, amplitude, 1), fast = rendered(100, amplitude, 1), between = rendered(53, amplitude, 1);
