@@ -298,6 +298,26 @@ TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
   EXPECT_EQ(bench.snapshot()->document->pieces[0].version, before);
 }
 
+TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
+  bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
+  ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
+  Tool tool;
+  tool.radiusMm = 0.5;
+  bench.setTool(tool);
+  for (size_t times = 1; times <= 2; ++times) {
+    scribble();
+    const auto told = [&] {
+      size_t count = 0;
+      for (size_t at = said().find("cannot keep up"); at != std::string::npos; at = all.find("cannot keep up", at + 1)) ++count;
+      return count;
+    };
+    ASSERT_TRUE(until([&] { return told() == times; })) << all;
+    finger.feed(-15, 0, 1);
+    ASSERT_TRUE(until([&] { return bench.idle(); }));
+    EXPECT_EQ(told(), times) << "once for each stroke: " << all;
+  }
+}
+
 TEST_F(BusyWorkbench, stopEndsTheStrokeWhereTheClayIs) {
   bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
   ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));

@@ -86,8 +86,11 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
   Session session(opened.states, opened.done);
   session.setReader([&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
   for (const size_t to : {4u, 0u, 7u, 2u, 5u}) {
+    const DocumentPtr before = session.document();
     session.goTo(to);
     EXPECT_EQ(told(*session.document()), tale[to]) << to;
+    EXPECT_EQ(session.document()->parts[0].mesh, before->parts[0].mesh) << "a mesh is read once, however many steps have it";
+    EXPECT_EQ(session.document()->parts[0].felt, before->parts[0].felt);
   }
   // Only what is new is written by the next save.
   const uintmax_t before = fs::file_size(file);

@@ -63,6 +63,16 @@ TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
   EXPECT_EQ(importModel(folder / "again.vdb", {}).pieces.size(), 2u);
 }
 
+// Each would be a row of the list: beyond 32 they come as one.
+TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
+  for (const int count : {32, 33}) {
+    std::vector<io::ModelObject> objects;
+    for (int i = 0; i < count; ++i) objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
+    io::writeModel(folder / "many.3mf", {objects, {}});
+    EXPECT_EQ(importModel(folder / "many.3mf", {.voxelMm = 2}).pieces.size(), count == 32 ? 32u : 1u);
+  }
+}
+
 // Half a ball of the first material, which has a colour, a quarter of the second, which has none.
 TEST_F(ModelFiles, coloursOfMaterialsGoOut) {
   const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 10);

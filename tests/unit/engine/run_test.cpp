@@ -70,9 +70,26 @@ TEST(RunScript, TipStrokesGiveTheSameClayHoweverTheyArePublished) {
   EXPECT_EQ(once.report.points, 4u);
   EXPECT_GT(once.report.stamps, 100u);
   EXPECT_GT(once.report.edit.n, 0u);
+  // Each publishing is a version whose surface is followed and told.
+  EXPECT_EQ(often.report.versions, 6u) << "two points and an end, twice";
+  EXPECT_EQ(often.report.edit.n, 6u);
   EXPECT_GT(once.report.edit.median, 0);
   EXPECT_FALSE(once.report.servo);
   EXPECT_NEAR(topAt(once.session.version(), 0, -15), 8, 0.1);
+}
+
+TEST(RunScript, WhatIsSeenFollowsEveryOperation) {
+  const Script turned = script(kTip + R"(, {"operation": "smooth-all", "passes": 2})");
+  int told = 0;
+  clay::Surface followed;
+  RunOptions options;
+  options.onSurface = [&](const clay::SurfaceDelta&) { ++told; };
+  const Ran ran(turned, options);
+  followed.update(ran.session.version());
+  EXPECT_EQ(ran.surface.hash(), followed.hash()) << "the operation is not in the picture";
+  const Ran without(script(kTip), {});
+  EXPECT_NE(without.surface.hash(), ran.surface.hash());
+  EXPECT_EQ(told, int(ran.report.versions) + 1) << "and it is told";
 }
 
 TEST(RunScript, HandStrokesInVirtualTimeAreRepeatable) {

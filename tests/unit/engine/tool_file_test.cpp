@@ -80,6 +80,26 @@ TEST_F(ToolFileTest, TheToolWorksOnceItsImageIsThereAndKeepsIt) {
   EXPECT_EQ(problems(), "");
 }
 
+// A tool that waits for its image, or has none, touches the clay and leaves it; the one before and the one after cut.
+TEST_F(ToolFileTest, aHandWithoutAnImageTouchesOnly) {
+  Finger finger(bench);
+  const auto press = [&] {
+    for (int i = 0; i < 30; ++i) finger.feed(-10, 0, -8);
+    for (int i = 0; i < 30; ++i) finger.feed(-10, 1, 1);
+    for (int i = 0; i <= 40; ++i) finger.feed(-10 + 0.5 * i, 1, 1);
+    for (int i = 0; i < 30; ++i) finger.feed(10, 0, -8);
+    EXPECT_TRUE(until([&] { return bench.idle(); }));
+    return bench.snapshot()->done;
+  };
+  const size_t steps = bench.snapshot()->done;
+  bench.setTool(standardTool(*findTool("carve")));
+  EXPECT_EQ(press(), steps + 1);
+  bench.setTool(emboss(""));
+  EXPECT_EQ(press(), steps + 1) << problems();
+  bench.setTool(standardTool(*findTool("carve")));
+  EXPECT_EQ(press(), steps + 2);
+}
+
 TEST_F(ToolFileTest, ABadFileIsToldOnceAndNothingIsCut) {
   const std::string file = (folder / "notes.png").string();
   std::ofstream(file) << "no picture";
