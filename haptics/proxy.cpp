@@ -7,6 +7,8 @@ namespace argil::haptics {
 namespace {
 
 // Lengths in voxels of the finest piece.
+constexpr double kOnSurface = 1e-6;  // Voxels: nearer than that a direction is rounding.
+constexpr double kLookOut = 1.5;     // Voxels, to see where outside is.
 constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
 constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
 constexpr double kAway[] = {0.0035, 0.0015, 0};  // How far smooth normals may lead away from the goal in the steps of a tick.
@@ -372,10 +374,11 @@ bool Proxy::leave(double stepMm) ARGIL_REALTIME {
   }
   escapeRing_ = 0;
   escapeRay_ = -1;
-  const double side = here.distance < 0 ? -1.0 : 1.0;
-  Vec3d way = proxy_ - here.point;
-  if (!(way.norm() > 1e-9 * voxel_)) return true;
-  way *= side / way.norm();
+  Vec3d way = (here.distance < 0 ? -1.0 : 1.0) * (proxy_ - here.point);
+  // A centre on the surface itself, as where a pointer turns up, has no nearest point to go away from.
+  if (!(way.norm() > kOnSurface * voxel_)) way = outwards();
+  if (!(way.norm() > 0)) return true;
+  way.normalize();
   // The other contacts hold it off where they can.
   const Vec3d before = proxy_;
   Vec3d goal = holding(proxy_ + way * length).place;
@@ -391,6 +394,14 @@ bool Proxy::leave(double stepMm) ARGIL_REALTIME {
     note(here, kMergeCosine);
   }
   return true;
+}
+
+// To where less of the clay around is.
+Vec3d Proxy::outwards() const ARGIL_REALTIME {
+  Vec3d sum = Vec3d::Zero();
+  for (const Vec3d& direction : kEscape.direction)
+    sum += around_->inside(proxy_ + kLookOut * voxel_ * direction) ? Vec3d(-direction) : direction;
+  return sum;
 }
 
 // Too deep for a search: along the first of 26 rays that leaves the clay, looked for in a few places a tick.

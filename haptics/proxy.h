@@ -79,6 +79,7 @@ class Proxy {
   void place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME;
   void prune() ARGIL_REALTIME;
   void smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME;
+  [[nodiscard]] Vec3d outwards() const ARGIL_REALTIME;
   void leaveDepth(double step) ARGIL_REALTIME;
   bool step(const Vec3d& goal, const Holding& held, int attempts) ARGIL_REALTIME;
   [[nodiscard]] bool touches(const ContactPoint& contact) const ARGIL_REALTIME;

@@ -1,5 +1,6 @@
 #include "engine/workbench.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "engine/beside.h"
 #include "engine/model_files.h"
 #include "engine/script.h"
+#include "engine/tool_table.h"
 #include "workbench_rig.h"
 
 namespace argil::engine {
@@ -321,6 +323,44 @@ TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
   EXPECT_GT(left.front(), 0);
   EXPECT_TRUE(std::is_sorted(left.rbegin(), left.rend())) << "what is left grew";
   EXPECT_EQ(bench.strokeWork().leftS, 0);
+}
+
+// A cursor hovers exactly on the surface that is seen under it, mostly at an angle: that is where the ball begins. A tool
+// that rubs works all along its way.
+TEST_F(WorkbenchTest, AToolThatRubsFollowsAPointerThatLooksFromTheSide) {
+  block();
+  for (const Vec3d& sight : {Vec3d(0, 0, -1), Vec3d(-0.45, 0.6, -0.66), Vec3d(0.9, 0, -0.3), Vec3d(0, -0.9, -0.4)})
+    for (const double radius : {1.5, 5.0}) {
+      SCOPED_TRACE(fmt::format("{} {} {}, radius {}", sight.x(), sight.y(), sight.z(), radius));
+      Tool tool = standardTool(*findTool("paint"));
+      tool.radiusMm = radius;
+      bench.setTool(tool);
+      ASSERT_TRUE(rest());
+      haptics::PointerSample sample;
+      sample.direction = sight.normalized();
+      sample.surfaceMm = 50;
+      const auto feed = [&](double x, uint32_t buttons, double depthMm) {
+        sample.origin = Vec3d(x, 0, 10) - (sample.surfaceMm - depthMm) * sample.direction;
+        sample.buttons = buttons;
+        bench.feedPointer(sample);
+        std::this_thread::sleep_for(4ms);
+      };
+      for (int i = 0; i < 3; ++i) feed(-10, 0, 0);  // A quick hand.
+      for (int i = 0; i <= 100; ++i) feed(-10 + 0.2 * i, 1, 0.6 * radius);
+      for (int i = 0; i < 30; ++i) feed(10, 0, 0);
+      ASSERT_TRUE(rest());
+      const clay::Version after = document()->pieces[0].version;
+      for (int x = -18; x <= 18; ++x) {  // Voxels of half a millimetre, on the line that was drawn.
+        int most = 0;
+        for (int y = -1; y <= 1; ++y)
+          for (int z = 17; z < 22; ++z)
+            most = std::max(most, int(after.find(clay::Channel::cover, Coord{x, y, z} >> 3).value(clay::Brick::offset(x & 7, y & 7, z & 7))));
+        EXPECT_GT(most, 200) << "not painted at x = " << 0.5 * x << " mm";
+      }
+      bench.undo();
+      ASSERT_TRUE(until([&] { return bench.snapshot()->done == 1; }));
+      EXPECT_EQ(problems(), "");
+    }
 }
 
 TEST_F(WorkbenchTest, ANewDocumentEmptiesThePicture) {

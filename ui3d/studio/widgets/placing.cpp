@@ -66,7 +66,8 @@ std::string Placing::hint() const {
     static constexpr std::array<const char*, 3> steps{"Click at the end of one arm", "Click at the corner", "Click at the end of the other arm"};
     return steps[std::min<size_t>(points_.size(), 2)];
   }
-  return points_.empty() ? "Click where the " + kind_ + " begins" : "Click where the " + kind_ + " ends";
+  if (kind_ == "ruler") return points_.empty() ? "Click where the ruler begins" : "Click where the ruler ends";
+  return points_.empty() ? "Click where the line begins" : "Click where the line ends";
 }
 
 void Placing::look(const World& world, const Grip& grip) {
