@@ -13,7 +13,7 @@ constexpr double kLeaveSpeedMms = 30;       // Out of clay that grew around the 
 constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
 constexpr double kSettleS = 0.25;           // How long a finished cut waits for its edit.
 constexpr double kPointingNmm = 1e6;  // Of a hand that points: what is cut is where it points within a tick.
-constexpr double kJumpRadii = 20;  // Of a pointer without a button: less is walked in some ticks.
+constexpr double kJumpRadii = 1;  // Of a pointer without a button: less is walked in a tick or two, more might end in a groove of the ball's own size.
 constexpr double kEaseS = 0.02;             // From one material's stiffness to the next one's while touching.
 
 // How fast what grew or jumped may push the ball: `input` with the stiffness of what is touched.
@@ -40,7 +40,9 @@ void BallContact::reset() noexcept {
 void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Mode wanted = Mode::touch;
   if (input.operate && scene.tool.work == Work::cut) wanted = Mode::cut;
-  if (input.operate && scene.tool.work == Work::lay) wanted = Mode::add;
+  // Where a mouse or a pen points the tool works: no ball has to climb there out of the grooves that it made.
+  const bool through = scene.tool.work == Work::lay || (scene.tool.work == Work::rub && input.pointing);
+  if (input.operate && through) wanted = Mode::add;
   if (wanted == Mode::touch && (mode_ == Mode::cut || mode_ == Mode::settle)) {
     // The edit is still on its way: clay that was cut must not push back as if it were there.
     settleS_ = mode_ == Mode::cut ? 0 : settleS_ + input.periodS;

@@ -30,7 +30,7 @@ struct DeviceSheet {
   double rateHz = 1000;                   ///< Highest rate of exchanges.
   int buttons = 2;
   Handedness handedness = Handedness::either;
-  bool pointing = false;                  ///< Mouse or pen: no hand feels a cut, so clay yields to it at once, exactly where it points.
+  bool pointing = false;                  ///< Mouse or pen: no hand feels the clay, so every tool works at once, exactly where it points.
 
   // What the simulated device is made of; drivers of real ones leave these as they are.
   double massKg = 0.045;                  ///< Moving mass at the tip.

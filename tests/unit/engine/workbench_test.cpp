@@ -363,6 +363,41 @@ TEST_F(WorkbenchTest, AToolThatRubsFollowsAPointerThatLooksFromTheSide) {
     }
 }
 
+// A groove as wide as the ball would hold it; a cursor goes over it.
+TEST_F(WorkbenchTest, AToolThatRubsLeavesTheGrooveThatTheLastOneMade) {
+  block();
+  Tool tool = standardTool(*findTool("carve"));
+  tool.radiusMm = 3;
+  bench.setTool(tool);
+  drag(4);  // Its middle is 4 mm below the top: walls stand upright beside it.
+  ASSERT_TRUE(rest());
+  tool = standardTool(*findTool("paint"));
+  tool.radiusMm = 3;
+  bench.setTool(tool);
+  ASSERT_TRUE(rest());
+  // From the middle of the groove (3 mm on each side of y = 0) to the flat beside it.
+  haptics::PointerSample sample;
+  sample.direction = {0, 0, -1};
+  sample.surfaceMm = 50;
+  const auto feed = [&](double y, uint32_t buttons, double depthMm) {
+    sample.origin = {0, y, 60 - depthMm - (std::abs(y) < 3 ? 7 : 0)};
+    sample.buttons = buttons;
+    bench.feedPointer(sample);
+    std::this_thread::sleep_for(4ms);
+  };
+  for (int i = 0; i < 3; ++i) feed(0, 0, 0);
+  for (int i = 0; i <= 100; ++i) feed(0.12 * i, 1, 1.8);
+  for (int i = 0; i < 10; ++i) feed(12, 0, 0);
+  ASSERT_TRUE(rest());
+  const clay::Version after = document()->pieces[0].version;
+  for (int y = 10; y <= 24; ++y) {  // Voxels of half a millimetre.
+    int most = 0;
+    for (int z = 17; z < 22; ++z)
+      most = std::max(most, int(after.find(clay::Channel::cover, Coord{0, y, z} >> 3).value(clay::Brick::offset(0, y & 7, z & 7))));
+    EXPECT_GT(most, 200) << "not painted at y = " << 0.5 * y << " mm";
+  }
+}
+
 TEST_F(WorkbenchTest, ANewDocumentEmptiesThePicture) {
   block();
   std::set<Id> seen;
