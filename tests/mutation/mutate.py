@@ -321,6 +321,8 @@ def main():
     for number in order:
         mutants[number]["number"] = number
         mutants[number].pop("make")
+        if number in judged:
+            mutants[number]["result"] = judged[number]  # A run that is cut off keeps what the one before knew.
     with ThreadPoolExecutor(options.jobs) as pool:
         for number, result in zip(order, pool.map(lambda n: judged.get(n) or judge(n, suites, options.limit), order)):
             m = mutants[number]
