@@ -31,16 +31,11 @@ bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
 
 // Document
 
-void addBlock(Context& c, Text) {
+void addClay(Context& c, Text shape) {
   NewClay clay;
+  clay.shape = shape == "sphere" ? 1 : 0;
   clay.fit(*c.now.document);
-  c.bench.addBlock(Vec3d(clay.xMm, clay.yMm, clay.zMm), clay.roundMm, {.voxelMm = clay.voxelMm, .beside = true});
-  c.state.shown.firstStart = false;
-}
-void addSphere(Context& c, Text) {
-  NewClay clay;
-  clay.fit(*c.now.document);
-  c.bench.addSphere(clay.radiusMm, {.voxelMm = clay.voxelMm, .beside = true});
+  clay.add(c.bench);
   c.state.shown.firstStart = false;
 }
 void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
@@ -394,8 +389,8 @@ void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
   rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "", [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
 
-  rows.push_back({"clay.block", "Add a block", "A block of clay: 60 × 60 × 40 mm, or as large as what is there.", "Clay", "", addBlock});
-  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay: 60 mm across, or as large as what is there.", "Clay", "", addSphere});
+  rows.push_back({"clay.block", "Add a block", "A block of clay: 60 × 60 × 40 mm, or as large as what is there.", "Clay", "", addClay, "block"});
+  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay: 60 mm across, or as large as what is there.", "Clay", "", addClay, "sphere"});
   rows.push_back({"clay.deformBox", "Deform box", "Points around a piece that pull its clay; bend, twist and taper.", "Clay", "", switchDeformBox, "",
                   [](const Context& c) { return hasDeformBox(c) || (deformable(c) && !c.now.inStroke); }, [](const Context& c, Text) { return hasDeformBox(c); }});
   rows.push_back({"clay.deformApply", "Apply the deform box", "Keeps the clay as the box has made it.", "Clay", "",

@@ -21,4 +21,14 @@ void NewClay::fit(const engine::Document& document) {
   for (double* length : {&xMm, &yMm, &zMm, &roundMm, &radiusMm, &voxelMm}) *length *= factor;
 }
 
+void NewClay::add(engine::Workbench& bench) const {
+  const engine::Workbench::NewClay how{.voxelMm = voxelMm,
+                                       .precision = halfMemory ? clay::Precision::fixed16 : clay::Precision::float32,
+                                       .beside = true};
+  if (shape == 0)
+    bench.addBlock(Vec3d(xMm, yMm, zMm), roundMm, how);
+  else
+    bench.addSphere(radiusMm, how);
+}
+
 }  // namespace argil::studio

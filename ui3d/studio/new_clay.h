@@ -1,7 +1,7 @@
 #pragma once
 // Clay that is about to be made.
 
-#include "engine/document.h"
+#include "engine/workbench.h"
 
 namespace argil::studio {
 
@@ -14,6 +14,8 @@ struct NewClay {
 
   /// As large as what is in the document, the lengths that were chosen scaled along; as it is in an empty one.
   void fit(const engine::Document& document);
+  /// Beside what is there.
+  void add(engine::Workbench& bench) const;
 };
 
 }  // namespace argil::studio

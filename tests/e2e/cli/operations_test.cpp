@@ -250,7 +250,7 @@ TEST(Operations, whatIsWrongIsOneLineThatNamesTheStep) {
       {R"({"operation":"offset","pieces":["Clay"]})", "strokes[1]: unknown key \"pieces\""},
       {R"({"operation":"join"})", "strokes[1]: \"pieces\" is missing"},
       {R"({"operation":"join","pieces":["Clay"]})", "strokes[1].pieces: must name 2 pieces, and names 1"},
-      {R"({"operation":"join","pieces":["Clay","Clay"]})", "strokes[1]: join: choose two different pieces"},
+      {R"({"operation":"join","pieces":["Clay","Clay"]})", "strokes[1]: Join: choose two different pieces"},
       {R"({"operation":"join","pieces":["Clay",7]})", "strokes[1].pieces[1]: must be a text"},
       {R"({"operation":"join","pieces":["Clay","Clay"],"keep":1})", "strokes[1].keep: must be true or false"},
       {R"({"operation":"mirror"})", "strokes[1]: \"plane\" is missing"},

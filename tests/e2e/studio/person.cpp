@@ -159,16 +159,17 @@ struct Person::State {
 
 namespace {
 
-// The symbol of a key and whether it needs Shift. Names are Argil's or X's, in any case: "pageup", "F4", "right".
+// The symbol of a key and whether it needs Shift. Names are Argil's or X's, in any case.
 std::pair<KeySym, bool> symbolOf(const std::string& name) {
   static const std::map<std::string, KeySym> named{{"ctrl", XK_Control_L}, {"shift", XK_Shift_L},   {"alt", XK_Alt_L},
                                                    {"enter", XK_Return},   {"space", XK_space},     {"backspace", XK_BackSpace},
                                                    {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down}};
   if (const auto found = named.find(name); found != named.end()) return {found->second, false};
   if (name.size() > 1) {
-    std::string ofX = name;
-    ofX[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(ofX[0])));
-    if (const KeySym symbol = XStringToKeysym(ofX.c_str())) return {symbol, false};
+    std::string capital = name;
+    capital[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+    for (const std::string& ofX : {capital, name})  // "Right", "F4", "Escape"; "comma".
+      if (const KeySym symbol = XStringToKeysym(ofX.c_str())) return {symbol, false};
   }
   if (name.size() != 1) throw std::runtime_error("no key is called " + name);
   const char c = name[0];

@@ -40,12 +40,7 @@ void drawNewClay(Context& context, Memory& memory) {
   if (kit::button("Cancel", kit::Weight::plain, 96)) memory.newClayOpen = false;
   ImGui::SameLine();
   if (kit::button("Add", kit::Weight::chief, 96)) {
-    const engine::Workbench::NewClay how{
-        .voxelMm = clay.voxelMm,
-        .precision = clay.halfMemory ? clay::Precision::fixed16 : clay::Precision::float32,
-        .beside = true};
-    if (clay.shape == 0) context.bench.addBlock(Vec3d(clay.xMm, clay.yMm, clay.zMm), clay.roundMm, how);
-    else context.bench.addSphere(clay.radiusMm, how);
+    clay.add(context.bench);
     memory.newClayOpen = false;
     context.state.shown.firstStart = false;
   }
