@@ -18,8 +18,6 @@ constexpr std::chrono::seconds kLookEvery{1};  // at the saved file, while nothi
 
 WallTime now() { return std::chrono::system_clock::now(); }
 
-double threadCpuS() { return 1e-9 * double(haptics::threadWorkNs()); }
-
 }  // namespace
 
 // Puts the points that came since the last time.
@@ -264,7 +262,7 @@ void Keeper::State::run() {
     flushedOne.notify_all();
     counts.bytes = bytesBefore + (journal ? journal->bytes() : 0);
     counts.syncS = syncBefore + (journal ? journal->syncSeconds() : 0);
-    counts.cpuS = threadCpuS();
+    counts.cpuS = 1e-9 * double(haptics::threadWorkNs());
   }
 }
 

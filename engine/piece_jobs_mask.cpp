@@ -144,7 +144,7 @@ std::span<const PieceJob> maskJobs() {
                {},
                hide,
                false,
-               "Hide masked"},
+               "Hide"},
       PieceJob{"mask-show",
                "Show all",
                "Shows what was hidden; it stays masked.",

@@ -182,7 +182,7 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
 void Surfaces::deliver(Id piece, Waiting one) {
   if (one.removed)
     shown_.erase(piece);
-  else
+  else if (one.whole)  // As it always comes first.
     shown_.insert(piece);
   const std::lock_guard lock(mutex_);
   Waiting& waiting = waiting_[piece];

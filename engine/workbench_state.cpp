@@ -486,11 +486,14 @@ std::string Workbench::State::nameFor(const Document& document, const std::strin
            std::any_of(document.guides.begin(), document.guides.end(), has);
   };
   // "Block 3" after "Block 2", not "Block 2 2".
-  const size_t letters = name.find_last_not_of("0123456789");
-  const bool numbered = letters != std::string::npos && letters + 1 < name.size() && letters > 0 && name[letters] == ' ';
-  const std::string plain = numbered ? name.substr(0, letters) : name;
+  constexpr size_t kMostDigits = 6;
+  const size_t blank = name.find_last_not_of("0123456789");
+  const bool numbered = blank != std::string::npos && blank > 0 && name[blank] == ' ' && blank + 1 < name.size() &&
+                        name.size() - blank - 1 <= kMostDigits;
+  const std::string plain = numbered ? name.substr(0, blank) : name;
+  int number = numbered ? std::stoi(name.substr(blank + 1)) : 1;
   std::string free = name;
-  for (int number = 2; !free.empty() && taken(free); ++number) free = fmt::format("{} {}", plain, number);
+  while (!free.empty() && taken(free)) free = fmt::format("{} {}", plain, ++number);
   return free;
 }
 

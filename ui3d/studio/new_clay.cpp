@@ -11,7 +11,7 @@ void NewClay::fit(const engine::Document& document) {
   const clay::BoxMm box = engine::boundsOf(document);
   const double longest = (box.high - box.low).maxCoeff();
   if (!(longest > 0) || !std::isfinite(longest)) return;
-  // Between a half and all of what is there.
+  // From a half of what is there to a quarter more.
   const double wanted = longest / (0.8 * NewClay().xMm), decade = std::pow(10, std::floor(std::log10(wanted)));
   const double digits = wanted / decade, series = (digits >= 5 ? 5 : digits >= 2 ? 2 : 1) * decade;
   const double fits = std::clamp(series, 0.002, 2000.0);  // Voxels of 0.001 to 1000 mm, as grids allow.

@@ -1,4 +1,5 @@
-// A first day: what README, status line and tooltips promise, tried once by real keys and pointer, on models of any size.
+// A first day: what README and status line promise of a mouse and keys, on models of any size. All keys: keys_test.cpp; pieces,
+// modifiers and pens closer: hand_test.cpp.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +27,7 @@ class FirstDay : public ClayOnScreen {
   }
 };
 
-TEST_P(FirstDay, everyPromiseHolds) {
+TEST_P(FirstDay, holdsWhatIsPromised) {
   double grew[3] = {};
   int model = 0;
   for (const double size : {1.0, 100.0, 2000.0}) {
@@ -125,7 +126,7 @@ TEST_P(FirstDay, everyPromiseHolds) {
       person.key("escape");
       (void)person.settled();
     }
-    // "Ctrl+P finds any command." "A click on another piece works on that one."
+    // "Ctrl+P finds any command."
     changes(person, "a ball", 0.005, [&] { byPalette(person, "add a ball"); });
     person.key("home");
     (void)person.settled();

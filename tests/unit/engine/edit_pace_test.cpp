@@ -262,6 +262,13 @@ class BusyWorkbench : public ::testing::Test {
     given.stampsATurn = 1;
     return given;
   }
+  void SetUp() override {
+    bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
+    ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
+    Tool tool;
+    tool.radiusMm = 0.5;
+    bench.setTool(tool);
+  }
   // To and fro over the block, fast, with the button down at the end: every stamp of the smallest tool takes a turn.
   void scribble() {
     for (int i = 0; i < 40; ++i) finger.feed(-15, 0, -8);
@@ -278,12 +285,7 @@ class BusyWorkbench : public ::testing::Test {
 };
 
 TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
-  bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
-  ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
   const clay::Version before = bench.snapshot()->document->pieces[0].version;
-  Tool tool;
-  tool.radiusMm = 0.5;
-  bench.setTool(tool);
   scribble();
   ASSERT_TRUE(until([&] { return said().find("cannot keep up") != std::string::npos; })) << all;
   EXPECT_TRUE(bench.snapshot()->inStroke);
@@ -299,11 +301,6 @@ TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
 }
 
 TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
-  bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
-  ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
-  Tool tool;
-  tool.radiusMm = 0.5;
-  bench.setTool(tool);
   for (size_t times = 1; times <= 2; ++times) {
     scribble();
     const auto told = [&] {
@@ -319,11 +316,6 @@ TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
 }
 
 TEST_F(BusyWorkbench, stopEndsTheStrokeWhereTheClayIs) {
-  bench.addBlock({40, 40, 20}, 2, {.voxelMm = 0.5});
-  ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1 && bench.idle(); }));
-  Tool tool;
-  tool.radiusMm = 0.5;
-  bench.setTool(tool);
   scribble();
   ASSERT_TRUE(until([&] { return said().find("cannot keep up") != std::string::npos; })) << all;
   bench.stopForces();

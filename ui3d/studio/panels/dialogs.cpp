@@ -31,7 +31,8 @@ void drawNewClay(Context& context, Memory& memory) {
     length("radius", "Radius", clay.radiusMm, 0.5, 30);
     voxels = 4 * 3.14159265358979 * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
   }
-  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01 * clay.scale, 10 * clay.scale, 0.5 * clay.scale, true}, clay.voxelMm);
+  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", std::max(0.001, 0.01 * clay.scale), std::min(1000.0, 10 * clay.scale),
+               0.5 * clay.scale, true}, clay.voxelMm);
   kit::toggle(kHalfMemory, clay.halfMemory, kHalfMemoryHelp);
   // Two triangles a voxel of the surface; a half more on average for how a curved surface crosses them.
   kit::fact("Triangles, about", kit::counted(uint64_t(std::round(3 * voxels / 1000)) * 1000));
