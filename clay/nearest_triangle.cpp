@@ -87,7 +87,11 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
   }
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.code != b.code ? a.code < b.code : a.triangle < b.triangle; });
   triangles_.reserve(places.size());
-  for (const Place& place : places) triangles_.push_back(mesh.triangles[place.triangle]);
+  indices_.reserve(places.size());
+  for (const Place& place : places) {
+    triangles_.push_back(mesh.triangles[place.triangle]);
+    indices_.push_back(place.triangle);
+  }
   std::vector<Place>().swap(places);
 
   const size_t used = (triangles_.size() + kLeaf - 1) / kLeaf;

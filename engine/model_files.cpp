@@ -12,6 +12,7 @@
 #include "clay/store.h"
 #include "clay/surface.h"
 #include "clay/vertex_channels.h"
+#include "engine/model_colours.h"
 #include "engine/prepare_clay.h"
 #include "haptics/part_mesh.h"
 #include "io/input.h"
@@ -22,13 +23,7 @@ namespace argil::engine {
 namespace {
 
 constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
-
-std::array<float, 3> colourOf(const io::Colour& c) { return {float(c.red) / 255, float(c.green) / 255, float(c.blue) / 255}; }
-
-io::Colour colourOf(const std::array<float, 3>& c) {
-  const auto [red, green, blue] = bytesOf(c);
-  return {red, green, blue, 255};
-}
+constexpr double kMade = 0.9;        // of an import, when there is clay and no colour yet
 
 // The name is the file's where the object has none: the caller knows it.
 Piece pieceOf(const io::ModelObject& object, clay::Version version) {
@@ -117,12 +112,14 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
       }
       return imported;
     }
+    all.colour = io::meanColour(all);  // While it has its mesh.
     const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
     if (how.onRead) how.onRead(whole);
     clay::ImportOptions options;
     options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
     const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
       clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
+      made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours}, clay::WorkPart(job, kMade, 1));
       imported.pieces.push_back(pieceOf(object, std::move(made.version)));
       for (std::string& sentence : made.report.sentences()) {
         if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));

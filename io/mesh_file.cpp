@@ -11,6 +11,7 @@ namespace {
 MeshFile meshOf(ModelFile&& model) {
   MeshFile file;
   ModelObject all = merged(std::move(model.objects));
+  file.colour = meanColour(all);
   file.mesh = std::move(all.mesh);
   file.vertexColours = std::move(all.vertexColours);
   file.triangleColours = std::move(all.triangleColours);

@@ -23,6 +23,7 @@ struct MeshFile {
   std::optional<double> unitMm;         ///< As ModelFile has it.
   std::vector<Colour> vertexColours;    ///< One a vertex, or empty.
   std::vector<Colour> triangleColours;  ///< One a triangle, or empty.
+  std::optional<Colour> colour;         ///< Mean of them, or what the file says of the whole.
   std::string format;     ///< "STL (binary)", "STL (text)", "OBJ", "PLY (text)", "PLY (binary)", "OFF", as ModelFile has it.
   uint64_t faces = 0;     ///< As the file has them, before polygons became triangles.
   uint64_t polygons = 0;  ///< Faces of more than three corners, split as fans about their first corner.

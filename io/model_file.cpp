@@ -75,6 +75,11 @@ ModelFile parsed(const Format& format, const Input& input) {
   }
 }
 
+Colour meanOf(const Colour& a, const Colour& b, const Colour& c) {
+  const auto mean = [](int x, int y, int z) { return static_cast<uint8_t>((x + y + z + 1) / 3); };
+  return {mean(a.red, b.red, c.red), mean(a.green, b.green, c.green), mean(a.blue, b.blue, c.blue), mean(a.alpha, b.alpha, c.alpha)};
+}
+
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
@@ -99,19 +104,23 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
   ModelObject all;
   bool byVertex = false, byTriangle = false;
   for (const ModelObject& each : objects) {
-    byTriangle = byTriangle || !each.triangleColours.empty() || each.colour;
-    byVertex = byVertex || !each.vertexColours.empty();
+    byTriangle = byTriangle || !each.triangleColours.empty();
+    byVertex = byVertex || !each.vertexColours.empty() || each.colour;
   }
   byVertex = byVertex && !byTriangle;
   for (ModelObject& each : objects) {
     const auto first = static_cast<uint32_t>(all.mesh.positions.size());
     if (all.mesh.positions.size() + each.mesh.positions.size() > UINT32_MAX) throw Error("the objects of the model have too many vertices together: reduce them first");
+    const Colour plain = each.colour.value_or(Colour());
     if (byVertex) {
-      if (each.vertexColours.empty()) each.vertexColours.resize(each.mesh.positions.size());
+      if (each.vertexColours.empty()) each.vertexColours.resize(each.mesh.positions.size(), plain);
       all.vertexColours.insert(all.vertexColours.end(), each.vertexColours.begin(), each.vertexColours.end());
     }
     if (byTriangle) {
-      if (each.triangleColours.empty()) each.triangleColours.resize(each.mesh.triangles.size(), meanColour(each).value_or(Colour()));
+      if (each.triangleColours.empty() && !each.vertexColours.empty()) {
+        for (const auto& [a, b, c] : each.mesh.triangles) each.triangleColours.push_back(meanOf(each.vertexColours[a], each.vertexColours[b], each.vertexColours[c]));
+      }
+      if (each.triangleColours.empty()) each.triangleColours.resize(each.mesh.triangles.size(), plain);
       all.triangleColours.insert(all.triangleColours.end(), each.triangleColours.begin(), each.triangleColours.end());
     }
     all.mesh.positions.insert(all.mesh.positions.end(), each.mesh.positions.begin(), each.mesh.positions.end());

@@ -51,7 +51,8 @@ struct ModelFile {
 /// The same from memory, for formats that this program reads itself.
 [[nodiscard]] ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job = nullptr);
 
-/// The objects as one. Colours stay where some object has them: the others are white.
+/// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of vertices and some of triangles, triangles get the
+/// mean of their corners.
 [[nodiscard]] ModelObject merged(std::vector<ModelObject>&& objects);
 
 /// Mean of an object's colours by area; none when it has none.
