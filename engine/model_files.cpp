@@ -255,6 +255,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       io::WriteOptions write;
       write.distinct = true;
       write.tolerance = tolerance;
+      write.draco = what.draco;
       report = io::writeModel(file, {objects, {}}, write, job);
       sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(), report.triangles, report.format, double(report.bytes) * 1e-6));
     }

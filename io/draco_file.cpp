@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <unordered_map>
 
 #include "io/draco_mesh.h"
 #include "io/format.h"
@@ -18,6 +17,7 @@ namespace argil::io {
 namespace {
 
 constexpr int kDefaultBits = 16;
+constexpr int kNormalBits = 10;  // half a degree's tenth: smooth in a mirror
 constexpr int kMostBits = 29;  // Draco's own predictions overflow above
 constexpr int kSpeed = 3;
 
@@ -69,46 +69,22 @@ uint16_t linearOf(uint8_t srgb) {
   return uint16_t(65535 * (s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4)) + 0.5);
 }
 
-ColouredPoints pointsOf(const ModelObject& object) {
-  ColouredPoints points;
-  if (object.triangleColours.empty()) {
-    points.colours = object.vertexColours;
-    return points;
-  }
-  std::unordered_map<uint64_t, uint32_t> known;
-  points.triangles.reserve(object.mesh.triangles.size());
-  for (size_t i = 0; i < object.mesh.triangles.size(); ++i) {
-    const Colour& c = object.triangleColours[i];
-    const uint32_t packed = uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha;
-    auto corners = object.mesh.triangles[i];
-    for (uint32_t& corner : corners) {
-      const auto [at, isNew] = known.try_emplace(uint64_t{corner} << 32 | packed, uint32_t(points.vertex.size()));
-      if (isNew) {
-        points.vertex.push_back(corner);
-        points.colours.push_back(c);
-      }
-      corner = at->second;
-    }
-    points.triangles.push_back(corners);
-  }
-  return points;
-}
-
 std::span<const std::byte> DracoStream::bytes() const {
   return {reinterpret_cast<const std::byte*>(buffer->data()), buffer->size()};
 }
 
-DracoStream packDraco(std::span<const ModelObject> objects, const Placement& placement, double errorMm, bool linear,
+DracoStream packDraco(std::span<const ModelObject> objects, const Placement& placement, double errorMm, DracoFor what,
                       Job* job) {
+  const bool linear = what == DracoFor::gltf;
   DracoStream stream;
   size_t vertices = 0, triangles = 0, points = 0;
   bool coloured = false;
-  std::vector<ColouredPoints> split;
+  std::vector<SurfacePoints> split;
   for (const ModelObject& object : objects) {
-    split.push_back(pointsOf(object));
+    split.push_back(pointsOf(object, linear ? Normals::creased : Normals::none));
     vertices += object.mesh.positions.size();
     triangles += object.mesh.triangles.size();
-    points += split.back().vertex.empty() ? object.mesh.positions.size() : split.back().vertex.size();
+    points += split.back().count(object);
     // One object's own colour is its material in glTF; in one mesh of many it can only be the vertices'.
     coloured = coloured || !split.back().colours.empty() || (!linear && object.colour);
   }
@@ -124,13 +100,14 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
     return mesh.attribute(mesh.AddAttribute(std::move(made)));
   };
   draco::PointAttribute* position = attribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32, vertices);
-  const bool identity = points == vertices && std::all_of(split.begin(), split.end(), [](const ColouredPoints& each) {
+  const bool identity = points == vertices && std::all_of(split.begin(), split.end(), [](const SurfacePoints& each) {
                           return each.vertex.empty();
                         });
   if (!identity) position->SetExplicitMapping(points);
   draco::PointAttribute* colour =
       coloured ? attribute(draco::GeometryAttribute::COLOR, 4, linear ? draco::DT_UINT16 : draco::DT_UINT8, points)
                : nullptr;
+  draco::PointAttribute* normal = linear ? attribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32, points) : nullptr;
   mesh.SetNumFaces(triangles);
 
   FilePoint low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
@@ -148,8 +125,8 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
   uint32_t vertex = 0, point = 0, face = 0;
   for (size_t o = 0; o < objects.size(); ++o) {
     const ModelObject& object = objects[o];
-    const ColouredPoints& its = split[o];
-    const size_t count = its.vertex.empty() ? object.mesh.positions.size() : its.vertex.size();
+    const SurfacePoints& its = split[o];
+    const size_t count = its.count(object);
     for (size_t i = 0; i < count && !identity; ++i) {
       position->SetPointMapEntry(
           draco::PointIndex(uint32_t(point + i)),
@@ -163,6 +140,10 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
                                              uint16_t(c.alpha * 257)};
       colour->SetAttributeValue(
           at, linear ? static_cast<const void*>(words.data()) : static_cast<const void*>(bytes.data()));
+    }
+    for (size_t i = 0; i < count && normal != nullptr; ++i) {
+      const FilePoint direction = placement.directionToFile(its.normals[i]);
+      normal->SetAttributeValue(draco::AttributeValueIndex(uint32_t(point + i)), direction.data());
     }
     for (const auto& [a, b, c] : its.triangles.empty() ? object.mesh.triangles : its.triangles) {
       mesh.SetFace(draco::FaceIndex(face++),
@@ -206,6 +187,7 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
   // Not the explicit kind, whose numbers Draco keeps as text of six decimals: it takes the same box from the values
   // themselves.
   encoder.SetAttributeQuantization(0, bits);
+  if (normal != nullptr) encoder.SetAttributeQuantization(mesh.GetNamedAttributeId(draco::GeometryAttribute::NORMAL), kNormalBits);
   stream.buffer = std::make_shared<draco::EncoderBuffer>();
   const draco::Status status = encoder.EncodeToBuffer(stream.buffer.get());
   if (!status.ok())
@@ -214,7 +196,8 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
   stream.points = encoder.num_encoded_points();
   stream.triangles = encoder.num_encoded_faces();
   stream.position = int(mesh.attribute(0)->unique_id());
-  stream.colour = coloured ? int(mesh.attribute(1)->unique_id()) : -1;
+  if (coloured) stream.colour = int(colour->unique_id());
+  if (normal != nullptr) stream.normal = int(normal->unique_id());
   return stream;
 }
 
@@ -222,8 +205,9 @@ void writeDraco(AtomicFile& file, const ModelView& model, const WriteOptions& op
   const Placement placement{[](const Vec3d& p) {
                               return FilePoint{float(p.x()), float(p.y()), float(p.z())};
                             },
-                            [](const FilePoint& p) { return Vec3d(double(p[0]), double(p[1]), double(p[2])); }};
-  const DracoStream stream = packDraco(model.objects, placement, options.quantization, false, job);
+                            [](const FilePoint& p) { return Vec3d(double(p[0]), double(p[1]), double(p[2])); },
+                            [](const FilePoint& d) { return d; }};
+  const DracoStream stream = packDraco(model.objects, placement, options.quantization, DracoFor::drc, job);
   file.write(stream.bytes());
   report.vertices = stream.points;
   report.triangles = stream.triangles;

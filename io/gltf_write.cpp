@@ -37,6 +37,9 @@ Placement placementAbout(const Vec3d& middleMm) {
           },
           [middleMm](const FilePoint& p) -> Vec3d {
             return middleMm + kMetre * Vec3d(double(p[0]), -double(p[2]), double(p[1]));
+          },
+          [](const FilePoint& d) {
+            return FilePoint{d[0], d[2], -d[1]};
           }};
 }
 
@@ -84,8 +87,8 @@ class Document {
     const Vec3d middle = middleOf(object);
     const Placement placement = placementAbout(middle);
     Json primitive = options_.draco ? addPacked(object, placement) : addPlain(object, placement);
-    if (object.colour && object.vertexColours.empty() && object.triangleColours.empty())
-      primitive["material"] = materialOf(*object.colour);
+    const bool plain = object.vertexColours.empty() && object.triangleColours.empty();
+    primitive["material"] = materialOf(plain ? object.colour.value_or(Colour()) : Colour());
     Json node;
     if (!object.name.empty()) node["name"] = object.name;
     node["mesh"] = json_["meshes"].size();
@@ -106,7 +109,8 @@ class Document {
       Json material = {
           {"pbrMetallicRoughness",
            {{"baseColorFactor", {part(colour.red), part(colour.green), part(colour.blue), colour.alpha / 255.0}},
-            {"metallicFactor", 0}}}};
+            {"metallicFactor", 0},
+            {"roughnessFactor", 1}}}};
       if (colour.alpha != 255) material["alphaMode"] = "BLEND";
       json_["materials"].push_back(std::move(material));
     }
@@ -139,12 +143,13 @@ class Document {
   static Json colours(uint64_t count) {
     return {{"componentType", kUnsignedShort}, {"normalized", true}, {"count", count}, {"type", "VEC4"}};
   }
+  static Json normals(uint64_t count) { return {{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}}; }
   static Json indices(uint64_t triangles) {
     return {{"componentType", kUnsignedInt}, {"count", 3 * triangles}, {"type", "SCALAR"}};
   }
 
   Json addPacked(const ModelObject& object, const Placement& placement) {
-    auto stream = std::make_shared<DracoStream>(packDraco({&object, 1}, placement, options_.quantization, true, job_));
+    auto stream = std::make_shared<DracoStream>(packDraco({&object, 1}, placement, options_.quantization, DracoFor::gltf, job_));
     note(stream->points, stream->triangles, stream->coordinateMm, stream->distanceMm);
     Json primitive, ids;
     primitive["attributes"]["POSITION"] = addAccessor(positions(stream->points, stream->low, stream->high), {});
@@ -153,18 +158,20 @@ class Document {
       primitive["attributes"]["COLOR_0"] = addAccessor(colours(stream->points), {});
       ids["COLOR_0"] = stream->colour;
     }
+    primitive["attributes"]["NORMAL"] = addAccessor(normals(stream->points), {});
+    ids["NORMAL"] = stream->normal;
     primitive["indices"] = addAccessor(indices(stream->triangles), {});
     const size_t view = addView(stream->bytes().size(), 0, [stream](const Emit& to) { to(stream->bytes()); });
     primitive["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", view}, {"attributes", std::move(ids)}};
     return primitive;
   }
 
-  // Nothing is kept but references to the object: it is written when its turn comes.
+  // Positions and colours are written out of the object when their turn comes; normals and points that were split are kept until then.
   Json addPlain(const ModelObject& object, const Placement& placement) {
-    const auto points = std::make_shared<ColouredPoints>(pointsOf(object));
+    const auto points = std::make_shared<SurfacePoints>(pointsOf(object, Normals::creased));
     const std::vector<Vec3d>& places = object.mesh.positions;
     const auto& triangles = points->triangles.empty() ? object.mesh.triangles : points->triangles;
-    const uint64_t count = points->vertex.empty() ? places.size() : points->vertex.size();
+    const uint64_t count = points->count(object);
     const auto place = [points, &places](uint64_t i) -> const Vec3d& {
       return places[points->vertex.empty() ? i : points->vertex[i]];
     };
@@ -183,6 +190,9 @@ class Document {
     primitive["attributes"]["POSITION"] = addAccessor(
         positions(count, low, high),
         addArray<FilePoint>(count, kVertices, [place, placement](uint64_t i) { return placement.toFile(place(i)); }));
+    primitive["attributes"]["NORMAL"] = addAccessor(normals(count), addArray<FilePoint>(count, kVertices, [points, placement](uint64_t i) {
+                                                      return placement.directionToFile(points->normals[i]);
+                                                    }));
     if (!points->colours.empty()) {
       primitive["attributes"]["COLOR_0"] =
           addAccessor(colours(count), addArray<std::array<uint16_t, 4>>(count, kVertices, [points](uint64_t i) {

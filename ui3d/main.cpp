@@ -80,7 +80,12 @@ int run(int argc, char** argv) {
     verb->add_flag("--ground", place.stands,
                    "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
   };
-  const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
+  const auto surfaceOption = [](CLI::App* verb, clay::Grade& surface) {
+    const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
+    verb->add_option("--surface", surface, "Where the surface stands: draft, or fine with sharp creases")
+        ->transform(CLI::CheckedTransformer(grades).description(""))
+        ->default_str(surface == clay::Grade::fine ? "fine" : "draft");
+  };
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes and operations on whole pieces");
@@ -95,7 +100,7 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
-  sculptVerb->add_option("--surface", sculpt.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
+  surfaceOption(sculptVerb, sculpt.surface);
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
 
@@ -110,9 +115,10 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   addPlace(convertVerb, convert.place);
-  convertVerb->add_option("--surface", convert.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
+  surfaceOption(convertVerb, convert.surface);
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
+  convertVerb->add_flag("--draco", convert.draco, "glTF packed with Draco: a tenth of the size, which fewer programs can open");
 
   cli::InspectOptions inspect;
   auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");
@@ -149,7 +155,7 @@ int run(int argc, char** argv) {
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
-  renderVerb->add_option("--surface", render.surface, "Where the surface stands: draft, or fine with sharp creases")->transform(CLI::CheckedTransformer(grades))->capture_default_str();
+  surfaceOption(renderVerb, render.surface);
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
   addPlace(renderVerb, render.place);
 

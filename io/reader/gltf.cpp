@@ -34,6 +34,8 @@ class Scene {
   void refuseRequired() const;
   std::vector<uint64_t> roots();
   void sendNode(const Json& node, const Eigen::Affine3d& place);
+  void sendPlaced(const MeshData& local, const Eigen::Affine3d& place, const std::string& name);
+  std::vector<Eigen::Affine3d> instances(const Json& node, const std::string& name);
   const MeshData& mesh(uint64_t index);
   MeshData primitiveData(const Json& primitive, const std::string& name);
   std::array<double, 4> baseColour(const Json& primitive);
@@ -77,7 +79,7 @@ void Scene::refuseRequired() const {
     const std::string name = each.is_string() ? each.get<std::string>() : "?";
     const bool harmless = name == "KHR_draco_mesh_compression" || name == "KHR_mesh_quantization" ||
                           name.rfind("KHR_materials_", 0) == 0 || name.rfind("KHR_texture_", 0) == 0 ||
-                          name.rfind("EXT_texture_", 0) == 0 || name == "KHR_lights_punctual" ||
+                          name.rfind("EXT_texture_", 0) == 0 || name == "KHR_lights_punctual" || name == "EXT_mesh_gpu_instancing" ||
                           name == "MSFT_texture_dds";
     if (!harmless)
       throw Error("needs the extension " + name.substr(0, 60) + ", which cannot be read; export it without");
@@ -167,10 +169,50 @@ void Scene::sendNode(const Json& node, const Eigen::Affine3d& place) {
   const uint64_t index = GltfFile::index(node, "mesh");
   const MeshData& local = mesh(index);
   if (local.triangles.empty()) return;
+  if (node.contains("skin")) noteOnce("skins are not kept: what they bend is as it was modelled");
+  const std::string own = GltfFile::text(node, "name");
+  const std::string name = own.empty() ? GltfFile::text(file_.item("meshes", index), "name") : own;
+  for (const Eigen::Affine3d& instance : instances(node, name)) sendPlaced(local, place * instance, name);
+}
+
+/// Where the node has its mesh: once as it is, or where EXT_mesh_gpu_instancing repeats it.
+std::vector<Eigen::Affine3d> Scene::instances(const Json& node, const std::string& name) {
+  const Json& attributes =
+      GltfFile::member(GltfFile::member(GltfFile::member(node, "extensions"), "EXT_mesh_gpu_instancing"), "attributes");
+  if (attributes.is_null()) return {Eigen::Affine3d::Identity()};
+  std::optional<size_t> count;
+  const auto read = [&](const char* key, size_t wanted) {
+    std::vector<double> values;
+    if (!attributes.contains(key)) return values;
+    size_t components = 0;
+    values = file_.values(GltfFile::index(attributes, key), components);
+    const auto isFinite = [](double v) { return std::isfinite(v); };
+    if (components != wanted || !std::all_of(values.begin(), values.end(), isFinite) ||
+        count.value_or(values.size() / wanted) != values.size() / wanted)
+      throw Error("is damaged: the instances of " + (name.empty() ? std::string("a node") : name) +
+                  " disagree in their " + key + "; export it again");
+    count = values.size() / wanted;
+    return values;
+  };
+  const std::vector<double> moves = read("TRANSLATION", 3), turns = read("ROTATION", 4), scales = read("SCALE", 3);
+  std::vector<Eigen::Affine3d> places(count.value_or(0), Eigen::Affine3d::Identity());
+  for (size_t i = 0; i < places.size(); ++i) {
+    Eigen::Affine3d& place = places[i];
+    if (!moves.empty()) place.translate(Vec3d(moves[3 * i], moves[3 * i + 1], moves[3 * i + 2]));
+    if (!turns.empty()) {
+      const Eigen::Quaterniond turn(turns[4 * i + 3], turns[4 * i], turns[4 * i + 1], turns[4 * i + 2]);
+      if (!(turn.norm() > 1e-6)) throw Error("has an instance with a rotation that is none; export it again");
+      place.rotate(turn.normalized());
+    }
+    if (!scales.empty()) place.scale(Vec3d(scales[3 * i], scales[3 * i + 1], scales[3 * i + 2]));
+  }
+  return places;
+}
+
+void Scene::sendPlaced(const MeshData& local, const Eigen::Affine3d& place, const std::string& name) {
   triangles_ += local.triangles.size();
   if (triangles_ > kMostTriangles)
     throw Error("places more than " + std::to_string(kMostTriangles) + " triangles; export fewer instances");
-  if (node.contains("skin")) noteOnce("skins are not kept: what they bend is as it was modelled");
   MeshData placed = local;
   for (auto& position : placed.positions) {
     const Vec3d at = place * Vec3d(position[0], position[1], position[2]);
@@ -179,8 +221,7 @@ void Scene::sendNode(const Json& node, const Eigen::Affine3d& place) {
   if (place.linear().determinant() < 0) {
     for (auto& triangle : placed.triangles) std::swap(triangle[1], triangle[2]);
   }
-  const std::string name = GltfFile::text(node, "name");
-  sendMesh(placed, name.empty() ? GltfFile::text(file_.item("meshes", index), "name") : name, sender_);
+  sendMesh(placed, name, sender_);
 }
 
 /// All primitives of a mesh as one, as they bound one body together. Each vertex belongs to one primitive, so colours

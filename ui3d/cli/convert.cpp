@@ -72,9 +72,11 @@ void convertClay(const ConvertOptions& options) {
   engine::ModelExport what;
   what.visibleOnly = false;
   what.grade = options.surface;
+  what.draco = options.draco;
   if (options.reduce || options.errorMm) {
     what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
     what.grade = options.surface;
+    what.draco = options.draco;
   }
   for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
 }
@@ -100,6 +102,7 @@ void convertMesh(const ConvertOptions& options) {
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   io::WriteOptions write;
   write.tolerance = 1e-3;
+  write.draco = options.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);

@@ -44,6 +44,7 @@ struct ConvertOptions {
   engine::ImportPlace place;      ///< Of an input that is a model.
   std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
+  bool draco = false;             ///< glTF packed with Draco.
   clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
   Job* job = nullptr;
 };

@@ -16,7 +16,7 @@ constexpr std::array kKinds{
     FileKind{".stl", "STL", "", true, true, "For printing, where 3MF is not understood. It names no unit: read it as mm.", true},
     FileKind{".obj", "OBJ", "", true, true, "For other modellers. It names no unit: read it as mm.", true},
     FileKind{".ply", "PLY", "", true, true, "For scanners' and researchers' programs. It names no unit: read it as mm.", true},
-    FileKind{".glb", "glTF binary", "metres", true, true, "For the web and for game engines, in one file, packed by Draco. Lengths become metres, as the format wants.", true},
+    FileKind{".glb", "glTF binary", "metres", true, true, "For the web and for game engines, in one file. Lengths become metres, as the format wants.", true},
     FileKind{".gltf", "glTF", "metres", true, true, "For the web, as text. Lengths become metres, as the format wants.", true},
     FileKind{".drc", "Draco", "", true, true, "The smallest file: rounded within a stated error. It names no unit: read it as mm.", true},
     FileKind{".vdb", "OpenVDB", "", true, true, "The clay itself, as a level set, for effects and simulation. It names no unit: read it as mm.", false},

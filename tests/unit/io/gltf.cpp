@@ -296,6 +296,21 @@ void expectSame(const ModelObject& ours, const PeerObject& peer, double within) 
   }
 }
 
+/// Lit as clay is: a dull material, and normals that are those of the triangles around, to the bend of the surface.
+void expectMatt(const PeerObject& peer) {
+  EXPECT_TRUE(peer.material);
+  EXPECT_EQ(peer.metallic, 0);
+  EXPECT_EQ(peer.roughness, 1);
+  ASSERT_EQ(peer.normals.size(), peer.positionsMm.size());
+  for (const auto& [a, b, c] : peer.triangles) {
+    const Vec3d facing = (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
+    for (const uint32_t corner : {a, b, c}) {
+      ASSERT_NEAR(peer.normals[corner].norm(), 1, 0.005);
+      ASSERT_GT(peer.normals[corner].dot(facing), 0.75);
+    }
+  }
+}
+
 class GltfWritten : public testing::TestWithParam<std::pair<const char*, bool>> {};
 
 TEST_P(GltfWritten, PeerAndWeReadTheSame) {
@@ -316,7 +331,12 @@ TEST_P(GltfWritten, PeerAndWeReadTheSame) {
 
   const std::vector<PeerObject> peers = readByPeer(path);
   ASSERT_EQ(peers.size(), 2u);
-  for (size_t i = 0; i < 2; ++i) expectSame(objects[i], peers[i], within);
+  for (size_t i = 0; i < 2; ++i) {
+    expectSame(objects[i], peers[i], within);
+    expectMatt(peers[i]);
+  }
+  // Only what was asked for shuts other programs out.
+  EXPECT_EQ(requiredByPeer(path), draco ? std::vector<std::string>{"KHR_draco_mesh_compression"} : std::vector<std::string>{});
 
   const ModelFile again = readModel(path);
   ASSERT_EQ(again.objects.size(), 2u);
@@ -355,6 +375,58 @@ TEST(GltfWriting, ColoursOfTrianglesComeBack) {
     EXPECT_EQ(std::count(object.triangleColours.begin(), object.triangleColours.end(), Colour{255, 0, 0, 255}), 6);
     EXPECT_EQ(std::count(object.triangleColours.begin(), object.triangleColours.end(), Colour{0, 0, 200, 255}), 6);
   }
+}
+
+// A cube's edges stay edges in the light of any viewer, and it comes back closed.
+TEST(GltfWriting, CreasesAreLitAsCreases) {
+  const samples::Folder folder;
+  ModelObject cube;
+  cube.mesh = samples::cube(10);
+  for (const bool draco : {false, true}) {
+    WriteOptions options;
+    options.draco = draco;
+    static_cast<void>(writeModel(folder / "a.glb", {{&cube, 1}, {}}, options));
+    const PeerObject peer = readByPeer(folder / "a.glb").at(0);
+    EXPECT_EQ(peer.positionsMm.size(), 24u);
+    for (const auto& [a, b, c] : peer.triangles) {
+      const Vec3d facing = (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
+      for (const uint32_t corner : {a, b, c}) EXPECT_GT(peer.normals.at(corner).dot(facing), 0.9999);
+    }
+    const ModelObject again = readModel(folder / "a.glb").objects.at(0);
+    EXPECT_EQ(again.mesh.positions.size(), 8u);
+    EXPECT_TRUE(clay::checkTopology(again.mesh).closed());
+    EXPECT_FALSE(again.colour) << "white was not asked for";
+  }
+}
+
+// A row of three, the second turned and the third three times as large.
+TEST_F(Gltf, InstancesArePlaced) {
+  json document = square();
+  std::string bytes = squareBytes();
+  for (const float v : {0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 5.f, 0.f, 0.f}) samples::append(bytes, v);
+  for (const float v : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 0.f, 1.f}) samples::append(bytes, v);
+  for (const float v : {1.f, 1.f, 1.f, 1.f, 1.f, 1.f, 3.f, 3.f, 3.f}) samples::append(bytes, v);
+  for (const auto& [offset, length] : {std::pair{60, 36}, {96, 48}, {144, 36}}) document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}});
+  for (const auto& [view, type] : {std::pair{2, "VEC3"}, {3, "VEC4"}, {4, "VEC3"}})
+    document["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", 3}, {"type", type}});
+  const json places = {{"TRANSLATION", 2}, {"ROTATION", 3}, {"SCALE", 4}};
+  document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = places;
+  document["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+  const ModelFile model = read(document, bytes);
+  ASSERT_EQ(model.objects.size(), 3u);
+  const auto boxOf = [](const ModelObject& object) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& p : object.mesh.positions) box.extend(p);
+    return box;
+  };
+  // The square of glTF's x and y is ours of x and z.
+  EXPECT_EQ(boxOf(model.objects[0]).max(), Vec3d(1, 0, 1));
+  EXPECT_LT((boxOf(model.objects[1]).min() - Vec3d(1, 0, -1)).norm(), 1e-9);  // Half a turn about glTF's z.
+  EXPECT_LT((boxOf(model.objects[2]).max() - Vec3d(8, 0, 3)).norm(), 1e-9);
+  EXPECT_EQ(model.objects[2].name, "sheet");
+  // Lists of different lengths.
+  document["accessors"][3]["count"] = 2;
+  EXPECT_THAT(refusal(document, bytes), HasSubstr("instances"));
 }
 
 TEST(GltfWriting, CancelLeavesTheOldFile) {

@@ -34,18 +34,24 @@ T at(const tinygltf::Model& model, int accessor, size_t element, size_t componen
   return value;
 }
 
-}  // namespace
-
-std::vector<PeerObject> readByPeer(const std::filesystem::path& path) {
+tinygltf::Model loaded(const std::filesystem::path& path) {
   tinygltf::TinyGLTF loader;
   tinygltf::Model model;
   std::string error, warning;
-  const bool loaded = path.extension() == ".glb" ? loader.LoadBinaryFromFile(&model, &error, &warning, path.string())
-                                                 : loader.LoadASCIIFromFile(&model, &error, &warning, path.string());
-  EXPECT_TRUE(loaded) << error;
+  EXPECT_TRUE(path.extension() == ".glb" ? loader.LoadBinaryFromFile(&model, &error, &warning, path.string())
+                                         : loader.LoadASCIIFromFile(&model, &error, &warning, path.string()))
+      << error;
   EXPECT_EQ(warning, "");
+  return model;
+}
+
+}  // namespace
+
+std::vector<std::string> requiredByPeer(const std::filesystem::path& path) { return loaded(path).extensionsRequired; }
+
+std::vector<PeerObject> readByPeer(const std::filesystem::path& path) {
+  const tinygltf::Model model = loaded(path);
   std::vector<PeerObject> objects;
-  if (!loaded) return objects;
   for (const tinygltf::Node& node : model.nodes) {
     PeerObject& object = objects.emplace_back();
     object.name = node.name;
@@ -82,8 +88,20 @@ std::vector<PeerObject> readByPeer(const std::filesystem::path& path) {
         object.colours.push_back(c);
       }
     }
+    if (const auto normal = primitive.attributes.find("NORMAL"); normal != primitive.attributes.end()) {
+      EXPECT_EQ(model.accessors.at(size_t(normal->second)).count, accessor.count);
+      for (size_t i = 0; i < accessor.count; ++i) {
+        std::array<double, 3> n{};
+        for (size_t k = 0; k < 3; ++k) n[k] = double(at<float>(model, normal->second, i, k));
+        object.normals.emplace_back(n[0], -n[2], n[1]);
+      }
+    }
     if (primitive.material >= 0) {
-      const auto& factor = model.materials.at(size_t(primitive.material)).pbrMetallicRoughness.baseColorFactor;
+      const auto& surface = model.materials.at(size_t(primitive.material)).pbrMetallicRoughness;
+      object.material = true;
+      object.metallic = surface.metallicFactor;
+      object.roughness = surface.roughnessFactor;
+      const auto& factor = surface.baseColorFactor;
       for (size_t k = 0; k < 4; ++k)
         object.baseColour[k] = k < 3 ? srgb(factor.at(k)) : uint8_t(std::lround(255 * factor.at(k)));
     }
