@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "clay/boolean.h"
 #include "clay/error.h"
 #include "clay/mesh_to_clay.h"
 #include "clay/nearest_triangle.h"
@@ -46,6 +47,64 @@ ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& ho
   if (how.asPart || how.fitMm || how.voxelMm || !how.up.empty() || how.heightMm)
     imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
   return imported;
+}
+
+// The clay without what slicers cut away from it.
+clay::Version withoutNegatives(clay::Version version, const io::ModelObject& object, const std::vector<io::ModelObject>& negatives, std::vector<std::string>& notes, Job* job) {
+  clay::ImportOptions options;
+  options.grid = version.grid();
+  options.placeOrigin = false;
+  for (const io::ModelObject& negative : negatives) {
+    if (negative.assembly != object.assembly) continue;
+    const std::string name = negative.name.empty() ? "A negative volume" : negative.name;
+    try {
+      const clay::Imported made = clay::meshToClay(clay::Store::make(), negative.mesh, options, job);
+      version = clay::combine(version, made.version, clay::Combination::cut, {}, job);
+      notes.push_back(fmt::format("{} was cut away, as the file says.", name));
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& e) {
+      notes.push_back(fmt::format("{} should be cut away and was left out: {}.", name, e.what()));
+    }
+  }
+  return version;
+}
+
+void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& imported, Job* job) {
+  const uint32_t assembly = read.objects.front().assembly;
+  const std::vector<io::ModelObject> objects = read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
+  io::ModelObject all = io::merged(objects.empty() ? std::move(read.objects) : std::vector<io::ModelObject>(objects));
+  all.assembly = assembly;
+  all.colour = io::meanColour(all);  // While it has its mesh.
+  const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
+  if (how.onRead) how.onRead(whole);
+  clay::ImportOptions options;
+  options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
+  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
+    clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
+    made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours}, clay::WorkPart(job, kMade, 1));
+    std::vector<std::string> notes = made.report.sentences();
+    made.version = withoutNegatives(std::move(made.version), object, read.negatives, notes, job);
+    if (made.version.stats().bricks == 0) throw Error(fmt::format("nothing is left of {} when its negative volumes are cut away", object.name.empty() ? "the model" : object.name));
+    imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+    for (std::string& sentence : notes) {
+      if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));
+    }
+  };
+  if (!objects.empty()) {
+    const size_t notes = imported.notes.size();
+    try {
+      for (const io::ModelObject& object : objects) add(object, object.mesh);
+      return;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      // Some object is no solid alone: together they may be one.
+      imported.pieces.clear();
+      imported.notes.resize(notes);
+    }
+  }
+  add(all, *whole);
 }
 
 Part partOf(io::ModelObject&& object, Job* job) {
@@ -89,56 +148,26 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
     if (!wish.up.empty() || wish.heightMm || wish.units == "auto")
       imported.notes.push_back(placeWords(look, placement, wish));
     place(read.objects, placement);
+    place(read.negatives, placement);
   }
-  const bool separate = read.objects.size() <= kMostObjects && !how.fitMm;
-  io::ModelObject all = separate && read.objects.size() > 1 ? io::merged(std::vector<io::ModelObject>(read.objects)) : io::merged(std::move(read.objects));
-  if (how.fitMm) imported.notes.push_back(fitMesh(all.mesh, *how.fitMm));
-  const Vec3d first = all.mesh.positions.front();
-  if (std::string moved = bringNear(all.mesh); !moved.empty()) {
-    imported.notes.push_back(std::move(moved));
-    const Vec3d by = all.mesh.positions.front() - first;
-    if (read.objects.size() > 1) {
-      for (io::ModelObject& object : read.objects) {
-        for (Vec3d& position : object.mesh.positions) position += by;
-      }
-    }
+  if (read.objects.size() > kMostObjects || how.fitMm) {
+    const uint32_t assembly = read.objects.front().assembly;
+    read.objects = {io::merged(std::move(read.objects))};
+    read.objects.front().assembly = assembly;
+    for (io::ModelObject& negative : read.negatives) negative.assembly = assembly;
   }
+  std::vector<clay::TriangleMesh*> solids, negatives;
+  for (io::ModelObject& object : read.objects) solids.push_back(&object.mesh);
+  for (io::ModelObject& object : read.negatives) negatives.push_back(&object.mesh);
+  if (how.fitMm) imported.notes.push_back(fitMeshes(solids, *how.fitMm, negatives));
+  if (std::string moved = bringNear(solids, negatives); !moved.empty()) imported.notes.push_back(std::move(moved));
   try {
     if (how.asPart) {
-      if (read.objects.size() > 1) {
-        for (io::ModelObject& object : read.objects) imported.parts.push_back(partOf(std::move(object), job));
-      } else {
-        imported.parts.push_back(partOf(std::move(all), job));
-      }
-      return imported;
+      if (!read.negatives.empty()) imported.notes.push_back(io::notCutAway(read.negatives.size()));
+      for (io::ModelObject& object : read.objects) imported.parts.push_back(partOf(std::move(object), job));
+    } else {
+      makePieces(read, how, imported, job);
     }
-    all.colour = io::meanColour(all);  // While it has its mesh.
-    const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
-    if (how.onRead) how.onRead(whole);
-    clay::ImportOptions options;
-    options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
-    const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
-      clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
-      made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours}, clay::WorkPart(job, kMade, 1));
-      imported.pieces.push_back(pieceOf(object, std::move(made.version)));
-      for (std::string& sentence : made.report.sentences()) {
-        if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));
-      }
-    };
-    if (read.objects.size() > 1) {
-      const size_t notes = imported.notes.size();
-      try {
-        for (const io::ModelObject& object : read.objects) add(object, object.mesh);
-        return imported;
-      } catch (const Cancelled&) {
-        throw;
-      } catch (const Error&) {
-        // Some object is no solid alone: together they may be one.
-        imported.pieces.clear();
-        imported.notes.resize(notes);
-      }
-    }
-    add(all, *whole);
   } catch (const Cancelled&) {
     throw;
   } catch (const Error& e) {

@@ -24,6 +24,13 @@ void standUp(clay::TriangleMesh& mesh) {
   for (Vec3d& position : mesh.positions) position = Vec3d(position.x(), -position.z(), position.y());
 }
 
+Eigen::AlignedBox3d boxOf(Meshes meshes) {
+  Eigen::AlignedBox3d box;
+  for (const clay::TriangleMesh* mesh : meshes)
+    for (const Vec3d& position : mesh->positions) box.extend(position);
+  return box;
+}
+
 bool isYUp(const io::MeshFile& file, Up up) {
   return up == Up::y || (up == Up::custom && (file.format.starts_with("OBJ") || file.format.starts_with("OFF")));
 }
@@ -56,8 +63,9 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     standUp(read.mesh);
     prepared.notes.push_back("Turned so that its y axis points up.");
   }
-  if (script.fitMm) prepared.notes.push_back(fitMesh(read.mesh, *script.fitMm));
-  if (std::string moved = bringNear(read.mesh); !moved.empty()) prepared.notes.push_back(std::move(moved));
+  clay::TriangleMesh* const meshes[] = {&read.mesh};
+  if (script.fitMm) prepared.notes.push_back(fitMeshes(meshes, *script.fitMm));
+  if (std::string moved = bringNear(meshes); !moved.empty()) prepared.notes.push_back(std::move(moved));
   clay::Imported imported;
   try {
     clay::ImportOptions options;
@@ -79,23 +87,25 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
 
 }  // namespace
 
-std::string bringNear(clay::TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3d& position : mesh.positions) box.extend(position);
+std::string bringNear(Meshes meshes, Meshes others) {
+  const Eigen::AlignedBox3d box = boxOf(meshes);
   if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm) return {};
   const Vec3d by = -box.center().array().round().matrix();
-  for (Vec3d& position : mesh.positions) position += by;
+  for (const Meshes& some : {meshes, others})
+    for (clay::TriangleMesh* mesh : some)
+      for (Vec3d& position : mesh->positions) position += by;
   return fmt::format("It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm.", by.x(), by.y(), by.z());
 }
 
-std::string fitMesh(clay::TriangleMesh& mesh, double fitMm) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3d& position : mesh.positions) box.extend(position);
+std::string fitMeshes(Meshes meshes, double fitMm, Meshes others) {
+  const Eigen::AlignedBox3d box = boxOf(meshes);
   const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
   if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
   const Vec3d centre = box.center();
   const double scale = fitMm / longest;
-  for (Vec3d& position : mesh.positions) position = (position - centre) * scale;
+  for (const Meshes& some : {meshes, others})
+    for (clay::TriangleMesh* mesh : some)
+      for (Vec3d& position : mesh->positions) position = (position - centre) * scale;
   return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,13 @@ struct PrepareOptions {
 /// when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
 [[nodiscard]] PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options = {});
 
-/// Clay reaches 10^6 mm from zero: a mesh that lies farther off is moved, by whole millimetres, until its middle is there; empty when it did not have to be.
-std::string bringNear(clay::TriangleMesh& mesh);
+using Meshes = std::span<clay::TriangleMesh* const>;
 
-/// Centres a mesh at zero and scales its longest side to `fitMm`, as prepareClay does; says so in a sentence.
-std::string fitMesh(clay::TriangleMesh& mesh, double fitMm);
+/// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their middle is there; empty when they did not have to
+/// be. `others` go along and do not count.
+std::string bringNear(Meshes meshes, Meshes others = {});
+
+/// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others` go along and do not count.
+std::string fitMeshes(Meshes meshes, double fitMm, Meshes others = {});
 
 }  // namespace argil::engine

@@ -21,6 +21,7 @@ MeshFile meshOf(ModelFile&& model) {
   file.polygons = model.polygons;
   file.welded = model.welded;
   file.notes = std::move(model.notes);
+  if (!model.negatives.empty()) file.notes.push_back(notCutAway(model.negatives.size()));
   return file;
 }
 

@@ -133,6 +133,10 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
   return all;
 }
 
+std::string notCutAway(size_t negatives) {
+  return std::to_string(negatives) + (negatives == 1 ? " negative volume was left out and not cut away" : " negative volumes were left out and not cut away") + ": only clay is cut";
+}
+
 std::optional<Colour> meanColour(const ModelObject& object) {
   if (object.triangleColours.empty() && object.vertexColours.empty()) return object.colour;
   double sum[4] = {}, area = 0;

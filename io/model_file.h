@@ -29,12 +29,14 @@ struct ModelObject {
   std::vector<Colour> vertexColours;      ///< One a vertex, or empty.
   std::vector<Colour> triangleColours;    ///< One a triangle, or empty: goes before vertexColours.
   std::optional<Colour> colour;           ///< Of the whole, where the file says so.
+  uint32_t assembly = 0;                  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
 };
 
 /// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there is at least one object; nothing is
 /// promised about topology.
 struct ModelFile {
   std::vector<ModelObject> objects;
+  std::vector<ModelObject> negatives;  ///< What slicers cut away from the objects of the same assembly; held to the same promises.
   std::optional<double> unitMm;    ///< mm in one unit where the format says so (3MF; glTF: 1000); none: ask the person.
   std::string format;              ///< "STL (binary)", "3MF", "glTF (binary, Draco)", ...
   uint64_t faces = 0;              ///< As the file has them, before polygons became triangles.
@@ -54,6 +56,9 @@ struct ModelFile {
 /// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of vertices and some of triangles, triangles get the
 /// mean of their corners.
 [[nodiscard]] ModelObject merged(std::vector<ModelObject>&& objects);
+
+/// What a reader says that leaves ModelFile::negatives out.
+[[nodiscard]] std::string notCutAway(size_t negatives);
 
 /// Mean of an object's colours by area; none when it has none.
 [[nodiscard]] std::optional<Colour> meanColour(const ModelObject& object);

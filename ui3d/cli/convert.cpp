@@ -95,6 +95,7 @@ void convertMesh(const ConvertOptions& options) {
     fmt::print("{}\n", engine::placeWords(look, placement, options.place));
   io::ModelFile model = *std::exchange(look.model, nullptr);
   engine::place(model.objects, placement);
+  if (!model.negatives.empty()) fmt::print("{}; give --voxel.\n", io::notCutAway(model.negatives.size()));
   if (options.reduce || options.errorMm) {
     const ProgressLine line("reducing", options.job);
     fmt::print("{}\n", engine::reduceModel(model.objects, exportOf(options, model.objects), options.job));

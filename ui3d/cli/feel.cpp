@@ -59,7 +59,8 @@ clay::Version makeClay(const FeelOptions& options) {
 std::shared_ptr<const haptics::PartMesh> makePart(const FeelOptions& options) {
   const ProgressLine line("reading the part", options.job);
   io::MeshFile file = io::readMesh(options.input, options.job);
-  if (options.sizeMm) fmt::print("{}\n", engine::fitMesh(file.mesh, *options.sizeMm));
+  clay::TriangleMesh* const meshes[] = {&file.mesh};
+  if (options.sizeMm) fmt::print("{}\n", engine::fitMeshes(meshes, *options.sizeMm));
   try {
     return std::make_shared<const haptics::PartMesh>(file.mesh, options.job);
   } catch (const Cancelled&) {

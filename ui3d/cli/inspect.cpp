@@ -116,7 +116,8 @@ void inspect(const InspectOptions& options) {
     printTopology(mesh);
   }
   if (options.voxelMm) {
-    if (const std::string moved = engine::bringNear(file.mesh); !moved.empty() && !options.json) fmt::print("{}\n", moved);
+    clay::TriangleMesh* const meshes[] = {&file.mesh};
+    if (const std::string moved = engine::bringNear(meshes); !moved.empty() && !options.json) fmt::print("{}\n", moved);
     const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
     clay::Surface surface;
     surface.update(imported.version, 2);

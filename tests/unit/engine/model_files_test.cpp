@@ -12,6 +12,7 @@
 #include "clay/editor.h"
 #include "clay/error.h"
 #include "clay/primitives.h"
+#include "clay/region_work.h"
 #include "clay/store.h"
 #include "io/model_writer.h"
 
@@ -71,6 +72,39 @@ TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
     io::writeModel(folder / "many.3mf", {objects, {}});
     EXPECT_EQ(importModel(folder / "many.3mf", {.voxelMm = 2}).pieces.size(), count == 32 ? 32u : 1u);
   }
+}
+
+TEST_F(ModelFiles, moreObjectsThanAListHoldsAreOnePart) {
+  std::vector<io::ModelObject> objects;
+  for (int i = 0; i < 40; ++i) objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
+  io::writeModel(folder / "many.3mf", {objects, {}});
+  const ImportedModel parts = importModel(folder / "many.3mf", {.asPart = true});
+  ASSERT_EQ(parts.parts.size(), 1u);
+  EXPECT_EQ(parts.parts[0].mesh->triangles.size(), 40u * 12);
+}
+
+// A pocket of 20 × 20 × 10 in a block of 40 × 40 × 20, as PrusaSlicer keeps it: 28 000 mm³ are left of 32 000.
+TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
+  const io::ModelObject block = cube("block", {0, 0, 0}, 40, {}), pocket = cube("pocket", {10, 10, 10}, 20, {}), apart = cube("apart", {100, 0, 0}, 10, {});
+  auto read = std::make_shared<io::ModelFile>();
+  read->objects = {block, apart};
+  for (Vec3d& p : read->objects[0].mesh.positions) p.z() *= 0.5;
+  read->objects[1].assembly = 1;
+  read->negatives = {pocket};
+  const auto look = std::make_shared<const ModelLook>(lookAtModel(read, "a.3mf"));
+  const ImportedModel clay = importModel("a.3mf", {.voxelMm = 0.5, .look = look});
+  ASSERT_EQ(clay.pieces.size(), 2u);
+  EXPECT_NEAR(clay::volumeOf(clay.pieces[0].version) * 0.125, 28000, 28);
+  EXPECT_NEAR(clay::volumeOf(clay.pieces[1].version) * 0.125, 1000, 10) << "of another assembly";
+  EXPECT_THAT(clay.notes, testing::Contains(HasSubstr("pocket was cut away")));
+  // All as one, and as a part that cannot be cut.
+  const ImportedModel fitted = importModel("a.3mf", {.voxelMm = 0.25, .fitMm = 55, .look = look});
+  ASSERT_EQ(fitted.pieces.size(), 1u);
+  EXPECT_NEAR(clay::volumeOf(fitted.pieces[0].version) / 64, 29000 / 8.0, 29);
+  EXPECT_THAT(importModel("a.3mf", {.look = look, .asPart = true}).notes, testing::Contains(HasSubstr("not cut away")));
+  // More is cut away than there is.
+  read->negatives[0] = cube("all", {-10, -10, -10}, 60, {});
+  EXPECT_THROW((void)importModel("a.3mf", {.voxelMm = 1, .look = look}), Error);
 }
 
 // Half a ball of the first material, which has a colour, a quarter of the second, which has none.
