@@ -70,6 +70,10 @@ clay::Version withoutNegatives(clay::Version version, const io::ModelObject& obj
   return version;
 }
 
+void requireSome(const ImportedModel& imported) {
+  if (imported.pieces.empty()) throw Error("nothing is left when the file's negative volumes are cut away");
+}
+
 void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& imported, Job* job) {
   const uint32_t assembly = read.objects.front().assembly;
   const std::vector<io::ModelObject> objects = read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
@@ -85,8 +89,8 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours}, clay::WorkPart(job, kMade, 1));
     std::vector<std::string> notes = made.report.sentences();
     made.version = withoutNegatives(std::move(made.version), object, read.negatives, notes, job);
-    if (made.version.stats().bricks == 0) throw Error(fmt::format("nothing is left of {} when its negative volumes are cut away", object.name.empty() ? "the model" : object.name));
-    imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+    if (made.version.stats().bricks == 0) notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.", object.name.empty() ? "an object" : object.name));
+    else imported.pieces.push_back(pieceOf(object, std::move(made.version)));
     for (std::string& sentence : notes) {
       if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));
     }
@@ -95,6 +99,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     const size_t notes = imported.notes.size();
     try {
       for (const io::ModelObject& object : objects) add(object, object.mesh);
+      requireSome(imported);
       return;
     } catch (const Cancelled&) {
       throw;
@@ -105,6 +110,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     }
   }
   add(all, *whole);
+  requireSome(imported);
 }
 
 Part partOf(io::ModelObject&& object, Job* job) {
@@ -285,6 +291,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       write.distinct = true;
       write.tolerance = tolerance;
       write.draco = what.draco;
+      for (std::string& sentence : io::lossesOf(file, {objects, {}}, write)) sentences.push_back(std::move(sentence));
       report = io::writeModel(file, {objects, {}}, write, job);
       sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(), report.triangles, report.format, double(report.bytes) * 1e-6));
     }

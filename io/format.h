@@ -17,7 +17,7 @@
 
 namespace argil::io {
 
-/// Writes one format: begin, all vertices in order, all triangles in order, end. What it is given was checked.
+/// Writes one format: begin, all vertices in order, all triangles in order (each object's behind its name), end. What it is given was checked.
 class MeshEncoder {
  public:
   virtual ~MeshEncoder() = default;
@@ -28,7 +28,17 @@ class MeshEncoder {
     static_cast<void>(colours);
     vertices(sink, positions);
   }
+  /// The triangles that follow are those of an object of this name. A format without names leaves it out.
+  virtual void object(ByteSink& sink, const std::string& name) {
+    static_cast<void>(sink);
+    static_cast<void>(name);
+  }
   virtual void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) = 0;
+  /// The same when counts.triangleColours, one colour a triangle. A format without them leaves them out.
+  virtual void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> list, std::span<const Colour> colours) {
+    static_cast<void>(colours);
+    triangles(sink, list);
+  }
   virtual void end(ByteSink& sink) = 0;
 };
 
@@ -46,6 +56,10 @@ struct Format {
   /// Puts the model, which was checked, into the file and says in the report what was lost; the caller counts and commits. May throw Error, Cancelled.
   void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*) = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
+  // What a file of it can say.
+  bool objects = false;          ///< Several, with names.
+  bool colours = false;          ///< Of vertices, and so of the whole.
+  bool triangleColours = false;
 };
 
 [[nodiscard]] std::span<const Format> formats();

@@ -104,10 +104,7 @@ void weld(ModelObject& object) {
     for (size_t i = 0; same && i < place.size(); ++i) same = colours[place[i]] == object.vertexColours[i];
     if (!same) {
       for (const auto& [a, b, c] : object.mesh.triangles) {
-        const Colour &p = object.vertexColours[a], &q = object.vertexColours[b], &r = object.vertexColours[c];
-        const auto mean = [](int x, int y, int z) { return uint8_t((x + y + z + 1) / 3); };
-        object.triangleColours.push_back({mean(p.red, q.red, r.red), mean(p.green, q.green, r.green),
-                                          mean(p.blue, q.blue, r.blue), mean(p.alpha, q.alpha, r.alpha)});
+        object.triangleColours.push_back(meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]));
       }
       colours.clear();
     }

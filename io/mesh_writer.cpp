@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "io/atomic_file.h"
 #include "io/format.h"
 #include "io/input.h"
@@ -92,14 +94,33 @@ void checkMesh(const std::string& name, const clay::TriangleMesh& mesh, bool sin
   report.triangles += mesh.triangles.size();
 }
 
-/// One a vertex; white where the object says nothing. A colour of triangles goes to their corners, the last triangle's where they differ.
+/// One a vertex; white where the object says nothing. Colours of triangles become the mean at their corners.
 std::vector<Colour> coloursOfVertices(const ModelObject& object) {
   if (object.triangleColours.empty() && !object.vertexColours.empty()) return object.vertexColours;
   std::vector<Colour> colours(object.mesh.positions.size(), object.colour.value_or(Colour{}));
-  for (size_t t = 0; t < object.triangleColours.size(); ++t)
-    for (const uint32_t v : object.mesh.triangles[t])
-      if (v < colours.size()) colours[v] = object.triangleColours[t];
+  if (object.triangleColours.empty()) return colours;
+  std::vector<std::array<uint64_t, 5>> sums(colours.size());
+  for (size_t t = 0; t < object.triangleColours.size(); ++t) {
+    const Colour& c = object.triangleColours[t];
+    for (const uint32_t v : object.mesh.triangles[t]) {
+      if (v >= sums.size()) continue;  // Refused when the triangles come.
+      auto& sum = sums[v];
+      sum = {sum[0] + c.red, sum[1] + c.green, sum[2] + c.blue, sum[3] + c.alpha, sum[4] + 1};
+    }
+  }
+  for (size_t v = 0; v < colours.size(); ++v) {
+    const auto& sum = sums[v];
+    const auto mean = [&](size_t k) { return static_cast<uint8_t>((sum[k] + sum[4] / 2) / sum[4]); };
+    if (sum[4] > 0) colours[v] = {mean(0), mean(1), mean(2), mean(3)};
+  }
   return colours;
+}
+
+Colour colourOfTriangle(const ModelObject& object, size_t triangle) {
+  if (!object.triangleColours.empty()) return object.triangleColours[triangle];
+  if (object.vertexColours.empty()) return object.colour.value_or(Colour{});
+  const auto& [a, b, c] = object.mesh.triangles[triangle];
+  return meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]);
 }
 
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
@@ -174,14 +195,24 @@ void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colo
   }
 }
 
-void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> triangles) {
+void MeshWriter::object(const std::string& name) { state_->encoder->object(state_->sink, name); }
+
+void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> list) { triangles(list, {}); }
+
+void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> triangles, std::span<const Colour> colours) {
   State& s = *state_;
+  if (colours.size() != (s.counts.triangleColours ? triangles.size() : 0)) s.failWork("triangles came without the colours that were announced, or with others");
   if (s.report.vertices != s.counts.vertices) s.failWork("triangles came before all vertices");
   if (triangles.size() > s.counts.triangles - s.report.triangles) s.failWork("more triangles came than were announced");
   while (!triangles.empty()) {
     const auto piece = triangles.first(std::min(kStep, triangles.size()));
     checkCorners(s.name, piece, s.counts.vertices);
-    s.encoder->triangles(s.sink, piece);
+    if (s.counts.triangleColours) {
+      s.encoder->colouredTriangles(s.sink, piece, colours.first(piece.size()));
+      colours = colours.subspan(piece.size());
+    } else {
+      s.encoder->triangles(s.sink, piece);
+    }
     s.report.triangles += piece.size();
     s.step();
     triangles = triangles.subspan(piece.size());
@@ -224,6 +255,22 @@ WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMes
   return writer.finish();
 }
 
+std::vector<std::string> lossesOf(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options) {
+  const Format& format = formatFor(path, options, false);
+  const std::string name(format.name);
+  const auto& objects = model.objects;
+  const auto any = [&](const auto& has) { return std::any_of(objects.begin(), objects.end(), has); };
+  const bool byTriangle = any([](const ModelObject& each) { return !each.triangleColours.empty(); });
+  // One colour of the whole model is no news.
+  const bool painted = byTriangle || any([](const ModelObject& each) { return !each.vertexColours.empty(); }) ||
+                       any([&](const ModelObject& each) { return each.colour != objects.front().colour; });
+  std::vector<std::string> sentences;
+  if (!format.colours && painted) sentences.push_back(name + " has no colours: they are left out.");
+  if (format.colours && !format.triangleColours && byTriangle) sentences.push_back(name + " has colours of vertices alone: those of triangles become the mean around each vertex.");
+  if (!format.objects && objects.size() > 1) sentences.push_back(fmt::format("{} holds one mesh: {} objects become one, without their names.", name, objects.size()));
+  return sentences;
+}
+
 WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options, Job* job) {
   const Format& format = formatFor(path, options, false);
   MeshCounts counts;
@@ -235,6 +282,7 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   if (format.write == nullptr) {
     for (const ModelObject& object : model.objects) {
       counts.colours = counts.colours || object.colour || !object.vertexColours.empty() || !object.triangleColours.empty();
+      counts.triangleColours = counts.triangleColours || !object.triangleColours.empty();
     }
     MeshWriter writer(path, counts, options, job);
     for (const ModelObject& object : model.objects) {
@@ -246,14 +294,18 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
     }
     uint32_t first = 0;
     std::vector<std::array<uint32_t, 3>> moved;
+    std::vector<Colour> colours;
     for (const ModelObject& object : model.objects) {
+      if (!object.name.empty() || model.objects.size() > 1) writer.object(object.name);
       for (size_t at = 0; at < object.mesh.triangles.size(); at += kStep) {
         moved.clear();
+        colours.clear();
         for (size_t i = at; i < std::min(at + kStep, object.mesh.triangles.size()); ++i) {
           const auto& [a, b, c] = object.mesh.triangles[i];
           moved.push_back({a + first, b + first, c + first});
+          if (counts.triangleColours) colours.push_back(colourOfTriangle(object, i));
         }
-        writer.triangles(moved);
+        writer.triangles(moved, colours);
       }
       first += static_cast<uint32_t>(object.mesh.positions.size());
     }

@@ -34,6 +34,7 @@ struct MeshCounts {
   uint64_t vertices = 0;
   uint64_t triangles = 0;
   bool colours = false;  ///< Each vertex has one. PLY and OBJ keep them, without alpha; STL does not.
+  bool triangleColours = false;  ///< Each triangle has one. PLY keeps them, without alpha.
 };
 
 struct WriteReport {
@@ -67,6 +68,10 @@ class MeshWriter {
   void vertices(std::span<const Vec3d> positions, std::span<const Colour> colours);
   /// Counter-clockwise from outside; indices in the order of vertices(). Throws Error (kind work); Cancelled.
   void triangles(std::span<const std::array<uint32_t, 3>> triangles);
+  /// The same with colours, as many, if they were announced.
+  void triangles(std::span<const std::array<uint32_t, 3>> triangles, std::span<const Colour> colours);
+  /// The triangles that follow are those of this object: OBJ keeps its name.
+  void object(const std::string& name);
   /// Throws Error (kind work) when fewer came than announced, or from the disk.
   WriteReport finish();
 

@@ -5,10 +5,13 @@
 #include <new>
 #include <utility>
 
+#include "io/foreign_files.h"
 #include "io/format.h"
+#include "io/gzip.h"
 #include "io/input.h"
 #include "io/three_mf_read.h"
 #include "io/three_mf_write.h"
+#include "io/zip_reader.h"
 
 namespace argil::io {
 
@@ -16,13 +19,13 @@ namespace {
 
 constexpr std::array kFormats = {
     Format{.name = "STL", .extension = ".stl", .recognizes = recognizesStl, .parseMesh = parseStl, .encoder = makeStlEncoder, .singlePrecision = true},
-    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder},
-    Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true},
+    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder, .objects = true, .colours = true},
+    Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true, .colours = true, .triangleColours = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
-    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true},
-    Format{.name = "glTF (binary)", .extension = ".glb", .recognizes = recognizesGlb, .readInProcess = readGltf, .write = writeGlb},
-    Format{.name = "glTF", .extension = ".gltf", .recognizes = recognizesGltf, .readInProcess = readGltf, .write = writeGltf},
-    Format{.name = "Draco", .extension = ".drc", .recognizes = recognizesDraco, .readInProcess = readDraco, .write = writeDraco},
+    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true, .objects = true, .colours = true, .triangleColours = true},
+    Format{.name = "glTF (binary)", .extension = ".glb", .recognizes = recognizesGlb, .readInProcess = readGltf, .write = writeGlb, .objects = true, .colours = true, .triangleColours = true},
+    Format{.name = "glTF", .extension = ".gltf", .recognizes = recognizesGltf, .readInProcess = readGltf, .write = writeGltf, .objects = true, .colours = true, .triangleColours = true},
+    Format{.name = "Draco", .extension = ".drc", .recognizes = recognizesDraco, .readInProcess = readDraco, .write = writeDraco, .colours = true, .triangleColours = true},
 };
 
 bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
@@ -36,15 +39,16 @@ std::string readable() {
 }
 
 const Format& formatOf(const Input& input) {
-  if (input.text().starts_with("\x1f\x8b")) fail(input.name, "is compressed with gzip; unpack it first (gunzip)");
+  if (const std::string foreign = whatForeignFileIs(input); !foreign.empty()) fail(input.name, foreign);
   for (const Format& format : kFormats) {
     if (isRead(format) && format.recognizes(input)) return format;
   }
-  const std::string ending = endingOf(input.name);
+  std::string ending = endingOf(input.name);
+  if (ending == ".gz") ending = endingOf(std::filesystem::path(input.name).stem());
   for (const Format& format : kFormats) {
     if (isRead(format) && format.extension == ending) return format;
   }
-  if (input.text().starts_with("PK\x03\x04")) fail(input.name, "is a ZIP archive; unpack it first");
+  if (input.text().starts_with("PK\x03\x04")) fail(input.name, "is a ZIP archive without a model; unpack it first");
   fail(input.name, "is in no format that can be read; export it as one of " + readable());
 }
 
@@ -75,9 +79,29 @@ ModelFile parsed(const Format& format, const Input& input) {
   }
 }
 
-Colour meanOf(const Colour& a, const Colour& b, const Colour& c) {
-  const auto mean = [](int x, int y, int z) { return static_cast<uint8_t>((x + y + z + 1) / 3); };
-  return {mean(a.red, b.red, c.red), mean(a.green, b.green, c.green), mean(a.blue, b.blue, c.blue), mean(a.alpha, b.alpha, c.alpha)};
+ModelFile parseUnpacked(const Input& input) {
+  const Format& format = formatOf(input);
+  if (format.readInProcess) fail(input.name, "is " + std::string(format.name) + " in an archive; unpack it first");
+  return parsed(format, input);
+}
+
+/// An archive of one model, whatever lies beside it.
+ModelFile readZipped(const Input& input) {
+  ZipReader zip(input);
+  const ZipReader::Part* model = nullptr;
+  size_t models = 0;
+  for (const ZipReader::Part& part : zip.parts()) {
+    const std::string ending = endingOf(part.name);
+    const bool hidden = part.name.starts_with("__MACOSX/");  // Where the Finder keeps its own notes, under the names of the files.
+    if (hidden || std::none_of(kFormats.begin(), kFormats.end(), [&](const Format& each) { return isRead(each) && each.extension == ending; })) continue;
+    model = &part;
+    ++models;
+  }
+  if (models == 0) fail(input.name, "is a ZIP archive without a model in it");
+  if (models > 1) fail(input.name, "is a ZIP archive of " + std::to_string(models) + " models; unpack it and take one");
+  const FileBytes inside = zip.read(*model);
+  if (inside.size == 0) fail(input.name, "holds an empty model; export it again");
+  return parseUnpacked({inside.bytes(), input.name + ": " + cleanName(model->name), input.job});
 }
 
 }  // namespace
@@ -95,6 +119,11 @@ ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, 
 ModelFile readModel(const std::filesystem::path& path, Job* job) {
   const FileBytes file = readFile(path, job);
   const Input input{file.bytes(), displayName(path), job};
+  if (isGzip(input)) {
+    const FileBytes inside = gunzipped(input);
+    return parseUnpacked({inside.bytes(), input.name, job});
+  }
+  if (input.text().starts_with("PK\x03\x04") && !recognizesThreeMf(input)) return readZipped(input);
   const Format& format = formatOf(input);
   return format.readInProcess ? format.readInProcess(path, job) : parsed(format, input);
 }
@@ -131,6 +160,11 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
     each.mesh = {};
   }
   return all;
+}
+
+Colour meanOf(const Colour& a, const Colour& b, const Colour& c) {
+  const auto mean = [](int x, int y, int z) { return static_cast<uint8_t>((x + y + z + 1) / 3); };
+  return {mean(a.red, b.red, c.red), mean(a.green, b.green, c.green), mean(a.blue, b.blue, c.blue), mean(a.alpha, b.alpha, c.alpha)};
 }
 
 std::string notCutAway(size_t negatives) {

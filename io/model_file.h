@@ -46,7 +46,7 @@ struct ModelFile {
   std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
 };
 
-/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco. The content says which, the ending only where the content does not. What other
+/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco; the first four and 3MF also out of .gz and a .zip of one model. The content says which, the ending only where the content does not. What other
 /// people's libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any thread.
 [[nodiscard]] ModelFile readModel(const std::filesystem::path& path, Job* job = nullptr);
 
@@ -56,6 +56,9 @@ struct ModelFile {
 /// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of vertices and some of triangles, triangles get the
 /// mean of their corners.
 [[nodiscard]] ModelObject merged(std::vector<ModelObject>&& objects);
+
+/// Rounded to the nearest.
+[[nodiscard]] Colour meanOf(const Colour& a, const Colour& b, const Colour& c);
 
 /// What a reader says that leaves ModelFile::negatives out.
 [[nodiscard]] std::string notCutAway(size_t negatives);

@@ -269,6 +269,18 @@ class ObjEncoder : public MeshEncoder {
     }
   }
 
+  /// Names differ: one of a name that was there is a later part of the same object for readers.
+  void object(ByteSink& sink, const std::string& name) override {
+    std::string plain = name.empty() ? "Object" : name;
+    for (char& c : plain)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    std::string own = plain;
+    for (int number = 2; !names_.insert(own).second; ++number) own = plain + " " + std::to_string(number);
+    sink.text("o ");
+    sink.text(own);
+    sink.text("\n");
+  }
+
   void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
     for (const auto& triangle : triangles) {
       sink.text("f");
@@ -281,6 +293,9 @@ class ObjEncoder : public MeshEncoder {
   }
 
   void end(ByteSink&) override {}
+
+ private:
+  std::set<std::string> names_;
 };
 
 }  // namespace

@@ -471,6 +471,7 @@ class PlyEncoder : public MeshEncoder {
     // Most readers want int; it reaches to 2^31 - 1.
     sink.text(counts.vertices <= INT32_MAX ? "\nproperty list uchar int vertex_indices"
                                            : "\nproperty list uchar uint vertex_indices");
+    if (counts.triangleColours) sink.text("\nproperty uchar red\nproperty uchar green\nproperty uchar blue");
     sink.text("\nend_header\n");
   }
 
@@ -486,11 +487,15 @@ class PlyEncoder : public MeshEncoder {
     }
   }
 
-  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
-    for (const auto& triangle : triangles) {
-      std::byte* const at = sink.room(1 + sizeof triangle);
+  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override { colouredTriangles(sink, triangles, {}); }
+
+  void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles, std::span<const Colour> colours) override {
+    constexpr size_t kCorners = sizeof triangles[0];
+    for (size_t i = 0; i < triangles.size(); ++i) {
+      std::byte* const at = sink.room(1 + kCorners + (colours.empty() ? 0 : 3));
       *at = std::byte{3};
-      std::memcpy(at + 1, triangle.data(), sizeof triangle);
+      std::memcpy(at + 1, triangles[i].data(), kCorners);
+      if (!colours.empty()) std::memcpy(at + 1 + kCorners, &colours[i], 3);
     }
   }
 

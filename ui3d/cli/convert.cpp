@@ -100,6 +100,8 @@ void convertMesh(const ConvertOptions& options) {
     const ProgressLine line("reducing", options.job);
     fmt::print("{}\n", engine::reduceModel(model.objects, exportOf(options, model.objects), options.job));
   }
+  if (model.objects.size() == 1 && model.objects[0].name.empty()) model.objects[0].name = options.input.stem().string();
+  for (const std::string& sentence : io::lossesOf(options.output, {model.objects, {}})) fmt::print("{}\n", sentence);
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   io::WriteOptions write;
   write.tolerance = 1e-3;

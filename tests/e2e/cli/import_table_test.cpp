@@ -19,7 +19,6 @@ const std::map<std::string, std::string> kRefused = {
     {"mesh/invalid.off", "announces 4 faces"},
     {"mesh/malformed.obj", "a face names vertex 0"},
     {"mesh/notenoughindices.obj", "a face has 2 corners"},
-    {"mesh/dragon_vrip_871k.ply.gz", "compressed with gzip; unpack it first"},
     {"3mf/MUSTFAIL_Chapter3.4c_MissingResourceElement.3mf", "resources"},
     {"gltf/IndexOutOfRange/IndexOutOfRange.gltf", "names vertex 255 of 24"},
     {"vdb/smoke.vdb", "fog volume"},

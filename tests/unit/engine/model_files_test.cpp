@@ -104,6 +104,11 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
   EXPECT_THAT(importModel("a.3mf", {.look = look, .asPart = true}).notes, testing::Contains(HasSubstr("not cut away")));
   // More is cut away than there is.
   read->negatives[0] = cube("all", {-10, -10, -10}, 60, {});
+  const ImportedModel rest = importModel("a.3mf", {.voxelMm = 1, .look = look});
+  ASSERT_EQ(rest.pieces.size(), 1u);
+  EXPECT_EQ(rest.pieces[0].name, "apart");
+  EXPECT_THAT(rest.notes, testing::Contains(HasSubstr("Nothing is left of block")));
+  read->objects.pop_back();
   EXPECT_THROW((void)importModel("a.3mf", {.voxelMm = 1, .look = look}), Error);
 }
 

@@ -1,10 +1,13 @@
 #include "io/mesh_writer.h"
 
+#include <gmock/gmock.h>
+
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "io/mesh_file.h"
+#include "io/model_writer.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {
@@ -153,6 +156,52 @@ TEST(MeshWriter, announcedCountsMustBeKept) {
     EXPECT_THROW(writer.finish(), Error);
   }
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+// Red and blue triangles side by side: PLY keeps each, OBJ the mean where they meet and says so beforehand, STL none.
+TEST(ModelWriting, ColoursOfTrianglesAreKeptOrTold) {
+  const samples::Folder folder;
+  ModelObject cube;
+  cube.mesh = samples::cube(10);
+  for (size_t i = 0; i < 12; ++i) cube.triangleColours.push_back(i % 2 ? Colour{255, 0, 0, 255} : Colour{0, 0, 200, 255});
+  const auto written = [&](const char* name) {
+    static_cast<void>(writeModel(folder / name, {{&cube, 1}, {}}));
+    return readModel(folder / name).objects.at(0);
+  };
+  EXPECT_EQ(written("a.ply").triangleColours, cube.triangleColours);
+  EXPECT_TRUE(lossesOf("a.ply", {{&cube, 1}, {}}).empty());
+  const ModelObject obj = written("a.obj");
+  ASSERT_EQ(obj.vertexColours.size(), 8u);
+  for (size_t v = 0; v < 8; ++v) {
+    double red = 0, blue = 0, count = 0;
+    for (size_t t = 0; t < 12; ++t)
+      if (std::count(cube.mesh.triangles[t].begin(), cube.mesh.triangles[t].end(), v) > 0) red += cube.triangleColours[t].red, blue += cube.triangleColours[t].blue, ++count;
+    EXPECT_NEAR(obj.vertexColours[v].red, red / count, 0.51);
+    EXPECT_NEAR(obj.vertexColours[v].blue, blue / count, 0.51);
+  }
+  EXPECT_THAT(lossesOf("a.obj", {{&cube, 1}, {}}), testing::ElementsAre(testing::HasSubstr("the mean around each vertex")));
+  EXPECT_THAT(lossesOf("a.stl", {{&cube, 1}, {}}), testing::ElementsAre(testing::HasSubstr("STL has no colours")));
+}
+
+// Names may repeat, be missing or hold what would end the line.
+TEST(ModelWriting, ObjKeepsObjectsWithTheirNames) {
+  const samples::Folder folder;
+  std::vector<ModelObject> objects(4);
+  for (size_t i = 0; i < 4; ++i) objects[i].mesh = samples::cube(1, Vec3d(10.0 * double(i), 0, 0));
+  objects[0].name = "left hand";
+  objects[1].name = "left hand";
+  objects[3].name = "two\nlines";
+  static_cast<void>(writeModel(folder / "a.obj", {objects, {}}));
+  const ModelFile again = readModel(folder / "a.obj");
+  ASSERT_EQ(again.objects.size(), 4u);
+  const char* const names[] = {"left hand", "left hand 2", "Object", "two lines"};
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(again.objects[i].name, names[i]);
+    EXPECT_EQ(again.objects[i].mesh.triangles.size(), 12u);
+    EXPECT_NEAR(again.objects[i].mesh.positions[0].x(), 10.0 * double(i), 1.001);
+  }
+  EXPECT_TRUE(lossesOf("a.obj", {objects, {}}).empty());
+  EXPECT_THAT(lossesOf("a.ply", {objects, {}}), testing::ElementsAre(testing::HasSubstr("4 objects become one")));
 }
 
 }  // namespace

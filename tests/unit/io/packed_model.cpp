@@ -1,0 +1,94 @@
+// Models in archives, and files that are no models.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <libdeflate.h>
+
+#include <vector>
+
+#include "io/model_file.h"
+#include "tests/support/package_samples.h"
+
+namespace argil::io {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string gzip(const std::string& content) {
+  libdeflate_compressor* packer = libdeflate_alloc_compressor(9);
+  std::string packed(libdeflate_gzip_compress_bound(packer, content.size()), '\0');
+  packed.resize(libdeflate_gzip_compress(packer, content.data(), content.size(), packed.data(), packed.size()));
+  libdeflate_free_compressor(packer);
+  return packed;
+}
+
+const std::string kTriangle = "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+// No word at its beginning says that it is OBJ: the ending must.
+const std::string kObj = "s off\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+class PackedModel : public testing::Test {
+ protected:
+  ModelFile read(const std::string& name, const std::string& content) {
+    samples::spill(folder / name, content);
+    return readModel(folder / name);
+  }
+  std::string refusal(const std::string& name, const std::string& content) {
+    return samples::errorOf([&] { (void)read(name, content); });
+  }
+  samples::Folder folder;
+};
+
+TEST_F(PackedModel, gzipIsUnpackedAndTheInnerEndingCounts) {
+  EXPECT_EQ(read("a.off.gz", gzip(kTriangle)).objects.at(0).mesh.triangles.size(), 1u);
+  EXPECT_EQ(read("a.obj.gz", gzip(kObj)).format, "OBJ");
+  EXPECT_EQ(read("a.OBJ.GZ", gzip(kObj)).format, "OBJ");
+  // Members one after the other are one file (RFC 1952, 2.2), and zeros may follow.
+  EXPECT_EQ(read("b.off.gz", gzip(kTriangle.substr(0, 12)) + gzip(kTriangle.substr(12)) + std::string(512, '\0')).objects.size(), 1u);
+}
+
+TEST_F(PackedModel, damagedGzipIsRefused) {
+  const std::string whole = gzip(kTriangle);
+  EXPECT_THAT(refusal("a.off.gz", whole.substr(0, whole.size() - 5)), HasSubstr("gzip cannot unpack it"));
+  std::string wrong = whole;
+  wrong[whole.size() - 6] ^= 1;  // The checksum.
+  EXPECT_THAT(refusal("a.off.gz", wrong), HasSubstr("gzip cannot unpack it"));
+  EXPECT_THAT(refusal("a.off.gz", whole + "and more"), HasSubstr("gzip cannot unpack it"));
+  EXPECT_THAT(refusal("a.off.gz", gzip("")), HasSubstr("holds nothing"));
+  EXPECT_THAT(refusal("a.gz", gzip(samples::zip({{"a.off", kTriangle}}))), HasSubstr("ZIP archive"));
+}
+
+// 1000:1; only 64 MiB are free.
+TEST_F(PackedModel, aGzipBombIsRefusedBeforeItFillsTheMemory) {
+  const std::string bomb = gzip(std::string(size_t(200) << 20, ' '));
+  ASSERT_LT(bomb.size(), size_t(1) << 20);
+  EXPECT_THAT(refusal("a.off.gz", bomb), HasSubstr("unpacks to more than 64 MiB"));
+}
+
+TEST_F(PackedModel, aZipOfOneModelIsRead) {
+  const ModelFile model = read("a.zip", samples::zip({{"readme.txt", "Hello"}, {"deep/in/part.obj", kObj, true}, {"__MACOSX/part.obj", "x"}}));
+  EXPECT_EQ(model.format, "OBJ");
+  EXPECT_EQ(model.objects.at(0).mesh.triangles.size(), 1u);
+}
+
+TEST_F(PackedModel, otherZipsSayWhy) {
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", kObj}, {"b.stl", "x"}})), HasSubstr("a ZIP archive of 2 models"));
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.txt", "x"}})), HasSubstr("without a model"));
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", ""}})), HasSubstr("empty model"));
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.glb", "glTF..."}})), HasSubstr("unpack it first"));
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", "v 0 0 x\n"}})), HasSubstr("a.zip: a.obj: line 1"));
+}
+
+TEST_F(PackedModel, whatIsNoModelIsCalledByItsName) {
+  std::string nifti(352, '\0');
+  nifti.replace(344, 4, "n+1", 4);
+  EXPECT_THAT(refusal("scan.nii", nifti), HasSubstr("is a NIfTI volume: make a surface of it first"));
+  EXPECT_THAT(refusal("scan.nii.gz", gzip(nifti)), HasSubstr("is a NIfTI volume: make a surface of it first"));
+  EXPECT_THAT(refusal("a.step", "ISO-10303-21;\nHEADER;"), HasSubstr("is a STEP model: export it as STL"));
+  EXPECT_THAT(refusal("a.obj", std::string("\xff\xfev\0 \0", 6)), HasSubstr("is text in UTF-16: save it as UTF-8"));
+  EXPECT_THAT(refusal("a.fbx", "Kaydara FBX Binary  "), HasSubstr("an FBX scene"));
+  EXPECT_THAT(refusal("a.blend", "BLENDER-v304"), HasSubstr("a Blender document"));
+  EXPECT_THAT(refusal("a.txt", "Dear reader,\n"), HasSubstr("no format that can be read"));
+}
+
+}  // namespace
+}  // namespace argil::io
