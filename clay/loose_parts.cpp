@@ -85,6 +85,17 @@ class Components {
     }
   }
 
+  /// One of its voxels.
+  [[nodiscard]] static Coord voxelOf(const Piece& piece) {
+    const Coord first = piece.first * kBrickEdge;
+    if (piece.isTile) return first;
+    for (int x = 0; x < 8; ++x) {
+      const uint64_t plane = piece.mask[static_cast<size_t>(x)];
+      if (plane != 0) return first + Coord{x, std::countr_zero(plane) >> 3, std::countr_zero(plane) & 7};
+    }
+    return first;
+  }
+
   [[nodiscard]] size_t bodies() const { return voxels_.size(); }
   [[nodiscard]] double voxels(size_t body) const { return voxels_[body]; }
   [[nodiscard]] size_t body(size_t piece) { return bodyOf_.at(find(static_cast<uint32_t>(piece))); }
@@ -250,17 +261,27 @@ Cleaned removeCrumbs(const Version& version, double belowMm3, Job* job) {
   return result;
 }
 
-Cleaned fillVoids(const Version& version, Job* job) {
-  const WorkPart all(job);
-  Components spaces(version, Tile::outside, all.part(0, 0.5));
-  Cleaned result{version, 0, 0};
-  std::vector<bool> goes(spaces.bodies(), true);
+namespace {
+
+// Bodies of a version's outside that no way leads to from the end of the grid.
+std::vector<bool> cavitiesOf(Components& spaces) {
+  std::vector<bool> cavity(spaces.bodies(), true);
   // The corner of all that there is lies outside.
   for (size_t i = 0; i < spaces.pieces().size(); ++i) {
     const Components::Piece& piece = spaces.pieces()[i];
     const Coord last = piece.first + Coord{1, 1, 1} * ((1 << (3 * piece.level)) - 1);
-    if (std::min({piece.first.x, piece.first.y, piece.first.z}) <= -kBrickReach || std::max({last.x, last.y, last.z}) >= kBrickReach - 1) goes[spaces.body(i)] = false;
+    if (std::min({piece.first.x, piece.first.y, piece.first.z}) <= -kBrickReach || std::max({last.x, last.y, last.z}) >= kBrickReach - 1) cavity[spaces.body(i)] = false;
   }
+  return cavity;
+}
+
+}  // namespace
+
+Cleaned fillVoids(const Version& version, Job* job) {
+  const WorkPart all(job);
+  Components spaces(version, Tile::outside, all.part(0, 0.5));
+  Cleaned result{version, 0, 0};
+  const std::vector<bool> goes = cavitiesOf(spaces);
   for (size_t body = 0; body < goes.size(); ++body) {
     if (!goes[body]) continue;
     ++result.count;
@@ -268,6 +289,32 @@ Cleaned fillVoids(const Version& version, Job* job) {
   }
   if (result.count > 0) result.version = spaces.without(goes, all.part(0.5, 1));
   if (job) job->step(1);
+  return result;
+}
+
+Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes, const WorkPart& part) {
+  Components parts(version, side, part.part(0, 0.5));
+  std::vector<bool> may(parts.bodies(), true);
+  if (side == Tile::outside) may = cavitiesOf(parts);
+  else if (!may.empty()) may[parts.largestFirst().front()] = false;
+  Specks result;
+  result.version = version;
+  result.left = side == Tile::inside && !may.empty() ? 1 : 0;
+  std::vector<bool> asked(parts.bodies(), false), went(parts.bodies(), false);
+  for (size_t i = 0; i < parts.pieces().size(); ++i) {
+    const size_t body = parts.body(i);
+    if (!may[body] || asked[body]) continue;
+    asked[body] = true;
+    if (parts.voxels(body) < belowVoxels && goes(Components::voxelOf(parts.pieces()[i]), parts.voxels(body))) {
+      went[body] = true;
+      ++result.count;
+      result.volumeMm3 += parts.voxels(body) * voxelVolume(version);
+    } else {
+      ++result.left;
+    }
+  }
+  if (result.count > 0) result.version = parts.without(went, part.part(0.5, 1));
+  part.step(1);
   return result;
 }
 

@@ -2,10 +2,12 @@
 // Bodies of a clay that do not touch, and cavities in it.
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "clay/job.h"
 #include "clay/version.h"
+#include "clay/work_part.h"
 
 namespace argil::clay {
 
@@ -30,5 +32,14 @@ struct Cleaned {
 [[nodiscard]] Cleaned removeCrumbs(const Version& version, double belowMm3, Job* job = nullptr);
 /// Cavities that no way leads to from outside become solid.
 [[nodiscard]] Cleaned fillVoids(const Version& version, Job* job = nullptr);
+
+/// Asked for a small body or cavity, with one of its voxels and how many it has: does it go?
+using SpeckTest = std::function<bool(Coord voxel, double voxels)>;
+
+struct Specks : Cleaned {
+  uint64_t left = 0;  ///< Bodies, or cavities, that stayed.
+};
+/// Without the bodies (`side` inside) or cavities (outside) of less than so many voxels that the test wants to go; the largest body always stays.
+[[nodiscard]] Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes, const WorkPart& part);
 
 }  // namespace argil::clay

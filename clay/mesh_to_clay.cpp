@@ -19,6 +19,8 @@ constexpr double kMostActiveVoxels = 1 << 28;
 constexpr int kMargin = 16;            // voxels between a placed origin and the mesh: more than any band
 constexpr double kLeastBacked = 0.5;   // share of an open mesh's area with an inside behind it: below, it is a sheet
 constexpr double kEdgesPerArea = 1.5;  // voxel edges that a plane crosses for each voxel², mean over directions
+constexpr double kLostVoxels = 50;     // of a mesh's area in voxels²: rims and tips lose less
+constexpr double kVoxelsAWall = 2;     // that keep it
 constexpr double kWorthSaying = 0.005;  // share of the band: a few voxels fall out at every sharp tip and rim
 
 struct Box {
@@ -104,7 +106,27 @@ std::vector<std::string> ImportReport::sentences() const {
                               closingEdges ? fmt::format("about {:.3g} mm² of new surface closes it", closedMm2)
                                            : std::string("its gaps are finer than a voxel and closed by themselves")));
   }
-  if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) out.push_back("Walls inside the material or too thin for the voxel size were left out.");
+  const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
+  const std::string place = fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
+  if (losses.lostMm2 > kLostVoxels * voxel * voxel && less > kWorthSaying) {
+    const double thick = 2 * (losses.meshMm3 - losses.clayMm3) / losses.lostMm2;
+    out.push_back(fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² on both sides, around {}. Voxels of {:.2g} mm would keep them.", thick,
+                              voxel, 100 * less, losses.lostMm2, place, std::min(thick / kVoxelsAWall, 0.5 * voxel)));
+  } else if (losses.lostMm2 > kLostVoxels * voxel * voxel) {
+    out.push_back(fmt::format("Walls thinner than the voxel of {:.3g} mm are lost: {:.3g} mm² on both sides, around {}.", voxel, losses.lostMm2, place));
+  } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
+    out.push_back("Walls inside the material or too thin for the voxel size were left out.");
+  }
+  if (!(losses.lostMm2 > kLostVoxels * voxel * voxel) && std::abs(less) > kWorthSaying)
+    out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less), less > 0 ? "less" : "more"));
+  if (losses.specks > 0) {
+    out.push_back(fmt::format("{} of {:.2g} mm³ together, which the mesh's narrow places left, {} taken out.", counted(losses.specks, "speck", "specks"), losses.speckMm3,
+                              losses.specks == 1 ? "was" : "were"));
+  }
+  if (losses.bodies + losses.cavities != bodies) {
+    out.push_back(fmt::format("The clay has {}{}.", counted(losses.bodies, "body", "bodies"),
+                              losses.cavities > 0 ? fmt::format(" and {}", counted(losses.cavities, "cavity", "cavities")) : std::string()));
+  }
   return out;
 }
 
@@ -143,6 +165,9 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
   result.report.bandVoxels = field.bandVoxels;
   result.report.windingUsed = !findings.sound() || findings.bodies > 1;
   result.version = fromVdb(std::move(store), grid, field.grid, job, 0.9);
+  field.grid = {};
+  arena.execute([&] { result.report.losses = takeSpecks(result.version, repaired, WorkPart(job, 0.95, 1)); });
+  result.report.voxelMm = grid.voxelMm;
   if (job) job->step(1);
   return result;
 }

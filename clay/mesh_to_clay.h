@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clay/job.h"
+#include "clay/mesh_losses.h"
 #include "clay/mesh_repair.h"
 #include "clay/triangle_mesh.h"
 #include "clay/version.h"
@@ -25,6 +26,8 @@ struct ImportReport : MeshFindings {
   double closedMm2 = 0;        ///< Area of that surface, about.
   uint64_t droppedVoxels = 0;  ///< Voxels whose nearest triangle bounds no inside: inner walls, fins, walls thinner than a voxel.
   uint64_t bandVoxels = 0;     ///< Voxels nearer to the surface than the band.
+  MeshLosses losses;           ///< What the clay has, or has not, beside the mesh.
+  double voxelMm = 0;
 
   /// For a person: what was wrong and what was done; one sentence at least.
   [[nodiscard]] std::vector<std::string> sentences() const;
@@ -37,7 +40,7 @@ struct Imported {
 
 /// The solid that the mesh (in mm) bounds, as clay: a full narrow band of distances to its surface, the interior solid.
 /// Holes are closed where the winding number is a half, faces that disagree are turned, repeated ones dropped, overlapping
-/// bodies united; a body inside out within another is a cavity. Features thinner than a voxel may go. Throws Error for a
+/// bodies united, specks that sampling leaves of something thinner than a voxel taken out; a body inside out within another is a cavity. Features thinner than a voxel may go. Throws Error for a
 /// mesh without triangles, an open sheet that has no inside, a voxel too fine (more than 65 536 along an axis, or 2^28 in
 /// the band) or too coarse, an origin out of range; each names what would do. Cancelled when the job was. Off the real-time
 /// threads. Cost follows the surface in voxels²; about 80 bytes a voxel of the band while it works.
