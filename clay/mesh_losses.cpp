@@ -15,6 +15,7 @@ namespace argil::clay {
 namespace {
 
 constexpr double kFragment = 0.5;    // of its body of the mesh: what is less is a part of it
+constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
 constexpr float kNoClay = 0.75f;     // voxels from the clay where none is near
 constexpr double kSampleArea = 4;    // voxels² for which one point is looked at
 constexpr int kMostSamples = 256;    // of one triangle
@@ -67,10 +68,15 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
   };
   for (const Tile side : {Tile::inside, Tile::outside}) {
     Specks taken = removeSpecks(version, side, kSpeckVoxels, isSpeck, side == Tile::inside ? part.part(0, 0.4) : part.part(0.4, 0.8));
+    uint64_t& left = side == Tile::inside ? found.bodies : found.cavities;
+    left = taken.left;
+    if (taken.volumeMm3 > kMostSpecks * volumeOf(version) * edge * edge * edge) {
+      left += taken.count;
+      continue;
+    }
     version = std::move(taken.version);
     found.specks += taken.count;
     found.speckMm3 += taken.volumeMm3;
-    (side == Tile::inside ? found.bodies : found.cavities) = taken.left;
   }
   found.clayMm3 = volumeOf(version) * edge * edge * edge;
   if (repaired.findings.sound() && repaired.findings.bodies == 1) found.meshMm3 = bodies.sum() * edge * edge * edge;

@@ -352,6 +352,68 @@ TEST(MeshToClay, unitesAHundredBodies) {
   RecordProperty("ratio", std::to_string(volumeMm3(imported) / volume));
 }
 
+// An outline in the plane z = 0, extruded; `caps` are triangles of its corners.
+TriangleMesh extruded(const std::vector<Eigen::Vector2d>& outline, const std::vector<std::array<uint32_t, 3>>& caps, double low, double high) {
+  TriangleMesh mesh;
+  const auto n = static_cast<uint32_t>(outline.size());
+  for (const double z : {low, high})
+    for (const Eigen::Vector2d& p : outline) mesh.positions.emplace_back(p.x(), p.y(), z);
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint32_t j = (i + 1) % n;
+    mesh.triangles.push_back({i, j, i + n});
+    mesh.triangles.push_back({j, j + n, i + n});
+  }
+  for (const auto& [a, b, c] : caps) {
+    mesh.triangles.push_back({a, c, b});
+    mesh.triangles.push_back({a + n, b + n, c + n});
+  }
+  return mesh;
+}
+
+// A slanting blade of 0.3 voxels on a block has a voxel here and there in it: they hang together with nothing.
+TEST(MeshToClay, takesSpecksOutAndCountsThem) {
+  const TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {26, 60}, {25.7, 60}, {19.7, 20}, {0, 20}}, {{2, 3, 4}, {2, 4, 5}, {0, 1, 2}, {0, 2, 5}, {0, 5, 6}}, 0.1, 2.9);
+  const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
+  EXPECT_EQ(made.report.bodies, 1u);
+  EXPECT_GT(made.report.losses.specks, 1u);
+  EXPECT_EQ(made.report.losses.bodies, 1u);
+  EXPECT_EQ(made.report.losses.cavities, 0u);
+  EXPECT_NEAR(clayVolume(made.version), 20 * 20 * 2.8, 20);
+  EXPECT_THAT(made.report.sentences(), ::testing::Contains(HasSubstr("taken out")));
+}
+
+// A rod of its own that is as thin is a body of the mesh: what there is of it stays.
+TEST(MeshToClay, keepsSmallBodiesThatTheMeshHas) {
+  TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {0, 20}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
+  const TriangleMesh rod = extruded({{29.8, 9.8}, {30.2, 9.8}, {30.2, 10.2}, {29.8, 10.2}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
+  for (const auto& [a, b, c] : rod.triangles) mesh.triangles.push_back({a + 8, b + 8, c + 8});
+  mesh.positions.insert(mesh.positions.end(), rod.positions.begin(), rod.positions.end());
+  const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
+  EXPECT_EQ(made.report.losses.specks, 0u);
+  EXPECT_EQ(made.report.losses.bodies, 2u);
+}
+
+// A tray: walls of a third of a voxel are lost, and it is said how much, where, and what would keep them.
+TEST(MeshToClay, tellsWhatThinWallsLose) {
+  // A block of 20 with a wall of 0.3 × 40 × 40 that stands on it.
+  const TriangleMesh mesh = extruded({{0.35, 0.1}, {20.65, 0.1}, {20.65, 60.3}, {20.35, 60.3}, {20.35, 20.3}, {0.35, 20.3}}, {{0, 1, 4}, {0, 4, 5}, {1, 2, 4}, {2, 3, 4}}, 0.1, 40.1);
+  const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
+  const MeshLosses& losses = made.report.losses;
+  EXPECT_NEAR(losses.meshMm3, 20.3 * 20.2 * 40 + 0.3 * 40 * 40, 1);
+  EXPECT_NEAR(losses.lostMm2, 2 * 40 * 40, 250);
+  EXPECT_LT((losses.lostAtMm - Vec3d(20.5, 40.3, 20.1)).norm(), 1.5);
+  std::string said;
+  for (const std::string& sentence : made.report.sentences()) said += sentence + " ";
+  EXPECT_THAT(said, HasSubstr("Walls about 0.28 mm thin are lost at a voxel of 1 mm"));
+  EXPECT_THAT(said, HasSubstr("would keep them"));
+  // With the voxels that it names the wall is there.
+  ImportOptions fine = unitVoxels();
+  fine.grid.voxelMm = 0.15;
+  const Imported kept = meshToClay(Store::make(), mesh, fine);
+  EXPECT_LT(kept.report.losses.lostMm2, 5);
+  EXPECT_NEAR(kept.report.losses.clayMm3 / kept.report.losses.meshMm3, 1, 0.005);
+}
+
 TEST(MeshToClay, takesEveryTestMeshOrSaysWhyNot) {
   SKIP_WITHOUT_DATA();
   for (const char* name : {"dragon_vrip_res3.ply", "suzanne.obj", "teapot.obj", "featuretype.STL", "self_intersectA.obj",
