@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "clay/error.h"
+#include "clay/mesh_topology.h"
 #include "engine/model_files.h"
 #include "io/input.h"
 
@@ -153,6 +154,24 @@ Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
   placement.moveMm = wish.stands ? Vec3d(-all * Vec3d((low.x() + high.x()) / 2, (low.y() + high.y()) / 2, low.z()))
                                  : Vec3d(Vec3d::Zero());
   return placement;
+}
+
+bool turnOutwards(clay::TriangleMesh& mesh) {
+  const clay::TopologyReport found = clay::checkTopology(mesh);
+  if (!found.closed() || !(found.volume < 0)) return false;
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return true;
+}
+
+std::string recentre(std::vector<io::ModelObject>& objects) {
+  Eigen::AlignedBox3d box;
+  for (const io::ModelObject& object : objects)
+    for (const Vec3d& p : object.mesh.positions) box.extend(p);
+  if (box.isEmpty()) return "There is nothing to move.";
+  const Vec3d by = -box.center();
+  for (io::ModelObject& object : objects)
+    for (Vec3d& p : object.mesh.positions) p += by;
+  return fmt::format("Moved by {:.6g}, {:.6g}, {:.6g} mm: its middle is at zero.", by.x(), by.y(), by.z());
 }
 
 void place(std::vector<io::ModelObject>& objects, const Placement& placement) {

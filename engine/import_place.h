@@ -61,6 +61,10 @@ struct Placement {
 [[nodiscard]] Placement placementOf(const ModelLook& look, const ImportPlace& wish);
 /// Moves all vertices.
 void place(std::vector<io::ModelObject>& objects, const Placement& placement);
+/// Turns a closed mesh around whose faces point inwards; true when it was. O(triangles).
+[[nodiscard]] bool turnOutwards(clay::TriangleMesh& mesh);
+/// Moves all objects together until their middle is at zero; says by how much.
+std::string recentre(std::vector<io::ModelObject>& objects);
 /// "inches" for "in".
 [[nodiscard]] std::string unitName(const std::string& units);
 /// "120 × 80 × 200 mm, its numbers read as mm, z up." for the user.

@@ -285,6 +285,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
     } else {
       if (objects.empty()) {
         objects = modelOf(document, what, job);
+        if (what.recentre) sentences.push_back(recentre(objects));
         if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
       }
       io::WriteOptions write;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "io/atomic_file.h"
@@ -123,6 +124,15 @@ Colour colourOfTriangle(const ModelObject& object, size_t triangle) {
   return meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]);
 }
 
+// What is lost must stay small beside the model itself: below a thousandth of its extent.
+constexpr double kMostLoss = 1e-3;
+
+void refuseCoarse(const std::string& name, const Eigen::AlignedBox3d& box, double rounding) {
+  if (box.isEmpty() || !(rounding > kMostLoss * box.sizes().maxCoeff())) return;
+  failWork(name, "the model is so small for where it lies that the format's 32-bit numbers would lose " + rounded(rounding) + " mm of its " + rounded(box.sizes().maxCoeff()) +
+                     " mm; move it to zero (--recentre) or write .obj");
+}
+
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
   if (report.rounding <= options.tolerance) return;
   report.warning = name + ": coordinates lose up to " + rounded(report.rounding) + " mm to the format's 32-bit numbers, more than " +
@@ -160,6 +170,7 @@ struct MeshWriter::State {
   AtomicFile file;
   ByteSink sink;
   bool single;
+  Eigen::AlignedBox3d box;  // of what a single-precision format was given
   WriteReport report;
 };
 
@@ -183,6 +194,8 @@ void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colo
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
     checkPositions(s.name, piece, s.report.vertices, s.single, s.report);
+    if (s.single)
+      for (const Vec3d& p : piece) s.box.extend(p);
     if (s.counts.colours) {
       s.encoder->colouredVertices(s.sink, piece, colours.first(piece.size()));
       colours = colours.subspan(piece.size());
@@ -224,6 +237,7 @@ WriteReport MeshWriter::finish() {
   if (s.report.vertices != s.counts.vertices || s.report.triangles != s.counts.triangles) {
     s.failWork("fewer vertices or triangles came than were announced");
   }
+  refuseCoarse(s.name, s.box, s.report.rounding);
   s.encoder->end(s.sink);
   s.sink.flush();
   s.file.commit();
@@ -313,7 +327,12 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   }
   WriteReport report;
   const std::string name = displayName(path);
-  for (const ModelObject& object : model.objects) checkMesh(name, object.mesh, format.singlePrecision, report);
+  Eigen::AlignedBox3d box;
+  for (const ModelObject& object : model.objects) {
+    checkMesh(name, object.mesh, format.singlePrecision, report);
+    for (const Vec3d& p : object.mesh.positions) box.extend(p);
+  }
+  if (format.singlePrecision) refuseCoarse(name, box, report.rounding);
   AtomicFile file(path);
   format.write(file, model, options, report, job);
   file.commit();

@@ -118,6 +118,7 @@ int run(int argc, char** argv) {
   surfaceOption(convertVerb, convert.surface);
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
+  convertVerb->add_flag("--recentre", convert.recentre, "Move it to zero: for formats whose numbers are too coarse where it lies");
   convertVerb->add_flag("--draco", convert.draco, "glTF packed with Draco: a tenth of the size, which fewer programs can open");
 
   cli::InspectOptions inspect;

@@ -73,10 +73,12 @@ void convertClay(const ConvertOptions& options) {
   what.visibleOnly = false;
   what.grade = options.surface;
   what.draco = options.draco;
+  what.recentre = options.recentre;
   if (options.reduce || options.errorMm) {
     what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
     what.grade = options.surface;
     what.draco = options.draco;
+    what.recentre = options.recentre;
   }
   for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
 }
@@ -95,6 +97,10 @@ void convertMesh(const ConvertOptions& options) {
     fmt::print("{}\n", engine::placeWords(look, placement, options.place));
   io::ModelFile model = *std::exchange(look.model, nullptr);
   engine::place(model.objects, placement);
+  for (io::ModelObject& object : model.objects) {
+    if (engine::turnOutwards(object.mesh)) fmt::print("{} was inside out and was turned around.\n", object.name.empty() ? "The mesh" : object.name);
+  }
+  if (options.recentre) fmt::print("{}\n", engine::recentre(model.objects));
   if (!model.negatives.empty()) fmt::print("{}; give --voxel.\n", io::notCutAway(model.negatives.size()));
   if (options.reduce || options.errorMm) {
     const ProgressLine line("reducing", options.job);

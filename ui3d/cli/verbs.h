@@ -45,6 +45,7 @@ struct ConvertOptions {
   std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
   bool draco = false;             ///< glTF packed with Draco.
+  bool recentre = false;          ///< Moved to zero before it is written.
   clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
   Job* job = nullptr;
 };

@@ -11,6 +11,7 @@
 
 #include "clay/editor.h"
 #include "clay/error.h"
+#include "clay/mesh_topology.h"
 #include "clay/primitives.h"
 #include "clay/region_work.h"
 #include "clay/store.h"
@@ -110,6 +111,33 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
   EXPECT_THAT(rest.notes, testing::Contains(HasSubstr("Nothing is left of block")));
   read->objects.pop_back();
   EXPECT_THROW((void)importModel("a.3mf", {.voxelMm = 1, .look = look}), Error);
+}
+
+TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {
+  clay::TriangleMesh mesh = cube("", {0, 0, 0}, 10, {}).mesh;
+  const auto right = mesh.triangles;
+  EXPECT_FALSE(turnOutwards(mesh));
+  EXPECT_EQ(mesh.triangles, right);
+  for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+  EXPECT_TRUE(turnOutwards(mesh));
+  EXPECT_GT(clay::checkTopology(mesh).volume, 999);
+  // What is open has no inside.
+  mesh.triangles.pop_back();
+  for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+  EXPECT_FALSE(turnOutwards(mesh));
+}
+
+TEST_F(ModelFiles, smallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
+  Document document = Document::of(clay::makeSphere(clay::Store::make(), {.voxelMm = 0.001, .originMm = {9e5, 0, 0}}, {9e5, 0, 0}, 0.02));
+  EXPECT_THROW((void)writeModelFiles({folder / "grain.stl"}, document, {}), Error);
+  EXPECT_FALSE(fs::exists(folder / "grain.stl"));
+  ModelExport how;
+  how.recentre = true;
+  const auto sentences = writeModelFiles({folder / "grain.stl"}, document, how);
+  EXPECT_THAT(sentences, testing::Contains(HasSubstr("Moved by")));
+  Eigen::AlignedBox3d box;
+  for (const Vec3d& p : io::readModel(folder / "grain.stl").objects.at(0).mesh.positions) box.extend(p);
+  EXPECT_NEAR(box.sizes().x(), 0.04, 0.002);
 }
 
 // Half a ball of the first material, which has a colour, a quarter of the second, which has none.

@@ -73,7 +73,7 @@ TEST(MeshWriter, normalsOfTinyAndHugeTrianglesAreUnit) {
 
 TEST(MeshWriter, saysWhatRoundingLost) {
   const samples::Folder folder;
-  const clay::TriangleMesh far = samples::cube(0.3, {1e6, 0, 0});
+  const clay::TriangleMesh far = samples::cube(30.3, {1e6, 0, 0});
   for (const char* name : {"a.stl", "a.ply"}) {
     const WriteReport report = writeMesh(folder / name, far, {.tolerance = 0.01});
     EXPECT_NEAR(report.rounding, 0.0125, 1e-3);
@@ -156,6 +156,26 @@ TEST(MeshWriter, announcedCountsMustBeKept) {
     EXPECT_THROW(writer.finish(), Error);
   }
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+// A grain a million millimetres from zero: 32-bit numbers stand 0.06 mm apart there.
+TEST(ModelWriting, WhatTheNumbersCannotHoldIsRefusedAndTheOldFileStays) {
+  const samples::Folder folder;
+  ModelObject grain;
+  grain.mesh = samples::cube(0.01, Vec3d(1e6, 0, 0));
+  for (const char* name : {"a.stl", "a.ply", "a.3mf"}) {
+    samples::spill(folder / name, "old");
+    const std::string error = samples::errorOf([&] { static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}})); });
+    EXPECT_THAT(error, testing::HasSubstr("--recentre")) << name;
+    EXPECT_EQ(samples::slurp(folder / name), "old");
+  }
+  for (const char* name : {"a.obj", "a.glb"}) {
+    const auto& p = (static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}})), readModel(folder / name)).objects.at(0).mesh.positions;
+    EXPECT_EQ(p.size(), 8u) << name;
+  }
+  // A large model at the same place loses as much, and next to nothing of itself.
+  grain.mesh = samples::cube(1000, Vec3d(1e6, 0, 0));
+  EXPECT_EQ(writeModel(folder / "a.stl", {{&grain, 1}, {}}).triangles, 12u);
 }
 
 // Red and blue triangles side by side: PLY keeps each, OBJ the mean where they meet and says so beforehand, STL none.
