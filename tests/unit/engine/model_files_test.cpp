@@ -62,7 +62,10 @@ TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
   ASSERT_EQ(back.objects.size(), 2u);
   EXPECT_EQ(back.objects[0].name, "left");
   EXPECT_EQ(io::meanColour(back.objects[1]), (io::Colour{0, 0, 255, 255}));
-  EXPECT_EQ(importModel(folder / "again.vdb", {}).pieces.size(), 2u);
+  const ImportedModel levelSets = importModel(folder / "again.vdb", {});
+  ASSERT_EQ(levelSets.pieces.size(), 2u);
+  EXPECT_EQ(levelSets.pieces[0].name, "left");
+  EXPECT_EQ(levelSets.pieces[1].name, "right");
 }
 
 // Each would be a row of the list: beyond 32 they come as one.

@@ -153,7 +153,7 @@ TEST_F(Drawing, AClickAndEscapeCutNothing) {
   EXPECT_TRUE(follow());
   EXPECT_FALSE(curve());
   EXPECT_EQ(rig.camera.view().projection, render::Projection::perspective);
-  EXPECT_TRUE(rig.bench.idle());
+  rig.until([&] { return rig.bench.idle(); }, "idle");
   EXPECT_EQ(rig.bench.snapshot()->done, steps);
 }
 
