@@ -1,18 +1,18 @@
 #include "io/reader/sandbox.h"
 
 #include <fcntl.h>
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
+#include <linux/landlock.h>
 #include <sched.h>
+#include <seccomp.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstddef>
-#include <vector>
+#include <memory>
 
 #include "clay/error.h"
 
@@ -26,12 +26,104 @@ constexpr bool kSanitized = true;
 constexpr bool kSanitized = false;
 #endif
 
+[[noreturn]] void failConfining() {
+  throw Error("the reader could not confine itself", Error::Kind::work);
+}
+
 void limit(__rlimit_resource what, uint64_t value) {
   rlimit limits{};
   if (::getrlimit(what, &limits) != 0) return;
   limits.rlim_cur = limits.rlim_max = std::min<rlim_t>(limits.rlim_max, value);
   if (::setrlimit(what, &limits) != 0)
     throw Error("the reader's limits could not be set; look at ulimit -a", Error::Kind::work);
+}
+
+/// A file descriptor of our own.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// No file but what may be read; false where the kernel has no Landlock (before 5.13, or not switched on).
+bool confineFiles(const std::filesystem::path& file, Readable readable) {
+  const auto version = int(::syscall(SYS_landlock_create_ruleset, nullptr, size_t{0}, LANDLOCK_CREATE_RULESET_VERSION));
+  if (version < 1) return false;
+  // All rights of the first version, and those of later ones that both the kernel and our headers know.
+  uint64_t rights = (uint64_t{LANDLOCK_ACCESS_FS_MAKE_SYM} << 1) - 1;
+#ifdef LANDLOCK_ACCESS_FS_REFER
+  if (version >= 2) rights |= LANDLOCK_ACCESS_FS_REFER;
+#endif
+#ifdef LANDLOCK_ACCESS_FS_TRUNCATE
+  if (version >= 3) rights |= LANDLOCK_ACCESS_FS_TRUNCATE;
+#endif
+  landlock_ruleset_attr attributes{};
+  attributes.handled_access_fs = rights;
+  const Descriptor rules(int(::syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
+  if (rules.get() < 0) failConfining();
+  const std::filesystem::path place = readable == Readable::file ? file : file.parent_path();
+  const Descriptor allowed(::open(place.c_str(), O_PATH | O_CLOEXEC));
+  if (allowed.get() >= 0) {  // Else it is not there, which is told when it is opened.
+    landlock_path_beneath_attr beneath{};
+    beneath.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE;
+    beneath.parent_fd = allowed.get();
+    if (::syscall(SYS_landlock_add_rule, rules.get(), LANDLOCK_RULE_PATH_BENEATH, &beneath, 0) != 0) failConfining();
+  }
+  if (::syscall(SYS_landlock_restrict_self, rules.get(), 0) != 0) failConfining();
+  return true;
+}
+
+/// System calls of computing and reading; false where the kernel has no filters.
+bool confineCalls() {
+  // What libraries call to compute, to start threads (TBB) and to read. A call that the machine does not have is passed
+  // over.
+  constexpr int kAllowed[] = {
+      SCMP_SYS(read),            SCMP_SYS(write),        SCMP_SYS(readv),             SCMP_SYS(writev),
+      SCMP_SYS(pread64),         SCMP_SYS(close),        SCMP_SYS(fstat),             SCMP_SYS(stat),
+      SCMP_SYS(lstat),           SCMP_SYS(newfstatat),   SCMP_SYS(statx),             SCMP_SYS(lseek),
+      SCMP_SYS(access),          SCMP_SYS(faccessat),    SCMP_SYS(readlink),          SCMP_SYS(readlinkat),
+      SCMP_SYS(getdents64),      SCMP_SYS(getcwd),       SCMP_SYS(fcntl),             SCMP_SYS(poll),
+      SCMP_SYS(ppoll),           SCMP_SYS(mmap),         SCMP_SYS(mprotect),          SCMP_SYS(munmap),
+      SCMP_SYS(mremap),          SCMP_SYS(madvise),      SCMP_SYS(brk),               SCMP_SYS(futex),
+      SCMP_SYS(set_robust_list), SCMP_SYS(rseq),         SCMP_SYS(set_tid_address),   SCMP_SYS(arch_prctl),
+      SCMP_SYS(membarrier),      SCMP_SYS(sched_yield),  SCMP_SYS(sched_getaffinity), SCMP_SYS(getcpu),
+      SCMP_SYS(get_mempolicy),   SCMP_SYS(getpid),       SCMP_SYS(gettid),            SCMP_SYS(rt_sigaction),
+      SCMP_SYS(rt_sigprocmask),  SCMP_SYS(rt_sigreturn), SCMP_SYS(sigaltstack),       SCMP_SYS(restart_syscall),
+      SCMP_SYS(exit),            SCMP_SYS(exit_group),   SCMP_SYS(clock_gettime),     SCMP_SYS(clock_nanosleep),
+      SCMP_SYS(nanosleep),       SCMP_SYS(gettimeofday), SCMP_SYS(times),             SCMP_SYS(getrusage),
+      SCMP_SYS(getrandom),       SCMP_SYS(uname),        SCMP_SYS(sysinfo),           SCMP_SYS(getuid),
+      SCMP_SYS(geteuid),         SCMP_SYS(getgid),       SCMP_SYS(getegid)};
+  constexpr scmp_datum_t kWriting = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
+  if (::prctl(PR_GET_SECCOMP, 0, 0, 0, 0) < 0 && errno == EINVAL) return false;
+  const std::unique_ptr<void, void (*)(void*)> filter(::seccomp_init(SCMP_ACT_ERRNO(EPERM)), ::seccomp_release);
+  if (filter == nullptr) failConfining();
+  const auto rule = [&](int call, uint32_t action, auto... conditions) {
+    if (call >= 0 &&
+        ::seccomp_rule_add(filter.get(), action, call, unsigned(sizeof...(conditions)), conditions...) != 0)
+      failConfining();
+  };
+  for (const int call : kAllowed) rule(call, SCMP_ACT_ALLOW);
+  rule(SCMP_SYS(openat), SCMP_ACT_ALLOW, SCMP_A2(SCMP_CMP_MASKED_EQ, kWriting, 0));
+  rule(SCMP_SYS(open), SCMP_ACT_ALLOW, SCMP_A1(SCMP_CMP_MASKED_EQ, kWriting, 0));
+  // abort() sends itself a signal; nobody else gets one.
+  rule(SCMP_SYS(tgkill), SCMP_ACT_ALLOW, SCMP_A0(SCMP_CMP_EQ, scmp_datum_t(::getpid())));
+  // Threads, not processes. The C library falls back to clone when the kernel knows no clone3, whose flags lie in
+  // memory.
+  rule(SCMP_SYS(clone3), SCMP_ACT_ERRNO(ENOSYS));
+  rule(SCMP_SYS(clone), SCMP_ACT_ALLOW,
+       SCMP_A0(SCMP_CMP_MASKED_EQ, scmp_datum_t(CLONE_THREAD), scmp_datum_t(CLONE_THREAD)));
+  const int loaded = ::seccomp_load(filter.get());
+  if (loaded == -EINVAL || loaded == -ENOSYS || loaded == -EOPNOTSUPP) return false;
+  if (loaded != 0) failConfining();
+  return true;
 }
 
 }  // namespace
@@ -47,115 +139,15 @@ void limitResources(uint64_t memoryBytes, uint64_t seconds) {
     throw Error("the reader could not give up its privileges", Error::Kind::work);
 }
 
-void confine() {
-#if defined(__x86_64__)
-  if (kSanitized) return;
-  // What libraries call to compute, to start threads (TBB) and to read.
-  constexpr unsigned kAllowed[] = {SYS_read,
-                                   SYS_write,
-                                   SYS_readv,
-                                   SYS_writev,
-                                   SYS_pread64,
-                                   SYS_close,
-                                   SYS_fstat,
-                                   SYS_stat,
-                                   SYS_lstat,
-                                   SYS_newfstatat,
-                                   SYS_statx,
-                                   SYS_lseek,
-                                   SYS_access,
-                                   SYS_faccessat,
-                                   SYS_readlink,
-                                   SYS_readlinkat,
-                                   SYS_getdents64,
-                                   SYS_getcwd,
-                                   SYS_fcntl,
-                                   SYS_poll,
-                                   SYS_ppoll,
-                                   SYS_mmap,
-                                   SYS_mprotect,
-                                   SYS_munmap,
-                                   SYS_mremap,
-                                   SYS_madvise,
-                                   SYS_brk,
-                                   SYS_futex,
-                                   SYS_set_robust_list,
-                                   SYS_rseq,
-                                   SYS_set_tid_address,
-                                   SYS_arch_prctl,
-                                   SYS_membarrier,
-                                   SYS_sched_yield,
-                                   SYS_sched_getaffinity,
-                                   SYS_getcpu,
-                                   SYS_get_mempolicy,
-                                   SYS_getpid,
-                                   SYS_gettid,
-                                   SYS_tgkill,
-                                   SYS_rt_sigaction,
-                                   SYS_rt_sigprocmask,
-                                   SYS_rt_sigreturn,
-                                   SYS_sigaltstack,
-                                   SYS_restart_syscall,
-                                   SYS_exit,
-                                   SYS_exit_group,
-                                   SYS_clock_gettime,
-                                   SYS_clock_nanosleep,
-                                   SYS_nanosleep,
-                                   SYS_gettimeofday,
-                                   SYS_times,
-                                   SYS_getrusage,
-                                   SYS_getrandom,
-                                   SYS_uname,
-                                   SYS_sysinfo,
-                                   SYS_getuid,
-                                   SYS_geteuid,
-                                   SYS_getgid,
-                                   SYS_getegid};
-  constexpr unsigned kWriting = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
-  constexpr unsigned kRefuse = SECCOMP_RET_ERRNO | EPERM;
-  const auto argument = [](int i) { return unsigned(offsetof(seccomp_data, args) + 8 * size_t(i)); };  // its lower half
-
-  std::vector<sock_filter> code;
-  const auto load = [&](unsigned offset) { code.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offset)); };
-  const auto answer = [&](unsigned what) { code.push_back(BPF_STMT(BPF_RET | BPF_K, what)); };
-  const auto skipUnless = [&](unsigned value, uint8_t count) {
-    code.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, count));
-  };
-  const auto skipUnlessAny = [&](unsigned bits, uint8_t count) {
-    code.push_back(BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, bits, 0, count));
-  };
-  load(offsetof(seccomp_data, arch));
-  code.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0));
-  answer(SECCOMP_RET_KILL_PROCESS);
-  load(offsetof(seccomp_data, nr));
-  for (const unsigned call : kAllowed) {
-    skipUnless(call, 1);
-    answer(SECCOMP_RET_ALLOW);
-  }
-  const auto openFlags = [&](unsigned call, int flags) {
-    skipUnless(call, 4);
-    load(argument(flags));
-    skipUnlessAny(kWriting, 1);
-    answer(kRefuse);
-    answer(SECCOMP_RET_ALLOW);
-  };
-  openFlags(SYS_openat, 2);
-  openFlags(SYS_open, 1);
-  // Threads, not processes. The C library falls back to clone when the kernel knows no clone3, whose flags lie in
-  // memory.
-  skipUnless(SYS_clone3, 1);
-  answer(SECCOMP_RET_ERRNO | ENOSYS);
-  skipUnless(SYS_clone, 3);
-  load(argument(0));
-  skipUnlessAny(CLONE_THREAD, 1);
-  answer(SECCOMP_RET_ALLOW);
-  answer(kRefuse);
-
-  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
-  if (::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0 && errno != EINVAL && errno != ENOSYS) {
-    throw Error("the reader could not confine itself", Error::Kind::work);  // EINVAL, ENOSYS: a kernel without filters
-  }
-#endif
+std::string confine(const std::filesystem::path& file, Readable readable) {
+  if (kSanitized) return {};
+  const bool files = confineFiles(file, readable), calls = confineCalls();
+  if (files && calls) return {};
+  const std::string cannot = "this system cannot confine the program that reads such files";
+  if (calls)
+    return cannot + " to this one (it has no Landlock): it could read others of yours if a damaged file misled it";
+  if (files) return cannot + " fully (it has no seccomp): open only files that you trust";
+  return cannot + " (it has neither seccomp nor Landlock): open only files that you trust";
 }
 
 }  // namespace argil::io::reader
