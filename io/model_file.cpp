@@ -30,6 +30,16 @@ constexpr std::array kFormats = {
 
 bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
 
+bool isWritten(const Format& format) { return format.encoder || format.write; }
+
+template <class Is>
+std::string endingsOf(const Is& is) {
+  std::string endings;
+  for (const Format& format : kFormats)
+    if (is(format)) endings += (endings.empty() ? "" : ", ") + std::string(format.extension);
+  return endings;
+}
+
 std::string readable() {
   std::string names;
   for (const Format& format : kFormats) {
@@ -107,6 +117,9 @@ ModelFile readZipped(const Input& input) {
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
+
+std::string readableEndings() { return endingsOf(isRead); }
+std::string writableEndings() { return endingsOf(isWritten); }
 
 ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job) {
   const Input input{bytes, name, job};

@@ -50,6 +50,10 @@ struct ModelFile {
 /// people's libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any thread.
 [[nodiscard]] ModelFile readModel(const std::filesystem::path& path, Job* job = nullptr);
 
+/// ".stl, .obj, ...": what readModel reads, and what writeModel writes.
+[[nodiscard]] std::string readableEndings();
+[[nodiscard]] std::string writableEndings();
+
 /// The same from memory, for formats that this program reads itself.
 [[nodiscard]] ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job = nullptr);
 

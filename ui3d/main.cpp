@@ -17,6 +17,7 @@
 
 #include "clay/error.h"
 #include "haptics/guard.h"
+#include "io/model_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 #ifdef ARGIL_STUDIO
@@ -80,18 +81,18 @@ int run(int argc, char** argv) {
     verb->add_flag("--ground", place.stands,
                    "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
   };
-  const auto surfaceOption = [](CLI::App* verb, clay::Grade& surface) {
+  const auto surfaceOption = [](CLI::App* verb, auto& surface, const char* otherwise) {
     const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
     verb->add_option("--surface", surface, "Where the surface stands: draft, or fine with sharp creases")
         ->transform(CLI::CheckedTransformer(grades).description(""))
-        ->default_str(surface == clay::Grade::fine ? "fine" : "draft");
+        ->default_str(otherwise);
   };
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes and operations on whole pieces");
   sculptVerb->add_option("script", sculpt.script, "Script (JSON)")->required();
   sculptVerb->add_option("-i,--input", sculpt.input, "Mesh or document in place of the script's clay");
-  sculptVerb->add_option("-o,--output", sculpt.outputs, "Document (.argil) or model to write (.3mf, .stl, .obj, .ply, .glb, .drc, .vdb); may be repeated");
+  sculptVerb->add_option("-o,--output", sculpt.outputs, "Document (.argil), level set (.vdb) or model to write (" + io::writableEndings() + "); may be repeated");
   sculptVerb->add_option("--png", sculpt.png, "Picture of the result");
   sculptVerb->add_option("--before-png", sculpt.beforePng, "Picture of the clay before the first stroke");
   sculptVerb->add_option("--report", sculpt.report, "Figures as JSON");
@@ -100,22 +101,22 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
-  surfaceOption(sculptVerb, sculpt.surface);
+  surfaceOption(sculptVerb, sculpt.surface, "fine in files, draft in pictures");
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
 
   cli::ConvertOptions convert;
   auto* convertVerb = app.add_subcommand("convert", "Convert a model or document, straight or by way of clay");
-  convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (.3mf, .stl, .obj, .ply, .off, .glb, .gltf, .drc)")->required();
+  convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (" + io::readableEndings() + ")")->required();
   convertVerb
       ->add_option("output", convert.output,
                    "Document (.argil: without the history of the input, fit to be given away), level set (.vdb) or "
-                   "model (.3mf, .stl, .obj, .ply, .glb, .drc)")
+                   "model (" + io::writableEndings() + ")")
       ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
   addPlace(convertVerb, convert.place);
-  surfaceOption(convertVerb, convert.surface);
+  surfaceOption(convertVerb, convert.surface, "fine");
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
   convertVerb->add_flag("--recentre", convert.recentre, "Move it to zero: for formats whose numbers are too coarse where it lies");
@@ -156,7 +157,7 @@ int run(int argc, char** argv) {
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
-  surfaceOption(renderVerb, render.surface);
+  surfaceOption(renderVerb, render.surface, "draft");
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
   addPlace(renderVerb, render.place);
 

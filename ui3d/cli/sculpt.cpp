@@ -114,13 +114,14 @@ struct Figures {
   clay::Version version;
 };
 
-std::vector<Figures> figuresOf(const engine::Document& document, const clay::Surface& worked, clay::Grade grade) {
+// `worked`: a surface of this grade that one of them may have already; or null.
+std::vector<Figures> figuresOf(const engine::Document& document, const clay::Surface* worked, clay::Grade grade) {
   std::vector<Figures> all;
   for (const engine::Piece& piece : document.pieces) {
     if (!piece.visible) continue;
     Figures one{piece.name, {}, {}, piece.version};
-    if (worked.version() == piece.version) {
-      one.mesh = worked.toMesh();
+    if (worked && worked->version() == piece.version) {
+      one.mesh = worked->toMesh();
     } else {
       clay::Surface surface(false, grade);
       surface.update(piece.version, 2);
@@ -250,7 +251,8 @@ void sculpt(const SculptOptions& options) {
   engine::Session session(std::move(clay.document));
   const std::optional<double> voxelMm = clay.version ? std::optional(clay.version.grid().voxelMm) : std::nullopt;
   clay.version = {};
-  clay::Surface surface(true, options.surface);
+  const clay::Grade drawn = options.surface.value_or(clay::Grade::draft);
+  clay::Surface surface(true, drawn);
 
   // The clay of the strokes alone is followed in the picture; what is several pieces is drawn anew.
   const engine::DocumentPtr begun = session.document();
@@ -265,7 +267,7 @@ void sculpt(const SculptOptions& options) {
     if (simple) {
       uploaded = renderer->update(surface.update(session.version(), 2)).bytes;
     } else {
-      showDocument(*begun, options.surface, *renderer);
+      showDocument(*begun, drawn, *renderer);
     }
     view = render::View::named(options.view, renderer->bounds(), aspect);
     if (!options.beforePng.empty())
@@ -289,7 +291,9 @@ void sculpt(const SculptOptions& options) {
   }();
   for (const std::string& note : report.notes) fmt::print("{}\n", note);
 
-  const std::vector<Figures> pieces = figuresOf(*session.document(), surface, options.surface);
+  // What is told is what is written, where something is.
+  const clay::Grade written = options.surface.value_or(clay::Grade::fine), told = options.outputs.empty() ? drawn : written;
+  const std::vector<Figures> pieces = figuresOf(*session.document(), told == drawn ? &surface : nullptr, told);
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
   const clay::TopologyReport skin = together(pieces);
   printTable(report, pieces, skin, options);
@@ -302,18 +306,13 @@ void sculpt(const SculptOptions& options) {
                  static_cast<double>(bytes) * 1e-6, renderer->deviceName());
     } else {
       renderer.emplace();
-      showDocument(*session.document(), options.surface, *renderer);
+      showDocument(*session.document(), drawn, *renderer);
       view = render::View::named(options.view, renderer->bounds(), aspect);
     }
     render::writePng(renderer->render(view, overlays, options.size[0], options.size[1]), options.png.string());
   }
-  io::WriteOptions write;
-  write.tolerance = pieces.empty() ? 0 : 0.1 * pieces.front().version.grid().voxelMm;
-  write.distinct = true;
-  // Colours and several pieces go with a model, not with a mesh.
-  const bool model = pieces.size() != 1 || pieces.front().version.has(clay::Channel::cover);
   engine::ModelExport how;
-  how.grade = options.surface;
+  how.grade = written;
   for (const std::filesystem::path& file : options.outputs) {
     const ProgressLine line("writing " + file.filename().string(), options.job);
     if (file.extension() == ".argil") {
@@ -326,12 +325,7 @@ void sculpt(const SculptOptions& options) {
         throw Error(base->unflushed, Error::Kind::work);
       continue;
     }
-    if (model || engine::holdsClay(file.filename())) {
-      (void)engine::writeModelFiles({file}, *session.document(), how, options.job);
-      continue;
-    }
-    const io::WriteReport written = io::writeMesh(file, pieces.front().mesh, write, options.job);
-    if (!written.warning.empty()) fmt::print(stderr, "{}\n", written.warning);
+    for (const std::string& sentence : engine::writeModelFiles({file}, *session.document(), how, options.job)) fmt::print("{}\n", sentence);
   }
   if (!options.record.empty()) {
     engine::Script recorded = script;

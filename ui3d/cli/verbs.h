@@ -28,7 +28,7 @@ struct SculptOptions {
   bool live = false;
   std::optional<double> voxelMm;
   std::optional<int> bits;  ///< As precisionOf(); else the script's.
-  clay::Grade surface = clay::Grade::draft;  ///< Of what is written and drawn.
+  std::optional<clay::Grade> surface;  ///< None: fine where it is written, as convert has it, draft where it is drawn.
   std::string device = "touch";
   std::string view = "iso";
   std::array<int, 2> size{1280, 720};
