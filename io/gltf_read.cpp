@@ -13,6 +13,8 @@ namespace argil::io {
 
 namespace {
 
+constexpr uint64_t kMemoryAByte = 5;
+
 /// Puts messages together and believes none of them.
 class ModelAssembler {
  public:
@@ -129,8 +131,12 @@ ModelFile ModelAssembler::finish() {
 
 ModelFile readModelInProcess(const char* what, const std::filesystem::path& path, Job* job) {
   ModelAssembler model;
+  ReaderLimits limits;
+  std::error_code failed;
+  // The file itself, its numbers as doubles, and what is sent of them.
+  if (const uint64_t size = std::filesystem::file_size(path, failed); !failed) limits.memoryBytes = std::max(limits.memoryBytes, kMemoryAByte * size);
   runReader(
-      what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job);
+      what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job, limits);
   return model.finish();
 }
 

@@ -55,6 +55,17 @@ struct Descriptor {
 
 }  // namespace
 
+std::string headOf(const std::filesystem::path& path) {
+  constexpr size_t kHead = 4096;
+  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat facts {};
+  if (file.fd < 0 || ::fstat(file.fd, &facts) != 0 || !S_ISREG(facts.st_mode)) return {};
+  std::string head(kHead, '\0');
+  const ssize_t got = ::pread(file.fd, head.data(), head.size(), 0);
+  head.resize(got > 0 ? size_t(got) : 0);
+  return head;
+}
+
 void fail(const std::string& name, const std::string& wrong) {
   throw Error(name + ": " + wrong);
 }

@@ -33,6 +33,9 @@ struct FileBytes {
 /// empty). The first 10 % of the job.
 [[nodiscard]] FileBytes readFile(const std::filesystem::path& path, Job* job = nullptr);
 
+/// The first bytes of a file, 4096 at most; none of what readFile refuses, which says why.
+[[nodiscard]] std::string headOf(const std::filesystem::path& path);
+
 /// Throws Error "NAME: WRONG".
 [[noreturn]] void fail(const std::string& name, const std::string& wrong);
 

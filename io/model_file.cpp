@@ -130,6 +130,12 @@ ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, 
 }
 
 ModelFile readModel(const std::filesystem::path& path, Job* job) {
+  // What a process of its own reads is not read twice.
+  const std::string head = headOf(path);
+  const Input sniffed{std::as_bytes(std::span(head)), displayName(path), job};
+  for (const Format& format : kFormats) {
+    if (format.readInProcess && format.recognizes(sniffed)) return format.readInProcess(path, job);
+  }
   const FileBytes file = readFile(path, job);
   const Input input{file.bytes(), displayName(path), job};
   if (isGzip(input)) {

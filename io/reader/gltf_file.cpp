@@ -13,7 +13,7 @@ namespace {
 
 using Json = GltfFile::Json;
 
-constexpr uint64_t kMostBytes = uint64_t{1} << 31;
+constexpr uint64_t kMostBytes = UINT32_MAX;  // as much as a .glb can hold
 constexpr uint64_t kMostElements = uint64_t{1} << 28;
 constexpr uint64_t kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125,
                    kFloat = 5126;

@@ -156,6 +156,15 @@ TEST_F(ReaderProcess, GltfReadsItsFolderAlone) {
 #endif
 }
 
+// Its first bytes say who reads it: a file of 100 GiB (of holes) is not taken into memory to find that out.
+TEST_F(ReaderProcess, LargeFilesAreNotReadTwice) {
+  for (const auto& [name, head] : {std::pair{"a.drc", "DRACO"}, {"a.glb", "glTF"}}) {
+    samples::spill(folder_ / name, head);
+    std::filesystem::resize_file(folder_ / name, uint64_t{100} << 30);
+    EXPECT_THAT(samples::errorOf([&] { static_cast<void>(readModel(folder_ / name)); }), HasSubstr("is larger than"));
+  }
+}
+
 TEST_F(ReaderProcess, TextIsOneLine) {
   const std::string raw = "two\nlines\x1b[31m";
   EXPECT_EQ(wireText(std::as_bytes(std::span(raw))), "two?lines?[31m");
