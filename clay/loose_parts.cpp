@@ -270,7 +270,9 @@ std::vector<bool> cavitiesOf(Components& spaces) {
   for (size_t i = 0; i < spaces.pieces().size(); ++i) {
     const Components::Piece& piece = spaces.pieces()[i];
     const Coord last = piece.first + Coord{1, 1, 1} * ((1 << (3 * piece.level)) - 1);
-    if (std::min({piece.first.x, piece.first.y, piece.first.z}) <= -kBrickReach || std::max({last.x, last.y, last.z}) >= kBrickReach - 1) cavity[spaces.body(i)] = false;
+    if (std::min({piece.first.x, piece.first.y, piece.first.z}) <= -kBrickReach ||
+        std::max({last.x, last.y, last.z}) >= kBrickReach - 1)
+      cavity[spaces.body(i)] = false;
   }
   return cavity;
 }
@@ -292,11 +294,14 @@ Cleaned fillVoids(const Version& version, Job* job) {
   return result;
 }
 
-Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes, const WorkPart& part) {
+Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes,
+                    const WorkPart& part) {
   Components parts(version, side, part.part(0, 0.5));
   std::vector<bool> may(parts.bodies(), true);
-  if (side == Tile::outside) may = cavitiesOf(parts);
-  else if (!may.empty()) may[parts.largestFirst().front()] = false;
+  if (side == Tile::outside)
+    may = cavitiesOf(parts);
+  else if (!may.empty())
+    may[parts.largestFirst().front()] = false;
   Specks result;
   result.version = version;
   result.left = side == Tile::inside && !may.empty() ? 1 : 0;

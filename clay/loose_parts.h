@@ -39,7 +39,9 @@ using SpeckTest = std::function<bool(Coord voxel, double voxels)>;
 struct Specks : Cleaned {
   uint64_t left = 0;  ///< Bodies, or cavities, that stayed.
 };
-/// Without the bodies (`side` inside) or cavities (outside) of less than so many voxels that the test wants to go; the largest body always stays.
-[[nodiscard]] Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes, const WorkPart& part);
+/// Without the bodies (`side` inside) or cavities (outside) of less than so many voxels that the test wants to go; the
+/// largest body always stays.
+[[nodiscard]] Specks removeSpecks(const Version& version, Tile side, double belowVoxels, const SpeckTest& goes,
+                                  const WorkPart& part);
 
 }  // namespace argil::clay

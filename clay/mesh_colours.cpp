@@ -15,7 +15,7 @@ namespace argil::clay {
 
 namespace {
 
-constexpr size_t kSlice = 1024;      // bricks between two looks at the job
+constexpr size_t kSlice = 1024;       // bricks between two looks at the job
 constexpr size_t kBricksABlock = 64;  // that a thread takes at a time
 constexpr double kSearching = 0.1;    // share of the work that building the tree of triangles is, about
 
@@ -36,12 +36,14 @@ Vec3d sharesOf(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 }  // namespace
 
-Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours, const WorkPart& part, int threads) {
+Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours,
+                        const WorkPart& part, int threads) {
   threads = threadCount(threads);
   const bool ofTriangles = !colours.triangles.empty();
   const size_t given = ofTriangles ? colours.triangles.size() : colours.vertices.size();
   const size_t wanted = ofTriangles ? mesh.triangles.size() : mesh.positions.size();
-  if (given != wanted) throw Error(fmt::format("{} colours for {} {}", given, wanted, ofTriangles ? "triangles" : "vertices"));
+  if (given != wanted)
+    throw Error(fmt::format("{} colours for {} {}", given, wanted, ofTriangles ? "triangles" : "vertices"));
   part.step(0);
   const NearestTriangle nearest(mesh);
   part.step(kSearching);
@@ -68,7 +70,8 @@ Version withMeshColours(const Version& version, const TriangleMesh& mesh, const 
           colour += shares[k] * Vec3d(own[0], own[1], own[2]);
         }
       }
-      for (size_t k = 0; k < 3; ++k) painted[k][size_t(i)] = static_cast<uint8_t>(std::clamp(colour[Eigen::Index(k)] + 0.5, 0.0, 255.0));
+      for (size_t k = 0; k < 3; ++k)
+        painted[k][size_t(i)] = static_cast<uint8_t>(std::clamp(colour[Eigen::Index(k)] + 0.5, 0.0, 255.0));
       painted[3][size_t(i)] = 255;
     }
   };
@@ -89,7 +92,8 @@ Version withMeshColours(const Version& version, const TriangleMesh& mesh, const 
         },
         kBricksABlock);
     for (size_t i = 0; i < count; ++i) {
-      for (size_t k = 0; k < kColourChannels.size(); ++k) editor.setChannel(kColourChannels[k], bricks[begin + i]->coord, painted[i][k]);
+      for (size_t k = 0; k < kColourChannels.size(); ++k)
+        editor.setChannel(kColourChannels[k], bricks[begin + i]->coord, painted[i][k]);
     }
   }
   part.step(1);

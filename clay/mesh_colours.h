@@ -19,9 +19,11 @@ struct MeshColours {
   std::span<const MeshColour> triangles = {};  ///< Go before `vertices`.
 };
 
-/// The same clay in a new version: every voxel of the band has the colour of the mesh's nearest point, which covers the piece's own. `mesh`, in mm, has a
-/// triangle at least. Throws Error when there is not one colour for each vertex, or triangle; Cancelled. `threads` (1 to 64) change nothing in the result. Cost: a
-/// search for each voxel of the band, about 1 µs; four bytes a voxel of memory that stay. Any thread; no other editor of the store meanwhile.
-[[nodiscard]] Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours, const WorkPart& part, int threads = 0);
+/// The same clay in a new version: every voxel of the band has the colour of the mesh's nearest point, which covers the
+/// piece's own. `mesh`, in mm, has a triangle at least. Throws Error when there is not one colour for each vertex, or
+/// triangle; Cancelled. `threads` (1 to 64) change nothing in the result. Cost: a search for each voxel of the band,
+/// about 1 µs; four bytes a voxel of memory that stay. Any thread; no other editor of the store meanwhile.
+[[nodiscard]] Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours,
+                                      const WorkPart& part, int threads = 0);
 
 }  // namespace argil::clay

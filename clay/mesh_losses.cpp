@@ -14,19 +14,21 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kFragment = 0.5;    // of its body of the mesh: what is less is a part of it
+constexpr double kFragment = 0.5;     // of its body of the mesh: what is less is a part of it
 constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
-constexpr float kNoClay = 0.75f;     // voxels from the clay where none is near
-constexpr double kSampleArea = 4;    // voxels² for which one point is looked at
-constexpr int kMostSamples = 256;    // of one triangle
+constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
+constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
+constexpr int kMostSamples = 256;     // of one triangle
 
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
 class BodiesOfMesh {
  public:
-  explicit BodiesOfMesh(const TriangleMesh& mesh) : mesh_(mesh), parent_(mesh.positions.size()), volume_(mesh.positions.size()) {
+  explicit BodiesOfMesh(const TriangleMesh& mesh)
+      : mesh_(mesh), parent_(mesh.positions.size()), volume_(mesh.positions.size()) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     for (const auto& [a, b, c] : mesh.triangles) unite(a, b), unite(a, c);
-    for (const auto& [a, b, c] : mesh.triangles) volume_[find(a)] += mesh.positions[a].dot(mesh.positions[b].cross(mesh.positions[c])) / 6;
+    for (const auto& [a, b, c] : mesh.triangles)
+      volume_[find(a)] += mesh.positions[a].dot(mesh.positions[b].cross(mesh.positions[c])) / 6;
   }
   [[nodiscard]] double volumeAt(uint32_t vertex) { return std::abs(volume_[find(vertex)]); }
   [[nodiscard]] double sum() const { return std::accumulate(volume_.begin(), volume_.end(), 0.0); }
@@ -67,7 +69,8 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
     return voxels < kFragment * bodies.volumeAt(vertex);
   };
   for (const Tile side : {Tile::inside, Tile::outside}) {
-    Specks taken = removeSpecks(version, side, kSpeckVoxels, isSpeck, side == Tile::inside ? part.part(0, 0.4) : part.part(0.4, 0.8));
+    Specks taken = removeSpecks(version, side, kSpeckVoxels, isSpeck,
+                                side == Tile::inside ? part.part(0, 0.4) : part.part(0.4, 0.8));
     uint64_t& left = side == Tile::inside ? found.bodies : found.cavities;
     left = taken.left;
     if (taken.volumeMm3 > kMostSpecks * volumeOf(version) * edge * edge * edge) {

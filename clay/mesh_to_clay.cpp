@@ -107,25 +107,33 @@ std::vector<std::string> ImportReport::sentences() const {
                                            : std::string("its gaps are finer than a voxel and closed by themselves")));
   }
   const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
-  const std::string place = fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
+  const std::string place =
+      fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
   if (losses.lostMm2 > kLostVoxels * voxel * voxel && less > kWorthSaying) {
     const double thick = 2 * (losses.meshMm3 - losses.clayMm3) / losses.lostMm2;
-    out.push_back(fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² on both sides, around {}. Voxels of {:.2g} mm would keep them.", thick,
-                              voxel, 100 * less, losses.lostMm2, place, std::min(thick / kVoxelsAWall, 0.5 * voxel)));
+    out.push_back(
+        fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "
+                    "on both sides, around {}. Voxels of {:.2g} mm would keep them.",
+                    thick, voxel, 100 * less, losses.lostMm2, place, std::min(thick / kVoxelsAWall, 0.5 * voxel)));
   } else if (losses.lostMm2 > kLostVoxels * voxel * voxel) {
-    out.push_back(fmt::format("Walls thinner than the voxel of {:.3g} mm are lost: {:.3g} mm² on both sides, around {}.", voxel, losses.lostMm2, place));
+    out.push_back(
+        fmt::format("Walls thinner than the voxel of {:.3g} mm are lost: {:.3g} mm² on both sides, around {}.", voxel,
+                    losses.lostMm2, place));
   } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
     out.push_back("Walls inside the material or too thin for the voxel size were left out.");
   }
   if (!(losses.lostMm2 > kLostVoxels * voxel * voxel) && std::abs(less) > kWorthSaying)
-    out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less), less > 0 ? "less" : "more"));
+    out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less),
+                              less > 0 ? "less" : "more"));
   if (losses.specks > 0) {
-    out.push_back(fmt::format("{} of {:.2g} mm³ together, which the mesh's narrow places left, {} taken out.", counted(losses.specks, "speck", "specks"), losses.speckMm3,
+    out.push_back(fmt::format("{} of {:.2g} mm³ together, which the mesh's narrow places left, {} taken out.",
+                              counted(losses.specks, "speck", "specks"), losses.speckMm3,
                               losses.specks == 1 ? "was" : "were"));
   }
   if (losses.bodies + losses.cavities != bodies) {
-    out.push_back(fmt::format("The clay has {}{}.", counted(losses.bodies, "body", "bodies"),
-                              losses.cavities > 0 ? fmt::format(" and {}", counted(losses.cavities, "cavity", "cavities")) : std::string()));
+    out.push_back(fmt::format(
+        "The clay has {}{}.", counted(losses.bodies, "body", "bodies"),
+        losses.cavities > 0 ? fmt::format(" and {}", counted(losses.cavities, "cavity", "cavities")) : std::string()));
   }
   return out;
 }

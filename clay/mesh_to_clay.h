@@ -39,11 +39,12 @@ struct Imported {
 };
 
 /// The solid that the mesh (in mm) bounds, as clay: a full narrow band of distances to its surface, the interior solid.
-/// Holes are closed where the winding number is a half, faces that disagree are turned, repeated ones dropped, overlapping
-/// bodies united, specks that sampling leaves of something thinner than a voxel taken out; a body inside out within another is a cavity. Features thinner than a voxel may go. Throws Error for a
-/// mesh without triangles, an open sheet that has no inside, a voxel too fine (more than 65 536 along an axis, or 2^28 in
-/// the band) or too coarse, an origin out of range; each names what would do. Cancelled when the job was. Off the real-time
-/// threads. Cost follows the surface in voxels²; about 80 bytes a voxel of the band while it works.
+/// Holes are closed where the winding number is a half, faces that disagree are turned, repeated ones dropped,
+/// overlapping bodies united, specks that sampling leaves of something thinner than a voxel taken out; a body inside
+/// out within another is a cavity. Features thinner than a voxel may go. Throws Error for a mesh without triangles, an
+/// open sheet that has no inside, a voxel too fine (more than 65 536 along an axis, or 2^28 in the band) or too coarse,
+/// an origin out of range; each names what would do. Cancelled when the job was. Off the real-time threads. Cost
+/// follows the surface in voxels²; about 80 bytes a voxel of the band while it works.
 [[nodiscard]] Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, const ImportOptions& options,
                                   Job* job = nullptr);
 

@@ -12,8 +12,9 @@ namespace argil::clay {
 /// The point of the triangle that is nearest to p; a triangle without area counts as its edges. Ericson, Real-Time Collision Detection, 5.1.5.
 [[nodiscard]] Vec3d nearestOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Triangles in a hierarchy of boxes: sorted along a Morton curve, leaves of a few, a complete binary tree above them (no pointers). The mesh must outlive it and stay
-/// as it is. 28 bytes a triangle beside the mesh. nearest() from any number of threads.
+/// Triangles in a hierarchy of boxes: sorted along a Morton curve, leaves of a few, a complete binary tree above them
+/// (no pointers). The mesh must outlive it and stay as it is. 28 bytes a triangle beside the mesh. nearest() from any
+/// number of threads.
 class NearestTriangle {
  public:
   /// At least one triangle, indices in range, finite coordinates. Cost: about 0.2 s for 10^6 triangles.
@@ -29,7 +30,9 @@ class NearestTriangle {
   [[nodiscard]] bool within(const Vec3d& p, double distance) const;
   [[nodiscard]] const std::array<uint32_t, 3>& corners(uint32_t triangle) const { return triangles_[triangle]; }  ///< Of a Hit's triangle.
 
-  [[nodiscard]] uint32_t indexOf(uint32_t triangle) const { return indices_[triangle]; }  ///< In the mesh, of a Hit's triangle.
+  [[nodiscard]] uint32_t indexOf(uint32_t triangle) const {
+    return indices_[triangle];
+  }  ///< In the mesh, of a Hit's triangle.
 
  private:
   struct Box {

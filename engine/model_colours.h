@@ -19,9 +19,10 @@ struct FileColours {
   [[nodiscard]] bool several() const;
 };
 
-/// The clay with these colours, its mask and materials as they were. Without several colours: the same version, as one is the piece's own. Throws as
-/// clay::withMeshColours.
-[[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh, const FileColours& colours, const clay::WorkPart& part);
+/// The clay with these colours, its mask and materials as they were. Without several colours: the same version, as one
+/// is the piece's own. Throws as clay::withMeshColours.
+[[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
+                                        const FileColours& colours, const clay::WorkPart& part);
 
 /// As pieces and parts have it; alpha is left out.
 [[nodiscard]] std::array<float, 3> colourOf(const io::Colour& colour);

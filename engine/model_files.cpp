@@ -50,7 +50,9 @@ ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& ho
 }
 
 // The clay without what slicers cut away from it.
-clay::Version withoutNegatives(clay::Version version, const io::ModelObject& object, const std::vector<io::ModelObject>& negatives, std::vector<std::string>& notes, Job* job) {
+clay::Version withoutNegatives(clay::Version version, const io::ModelObject& object,
+                               const std::vector<io::ModelObject>& negatives, std::vector<std::string>& notes,
+                               Job* job) {
   clay::ImportOptions options;
   options.grid = version.grid();
   options.placeOrigin = false;
@@ -76,7 +78,8 @@ void requireSome(const ImportedModel& imported) {
 
 void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& imported, Job* job) {
   const uint32_t assembly = read.objects.front().assembly;
-  const std::vector<io::ModelObject> objects = read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
+  const std::vector<io::ModelObject> objects =
+      read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
   io::ModelObject all = io::merged(objects.empty() ? std::move(read.objects) : std::vector<io::ModelObject>(objects));
   all.assembly = assembly;
   all.colour = io::meanColour(all);  // While it has its mesh.
@@ -86,13 +89,18 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
   options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
   const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
     clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
-    made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours}, clay::WorkPart(job, kMade, 1));
+    made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours},
+                               clay::WorkPart(job, kMade, 1));
     std::vector<std::string> notes = made.report.sentences();
     made.version = withoutNegatives(std::move(made.version), object, read.negatives, notes, job);
-    if (made.version.stats().bricks == 0) notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.", object.name.empty() ? "an object" : object.name));
-    else imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+    if (made.version.stats().bricks == 0)
+      notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.",
+                                  object.name.empty() ? "an object" : object.name));
+    else
+      imported.pieces.push_back(pieceOf(object, std::move(made.version)));
     for (std::string& sentence : notes) {
-      if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end()) imported.notes.push_back(std::move(sentence));
+      if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end())
+        imported.notes.push_back(std::move(sentence));
     }
   };
   if (!objects.empty()) {
@@ -281,7 +289,8 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       }
       if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
       const auto painted = [](const io::VdbView& each) { return each.version.has(clay::Channel::cover); };
-      if (std::any_of(clays.begin(), clays.end(), painted)) sentences.emplace_back("OpenVDB level sets have no colours here: they are left out.");
+      if (std::any_of(clays.begin(), clays.end(), painted))
+        sentences.emplace_back("OpenVDB level sets have no colours here: they are left out.");
       report = io::writeVdb(file, clays, job);
       sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(), clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
     } else {

@@ -14,7 +14,7 @@
 namespace argil::engine {
 namespace {
 
-constexpr double kMade = 0.9;        // of an import, when there is clay and no colour yet
+constexpr double kMade = 0.9;  // of an import, when there is clay and no colour yet
 constexpr double kShapeVoxelMm = 0.5;
 constexpr double kFarMm = 0.9e6;  // clay's origin may lie 10^6 mm from zero, and has a margin
 constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
@@ -78,7 +78,8 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   }
   const auto sentences = imported.report.sentences();
   prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
-  prepared.version = withColours(std::move(imported.version), read.mesh, {read.vertexColours, read.triangleColours}, clay::WorkPart(job, kMade, 1));
+  prepared.version = withColours(std::move(imported.version), read.mesh, {read.vertexColours, read.triangleColours},
+                                 clay::WorkPart(job, kMade, 1));
   prepared.import = std::move(imported.report);
   prepared.document = Document::of(prepared.version);
   if (read.colour) prepared.document.pieces.front().colour = colourOf(*read.colour);

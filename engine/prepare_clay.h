@@ -33,11 +33,12 @@ struct PrepareOptions {
 
 using Meshes = std::span<clay::TriangleMesh* const>;
 
-/// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their middle is there; empty when they did not have to
-/// be. `others` go along and do not count.
+/// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their
+/// middle is there; empty when they did not have to be. `others` go along and do not count.
 std::string bringNear(Meshes meshes, Meshes others = {});
 
-/// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others` go along and do not count.
+/// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others`
+/// go along and do not count.
 std::string fitMeshes(Meshes meshes, double fitMm, Meshes others = {});
 
 }  // namespace argil::engine

@@ -107,7 +107,8 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
   draco::PointAttribute* colour =
       coloured ? attribute(draco::GeometryAttribute::COLOR, 4, linear ? draco::DT_UINT16 : draco::DT_UINT8, points)
                : nullptr;
-  draco::PointAttribute* normal = linear ? attribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32, points) : nullptr;
+  draco::PointAttribute* normal =
+      linear ? attribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32, points) : nullptr;
   mesh.SetNumFaces(triangles);
 
   FilePoint low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
@@ -187,7 +188,8 @@ DracoStream packDraco(std::span<const ModelObject> objects, const Placement& pla
   // Not the explicit kind, whose numbers Draco keeps as text of six decimals: it takes the same box from the values
   // themselves.
   encoder.SetAttributeQuantization(0, bits);
-  if (normal != nullptr) encoder.SetAttributeQuantization(mesh.GetNamedAttributeId(draco::GeometryAttribute::NORMAL), kNormalBits);
+  if (normal != nullptr)
+    encoder.SetAttributeQuantization(mesh.GetNamedAttributeId(draco::GeometryAttribute::NORMAL), kNormalBits);
   stream.buffer = std::make_shared<draco::EncoderBuffer>();
   const draco::Status status = encoder.EncodeToBuffer(stream.buffer.get());
   if (!status.ok())

@@ -39,8 +39,8 @@ enum class DracoFor : uint8_t {
   gltf,  ///< Colours as 16-bit linear light, normals in axes of the file.
 };
 
-/// `errorMm` as WriteOptions::quantization. Objects become one mesh. Memory: about 130 bytes a triangle. Throws Error (kind work), Cancelled between its
-/// steps.
+/// `errorMm` as WriteOptions::quantization. Objects become one mesh. Memory: about 130 bytes a triangle. Throws Error
+/// (kind work), Cancelled between its steps.
 [[nodiscard]] DracoStream packDraco(std::span<const ModelObject> objects, const Placement& placement, double errorMm,
                                     DracoFor what, Job* job);
 

@@ -53,7 +53,8 @@ constexpr std::array kForeign = {
 
 std::string whatForeignFileIs(const Input& input) {
   for (const auto& [sign, instead] : kForeign) {
-    if (input.text().size() >= sign.at + sign.bytes.size() && input.text().substr(sign.at, sign.bytes.size()) == sign.bytes) {
+    if (input.text().size() >= sign.at + sign.bytes.size() &&
+        input.text().substr(sign.at, sign.bytes.size()) == sign.bytes) {
       return std::string("is ") + sign.is + ": " + instead;
     }
   }

@@ -17,7 +17,8 @@
 
 namespace argil::io {
 
-/// Writes one format: begin, all vertices in order, all triangles in order (each object's behind its name), end. What it is given was checked.
+/// Writes one format: begin, all vertices in order, all triangles in order (each object's behind its name), end. What
+/// it is given was checked.
 class MeshEncoder {
  public:
   virtual ~MeshEncoder() = default;
@@ -35,7 +36,8 @@ class MeshEncoder {
   }
   virtual void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) = 0;
   /// The same when counts.triangleColours, one colour a triangle. A format without them leaves them out.
-  virtual void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> list, std::span<const Colour> colours) {
+  virtual void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> list,
+                                 std::span<const Colour> colours) {
     static_cast<void>(colours);
     triangles(sink, list);
   }
@@ -57,8 +59,8 @@ struct Format {
   void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*) = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
   // What a file of it can say.
-  bool objects = false;          ///< Several, with names.
-  bool colours = false;          ///< Of vertices, and so of the whole.
+  bool objects = false;  ///< Several, with names.
+  bool colours = false;  ///< Of vertices, and so of the whole.
   bool triangleColours = false;
 };
 

@@ -106,7 +106,8 @@ void weld(ModelObject& object) {
     for (size_t i = 0; same && i < place.size(); ++i) same = colours[place[i]] == object.vertexColours[i];
     if (!same) {
       for (const auto& [a, b, c] : object.mesh.triangles) {
-        object.triangleColours.push_back(meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]));
+        object.triangleColours.push_back(
+            meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]));
       }
       colours.clear();
     }
@@ -134,7 +135,8 @@ ModelFile readModelInProcess(const char* what, const std::filesystem::path& path
   ReaderLimits limits;
   std::error_code failed;
   // The file itself, its numbers as doubles, and what is sent of them.
-  if (const uint64_t size = std::filesystem::file_size(path, failed); !failed) limits.memoryBytes = std::max(limits.memoryBytes, kMemoryAByte * size);
+  if (const uint64_t size = std::filesystem::file_size(path, failed); !failed)
+    limits.memoryBytes = std::max(limits.memoryBytes, kMemoryAByte * size);
   runReader(
       what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job, limits);
   return model.finish();

@@ -149,7 +149,8 @@ class Document {
   }
 
   Json addPacked(const ModelObject& object, const Placement& placement) {
-    auto stream = std::make_shared<DracoStream>(packDraco({&object, 1}, placement, options_.quantization, DracoFor::gltf, job_));
+    auto stream =
+        std::make_shared<DracoStream>(packDraco({&object, 1}, placement, options_.quantization, DracoFor::gltf, job_));
     note(stream->points, stream->triangles, stream->coordinateMm, stream->distanceMm);
     Json primitive, ids;
     primitive["attributes"]["POSITION"] = addAccessor(positions(stream->points, stream->low, stream->high), {});
@@ -166,7 +167,8 @@ class Document {
     return primitive;
   }
 
-  // Positions and colours are written out of the object when their turn comes; normals and points that were split are kept until then.
+  // Positions and colours are written out of the object when their turn comes; normals and points that were split are
+  // kept until then.
   Json addPlain(const ModelObject& object, const Placement& placement) {
     const auto points = std::make_shared<SurfacePoints>(pointsOf(object, Normals::creased));
     const std::vector<Vec3d>& places = object.mesh.positions;
@@ -190,9 +192,10 @@ class Document {
     primitive["attributes"]["POSITION"] = addAccessor(
         positions(count, low, high),
         addArray<FilePoint>(count, kVertices, [place, placement](uint64_t i) { return placement.toFile(place(i)); }));
-    primitive["attributes"]["NORMAL"] = addAccessor(normals(count), addArray<FilePoint>(count, kVertices, [points, placement](uint64_t i) {
-                                                      return placement.directionToFile(points->normals[i]);
-                                                    }));
+    primitive["attributes"]["NORMAL"] =
+        addAccessor(normals(count), addArray<FilePoint>(count, kVertices, [points, placement](uint64_t i) {
+                      return placement.directionToFile(points->normals[i]);
+                    }));
     if (!points->colours.empty()) {
       primitive["attributes"]["COLOR_0"] =
           addAccessor(colours(count), addArray<std::array<uint16_t, 4>>(count, kVertices, [points](uint64_t i) {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "io/atomic_file.h"
 #include "io/format.h"
@@ -129,7 +129,8 @@ constexpr double kMostLoss = 1e-3;
 
 void refuseCoarse(const std::string& name, const Eigen::AlignedBox3d& box, double rounding) {
   if (box.isEmpty() || !(rounding > kMostLoss * box.sizes().maxCoeff())) return;
-  failWork(name, "the model is so small for where it lies that the format's 32-bit numbers would lose " + rounded(rounding) + " mm of its " + rounded(box.sizes().maxCoeff()) +
+  failWork(name, "the model is so small for where it lies that the format's 32-bit numbers would lose " +
+                     rounded(rounding) + " mm of its " + rounded(box.sizes().maxCoeff()) +
                      " mm; move it to zero (--recentre) or write .obj");
 }
 
@@ -208,13 +209,18 @@ void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colo
   }
 }
 
-void MeshWriter::object(const std::string& name) { state_->encoder->object(state_->sink, name); }
+void MeshWriter::object(const std::string& name) {
+  state_->encoder->object(state_->sink, name);
+}
 
-void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> list) { triangles(list, {}); }
+void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> list) {
+  triangles(list, {});
+}
 
 void MeshWriter::triangles(std::span<const std::array<uint32_t, 3>> triangles, std::span<const Colour> colours) {
   State& s = *state_;
-  if (colours.size() != (s.counts.triangleColours ? triangles.size() : 0)) s.failWork("triangles came without the colours that were announced, or with others");
+  if (colours.size() != (s.counts.triangleColours ? triangles.size() : 0))
+    s.failWork("triangles came without the colours that were announced, or with others");
   if (s.report.vertices != s.counts.vertices) s.failWork("triangles came before all vertices");
   if (triangles.size() > s.counts.triangles - s.report.triangles) s.failWork("more triangles came than were announced");
   while (!triangles.empty()) {
@@ -269,7 +275,8 @@ WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMes
   return writer.finish();
 }
 
-std::vector<std::string> lossesOf(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options) {
+std::vector<std::string> lossesOf(const std::filesystem::path& path, const ModelView& model,
+                                  const WriteOptions& options) {
   const Format& format = formatFor(path, options, false);
   const std::string name(format.name);
   const auto& objects = model.objects;
@@ -280,8 +287,12 @@ std::vector<std::string> lossesOf(const std::filesystem::path& path, const Model
                        any([&](const ModelObject& each) { return each.colour != objects.front().colour; });
   std::vector<std::string> sentences;
   if (!format.colours && painted) sentences.push_back(name + " has no colours: they are left out.");
-  if (format.colours && !format.triangleColours && byTriangle) sentences.push_back(name + " has colours of vertices alone: those of triangles become the mean around each vertex.");
-  if (!format.objects && objects.size() > 1) sentences.push_back(fmt::format("{} holds one mesh: {} objects become one, without their names.", name, objects.size()));
+  if (format.colours && !format.triangleColours && byTriangle)
+    sentences.push_back(name +
+                        " has colours of vertices alone: those of triangles become the mean around each vertex.");
+  if (!format.objects && objects.size() > 1)
+    sentences.push_back(
+        fmt::format("{} holds one mesh: {} objects become one, without their names.", name, objects.size()));
   return sentences;
 }
 

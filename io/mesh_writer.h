@@ -22,7 +22,8 @@ struct WriteOptions {
   /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
   /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
   bool distinct = false;
-  /// glTF only: compressed with Draco (KHR_draco_mesh_compression), to a tenth. Many programs cannot open such files, Debian's Blender and assimp among them.
+  /// glTF only: compressed with Draco (KHR_draco_mesh_compression), to a tenth. Many programs cannot open such files,
+  /// Debian's Blender and assimp among them.
   bool draco = false;
   /// glTF with Draco, and .drc: mm that a coordinate may move by quantization; 0: a 131 070th of the model's largest extent (16 bits). No finer than 2^-29 of the extent.
   double quantization = 0;

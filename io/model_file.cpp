@@ -18,19 +18,67 @@ namespace argil::io {
 namespace {
 
 constexpr std::array kFormats = {
-    Format{.name = "STL", .extension = ".stl", .recognizes = recognizesStl, .parseMesh = parseStl, .encoder = makeStlEncoder, .singlePrecision = true},
-    Format{.name = "OBJ", .extension = ".obj", .recognizes = recognizesObj, .parseModel = parseObj, .encoder = makeObjEncoder, .objects = true, .colours = true},
-    Format{.name = "PLY", .extension = ".ply", .recognizes = recognizesPly, .parseMesh = parsePly, .encoder = makePlyEncoder, .singlePrecision = true, .colours = true, .triangleColours = true},
+    Format{.name = "STL",
+           .extension = ".stl",
+           .recognizes = recognizesStl,
+           .parseMesh = parseStl,
+           .encoder = makeStlEncoder,
+           .singlePrecision = true},
+    Format{.name = "OBJ",
+           .extension = ".obj",
+           .recognizes = recognizesObj,
+           .parseModel = parseObj,
+           .encoder = makeObjEncoder,
+           .objects = true,
+           .colours = true},
+    Format{.name = "PLY",
+           .extension = ".ply",
+           .recognizes = recognizesPly,
+           .parseMesh = parsePly,
+           .encoder = makePlyEncoder,
+           .singlePrecision = true,
+           .colours = true,
+           .triangleColours = true},
     Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
-    Format{.name = "3MF", .extension = ".3mf", .recognizes = recognizesThreeMf, .parseModel = parseThreeMf, .write = writeThreeMf, .singlePrecision = true, .objects = true, .colours = true, .triangleColours = true},
-    Format{.name = "glTF (binary)", .extension = ".glb", .recognizes = recognizesGlb, .readInProcess = readGltf, .write = writeGlb, .objects = true, .colours = true, .triangleColours = true},
-    Format{.name = "glTF", .extension = ".gltf", .recognizes = recognizesGltf, .readInProcess = readGltf, .write = writeGltf, .objects = true, .colours = true, .triangleColours = true},
-    Format{.name = "Draco", .extension = ".drc", .recognizes = recognizesDraco, .readInProcess = readDraco, .write = writeDraco, .colours = true, .triangleColours = true},
+    Format{.name = "3MF",
+           .extension = ".3mf",
+           .recognizes = recognizesThreeMf,
+           .parseModel = parseThreeMf,
+           .write = writeThreeMf,
+           .singlePrecision = true,
+           .objects = true,
+           .colours = true,
+           .triangleColours = true},
+    Format{.name = "glTF (binary)",
+           .extension = ".glb",
+           .recognizes = recognizesGlb,
+           .readInProcess = readGltf,
+           .write = writeGlb,
+           .objects = true,
+           .colours = true,
+           .triangleColours = true},
+    Format{.name = "glTF",
+           .extension = ".gltf",
+           .recognizes = recognizesGltf,
+           .readInProcess = readGltf,
+           .write = writeGltf,
+           .objects = true,
+           .colours = true,
+           .triangleColours = true},
+    Format{.name = "Draco",
+           .extension = ".drc",
+           .recognizes = recognizesDraco,
+           .readInProcess = readDraco,
+           .write = writeDraco,
+           .colours = true,
+           .triangleColours = true},
 };
 
 bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
 
-bool isWritten(const Format& format) { return format.encoder || format.write; }
+bool isWritten(const Format& format) {
+  return format.encoder || format.write;
+}
 
 template <class Is>
 std::string endingsOf(const Is& is) {
@@ -102,8 +150,11 @@ ModelFile readZipped(const Input& input) {
   size_t models = 0;
   for (const ZipReader::Part& part : zip.parts()) {
     const std::string ending = endingOf(part.name);
-    const bool hidden = part.name.starts_with("__MACOSX/");  // Where the Finder keeps its own notes, under the names of the files.
-    if (hidden || std::none_of(kFormats.begin(), kFormats.end(), [&](const Format& each) { return isRead(each) && each.extension == ending; })) continue;
+    const bool hidden =
+        part.name.starts_with("__MACOSX/");  // Where the Finder keeps its own notes, under the names of the files.
+    if (hidden || std::none_of(kFormats.begin(), kFormats.end(),
+                               [&](const Format& each) { return isRead(each) && each.extension == ending; }))
+      continue;
     model = &part;
     ++models;
   }
@@ -118,8 +169,12 @@ ModelFile readZipped(const Input& input) {
 
 std::span<const Format> formats() { return kFormats; }
 
-std::string readableEndings() { return endingsOf(isRead); }
-std::string writableEndings() { return endingsOf(isWritten); }
+std::string readableEndings() {
+  return endingsOf(isRead);
+}
+std::string writableEndings() {
+  return endingsOf(isWritten);
+}
 
 ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job) {
   const Input input{bytes, name, job};
@@ -166,7 +221,8 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
     }
     if (byTriangle) {
       if (each.triangleColours.empty() && !each.vertexColours.empty()) {
-        for (const auto& [a, b, c] : each.mesh.triangles) each.triangleColours.push_back(meanOf(each.vertexColours[a], each.vertexColours[b], each.vertexColours[c]));
+        for (const auto& [a, b, c] : each.mesh.triangles)
+          each.triangleColours.push_back(meanOf(each.vertexColours[a], each.vertexColours[b], each.vertexColours[c]));
       }
       if (each.triangleColours.empty()) each.triangleColours.resize(each.mesh.triangles.size(), plain);
       all.triangleColours.insert(all.triangleColours.end(), each.triangleColours.begin(), each.triangleColours.end());
@@ -183,11 +239,15 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
 
 Colour meanOf(const Colour& a, const Colour& b, const Colour& c) {
   const auto mean = [](int x, int y, int z) { return static_cast<uint8_t>((x + y + z + 1) / 3); };
-  return {mean(a.red, b.red, c.red), mean(a.green, b.green, c.green), mean(a.blue, b.blue, c.blue), mean(a.alpha, b.alpha, c.alpha)};
+  return {mean(a.red, b.red, c.red), mean(a.green, b.green, c.green), mean(a.blue, b.blue, c.blue),
+          mean(a.alpha, b.alpha, c.alpha)};
 }
 
 std::string notCutAway(size_t negatives) {
-  return std::to_string(negatives) + (negatives == 1 ? " negative volume was left out and not cut away" : " negative volumes were left out and not cut away") + ": only clay is cut";
+  return std::to_string(negatives) +
+         (negatives == 1 ? " negative volume was left out and not cut away"
+                         : " negative volumes were left out and not cut away") +
+         ": only clay is cut";
 }
 
 std::optional<Colour> meanColour(const ModelObject& object) {

@@ -29,14 +29,15 @@ struct ModelObject {
   std::vector<Colour> vertexColours;      ///< One a vertex, or empty.
   std::vector<Colour> triangleColours;    ///< One a triangle, or empty: goes before vertexColours.
   std::optional<Colour> colour;           ///< Of the whole, where the file says so.
-  uint32_t assembly = 0;                  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
+  uint32_t assembly = 0;  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
 };
 
 /// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there is at least one object; nothing is
 /// promised about topology.
 struct ModelFile {
   std::vector<ModelObject> objects;
-  std::vector<ModelObject> negatives;  ///< What slicers cut away from the objects of the same assembly; held to the same promises.
+  std::vector<ModelObject>
+      negatives;  ///< What slicers cut away from the objects of the same assembly; held to the same promises.
   std::optional<double> unitMm;    ///< mm in one unit where the format says so (3MF; glTF: 1000); none: ask the person.
   std::string format;              ///< "STL (binary)", "3MF", "glTF (binary, Draco)", ...
   uint64_t faces = 0;              ///< As the file has them, before polygons became triangles.
@@ -46,8 +47,10 @@ struct ModelFile {
   std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
 };
 
-/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco; the first four and 3MF also out of .gz and a .zip of one model. The content says which, the ending only where the content does not. What other
-/// people's libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any thread.
+/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco; the first four and 3MF also out of .gz
+/// and a .zip of one model. The content says which, the ending only where the content does not. What other people's
+/// libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any
+/// thread.
 [[nodiscard]] ModelFile readModel(const std::filesystem::path& path, Job* job = nullptr);
 
 /// ".stl, .obj, ...": what readModel reads, and what writeModel writes.
@@ -57,8 +60,8 @@ struct ModelFile {
 /// The same from memory, for formats that this program reads itself.
 [[nodiscard]] ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job = nullptr);
 
-/// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of vertices and some of triangles, triangles get the
-/// mean of their corners.
+/// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of
+/// vertices and some of triangles, triangles get the mean of their corners.
 [[nodiscard]] ModelObject merged(std::vector<ModelObject>&& objects);
 
 /// Rounded to the nearest.

@@ -23,7 +23,9 @@ struct ModelView {
 /// Throws Error, Cancelled.
 WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options = {}, Job* job = nullptr);
 
-/// What the format of this path cannot say of the model, a sentence each for the person, before it is written. Throws Error for an ending that is not supported.
-[[nodiscard]] std::vector<std::string> lossesOf(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options = {});
+/// What the format of this path cannot say of the model, a sentence each for the person, before it is written. Throws
+/// Error for an ending that is not supported.
+[[nodiscard]] std::vector<std::string> lossesOf(const std::filesystem::path& path, const ModelView& model,
+                                                const WriteOptions& options = {});
 
 }  // namespace argil::io

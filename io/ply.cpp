@@ -487,9 +487,12 @@ class PlyEncoder : public MeshEncoder {
     }
   }
 
-  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override { colouredTriangles(sink, triangles, {}); }
+  void triangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles) override {
+    colouredTriangles(sink, triangles, {});
+  }
 
-  void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles, std::span<const Colour> colours) override {
+  void colouredTriangles(ByteSink& sink, std::span<const std::array<uint32_t, 3>> triangles,
+                         std::span<const Colour> colours) override {
     constexpr size_t kCorners = sizeof triangles[0];
     for (size_t i = 0; i < triangles.size(); ++i) {
       std::byte* const at = sink.room(1 + kCorners + (colours.empty() ? 0 : 3));

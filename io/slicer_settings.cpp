@@ -20,28 +20,39 @@ struct KindName {
   VolumeKind kind;
 };
 constexpr KindName kKinds[] = {
-    {"ModelPart", VolumeKind::solid},           {"NegativeVolume", VolumeKind::negative}, {"ParameterModifier", VolumeKind::modifier},
-    {"SupportBlocker", VolumeKind::support},    {"SupportEnforcer", VolumeKind::support}, {"normal_part", VolumeKind::solid},
-    {"negative_part", VolumeKind::negative},    {"modifier_part", VolumeKind::modifier},  {"support_blocker", VolumeKind::support},
+    {"ModelPart", VolumeKind::solid},
+    {"NegativeVolume", VolumeKind::negative},
+    {"ParameterModifier", VolumeKind::modifier},
+    {"SupportBlocker", VolumeKind::support},
+    {"SupportEnforcer", VolumeKind::support},
+    {"normal_part", VolumeKind::solid},
+    {"negative_part", VolumeKind::negative},
+    {"modifier_part", VolumeKind::modifier},
+    {"support_blocker", VolumeKind::support},
     {"support_enforcer", VolumeKind::support},
 };
 
 VolumeKind kindOf(std::string_view name) {
-  const auto* row = std::find_if(std::begin(kKinds), std::end(kKinds), [&](const KindName& each) { return each.name == name; });
+  const auto* row =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [&](const KindName& each) { return each.name == name; });
   return row == std::end(kKinds) ? VolumeKind::solid : row->kind;
 }
 
 std::optional<uint64_t> number(const XmlScanner& xml, std::string_view attribute) {
   const std::string_view* text = xml.attribute(attribute);
   uint64_t value = 0;
-  if (text == nullptr || std::from_chars(text->data(), text->data() + text->size(), value).ptr != text->data() + text->size() || value > UINT32_MAX) return {};
+  if (text == nullptr ||
+      std::from_chars(text->data(), text->data() + text->size(), value).ptr != text->data() + text->size() ||
+      value > UINT32_MAX)
+    return {};
   return value;
 }
 
 // key and value of a <metadata>.
 std::pair<std::string, std::string> metadata(const XmlScanner& xml) {
   const std::string_view *key = xml.attribute("key"), *value = xml.attribute("value");
-  return key == nullptr || value == nullptr ? std::pair<std::string, std::string>() : std::pair(xml.utf8(*key), xml.utf8(*value));
+  return key == nullptr || value == nullptr ? std::pair<std::string, std::string>()
+                                            : std::pair(xml.utf8(*key), xml.utf8(*value));
 }
 
 void readVolume(XmlScanner& xml, std::vector<SlicerVolume>& volumes) {
@@ -53,7 +64,8 @@ void readVolume(XmlScanner& xml, std::vector<SlicerVolume>& volumes) {
     const auto [key, value] = metadata(xml);
     if (key == "name") volume.name = value;
     if (key == "volume_type") volume.kind = kindOf(value);
-    if (key == "modifier" && value == "1" && volume.kind == VolumeKind::solid) volume.kind = VolumeKind::modifier;  // Before there were types.
+    if (key == "modifier" && value == "1" && volume.kind == VolumeKind::solid)
+      volume.kind = VolumeKind::modifier;  // Before there were types.
   }
   volumes.push_back(std::move(volume));
 }
@@ -106,7 +118,8 @@ SlicerSettings readSlicerSettings(ZipReader& zip, const Input& input) {
     throw;
   } catch (const Error& e) {
     settings = {};
-    settings.trouble = std::string("what the slicer says of its volumes could not be read, all came in as solid (") + e.what() + ")";
+    settings.trouble =
+        std::string("what the slicer says of its volumes could not be read, all came in as solid (") + e.what() + ")";
   }
   return settings;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// What slicers write into a 3MF package beside the standard: which volumes are cut away, and which are no clay at all. For this room's files.
+// What slicers write into a 3MF package beside the standard: which volumes are cut away, and which are no clay at all.
+// For this room's files.
 
 #include <cstdint>
 #include <map>
@@ -36,7 +37,8 @@ struct SlicerPart {
 struct SlicerSettings {
   std::map<uint32_t, std::string> names;
   std::map<uint32_t, std::vector<SlicerVolume>> volumes;
-  std::map<std::pair<uint32_t, uint32_t>, SlicerPart> parts;  ///< Of an object, and the object that its component names.
+  std::map<std::pair<uint32_t, uint32_t>, SlicerPart>
+      parts;            ///< Of an object, and the object that its component names.
   std::string trouble;  ///< A sentence when they are there and cannot be read; then all else is empty.
 };
 

@@ -17,7 +17,9 @@ using clay::TriangleMesh;
 // A triangle flatter than this, squared area against squared length of its longest edge, has no direction of its own.
 constexpr double kFlat = 1e-24;
 
-uint32_t packed(const Colour& c) { return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha; }
+uint32_t packed(const Colour& c) {
+  return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha;
+}
 
 // The corners (3 × triangle + which) around each vertex, in their order.
 class Corners {
@@ -30,7 +32,9 @@ class Corners {
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
       for (size_t k = 0; k < 3; ++k) corners_[next[mesh.triangles[t][k]]++] = 3 * t + k;
   }
-  [[nodiscard]] std::span<const uint64_t> around(size_t vertex) const { return std::span(corners_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]); }
+  [[nodiscard]] std::span<const uint64_t> around(size_t vertex) const {
+    return std::span(corners_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
+  }
 
  private:
   std::vector<uint64_t> first_, corners_;
@@ -39,7 +43,8 @@ class Corners {
 // Gives each corner around a vertex the group whose normal it shares.
 class SmoothGroups {
  public:
-  explicit SmoothGroups(const TriangleMesh& mesh) : mesh_(mesh), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
+  explicit SmoothGroups(const TriangleMesh& mesh)
+      : mesh_(mesh), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
 
   // group[i]: the lowest place of a corner of the same group.
   const std::vector<uint32_t>& of(std::span<const uint64_t> corners) {
@@ -71,10 +76,13 @@ class SmoothGroups {
   [[nodiscard]] Vec3d facing(const std::array<uint32_t, 3>& t) const {
     const Vec3d ab = mesh_.positions[t[1]] - mesh_.positions[t[0]], ac = mesh_.positions[t[2]] - mesh_.positions[t[0]];
     const Vec3d normal = ab.cross(ac);
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}), length2 = normal.squaredNorm();
+    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}),
+                 length2 = normal.squaredNorm();
     return length2 > kFlat * longest * longest ? Vec3d(normal / std::sqrt(length2)) : Vec3d::Zero();
   }
-  [[nodiscard]] bool smooth(const Vec3d& a, const Vec3d& b) const { return a.isZero() || b.isZero() || a.dot(b) >= least_; }
+  [[nodiscard]] bool smooth(const Vec3d& a, const Vec3d& b) const {
+    return a.isZero() || b.isZero() || a.dot(b) >= least_;
+  }
   [[nodiscard]] uint32_t root(uint32_t i) {
     while (group_[i] != i) i = group_[i] = group_[group_[i]];
     return i;

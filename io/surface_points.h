@@ -15,16 +15,20 @@ struct SurfacePoints {
   std::vector<Colour> colours;                     ///< One a point, or empty.
   std::vector<std::array<float, 3>> normals;       ///< One a point, of unit length, outwards; or empty.
   std::vector<std::array<uint32_t, 3>> triangles;  ///< Of points; empty with `vertex`.
-  [[nodiscard]] size_t count(const ModelObject& object) const { return vertex.empty() ? object.mesh.positions.size() : vertex.size(); }
+  [[nodiscard]] size_t count(const ModelObject& object) const {
+    return vertex.empty() ? object.mesh.positions.size() : vertex.size();
+  }
 };
 
 enum class Normals : uint8_t {
   none,
-  creased,  ///< The mean of the triangles around a vertex, apart for those that an edge sharper than kCreaseDegrees divides.
+  creased,  ///< The mean of the triangles around a vertex, apart for those that an edge sharper than kCreaseDegrees
+            ///< divides.
 };
 inline constexpr double kCreaseDegrees = 40;
 
-/// Memory while it works: about 20 bytes a corner of a triangle for normals. N. Max, Weights for Computing Vertex Normals from Facet Normals (1999).
+/// Memory while it works: about 20 bytes a corner of a triangle for normals. N. Max, Weights for Computing Vertex
+/// Normals from Facet Normals (1999).
 [[nodiscard]] SurfacePoints pointsOf(const ModelObject& object, Normals normals);
 
 }  // namespace argil::io

@@ -32,7 +32,7 @@ struct Placed {
   Transform transform;
   std::string name;
   VolumeKind kind;
-  uint32_t assembly;                    ///< The item of the build.
+  uint32_t assembly;                         ///< The item of the build.
   const std::vector<SlicerVolume>* volumes;  ///< That its triangles are divided into; null: all are of one.
 };
 
@@ -57,9 +57,15 @@ class PackageReader {
     model.notes = losses_.sentences();
     if (!slicer_.trouble.empty()) model.notes.push_back(slicer_.trouble);
     put(model);
-    if (model.objects.empty() && !placed_.empty()) fail(input_.name, "holds no solid volume: its volumes are cut away, or change settings");
-    if (modifiers_ > 0) model.notes.push_back(counted(modifiers_, "volume changes", "volumes change") + " settings of the slicer alone (modifiers) and " + (modifiers_ == 1 ? "was" : "were") + " left out");
-    if (supports_ > 0) model.notes.push_back(counted(supports_, "volume says", "volumes say") + " where the slicer puts supports and " + (supports_ == 1 ? "was" : "were") + " left out");
+    if (model.objects.empty() && !placed_.empty())
+      fail(input_.name, "holds no solid volume: its volumes are cut away, or change settings");
+    if (modifiers_ > 0)
+      model.notes.push_back(counted(modifiers_, "volume changes", "volumes change") +
+                            " settings of the slicer alone (modifiers) and " + (modifiers_ == 1 ? "was" : "were") +
+                            " left out");
+    if (supports_ > 0)
+      model.notes.push_back(counted(supports_, "volume says", "volumes say") + " where the slicer puts supports and " +
+                            (supports_ == 1 ? "was" : "were") + " left out");
     return model;
   }
 
@@ -113,7 +119,9 @@ class PackageReader {
     uint32_t slicerObject = 0;  // of the first part, which the item of the build names
   };
 
-  static std::string counted(uint64_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+  static std::string counted(uint64_t n, const char* one, const char* many) {
+    return std::to_string(n) + " " + (n == 1 ? one : many);
+  }
 
   void follow(Part& from, const Use& use, const Transform& outer, const Known& known) {
     if (++uses_ > kMostUses) refuse(from, "it places more than " + std::to_string(kMostUses) + " objects; it may be an attack, or save it as fewer");
@@ -130,14 +138,18 @@ class PackageReader {
       made_ += std::max(object.content.mesh.triangles.size(), object.content.mesh.positions.size());
       if (made_ > kMostCopied && made_ - kMostCopied > held_) refuse(in, "its copies have too many triangles together; save it as fewer or reduce it");
       const auto volumes = trail_.empty() ? slicer_.volumes.find(use.object) : slicer_.volumes.end();
-      placed_.push_back({&object, transform, own, known.kind, items_, volumes == slicer_.volumes.end() ? nullptr : &volumes->second});
+      placed_.push_back(
+          {&object, transform, own, known.kind, items_, volumes == slicer_.volumes.end() ? nullptr : &volumes->second});
       ++uses_of_[&object];
     }
     trail_.push_back(&object);
     for (const Use& component : object.components) {
       const auto part = slicer_.parts.find({known.slicerObject, component.object});
-      if (part == slicer_.parts.end()) follow(in, component, transform, {own, known.kind, known.slicerObject});
-      else follow(in, component, transform, {part->second.name.empty() ? own : part->second.name, part->second.kind, known.slicerObject});
+      if (part == slicer_.parts.end())
+        follow(in, component, transform, {own, known.kind, known.slicerObject});
+      else
+        follow(in, component, transform,
+               {part->second.name.empty() ? own : part->second.name, part->second.kind, known.slicerObject});
     }
     trail_.pop_back();
   }
@@ -159,8 +171,10 @@ class PackageReader {
       object.assembly = placed.assembly;
       if (placed.volumes != nullptr && areWhole(*placed.volumes, object.mesh.triangles.size())) {
         for (const SlicerVolume& volume : *placed.volumes) {
-          if (volume.kind == VolumeKind::solid || volume.kind == VolumeKind::negative) give(model, volumeOf(object, volume), volume.kind);
-          else leaveOut(volume.kind);
+          if (volume.kind == VolumeKind::solid || volume.kind == VolumeKind::negative)
+            give(model, volumeOf(object, volume), volume.kind);
+          else
+            leaveOut(volume.kind);
         }
       } else {
         give(model, std::move(object), placed.kind);
@@ -172,9 +186,12 @@ class PackageReader {
   void leaveOut(VolumeKind kind) { ++(kind == VolumeKind::modifier ? modifiers_ : supports_); }
 
   void give(ModelFile& model, ModelObject&& object, VolumeKind kind) {
-    if (kind == VolumeKind::solid) model.objects.push_back(std::move(object));
-    else if (kind == VolumeKind::negative) model.negatives.push_back(std::move(object));
-    else leaveOut(kind);
+    if (kind == VolumeKind::solid)
+      model.objects.push_back(std::move(object));
+    else if (kind == VolumeKind::negative)
+      model.negatives.push_back(std::move(object));
+    else
+      leaveOut(kind);
   }
 
   // Each triangle belongs to one volume.

@@ -92,7 +92,9 @@ int run(int argc, char** argv) {
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes and operations on whole pieces");
   sculptVerb->add_option("script", sculpt.script, "Script (JSON)")->required();
   sculptVerb->add_option("-i,--input", sculpt.input, "Mesh or document in place of the script's clay");
-  sculptVerb->add_option("-o,--output", sculpt.outputs, "Document (.argil), level set (.vdb) or model to write (" + io::writableEndings() + "); may be repeated");
+  sculptVerb->add_option(
+      "-o,--output", sculpt.outputs,
+      "Document (.argil), level set (.vdb) or model to write (" + io::writableEndings() + "); may be repeated");
   sculptVerb->add_option("--png", sculpt.png, "Picture of the result");
   sculptVerb->add_option("--before-png", sculpt.beforePng, "Picture of the clay before the first stroke");
   sculptVerb->add_option("--report", sculpt.report, "Figures as JSON");
@@ -107,11 +109,15 @@ int run(int argc, char** argv) {
 
   cli::ConvertOptions convert;
   auto* convertVerb = app.add_subcommand("convert", "Convert a model or document, straight or by way of clay");
-  convertVerb->add_option("input", convert.input, "Document (.argil), level set (.vdb) or model (" + io::readableEndings() + ")")->required();
+  convertVerb
+      ->add_option("input", convert.input,
+                   "Document (.argil), level set (.vdb) or model (" + io::readableEndings() + ")")
+      ->required();
   convertVerb
       ->add_option("output", convert.output,
                    "Document (.argil: without the history of the input, fit to be given away), level set (.vdb) or "
-                   "model (" + io::writableEndings() + ")")
+                   "model (" +
+                       io::writableEndings() + ")")
       ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
@@ -119,8 +125,10 @@ int run(int argc, char** argv) {
   surfaceOption(convertVerb, convert.surface, "fine");
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
-  convertVerb->add_flag("--recentre", convert.recentre, "Move it to zero: for formats whose numbers are too coarse where it lies");
-  convertVerb->add_flag("--draco", convert.draco, "glTF packed with Draco: a tenth of the size, which fewer programs can open");
+  convertVerb->add_flag("--recentre", convert.recentre,
+                        "Move it to zero: for formats whose numbers are too coarse where it lies");
+  convertVerb->add_flag("--draco", convert.draco,
+                        "glTF packed with Draco: a tenth of the size, which fewer programs can open");
 
   cli::InspectOptions inspect;
   auto* inspectVerb = app.add_subcommand("inspect", "What a file holds: size, volume, area, topology");

@@ -79,8 +79,8 @@ void Scene::refuseRequired() const {
     const std::string name = each.is_string() ? each.get<std::string>() : "?";
     const bool harmless = name == "KHR_draco_mesh_compression" || name == "KHR_mesh_quantization" ||
                           name.rfind("KHR_materials_", 0) == 0 || name.rfind("KHR_texture_", 0) == 0 ||
-                          name.rfind("EXT_texture_", 0) == 0 || name == "KHR_lights_punctual" || name == "EXT_mesh_gpu_instancing" ||
-                          name == "MSFT_texture_dds";
+                          name.rfind("EXT_texture_", 0) == 0 || name == "KHR_lights_punctual" ||
+                          name == "EXT_mesh_gpu_instancing" || name == "MSFT_texture_dds";
     if (!harmless)
       throw Error("needs the extension " + name.substr(0, 60) + ", which cannot be read; export it without");
   }

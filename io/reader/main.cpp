@@ -52,7 +52,8 @@ void tryForbidden(const std::filesystem::path& file, Sender& sender) {
   const int other = ::open((file.string() + ".other").c_str(), O_RDONLY);
   if (other >= 0) sender.note("another file was opened");
   if (::kill(::getppid(), 0) == 0) sender.note("another process could be sent a signal");
-  if (::syscall(SYS_tgkill, ::getppid(), ::getppid(), 0) == 0) sender.note("a thread of another process could be sent a signal");
+  if (::syscall(SYS_tgkill, ::getppid(), ::getppid(), 0) == 0)
+    sender.note("a thread of another process could be sent a signal");
   if (::socket(AF_UNIX, SOCK_STREAM, 0) >= 0) sender.note("a socket was opened");
   const pid_t child = ::fork();
   if (child == 0) ::_exit(0);
@@ -75,7 +76,8 @@ int main(int argc, char** argv) {
   try {
     reader::limitResources(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : uint64_t{4} << 30,
                            argc > 4 ? std::strtoull(argv[4], nullptr, 10) : 120);
-    const std::string unconfined = reader::confine(file, what == "gltf" ? reader::Readable::folder : reader::Readable::file);
+    const std::string unconfined =
+        reader::confine(file, what == "gltf" ? reader::Readable::folder : reader::Readable::file);
     if (!unconfined.empty()) sender.note(unconfined);
     if (what == "gltf") {
       reader::readGltf(file, sender);

@@ -98,7 +98,8 @@ void convertMesh(const ConvertOptions& options) {
   io::ModelFile model = *std::exchange(look.model, nullptr);
   engine::place(model.objects, placement);
   for (io::ModelObject& object : model.objects) {
-    if (engine::turnOutwards(object.mesh)) fmt::print("{} was inside out and was turned around.\n", object.name.empty() ? "The mesh" : object.name);
+    if (engine::turnOutwards(object.mesh))
+      fmt::print("{} was inside out and was turned around.\n", object.name.empty() ? "The mesh" : object.name);
   }
   if (options.recentre) fmt::print("{}\n", engine::recentre(model.objects));
   if (!model.negatives.empty()) fmt::print("{}; give --voxel.\n", io::notCutAway(model.negatives.size()));

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clay/mesh_topology.h"
 #include "clay/error.h"
+#include "clay/mesh_topology.h"
 #include "clay/surface.h"
 #include "clay/weld.h"
 #include "engine/load_document.h"
@@ -32,7 +32,8 @@ std::string channelsOf(const clay::Version& version) {
 
 // Triangles without area, as vertices at one place leave them, take nothing away from a solid.
 bool isClosed(const clay::TopologyReport& t) {
-  return t.triangles > t.degenerateTriangles && t.boundaryEdges + t.nonManifoldEdges + t.flippedEdges + t.boundaryVertices + t.nonManifoldVertices == 0;
+  return t.triangles > t.degenerateTriangles &&
+         t.boundaryEdges + t.nonManifoldEdges + t.flippedEdges + t.boundaryVertices + t.nonManifoldVertices == 0;
 }
 
 nlohmann::ordered_json topologyJson(const clay::TopologyReport& t) {
@@ -58,7 +59,10 @@ void printTopology(const clay::TopologyReport& t) {
   fmt::print("  size        {:.6g} × {:.6g} × {:.6g} mm\n", size.x(), size.y(), size.z());
   fmt::print("  triangles   {} on {} vertices, {} bod{}\n", t.triangles, t.vertices, t.bodies, t.bodies == 1 ? "y" : "ies");
   fmt::print("  closed      {}{}\n", isClosed(t) ? "yes: a 2-manifold" : "no",
-             isClosed(t) && t.degenerateTriangles > 0 ? fmt::format(", beside {} triangle{} without area", t.degenerateTriangles, t.degenerateTriangles == 1 ? "" : "s") : std::string());
+             isClosed(t) && t.degenerateTriangles > 0
+                 ? fmt::format(", beside {} triangle{} without area", t.degenerateTriangles,
+                               t.degenerateTriangles == 1 ? "" : "s")
+                 : std::string());
   if (!isClosed(t))
     fmt::print("  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} degenerate triangles\n",
                t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
@@ -112,8 +116,11 @@ void inspect(const InspectOptions& options) {
   if (engine::holdsClay(options.input)) return inspectClay(options);
   io::MeshFile file = readMeshIn(options.input, options.place, options.job);
   // As it becomes clay: vertices at one place are one.
-  const clay::TopologyReport asGiven = clay::checkTopology(file.mesh), mesh = clay::checkTopology(clay::weldExact(file.mesh));
-  if (mesh.vertices < asGiven.vertices) file.notes.push_back(fmt::format("{} vertices lie where others do and are taken as one with them", asGiven.vertices - mesh.vertices));
+  const clay::TopologyReport asGiven = clay::checkTopology(file.mesh),
+                             mesh = clay::checkTopology(clay::weldExact(file.mesh));
+  if (mesh.vertices < asGiven.vertices)
+    file.notes.push_back(fmt::format("{} vertices lie where others do and are taken as one with them",
+                                     asGiven.vertices - mesh.vertices));
   if (isClosed(mesh) && mesh.volume < 0) file.notes.emplace_back("it is inside out: clay and exports turn it around");
   nlohmann::ordered_json json;
   json["file"] = options.input.string();

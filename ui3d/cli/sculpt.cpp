@@ -292,7 +292,8 @@ void sculpt(const SculptOptions& options) {
   for (const std::string& note : report.notes) fmt::print("{}\n", note);
 
   // What is told is what is written, where something is.
-  const clay::Grade written = options.surface.value_or(clay::Grade::fine), told = options.outputs.empty() ? drawn : written;
+  const clay::Grade written = options.surface.value_or(clay::Grade::fine),
+                    told = options.outputs.empty() ? drawn : written;
   const std::vector<Figures> pieces = figuresOf(*session.document(), told == drawn ? &surface : nullptr, told);
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
   const clay::TopologyReport skin = together(pieces);
@@ -325,7 +326,8 @@ void sculpt(const SculptOptions& options) {
         throw Error(base->unflushed, Error::Kind::work);
       continue;
     }
-    for (const std::string& sentence : engine::writeModelFiles({file}, *session.document(), how, options.job)) fmt::print("{}\n", sentence);
+    for (const std::string& sentence : engine::writeModelFiles({file}, *session.document(), how, options.job))
+      fmt::print("{}\n", sentence);
   }
   if (!options.record.empty()) {
     engine::Script recorded = script;

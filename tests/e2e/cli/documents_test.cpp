@@ -55,7 +55,8 @@ TEST_F(Documents, areInspectedDrawnAndWorkedOn) {
 // Whoever writes the model, sculpt at once or convert later: the same bytes.
 TEST_F(Documents, goOutTheSameBySculptAndConvert) {
   for (const char* ending : {"stl", "ply", "3mf", "glb", "obj"}) {
-    const fs::path at = scratch / (std::string("at-once.") + ending), later = scratch / (std::string("later.") + ending);
+    const fs::path at = scratch / (std::string("at-once.") + ending),
+                   later = scratch / (std::string("later.") + ending);
     ASSERT_EQ(argil({"sculpt", script.string(), "-o", at.string()}).code, 0);
     ASSERT_EQ(argil({"convert", document.string(), later.string()}).code, 0);
     EXPECT_EQ(slurp(at), slurp(later)) << ending;

@@ -1,5 +1,5 @@
-// What other programs say of what we write, and we of what they write: a painted ball of 20 mm about (10, 20, 30). Programs that are not installed are
-// skipped with a word. Blender, PrusaSlicer, assimp and admesh as Debian has them.
+// What other programs say of what we write, and we of what they write: a painted ball of 20 mm about (10, 20, 30).
+// Programs that are not installed are skipped with a word. Blender, PrusaSlicer, assimp and admesh as Debian has them.
 
 #include "tests/e2e/cli/command.h"
 
@@ -15,7 +15,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-bool installed(const std::string& program) { return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0; }
+bool installed(const std::string& program) {
+  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
+}
 
 std::string outputOf(const std::string& command, const fs::path& scratch) {
   const fs::path out = scratch / "said.txt";
@@ -31,7 +33,8 @@ void writeBall(const fs::path& file) {
   int count = 0, triangles = 0;
   const auto vertex = [&](double x, double y, double z) {
     const auto byte = [](double v) { return std::lround(128 + 100 * v); };
-    vertices << x + 10 << ' ' << y + 20 << ' ' << z + 30 << ' ' << byte(std::sin(x / 6)) << ' ' << byte(std::cos(y / 7)) << ' ' << byte(std::sin(z / 8 + 1)) << '\n';
+    vertices << x + 10 << ' ' << y + 20 << ' ' << z + 30 << ' ' << byte(std::sin(x / 6)) << ' ' << byte(std::cos(y / 7))
+             << ' ' << byte(std::sin(z / 8 + 1)) << '\n';
     return count++;
   };
   const auto face = [&](int a, int b, int c) { faces << "3 " << a << ' ' << b << ' ' << c << '\n', ++triangles; };
@@ -45,28 +48,33 @@ void writeBall(const fs::path& file) {
   const auto at = [](int j, int i) { return 1 + (j - 1) * kAround + i % kAround; };
   for (int i = 0; i < kAround; ++i) face(top, at(1, i), at(1, i + 1)), face(bottom, at(kUp - 1, i + 1), at(kUp - 1, i));
   for (int j = 1; j < kUp - 1; ++j)
-    for (int i = 0; i < kAround; ++i) face(at(j, i), at(j + 1, i), at(j + 1, i + 1)), face(at(j, i), at(j + 1, i + 1), at(j, i + 1));
+    for (int i = 0; i < kAround; ++i)
+      face(at(j, i), at(j + 1, i), at(j + 1, i + 1)), face(at(j, i), at(j + 1, i + 1), at(j, i + 1));
   std::ofstream(file) << "ply\nformat ascii 1.0\nelement vertex " << count
-                      << "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face " << triangles
-                      << "\nproperty list uchar int vertex_indices\nend_header\n" << vertices.str() << faces.str();
+                      << "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
+                         "green\nproperty uchar blue\nelement face "
+                      << triangles << "\nproperty list uchar int vertex_indices\nend_header\n"
+                      << vertices.str() << faces.str();
 }
 
 class LongReferees : public testing::Test {
  protected:
   void SetUp() override {
     writeBall(scratch / "ball.ply");
-    Outcome made = argil({"convert", (scratch / "ball.ply").string(), (scratch / "ball.argil").string(), "--voxel", "0.5"});
+    Outcome made =
+        argil({"convert", (scratch / "ball.ply").string(), (scratch / "ball.argil").string(), "--voxel", "0.5"});
     ASSERT_EQ(made.code, 0) << made.err;
     for (const char* ending : {"glb", "gltf", "obj", "ply", "stl", "3mf"}) {
-      made = argil({"convert", (scratch / "ball.argil").string(), (scratch / (std::string("ours.") + ending)).string()});
+      made =
+          argil({"convert", (scratch / "ball.argil").string(), (scratch / (std::string("ours.") + ending)).string()});
       ASSERT_EQ(made.code, 0) << made.err;
     }
   }
   Scratch scratch;
 };
 
-// Prints a line of JSON for each object: box in mm, colours' distance from what was painted (root mean square of 255), roughness and metal of its material;
-// and writes what it read from ours.glb in its own way.
+// Prints a line of JSON for each object: box in mm, colours' distance from what was painted (root mean square of 255),
+// roughness and metal of its material; and writes what it read from ours.glb in its own way.
 constexpr const char* kLook = R"py(
 import numpy; numpy.bool = bool  # Debian's glTF add-on is older than its numpy.
 import bpy, json, math, sys
@@ -102,7 +110,8 @@ for name in sys.argv[sys.argv.index('--') + 1:]:
 TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
   if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
   std::ofstream(scratch / "look.py") << kLook;
-  std::istringstream said(outputOf("blender -b --python look.py -- ours.glb ours.gltf ours.obj ours.ply ours.stl", scratch.path()));
+  std::istringstream said(
+      outputOf("blender -b --python look.py -- ours.glb ours.gltf ours.obj ours.ply ours.stl", scratch.path()));
   int files = 0;
   for (std::string line; std::getline(said, line);) {
     if (line.rfind("SAID ", 0) != 0) continue;
@@ -139,7 +148,8 @@ TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
     for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(mesh["low_mm"][k].get<double>(), middle[k] - 20, 0.03);
     if (std::string(name) != "theirs.stl") {
       // Its colours are the clay's, and go out again.
-      ASSERT_EQ(argil({"convert", (scratch / name).string(), (scratch / "back.argil").string(), "--voxel", "0.5"}).code, 0);
+      ASSERT_EQ(argil({"convert", (scratch / name).string(), (scratch / "back.argil").string(), "--voxel", "0.5"}).code,
+                0);
       EXPECT_NE(argil({"inspect", (scratch / "back.argil").string()}).out.find("colour"), std::string::npos);
     }
   }
@@ -162,10 +172,24 @@ TEST_F(LongReferees, projectsOfPrusaSlicerAreCutAsItCutsThem) {
   int corners = 0, faces = 0;
   const auto box = [&](const char* kind, const Vec3d& low, const Vec3d& high) {
     for (int k = 0; k < 8; ++k)
-      vertices += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", k & 1 ? high.x() : low.x(), k & 2 ? high.y() : low.y(), k & 4 ? high.z() : low.z());
-    for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}})
+      vertices += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", k & 1 ? high.x() : low.x(),
+                              k & 2 ? high.y() : low.y(), k & 4 ? high.z() : low.z());
+    for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 2, 1},
+                                                                 {1, 2, 3},
+                                                                 {4, 5, 6},
+                                                                 {5, 7, 6},
+                                                                 {0, 1, 4},
+                                                                 {1, 5, 4},
+                                                                 {2, 6, 3},
+                                                                 {3, 6, 7},
+                                                                 {0, 4, 2},
+                                                                 {2, 4, 6},
+                                                                 {1, 3, 5},
+                                                                 {3, 7, 5}})
       triangles += fmt::format("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>", corners + a, corners + b, corners + c);
-    volumes += fmt::format("<volume firstid=\"{}\" lastid=\"{}\"><metadata type=\"volume\" key=\"volume_type\" value=\"{}\"/></volume>", faces, faces + 11, kind);
+    volumes += fmt::format(
+        "<volume firstid=\"{}\" lastid=\"{}\"><metadata type=\"volume\" key=\"volume_type\" value=\"{}\"/></volume>",
+        faces, faces + 11, kind);
     corners += 8, faces += 12;
   };
   box("ModelPart", {0, 0, 0}, {40, 40, 20});
@@ -173,10 +197,16 @@ TEST_F(LongReferees, projectsOfPrusaSlicerAreCutAsItCutsThem) {
   box("ParameterModifier", {-5, -5, -5}, {5, 5, 30});
   box("SupportEnforcer", {36, 0, 0}, {40, 4, 4});
   std::ofstream(scratch / "in.3mf", std::ios::binary) << samples::threeMf(
-      "<resources><object id=\"1\" type=\"model\"><mesh><vertices>" + vertices + "</vertices><triangles>" + triangles + "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build>",
-      "unit=\"millimeter\"", {{"Metadata/Slic3r_PE_model.config", "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config><object id=\"1\" instances_count=\"1\">" + volumes + "</object></config>"}});
+      "<resources><object id=\"1\" type=\"model\"><mesh><vertices>" + vertices + "</vertices><triangles>" + triangles +
+          "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build>",
+      "unit=\"millimeter\"",
+      {{"Metadata/Slic3r_PE_model.config",
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config><object id=\"1\" instances_count=\"1\">" + volumes +
+            "</object></config>"}});
   static_cast<void>(outputOf("prusa-slicer --export-3mf --output project.3mf in.3mf", scratch.path()));
-  ASSERT_EQ(argil({"convert", (scratch / "project.3mf").string(), (scratch / "cut.stl").string(), "--voxel", "0.25"}).code, 0);
+  ASSERT_EQ(
+      argil({"convert", (scratch / "project.3mf").string(), (scratch / "cut.stl").string(), "--voxel", "0.25"}).code,
+      0);
   const Json mesh = Json::parse(argil({"inspect", (scratch / "cut.stl").string(), "--json"}).out)["mesh"];
   EXPECT_NEAR(mesh["volume_mm3"].get<double>(), 28000, 28);
 }

@@ -1,4 +1,5 @@
-// Clay of a mesh has the bodies of the mesh: none is added by sampling, and what is lost is told. Random unions of primitives, and real files at three voxel sizes.
+// Clay of a mesh has the bodies of the mesh: none is added by sampling, and what is lost is told. Random unions of
+// primitives, and real files at three voxel sizes.
 
 #include <gtest/gtest.h>
 
@@ -30,24 +31,31 @@ TriangleMesh randomUnion(std::mt19937& random) {
   for (int i = 0; i < count; ++i) {
     const bool aligned = random() % 3 == 0;
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    if (!aligned) turn = Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1) + 1.5).normalized().toRotationMatrix();
-    Vec3d middle(between(-20, 20), between(-20, 20), between(-20, 20)), size(between(4, 16), between(4, 16), between(4, 16));
+    if (!aligned)
+      turn = Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1) + 1.5)
+                 .normalized()
+                 .toRotationMatrix();
+    Vec3d middle(between(-20, 20), between(-20, 20), between(-20, 20)),
+        size(between(4, 16), between(4, 16), between(4, 16));
     if (aligned) middle = middle.array().round(), size = size.array().round();
     std::vector<Vec3d> corners;
     std::vector<std::array<uint32_t, 3>> triangles;
     const unsigned kind = random() % 3;
     if (kind == 0) {
       for (int k = 0; k < 8; ++k) corners.emplace_back(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
-      triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+      triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
     } else if (kind == 1) {
       corners = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
       triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
     } else {
       const uint32_t sides = 3 + random() % 12;
-      for (uint32_t k = 0; k < sides; ++k) corners.emplace_back(std::cos(2 * M_PI * k / sides), std::sin(2 * M_PI * k / sides), 0);
+      for (uint32_t k = 0; k < sides; ++k)
+        corners.emplace_back(std::cos(2 * M_PI * k / sides), std::sin(2 * M_PI * k / sides), 0);
       corners.emplace_back(0, 0, 1);
       corners.emplace_back(0, 0, -1);
-      for (uint32_t k = 0; k < sides; ++k) triangles.push_back({k, (k + 1) % sides, sides}), triangles.push_back({(k + 1) % sides, k, sides + 1});
+      for (uint32_t k = 0; k < sides; ++k)
+        triangles.push_back({k, (k + 1) % sides, sides}), triangles.push_back({(k + 1) % sides, k, sides + 1});
     }
     for (Vec3d& p : corners) p = middle + turn * p.cwiseProduct(size);
     add(mesh, corners, triangles);

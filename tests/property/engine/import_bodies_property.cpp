@@ -1,5 +1,5 @@
-// Every closed mesh of the test data as clay at three voxel sizes: as many bodies as the clay says, none smaller than what is taken out as a speck, and the volume of the mesh or
-// a sentence about what is lost.
+// Every closed mesh of the test data as clay at three voxel sizes: as many bodies as the clay says, none smaller than
+// what is taken out as a speck, and the volume of the mesh or a sentence about what is lost.
 
 #include <gtest/gtest.h>
 
@@ -60,8 +60,10 @@ TEST(ImportBodies, ofClosedFilesAreThoseOfTheMesh) {
         if (losses.meshMm3 > 0 && std::abs(losses.clayMm3 / losses.meshMm3 - 1) > 0.005) {
           EXPECT_NE(said.find("volume"), std::string::npos) << said;
         }
-        std::printf("%-40s %4d: mesh %lu bodies, clay %lu and %lu cavities, %lu specks, volume %+.2f %%\n", entry.path().filename().c_str(), along, (unsigned long)(made.report.bodies),
-                    (unsigned long)(losses.bodies), (unsigned long)(losses.cavities), (unsigned long)(losses.specks), losses.meshMm3 > 0 ? 100 * (losses.clayMm3 / losses.meshMm3 - 1) : 0.0);
+        std::printf("%-40s %4d: mesh %lu bodies, clay %lu and %lu cavities, %lu specks, volume %+.2f %%\n",
+                    entry.path().filename().c_str(), along, (unsigned long)(made.report.bodies),
+                    (unsigned long)(losses.bodies), (unsigned long)(losses.cavities), (unsigned long)(losses.specks),
+                    losses.meshMm3 > 0 ? 100 * (losses.clayMm3 / losses.meshMm3 - 1) : 0.0);
       }
     }
   }

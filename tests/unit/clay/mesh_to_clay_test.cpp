@@ -353,7 +353,8 @@ TEST(MeshToClay, unitesAHundredBodies) {
 }
 
 // An outline in the plane z = 0, extruded; `caps` are triangles of its corners.
-TriangleMesh extruded(const std::vector<Eigen::Vector2d>& outline, const std::vector<std::array<uint32_t, 3>>& caps, double low, double high) {
+TriangleMesh extruded(const std::vector<Eigen::Vector2d>& outline, const std::vector<std::array<uint32_t, 3>>& caps,
+                      double low, double high) {
   TriangleMesh mesh;
   const auto n = static_cast<uint32_t>(outline.size());
   for (const double z : {low, high})
@@ -372,7 +373,8 @@ TriangleMesh extruded(const std::vector<Eigen::Vector2d>& outline, const std::ve
 
 // A slanting blade of 0.3 voxels on a block has a voxel here and there in it: they hang together with nothing.
 TEST(MeshToClay, takesSpecksOutAndCountsThem) {
-  const TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {26, 60}, {25.7, 60}, {19.7, 20}, {0, 20}}, {{2, 3, 4}, {2, 4, 5}, {0, 1, 2}, {0, 2, 5}, {0, 5, 6}}, 0.1, 2.9);
+  const TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {26, 60}, {25.7, 60}, {19.7, 20}, {0, 20}},
+                                     {{2, 3, 4}, {2, 4, 5}, {0, 1, 2}, {0, 2, 5}, {0, 5, 6}}, 0.1, 2.9);
   const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
   EXPECT_EQ(made.report.bodies, 1u);
   EXPECT_GT(made.report.losses.specks, 1u);
@@ -385,7 +387,8 @@ TEST(MeshToClay, takesSpecksOutAndCountsThem) {
 // A rod of its own that is as thin is a body of the mesh: what there is of it stays.
 TEST(MeshToClay, keepsSmallBodiesThatTheMeshHas) {
   TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {0, 20}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
-  const TriangleMesh rod = extruded({{29.8, 9.8}, {30.2, 9.8}, {30.2, 10.2}, {29.8, 10.2}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
+  const TriangleMesh rod =
+      extruded({{29.8, 9.8}, {30.2, 9.8}, {30.2, 10.2}, {29.8, 10.2}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
   for (const auto& [a, b, c] : rod.triangles) mesh.triangles.push_back({a + 8, b + 8, c + 8});
   mesh.positions.insert(mesh.positions.end(), rod.positions.begin(), rod.positions.end());
   const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
@@ -396,7 +399,9 @@ TEST(MeshToClay, keepsSmallBodiesThatTheMeshHas) {
 // A tray: walls of a third of a voxel are lost, and it is said how much, where, and what would keep them.
 TEST(MeshToClay, tellsWhatThinWallsLose) {
   // A block of 20 with a wall of 0.3 × 40 × 40 that stands on it.
-  const TriangleMesh mesh = extruded({{0.35, 0.1}, {20.65, 0.1}, {20.65, 60.3}, {20.35, 60.3}, {20.35, 20.3}, {0.35, 20.3}}, {{0, 1, 4}, {0, 4, 5}, {1, 2, 4}, {2, 3, 4}}, 0.1, 40.1);
+  const TriangleMesh mesh =
+      extruded({{0.35, 0.1}, {20.65, 0.1}, {20.65, 60.3}, {20.35, 60.3}, {20.35, 20.3}, {0.35, 20.3}},
+               {{0, 1, 4}, {0, 4, 5}, {1, 2, 4}, {2, 3, 4}}, 0.1, 40.1);
   const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
   const MeshLosses& losses = made.report.losses;
   EXPECT_NEAR(losses.meshMm3, 20.3 * 20.2 * 40 + 0.3 * 40 * 40, 1);

@@ -23,7 +23,9 @@ namespace fs = std::filesystem;
 using Rgb = Eigen::Vector3d;
 
 // sRGB, smooth over 20 mm and more.
-Rgb painted(const Vec3d& p) { return Rgb(128 + 100 * std::sin(p.x() / 6), 128 + 100 * std::cos(p.y() / 7), 128 + 100 * std::sin(p.z() / 8 + 1)); }
+Rgb painted(const Vec3d& p) {
+  return Rgb(128 + 100 * std::sin(p.x() / 6), 128 + 100 * std::cos(p.y() / 7), 128 + 100 * std::sin(p.z() / 8 + 1));
+}
 
 io::Colour colourAt(const Vec3d& p) {
   const Rgb c = painted(p);
@@ -102,7 +104,8 @@ TEST_F(ModelColours, ofTrianglesHaveSharpBorders) {
       const double x = object.mesh.positions[i].x();
       if (std::abs(x) < 2) continue;
       ++judged;
-      EXPECT_EQ(object.vertexColours[i], x < 0 ? (io::Colour{200, 10, 30, 255}) : (io::Colour{20, 90, 250, 255})) << object.mesh.positions[i].transpose();
+      EXPECT_EQ(object.vertexColours[i], x < 0 ? (io::Colour{200, 10, 30, 255}) : (io::Colour{20, 90, 250, 255}))
+          << object.mesh.positions[i].transpose();
     }
     EXPECT_GT(judged, 1000u);
   }

@@ -80,7 +80,8 @@ TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
 
 TEST_F(ModelFiles, moreObjectsThanAListHoldsAreOnePart) {
   std::vector<io::ModelObject> objects;
-  for (int i = 0; i < 40; ++i) objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
+  for (int i = 0; i < 40; ++i)
+    objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
   io::writeModel(folder / "many.3mf", {objects, {}});
   const ImportedModel parts = importModel(folder / "many.3mf", {.asPart = true});
   ASSERT_EQ(parts.parts.size(), 1u);
@@ -89,7 +90,8 @@ TEST_F(ModelFiles, moreObjectsThanAListHoldsAreOnePart) {
 
 // A pocket of 20 × 20 × 10 in a block of 40 × 40 × 20, as PrusaSlicer keeps it: 28 000 mm³ are left of 32 000.
 TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
-  const io::ModelObject block = cube("block", {0, 0, 0}, 40, {}), pocket = cube("pocket", {10, 10, 10}, 20, {}), apart = cube("apart", {100, 0, 0}, 10, {});
+  const io::ModelObject block = cube("block", {0, 0, 0}, 40, {}), pocket = cube("pocket", {10, 10, 10}, 20, {}),
+                        apart = cube("apart", {100, 0, 0}, 10, {});
   auto read = std::make_shared<io::ModelFile>();
   read->objects = {block, apart};
   for (Vec3d& p : read->objects[0].mesh.positions) p.z() *= 0.5;
@@ -131,7 +133,8 @@ TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {
 }
 
 TEST_F(ModelFiles, smallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
-  Document document = Document::of(clay::makeSphere(clay::Store::make(), {.voxelMm = 0.001, .originMm = {9e5, 0, 0}}, {9e5, 0, 0}, 0.02));
+  Document document = Document::of(
+      clay::makeSphere(clay::Store::make(), {.voxelMm = 0.001, .originMm = {9e5, 0, 0}}, {9e5, 0, 0}, 0.02));
   EXPECT_THROW((void)writeModelFiles({folder / "grain.stl"}, document, {}), Error);
   EXPECT_FALSE(fs::exists(folder / "grain.stl"));
   ModelExport how;

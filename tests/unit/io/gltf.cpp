@@ -303,7 +303,8 @@ void expectMatt(const PeerObject& peer) {
   EXPECT_EQ(peer.roughness, 1);
   ASSERT_EQ(peer.normals.size(), peer.positionsMm.size());
   for (const auto& [a, b, c] : peer.triangles) {
-    const Vec3d facing = (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
+    const Vec3d facing =
+        (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
     for (const uint32_t corner : {a, b, c}) {
       ASSERT_NEAR(peer.normals[corner].norm(), 1, 0.005);
       ASSERT_GT(peer.normals[corner].dot(facing), 0.75);
@@ -336,7 +337,8 @@ TEST_P(GltfWritten, PeerAndWeReadTheSame) {
     expectMatt(peers[i]);
   }
   // Only what was asked for shuts other programs out.
-  EXPECT_EQ(requiredByPeer(path), draco ? std::vector<std::string>{"KHR_draco_mesh_compression"} : std::vector<std::string>{});
+  EXPECT_EQ(requiredByPeer(path),
+            draco ? std::vector<std::string>{"KHR_draco_mesh_compression"} : std::vector<std::string>{});
 
   const ModelFile again = readModel(path);
   ASSERT_EQ(again.objects.size(), 2u);
@@ -389,7 +391,8 @@ TEST(GltfWriting, CreasesAreLitAsCreases) {
     const PeerObject peer = readByPeer(folder / "a.glb").at(0);
     EXPECT_EQ(peer.positionsMm.size(), 24u);
     for (const auto& [a, b, c] : peer.triangles) {
-      const Vec3d facing = (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
+      const Vec3d facing =
+          (peer.positionsMm[b] - peer.positionsMm[a]).cross(peer.positionsMm[c] - peer.positionsMm[a]).normalized();
       for (const uint32_t corner : {a, b, c}) EXPECT_GT(peer.normals.at(corner).dot(facing), 0.9999);
     }
     const ModelObject again = readModel(folder / "a.glb").objects.at(0);
@@ -406,7 +409,8 @@ TEST_F(Gltf, InstancesArePlaced) {
   for (const float v : {0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 5.f, 0.f, 0.f}) samples::append(bytes, v);
   for (const float v : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 0.f, 1.f}) samples::append(bytes, v);
   for (const float v : {1.f, 1.f, 1.f, 1.f, 1.f, 1.f, 3.f, 3.f, 3.f}) samples::append(bytes, v);
-  for (const auto& [offset, length] : {std::pair{60, 36}, {96, 48}, {144, 36}}) document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}});
+  for (const auto& [offset, length] : {std::pair{60, 36}, {96, 48}, {144, 36}})
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}});
   for (const auto& [view, type] : {std::pair{2, "VEC3"}, {3, "VEC4"}, {4, "VEC3"}})
     document["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", 3}, {"type", type}});
   const json places = {{"TRANSLATION", 2}, {"ROTATION", 3}, {"SCALE", 4}};

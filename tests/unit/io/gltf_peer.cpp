@@ -47,7 +47,9 @@ tinygltf::Model loaded(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::vector<std::string> requiredByPeer(const std::filesystem::path& path) { return loaded(path).extensionsRequired; }
+std::vector<std::string> requiredByPeer(const std::filesystem::path& path) {
+  return loaded(path).extensionsRequired;
+}
 
 std::vector<PeerObject> readByPeer(const std::filesystem::path& path) {
   const tinygltf::Model model = loaded(path);

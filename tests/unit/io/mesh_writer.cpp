@@ -165,12 +165,16 @@ TEST(ModelWriting, WhatTheNumbersCannotHoldIsRefusedAndTheOldFileStays) {
   grain.mesh = samples::cube(0.01, Vec3d(1e6, 0, 0));
   for (const char* name : {"a.stl", "a.ply", "a.3mf"}) {
     samples::spill(folder / name, "old");
-    const std::string error = samples::errorOf([&] { static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}})); });
+    const std::string error = samples::errorOf([&] {
+      static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}}));
+    });
     EXPECT_THAT(error, testing::HasSubstr("--recentre")) << name;
     EXPECT_EQ(samples::slurp(folder / name), "old");
   }
   for (const char* name : {"a.obj", "a.glb"}) {
-    const auto& p = (static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}})), readModel(folder / name)).objects.at(0).mesh.positions;
+    const auto& p = (static_cast<void>(writeModel(folder / name, {{&grain, 1}, {}})), readModel(folder / name))
+                        .objects.at(0)
+                        .mesh.positions;
     EXPECT_EQ(p.size(), 8u) << name;
   }
   // A large model at the same place loses as much, and next to nothing of itself.
@@ -183,7 +187,8 @@ TEST(ModelWriting, ColoursOfTrianglesAreKeptOrTold) {
   const samples::Folder folder;
   ModelObject cube;
   cube.mesh = samples::cube(10);
-  for (size_t i = 0; i < 12; ++i) cube.triangleColours.push_back(i % 2 ? Colour{255, 0, 0, 255} : Colour{0, 0, 200, 255});
+  for (size_t i = 0; i < 12; ++i)
+    cube.triangleColours.push_back(i % 2 ? Colour{255, 0, 0, 255} : Colour{0, 0, 200, 255});
   const auto written = [&](const char* name) {
     static_cast<void>(writeModel(folder / name, {{&cube, 1}, {}}));
     return readModel(folder / name).objects.at(0);
@@ -195,11 +200,13 @@ TEST(ModelWriting, ColoursOfTrianglesAreKeptOrTold) {
   for (size_t v = 0; v < 8; ++v) {
     double red = 0, blue = 0, count = 0;
     for (size_t t = 0; t < 12; ++t)
-      if (std::count(cube.mesh.triangles[t].begin(), cube.mesh.triangles[t].end(), v) > 0) red += cube.triangleColours[t].red, blue += cube.triangleColours[t].blue, ++count;
+      if (std::count(cube.mesh.triangles[t].begin(), cube.mesh.triangles[t].end(), v) > 0)
+        red += cube.triangleColours[t].red, blue += cube.triangleColours[t].blue, ++count;
     EXPECT_NEAR(obj.vertexColours[v].red, red / count, 0.51);
     EXPECT_NEAR(obj.vertexColours[v].blue, blue / count, 0.51);
   }
-  EXPECT_THAT(lossesOf("a.obj", {{&cube, 1}, {}}), testing::ElementsAre(testing::HasSubstr("the mean around each vertex")));
+  EXPECT_THAT(lossesOf("a.obj", {{&cube, 1}, {}}),
+              testing::ElementsAre(testing::HasSubstr("the mean around each vertex")));
   EXPECT_THAT(lossesOf("a.stl", {{&cube, 1}, {}}), testing::ElementsAre(testing::HasSubstr("STL has no colours")));
 }
 

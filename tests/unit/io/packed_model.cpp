@@ -43,7 +43,9 @@ TEST_F(PackedModel, gzipIsUnpackedAndTheInnerEndingCounts) {
   EXPECT_EQ(read("a.obj.gz", gzip(kObj)).format, "OBJ");
   EXPECT_EQ(read("a.OBJ.GZ", gzip(kObj)).format, "OBJ");
   // Members one after the other are one file (RFC 1952, 2.2), and zeros may follow.
-  EXPECT_EQ(read("b.off.gz", gzip(kTriangle.substr(0, 12)) + gzip(kTriangle.substr(12)) + std::string(512, '\0')).objects.size(), 1u);
+  EXPECT_EQ(read("b.off.gz", gzip(kTriangle.substr(0, 12)) + gzip(kTriangle.substr(12)) + std::string(512, '\0'))
+                .objects.size(),
+            1u);
 }
 
 TEST_F(PackedModel, damagedGzipIsRefused) {
@@ -65,13 +67,15 @@ TEST_F(PackedModel, aGzipBombIsRefusedBeforeItFillsTheMemory) {
 }
 
 TEST_F(PackedModel, aZipOfOneModelIsRead) {
-  const ModelFile model = read("a.zip", samples::zip({{"readme.txt", "Hello"}, {"deep/in/part.obj", kObj, true}, {"__MACOSX/part.obj", "x"}}));
+  const ModelFile model = read(
+      "a.zip", samples::zip({{"readme.txt", "Hello"}, {"deep/in/part.obj", kObj, true}, {"__MACOSX/part.obj", "x"}}));
   EXPECT_EQ(model.format, "OBJ");
   EXPECT_EQ(model.objects.at(0).mesh.triangles.size(), 1u);
 }
 
 TEST_F(PackedModel, otherZipsSayWhy) {
-  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", kObj}, {"b.stl", "x"}})), HasSubstr("a ZIP archive of 2 models"));
+  EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", kObj}, {"b.stl", "x"}})),
+              HasSubstr("a ZIP archive of 2 models"));
   EXPECT_THAT(refusal("a.zip", samples::zip({{"a.txt", "x"}})), HasSubstr("without a model"));
   EXPECT_THAT(refusal("a.zip", samples::zip({{"a.obj", ""}})), HasSubstr("empty model"));
   EXPECT_THAT(refusal("a.zip", samples::zip({{"a.glb", "glTF..."}})), HasSubstr("unpack it first"));

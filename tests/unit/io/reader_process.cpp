@@ -115,7 +115,8 @@ TEST_F(ReaderProcess, CancelKillsIt) {
   other.join();
 }
 
-// It tries to open another file, to write, to remove, to connect, to signal, to fork and to become another program. Where the system cannot stop it, that is told.
+// It tries to open another file, to write, to remove, to connect, to signal, to fork and to become another program.
+// Where the system cannot stop it, that is told.
 TEST_F(ReaderProcess, MayReadOneFileAndDoNothingElse) {
 #ifndef __SANITIZE_ADDRESS__
   samples::spill(folder_ / "a.bin.other", "secret");
@@ -141,8 +142,11 @@ TEST_F(ReaderProcess, GltfReadsItsFolderAlone) {
   samples::spill(inside / "in.bin", bytes);
   std::filesystem::create_symlink(folder_ / "out.bin", inside / "link.bin");
   const auto read = [&](const std::string& buffer) {
-    samples::spill(inside / "a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-      "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":")" + buffer + R"("}]})");
+    samples::spill(
+        inside / "a.gltf",
+        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+      "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":")" +
+            buffer + R"("}]})");
     try {
       return readModel(inside / "a.gltf").objects.size() == 1 ? std::string() : std::string("no object");
     } catch (const Error& error) {

@@ -14,7 +14,9 @@ Vec3d normalOf(const clay::TriangleMesh& mesh, size_t triangle) {
   return (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized();
 }
 
-Vec3d direction(const std::array<float, 3>& n) { return Vec3d(double(n[0]), double(n[1]), double(n[2])); }
+Vec3d direction(const std::array<float, 3>& n) {
+  return Vec3d(double(n[0]), double(n[1]), double(n[2]));
+}
 
 TEST(SurfacePoints, ofACubeAreThreeAtEachCorner) {
   ModelObject cube;
@@ -42,7 +44,9 @@ TEST(SurfacePoints, ofABallAreItsVertices) {
     }
   }
   ball.mesh.positions.emplace_back(0, 0, 7);
-  const auto at = [&](uint32_t j, uint32_t i) { return j == 0 ? 0 : j == kUp ? uint32_t(ball.mesh.positions.size() - 1) : 1 + (j - 1) * kAround + i % kAround; };
+  const auto at = [&](uint32_t j, uint32_t i) {
+    return j == 0 ? 0 : j == kUp ? uint32_t(ball.mesh.positions.size() - 1) : 1 + (j - 1) * kAround + i % kAround;
+  };
   for (uint32_t j = 0; j < kUp; ++j) {
     for (uint32_t i = 0; i < kAround; ++i) {
       if (j + 1 < kUp) ball.mesh.triangles.push_back({at(j, i), at(j + 1, i + 1), at(j + 1, i)});
@@ -53,7 +57,8 @@ TEST(SurfacePoints, ofABallAreItsVertices) {
   EXPECT_TRUE(points.vertex.empty());
   EXPECT_TRUE(points.triangles.empty());
   ASSERT_EQ(points.normals.size(), ball.mesh.positions.size());
-  for (size_t i = 0; i < points.normals.size(); ++i) EXPECT_GT(direction(points.normals[i]).dot(ball.mesh.positions[i].normalized()), 0.9999) << i;
+  for (size_t i = 0; i < points.normals.size(); ++i)
+    EXPECT_GT(direction(points.normals[i]).dot(ball.mesh.positions[i].normalized()), 0.9999) << i;
 }
 
 TEST(SurfacePoints, areNoMoreThanVerticesWithoutNormals) {
@@ -91,7 +96,8 @@ TEST(SurfacePoints, ofATipOfManyTrianglesAreQuick) {
   constexpr uint32_t kRim = 100000;
   ModelObject cone;
   cone.mesh.positions.emplace_back(0, 0, 1);
-  for (uint32_t i = 0; i < kRim; ++i) cone.mesh.positions.emplace_back(10 * std::cos(2 * M_PI * i / kRim), 10 * std::sin(2 * M_PI * i / kRim), 0);
+  for (uint32_t i = 0; i < kRim; ++i)
+    cone.mesh.positions.emplace_back(10 * std::cos(2 * M_PI * i / kRim), 10 * std::sin(2 * M_PI * i / kRim), 0);
   for (uint32_t i = 0; i < kRim; ++i) {
     cone.mesh.triangles.push_back({0, 1 + i, 1 + (i + 1) % kRim});
     cone.triangleColours.push_back({uint8_t(i), uint8_t(i >> 8), uint8_t(i >> 16), 255});

@@ -101,7 +101,9 @@ TEST(WrittenBytes, objectsWithoutColoursAreWhiteBesideOthers) {
   writeModel(folder / "a.obj", {objects, {}});
   const std::string text = slurp(folder / "a.obj");
   EXPECT_NE(text.find("\nv 0 0 0 1 1 1\nv 2 0 0 1 1 1\nv 0 3 0 1 1 1\nv 0 0 0 0.039215688 "), std::string::npos) << text;
-  EXPECT_NE(text.find("\nv 2 0 0 0 0 1\nv 0 3 0 0 0 1\no Object\nf 1 2 3\no Object 2\nf 4 5 6\no Object 3\nf 7 8 9\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\nv 2 0 0 0 0 1\nv 0 3 0 0 0 1\no Object\nf 1 2 3\no Object 2\nf 4 5 6\no Object 3\nf 7 8 9\n"),
+            std::string::npos)
+      << text;
 }
 
 TEST(WrittenBytes, coloursMustComeAsAnnounced) {

@@ -127,6 +127,28 @@ TEST_F(Dialogs, AModelStandsAsItIsAskedTo) {
   EXPECT_EQ(rig.bench.snapshot()->document->active, rig.state.selected);
 }
 
+// Files that are dropped together are asked about one after the other; what is cancelled is left out alone.
+TEST_F(Dialogs, FilesThatAreDroppedTogetherAreAllAskedAbout) {
+  for (const char* name : {"one.obj", "two.obj", "three.obj"})
+    std::ofstream(folder / "models" / name) << "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const auto now = rig.bench.snapshot();
+  Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+  for (const char* name : {"one.obj", "two.obj", "three.obj"})
+    rig.panels->dropped(context, (folder / "models" / name).string());
+  asked();
+  press("Asked", "Import");
+  rig.until([&] { return pieces() == 1; }, "the first");
+  asked();
+  press("Asked", "Cancel");
+  rig.frames(3);
+  asked();
+  press("Asked", "Import");
+  rig.until([&] { return pieces() == 2; }, "the third");
+  rig.frames(3);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr) << "nobody is asked a fourth time";
+  EXPECT_EQ(rig.bench.snapshot()->document->pieces[1].name, "three");
+}
+
 TEST_F(Dialogs, AModelThatCannotBeReadIsToldWhereItIsAskedFor) {
   std::ofstream(folder / "models" / "bad.stl") << "solid nothing\nendsolid\n";
   const auto now = rig.bench.snapshot();

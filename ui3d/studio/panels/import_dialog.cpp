@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "io/input.h"
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
@@ -23,6 +25,7 @@ constexpr std::array kUnits{UnitName{"mm", "Millimetres"}, UnitName{"cm", "Centi
                             UnitName{"ft", "Feet"},        UnitName{"um", "Micrometres"}};
 // In the order of engine::UpAxis.
 constexpr std::array<std::string_view, 6> kUps{"Z", "Y", "-Z", "-Y", "X", "-X"};
+constexpr size_t kMostNotes = 3;
 constexpr double kVoxelsAlong = 256;  // The longest side, where nobody says otherwise.
 constexpr double kBytesASquare =
     75;  // Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
@@ -61,6 +64,21 @@ void unitRow(AskedModel& asked) {
     asked.heightMm.reset();
 }
 
+// What the file holds beside one plain mesh, and what of it is not kept.
+void contentRows(const io::ModelFile& model, bool asPart) {
+  const auto painted = [](const io::ModelObject& each) {
+    return !each.vertexColours.empty() || !each.triangleColours.empty();
+  };
+  std::string objects = std::to_string(model.objects.size());
+  if (!model.negatives.empty())
+    objects += fmt::format(", {} {}", model.negatives.size(), asPart ? "left out (cut away in clay)" : "cut away");
+  if (model.objects.size() > 1 || !model.negatives.empty()) kit::fact("Objects", objects);
+  if (std::any_of(model.objects.begin(), model.objects.end(), painted))
+    kit::fact("Colours", asPart ? "one, the mean" : "kept");
+  for (size_t i = 0; i < std::min(model.notes.size(), kMostNotes); ++i)
+    kit::wrapped(kit::sentence(model.notes[i]), colours().dim);
+}
+
 // The size as it will be, and what decides it.
 void sizeRows(AskedModel& asked, StudioState& state) {
   const engine::ModelLook& look = *asked.look;
@@ -81,6 +99,7 @@ void sizeRows(AskedModel& asked, StudioState& state) {
                   height)
           .changed)
     asked.heightMm = height;
+  contentRows(*look.model, asked.asPart);
   kit::toggle("Where the file has it", asked.keepsPlace, "Else it stands on the ground, beside what is there.");
   if (!asked.asDocument) kit::toggle("As a part: seen and felt, not clay", asked.asPart);
   if (asked.asPart) return;
@@ -141,6 +160,11 @@ void askModel(Memory& memory, const fs::path& file, bool asDocument, bool asPart
 }
 
 void drawAsked(Context& context, Memory& memory) {
+  if (memory.asked.file.empty() && !memory.toBeAsked.empty()) {
+    const fs::path next = std::move(memory.toBeAsked.front());
+    memory.toBeAsked.pop_front();
+    askModel(memory, next, false, false);
+  }
   bool open = !memory.asked.file.empty();
   if (!kit::beginDialog("Asked", memory.asked.asDocument ? "Open a model" : "Import a model", 420, 0, &open)) return;
   AskedModel& asked = memory.asked;
@@ -148,6 +172,7 @@ void drawAsked(Context& context, Memory& memory) {
                        (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
                         ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
   kit::elided(asked.file.filename().string(), ImGui::GetContentRegionAvail().x, colours().dim);
+  if (!memory.toBeAsked.empty()) kit::fact("Files after it", std::to_string(memory.toBeAsked.size()));
   bool ready = true;
   std::string trouble;
   if (asked.reading) {

@@ -125,6 +125,7 @@ struct Memory {
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
+  std::deque<std::filesystem::path> toBeAsked;  ///< Files that were dropped together: one after the other.
   int pictureSize = 0;        ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
   KeepFlow keep;

@@ -177,7 +177,7 @@ void Panels::dropped(Context& context, const std::string& path) {
   if (!kind) {
     context.bench.tell(engine::Message::Level::warning, path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
   } else if (kind->imports) {
-    askModel(*state_, path, false, false);
+    state_->toBeAsked.emplace_back(path);
   } else {
     beginDocument(context, *state_, path);
   }
