@@ -27,7 +27,7 @@ struct ImportReport : MeshFindings {
   uint64_t droppedVoxels = 0;  ///< Voxels whose nearest triangle bounds no inside: inner walls, fins, walls thinner than a voxel.
   uint64_t bandVoxels = 0;     ///< Voxels nearer to the surface than the band.
   MeshLosses losses;           ///< What the clay has, or has not, beside the mesh.
-  double voxelMm = 0;
+  double voxelMm = 0;          ///< Of the clay.
 
   /// For a person: what was wrong and what was done; one sentence at least.
   [[nodiscard]] std::vector<std::string> sentences() const;

@@ -202,8 +202,12 @@ void measure(const TriangleMesh& mesh, const Incidence& around, TopologyReport& 
 }  // namespace
 
 bool TopologyReport::closed() const {
-  return triangles != 0 && degenerateTriangles == 0 && boundaryEdges == 0 && nonManifoldEdges == 0 &&
-         flippedEdges == 0 && boundaryVertices == 0 && nonManifoldVertices == 0;
+  return degenerateTriangles == 0 && solid();
+}
+
+bool TopologyReport::solid() const {
+  return triangles > degenerateTriangles && boundaryEdges == 0 && nonManifoldEdges == 0 && flippedEdges == 0 &&
+         boundaryVertices == 0 && nonManifoldVertices == 0;
 }
 
 TopologyReport checkTopology(const TriangleMesh& mesh) {

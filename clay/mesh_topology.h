@@ -35,6 +35,8 @@ struct TopologyReport {
   /// Every edge in exactly two triangles, oppositely wound, every vertex one closed fan, no degenerate triangle, and at
   /// least one triangle.
   [[nodiscard]] bool closed() const;
+  /// The same where degenerate triangles, which vertices at one place leave when they are welded, take nothing away.
+  [[nodiscard]] bool solid() const;
 };
 
 /// Takes indices as they are: weldExact (clay/weld.h) first where a file repeats its vertices. Throws Error when an

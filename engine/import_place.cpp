@@ -8,11 +8,21 @@
 
 #include "clay/error.h"
 #include "clay/mesh_topology.h"
+#include "clay/weld.h"
 #include "engine/model_files.h"
 #include "io/input.h"
 
 namespace argil::engine {
 namespace {
+
+constexpr double kFarMm = 0.9e6;  // clay's origin may lie 10^6 mm from zero, and has a margin
+
+Eigen::AlignedBox3d boxOf(Meshes meshes) {
+  Eigen::AlignedBox3d box;
+  for (const clay::TriangleMesh* mesh : meshes)
+    for (const Vec3d& position : mesh->positions) box.extend(position);
+  return box;
+}
 
 constexpr std::array<std::string_view, 6> kUpNames{"z", "y", "-z", "-y", "x", "-x"};
 constexpr double kLeastHeightMm = 1e-3, kMostHeightMm = 1e6;
@@ -157,20 +167,42 @@ Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
 }
 
 bool turnOutwards(clay::TriangleMesh& mesh) {
-  const clay::TopologyReport found = clay::checkTopology(mesh);
-  if (!found.closed() || !(found.volume < 0)) return false;
+  clay::TopologyReport found = clay::checkTopology(mesh);
+  if (found.boundaryEdges > 0) found = clay::checkTopology(clay::weldExact(mesh));
+  if (!found.solid() || !(found.volume < 0)) return false;
   for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   return true;
 }
 
+std::string bringNear(Meshes meshes, Meshes others) {
+  const Eigen::AlignedBox3d box = boxOf(meshes);
+  if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm) return {};
+  const Vec3d by = -box.center().array().round().matrix();
+  for (const Meshes& some : {meshes, others})
+    for (clay::TriangleMesh* mesh : some)
+      for (Vec3d& position : mesh->positions) position += by;
+  return fmt::format("It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm.", by.x(), by.y(),
+                     by.z());
+}
+
+std::string fitMeshes(Meshes meshes, double fitMm, Meshes others) {
+  const Eigen::AlignedBox3d box = boxOf(meshes);
+  const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+  if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
+  const Vec3d centre = box.center();
+  const double scale = fitMm / longest;
+  for (const Meshes& some : {meshes, others})
+    for (clay::TriangleMesh* mesh : some)
+      for (Vec3d& position : mesh->positions) position = (position - centre) * scale;
+  return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
+}
+
 std::string recentre(std::vector<io::ModelObject>& objects) {
-  Eigen::AlignedBox3d box;
-  for (const io::ModelObject& object : objects)
-    for (const Vec3d& p : object.mesh.positions) box.extend(p);
-  if (box.isEmpty()) return "There is nothing to move.";
-  const Vec3d by = -box.center();
-  for (io::ModelObject& object : objects)
-    for (Vec3d& p : object.mesh.positions) p += by;
+  std::vector<clay::TriangleMesh*> meshes;
+  for (io::ModelObject& object : objects) meshes.push_back(&object.mesh);
+  const Vec3d by = -boxOf(meshes).center();
+  for (clay::TriangleMesh* mesh : meshes)
+    for (Vec3d& position : mesh->positions) position += by;
   return fmt::format("Moved by {:.6g}, {:.6g}, {:.6g} mm: its middle is at zero.", by.x(), by.y(), by.z());
 }
 

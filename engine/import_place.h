@@ -61,10 +61,23 @@ struct Placement {
 [[nodiscard]] Placement placementOf(const ModelLook& look, const ImportPlace& wish);
 /// Moves all vertices.
 void place(std::vector<io::ModelObject>& objects, const Placement& placement);
-/// Turns a closed mesh around whose faces point inwards; true when it was. O(triangles).
+/// Turns a mesh around that bounds a solid, vertices at one place taken as one, and whose faces point inwards; true
+/// when it was. O(triangles).
 [[nodiscard]] bool turnOutwards(clay::TriangleMesh& mesh);
+
+using Meshes = std::span<clay::TriangleMesh* const>;
+
+/// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their
+/// middle is there; empty when they did not have to be. `others` go along and do not count.
+std::string bringNear(Meshes meshes, Meshes others = {});
+
+/// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others`
+/// go along and do not count.
+std::string fitMeshes(Meshes meshes, double fitMm, Meshes others = {});
+
 /// Moves all objects together until their middle is at zero; says by how much.
 std::string recentre(std::vector<io::ModelObject>& objects);
+
 /// "inches" for "in".
 [[nodiscard]] std::string unitName(const std::string& units);
 /// "120 × 80 × 200 mm, its numbers read as mm, z up." for the user.

@@ -2,7 +2,6 @@
 // What colours a model has, on the clay that was made of it.
 
 #include <array>
-#include <optional>
 #include <span>
 
 #include "clay/mesh_colours.h"
@@ -14,7 +13,6 @@ namespace argil::engine {
 struct FileColours {
   std::span<const io::Colour> vertices = {};
   std::span<const io::Colour> triangles = {};
-  [[nodiscard]] bool any() const { return !vertices.empty() || !triangles.empty(); }
   /// More than one: what the colour of a whole piece cannot say.
   [[nodiscard]] bool several() const;
 };

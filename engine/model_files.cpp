@@ -290,7 +290,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
       const auto painted = [](const io::VdbView& each) { return each.version.has(clay::Channel::cover); };
       if (std::any_of(clays.begin(), clays.end(), painted))
-        sentences.emplace_back("OpenVDB level sets have no colours here: they are left out.");
+        sentences.emplace_back("A level set has no colours here: they are left out.");
       report = io::writeVdb(file, clays, job);
       sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(), clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
     } else {

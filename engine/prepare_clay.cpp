@@ -6,6 +6,7 @@
 
 #include "clay/error.h"
 #include "clay/primitives.h"
+#include "engine/import_place.h"
 #include "engine/load_document.h"
 #include "engine/model_colours.h"
 #include "io/input.h"
@@ -16,19 +17,11 @@ namespace {
 
 constexpr double kMade = 0.9;  // of an import, when there is clay and no colour yet
 constexpr double kShapeVoxelMm = 0.5;
-constexpr double kFarMm = 0.9e6;  // clay's origin may lie 10^6 mm from zero, and has a margin
 constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
 
 // Turns y up to z up; what looked along +z then looks along -y, to the front.
 void standUp(clay::TriangleMesh& mesh) {
   for (Vec3d& position : mesh.positions) position = Vec3d(position.x(), -position.z(), position.y());
-}
-
-Eigen::AlignedBox3d boxOf(Meshes meshes) {
-  Eigen::AlignedBox3d box;
-  for (const clay::TriangleMesh* mesh : meshes)
-    for (const Vec3d& position : mesh->positions) box.extend(position);
-  return box;
 }
 
 bool isYUp(const io::MeshFile& file, Up up) {
@@ -87,28 +80,6 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
 }
 
 }  // namespace
-
-std::string bringNear(Meshes meshes, Meshes others) {
-  const Eigen::AlignedBox3d box = boxOf(meshes);
-  if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm) return {};
-  const Vec3d by = -box.center().array().round().matrix();
-  for (const Meshes& some : {meshes, others})
-    for (clay::TriangleMesh* mesh : some)
-      for (Vec3d& position : mesh->positions) position += by;
-  return fmt::format("It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm.", by.x(), by.y(), by.z());
-}
-
-std::string fitMeshes(Meshes meshes, double fitMm, Meshes others) {
-  const Eigen::AlignedBox3d box = boxOf(meshes);
-  const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
-  if (!(longest > 0)) return "The mesh has no extent and was not scaled.";
-  const Vec3d centre = box.center();
-  const double scale = fitMm / longest;
-  for (const Meshes& some : {meshes, others})
-    for (clay::TriangleMesh* mesh : some)
-      for (Vec3d& position : mesh->positions) position = (position - centre) * scale;
-  return fmt::format("Centred at zero and scaled by {:.6g}, its longest side is {:.6g} mm.", scale, fitMm);
-}
 
 PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
   const std::optional<double> voxelMm = options.voxelMm ? options.voxelMm : script.voxelMm;

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -30,15 +29,5 @@ struct PrepareOptions {
 /// Makes a script's clay. Without a voxel size a mesh gets 256 voxels along its longest side, a shape 0.5 mm. Throws Error
 /// when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
 [[nodiscard]] PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options = {});
-
-using Meshes = std::span<clay::TriangleMesh* const>;
-
-/// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their
-/// middle is there; empty when they did not have to be. `others` go along and do not count.
-std::string bringNear(Meshes meshes, Meshes others = {});
-
-/// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others`
-/// go along and do not count.
-std::string fitMeshes(Meshes meshes, double fitMm, Meshes others = {});
 
 }  // namespace argil::engine

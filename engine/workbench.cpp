@@ -290,18 +290,13 @@ void Workbench::open(const std::filesystem::path& file) {
   });
 }
 
-void Workbench::exportTo(const ExportOptions& how) {
-  if (how.files.empty()) return;
+void Workbench::exportTo(const std::vector<std::filesystem::path>& files, const ModelExport& what) {
+  if (files.empty()) return;
   const DocumentPtr document = snapshot()->document;
-  const std::string first = how.files.front().filename().string();
+  const std::string first = files.front().filename().string();
   state_->begin("Exporting " + first, [=, s = state_.get()](Job& job) -> std::function<void()> {
-    ModelExport what;
-    what.piece = how.piece;
-    what.visibleOnly = how.visibleOnly;
-    what.triangles = how.triangles;
-    what.errorMm = how.errorMm;
-    what.grade = how.grade;
-    for (const std::string& sentence : writeModelFiles(how.files, *document, what, &job)) s->tell(Message::Level::done, sentence);
+    for (const std::string& sentence : writeModelFiles(files, *document, what, &job))
+      s->tell(Message::Level::done, sentence);
     return {};
   });
 }

@@ -11,6 +11,7 @@
 
 #include "engine/document.h"
 #include "engine/import_place.h"
+#include "engine/model_files.h"
 #include "engine/piece_jobs.h"
 #include "engine/recovery.h"
 #include "engine/surfaces.h"
@@ -88,15 +89,6 @@ struct Message {
   enum class Level : uint8_t { done, warning, error };
   Level level = Level::done;
   std::string text;       ///< One sentence, and what to do where something is wrong.
-};
-
-struct ExportOptions {
-  std::vector<std::filesystem::path> files;  ///< The ending says the format: .3mf, .stl, .obj, .ply, .glb, .gltf, .drc, .vdb.
-  bool visibleOnly = true;                   ///< Else every piece.
-  Id piece = 0;                              ///< This one alone; 0: all that count.
-  std::optional<uint64_t> triangles = {};         ///< Reduced to at most so many in all, or
-  std::optional<double> errorMm = {};           ///< to as few as keep within this.
-  clay::Grade grade = clay::Grade::fine;
 };
 
 /// Members may be called from the thread that shows it, one thread; none waits for edits, files or devices. What goes wrong later
@@ -216,7 +208,7 @@ class Workbench {
   void discard(const Recoverable& what);
   /// This session ends against the person's will: its journal stays behind, to be recovered.
   void leaveJournal();
-  void exportTo(const ExportOptions& options);
+  void exportTo(const std::vector<std::filesystem::path>& files, const ModelExport& what = {});
 
   /// The work that is left of a stroke.
   struct StrokeWork {

@@ -17,7 +17,7 @@ namespace argil::io {
 namespace {
 
 constexpr int kDefaultBits = 16;
-constexpr int kNormalBits = 10;  // half a degree's tenth: smooth in a mirror
+constexpr int kNormalBits = 10;  // of each of the two numbers that a direction becomes
 constexpr int kMostBits = 29;  // Draco's own predictions overflow above
 constexpr int kSpeed = 3;
 

@@ -131,7 +131,7 @@ void refuseCoarse(const std::string& name, const Eigen::AlignedBox3d& box, doubl
   if (box.isEmpty() || !(rounding > kMostLoss * box.sizes().maxCoeff())) return;
   failWork(name, "the model is so small for where it lies that the format's 32-bit numbers would lose " +
                      rounded(rounding) + " mm of its " + rounded(box.sizes().maxCoeff()) +
-                     " mm; move it to zero (--recentre) or write .obj");
+                     " mm; move it to zero as it is exported (convert --recentre), or write .obj");
 }
 
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {

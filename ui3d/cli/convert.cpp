@@ -12,6 +12,7 @@
 #include "clay/error.h"
 #include "engine/kept_document.h"
 #include "engine/load_document.h"
+#include "io/input.h"
 #include "io/model_file.h"
 #include "io/model_writer.h"
 #include "ui3d/cli/mesh_input.h"
@@ -127,6 +128,11 @@ void convert(const ConvertOptions& options) {
   const bool toClay = engine::holdsClay(options.output.filename());
   if (!toClay) io::requireWritable(options.output);
   if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));
+  if (toClay && options.recentre)
+    throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
+  const std::string ending = io::endingOf(options.output);
+  if (options.draco && ending != ".glb" && ending != ".gltf")
+    throw Error(fmt::format("{}: --draco packs .glb and .gltf alone; leave it out", options.output.string()));
   if (toClay || options.voxelMm || options.bits || engine::holdsClay(options.input)) convertClay(options);
   else convertMesh(options);
 }

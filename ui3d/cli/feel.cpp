@@ -9,6 +9,7 @@
 #include "clay/error.h"
 #include "clay/store.h"
 #include "engine/feel.h"
+#include "engine/import_place.h"
 #include "engine/prepare_clay.h"
 #include "engine/texture_text.h"
 #include "haptics/contact.h"

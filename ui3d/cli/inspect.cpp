@@ -9,8 +9,8 @@
 #include "clay/mesh_topology.h"
 #include "clay/surface.h"
 #include "clay/weld.h"
+#include "engine/import_place.h"
 #include "engine/load_document.h"
-#include "engine/prepare_clay.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -30,18 +30,12 @@ std::string channelsOf(const clay::Version& version) {
   return names.empty() ? "no channels" : fmt::format("{}: {} channel bricks", names, version.stats().channelBricks);
 }
 
-// Triangles without area, as vertices at one place leave them, take nothing away from a solid.
-bool isClosed(const clay::TopologyReport& t) {
-  return t.triangles > t.degenerateTriangles &&
-         t.boundaryEdges + t.nonManifoldEdges + t.flippedEdges + t.boundaryVertices + t.nonManifoldVertices == 0;
-}
-
 nlohmann::ordered_json topologyJson(const clay::TopologyReport& t) {
   nlohmann::ordered_json json;
   json["triangles"] = t.triangles;
   json["vertices"] = t.vertices;
   json["bodies"] = t.bodies;
-  json["closed"] = isClosed(t);
+  json["closed"] = t.solid();
   json["boundary_edges"] = t.boundaryEdges;
   json["non_manifold_edges"] = t.nonManifoldEdges;
   json["flipped_edges"] = t.flippedEdges;
@@ -58,15 +52,15 @@ void printTopology(const clay::TopologyReport& t) {
   const Vec3d size = t.high - t.low;
   fmt::print("  size        {:.6g} × {:.6g} × {:.6g} mm\n", size.x(), size.y(), size.z());
   fmt::print("  triangles   {} on {} vertices, {} bod{}\n", t.triangles, t.vertices, t.bodies, t.bodies == 1 ? "y" : "ies");
-  fmt::print("  closed      {}{}\n", isClosed(t) ? "yes: a 2-manifold" : "no",
-             isClosed(t) && t.degenerateTriangles > 0
+  fmt::print("  closed      {}{}\n", t.solid() ? "yes: a 2-manifold" : "no",
+             t.solid() && t.degenerateTriangles > 0
                  ? fmt::format(", beside {} triangle{} without area", t.degenerateTriangles,
                                t.degenerateTriangles == 1 ? "" : "s")
                  : std::string());
-  if (!isClosed(t))
+  if (!t.solid())
     fmt::print("  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} degenerate triangles\n",
                t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
-  fmt::print("  volume      {:.6g} mm³{}\n", t.volume, isClosed(t) ? "" : " (of an open mesh: about)");
+  fmt::print("  volume      {:.6g} mm³{}\n", t.volume, t.solid() ? "" : " (of an open mesh: about)");
   fmt::print("  area        {:.6g} mm²\n", t.area);
 }
 
@@ -121,7 +115,7 @@ void inspect(const InspectOptions& options) {
   if (mesh.vertices < asGiven.vertices)
     file.notes.push_back(fmt::format("{} vertices lie where others do and are taken as one with them",
                                      asGiven.vertices - mesh.vertices));
-  if (isClosed(mesh) && mesh.volume < 0) file.notes.emplace_back("it is inside out: clay and exports turn it around");
+  if (mesh.solid() && mesh.volume < 0) file.notes.emplace_back("it is inside out: clay and exports turn it around");
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = file.format;

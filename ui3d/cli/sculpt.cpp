@@ -314,9 +314,10 @@ void sculpt(const SculptOptions& options) {
   }
   engine::ModelExport how;
   how.grade = written;
+  std::vector<std::filesystem::path> models;
   for (const std::filesystem::path& file : options.outputs) {
-    const ProgressLine line("writing " + file.filename().string(), options.job);
     if (file.extension() == ".argil") {
+      const ProgressLine line("writing " + file.filename().string(), options.job);
       engine::SaveRequest request;
       request.states = session.states();
       request.done = session.undoSteps();
@@ -324,9 +325,13 @@ void sculpt(const SculptOptions& options) {
       request.writer = engine::newWriter();
       if (const auto base = engine::saveDocument(file, request, options.job); !base->unflushed.empty())
         throw Error(base->unflushed, Error::Kind::work);
-      continue;
+    } else {
+      models.push_back(file);
     }
-    for (const std::string& sentence : engine::writeModelFiles({file}, *session.document(), how, options.job))
+  }
+  if (!models.empty()) {
+    const ProgressLine line("writing " + models.front().filename().string(), options.job);
+    for (const std::string& sentence : engine::writeModelFiles(models, *session.document(), how, options.job))
       fmt::print("{}\n", sentence);
   }
   if (!options.record.empty()) {

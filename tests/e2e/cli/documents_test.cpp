@@ -81,6 +81,8 @@ TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
   EXPECT_TRUE(has(argil({"inspect", (scratch / "few.3mf").string()}).out, "closed      yes"));
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--reduce", "10", "--error", "1"}).code, 2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--reduce", "10"}).code, 2);
+  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--recentre"}).code, 2);
+  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--draco"}).code, 2);
 }
 
 TEST_F(Documents, damageAndNewerFilesAreOneLine) {

@@ -126,6 +126,16 @@ TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
   EXPECT_TRUE(turnOutwards(mesh));
   EXPECT_GT(clay::checkTopology(mesh).volume, 999);
+  // The same as loose triangles, one of them without area, as some programs write them.
+  clay::TriangleMesh loose;
+  for (const auto& triangle : mesh.triangles) {
+    const auto first = static_cast<uint32_t>(loose.positions.size());
+    for (const uint32_t v : triangle) loose.positions.push_back(mesh.positions[v]);
+    loose.triangles.push_back({first + 1, first, first + 2});
+  }
+  loose.triangles.push_back({0, 0, 1});
+  EXPECT_TRUE(turnOutwards(loose));
+  EXPECT_FALSE(turnOutwards(loose));
   // What is open has no inside.
   mesh.triangles.pop_back();
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);

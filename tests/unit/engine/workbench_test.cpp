@@ -199,7 +199,7 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   block();
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "argil_workbench";
   std::filesystem::create_directories(folder);
-  bench.exportTo({{folder / "a.stl", folder / "a.obj", folder / "a.ply"}, true, 0});
+  bench.exportTo({folder / "a.stl", folder / "a.obj", folder / "a.ply"});
   ASSERT_TRUE(rest());
   EXPECT_EQ(bench.takeMessages().size(), 3u);
   for (const char* name : {"a.stl", "a.obj", "a.ply"}) EXPECT_GT(std::filesystem::file_size(folder / name), 10000u);
@@ -220,8 +220,8 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   const DocumentPtr before = document();
   (void)bench.takeMessages();
   bench.import(folder / "none.stl", how);
-  bench.exportTo({{folder / "a.xyz"}, true, 0});
-  bench.exportTo({{folder / "missing" / "a.stl"}, true, 0});
+  bench.exportTo({folder / "a.xyz"});
+  bench.exportTo({folder / "missing" / "a.stl"});
   bench.useDevice("spoon");
   ASSERT_TRUE(until([&] { return bench.idle() && bench.touch(false).device == "pointer"; }));
   const auto messages = bench.takeMessages();

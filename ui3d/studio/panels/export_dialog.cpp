@@ -58,17 +58,25 @@ std::string problemOf(const Context& context, const ExportChoice& choice) {
   return {};
 }
 
-engine::ExportOptions optionsOf(const Context& context, const ExportChoice& choice) {
-  engine::ExportOptions options;
+engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice) {
+  engine::ModelExport options;
   options.visibleOnly = choice.what == 0;
   options.piece = choice.what == 2 ? context.state.selected : 0;
   options.grade = choice.surface == 0 ? clay::Grade::fine : clay::Grade::draft;
   if (choice.reduce == 1) options.triangles = uint64_t(std::llround(1000 * choice.thousandTriangles));
   if (choice.reduce == 2) options.errorMm = choice.errorMm;
-  // In the order in which they are offered: the first names the job.
-  for (const FileKind& kind : fileKinds())
-    if (choice.endings.contains(kind.ending)) options.files.push_back(fs::path(choice.folder) / (choice.name + std::string(kind.ending)));
+  options.recentre = choice.recentre;
+  options.draco = choice.draco;
   return options;
+}
+
+// In the order in which they are offered: the first names the job.
+std::vector<fs::path> filesOf(const ExportChoice& choice) {
+  std::vector<fs::path> files;
+  for (const FileKind& kind : fileKinds())
+    if (choice.endings.contains(kind.ending))
+      files.push_back(fs::path(choice.folder) / (choice.name + std::string(kind.ending)));
+  return files;
 }
 
 std::vector<std::string> existing(const std::vector<fs::path>& files) {
@@ -96,6 +104,9 @@ void drawExport(Context& context, Memory& memory) {
   kit::dimText("Surface");
   kit::segmented("surface", kGrades, choice.surface);
   reduction(choice);
+  kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.");
+  if (choice.endings.contains(".glb") || choice.endings.contains(".gltf"))
+    kit::toggle("Pack glTF with Draco", choice.draco, "A tenth of the size; fewer programs can open it.");
   kit::dimText("Name and folder");
   bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
   kit::textField("##folder", choice.folder, ImGui::GetContentRegionAvail().x - kRow - kGap, "Folder");
@@ -111,8 +122,8 @@ void drawExport(Context& context, Memory& memory) {
 
   const std::string problem = problemOf(context, choice);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
-  const engine::ExportOptions options = optionsOf(context, choice);
-  const std::vector<std::string> there = existing(options.files);
+  const std::vector<fs::path> files = filesOf(choice);
+  const std::vector<std::string> there = existing(files);
   const bool asking = !choice.existing.empty() && choice.existing == there;
   if (asking) {
     std::string names;
@@ -134,7 +145,7 @@ void drawExport(Context& context, Memory& memory) {
     if (!there.empty() && !asking) {
       choice.existing = there;
     } else {
-      context.bench.exportTo(options);
+      context.bench.exportTo(files, optionsOf(context, choice));
       open = false;
     }
   }

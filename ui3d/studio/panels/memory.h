@@ -57,6 +57,7 @@ struct ExportChoice {
   int reduce = 0;                                   ///< 0 no, 1 to a count, 2 within an error.
   double thousandTriangles = 200, errorMm = 0.05;
   int surface = 0;                                  ///< 0 fine, 1 draft.
+  bool recentre = false, draco = false;
   std::string folder, name;
   std::vector<std::string> existing;                ///< Files that would be written over: asked about.
 };
