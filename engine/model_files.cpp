@@ -40,6 +40,8 @@ ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& ho
   for (io::VdbObject& object : io::readVdb(file, unitMm(how.units == "auto" ? "mm" : how.units), job)) {
     Piece piece;
     piece.name = object.name;
+    piece.pose.rotation = object.rotation;
+    if (object.colour) piece.colour = colourOf(*object.colour);
     piece.version = std::move(object.version);
     imported.pieces.push_back(std::move(piece));
     for (std::string& note : object.notes) imported.notes.push_back(std::move(note));
@@ -285,12 +287,10 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       std::vector<io::VdbView> clays;
       for (const Piece& each : document.pieces) {
         if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
-        clays.push_back({each.name, each.version});
+        clays.push_back({each.name, each.version, each.pose.translation, each.pose.rotation, colourOf(each.colour),
+                         materialColours(each)});
       }
       if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
-      const auto painted = [](const io::VdbView& each) { return each.version.has(clay::Channel::cover); };
-      if (std::any_of(clays.begin(), clays.end(), painted))
-        sentences.emplace_back("A level set has no colours here: they are left out.");
       report = io::writeVdb(file, clays, job);
       sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(), clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
     } else {

@@ -8,12 +8,15 @@
 #include <cmath>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <span>
 #include <streambuf>
 
+#include "clay/channel.h"
 #include "clay/editor.h"
 #include "clay/vdb_bridge.h"
 #include "io/atomic_file.h"
+#include "io/draco_mesh.h"
 #include "io/input.h"
 #include "io/reader_process.h"
 
@@ -31,6 +34,8 @@ constexpr uint64_t kMostFilled = uint64_t{1} << 24;
 constexpr uint64_t kMostFaces = uint64_t{1} << 26;  // bricks looked at beside filled blocks
 constexpr int kBlock = 8;
 constexpr int kLookEvery = 4096;
+constexpr const char* kColoursMeta = "colours";  // of a level set: the name of the grid of its colours
+constexpr const char* kColourMeta = "colour";    // its own, linear light
 
 /// One grid at a time, from messages that are not believed.
 class ClayAssembler {
@@ -44,6 +49,7 @@ class ClayAssembler {
   void finishGrid();
   void addTile(const wire::Tile& tile);
   void addBrick(const wire::Brick& brick);
+  void addColours(const wire::ColourBrick& brick);
   void requireNoJumps(const clay::Version& version) const;
   void look() const {
     if (job_ != nullptr && job_->cancelled()) throw Cancelled();
@@ -52,10 +58,10 @@ class ClayAssembler {
   double unitMm_;
   Job* job_;
   std::optional<clay::Editor> editor_;
-  std::string name_;
+  VdbObject object_;  // being received
   std::vector<std::string> notes_;
   std::vector<wire::Tile> tiles_;
-  uint64_t missingTiles_ = 0, missingBricks_ = 0, filled_ = 0, faces_ = 0;
+  uint64_t missingTiles_ = 0, missingBricks_ = 0, mostColours_ = 0, filled_ = 0, faces_ = 0;
 };
 
 bool inReach(int64_t first, int64_t edge) {
@@ -83,6 +89,11 @@ void ClayAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       for (; !payload.empty(); payload = payload.subspan(sizeof(wire::Brick)), --missingBricks_)
         addBrick(wireStruct<wire::Brick>(payload));
       return;
+    case wire::Kind::colourBricks:
+      if (!editor_ || missingBricks_ != 0 || payload.size() / sizeof(wire::ColourBrick) > mostColours_) failWire();
+      for (; !payload.empty(); payload = payload.subspan(sizeof(wire::ColourBrick)), --mostColours_)
+        addColours(wireStruct<wire::ColourBrick>(payload));
+      return;
     case wire::Kind::end:
       finishGrid();
       if (objects.empty()) failWire();
@@ -97,9 +108,13 @@ void ClayAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
 void ClayAssembler::begin(std::span<const std::byte> payload) {
   std::span<const std::byte> name;
   const auto head = wireStruct<wire::Grid>(payload, &name);
-  name_ = wireText(name);
+  object_ = {};
+  object_.name = wireText(name);
+  object_.rotation = Eigen::Quaterniond(head.rotation[0], head.rotation[1], head.rotation[2], head.rotation[3]);
+  if (!(std::abs(object_.rotation.norm() - 1) < 1e-6)) failWire();
+  if (head.hasColour != 0) object_.colour = Colour{head.colour[0], head.colour[1], head.colour[2], 255};
   missingTiles_ = head.tiles;
-  missingBricks_ = head.bricks;
+  missingBricks_ = mostColours_ = head.bricks;
   if (head.bricks == 0 || head.bricks > kMostBricks || head.tiles > kMostFilled) failWire();
   clay::Grid grid;
   grid.voxelMm = head.voxel * unitMm_;
@@ -107,7 +122,7 @@ void ClayAssembler::begin(std::span<const std::byte> payload) {
   try {
     grid.check();
   } catch (const Error& error) {
-    throw Error("grid " + shown(name_) + " cannot be clay (" + error.what() +
+    throw Error("grid " + shown(object_.name) + " cannot be clay (" + error.what() +
                 "); choose another unit, or scale it in the program that wrote it");
   }
   editor_.emplace(clay::Version::empty(clay::Store::make(), grid));
@@ -121,7 +136,8 @@ void ClayAssembler::addTile(const wire::Tile& tile) {
   filled_ += uint64_t(count) * uint64_t(count) * uint64_t(count);
   faces_ += 6 * uint64_t(tile.edge) * uint64_t(tile.edge);
   if (filled_ > kMostFilled || faces_ > kMostFaces)
-    throw Error("grid " + shown(name_) + " is solid over too large a space for clay; export it with larger voxels");
+    throw Error("grid " + shown(object_.name) +
+                " is solid over too large a space for clay; export it with larger voxels");
   for (int x = 0; x < tile.edge; x += step) {
     look();
     for (int y = 0; y < tile.edge; y += step) {
@@ -141,12 +157,27 @@ void ClayAssembler::addBrick(const wire::Brick& brick) {
   editor_->setVoxels({brick.x, brick.y, brick.z}, std::span<const float, kBrickVoxels>(brick.phi, kBrickVoxels));
 }
 
+/// Bytes count in the band alone.
+void ClayAssembler::addColours(const wire::ColourBrick& brick) {
+  if (mostColours_ % kLookEvery == 0) look();
+  const Coord coord{brick.x, brick.y, brick.z};
+  if (!inReach(brick.x, 1) || !inReach(brick.y, 1) || !inReach(brick.z, 1)) failWire();
+  const clay::Slot distances = editor_->find(coord);
+  const float band = editor_->grid().band;
+  std::array<uint8_t, kBrickVoxels> values;
+  for (size_t k = 0; k < clay::kColourChannels.size(); ++k) {
+    for (int i = 0; i < kBrickVoxels; ++i)
+      values[size_t(i)] = std::abs(distances.phi(i, band)) < band ? brick.channel[k][i] : uint8_t{0};
+    editor_->setChannel(clay::kColourChannels[k], coord, values);
+  }
+}
+
 /// A distance cannot jump from inside to outside: where a tile lies beside a brick, the brick's voxels there have its
 /// sign, and tiles side by side have the same.
 void ClayAssembler::requireNoJumps(const clay::Version& version) const {
   constexpr std::array<Coord, 6> kSides = {Coord{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const auto jumps = [&]() {
-    throw Error("grid " + shown(name_) +
+    throw Error("grid " + shown(object_.name) +
                 " changes from inside to outside where it has no surface; make it a closed level set in the program "
                 "that wrote it");
   };
@@ -186,18 +217,79 @@ void ClayAssembler::requireNoJumps(const clay::Version& version) const {
 void ClayAssembler::finishGrid() {
   if (!editor_) return;
   if (missingTiles_ != 0 || missingBricks_ != 0) failWire();
-  VdbObject object;
-  object.name = name_;
-  object.version = editor_->commit();
+  object_.version = editor_->commit();
   editor_.reset();
-  if (object.version.stats().bricks == 0)
-    throw Error("grid " + shown(name_) + " has no surface; check what was exported");
-  requireNoJumps(object.version);
-  object.notes = std::move(notes_);
+  if (object_.version.stats().bricks == 0)
+    throw Error("grid " + shown(object_.name) + " has no surface; check what was exported");
+  requireNoJumps(object_.version);
+  object_.notes = std::move(notes_);
   notes_.clear();
   tiles_.clear();
   filled_ = faces_ = 0;
-  objects.push_back(std::move(object));
+  objects.push_back(std::move(object_));
+}
+
+// Red, green and blue as linear light.
+openvdb::Vec3f linearLight(uint8_t red, uint8_t green, uint8_t blue) {
+  const auto part = [](uint8_t srgb) { return float(linearOf(srgb)) / 65535; };
+  return {part(red), part(green), part(blue)};
+}
+
+// What is seen of the clay where that is not the piece's own colour; null where that is nowhere.
+openvdb::Vec3SGrid::Ptr coloursOf(const VdbView& view, Job* job) {
+  const Colour own = view.colour.value_or(Colour{});
+  auto grid = openvdb::Vec3SGrid::create(linearLight(own.red, own.green, own.blue));
+  const clay::Version& version = view.version;
+  const auto groundOf = [&](uint8_t material) -> std::optional<std::array<uint8_t, 3>> {
+    return material > 0 && material <= view.materials.size() ? view.materials[material - 1u] : std::nullopt;
+  };
+  const bool materials =
+      version.has(clay::Channel::material) &&
+      std::any_of(view.materials.begin(), view.materials.end(), [](const auto& each) { return each.has_value(); });
+  if (!version.has(clay::Channel::cover) && !materials) return nullptr;
+  auto accessor = grid->getAccessor();
+  const clay::ChannelSlot none;
+  uint64_t done = 0;
+  version.forEachBrick([&](const clay::Brick& brick) {
+    if (++done % kLookEvery == 0 && job != nullptr && job->cancelled()) throw Cancelled();
+    const auto slotOf = [&](clay::Channel channel) { return version.find(channel, brick.coord); };
+    const clay::ChannelSlot cover = slotOf(clay::Channel::cover), material = slotOf(clay::Channel::material);
+    if (cover == none && (!materials || material == none)) return;
+    const clay::ChannelSlot parts[3] = {slotOf(clay::Channel::red), slotOf(clay::Channel::green),
+                                        slotOf(clay::Channel::blue)};
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const auto ground = groundOf(material.value(i));
+      const unsigned covers = cover.value(i);
+      if ((covers == 0 && !ground) || !(std::abs(brick.phi(i)) < version.grid().band)) continue;
+      const std::array<uint8_t, 3> under = ground.value_or(std::array{own.red, own.green, own.blue});
+      const auto over = [&](size_t k) {
+        return uint8_t((parts[k].value(i) * covers + under[k] * (255 - covers) + 127) / 255);
+      };
+      const Coord at = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+      accessor.setValueOn({at.x, at.y, at.z}, linearLight(over(0), over(1), over(2)));
+    }
+  });
+  return grid->empty() ? nullptr : grid;
+}
+
+// Where a view's samples lie in the world.
+openvdb::math::Transform::Ptr transformOf(const VdbView& view) {
+  const clay::Grid& place = view.version.grid();
+  if (view.rotation.isApprox(Eigen::Quaterniond::Identity(), 0)) {
+    const Vec3d origin = place.originMm + view.positionMm;
+    auto transform = openvdb::math::Transform::createLinearTransform(place.voxelMm);
+    transform->postTranslate({origin.x(), origin.y(), origin.z()});
+    return transform;
+  }
+  // Their matrices multiply rows.
+  const Eigen::Matrix3d turn = view.rotation.normalized().toRotationMatrix() * place.voxelMm;
+  const Vec3d origin = view.rotation * place.originMm + view.positionMm;
+  openvdb::Mat4d matrix = openvdb::Mat4d::identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix(row, column) = turn(column, row);
+    matrix(3, row) = origin[row];
+  }
+  return openvdb::math::Transform::createLinearTransform(matrix);
 }
 
 /// A stream into a file that appears whole or not at all; its errors pass through the library.
@@ -243,8 +335,9 @@ WriteReport writeVdb(const std::filesystem::path& path, const std::vector<VdbVie
   clay::initializeVdb();
   AtomicFile file(path);
   openvdb::GridCPtrVec grids;
+  std::set<std::string> titles;
   for (const VdbView& each : clays) {
-    if (job != nullptr) job->step(0.5 * double(grids.size()) / double(clays.size()));
+    if (job != nullptr) job->step(0.5 * double(&each - clays.data()) / double(clays.size()));
     if (!each.version || each.version.stats().bricks == 0)
       throw Error(name + ": " + shown(each.name) + " has no surface to write", Error::Kind::work);
     const clay::Grid& place = each.version.grid();
@@ -254,14 +347,26 @@ WriteReport writeVdb(const std::filesystem::path& path, const std::vector<VdbVie
     openvdb::tools::foreach (grid->beginValueAll(),
                              [&](const openvdb::FloatGrid::ValueAllIter& value) { value.setValue(inMm(*value)); });
     grid->tree().root().setBackground(inMm(place.band), false);
-    auto transform = openvdb::math::Transform::createLinearTransform(voxel);
-    transform->postTranslate({place.originMm.x(), place.originMm.y(), place.originMm.z()});
+    const auto transform = transformOf(each);
     grid->setTransform(transform);
     grid->setName(each.name);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     grid->setCreator("Argil");
     grid->insertMeta("unit", openvdb::StringMetadata("mm"));
+    if (each.colour)
+      grid->insertMeta(kColourMeta,
+                       openvdb::Vec3SMetadata(linearLight(each.colour->red, each.colour->green, each.colour->blue)));
     grids.push_back(grid);
+    if (const auto colours = coloursOf(each, job)) {
+      std::string title = clays.size() == 1 ? "Cd" : each.name + ".Cd";
+      for (int n = 2; !titles.insert(title).second; ++n) title = each.name + " " + std::to_string(n) + ".Cd";
+      grid->insertMeta(kColoursMeta, openvdb::StringMetadata(title));
+      colours->setName(title);
+      colours->setTransform(transform->copy());
+      colours->setSaveFloatAsHalf(true);  // keeps every byte of sRGB
+      colours->setCreator("Argil");
+      grids.push_back(colours);
+    }
   }
   FileBuffer buffer(file, job);
   std::ostream out(&buffer);

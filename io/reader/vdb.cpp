@@ -2,13 +2,17 @@
 #include <openvdb/tools/LevelSetRebuild.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <string>
 
 #include "clay/error.h"
+#include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
 
 namespace argil::io::reader {
@@ -23,18 +27,71 @@ constexpr double kBandSlack = 1e-3;     // of a voxel: 32-bit numbers of other u
 constexpr double kScaleSlack = 1e-6;    // relative: what a transform may differ from a uniform scale by
 constexpr int kReach = 14000 * 8 - 64;  // voxels: clay's (clay/version.h), less a region
 
-/// The voxel's edge where the transform is a uniform scale and a translation; else 0.
-double uniformVoxel(const openvdb::math::Transform& transform) {
-  if (!transform.isLinear()) return 0;
+/// How voxels lie: their edge, 0 where the transform is more than a uniform scale, a rotation and a translation.
+struct Voxels {
+  double edge = 0;
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+Voxels voxelsOf(const openvdb::math::Transform& transform) {
+  if (!transform.isLinear()) return {};
   const openvdb::Mat4d matrix = transform.baseMap()->getAffineMap()->getMat4();
-  const double edge = matrix(0, 0);
-  if (!(edge > 0)) return 0;
+  Eigen::Matrix3d axes;  // their matrices multiply rows
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (std::abs(matrix(i, j) - (i == j ? edge : 0)) > kScaleSlack * edge) return 0;
-    }
+    for (int j = 0; j < 3; ++j) axes(i, j) = matrix(j, i);
   }
-  return edge;
+  if (!axes.allFinite() || !(axes.determinant() > 0)) return {};
+  if (axes.isApprox(axes(0, 0) * Eigen::Matrix3d::Identity(), kScaleSlack)) return {axes(0, 0)};
+  const double edge = std::cbrt(axes.determinant());
+  const Eigen::Matrix3d turn = axes / edge;
+  if (!(turn * turn.transpose()).isIdentity(kScaleSlack)) return {};
+  return {edge, Eigen::Quaterniond(turn).normalized()};
+}
+
+using Colours = openvdb::Vec3SGrid;
+struct ColourGrid {
+  Colours::Ptr grid;
+  bool used = false;
+};
+/// By the names of the grids.
+using ColourGrids = std::map<std::string, ColourGrid>;
+
+constexpr const char* kColoursMeta = "colours";  // of a level set: the name of the grid of its colours
+constexpr const char* kColourMeta = "colour";    // its own, linear light
+constexpr const char* kColourNames[] = {"Cd", "color", "Color", "colour", "Colour", "rgb", "albedo"};
+
+Colours::Ptr coloursOf(const Grid& grid, ColourGrids& all) {
+  const auto named = [&](const std::string& name) -> Colours::Ptr {
+    const auto found = all.find(name);
+    if (found == all.end()) return nullptr;
+    found->second.used = true;
+    return found->second.grid;
+  };
+  if (const auto meta = grid.getMetadata<openvdb::StringMetadata>(kColoursMeta)) return named(meta->value());
+  for (const char* name : kColourNames) {
+    if (Colours::Ptr found = named(grid.getName() + "." + name)) return found;
+  }
+  for (const char* name : kColourNames) {
+    if (Colours::Ptr found = named(name)) return found;
+  }
+  return nullptr;
+}
+
+/// The colours at a leaf's voxels in the band, each at the nearest sample there is; false where there is none.
+bool coloursAt(const Grid::TreeType::LeafNodeType& leaf, double most, const openvdb::math::Transform& place,
+               const openvdb::math::Transform& colourPlace, Colours::ConstAccessor& colours, wire::ColourBrick& brick) {
+  bool any = false;
+  for (openvdb::Index i = 0; i < Grid::TreeType::LeafNodeType::SIZE; ++i) {
+    for (auto& channel : brick.channel) channel[i] = 0;
+    if (!(std::abs(double(leaf.getValue(i))) < most)) continue;
+    const openvdb::Vec3d world = place.indexToWorld(leaf.offsetToGlobalCoord(i));
+    openvdb::Vec3f colour;
+    if (!colours.probeValue(colourPlace.worldToIndexCellCentered(world), colour)) continue;
+    for (int k = 0; k < 3; ++k) brick.channel[k][i] = srgbByte(double(colour[k]));
+    brick.channel[3][i] = 255;
+    any = true;
+  }
+  return any;
 }
 
 /// Whether the values are distances: near the surface their slope is about one almost everywhere (creases apart).
@@ -82,15 +139,17 @@ openvdb::Coord shiftOf(const Grid& grid, const std::string& name) {
   return shift;
 }
 
-void sendLevelSet(Grid::Ptr grid, const std::string& title, Sender& sender) {
+void sendLevelSet(Grid::Ptr grid, const std::string& title, ColourGrids& allColours, Sender& sender) {
   const std::string name = title.empty() ? "the grid without a name" : "grid " + title;
   requireFinite(*grid, name);
-  double voxel = uniformVoxel(grid->transform());
+  const Colours::Ptr colours = coloursOf(*grid, allColours);
+  const auto colour = grid->getMetadata<openvdb::Vec3SMetadata>(kColourMeta);
+  auto [voxel, rotation] = voxelsOf(grid->transform());
   std::string why;
   if (voxel == 0) {
     const openvdb::Vec3d edges = grid->transform().voxelSize();
     voxel = std::min({edges.x(), edges.y(), edges.z()});
-    why = "is turned, skewed or scaled by axis";
+    why = "is skewed, mirrored or scaled by axis";
   } else if (!(double(grid->background()) >= (kLeastBand - kBandSlack) * voxel)) {
     why = "has a band of fewer than 3 voxels";
   } else if (!isDistance(*grid, voxel)) {
@@ -100,6 +159,7 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, Sender& sender) {
     throw Error("has a transform in " + name + " that is none; export it again");
   if (!why.empty()) {
     openvdb::math::Transform::Ptr uniform = openvdb::math::Transform::createLinearTransform(voxel);
+    rotation.setIdentity();
     grid = openvdb::tools::levelSetRebuild(*grid, 0, float(kLeastBand), float(kLeastBand), uniform.get());
     sender.note(name + " " + why + ": its distances were made anew");
   }
@@ -109,7 +169,8 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, Sender& sender) {
                 "; export it with larger voxels");
 
   const openvdb::Coord shift = shiftOf(*grid, name);
-  const openvdb::Vec3d origin = grid->transform().indexToWorld(-shift);
+  const openvdb::Vec3d first = grid->transform().indexToWorld(-shift);
+  const Eigen::Vector3d origin = rotation.conjugate() * Eigen::Vector3d(first.x(), first.y(), first.z());
   // Root tiles (edge 4096 voxels), and those of the nodes below (128 and 8).
   std::vector<wire::Tile> tiles;
   auto tile = grid->tree().cbeginValueAll();
@@ -117,13 +178,17 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, Sender& sender) {
   for (; tile; ++tile) {
     openvdb::CoordBBox box;
     if (tile.getValue() >= 0 || !tile.getBoundingBox(box)) continue;
-    const openvdb::Coord first = box.min() + shift;
-    tiles.push_back({first.x() >> 3, first.y() >> 3, first.z() >> 3, box.dim().x() >> 3});
+    const openvdb::Coord low = box.min() + shift;
+    tiles.push_back({low.x() >> 3, low.y() >> 3, low.z() >> 3, box.dim().x() >> 3});
   }
   wire::Grid head{.voxel = voxel,
                   .origin = {origin.x(), origin.y(), origin.z()},
+                  .rotation = {rotation.w(), rotation.x(), rotation.y(), rotation.z()},
                   .tiles = tiles.size(),
-                  .bricks = grid->tree().leafCount()};
+                  .bricks = grid->tree().leafCount(),
+                  .colour = {},
+                  .hasColour = colour != nullptr};
+  for (int k = 0; k < 3 && colour; ++k) head.colour[k] = srgbByte(double(colour->value()[k]));
   sender.named(wire::Kind::grid, head, title);
   sender.array(wire::Kind::tiles, std::span<const wire::Tile>(tiles));
   std::vector<wire::Brick> bricks;
@@ -132,13 +197,28 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, Sender& sender) {
     bricks.clear();
   };
   for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
-    const openvdb::Coord first = leaf->origin() + shift;
+    const openvdb::Coord at = leaf->origin() + shift;
     wire::Brick& brick = bricks.emplace_back();
-    brick.x = first.x() >> 3, brick.y = first.y() >> 3, brick.z = first.z() >> 3;
+    brick.x = at.x() >> 3, brick.y = at.y() >> 3, brick.z = at.z() >> 3;
     for (openvdb::Index i = 0; i < 512; ++i) brick.phi[i] = float(double(leaf->getValue(i)) / voxel);
     if (bricks.size() == 256) give();
   }
   give();
+  if (!colours) return;
+  auto accessor = colours->getConstAccessor();
+  std::vector<wire::ColourBrick> painted;
+  const double most = double(grid->background());
+  for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
+    const openvdb::Coord at = leaf->origin() + shift;
+    wire::ColourBrick& brick = painted.emplace_back();
+    brick.x = at.x() >> 3, brick.y = at.y() >> 3, brick.z = at.z() >> 3;
+    if (!coloursAt(*leaf, most, grid->transform(), colours->transform(), accessor, brick)) painted.pop_back();
+    if (painted.size() == 256) {
+      sender.array(wire::Kind::colourBricks, std::span<const wire::ColourBrick>(painted));
+      painted.clear();
+    }
+  }
+  sender.array(wire::Kind::colourBricks, std::span<const wire::ColourBrick>(painted));
 }
 
 std::string classOf(const openvdb::GridBase& grid) {
@@ -152,6 +232,14 @@ std::string classOf(const openvdb::GridBase& grid) {
     default:
       return "a field of " + grid.valueType() + " of no known class";
   }
+}
+
+// By what other programs call them: a field of three numbers that is named otherwise may be a velocity.
+bool isColours(const openvdb::GridBase& grid) {
+  if (!grid.isType<Colours>()) return false;
+  const std::string name = grid.getName();
+  const std::string last = name.substr(name.rfind('.') == std::string::npos ? 0 : name.rfind('.') + 1);
+  return std::find(std::begin(kColourNames), std::end(kColourNames), last) != std::end(kColourNames);
 }
 
 }  // namespace
@@ -168,6 +256,12 @@ void readVdb(const std::filesystem::path& path, Sender& sender) {
   std::vector<std::string> others;
   size_t sent = 0;
   const openvdb::GridPtrVecPtr grids = file.getGrids();
+  ColourGrids colours;
+  for (openvdb::GridBase::Ptr& base : *grids) {
+    if (!base || !isColours(*base)) continue;
+    colours[base->getName()].grid = openvdb::gridPtrCast<Colours>(base);
+    base.reset();
+  }
   for (openvdb::GridBase::Ptr& base : *grids) {
     if (!base) continue;
     const std::string title = base->getName();
@@ -183,7 +277,7 @@ void readVdb(const std::filesystem::path& path, Sender& sender) {
       continue;
     }
     base.reset();
-    sendLevelSet(grid, title, sender);
+    sendLevelSet(grid, title, colours, sender);
     ++sent;
   }
   if (sent == 0) {
@@ -191,6 +285,9 @@ void readVdb(const std::filesystem::path& path, Sender& sender) {
                 "; convert it to a level set (signed distances) in the program that wrote it");
   }
   for (const std::string& other : others) sender.note(other + ", which is not kept");
+  for (const auto& [name, each] : colours) {
+    if (!each.used) sender.note("grid " + name.substr(0, 60) + " has colours of no level set here: it is not kept");
+  }
 }
 
 }  // namespace argil::io::reader

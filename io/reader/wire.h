@@ -14,19 +14,20 @@ inline constexpr uint32_t kMostBytes = uint32_t{4} << 20;  ///< Of a payload: lo
 inline constexpr uint32_t kMostText = 1000;                ///< Of a name, a note, a sentence.
 
 enum class Kind : uint32_t {
-  error = 1,  ///< Text: what is wrong with the file and what to do; the last message.
-  memory,     ///< Nothing: there was not enough of it; the last message.
-  note,       ///< Text.
-  format,     ///< Text.
-  metadata,   ///< Text: key, a zero byte, value.
-  object,     ///< Object, then its name. Its arrays follow, each complete before the next begins.
-  positions,  ///< Of 3 doubles.
-  triangles,  ///< Of 3 uint32_t.
-  colours,    ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
-  grid,       ///< Grid, then its name. Its tiles follow, then its bricks.
-  tiles,      ///< Of Tile: what is inside.
-  bricks,     ///< Of Brick.
-  end,        ///< Nothing: all was sent.
+  error = 1,     ///< Text: what is wrong with the file and what to do; the last message.
+  memory,        ///< Nothing: there was not enough of it; the last message.
+  note,          ///< Text.
+  format,        ///< Text.
+  metadata,      ///< Text: key, a zero byte, value.
+  object,        ///< Object, then its name. Its arrays follow, each complete before the next begins.
+  positions,     ///< Of 3 doubles.
+  triangles,     ///< Of 3 uint32_t.
+  colours,       ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
+  grid,          ///< Grid, then its name. Its tiles follow, then its bricks.
+  tiles,         ///< Of Tile: what is inside.
+  bricks,        ///< Of Brick.
+  colourBricks,  ///< Of ColourBrick; each where a brick was sent.
+  end,           ///< Nothing: all was sent.
 };
 
 struct Head {
@@ -43,7 +44,10 @@ struct Object {
 
 struct Grid {
   double voxel, origin[3];  ///< In units of the file.
+  double rotation[4];       ///< w, x, y, z: of all of it about zero; a unit quaternion.
   uint64_t tiles, bricks;
+  uint8_t colour[3], hasColour;  ///< sRGB.
+  uint8_t padding[4] = {};
 };
 
 struct Tile {
@@ -54,6 +58,11 @@ struct Tile {
 struct Brick {
   int32_t x, y, z;
   float phi[512];  ///< Distances in voxels, x · 64 + y · 8 + z.
+};
+
+struct ColourBrick {
+  int32_t x, y, z;
+  uint8_t channel[4][512];  ///< sRGB and how much of it covers the colour of the whole; in order of Brick.
 };
 
 }  // namespace argil::io::wire

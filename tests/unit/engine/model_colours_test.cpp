@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
 #include "clay/channel_reader.h"
+#include "clay/editor.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/model_files.h"
@@ -82,6 +85,54 @@ TEST_F(ModelColours, ofVerticesComeBackFromEveryFormat) {
     script.voxelMm = 1;
     script.up = Up::z;
     EXPECT_LT(errorOf(prepareClay(clay::Store::make(), script, {.input = folder / name}).document), 2);
+  }
+}
+
+// Two pieces that lie turned beside each other: every byte, each own colour, every place.
+TEST_F(ModelColours, aLevelSetKeepsThemAndWhereItLies) {
+  const io::ModelObject ball = paintedBall();
+  io::writeModel(folder / "ball.ply", {{&ball, 1}, {}});
+  Piece turned = importModel(folder / "ball.ply", {.voxelMm = 1}).pieces.at(0);
+  turned.name = "Ball";
+  turned.pose = {Vec3d(50, -7, 3), Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()))};
+  Piece plain;
+  plain.name = "Ball";
+  plain.colour = {10 / 255.0f, 200 / 255.0f, 1};
+  plain.version = clay::makeSphere(clay::Store::make(), {}, Vec3d(-60, 0, 0), 10);
+  Piece part = turned;  // of which a half is painted
+  part.name = "Part";
+  clay::Editor editor(part.version);
+  part.version.forEachBrick(clay::Channel::cover, [&](const clay::ChannelBrick& brick) {
+    if (brick.coord.x < 0) editor.setChannelTile(clay::Channel::cover, brick.coord, false);
+  });
+  part.version = editor.commit();
+  part.colour = {1, 0, 0};
+  Document document;
+  for (Piece* piece : {&plain, &turned, &part}) document.add(*piece);
+  EXPECT_EQ(writeModelFiles({folder / "a.vdb"}, document, {}).size(), 1u) << "nothing is lost";
+  Document again;
+  const ImportedModel in = importModel(folder / "a.vdb", {});
+  EXPECT_TRUE(in.notes.empty());
+  for (const Piece& piece : in.pieces) again.add(piece);
+  const std::vector<io::ModelObject> before = modelOf(document, {}), after = modelOf(again, {});
+  ASSERT_EQ(after.size(), before.size());
+  for (const io::ModelObject& object : after) {
+    SCOPED_TRACE(object.name);
+    // Grids of a file have no order.
+    const auto same = std::find_if(before.begin(), before.end(), [&](const io::ModelObject& each) {
+      return each.name == object.name && each.vertexColours.empty() == object.vertexColours.empty();
+    });
+    ASSERT_NE(same, before.end());
+    EXPECT_EQ(object.colour, same->colour);
+    ASSERT_EQ(object.mesh.positions.size(), same->mesh.positions.size());
+    double most = 0;
+    size_t differ = 0;
+    for (size_t i = 0; i < object.mesh.positions.size(); ++i) {
+      most = std::max(most, (object.mesh.positions[i] - same->mesh.positions[i]).norm());
+      if (!object.vertexColours.empty()) differ += object.vertexColours[i] != same->vertexColours[i];
+    }
+    EXPECT_LT(most, 1e-5);
+    EXPECT_EQ(differ, 0u) << "of " << object.mesh.positions.size();
   }
 }
 

@@ -151,16 +151,77 @@ TEST_F(VdbFile, OtherLevelSetsAreMadeAnew) {
   expectBall(anew[0].version, 10, 1, 0.2);
   EXPECT_THAT(anew[0].notes, Contains(HasSubstr("holds no distances")));
 
+  auto skewed = ball();
+  openvdb::Mat4R matrix = openvdb::Mat4R::identity();
+  matrix.preScale(openvdb::Vec3d(0.5, 0.5, 0.6));
+  matrix.postRotate(openvdb::math::Z_AXIS, 0.7);
+  skewed->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
+  const auto straight = readBack(skewed);
+  EXPECT_THAT(straight[0].notes, Contains(HasSubstr("skewed, mirrored or scaled by axis")));
+  const openvdb::Vec3d middle = skewed->indexToWorld(openvdb::Vec3d(2, 4, 6));
+  EXPECT_NEAR(distanceAt(straight[0].version, {middle.x() + 10, middle.y(), middle.z()}), 0, 0.3);
+  EXPECT_LT(distanceAt(straight[0].version, {middle.x(), middle.y(), middle.z()}), -1);
+}
+
+// A mirror keeps edges and angles, but no rotation does it.
+TEST_F(VdbFile, TurnedOnesStayAsTheyAre) {
+  const auto asItIs = readBack(ball())[0].version;
   auto turned = ball();
   openvdb::Mat4R matrix = openvdb::Mat4R::identity();
   matrix.preScale(openvdb::Vec3d(0.5, 0.5, 0.5));
   matrix.postRotate(openvdb::math::Z_AXIS, 0.7);
+  matrix.postRotate(openvdb::math::X_AXIS, -2.9);
+  matrix.postTranslate(openvdb::Vec3d(7, 8, 9));
   turned->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
-  const auto straight = readBack(turned);
-  EXPECT_THAT(straight[0].notes, Contains(HasSubstr("turned, skewed or scaled by axis")));
-  const openvdb::Vec3d middle = turned->indexToWorld(openvdb::Vec3d(2, 4, 6));
-  EXPECT_NEAR(distanceAt(straight[0].version, {middle.x() + 10, middle.y(), middle.z()}), 0, 0.3);
-  EXPECT_LT(distanceAt(straight[0].version, {middle.x(), middle.y(), middle.z()}), -1);
+  const auto kept = readBack(turned, 10);
+  EXPECT_THAT(kept[0].notes, IsEmpty());
+  EXPECT_EQ(kept[0].version.activeVoxels(), asItIs.activeVoxels());
+  const openvdb::Vec3d middle = 10 * turned->indexToWorld(openvdb::Vec3d(2, 4, 6));
+  const Vec3d inClay = kept[0].rotation.conjugate() * Vec3d(middle.x(), middle.y(), middle.z());
+  for (const Vec3d& way : {Vec3d(1, 0, 0), Vec3d(0, 0.6, 0.8), Vec3d(-0.8, 0.6, 0)})
+    EXPECT_NEAR(distanceAt(kept[0].version, inClay + 100 * way), 0, 5);
+  matrix.preScale(openvdb::Vec3d(1, 1, -1));
+  turned->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
+  EXPECT_THAT(readBack(turned)[0].notes, Contains(HasSubstr("mirrored")));
+}
+
+// Cd as Houdini has it, of another voxel size, for all level sets of the file; NAME.Cd goes before it; a velocity is
+// none.
+TEST_F(VdbFile, ColoursOfOthers) {
+  auto of = [](const char* name, double voxel, openvdb::Vec3f colour) {
+    auto grid = openvdb::Vec3SGrid::create();
+    grid->setName(name);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
+    grid->denseFill({openvdb::Coord(int(-12 / voxel)), openvdb::Coord(int(16 / voxel))}, colour);
+    return grid;
+  };
+  const auto cd = of("Cd", 0.8, {1, 0, 0.2140411f}), own = of("second.Cd", 0.5, {0, 1, 0}), v = of("v", 0.5, {1, 1, 1});
+  auto second = ball(4, 0.5f);
+  second->setName("second");
+  const auto lost = of("third.Cd", 0.5, {0, 1, 0});
+  write({v, own, ball(), second, cd, lost});
+  const std::vector<VdbObject> all = readVdb(path_);
+  ASSERT_EQ(all.size(), 2u);
+  for (const VdbObject& each : all) {
+    const std::array<int, 3> wish = each.name == "second" ? std::array{0, 255, 0} : std::array{255, 0, 127};
+    uint64_t voxels = 0;
+    each.version.forEachBrick([&](const clay::Brick& brick) {
+      for (int i = 0; i < 512; ++i) {
+        const bool in = std::abs(brick.phi(i)) < each.version.grid().band;
+        voxels += in;
+        const auto byte = [&](clay::Channel channel) { return int(each.version.find(channel, brick.coord).value(i)); };
+        ASSERT_EQ(byte(clay::Channel::cover), in ? 255 : 0);
+        ASSERT_EQ(byte(clay::Channel::red), in ? wish[0] : 0);
+        ASSERT_EQ(byte(clay::Channel::green), in ? wish[1] : 0);
+        ASSERT_EQ(byte(clay::Channel::blue), in ? wish[2] : 0);
+      }
+    });
+    EXPECT_GT(voxels, 1000u);
+  }
+  std::vector<std::string> notes = all[0].notes;
+  notes.insert(notes.end(), all[1].notes.begin(), all[1].notes.end());
+  EXPECT_THAT(notes,
+              testing::UnorderedElementsAre(HasSubstr("grid v is"), HasSubstr("grid third.Cd has colours of no")));
 }
 
 TEST_F(VdbFile, FarAwayComesNear) {
