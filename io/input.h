@@ -18,6 +18,8 @@ struct Input {
   std::span<const std::byte> bytes;
   std::string name;
   Job* job = nullptr;
+  std::filesystem::path folder =
+      {};  ///< Where the file lies, for what it names beside it; empty: nothing is read there.
 
   [[nodiscard]] std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 };

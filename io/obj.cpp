@@ -2,11 +2,14 @@
 // Colours behind a position are what MeshLab and others write.
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "io/colour_list.h"
 #include "io/format.h"
+#include "io/mtl.h"
 #include "io/text_cursor.h"
 
 namespace argil::io {
@@ -15,7 +18,7 @@ namespace {
 
 /// What may begin a line besides v and f, and whether the mesh loses something by passing over it.
 constexpr std::array<std::string_view, 7> kHarmless = {"vt", "vn", "s", "mg", "maplib", "lod", "bevel"};
-constexpr std::array<std::string_view, 3> kMaterials = {"mtllib", "usemtl", "usemap"};
+constexpr size_t kMostLibrary = 16u << 20;  // bytes of a material library
 constexpr std::array<std::string_view, 2> kLines = {"l", "p"};
 constexpr std::array<std::string_view, 9> kFreeForm = {"vp",   "cstype", "deg",  "curv", "curv2",
                                                        "surf", "parm",   "trim", "end"};
@@ -45,7 +48,7 @@ class ObjReader {
     note(lines_, "line and point elements were left out");
     note(freeForm_, "statements of free-form curves and surfaces were left out");
     note(unknown_, "lines of an unknown kind were left out");
-    if (materials_) file_.notes.emplace_back("materials and their colours were left out");
+    note(pictures_, "pictures of materials were left out");
     if (groups_.size() > 1) note(groups_.size(), "groups were put together");
     return model();
   }
@@ -55,6 +58,11 @@ class ObjReader {
   struct Run {
     size_t begin;
     uint32_t object;
+  };
+  /// Likewise of a material's colour; none: white beside others. Before the first run there is none.
+  struct MaterialRun {
+    size_t begin;
+    std::optional<Colour> colour;
   };
 
   void statement(std::string_view word) {
@@ -67,8 +75,13 @@ class ObjReader {
     } else if (word == "g") {
       group_ = cursor_.restOfLine();
       newGroup_ = true;
-    } else if (contains(kMaterials, word)) {
-      materials_ = true;
+    } else if (word == "mtllib") {
+      library(cursor_.restOfLine());
+    } else if (word == "usemtl") {
+      const auto known = materials_.find(cleanName(cursor_.restOfLine()));
+      colour_ = known == materials_.end() ? std::nullopt : std::optional(known->second);
+    } else if (word == "usemap") {
+      ++pictures_;
     } else if (contains(kLines, word)) {
       ++lines_;
     } else if (contains(kFreeForm, word)) {
@@ -76,6 +89,49 @@ class ObjReader {
     } else if (!contains(kHarmless, word)) {
       ++unknown_;
     }
+  }
+
+  /// One name with blanks in it, or several; below the file's folder. What is missing or no text is a note.
+  void library(std::string_view names) {
+    const std::string whole = trimmed(names);
+    if (!libraries_.insert(whole).second) return;
+    if (input_.folder.empty() || whole.empty()) {
+      file_.notes.emplace_back("materials and their colours were left out");
+      return;
+    }
+    if (read(whole)) return;
+    size_t from = 0, missing = 0;
+    while ((from = whole.find_first_not_of(" \t", from)) != std::string::npos) {
+      const size_t to = std::min(whole.find_first_of(" \t", from), whole.size());
+      missing += !read(whole.substr(from, to - from));
+      from = to;
+    }
+    if (missing != 0)
+      file_.notes.push_back("the colours of materials were left out: " + shown(whole) +
+                            " is not beside the file, or cannot be read");
+  }
+
+  static std::string trimmed(std::string_view text) {
+    const size_t from = text.find_first_not_of(" \t\r"), to = text.find_last_not_of(" \t\r");
+    return from == std::string_view::npos ? std::string() : std::string(text.substr(from, to - from + 1));
+  }
+
+  bool read(const std::string& name) {
+    const std::filesystem::path below = std::filesystem::path(name).lexically_normal();
+    if (below.is_absolute() || below.empty() || *below.begin() == "..") return false;
+    const std::filesystem::path path = input_.folder / below;
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none) || std::filesystem::file_size(path, none) > kMostLibrary || none)
+      return false;
+    try {
+      const FileBytes bytes = readFile(path);
+      MaterialLibrary found = parseMtl({bytes.bytes(), displayName(path)});
+      for (auto& [material, colour] : found.colours) materials_.insert_or_assign(material, colour);
+      pictures_ += found.pictures;
+    } catch (const Error&) {
+      return false;
+    }
+    return true;
   }
 
   /// x y z, and then a weight, which is of no use to polygons, or a colour of three or four numbers.
@@ -107,6 +163,9 @@ class ObjReader {
     if (runs_.empty() || runs_.back().object != object_) runs_.push_back({file_.mesh.triangles.size(), object_});
     if (newGroup_) groups_.emplace(group_);
     newGroup_ = false;
+    const bool white = materialRuns_.empty();
+    if (white ? colour_.has_value() : materialRuns_.back().colour != colour_)
+      materialRuns_.push_back({file_.mesh.triangles.size(), colour_});
     addPolygon(file_, corners_);
   }
 
@@ -117,18 +176,39 @@ class ObjReader {
     model.faces = file_.faces;
     model.polygons = file_.polygons;
     std::vector<Colour> colours = colours_.take(file_.mesh.positions.size());
+    std::vector<Colour> ofTriangles;
+    // Colours of vertices go before: who paints keeps a material beside it.
+    if (colours.empty() && !materialRuns_.empty()) ofTriangles = materialColours();
     const bool several = std::any_of(runs_.begin(), runs_.end(), [this](const Run& run) { return run.object != runs_[0].object; });
     if (several && apart()) {
-      split(model, colours);
+      split(model, colours, ofTriangles);
     } else if (!file_.mesh.triangles.empty()) {
       if (several) file_.notes.emplace_back("the objects share vertices and were put together");
       ModelObject& all = model.objects.emplace_back();
       if (!several) all.name = names_[runs_[0].object];
       all.mesh = std::move(file_.mesh);
       all.vertexColours = std::move(colours);
+      all.triangleColours = std::move(ofTriangles);
+    }
+    for (ModelObject& object : model.objects) {
+      const std::vector<Colour>& list = object.triangleColours;
+      if (list.empty() || std::any_of(list.begin(), list.end(), [&](const Colour& c) { return c != list[0]; }))
+        continue;
+      object.colour = list[0];
+      object.triangleColours.clear();
     }
     model.notes = std::move(file_.notes);
     return model;
+  }
+
+  std::vector<Colour> materialColours() const {
+    std::vector<Colour> all(file_.mesh.triangles.size());
+    for (size_t r = 0; r < materialRuns_.size(); ++r) {
+      const size_t end = r + 1 < materialRuns_.size() ? materialRuns_[r + 1].begin : all.size();
+      std::fill(all.begin() + std::ptrdiff_t(materialRuns_[r].begin), all.begin() + std::ptrdiff_t(end),
+                materialRuns_[r].colour.value_or(Colour()));
+    }
+    return all;
   }
 
   template <class Each>
@@ -155,10 +235,11 @@ class ObjReader {
     return !shared;
   }
 
-  void split(ModelFile& model, const std::vector<Colour>& colours) {
+  void split(ModelFile& model, const std::vector<Colour>& colours, const std::vector<Colour>& ofTriangles) {
     constexpr uint32_t kNone = UINT32_MAX;
     std::vector<uint32_t> place(file_.mesh.positions.size(), kNone);  // in the vertex's object
     std::vector<ModelObject> objects(names_.size());
+    size_t index = 0;  // of the triangle in the file
     forEachRun([&](uint32_t number, std::span<const std::array<uint32_t, 3>> triangles) {
       ModelObject& object = objects[number];
       object.name = names_[number];
@@ -172,6 +253,8 @@ class ObjReader {
           v = place[v];
         }
         object.mesh.triangles.push_back(triangle);
+        if (!ofTriangles.empty()) object.triangleColours.push_back(ofTriangles[index]);
+        ++index;
       }
     });
     for (ModelObject& object : objects) {
@@ -236,7 +319,11 @@ class ObjReader {
   std::string_view group_;
   bool newGroup_ = false;
   std::set<std::string_view> groups_;  ///< Those with faces, as the file writes them.
-  bool materials_ = false;
+  std::set<std::string> libraries_;    ///< Looked for already.
+  std::map<std::string, Colour> materials_;
+  std::optional<Colour> colour_;  ///< Of the material in use.
+  std::vector<MaterialRun> materialRuns_;
+  uint64_t pictures_ = 0;
   uint64_t highest_ = 0;  ///< Highest vertex that a face names, counted from 1.
   uint64_t highestLine_ = 0;
   uint64_t lines_ = 0;

@@ -1,6 +1,8 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "io/mesh_file.h"
+#include "io/model_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {
@@ -62,6 +64,51 @@ TEST(Obj, whatIsLeftOutIsNoted) {
   EXPECT_EQ(file.notes[0], "2 line and point elements were left out");
   EXPECT_EQ(file.notes[1], "2 statements of free-form curves and surfaces were left out");
   EXPECT_EQ(file.notes[2], "1 lines of an unknown kind were left out");
+}
+
+// Two cubes would do; two squares say it: three materials, one without a colour, one of another object.
+TEST(Obj, coloursOfMaterialsAreRead) {
+  const samples::Folder folder;
+  samples::spill(folder / "of all.mtl",
+                 "# a comment\nKd 0 0 0\nnewmtl red one\nKa 1 1 1\nKd 1 0 0.5\nmap_Kd wood.png\n"
+                 "newmtl grey\nKd 0.5\nnewmtl odd\nKd spectral file.rfl\nKd nan 0 0\n");
+  samples::spill(folder / "a.obj", std::string("mtllib of all.mtl\n") + kSquare +
+                                       "v 5 0 0\nv 6 0 0\nv 6 1 0\no first\nf 1 2 3\nusemtl red one\nf 1 3 4\n"
+                                       "mtllib of all.mtl\no second\nusemtl odd\nusemtl grey\nf 5 6 7\n");
+  const ModelFile file = readModel(folder / "a.obj");
+  ASSERT_EQ(file.objects.size(), 2u);
+  EXPECT_EQ(file.objects[0].triangleColours, (std::vector<Colour>{{}, {255, 0, 128, 255}}));
+  EXPECT_FALSE(file.objects[0].colour);
+  EXPECT_TRUE(file.objects[1].triangleColours.empty());
+  EXPECT_EQ(file.objects[1].colour, (Colour{128, 128, 128, 255}));
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"1 pictures of materials were left out"}));
+
+  // Colours of vertices go before.
+  samples::spill(folder / "b.obj",
+                 "mtllib of all.mtl\nv 0 0 0 0 1 0\nv 1 0 0 0 1 0\nv 0 1 0 0 1 0\nusemtl grey\nf 1 2 3\n");
+  const ModelFile painted = readModel(folder / "b.obj");
+  EXPECT_EQ(painted.objects.at(0).vertexColours.size(), 3u);
+  EXPECT_TRUE(painted.objects.at(0).triangleColours.empty());
+}
+
+// What is not below the folder is not looked for, and nothing of it is worse than a note.
+TEST(Obj, materialLibrariesThatCannotBeReadAreNoted) {
+  const samples::Folder folder;
+  std::filesystem::create_directories(folder / "in");
+  samples::spill(folder / "up.mtl", "newmtl red\nKd 1 0 0\n");
+  samples::spill(folder / "in" / "zero.mtl", "");
+  samples::spill(folder / "in" / "more.mtl", "newmtl red\nKd 0 1 0\n");
+  const auto notesOf = [&](const std::string& name) {
+    samples::spill(folder / "in" / "a.obj", "mtllib " + name + "\n" + kSquare + "usemtl red\nf 1 2 3\n");
+    const ModelFile file = readModel(folder / "in" / "a.obj");
+    EXPECT_TRUE(file.objects.at(0).colour.has_value() || !file.notes.empty());
+    return file.notes;
+  };
+  for (const std::string& name : {std::string("../up.mtl"), (folder / "up.mtl").string(), std::string("none.mtl"),
+                                  std::string("zero.mtl"), std::string("."), std::string("/dev/zero")})
+    EXPECT_THAT(notesOf(name), testing::ElementsAre(testing::HasSubstr("is not beside the file"))) << name;
+  EXPECT_THAT(notesOf("more.mtl"), testing::IsEmpty());
+  EXPECT_THAT(notesOf("more.mtl none.mtl"), testing::SizeIs(1)) << "the first of two is read all the same";
 }
 
 TEST(Obj, errorsNameTheLine) {
