@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 
+#include "clay/even_points.h"
 #include "clay/loose_parts.h"
 #include "clay/nearest_triangle.h"
 #include "clay/region_work.h"
@@ -48,13 +49,6 @@ class BodiesOfMesh {
   std::vector<double> volume_;
 };
 
-// Points spread evenly over a triangle, by the golden ratio's two-dimensional relative.
-Vec3d pointOn(const Vec3d& a, const Vec3d& b, const Vec3d& c, int i) {
-  double u = std::fmod(0.5 + 0.7548776662 * i, 1), v = std::fmod(0.5 + 0.5698402910 * i, 1);
-  if (u + v > 1) u = 1 - u, v = 1 - v;
-  return a + u * (b - a) + v * (c - a);
-}
-
 }  // namespace
 
 MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const WorkPart& part) {
@@ -94,7 +88,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
     const double area = (b - a).cross(c - a).norm() / 2;
     const int samples = std::clamp(int(area / kSampleArea), 1, kMostSamples);
     for (int s = 0; s < samples; ++s) {
-      const Vec3d p = pointOn(a, b, c, s);
+      const Vec3d p = evenPoint(a, b, c, s);
       if (!(clay.trilinear(p) > kNoClay)) continue;
       lost += area / samples;
       sum += p * (area / samples);

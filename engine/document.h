@@ -43,6 +43,7 @@ inline constexpr size_t kMaxMaterialRows = 254;    ///< Of a piece: clay::Channe
 struct Piece : Thing {
   clay::Version version;
   haptics::Pose pose;                              ///< From the piece's millimetres to the world's.
+  Vec3d fileOffsetMm = Vec3d::Zero();  ///< From here to where the imported file had it: export can put it back.
   std::array<float, 3> colour{0.80f, 0.62f, 0.50f};  ///< sRGB.
   haptics::Material material;                      ///< How it feels; Material::texture is not used here.
   /// How voxels feel whose clay::Channel::material is 1, 2, ...; a row that is not there feels like the piece itself.

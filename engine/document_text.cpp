@@ -171,6 +171,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
       if (piece.version.stats().precision == clay::Precision::fixed16) line["grid"]["bits"] = 16;
     }
     line["pose"] = poseJson(piece.pose);
+    if (!piece.fileOffsetMm.isZero(0)) line["file_offset"] = list(piece.fileOffsetMm);
     line["colour"] = colourJson(piece.colour);
     line["material"] = materialJson(piece.material);
     if (piece.hideMasked) line["hide_masked"] = true;
@@ -220,7 +221,8 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
     if (id == 0 || id >= document.nextId || !ids.insert(id).second) at.fail(fmt::format("the id {} is 0, twice there or beyond the next", id));
   };
   for (const Place& at : place.at("pieces").items()) {
-    at.keys({"id", "name", "visible", "locked", "clay", "grid", "pose", "colour", "material", "materials", "hide_masked"});
+    at.keys({"id", "name", "visible", "locked", "clay", "grid", "pose", "colour", "material", "materials",
+             "hide_masked", "file_offset"});
     Piece piece;
     readThing(at, piece);
     checkId(at, piece.id);
@@ -239,6 +241,7 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
     piece.pose = readPose(at.at("pose"));
     piece.colour = readColour(at.at("colour"));
     piece.material = readMaterial(at.at("material"));
+    if (const auto offset = at.maybe("file_offset")) piece.fileOffsetMm = readVector(*offset);
     if (const auto hide = at.maybe("hide_masked")) piece.hideMasked = hide->truth();
     if (const auto rows = at.maybe("materials")) {
       for (const Place& row : rows->items()) piece.materials.push_back(readMaterialRow(row));

@@ -142,6 +142,15 @@ ModelLook lookAtModel(const std::filesystem::path& file, Job* job) {
   return lookAtModel(std::make_shared<const io::ModelFile>(io::readModel(file, job)), file);
 }
 
+clay::WallThickness wallsOf(const ModelLook& look, Job* job) {
+  size_t triangles = 0;
+  for (const io::ModelObject& object : look.model->objects) triangles += object.mesh.triangles.size();
+  if (triangles > kMostWallTriangles) return {};
+  if (look.model->objects.size() == 1) return clay::wallThickness(look.model->objects[0].mesh, clay::WorkPart(job));
+  std::vector<io::ModelObject> copies = look.model->objects;
+  return clay::wallThickness(io::merged(std::move(copies)).mesh, clay::WorkPart(job));
+}
+
 Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
   Placement placement;
   const double given = wish.units == "auto" ? 0 : unitMm(wish.units);  // A wrong name is told for any file.
@@ -174,15 +183,28 @@ bool turnOutwards(clay::TriangleMesh& mesh) {
   return true;
 }
 
-std::string bringNear(Meshes meshes, Meshes others) {
+Vec3d bringNear(Meshes meshes, Meshes others) {
   const Eigen::AlignedBox3d box = boxOf(meshes);
-  if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm) return {};
+  if (box.isEmpty() || std::max(box.max().cwiseAbs().maxCoeff(), box.min().cwiseAbs().maxCoeff()) < kFarMm)
+    return Vec3d::Zero();
   const Vec3d by = -box.center().array().round().matrix();
   for (const Meshes& some : {meshes, others})
     for (clay::TriangleMesh* mesh : some)
       for (Vec3d& position : mesh->positions) position += by;
-  return fmt::format("It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm.", by.x(), by.y(),
-                     by.z());
+  return by;
+}
+
+Vec3d fileOffset(const Vec3d& movedMm) {
+  constexpr double kMostMm = 1e12;
+  if (!(movedMm.cwiseAbs().maxCoeff() < kMostMm)) return Vec3d::Zero();
+  return -movedMm;
+}
+
+std::string movedWords(const Vec3d& by) {
+  if (by.isZero(0)) return {};
+  return fmt::format(
+      "It lay too far from zero for clay and was moved by {:.0f}, {:.0f}, {:.0f} mm; export can put it back.", by.x(),
+      by.y(), by.z());
 }
 
 std::string fitMeshes(Meshes meshes, double fitMm, Meshes others) {

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "clay/job.h"
+#include "clay/wall_thickness.h"
 #include "io/model_file.h"
 
 namespace argil::engine {
@@ -46,6 +47,11 @@ struct ModelLook {
 /// The same for a model that was read. The ending of `file` says what the format's convention is. O(triangles).
 [[nodiscard]] ModelLook lookAtModel(std::shared_ptr<const io::ModelFile> model, const std::filesystem::path& file);
 
+/// How thick the model's walls are, in the file's unit: what voxels would lose. None (no points) for models of more
+/// than kMostWallTriangles, whose search trees take gigabytes. Throws Cancelled.
+[[nodiscard]] clay::WallThickness wallsOf(const ModelLook& look, Job* job = nullptr);
+inline constexpr size_t kMostWallTriangles = 8'000'000;
+
 /// A wish made definite for one model: nothing of it is "auto". mm in one unit of the file, and the factor that the
 /// height asks for.
 struct Placement {
@@ -68,8 +74,12 @@ void place(std::vector<io::ModelObject>& objects, const Placement& placement);
 using Meshes = std::span<clay::TriangleMesh* const>;
 
 /// Clay reaches 10^6 mm from zero: meshes that lie farther off are moved together, by whole millimetres, until their
-/// middle is there; empty when they did not have to be. `others` go along and do not count.
-std::string bringNear(Meshes meshes, Meshes others = {});
+/// middle is there; by how much, zero where they did not have to be. `others` go along and do not count.
+Vec3d bringNear(Meshes meshes, Meshes others = {});
+/// What undoes a move of import (Piece::fileOffsetMm); zero where coordinates would lose a tenth of a µm by it.
+[[nodiscard]] Vec3d fileOffset(const Vec3d& movedMm);
+/// A sentence for the user; empty for zero.
+[[nodiscard]] std::string movedWords(const Vec3d& byMm);
 
 /// Centres meshes at zero together and scales the longest side of them all to `fitMm`; says so in a sentence. `others`
 /// go along and do not count.

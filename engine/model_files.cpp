@@ -6,13 +6,13 @@
 #include <cmath>
 #include <utility>
 
-#include "clay/boolean.h"
 #include "clay/error.h"
 #include "clay/mesh_to_clay.h"
 #include "clay/nearest_triangle.h"
 #include "clay/store.h"
 #include "clay/surface.h"
 #include "clay/vertex_channels.h"
+#include "engine/cut_negatives.h"
 #include "engine/model_colours.h"
 #include "engine/prepare_clay.h"
 #include "haptics/part_mesh.h"
@@ -51,29 +51,6 @@ ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& ho
   return imported;
 }
 
-// The clay without what slicers cut away from it.
-clay::Version withoutNegatives(clay::Version version, const io::ModelObject& object,
-                               const std::vector<io::ModelObject>& negatives, std::vector<std::string>& notes,
-                               Job* job) {
-  clay::ImportOptions options;
-  options.grid = version.grid();
-  options.placeOrigin = false;
-  for (const io::ModelObject& negative : negatives) {
-    if (negative.assembly != object.assembly) continue;
-    const std::string name = negative.name.empty() ? "A negative volume" : negative.name;
-    try {
-      const clay::Imported made = clay::meshToClay(clay::Store::make(), negative.mesh, options, job);
-      version = clay::combine(version, made.version, clay::Combination::cut, {}, job);
-      notes.push_back(fmt::format("{} was cut away, as the file says.", name));
-    } catch (const Cancelled&) {
-      throw;
-    } catch (const Error& e) {
-      notes.push_back(fmt::format("{} should be cut away and was left out: {}.", name, e.what()));
-    }
-  }
-  return version;
-}
-
 void requireSome(const ImportedModel& imported) {
   if (imported.pieces.empty()) throw Error("nothing is left when the file's negative volumes are cut away");
 }
@@ -94,7 +71,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours},
                                clay::WorkPart(job, kMade, 1));
     std::vector<std::string> notes = made.report.sentences();
-    made.version = withoutNegatives(std::move(made.version), object, read.negatives, notes, job);
+    made.version = withoutNegatives(std::move(made.version), object.assembly, read.negatives, notes, job);
     if (made.version.stats().bricks == 0)
       notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.",
                                   object.name.empty() ? "an object" : object.name));
@@ -151,6 +128,7 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   if (!wish.up.empty() && wish.up != "auto") (void)upAxisNamed(wish.up);
   io::ModelFile read;
   ImportedModel imported;
+  Vec3d moved = Vec3d::Zero();
   {
     const ModelLook look = how.look ? *how.look : lookAtModel(file, job);
     Placement placement;
@@ -163,6 +141,7 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
     imported.notes = read.notes;
     if (!wish.up.empty() || wish.heightMm || wish.units == "auto")
       imported.notes.push_back(placeWords(look, placement, wish));
+    moved = placement.moveMm;
     place(read.objects, placement);
     place(read.negatives, placement);
   }
@@ -176,13 +155,18 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   for (io::ModelObject& object : read.objects) solids.push_back(&object.mesh);
   for (io::ModelObject& object : read.negatives) negatives.push_back(&object.mesh);
   if (how.fitMm) imported.notes.push_back(fitMeshes(solids, *how.fitMm, negatives));
-  if (std::string moved = bringNear(solids, negatives); !moved.empty()) imported.notes.push_back(std::move(moved));
+  const Vec3d near = bringNear(solids, negatives);
+  moved += near;
+  if (std::string words = movedWords(near); !words.empty()) imported.notes.push_back(std::move(words));
   try {
     if (how.asPart) {
       if (!read.negatives.empty()) imported.notes.push_back(io::notCutAway(read.negatives.size()));
       for (io::ModelObject& object : read.objects) imported.parts.push_back(partOf(std::move(object), job));
     } else {
       makePieces(read, how, imported, job);
+      // A model that was scaled to a size has no place to go back to.
+      if (!how.fitMm)
+        for (Piece& piece : imported.pieces) piece.fileOffsetMm = fileOffset(moved);
     }
   } catch (const Cancelled&) {
     throw;
@@ -238,7 +222,8 @@ std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport
     object.mesh = surface.toMesh();
     if (object.mesh.triangles.empty()) continue;
     object.vertexColours = vertexColoursOf(surface, each);
-    for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position);
+    const Vec3d back = what.putBack ? each.fileOffsetMm : Vec3d::Zero();
+    for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position) + back;
     objects.push_back(std::move(object));
   }
   if (objects.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
@@ -287,8 +272,9 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       std::vector<io::VdbView> clays;
       for (const Piece& each : document.pieces) {
         if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
-        clays.push_back({each.name, each.version, each.pose.translation, each.pose.rotation, colourOf(each.colour),
-                         materialColours(each)});
+        clays.push_back({each.name, each.version,
+                         each.pose.translation + (what.putBack ? each.fileOffsetMm : Vec3d::Zero()), each.pose.rotation,
+                         colourOf(each.colour), materialColours(each)});
       }
       if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
       report = io::writeVdb(file, clays, job);

@@ -51,6 +51,7 @@ struct ModelExport {
   std::optional<uint64_t> triangles;   ///< Reduced to at most so many in all, or
   std::optional<double> errorMm;       ///< to as few as keep within this.
   bool recentre = false;               ///< Moved to zero: 32-bit numbers are finest there.
+  bool putBack = false;                ///< Each piece where the file that it was imported from had it.
   bool draco = false;                  ///< glTF packed with Draco: a tenth of the size; fewer programs open it.
   clay::Grade grade = clay::Grade::fine;  ///< A file is made once: creases are worth the time.
 };

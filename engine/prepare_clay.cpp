@@ -6,11 +6,12 @@
 
 #include "clay/error.h"
 #include "clay/primitives.h"
+#include "engine/cut_negatives.h"
 #include "engine/import_place.h"
 #include "engine/load_document.h"
 #include "engine/model_colours.h"
 #include "io/input.h"
-#include "io/mesh_file.h"
+#include "io/model_file.h"
 
 namespace argil::engine {
 namespace {
@@ -24,7 +25,7 @@ void standUp(clay::TriangleMesh& mesh) {
   for (Vec3d& position : mesh.positions) position = Vec3d(position.x(), -position.z(), position.y());
 }
 
-bool isYUp(const io::MeshFile& file, Up up) {
+bool isYUp(const io::ModelFile& file, Up up) {
   return up == Up::y || (up == Up::custom && (file.format.starts_with("OBJ") || file.format.starts_with("OFF")));
 }
 
@@ -47,18 +48,27 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     if (voxelMm || script.fitMm) prepared.notes.push_back("The clay stays as it was saved: voxel and size of the script do not apply to it.");
     return prepared;
   }
-  io::MeshFile read = io::readMesh(file, job);
-  prepared.notes = std::move(read.notes);
-  if (read.unitMm && *read.unitMm != 1) {
-    for (Vec3d& position : read.mesh.positions) position *= *read.unitMm;
-  }
-  if (isYUp(read, script.up)) {
-    standUp(read.mesh);
-    prepared.notes.push_back("Turned so that its y axis points up.");
-  }
+  io::ModelFile model = io::readModel(file, job);
+  prepared.notes = std::move(model.notes);
+  io::ModelObject read = io::merged(std::move(model.objects));
+  read.colour = io::meanColour(read);
   clay::TriangleMesh* const meshes[] = {&read.mesh};
-  if (script.fitMm) prepared.notes.push_back(fitMeshes(meshes, *script.fitMm));
-  if (std::string moved = bringNear(meshes); !moved.empty()) prepared.notes.push_back(std::move(moved));
+  std::vector<clay::TriangleMesh*> negatives;
+  for (io::ModelObject& negative : model.negatives) {
+    negative.assembly = read.assembly;  // as all objects are one here
+    negatives.push_back(&negative.mesh);
+  }
+  const bool turned = isYUp(model, script.up);
+  for (const Meshes& some : {Meshes(meshes), Meshes(negatives)}) {
+    for (clay::TriangleMesh* mesh : some) {
+      for (Vec3d& position : mesh->positions) position *= model.unitMm.value_or(1);
+      if (turned) standUp(*mesh);
+    }
+  }
+  if (turned) prepared.notes.push_back("Turned so that its y axis points up.");
+  if (script.fitMm) prepared.notes.push_back(fitMeshes(meshes, *script.fitMm, negatives));
+  const Vec3d moved = bringNear(meshes, negatives);
+  if (std::string words = movedWords(moved); !words.empty()) prepared.notes.push_back(std::move(words));
   clay::Imported imported;
   try {
     clay::ImportOptions options;
@@ -73,9 +83,13 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
   prepared.version = withColours(std::move(imported.version), read.mesh, {read.vertexColours, read.triangleColours},
                                  clay::WorkPart(job, kMade, 1));
+  prepared.version = withoutNegatives(std::move(prepared.version), read.assembly, model.negatives, prepared.notes, job);
+  if (prepared.version.stats().bricks == 0)
+    throw Error(file.string() + ": nothing is left when its negative volumes are cut away");
   prepared.import = std::move(imported.report);
   prepared.document = Document::of(prepared.version);
   if (read.colour) prepared.document.pieces.front().colour = colourOf(*read.colour);
+  if (!script.fitMm) prepared.document.pieces.front().fileOffsetMm = fileOffset(moved);
   return prepared;
 }
 

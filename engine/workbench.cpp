@@ -241,6 +241,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
         for (Piece piece : imported->pieces) {
           if (piece.name.empty()) piece.name = name;
           piece.pose.translation += move;
+          piece.fileOffsetMm -= move;
           made = to.active = to.add(std::move(piece));
         }
       };

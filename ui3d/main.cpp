@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
+#include "engine/export_presets.h"
 #include "haptics/guard.h"
 #include "io/model_file.h"
 #include "ui3d/cli/progress.h"
@@ -127,6 +128,11 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
   convertVerb->add_flag("--recentre", convert.recentre,
                         "Move it to zero: for formats whose numbers are too coarse where it lies");
+  convertVerb->add_flag("--put-back", convert.putBack, "Clay that import moved nearer: to where its file had it");
+  std::string destinations;
+  for (const engine::ExportPreset& each : engine::exportPresets())
+    destinations += (destinations.empty() ? "" : ", ") + std::string(each.id);
+  convertVerb->add_option("--for", convert.destination, "What the output is for: " + destinations);
   convertVerb->add_flag("--draco", convert.draco,
                         "glTF packed with Draco: a tenth of the size, which fewer programs can open");
 

@@ -10,6 +10,7 @@
 
 #include "clay/change_precision.h"
 #include "clay/error.h"
+#include "engine/export_presets.h"
 #include "engine/kept_document.h"
 #include "engine/load_document.h"
 #include "io/input.h"
@@ -32,11 +33,17 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
   engine::ModelExport how;
   how.visibleOnly = false;
   how.errorMm = options.errorMm;
+  how.grade = options.surface;
+  how.draco = options.draco;
+  how.recentre = options.recentre;
+  how.putBack = options.putBack;
   if (options.reduce) {
     uint64_t triangles = 0;
     for (const io::ModelObject& object : objects) triangles += object.mesh.triangles.size();
     how.triangles = wantedTriangles(*options.reduce, triangles);
   }
+  if (!options.destination.empty())
+    engine::applyPreset(engine::exportPresetNamed(options.destination), options.output, how);
   return how;
 }
 
@@ -70,17 +77,9 @@ void convertClay(const ConvertOptions& options) {
     fmt::print("{}: saved{}\n", options.output.string(), without);
     return;
   }
-  engine::ModelExport what;
-  what.visibleOnly = false;
-  what.grade = options.surface;
-  what.draco = options.draco;
-  what.recentre = options.recentre;
-  if (options.reduce || options.errorMm) {
-    what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
-    what.grade = options.surface;
-    what.draco = options.draco;
-    what.recentre = options.recentre;
-  }
+  engine::ModelExport what = exportOf(options, {});
+  // What part of the triangles is wanted is known when there are some.
+  if (options.reduce) what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
   for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
 }
 
@@ -102,18 +101,19 @@ void convertMesh(const ConvertOptions& options) {
     if (engine::turnOutwards(object.mesh))
       fmt::print("{} was inside out and was turned around.\n", object.name.empty() ? "The mesh" : object.name);
   }
-  if (options.recentre) fmt::print("{}\n", engine::recentre(model.objects));
+  const engine::ModelExport how = exportOf(options, model.objects);
+  if (how.recentre) fmt::print("{}\n", engine::recentre(model.objects));
   if (!model.negatives.empty()) fmt::print("{}; give --voxel.\n", io::notCutAway(model.negatives.size()));
-  if (options.reduce || options.errorMm) {
+  if (how.triangles || how.errorMm) {
     const ProgressLine line("reducing", options.job);
-    fmt::print("{}\n", engine::reduceModel(model.objects, exportOf(options, model.objects), options.job));
+    fmt::print("{}\n", engine::reduceModel(model.objects, how, options.job));
   }
   if (model.objects.size() == 1 && model.objects[0].name.empty()) model.objects[0].name = options.input.stem().string();
   for (const std::string& sentence : io::lossesOf(options.output, {model.objects, {}})) fmt::print("{}\n", sentence);
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   io::WriteOptions write;
   write.tolerance = 1e-3;
-  write.draco = options.draco;
+  write.draco = how.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);
@@ -130,10 +130,20 @@ void convert(const ConvertOptions& options) {
   if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));
   if (toClay && options.recentre)
     throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
+  if (options.recentre && options.putBack) throw Error("--recentre and --put-back: give one of them");
+  const bool byWayOfClay = toClay || options.voxelMm || options.bits || engine::holdsClay(options.input);
+  if (options.putBack && (!byWayOfClay || io::endingOf(options.output) == ".argil"))
+    throw Error(fmt::format("{}: --put-back is for clay that becomes a model or a level set; leave it out",
+                            options.output.string()));
+  if (!options.destination.empty()) {
+    engine::ModelExport none;
+    engine::applyPreset(engine::exportPresetNamed(options.destination), options.output, none);
+  }
   const std::string ending = io::endingOf(options.output);
   if (options.draco && ending != ".glb" && ending != ".gltf")
     throw Error(fmt::format("{}: --draco packs .glb and .gltf alone; leave it out", options.output.string()));
-  if (toClay || options.voxelMm || options.bits || engine::holdsClay(options.input)) convertClay(options);
+  if (byWayOfClay)
+    convertClay(options);
   else convertMesh(options);
 }
 

@@ -18,6 +18,8 @@ namespace argil::cli {
 
 namespace {
 
+constexpr double kWorthSaying = 1e-3;  // of the surface
+
 // What a version pays for beside its distances.
 std::string channelsOf(const clay::Version& version) {
   std::string names;
@@ -116,19 +118,29 @@ void inspect(const InspectOptions& options) {
     file.notes.push_back(fmt::format("{} vertices lie where others do and are taken as one with them",
                                      asGiven.vertices - mesh.vertices));
   if (mesh.solid() && mesh.volume < 0) file.notes.emplace_back("it is inside out: clay and exports turn it around");
+  const clay::WallThickness walls = file.mesh.triangles.size() > engine::kMostWallTriangles
+                                        ? clay::WallThickness{}
+                                        : clay::wallThickness(file.mesh, clay::WorkPart(options.job));
+  const double keeping = walls.keepingVoxelMm();
   nlohmann::ordered_json json;
   json["file"] = options.input.string();
   json["format"] = file.format;
+  if (keeping > 0) json["wall_keeping_voxel_mm"] = keeping;
   json["notes"] = file.notes;
   json["mesh"] = topologyJson(mesh);
   if (!options.json) {
     fmt::print("{}: {}\n", options.input.string(), file.format);
     for (const std::string& note : file.notes) fmt::print("  note        {}\n", note);
     printTopology(mesh);
+    if (keeping > 0) fmt::print("  walls       voxels of {:.3g} mm keep them all\n", keeping);
+    if (options.voxelMm && walls.shareThinner(*options.voxelMm) > kWorthSaying)
+      fmt::print("  at risk     {:.2g} % of the surface bounds walls thinner than voxels of {} mm\n",
+                 100 * walls.shareThinner(*options.voxelMm), *options.voxelMm);
   }
   if (options.voxelMm) {
     clay::TriangleMesh* const meshes[] = {&file.mesh};
-    if (const std::string moved = engine::bringNear(meshes); !moved.empty() && !options.json) fmt::print("{}\n", moved);
+    if (const std::string moved = engine::movedWords(engine::bringNear(meshes)); !moved.empty() && !options.json)
+      fmt::print("{}\n", moved);
     const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
     clay::Surface surface;
     surface.update(imported.version, 2);

@@ -46,6 +46,8 @@ struct ConvertOptions {
   std::optional<double> errorMm;  ///< To as few triangles as keep within this.
   bool draco = false;             ///< glTF packed with Draco.
   bool recentre = false;          ///< Moved to zero before it is written.
+  bool putBack = false;           ///< Clay where the imported file had it.
+  std::string destination;        ///< Of engine::exportPresets(); empty: none.
   clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
   Job* job = nullptr;
 };

@@ -3,6 +3,7 @@
 #include "tests/e2e/cli/command.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "engine/keeper.h"
 #include "engine/kept_document.h"
@@ -83,6 +84,60 @@ TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--reduce", "10"}).code, 2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--recentre"}).code, 2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--draco"}).code, 2);
+}
+
+TEST_F(Documents, goOutForADestination) {
+  // As many triangles as a destination may find too many.
+  const auto coarse = nlohmann::json::parse(argil({"inspect", document.string(), "--json"}).out);
+  const double voxel = double(coarse.at("pieces")[0].at("voxel_mm")) / 4;
+  const std::string model = (scratch / "coarse.ply").string(), fine = (scratch / "fine.argil").string();
+  ASSERT_EQ(argil({"convert", document.string(), model}).code, 0);
+  ASSERT_EQ(argil({"convert", model, fine, "--voxel", std::to_string(voxel)}).code, 0);
+  const auto to = [&](const char* name, std::vector<std::string> options) {
+    std::vector<std::string> all{"convert", fine, (scratch / name).string()};
+    all.insert(all.end(), options.begin(), options.end());
+    return argil(all);
+  };
+  for (const auto& [name, use] : {std::pair{"a.3mf", "slicer"},
+                                  {"b.glb", "blender"},
+                                  {"c.glb", "game"},
+                                  {"d.glb", "web"},
+                                  {"e.vdb", "archive"},
+                                  {"e.3mf", "archive"}})
+    ASSERT_EQ(to(name, {"--for", use}).code, 0) << use;
+  EXPECT_LT(fs::file_size(scratch / "d.glb"), fs::file_size(scratch / "b.glb") / 2) << "packed";
+  const auto seen = [&](const char* name) {
+    const Outcome o = argil({"inspect", (scratch / name).string(), "--json"});
+    return nlohmann::json::parse(o.out).at("mesh");
+  };
+  EXPECT_GT(seen("b.glb").at("triangles"), 100000) << "the document is fine enough for the test";
+  EXPECT_LE(seen("c.glb").at("triangles"), 100000);
+  EXPECT_NEAR(double(seen("c.glb").at("low_mm")[0]) + double(seen("c.glb").at("high_mm")[0]), 0, 0.01);
+  EXPECT_EQ(to("f.stl", {"--for", "game"}).code, 2);
+  EXPECT_TRUE(has(to("f.stl", {"--for", "game"}).err, "--for game writes .glb"));
+  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, archive"));
+  ASSERT_EQ(to("g.glb", {"--for", "game", "--reduce", "2000"}).code, 0);
+  EXPECT_LE(seen("g.glb").at("triangles"), 2000) << "what is said goes before";
+}
+
+TEST_F(Documents, whatImportMovedIsPutBack) {
+  write(scratch / "far.obj",
+        "v 5e9 0 0\nv 5000000100 0 0\nv 5e9 100 0\nv 5e9 0 100\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  const std::string far = (scratch / "far.obj").string(), out = (scratch / "back.obj").string();
+  const std::string kept = (scratch / "kept.argil").string();
+  ASSERT_EQ(argil({"convert", far, kept, "--voxel", "2"}).code, 0);
+  for (const std::string& from : {far, kept}) {
+    std::vector<std::string> words{"convert", from, out, "--put-back"};
+    if (from == far) words.insert(words.end(), {"--voxel", "2"});
+    const Outcome made = argil(words);
+    ASSERT_EQ(made.code, 0) << made.err;
+    const auto mesh = nlohmann::json::parse(argil({"inspect", out, "--json"}).out).at("mesh");
+    EXPECT_NEAR(mesh.at("low_mm")[0], 5e9, 3);
+    EXPECT_NEAR(mesh.at("high_mm")[0], 5e9 + 100, 6);
+  }
+  EXPECT_EQ(argil({"convert", far, out, "--put-back"}).code, 2) << "nothing moves it on the plain way";
+  EXPECT_EQ(argil({"convert", kept, (scratch / "x.argil").string(), "--put-back"}).code, 2);
+  EXPECT_EQ(argil({"convert", kept, out, "--put-back", "--recentre"}).code, 2);
 }
 
 TEST_F(Documents, damageAndNewerFilesAreOneLine) {

@@ -13,6 +13,7 @@
 #include "clay/mesh_topology.h"
 #include "clay/store.h"
 #include "clay/surface.h"
+#include "clay/wall_thickness.h"
 #include "io/mesh_file.h"
 
 namespace argil::engine {
@@ -68,6 +69,39 @@ TEST(ImportBodies, ofClosedFilesAreThoseOfTheMesh) {
     }
   }
   EXPECT_GT(files, 10);
+}
+
+// Voxels that are said to keep every wall do, for the closed files of one body.
+TEST(ImportBodies, keepTheirWallsAtTheVoxelThatIsNamed) {
+  const char* data = std::getenv("ARGIL_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set ARGIL_DATA to the folder of test data";
+  const bool all = std::getenv("ARGIL_LONG") != nullptr;
+  const double most = all ? 400 : 60;  // voxels along the longest side
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(data) / "mesh")) {
+    io::MeshFile read;
+    try {
+      read = io::readMesh(entry.path());
+    } catch (const Error&) {
+      continue;
+    }
+    const clay::TopologyReport mesh = clay::checkTopology(read.mesh);
+    if (!mesh.solid() || mesh.bodies != 1 || read.mesh.triangles.size() > 200000) continue;
+    const double voxel = clay::wallThickness(read.mesh, clay::WorkPart(nullptr)).keepingVoxelMm();
+    const double longest = (mesh.high - mesh.low).maxCoeff();
+    if (!(voxel > longest / most)) continue;
+    ++files;
+    // As large as clay may be; what matters is voxels.
+    const double scale = 100 / longest;
+    for (Vec3d& p : read.mesh.positions) p *= scale;
+    clay::ImportOptions options;
+    options.grid.voxelMm = voxel * scale;
+    const clay::MeshLosses losses = clay::meshToClay(clay::Store::make(), read.mesh, options).report.losses;
+    EXPECT_LE(losses.lostMm2, 1e-3 * mesh.area * scale * scale) << entry.path().filename();
+    std::printf("%-40s %3.0f voxels along: %.3g mm2 lost\n", entry.path().filename().c_str(), longest / voxel,
+                losses.lostMm2);
+  }
+  EXPECT_GE(files, 5);
 }
 
 }  // namespace

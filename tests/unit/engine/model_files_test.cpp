@@ -2,6 +2,7 @@
 
 #include "engine/model_files.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -15,7 +16,10 @@
 #include "clay/primitives.h"
 #include "clay/region_work.h"
 #include "clay/store.h"
+#include "engine/document_text.h"
+#include "engine/prepare_clay.h"
 #include "io/model_writer.h"
+#include "tests/support/package_samples.h"
 
 namespace argil::engine {
 namespace {
@@ -116,6 +120,78 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
   EXPECT_THAT(rest.notes, testing::Contains(HasSubstr("Nothing is left of block")));
   read->objects.pop_back();
   EXPECT_THROW((void)importModel("a.3mf", {.voxelMm = 1, .look = look}), Error);
+}
+
+// The same in a package of PrusaSlicer, by way of a script: a block of 40 × 40 × 20 with a pocket of 20 mm.
+TEST_F(ModelFiles, whatASlicerCutsAwayIsCutInScriptsToo) {
+  std::string vertices, triangles;
+  uint32_t first = 0;
+  for (const io::ModelObject& each : {cube("", {0, 0, 0}, 40, {}), cube("", {10, 10, 30}, 20, {})}) {
+    for (const Vec3d& p : each.mesh.positions)
+      vertices += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", p.x(), p.y(), p.z());
+    for (const auto& [a, b, c] : each.mesh.triangles)
+      triangles += fmt::format("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>", first + a, first + b, first + c);
+    first += uint32_t(each.mesh.positions.size());
+  }
+  const auto volume = [](int from, int to, const char* kind) {
+    return fmt::format(
+        "<volume firstid=\"{}\" lastid=\"{}\"><metadata type=\"volume\" key=\"volume_type\" value=\"{}\"/></volume>",
+        from, to, kind);
+  };
+  const std::string model = "<resources><object id=\"1\"><mesh><vertices>" + vertices + "</vertices><triangles>" +
+                            triangles + "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build>";
+  samples::spill(folder / "a.3mf",
+                 samples::threeMf(model, "unit=\"millimeter\"",
+                                  {{"Metadata/Slic3r_PE_model.config",
+                                    "<?xml version=\"1.0\"?><config><object id=\"1\">" + volume(0, 11, "ModelPart") +
+                                        volume(12, 23, "NegativeVolume") + "</object></config>"}}));
+  Script script;
+  script.voxelMm = 0.5;
+  const PreparedClay clay = prepareClay(clay::Store::make(), script, {.input = folder / "a.3mf"});
+  EXPECT_NEAR(clay::volumeOf(clay.version) * 0.125, 64000 - 4000, 60);
+  EXPECT_EQ(clay.document.pieces.at(0).version, clay.version);
+  EXPECT_THAT(clay.notes, testing::Contains(HasSubstr("was cut away")));
+  script.fitMm = 20;
+  script.voxelMm = 0.25;
+  EXPECT_NEAR(clay::volumeOf(prepareClay(clay::Store::make(), script, {.input = folder / "a.3mf"}).version) / 64, 7500,
+              15);
+}
+
+// A scan in the coordinates of a map comes in, is saved, and goes out where the map has it.
+TEST_F(ModelFiles, whatImportMovedCanBePutBack) {
+  auto read = std::make_shared<io::ModelFile>();
+  read->objects = {cube("here", {3.5e8, -7.25e6, 40}, 40, {}), cube("there", {3.5e8 + 100, -7.25e6, 40}, 40, {})};
+  const auto look = std::make_shared<const ModelLook>(lookAtModel(read, "a.obj"));
+  const auto boxOut = [&](const Document& document, bool putBack) {
+    ModelExport what;
+    what.putBack = putBack;
+    Eigen::AlignedBox3d box;
+    for (const io::ModelObject& object : modelOf(document, what))
+      for (const Vec3d& p : object.mesh.positions) box.extend(p);
+    return box;
+  };
+  const Vec3d low(3.5e8, -7.25e6, 40), high = low + Vec3d(140, 40, 40);
+  for (const bool stands : {false, true}) {
+    Document document;
+    const ImportedModel in = importModel("a.obj", {.voxelMm = 1, .stands = stands, .look = look});
+    for (const Piece& piece : in.pieces) document.add(piece);
+    ASSERT_EQ(document.pieces.size(), 2u);
+    EXPECT_LT(boxOut(document, false).center().norm(), 30);
+    EXPECT_LT((boxOut(document, true).min() - low).norm(), 0.2);
+    EXPECT_LT((boxOut(document, true).max() - high).norm(), 0.2);
+    // As it is saved.
+    const Document again = readDocumentText(documentText(document, {{1, 1}, {2, 1}}, {}), "it").document;
+    EXPECT_EQ(again.pieces.at(1).fileOffsetMm, document.pieces[1].fileOffsetMm);
+    // A level set too.
+    ModelExport what;
+    what.putBack = true;
+    writeModelFiles({folder / "a.vdb"}, document, what);
+    Document set;
+    for (const Piece& piece : importModel(folder / "a.vdb", {.units = "um"}).pieces) set.add(piece);
+    EXPECT_LT((1000 * boxOut(set, false).min() - low).norm(), 2) << "as it reaches farther than clay in mm";
+  }
+  EXPECT_TRUE(importModel("a.obj", {.voxelMm = 1, .fitMm = 30, .look = look}).pieces.at(0).fileOffsetMm.isZero(0));
+  EXPECT_TRUE(fileOffset({1e13, 0, 0}).isZero(0)) << "no digit of the shape would be left";
 }
 
 TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {

@@ -217,6 +217,24 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   ASSERT_TRUE(until([&] { return document()->parts.size() == 1; })) << problems();
   EXPECT_NE(document()->parts[0].felt, nullptr);
   EXPECT_EQ(document()->parts[0].name, "a");
+  // One that was put beside what is there goes back to where its file has it.
+  how.asPart = false;
+  how.stands = true;
+  bench.import(folder / "a.stl", how);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 3; })) << problems();
+  ModelExport what;
+  what.piece = document()->pieces[2].id;
+  const auto middle = [&](const Document& of) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& p : modelOf(of, what).at(0).mesh.positions) box.extend(p);
+    return Vec3d(box.center());
+  };
+  const Vec3d placed = middle(*document());
+  what.putBack = true;
+  const Vec3d back = middle(*document());
+  what.piece = document()->pieces[0].id;
+  EXPECT_LT((back - middle(*document())).norm(), 0.1);
+  EXPECT_GT((back - placed).norm(), 1);
   const DocumentPtr before = document();
   (void)bench.takeMessages();
   bench.import(folder / "none.stl", how);

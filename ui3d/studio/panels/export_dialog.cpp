@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/export_presets.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/theme.h"
 
@@ -38,6 +39,27 @@ void formats(ExportChoice& choice) {
   if (!reduces && choice.reduce != 0) kit::wrapped("A level set has no triangles: OpenVDB is written whole.", colours().warning);
 }
 
+// One click for who has a purpose and no opinion on formats.
+void destinations(ExportChoice& choice) {
+  kit::dimText("For");
+  const std::span<const engine::ExportPreset> presets = engine::exportPresets();
+  const float gaps = float(presets.size() - 1) * kGap;
+  const float each = std::floor((ImGui::GetContentRegionAvail().x - gaps) / float(presets.size()));
+  for (const engine::ExportPreset& preset : presets) {
+    if (&preset != presets.data()) ImGui::SameLine();
+    if (kit::button(preset.name, kit::Weight::plain, each)) {
+      choice.endings = {preset.endings.begin(), preset.endings.end()};
+      choice.reduce = preset.triangles ? 1 : 0;
+      if (preset.triangles) choice.thousandTriangles = double(*preset.triangles) / 1000;
+      choice.recentre = preset.recentre;
+      if (choice.recentre) choice.putBack = false;
+      choice.draco = preset.draco;
+      choice.surface = 0;
+    }
+    kit::tooltip(preset.help);
+  }
+}
+
 void reduction(ExportChoice& choice) {
   static constexpr std::array<std::string_view, 3> kHow{"All triangles", "To a count", "Within an error"};
   kit::dimText("Triangles");
@@ -58,6 +80,12 @@ std::string problemOf(const Context& context, const ExportChoice& choice) {
   return {};
 }
 
+bool cameFromElsewhere(const Context& context) {
+  const auto& pieces = context.now.document->pieces;
+  return std::any_of(pieces.begin(), pieces.end(),
+                     [](const engine::Piece& each) { return !each.fileOffsetMm.isZero(0); });
+}
+
 engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice) {
   engine::ModelExport options;
   options.visibleOnly = choice.what == 0;
@@ -66,6 +94,7 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   if (choice.reduce == 1) options.triangles = uint64_t(std::llround(1000 * choice.thousandTriangles));
   if (choice.reduce == 2) options.errorMm = choice.errorMm;
   options.recentre = choice.recentre;
+  options.putBack = choice.putBack && cameFromElsewhere(context);
   options.draco = choice.draco;
   return options;
 }
@@ -96,6 +125,7 @@ void drawExport(Context& context, Memory& memory) {
   std::error_code ignored;
   if (choice.name.empty() && ImGui::IsWindowAppearing()) choice.name = "clay";
   if (choice.folder.empty()) choice.folder = context.state.lastFolder.empty() ? fs::current_path(ignored).string() : context.state.lastFolder;
+  destinations(choice);
   formats(choice);
   static constexpr std::array<std::string_view, 3> kWhat{"What is visible", "Every piece", "Selected"};
   kit::dimText("What");
@@ -104,7 +134,12 @@ void drawExport(Context& context, Memory& memory) {
   kit::dimText("Surface");
   kit::segmented("surface", kGrades, choice.surface);
   reduction(choice);
-  kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.");
+  if (kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.") &&
+      choice.recentre)
+    choice.putBack = false;
+  if (cameFromElsewhere(context) &&
+      kit::toggle("Where its file had it", choice.putBack, "Import moved it: this undoes that.") && choice.putBack)
+    choice.recentre = false;
   if (choice.endings.contains(".glb") || choice.endings.contains(".gltf"))
     kit::toggle("Pack glTF with Draco", choice.draco, "A tenth of the size; fewer programs can open it.");
   kit::dimText("Name and folder");

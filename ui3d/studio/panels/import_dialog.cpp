@@ -26,6 +26,7 @@ constexpr std::array kUnits{UnitName{"mm", "Millimetres"}, UnitName{"cm", "Centi
 // In the order of engine::UpAxis.
 constexpr std::array<std::string_view, 6> kUps{"Z", "Y", "-Z", "-Y", "X", "-X"};
 constexpr size_t kMostNotes = 3;
+constexpr double kWorthSaying = 0.1;  // % of the surface
 constexpr double kVoxelsAlong = 256;  // The longest side, where nobody says otherwise.
 constexpr double kBytesASquare =
     75;  // Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
@@ -44,6 +45,13 @@ void takeGuess(AskedModel& asked) {
   for (size_t i = 0; i < kUnits.size(); ++i)
     if (look.units == kUnits[i].id) asked.units = int(i);
   asked.up = int(look.up);
+}
+
+// While the person looks at the page.
+void measureWalls(AskedModel& asked) {
+  asked.walls = std::make_shared<clay::WallThickness>();
+  asked.measuring = std::make_unique<engine::BackgroundJob>(
+      [walls = asked.walls, look = asked.look](Job& job) { *walls = engine::wallsOf(*look, &job); });
 }
 
 void voxelRows(StudioState& state) {
@@ -79,6 +87,23 @@ void contentRows(const io::ModelFile& model, bool asPart) {
     kit::wrapped(kit::sentence(model.notes[i]), colours().dim);
 }
 
+double voxelOf(const AskedModel& asked, const StudioState& state, const engine::Placement& placement) {
+  if (asked.keepsWalls) return asked.walls->keepingVoxelMm() * placement.mm * placement.scale;
+  return state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
+}
+
+// What voxels of this size lose, and those that lose nothing.
+void wallRows(AskedModel& asked, double voxel, const engine::Placement& placement) {
+  if (!asked.measuring || !asked.measuring->done() || !(voxel > 0)) return;
+  const double mm = placement.mm * placement.scale, keeping = asked.walls->keepingVoxelMm() * mm;
+  const double share = 100 * asked.walls->shareThinner(voxel / mm);
+  const bool loses = share > kWorthSaying;
+  if (loses) kit::fact("Walls thinner than a voxel", fmt::format("{:.2g} % of the surface", share), colours().warning);
+  if ((loses || asked.keepsWalls) && keeping > 0)
+    kit::toggle("Voxels that keep every wall", asked.keepsWalls,
+                "As fine as the thinnest wall: " + kit::written(keeping) + " mm.");
+}
+
 // The size as it will be, and what decides it.
 void sizeRows(AskedModel& asked, StudioState& state) {
   const engine::ModelLook& look = *asked.look;
@@ -103,11 +128,12 @@ void sizeRows(AskedModel& asked, StudioState& state) {
   kit::toggle("Where the file has it", asked.keepsPlace, "Else it stands on the ground, beside what is there.");
   if (!asked.asDocument) kit::toggle("As a part: seen and felt, not clay", asked.asPart);
   if (asked.asPart) return;
-  const double voxel = state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
+  const double voxel = voxelOf(asked, state, placement);
   const double area = look.area * placement.mm * placement.mm * placement.scale * placement.scale;
   if (voxel > 0)
     kit::fact("Clay, about", "voxels of " + kit::written(voxel) + " mm, " +
                                  kit::bytes(uint64_t(kBytesASquare * area / (voxel * voxel))));
+  wallRows(asked, voxel, placement);
   if (kit::button(asked.more ? "Voxels  −" : "Voxels  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x))
     asked.more = !asked.more;
   if (asked.more) voxelRows(state);
@@ -126,7 +152,10 @@ engine::Workbench::ImportOptions optionsOf(const AskedModel& asked, const Studio
     options.stands = false;
   }
   options.asPart = asked.asPart;
-  if (state.imports.voxelGiven && !asked.asPart) options.voxelMm = state.imports.voxelMm;
+  if (asked.keepsWalls && !asked.asPart)
+    options.voxelMm = voxelOf(asked, state, engine::placementOf(*asked.look, wish));
+  else if (state.imports.voxelGiven && !asked.asPart)
+    options.voxelMm = state.imports.voxelMm;
   if (state.imports.halfMemory) options.precision = clay::Precision::fixed16;
   return options;
 }
@@ -165,6 +194,7 @@ void drawAsked(Context& context, Memory& memory) {
     memory.toBeAsked.pop_front();
     askModel(memory, next, false, false);
   }
+  std::erase_if(memory.ending, [](const auto& job) { return job->done(); });
   bool open = !memory.asked.file.empty();
   if (!kit::beginDialog("Asked", memory.asked.asDocument ? "Open a model" : "Import a model", 420, 0, &open)) return;
   AskedModel& asked = memory.asked;
@@ -183,7 +213,8 @@ void drawAsked(Context& context, Memory& memory) {
         asked.reading->wait();
         if (asked.look->units.empty() || !asked.look->model)
           throw Error("the model could not be read", Error::Kind::work);
-        if (!asked.guessed) takeGuess(asked);
+        if (!asked.guessed) takeGuess(asked), measureWalls(asked);
+        memory.moves = !asked.measuring->done();
         asked.guessed = true;
         sizeRows(asked, context.state);
       } catch (const std::exception& e) {
@@ -209,8 +240,13 @@ void drawAsked(Context& context, Memory& memory) {
   chosen = can && (chosen || entered || asked.accepted);
   kit::endDialog(open && !chosen);
   if (open && !chosen) return;
-  const AskedModel over = std::move(memory.asked);
+  AskedModel over = std::move(memory.asked);
   memory.asked = {};
+  for (auto* job : {&over.reading, &over.measuring}) {
+    if (!*job || (*job)->done()) continue;
+    (*job)->job().cancel();
+    memory.ending.push_back(std::move(*job));
+  }
   if (chosen) bringIn(context, memory, over);
 }
 

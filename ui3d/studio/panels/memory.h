@@ -57,7 +57,7 @@ struct ExportChoice {
   int reduce = 0;                                   ///< 0 no, 1 to a count, 2 within an error.
   double thousandTriangles = 200, errorMm = 0.05;
   int surface = 0;                                  ///< 0 fine, 1 draft.
-  bool recentre = false, draco = false;
+  bool recentre = false, putBack = false, draco = false;
   std::string folder, name;
   std::vector<std::string> existing;                ///< Files that would be written over: asked about.
 };
@@ -74,7 +74,10 @@ struct AskedModel {
   bool guessed = false;                          ///< The guess of `look` was taken.
   bool accepted = false;                         ///< Enter came before the file was read.
   std::shared_ptr<engine::ModelLook> look = {};  ///< Filled by `reading`.
-  std::unique_ptr<engine::BackgroundJob> reading = {};  ///< Null for a format that is not looked at.
+  bool keepsWalls = false;                       ///< Voxels as fine as the thinnest wall.
+  std::shared_ptr<clay::WallThickness> walls = {};        ///< In the file's unit; filled by `measuring`.
+  std::unique_ptr<engine::BackgroundJob> reading = {};    ///< Null for a format that is not looked at.
+  std::unique_ptr<engine::BackgroundJob> measuring = {};  ///< Begins when the file was read.
 };
 
 /// The page at the start.
@@ -126,6 +129,7 @@ struct Memory {
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
+  std::vector<std::unique_ptr<engine::BackgroundJob>> ending;  ///< Cancelled; not waited for, as a tree is built whole.
   std::deque<std::filesystem::path> toBeAsked;  ///< Files that were dropped together: one after the other.
   int pictureSize = 0;        ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
