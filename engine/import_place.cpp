@@ -142,13 +142,25 @@ ModelLook lookAtModel(const std::filesystem::path& file, Job* job) {
   return lookAtModel(std::make_shared<const io::ModelFile>(io::readModel(file, job)), file);
 }
 
-clay::WallThickness wallsOf(const ModelLook& look, Job* job) {
+ModelDetails detailsOf(const ModelLook& look, Job* job) {
+  constexpr double kKinds = 0.2;  // of the work, about
+  ModelDetails details;
   size_t triangles = 0;
-  for (const io::ModelObject& object : look.model->objects) triangles += object.mesh.triangles.size();
-  if (triangles > kMostWallTriangles) return {};
-  if (look.model->objects.size() == 1) return clay::wallThickness(look.model->objects[0].mesh, clay::WorkPart(job));
-  std::vector<io::ModelObject> copies = look.model->objects;
-  return clay::wallThickness(io::merged(std::move(copies)).mesh, clay::WorkPart(job));
+  for (const io::ModelObject& object : look.model->objects) {
+    if (job) job->step(kKinds * double(details.solid.size()) / double(look.model->objects.size()));
+    // As it becomes clay: vertices at one place are one.
+    details.solid.push_back(clay::checkTopology(clay::weldExact(object.mesh)).solid());
+    triangles += object.mesh.triangles.size();
+  }
+  if (triangles > kMostWallTriangles) return details;
+  const clay::WorkPart part(job, kKinds, 1);
+  if (look.model->objects.size() == 1) {
+    details.walls = clay::wallThickness(look.model->objects[0].mesh, part);
+  } else {
+    std::vector<io::ModelObject> copies = look.model->objects;
+    details.walls = clay::wallThickness(io::merged(std::move(copies)).mesh, part);
+  }
+  return details;
 }
 
 Placement placementOf(const ModelLook& look, const ImportPlace& wish) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "clay/job.h"
 #include "clay/wall_thickness.h"
@@ -47,9 +48,14 @@ struct ModelLook {
 /// The same for a model that was read. The ending of `file` says what the format's convention is. O(triangles).
 [[nodiscard]] ModelLook lookAtModel(std::shared_ptr<const io::ModelFile> model, const std::filesystem::path& file);
 
-/// How thick the model's walls are, in the file's unit: what voxels would lose. None (no points) for models of more
-/// than kMostWallTriangles, whose search trees take gigabytes. Throws Cancelled.
-[[nodiscard]] clay::WallThickness wallsOf(const ModelLook& look, Job* job = nullptr);
+/// What is worth knowing before clay is made of a model, and takes a second.
+struct ModelDetails {
+  std::vector<bool> solid;    ///< Of each object: closed, so that it bounds a solid; else a sheet or with holes.
+  clay::WallThickness walls;  ///< Of all, in the file's unit: what voxels would lose. No points for models of more than
+                              ///< kMostWallTriangles, whose search trees take gigabytes.
+};
+/// Throws Cancelled.
+[[nodiscard]] ModelDetails detailsOf(const ModelLook& look, Job* job = nullptr);
 inline constexpr size_t kMostWallTriangles = 8'000'000;
 
 /// A wish made definite for one model: nothing of it is "auto". mm in one unit of the file, and the factor that the

@@ -157,6 +157,18 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutInScriptsToo) {
               15);
 }
 
+// What the import page lists: each object's kind, and walls over all of them.
+TEST_F(ModelFiles, whatIsWorthKnowingBeforeImport) {
+  auto read = std::make_shared<io::ModelFile>();
+  read->objects = {cube("solid", {0, 0, 0}, 40, {}), cube("open", {100, 0, 0}, 40, {})};
+  read->objects[1].mesh.triangles.pop_back();
+  const ModelDetails details = detailsOf(lookAtModel(read, "a.obj"));
+  EXPECT_EQ(details.solid, (std::vector<bool>{true, false}));
+  EXPECT_DOUBLE_EQ(details.walls.keepingVoxelMm(), 32);
+  EXPECT_EQ(read->objects.size(), 2u) << "what was read stays";
+  EXPECT_FALSE(read->objects[0].mesh.triangles.empty());
+}
+
 // A scan in the coordinates of a map comes in, is saved, and goes out where the map has it.
 TEST_F(ModelFiles, whatImportMovedCanBePutBack) {
   auto read = std::make_shared<io::ModelFile>();

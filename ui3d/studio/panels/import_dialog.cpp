@@ -26,6 +26,7 @@ constexpr std::array kUnits{UnitName{"mm", "Millimetres"}, UnitName{"cm", "Centi
 // In the order of engine::UpAxis.
 constexpr std::array<std::string_view, 6> kUps{"Z", "Y", "-Z", "-Y", "X", "-X"};
 constexpr size_t kMostNotes = 3;
+constexpr size_t kMostObjects = 6;    // that are listed
 constexpr double kWorthSaying = 0.1;  // % of the surface
 constexpr double kVoxelsAlong = 256;  // The longest side, where nobody says otherwise.
 constexpr double kBytesASquare =
@@ -49,9 +50,9 @@ void takeGuess(AskedModel& asked) {
 
 // While the person looks at the page.
 void measureWalls(AskedModel& asked) {
-  asked.walls = std::make_shared<clay::WallThickness>();
+  asked.details = std::make_shared<engine::ModelDetails>();
   asked.measuring = std::make_unique<engine::BackgroundJob>(
-      [walls = asked.walls, look = asked.look](Job& job) { *walls = engine::wallsOf(*look, &job); });
+      [details = asked.details, look = asked.look](Job& job) { *details = engine::detailsOf(*look, &job); });
 }
 
 void voxelRows(StudioState& state) {
@@ -73,7 +74,7 @@ void unitRow(AskedModel& asked) {
 }
 
 // What the file holds beside one plain mesh, and what of it is not kept.
-void contentRows(const io::ModelFile& model, bool asPart) {
+void contentRows(const io::ModelFile& model, const engine::ModelDetails* details, bool asPart) {
   const auto painted = [](const io::ModelObject& each) {
     return !each.vertexColours.empty() || !each.triangleColours.empty();
   };
@@ -81,6 +82,17 @@ void contentRows(const io::ModelFile& model, bool asPart) {
   if (!model.negatives.empty())
     objects += fmt::format(", {} {}", model.negatives.size(), asPart ? "left out (cut away in clay)" : "cut away");
   if (model.objects.size() > 1 || !model.negatives.empty()) kit::fact("Objects", objects);
+  const bool known = details && details->solid.size() == model.objects.size();
+  const auto row = [](const io::ModelObject& object, const char* kind) {
+    kit::fact("    " + (object.name.empty() ? "without a name" : object.name), kind);
+  };
+  if (model.objects.size() > 1 && model.objects.size() + model.negatives.size() <= kMostObjects) {
+    for (size_t i = 0; i < model.objects.size(); ++i)
+      row(model.objects[i], !known ? "…" : details->solid[i] ? "solid" : "open");
+    for (const io::ModelObject& negative : model.negatives) row(negative, asPart ? "left out" : "cut away");
+  } else if (known && model.objects.size() == 1 && !details->solid[0]) {
+    kit::fact("Closed", asPart ? "no" : "no: clay closes holes");
+  }
   if (std::any_of(model.objects.begin(), model.objects.end(), painted))
     kit::fact("Colours", asPart ? "one, the mean" : "kept");
   for (size_t i = 0; i < std::min(model.notes.size(), kMostNotes); ++i)
@@ -88,15 +100,15 @@ void contentRows(const io::ModelFile& model, bool asPart) {
 }
 
 double voxelOf(const AskedModel& asked, const StudioState& state, const engine::Placement& placement) {
-  if (asked.keepsWalls) return asked.walls->keepingVoxelMm() * placement.mm * placement.scale;
+  if (asked.keepsWalls) return asked.details->walls.keepingVoxelMm() * placement.mm * placement.scale;
   return state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
 }
 
 // What voxels of this size lose, and those that lose nothing.
 void wallRows(AskedModel& asked, double voxel, const engine::Placement& placement) {
   if (!asked.measuring || !asked.measuring->done() || !(voxel > 0)) return;
-  const double mm = placement.mm * placement.scale, keeping = asked.walls->keepingVoxelMm() * mm;
-  const double share = 100 * asked.walls->shareThinner(voxel / mm);
+  const double mm = placement.mm * placement.scale, keeping = asked.details->walls.keepingVoxelMm() * mm;
+  const double share = 100 * asked.details->walls.shareThinner(voxel / mm);
   const bool loses = share > kWorthSaying;
   if (loses) kit::fact("Walls thinner than a voxel", fmt::format("{:.2g} % of the surface", share), colours().warning);
   if ((loses || asked.keepsWalls) && keeping > 0)
@@ -124,7 +136,7 @@ void sizeRows(AskedModel& asked, StudioState& state) {
                   height)
           .changed)
     asked.heightMm = height;
-  contentRows(*look.model, asked.asPart);
+  contentRows(*look.model, asked.measuring->done() ? asked.details.get() : nullptr, asked.asPart);
   kit::toggle("Where the file has it", asked.keepsPlace, "Else it stands on the ground, beside what is there.");
   if (!asked.asDocument) kit::toggle("As a part: seen and felt, not clay", asked.asPart);
   if (asked.asPart) return;

@@ -75,7 +75,7 @@ struct AskedModel {
   bool accepted = false;                         ///< Enter came before the file was read.
   std::shared_ptr<engine::ModelLook> look = {};  ///< Filled by `reading`.
   bool keepsWalls = false;                       ///< Voxels as fine as the thinnest wall.
-  std::shared_ptr<clay::WallThickness> walls = {};        ///< In the file's unit; filled by `measuring`.
+  std::shared_ptr<engine::ModelDetails> details = {};     ///< Filled by `measuring`.
   std::unique_ptr<engine::BackgroundJob> reading = {};    ///< Null for a format that is not looked at.
   std::unique_ptr<engine::BackgroundJob> measuring = {};  ///< Begins when the file was read.
 };
