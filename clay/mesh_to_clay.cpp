@@ -112,28 +112,30 @@ std::vector<std::string> ImportReport::sentences() const {
   if (nonManifoldEdges) {
     out.push_back(fmt::format("{} more than two faces; the winding number decided what is inside.", counted(nonManifoldEdges, "edge has", "edges have")));
   }
+  const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
+  const bool wallsLost = losses.lostMm2 > kLostVoxels * voxel * voxel;
   if (boundaryEdges) {
     out.push_back(fmt::format("The mesh is open along {}; {}.", counted(boundaryEdges, "edge", "edges"),
                               closingEdges ? fmt::format("about {:.3g} mm² of new surface closes it", closedMm2)
+                              : wallsLost  ? std::string("nothing closes it where it has no inside")
                                            : std::string("its gaps are finer than a voxel and closed by themselves")));
   }
-  const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
   const std::string place =
       fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
-  if (losses.lostMm2 > kLostVoxels * voxel * voxel && less > kWorthSaying) {
+  if (wallsLost && less > kWorthSaying) {
     const double thick = 2 * (losses.meshMm3 - losses.clayMm3) / losses.lostMm2;
     out.push_back(
         fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "
                     "on both sides, around {}. Voxels of {:.2g} mm would keep them.",
                     thick, voxel, 100 * less, losses.lostMm2, place, std::min(thick / kVoxelsAWall, 0.5 * voxel)));
-  } else if (losses.lostMm2 > kLostVoxels * voxel * voxel) {
+  } else if (wallsLost) {
     out.push_back(
         fmt::format("Walls thinner than the voxel of {:.3g} mm are lost: {:.3g} mm² on both sides, around {}.", voxel,
                     losses.lostMm2, place));
   } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
     out.push_back("Walls inside the material or too thin for the voxel size were left out.");
   }
-  if (!(losses.lostMm2 > kLostVoxels * voxel * voxel) && std::abs(less) > kWorthSaying)
+  if (!wallsLost && std::abs(less) > kWorthSaying)
     out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less),
                               less > 0 ? "less" : "more"));
   if (losses.specks > 0) {
