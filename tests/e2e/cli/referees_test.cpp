@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -189,6 +191,46 @@ TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
       EXPECT_NE(argil({"inspect", (scratch / "back.argil").string()}).out.find("colour"), std::string::npos);
     }
   }
+}
+
+// Two pieces are two objects of their names, where a format has them.
+TEST_F(LongReferees, blenderSeesPiecesByTheirNames) {
+  if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
+  std::ofstream two(scratch / "two.obj");
+  for (int part = 0; part < 2; ++part) {
+    two << (part == 0 ? "o left arm\n" : "o Öhr 2\n");
+    for (int k = 0; k < 8; ++k)
+      two << "v " << (k & 1) * 10 + 20 * part << ' ' << (k >> 1 & 1) * 10 << ' ' << (k >> 2) * 10 << '\n';
+    for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 2, 1},
+                                                                 {1, 2, 3},
+                                                                 {4, 5, 6},
+                                                                 {5, 7, 6},
+                                                                 {0, 1, 4},
+                                                                 {1, 5, 4},
+                                                                 {2, 6, 3},
+                                                                 {3, 6, 7},
+                                                                 {0, 4, 2},
+                                                                 {2, 4, 6},
+                                                                 {1, 3, 5},
+                                                                 {3, 7, 5}})
+      two << "f " << a + 1 + 8 * part << ' ' << b + 1 + 8 * part << ' ' << c + 1 + 8 * part << '\n';
+  }
+  two.close();
+  ASSERT_EQ(argil({"convert", (scratch / "two.obj").string(), (scratch / "two.argil").string(), "--voxel", "0.5"}).code,
+            0);
+  for (const char* name : {"pieces.glb", "pieces.gltf", "pieces.obj"})
+    ASSERT_EQ(argil({"convert", (scratch / "two.argil").string(), (scratch / name).string()}).code, 0);
+  std::ofstream(scratch / "look.py") << kLook;
+  std::istringstream said(outputOf(
+      "blender -b --python-exit-code 1 --python look.py -- pieces.glb pieces.gltf pieces.obj", scratch.path()));
+  std::map<std::string, std::set<std::string>> names;
+  for (std::string line; std::getline(said, line);)
+    if (line.rfind("SAID ", 0) == 0) {
+      const Json seen = Json::parse(line.substr(5));
+      names[seen["file"]].insert(seen["name"].get<std::string>());
+    }
+  EXPECT_EQ(names.size(), 3u);
+  for (const auto& [file, all] : names) EXPECT_EQ(all, (std::set<std::string>{"left arm", "Öhr 2"})) << file;
 }
 
 // Rendered as it comes in, with a plain diffuse material, and, to see that the difference shows, with a dark metal.

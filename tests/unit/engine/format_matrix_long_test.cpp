@@ -1,10 +1,11 @@
-// The same cases as other programs write them, and they read what we write. Absent programs are skipped with a word.
+// The same cases as other programs write them. Absent programs are skipped with a word; lib3mf is there for all tests.
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <iostream>
 
+#include "tests/support/lib3mf_writer.h"
 #include "tests/unit/engine/format_cases.h"
 
 namespace argil::engine {
@@ -199,6 +200,18 @@ INSTANTIATE_TEST_SUITE_P(All, LongFormatMatrixOf, testing::ValuesIn(kConverters)
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
+
+TEST(FormatMatrix, Lib3mfWritesTheSameCases) {
+  const samples::Folder folder;
+  const auto path = folder / "a.3mf";
+  for (const Row& row : kRows) {
+    Scene scene = row.scene();
+    if (scene.objects.empty() || row.scene().objects.size() > 32) continue;
+    samples::writeByLib3mf(path, scene.objects, scene.places, scene.inner, *scene.unit != 0);
+    const std::string said = cell(path, row, scene);
+    EXPECT_FALSE(said.starts_with("WRONG")) << row.name << ": " << said;
+  }
+}
 
 }  // namespace
 }  // namespace argil::engine
