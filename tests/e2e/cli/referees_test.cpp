@@ -147,7 +147,8 @@ TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
   if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
   std::ofstream(scratch / "look.py") << kLook;
   std::istringstream said(
-      outputOf("blender -b --python-exit-code 1 --python look.py -- ours.glb ours.gltf ours.obj ours.ply ours.stl", scratch.path()));
+      outputOf("blender -b --python-exit-code 1 --python look.py -- ours.glb ours.gltf ours.obj ours.ply ours.stl",
+               scratch.path()));
   int files = 0;
   for (std::string line; std::getline(said, line);) {
     if (line.rfind("SAID ", 0) != 0) continue;
