@@ -14,6 +14,7 @@ namespace argil::clay {
 
 namespace {
 
+constexpr double kLeastVoxelMm = 1e-3, kMostVoxelMm = 1e3;  // as Grid::check() has them
 constexpr double kMostVoxelsAlong = 65536;
 constexpr double kMostActiveVoxels = 1 << 28;
 constexpr int kMargin = 16;            // voxels between a placed origin and the mesh: more than any band
@@ -55,6 +56,13 @@ double rounded(double value, bool up) {
 
 Error noTriangles() { return Error("the mesh holds no triangle with an area: there is nothing to make clay of"); }
 
+/// What to do where a larger voxel is needed, which there may not be.
+std::string largerVoxel(double voxelMm) {
+  return voxelMm > kMostVoxelMm
+             ? fmt::format("give a smaller unit or scale it down, as voxels are {:g} mm at most", kMostVoxelMm)
+             : fmt::format("use {:g} mm or more", voxelMm);
+}
+
 /// Refuses what would not fit and gives the grid with its origin.
 Grid gridFor(const Box& box, double area, const ImportOptions& options) {
   Grid grid = options.grid;
@@ -62,14 +70,17 @@ Grid gridFor(const Box& box, double area, const ImportOptions& options) {
   grid.check();
   const double along = box.longest() / grid.voxelMm + 2 * kMargin;
   if (along > kMostVoxelsAlong) {
-    throw Error(fmt::format("at a voxel size of {:g} mm the mesh would be {:.0f} voxels long, and {:.0f} is the most: use {:g} mm or more",
-                            grid.voxelMm, along, kMostVoxelsAlong, rounded(box.longest() / (kMostVoxelsAlong - 2 * kMargin), true)));
+    throw Error(fmt::format(
+        "at a voxel size of {:g} mm the mesh would be {:.0f} voxels long, and {:.0f} is the most: {}", grid.voxelMm,
+        along, kMostVoxelsAlong, largerVoxel(rounded(box.longest() / (kMostVoxelsAlong - 2 * kMargin), true))));
   }
   const double active = area / (grid.voxelMm * grid.voxelMm) * 2 * grid.band;
   if (active > kMostActiveVoxels) {
-    throw Error(fmt::format("at a voxel size of {:g} mm the mesh would take about {:.0f} million voxels, and {:.0f} million is the most: use {:g} mm or more",
-                            grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6,
-                            rounded(grid.voxelMm * std::sqrt(active / kMostActiveVoxels), true)));
+    throw Error(
+        fmt::format("at a voxel size of {:g} mm the mesh would take about {:.0f} million voxels, and {:.0f} million is "
+                    "the most: {}",
+                    grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6,
+                    largerVoxel(rounded(grid.voxelMm * std::sqrt(active / kMostActiveVoxels), true))));
   }
   if (options.placeOrigin) {
     for (int k = 0; k < 3; ++k) grid.originMm[k] = grid.voxelMm * (std::floor(box.low[k] / grid.voxelMm) - kMargin);
@@ -101,28 +112,30 @@ std::vector<std::string> ImportReport::sentences() const {
   if (nonManifoldEdges) {
     out.push_back(fmt::format("{} more than two faces; the winding number decided what is inside.", counted(nonManifoldEdges, "edge has", "edges have")));
   }
+  const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
+  const bool wallsLost = losses.lostMm2 > kLostVoxels * voxel * voxel;
   if (boundaryEdges) {
     out.push_back(fmt::format("The mesh is open along {}; {}.", counted(boundaryEdges, "edge", "edges"),
                               closingEdges ? fmt::format("about {:.3g} mm² of new surface closes it", closedMm2)
+                              : wallsLost  ? std::string("nothing closes it where it has no inside")
                                            : std::string("its gaps are finer than a voxel and closed by themselves")));
   }
-  const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
   const std::string place =
       fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
-  if (losses.lostMm2 > kLostVoxels * voxel * voxel && less > kWorthSaying) {
+  if (wallsLost && less > kWorthSaying) {
     const double thick = 2 * (losses.meshMm3 - losses.clayMm3) / losses.lostMm2;
     out.push_back(
         fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "
                     "on both sides, around {}. Voxels of {:.2g} mm would keep them.",
                     thick, voxel, 100 * less, losses.lostMm2, place, std::min(thick / kVoxelsAWall, 0.5 * voxel)));
-  } else if (losses.lostMm2 > kLostVoxels * voxel * voxel) {
+  } else if (wallsLost) {
     out.push_back(
         fmt::format("Walls thinner than the voxel of {:.3g} mm are lost: {:.3g} mm² on both sides, around {}.", voxel,
                     losses.lostMm2, place));
   } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
     out.push_back("Walls inside the material or too thin for the voxel size were left out.");
   }
-  if (!(losses.lostMm2 > kLostVoxels * voxel * voxel) && std::abs(less) > kWorthSaying)
+  if (!wallsLost && std::abs(less) > kWorthSaying)
     out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less),
                               less > 0 ? "less" : "more"));
   if (losses.specks > 0) {
@@ -162,7 +175,10 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
   tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { field = solidField(repaired, grid.band, job); });
   if (field.insideVoxels == 0) {
-    throw Error(fmt::format("nothing of the mesh is as thick as a voxel of {:g} mm: use a smaller voxel, or close the mesh if it is open", grid.voxelMm));
+    throw Error(fmt::format(
+        "nothing of the mesh is as thick as a voxel of {:g} mm: {}, or close the mesh if it is open", grid.voxelMm,
+        grid.voxelMm > kLeastVoxelMm ? "use a smaller voxel"
+                                     : "give a larger unit or scale it up, as voxels are no smaller"));
   }
 
   Imported result;
@@ -185,7 +201,7 @@ double suggestVoxelMm(const TriangleMesh& mesh, int longestInVoxels) {
   if (mesh.triangles.empty()) throw noTriangles();
   const double longest = boxOf(mesh).longest();
   if (!(longest > 0)) throw noTriangles();
-  return std::clamp(rounded(longest / longestInVoxels, false), 1e-3, 1e3);
+  return std::clamp(rounded(longest / longestInVoxels, false), kLeastVoxelMm, kMostVoxelMm);
 }
 
 }  // namespace argil::clay

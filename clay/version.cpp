@@ -13,7 +13,7 @@ namespace argil::clay {
 
 void Grid::check() const {
   if (!(voxelMm >= 1e-3 && voxelMm <= 1e3))
-    throw Error(fmt::format("voxel size {} mm: give one from 0.001 to 1000 mm", voxelMm));
+    throw Error(fmt::format("voxel size {:g} mm: give one from 0.001 to 1000 mm", voxelMm));
   for (int i = 0; i < 3; ++i)
     if (!(std::abs(originMm[i]) <= 1e6))
       throw Error(fmt::format("grid origin ({}, {}, {}) mm: move the model to within 1e6 mm of zero", originMm.x(), originMm.y(), originMm.z()));

@@ -84,8 +84,9 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
   };
   if (!objects.empty()) {
     const size_t notes = imported.notes.size();
+    const io::ModelObject* at = &objects.front();
     try {
-      for (const io::ModelObject& object : objects) add(object, object.mesh);
+      for (const io::ModelObject& object : objects) add(*(at = &object), object.mesh);
       requireSome(imported);
       return;
     } catch (const Cancelled&) {
@@ -94,6 +95,8 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
       // Some object is no solid alone: together they may be one.
       imported.pieces.clear();
       imported.notes.resize(notes);
+      imported.notes.push_back(fmt::format("{} objects became one piece: {} is no solid alone.", objects.size(),
+                                           at->name.empty() ? "one of them" : at->name));
     }
   }
   add(all, *whole);
@@ -147,6 +150,10 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   }
   if (read.objects.size() > kMostObjects || how.fitMm) {
     const uint32_t assembly = read.objects.front().assembly;
+    if (read.objects.size() > 1)
+      imported.notes.push_back(fmt::format(
+          "{} objects became one: {}.", read.objects.size(),
+          how.fitMm ? std::string("they are scaled together") : fmt::format("{} at most stay apart", kMostObjects)));
     read.objects = {io::merged(std::move(read.objects))};
     read.objects.front().assembly = assembly;
     for (io::ModelObject& negative : read.negatives) negative.assembly = assembly;

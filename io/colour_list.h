@@ -25,4 +25,8 @@ class ColourList {
   double largest_ = 0;
 };
 
+/// Gives the corners of each triangle their colours: of triangles where each has one, else of vertices; a vertex whose
+/// corners differ becomes several in one place. As many as triangles. O(n log n) in what differs.
+void setCornerColours(ModelObject& object, std::span<const std::array<Colour, 3>> corners);
+
 }  // namespace argil::io

@@ -74,14 +74,14 @@ std::span<const std::byte> DracoStream::bytes() const {
 }
 
 DracoStream packDraco(std::span<const ModelObject> objects, const Placement& placement, double errorMm, DracoFor what,
-                      Job* job) {
+                      Normals normals, Job* job) {
   const bool linear = what == DracoFor::gltf;
   DracoStream stream;
   size_t vertices = 0, triangles = 0, points = 0;
   bool coloured = false;
   std::vector<SurfacePoints> split;
   for (const ModelObject& object : objects) {
-    split.push_back(pointsOf(object, linear ? Normals::creased : Normals::none));
+    split.push_back(pointsOf(object, normals));
     vertices += object.mesh.positions.size();
     triangles += object.mesh.triangles.size();
     points += split.back().count(object);
@@ -209,7 +209,8 @@ void writeDraco(AtomicFile& file, const ModelView& model, const WriteOptions& op
                             },
                             [](const FilePoint& p) { return Vec3d(double(p[0]), double(p[1]), double(p[2])); },
                             [](const FilePoint& d) { return d; }};
-  const DracoStream stream = packDraco(model.objects, placement, options.quantization, DracoFor::drc, job);
+  const DracoStream stream =
+      packDraco(model.objects, placement, options.quantization, DracoFor::drc, Normals::none, job);
   file.write(stream.bytes());
   report.vertices = stream.points;
   report.triangles = stream.triangles;

@@ -39,10 +39,10 @@ enum class DracoFor : uint8_t {
   gltf,  ///< Colours as 16-bit linear light, normals in axes of the file.
 };
 
-/// `errorMm` as WriteOptions::quantization. Objects become one mesh. Memory: about 130 bytes a triangle. Throws Error
-/// (kind work), Cancelled between its steps.
+/// `errorMm` as WriteOptions::quantization; normals go into glTF alone. Objects become one mesh. Memory: about 130
+/// bytes a triangle. Throws Error (kind work), Cancelled between its steps.
 [[nodiscard]] DracoStream packDraco(std::span<const ModelObject> objects, const Placement& placement, double errorMm,
-                                    DracoFor what, Job* job);
+                                    DracoFor what, Normals normals, Job* job);
 
 /// A byte of sRGB as 16 bits of linear light (IEC 61966-2-1); there and back every byte is kept.
 [[nodiscard]] uint16_t linearOf(uint8_t srgb);

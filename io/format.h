@@ -67,7 +67,7 @@ struct Format {
 [[nodiscard]] std::span<const Format> formats();
 
 bool recognizesStl(const Input&);
-MeshFile parseStl(const Input&);
+ModelFile parseStl(const Input&);
 std::unique_ptr<MeshEncoder> makeStlEncoder(const WriteOptions&);
 
 bool recognizesObj(const Input&);

@@ -6,6 +6,7 @@
 
 #include "clay/mesh_topology.h"
 #include "clay/weld.h"
+#include "io/colour_list.h"
 #include "io/format.h"
 #include "io/reader_process.h"
 
@@ -92,30 +93,28 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
   }
 }
 
-/// Vertices of equal coordinates become one. Where they differ in colour, the colour is the triangle's from there on:
-/// the mean of its corners.
+/// Vertices of equal coordinates become one, unless they differ in colour and some triangle blends its corners.
 void weld(ModelObject& object) {
   clay::VertexWelder welder;
   std::vector<uint32_t> place(object.mesh.positions.size());
   welder.add(object.mesh.positions, place);
   object.mesh.positions = welder.take();
-  if (!object.vertexColours.empty()) {
-    std::vector<Colour> colours(object.mesh.positions.size());
-    for (size_t i = 0; i < place.size(); ++i) colours[place[i]] = object.vertexColours[i];
-    bool same = true;
-    for (size_t i = 0; same && i < place.size(); ++i) same = colours[place[i]] == object.vertexColours[i];
-    if (!same) {
-      for (const auto& [a, b, c] : object.mesh.triangles) {
-        object.triangleColours.push_back(
-            meanOf(object.vertexColours[a], object.vertexColours[b], object.vertexColours[c]));
-      }
-      colours.clear();
-    }
-    object.vertexColours = std::move(colours);
+  const std::vector<Colour> before = std::move(object.vertexColours);
+  std::vector<Colour> colours(before.empty() ? 0 : object.mesh.positions.size());
+  for (size_t i = 0; i < before.size(); ++i) colours[place[i]] = before[i];
+  bool same = true;
+  for (size_t i = 0; same && i < before.size(); ++i) same = colours[place[i]] == before[i];
+  std::vector<std::array<Colour, 3>> corners;
+  if (!same) {
+    for (const auto& [a, b, c] : object.mesh.triangles) corners.push_back({before[a], before[b], before[c]});
   }
   for (auto& triangle : object.mesh.triangles) {
     for (uint32_t& corner : triangle) corner = place[corner];
   }
+  if (same)
+    object.vertexColours = std::move(colours);
+  else
+    setCornerColours(object, corners);
 }
 
 ModelFile ModelAssembler::finish() {

@@ -117,6 +117,8 @@ class Document {
     return at->second;
   }
 
+  [[nodiscard]] Normals normals() const { return options_.weld ? Normals::joined : Normals::creased; }
+
   size_t addView(uint64_t size, int target, std::function<void(const Emit&)> piece) {
     Json view = {{"buffer", 0}, {"byteOffset", bytes_}, {"byteLength", size}};
     if (target != 0) view["target"] = target;
@@ -149,8 +151,8 @@ class Document {
   }
 
   Json addPacked(const ModelObject& object, const Placement& placement) {
-    auto stream =
-        std::make_shared<DracoStream>(packDraco({&object, 1}, placement, options_.quantization, DracoFor::gltf, job_));
+    auto stream = std::make_shared<DracoStream>(
+        packDraco({&object, 1}, placement, options_.quantization, DracoFor::gltf, normals(), job_));
     note(stream->points, stream->triangles, stream->coordinateMm, stream->distanceMm);
     Json primitive, ids;
     primitive["attributes"]["POSITION"] = addAccessor(positions(stream->points, stream->low, stream->high), {});
@@ -170,7 +172,7 @@ class Document {
   // Positions and colours are written out of the object when their turn comes; normals and points that were split are
   // kept until then.
   Json addPlain(const ModelObject& object, const Placement& placement) {
-    const auto points = std::make_shared<SurfacePoints>(pointsOf(object, Normals::creased));
+    const auto points = std::make_shared<SurfacePoints>(pointsOf(object, normals()));
     const std::vector<Vec3d>& places = object.mesh.positions;
     const auto& triangles = points->triangles.empty() ? object.mesh.triangles : points->triangles;
     const uint64_t count = points->count(object);

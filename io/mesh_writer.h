@@ -22,6 +22,10 @@ struct WriteOptions {
   /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
   /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
   bool distinct = false;
+  /// For what other formats hold, whose colours part vertices. 3MF: in an object with open edges vertices in one place
+  /// become one, as its readers take no others for joined; triangles without an area that this leaves go. glTF: normals
+  /// are those of one surface.
+  bool weld = false;
   /// glTF only: compressed with Draco (KHR_draco_mesh_compression), to a tenth. Many programs cannot open such files,
   /// Debian's Blender and assimp among them.
   bool draco = false;

@@ -58,7 +58,7 @@ class Attributes {
     const auto byte = [&](size_t i) { return static_cast<uint8_t>(header[at + kKey.size() + i]); };
     whole_ = {byte(0), byte(1), byte(2), byte(3)};
   }
-  void read(size_t t, MeshFile& file) {
+  void read(size_t t, ModelObject& object) {
     uint16_t bits = 0;
     std::memcpy(&bits, bytes_.data() + kStart + kTriangle * (t + 1) - sizeof bits, sizeof bits);
     if (!coloured_) {
@@ -66,7 +66,7 @@ class Attributes {
       return;
     }
     const auto part = [bits](int shift) { return static_cast<uint8_t>(((bits >> shift) & 31) * 255 / 31); };
-    file.triangleColours.push_back((bits & 0x8000) != 0 ? whole_ : Colour{part(0), part(5), part(10), 255});
+    object.triangleColours.push_back((bits & 0x8000) != 0 ? whole_ : Colour{part(0), part(5), part(10), 255});
   }
   [[nodiscard]] uint64_t passedOver() const { return passedOver_; }
 
@@ -91,7 +91,7 @@ void readCorners(const Input& input, size_t t, std::vector<Vec3d>& corners) {
   for (size_t c = 0; c < 9; c += 3) corners.emplace_back(numbers[c], numbers[c + 1], numbers[c + 2]);
 }
 
-MeshFile parseBinary(const Input& input) {
+ModelFile parseBinary(const Input& input) {
   const size_t size = input.bytes.size();
   if (size < kStart) {
     fail(input.name, "is cut off: a binary STL has at least " + std::to_string(kStart) + " bytes and this has " +
@@ -103,12 +103,14 @@ MeshFile parseBinary(const Input& input) {
     fail(input.name, "is cut off or no STL: it announces " + std::to_string(count) + " triangles (" +
                          std::to_string(whole) + " bytes) and has " + std::to_string(size) + " bytes; export it again");
   }
-  MeshFile file;
+  ModelFile file;
   file.format = "STL (binary)";
   file.welded = true;
   if (size > whole) file.notes.push_back(std::to_string(size - whole) + " bytes after the last triangle were ignored");
   file.faces = count;
-  file.mesh.triangles.reserve(count);
+  if (count == 0) return file;
+  ModelObject& object = file.objects.emplace_back();
+  object.mesh.triangles.reserve(count);
   clay::VertexWelder welder;
   std::vector<Vec3d> corners;
   std::vector<uint32_t> indices;
@@ -118,16 +120,16 @@ MeshFile parseBinary(const Input& input) {
     corners.clear();
     for (size_t t = begin; t < end; ++t) {
       readCorners(input, t, corners);
-      attributes.read(t, file);
+      attributes.read(t, object);
     }
     indices.resize(corners.size());
     welder.add(corners, indices);
     for (size_t i = 0; i < indices.size(); i += 3) {
-      file.mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+      object.mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
     }
     if (input.job != nullptr) input.job->step(0.1 + 0.9 * double(end) / double(count));
   }
-  file.mesh.positions = welder.take();
+  object.mesh.positions = welder.take();
   if (attributes.passedOver() != 0) {
     file.notes.push_back("the attribute bytes of " + std::to_string(attributes.passedOver()) +
                          " triangles were left out: they may be colours, but the file does not say which");
@@ -157,12 +159,39 @@ void passNormal(TextCursor& cursor) {
   }
 }
 
-MeshFile parseText(const Input& input) {
+/// Several solids that touch nowhere are objects of their own; else all is one surface, which would be torn.
+void putTogether(ModelFile& file) {
+  if (file.objects.size() < 2) {
+    // What follows "solid" is what its program likes to write there: the file's own name says more.
+    for (ModelObject& only : file.objects) only.name.clear();
+    return;
+  }
+  clay::VertexWelder all;
+  size_t vertices = 0;
+  for (const ModelObject& object : file.objects) {
+    vertices += object.mesh.positions.size();
+    for (const Vec3d& position : object.mesh.positions) all.add(position);
+  }
+  if (all.positions().size() == vertices) return;
+  file.notes.push_back("the " + std::to_string(file.objects.size()) + " solids share vertices and were put together");
+  ModelObject whole = merged(std::move(file.objects));
+  whole.mesh = clay::weldExact(whole.mesh);
+  file.objects.clear();
+  file.objects.push_back(std::move(whole));
+}
+
+ModelFile parseText(const Input& input) {
   TextCursor cursor(input, {});
-  MeshFile file;
+  ModelFile file;
   file.format = "STL (text)";
   file.welded = true;
+  ModelObject solid;
   clay::VertexWelder welder;
+  const auto finishSolid = [&] {
+    solid.mesh.positions = welder.take();
+    if (!solid.mesh.triangles.empty()) file.objects.push_back(std::move(solid));
+    solid = {};
+  };
   Ticker ticker(input);
   bool open = false;
   while (cursor.wordAhead()) {
@@ -181,11 +210,13 @@ MeshFile parseText(const Input& input) {
       }
       expect(cursor, "endloop");
       expect(cursor, "endfacet");
-      file.mesh.triangles.push_back(triangle);
+      solid.mesh.triangles.push_back(triangle);
       ++file.faces;
       ticker.at(cursor.offset());
     } else if (is(word, "solid")) {
+      finishSolid();
       open = true;
+      solid.name = cleanName(cursor.restOfLine());
       cursor.skipLine();
     } else if (is(word, "endsolid")) {
       open = false;
@@ -195,7 +226,8 @@ MeshFile parseText(const Input& input) {
     }
   }
   if (open) cursor.fail("the file ends without \"endsolid\"; it was cut off, export it again");
-  file.mesh.positions = welder.take();
+  finishSolid();
+  putTogether(file);
   return file;
 }
 
@@ -324,7 +356,7 @@ bool recognizesStl(const Input& input) {
   return is(second, "facet") || is(second, "endsolid");
 }
 
-MeshFile parseStl(const Input& input) {
+ModelFile parseStl(const Input& input) {
   if (exactlyBinary(input) || !beginsWithSolid(input)) return parseBinary(input);
   const bool hasZero = input.text().substr(0, kTextProbe).find('\0') != std::string_view::npos;
   return hasZero ? parseBinary(input) : parseText(input);

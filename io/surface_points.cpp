@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "clay/weld.h"
+
 namespace argil::io {
 
 namespace {
@@ -21,30 +23,49 @@ uint32_t packed(const Colour& c) {
   return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha;
 }
 
-// The corners (3 × triangle + which) around each vertex, in their order.
+// The place of each vertex by number: its own, or what it shares with others of equal coordinates.
+class Places {
+ public:
+  Places(const TriangleMesh& mesh, bool joined) : count_(mesh.positions.size()) {
+    if (!joined) return;
+    clay::VertexWelder welder;
+    of_.resize(mesh.positions.size());
+    welder.add(mesh.positions, of_);
+    count_ = welder.positions().size();
+  }
+  [[nodiscard]] uint32_t of(uint32_t vertex) const { return of_.empty() ? vertex : of_[vertex]; }
+  [[nodiscard]] size_t count() const { return count_; }
+
+ private:
+  size_t count_;
+  std::vector<uint32_t> of_;
+};
+
+// The corners (3 × triangle + which) around each place, in their order.
 class Corners {
  public:
-  explicit Corners(const TriangleMesh& mesh) : first_(mesh.positions.size() + 1), corners_(3 * mesh.triangles.size()) {
+  Corners(const TriangleMesh& mesh, const Places& places)
+      : first_(places.count() + 1), corners_(3 * mesh.triangles.size()) {
     for (const auto& triangle : mesh.triangles)
-      for (const uint32_t v : triangle) ++first_[v + 1];
+      for (const uint32_t v : triangle) ++first_[places.of(v) + 1];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
     std::vector<uint64_t> next(first_.begin(), first_.end() - 1);
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (size_t k = 0; k < 3; ++k) corners_[next[mesh.triangles[t][k]]++] = 3 * t + k;
+      for (size_t k = 0; k < 3; ++k) corners_[next[places.of(mesh.triangles[t][k])]++] = 3 * t + k;
   }
-  [[nodiscard]] std::span<const uint64_t> around(size_t vertex) const {
-    return std::span(corners_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
+  [[nodiscard]] std::span<const uint64_t> around(size_t place) const {
+    return std::span(corners_).subspan(first_[place], first_[place + 1] - first_[place]);
   }
 
  private:
   std::vector<uint64_t> first_, corners_;
 };
 
-// Gives each corner around a vertex the group whose normal it shares.
+// Gives each corner around a place the group whose normal it shares.
 class SmoothGroups {
  public:
-  explicit SmoothGroups(const TriangleMesh& mesh)
-      : mesh_(mesh), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
+  SmoothGroups(const TriangleMesh& mesh, const Places& places)
+      : mesh_(mesh), places_(places), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
 
   // group[i]: the lowest place of a corner of the same group.
   const std::vector<uint32_t>& of(std::span<const uint64_t> corners) {
@@ -55,8 +76,8 @@ class SmoothGroups {
     for (uint32_t i = 0; i < corners.size(); ++i) {
       const auto& triangle = mesh_.triangles[corners[i] / 3];
       const size_t k = corners[i] % 3;
-      edges_.emplace_back(triangle[(k + 1) % 3], i);
-      edges_.emplace_back(triangle[(k + 2) % 3], i);
+      edges_.emplace_back(places_.of(triangle[(k + 1) % 3]), i);
+      edges_.emplace_back(places_.of(triangle[(k + 2) % 3]), i);
       facing_.push_back(facing(triangle));
     }
     // Corners that share an edge stand side by side; where more than two do, each with the next.
@@ -89,6 +110,7 @@ class SmoothGroups {
   }
 
   const TriangleMesh& mesh_;
+  const Places& places_;
   double least_;
   std::vector<uint32_t> group_;
   std::vector<std::pair<uint32_t, uint32_t>> edges_;  // the edge's other end, the corner's place
@@ -115,35 +137,40 @@ std::array<float, 3> unit(const Vec3d& v) {
 
 SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
   const TriangleMesh& mesh = object.mesh;
-  const bool byTriangle = !object.triangleColours.empty(), shaded = normals == Normals::creased;
+  const bool byTriangle = !object.triangleColours.empty(), shaded = normals != Normals::none;
   SurfacePoints points;
   if (!byTriangle) points.colours = object.vertexColours;
   if (!byTriangle && !shaded) return points;
 
-  const Corners corners(mesh);
-  SmoothGroups groups(mesh);
+  const Places places(mesh, normals == Normals::joined);
+  const Corners corners(mesh, places);
+  SmoothGroups groups(mesh, places);
   struct Wanted {
-    uint32_t group, colour, place;  // of the corner around its vertex
-    [[nodiscard]] auto key() const { return std::tie(group, colour, place); }
+    uint32_t vertex, group, colour, place;  // of the corner around its place
+    [[nodiscard]] auto key() const { return std::tie(vertex, group, colour, place); }
+    [[nodiscard]] bool samePoint(const Wanted& o) const {
+      return vertex == o.vertex && group == o.group && colour == o.colour;
+    }
   };
   std::vector<Wanted> wanted;
   std::vector<Vec3d> sums;  // by group
   points.triangles.resize(mesh.triangles.size());
-  for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
-    const std::span<const uint64_t> around = corners.around(v);
+  for (size_t p = 0; p < places.count(); ++p) {
+    const std::span<const uint64_t> around = corners.around(p);
     const std::span<const uint32_t> group = shaded ? std::span(groups.of(around)) : std::span<const uint32_t>();
     wanted.clear();
     sums.assign(shaded ? around.size() : 0, Vec3d::Zero());
     for (uint32_t i = 0; i < around.size(); ++i) {
-      wanted.push_back({shaded ? group[i] : 0, byTriangle ? packed(object.triangleColours[around[i] / 3]) : 0, i});
+      wanted.push_back({mesh.triangles[around[i] / 3][around[i] % 3], shaded ? group[i] : 0,
+                        byTriangle ? packed(object.triangleColours[around[i] / 3]) : 0, i});
       if (shaded) sums[group[i]] += weighted(mesh, around[i]);
     }
     std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.key() < b.key(); });
     for (size_t i = 0; i < wanted.size(); ++i) {
       const Wanted& each = wanted[i];
       const uint64_t corner = around[each.place];
-      if (i == 0 || each.group != wanted[i - 1].group || each.colour != wanted[i - 1].colour) {
-        points.vertex.push_back(v);
+      if (i == 0 || !each.samePoint(wanted[i - 1])) {
+        points.vertex.push_back(each.vertex);
         if (byTriangle) points.colours.push_back(object.triangleColours[corner / 3]);
         if (shaded) points.normals.push_back(unit(sums[each.group]));
       }

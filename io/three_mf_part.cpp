@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "io/colour_list.h"
 #include "io/text_cursor.h"
 #include "io/xml_scan.h"
 
@@ -85,40 +86,17 @@ class CornerColours {
     fill(triangle);
     corners_.push_back(colours);
   }
-  /// What one triangle can say goes to triangleColours; else the vertices get colours if they agree, else each triangle the mean of its three.
-  void finish(ModelObject& object, Losses& losses) {
+  void finish(ModelObject& object) {
     object.colour = common_;
     if (corners_.empty()) return;
     fill(object.mesh.triangles.size());
-    const auto isMixed = [](const std::array<Colour, 3>& c) { return c[0] != c[1] || c[0] != c[2]; };
-    const auto mixed = static_cast<uint64_t>(std::count_if(corners_.begin(), corners_.end(), isMixed));
-    if (mixed > 0 && toVertices(object)) return;
-    losses.mixed += mixed;
-    object.triangleColours.reserve(corners_.size());
-    for (const auto& c : corners_) {
-      const auto mean = [&](uint8_t Colour::* part) { return static_cast<uint8_t>((c[0].*part + c[1].*part + c[2].*part + 1) / 3); };
-      object.triangleColours.push_back({mean(&Colour::red), mean(&Colour::green), mean(&Colour::blue), mean(&Colour::alpha)});
-    }
+    setCornerColours(object, corners_);
   }
 
  private:
   void fill(size_t triangles) {
     const Colour plain = common_.value_or(Colour());
     if (corners_.size() < triangles) corners_.resize(triangles, {plain, plain, plain});
-  }
-  bool toVertices(ModelObject& object) const {
-    Colours colours(object.mesh.positions.size());
-    std::vector<bool> known(colours.size());
-    for (size_t t = 0; t < corners_.size(); ++t) {
-      for (size_t c = 0; c < 3; ++c) {
-        const uint32_t vertex = object.mesh.triangles[t][c];
-        if (known[vertex] && colours[vertex] != corners_[t][c]) return false;
-        colours[vertex] = corners_[t][c];
-        known[vertex] = true;
-      }
-    }
-    object.vertexColours = std::move(colours);
-    return true;
   }
 
   std::optional<Colour> common_;
@@ -257,7 +235,7 @@ class PartReader {
     if (!object.mesh.triangles.empty() && highest >= object.mesh.positions.size()) {
       xml_.fail("a triangle names vertex " + std::to_string(highest) + " and the mesh has " + std::to_string(object.mesh.positions.size()) + "; repair it or export it again");
     }
-    colours.finish(object, losses_);
+    colours.finish(object);
   }
 
   void readVertex(clay::TriangleMesh& mesh) {
@@ -369,7 +347,6 @@ std::vector<std::string> Losses::sentences() const {
   const auto amount = [](uint64_t n, const char* one, const char* many) { return std::to_string(n) + (n == 1 ? one : many); };
   if (textures) all.emplace_back("textures were not kept; colours of materials were");
   if (mixtures) all.emplace_back("mixtures of materials were not kept");
-  if (mixed > 0) all.push_back(amount(mixed, " triangle has", " triangles have") + " three colours that their neighbours contradict: each got the mean");
   if (badColours > 0) all.push_back(amount(badColours, " colour is", " colours are") + " named that the file does not have; they were left out");
   if (supports > 0) all.push_back(amount(supports, " object is", " objects are") + " no model (support and the like) and not kept");
   if (beams) all.emplace_back("beam lattices were not kept");

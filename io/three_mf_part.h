@@ -46,7 +46,6 @@ struct Object {
 /// What was there and is not kept.
 struct Losses {
   uint64_t badColours = 0;    ///< Triangles or objects that name a property that is not there.
-  uint64_t mixed = 0;         ///< Triangles whose three colours became one.
   uint64_t supports = 0;      ///< Objects.
   bool textures = false, mixtures = false, beams = false, slices = false;
   [[nodiscard]] std::vector<std::string> sentences() const;

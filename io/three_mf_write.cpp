@@ -11,6 +11,8 @@
 #include <cstring>
 #include <optional>
 
+#include "clay/mesh_topology.h"
+#include "clay/weld.h"
 #include "io/input.h"
 #include "io/three_mf_part.h"
 #include "io/xml_scan.h"
@@ -83,6 +85,21 @@ struct Plan {
   std::string property;           ///< Attributes that name its colour; empty when it has none.
   uint32_t group = 0;             ///< Of its triangles' colours; 0: none.
   std::vector<uint32_t> colours;  ///< Of that group, in order.
+  std::vector<Vec3d> positions;   ///< Instead of the object's, with
+  std::vector<uint32_t> place;    ///< those of its vertices; empty: as they are.
+  [[nodiscard]] const std::vector<Vec3d>& vertices() const {
+    return place.empty() ? object->mesh.positions : positions;
+  }
+  /// Numbers of the vertices as they are written.
+  [[nodiscard]] std::array<uint32_t, 3> corners(size_t triangle) const {
+    const auto& [a, b, c] = object->mesh.triangles[triangle];
+    return place.empty() ? std::array{a, b, c} : std::array{place[a], place[b], place[c]};
+  }
+  /// Welding can leave triangles that name a vertex twice, which the format forbids.
+  [[nodiscard]] bool isWritten(size_t triangle) const {
+    const auto [a, b, c] = corners(triangle);
+    return place.empty() || (a != b && b != c && c != a);
+  }
   [[nodiscard]] bool byTriangle() const { return !object->triangleColours.empty(); }
   [[nodiscard]] size_t index(const Colour& colour) const {
     return static_cast<size_t>(std::lower_bound(colours.begin(), colours.end(), packed(colour)) - colours.begin());
@@ -103,7 +120,7 @@ struct PackedBlock {
 
 class ModelText {
  public:
-  ModelText(const std::string& name, const ModelView& model) {
+  ModelText(const std::string& name, const ModelView& model, bool welds) {
     uint32_t id = 1;
     std::vector<uint32_t> materials;
     for (const ModelObject& object : model.objects) {
@@ -112,6 +129,7 @@ class ModelText {
                         (object.triangleColours.empty() || object.triangleColours.size() == object.mesh.triangles.size());
       if (!fits) throw Error(name + ": an object has colours that do not fit its mesh; nothing was written", Error::Kind::work);
       plans_.emplace_back().object = &object;
+      if (welds) weld(plans_.back());
       if (object.triangleColours.empty() && object.vertexColours.empty() && object.colour) materials.push_back(packed(*object.colour));
     }
     std::sort(materials.begin(), materials.end());
@@ -125,6 +143,14 @@ class ModelText {
   }
 
   [[nodiscard]] size_t blocks() const { return blocks_.size(); }
+  /// As they are written.
+  void count(WriteReport& report) const {
+    for (const Plan& plan : plans_) {
+      if (plan.place.empty()) continue;
+      report.vertices -= plan.place.size() - plan.positions.size();
+      for (size_t t = 0; t < plan.object->mesh.triangles.size(); ++t) report.triangles -= plan.isWritten(t) ? 0 : 1;
+    }
+  }
 
   /// No less than the text has.
   [[nodiscard]] uint64_t mostBytes() const {
@@ -142,9 +168,9 @@ class ModelText {
     char* to = text.data();
     for (size_t i = block.begin; i < block.end; ++i) {
       if (block.kind == Block::Kind::vertices) {
-        putVertex(to, plan.object->mesh.positions[i]);
+        putVertex(to, plan.vertices()[i]);
       } else if (block.kind == Block::Kind::triangles) {
-        putTriangle(to, plan, i);
+        if (plan.isWritten(i)) putTriangle(to, plan, i);
       } else {
         put(to, "<m:color color=\"");
         put(to, hexadecimal(plan.colours[i]));
@@ -211,10 +237,22 @@ class ModelText {
     plan.id = id++;
     const std::string name = object.name.empty() ? "" : " name=\"" + xmlEscaped(object.name) + "\"";
     addText("<object id=\"" + std::to_string(plan.id) + "\" type=\"model\"" + name + plan.property + ">\n<mesh>\n<vertices>\n");
-    addRange(Block::Kind::vertices, index, object.mesh.positions.size());
+    addRange(Block::Kind::vertices, index, plan.vertices().size());
     addText("</vertices>\n<triangles>\n");
     addRange(Block::Kind::triangles, index, object.mesh.triangles.size());
     addText("</triangles>\n</mesh>\n</object>\n");
+  }
+
+  static void weld(Plan& plan) {
+    const clay::TriangleMesh& mesh = plan.object->mesh;
+    if (clay::checkTopology(mesh).boundaryEdges == 0) return;
+    clay::VertexWelder welder;
+    plan.place.resize(mesh.positions.size());
+    welder.add(mesh.positions, plan.place);
+    plan.positions = welder.take();
+    bool any = false;
+    for (size_t t = 0; t < mesh.triangles.size() && !any; ++t) any = plan.isWritten(t);
+    if (!any) plan.place.clear();  // All of it is points and lines: as it is.
   }
 
   static void putVertex(char*& to, const Vec3d& p) {
@@ -228,7 +266,7 @@ class ModelText {
   }
 
   static void putTriangle(char*& to, const Plan& plan, size_t i) {
-    const auto& corners = plan.object->mesh.triangles[i];
+    const auto corners = plan.corners(i);
     put(to, "<triangle v1=\"");
     putNumber(to, corners[0]);
     put(to, "\" v2=\"");
@@ -247,7 +285,7 @@ class ModelText {
       constexpr std::string_view kNames[] = {"\" p1=\"", "\" p2=\"", "\" p3=\""};
       for (size_t c = 0; c < 3; ++c) {
         put(to, kNames[c]);
-        putNumber(to, plan.index(plan.object->vertexColours[corners[c]]));
+        putNumber(to, plan.index(plan.object->vertexColours[plan.object->mesh.triangles[i][c]]));
       }
     }
     put(to, "\"/>\n");
@@ -264,8 +302,10 @@ std::string relations() {
 
 }  // namespace
 
-void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions&, WriteReport&, Job* job) {
-  const ModelText text(displayName(file.target()), model);
+void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions& options, WriteReport& report,
+                  Job* job) {
+  const ModelText text(displayName(file.target()), model, options.weld);
+  text.count(report);
   ZipWriter zip(file);
   zip.add("[Content_Types].xml", kContentTypes);
   zip.add("_rels/.rels", relations());

@@ -20,6 +20,7 @@ using Json = GltfFile::Json;
 
 constexpr uint64_t kTriangles = 4, kFan = 6;  // and strips between them
 constexpr Bytes4 kWhite = {255, 255, 255, 255};
+constexpr double kRounding = 1e-6;  // of the last row of a matrix that a program multiplied in 32 bits
 
 /// Everything of the scene, in all instances: more would not fit into the limits of the other end either.
 constexpr uint64_t kMostTriangles = uint64_t{1} << 28;
@@ -58,8 +59,10 @@ Eigen::Affine3d transformOf(const Json& node, uint64_t index) {
   const auto matrix = GltfFile::numbers(node, "matrix", 16);
   if (!matrix.empty()) {
     transform.matrix() = Eigen::Map<const Eigen::Matrix4d>(matrix.data());
-    if (transform.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    const Eigen::RowVector4d last(0, 0, 0, 1);
+    if (!((transform.matrix().row(3) - last).cwiseAbs().maxCoeff() <= kRounding))
       throw Error(name + " has a matrix with perspective; export it again");
+    transform.matrix().row(3) = last;
     return transform;
   }
   const auto translation = GltfFile::numbers(node, "translation", 3), rotation = GltfFile::numbers(node, "rotation", 4),

@@ -113,6 +113,7 @@ void convertMesh(const ConvertOptions& options) {
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
   io::WriteOptions write;
   write.tolerance = 1e-3;
+  write.weld = true;
   write.draco = how.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);

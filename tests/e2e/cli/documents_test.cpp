@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "clay/mesh_topology.h"
 #include "engine/keeper.h"
 #include "engine/kept_document.h"
 #include "engine/session.h"
+#include "io/model_file.h"
 
 namespace argil::tests {
 namespace {
@@ -232,6 +234,23 @@ TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
   EXPECT_FALSE(fs::exists(scratch / "mended.argil"));
   unsetenv("ARGIL_STATE");
+}
+
+// Straight from one mesh format to another: each triangle of this PLY has corners of its own.
+TEST(ConvertedMeshes, LooseTrianglesOfAPlyAreOneBodyOfA3mf) {
+  const Scratch scratch;
+  std::ofstream ply(scratch / "loose.ply");
+  ply << "ply\nformat ascii 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n0 9 0\n9 0 0\n0 0 0\n9 0 0\n0 0 9\n0 0 0\n0 0 9\n0 9 0\n9 0 0\n0 9 0\n0 0 9\n"
+         "3 0 1 2\n3 3 4 5\n3 6 7 8\n3 9 10 11\n";
+  ply.close();
+  const Outcome made = argil({"convert", (scratch / "loose.ply").string(), (scratch / "whole.3mf").string()});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("4 triangles, 4 vertices"), std::string::npos) << made.out;
+  const io::ModelFile read = io::readModel(scratch / "whole.3mf");
+  EXPECT_EQ(read.objects.at(0).mesh.positions.size(), 4u);
+  EXPECT_TRUE(clay::checkTopology(read.objects.at(0).mesh).closed());
 }
 
 }  // namespace

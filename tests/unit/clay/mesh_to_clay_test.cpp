@@ -242,6 +242,28 @@ TEST(MeshToClay, refusesWhatDoesNotFitAndNamesWhatWould) {
   EXPECT_THAT(messageOf({{{1, 2, 3}}, {{0, 0, 0}}}, unitVoxels()), HasSubstr("no triangle"));
 }
 
+// What is said to help is possible: there are no voxels above 1000 mm and below 0.001 mm.
+TEST(MeshToClay, saysWhatHelpsWhereNoVoxelDoes) {
+  const TriangleMesh huge = box({0, 0, 0}, {3e7, 2e7, 1e7}), tiny = box({0, 0, 0}, {3e-5, 2e-5, 1e-5});
+  ImportOptions options;
+  options.grid.voxelMm = suggestVoxelMm(huge);
+  EXPECT_THAT(messageOf(huge, options), HasSubstr("give a smaller unit or scale it down"));
+  options.grid.voxelMm = suggestVoxelMm(tiny);
+  EXPECT_THAT(messageOf(tiny, options), HasSubstr("give a larger unit or scale it up"));
+}
+
+TEST(MeshToClay, aSheetBesideASolidIsNotSaidToBeClosed) {
+  TriangleMesh mesh = box({20, 20, 20}, {40, 40, 40}), sheet = box({60, 20, 20}, {80, 40, 40});
+  sheet.triangles.resize(2);
+  append(mesh, sheet);
+  const Imported made = import(mesh, unitVoxels());
+  std::string said;
+  for (const std::string& sentence : made.report.sentences()) said += sentence + " ";
+  EXPECT_THAT(said, HasSubstr("open along 4 edges; nothing closes it"));
+  EXPECT_THAT(said, HasSubstr("Walls thinner than"));
+  EXPECT_THAT(said, ::testing::Not(HasSubstr("closed by themselves")));
+}
+
 TEST(MeshToClay, placesTheOrigin) {
   ImportOptions options;
   options.grid.voxelMm = 0.25;

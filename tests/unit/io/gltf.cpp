@@ -102,6 +102,11 @@ TEST_F(Gltf, NodesPlaceAndMirrorsTurnTriangles) {
   const ModelFile byMatrix = read(document);
   EXPECT_LT((byMatrix.objects[0].mesh.positions[1] - Vec3d(4, -7, 6)).norm(), 1e-12);
   EXPECT_EQ(byMatrix.objects[0].mesh.triangles[0], (std::array<uint32_t, 3>{0, 2, 1}));
+  // Programs multiply matrices in 32 bits.
+  document["nodes"][0]["matrix"][15] = 0.99999994;
+  EXPECT_LT((read(document).objects[0].mesh.positions[1] - Vec3d(4, -7, 6)).norm(), 1e-12);
+  document["nodes"][0]["matrix"][15] = 0.5;
+  EXPECT_THAT(refusal(document), HasSubstr("perspective"));
 }
 
 TEST_F(Gltf, StripsFansAndUnindexed) {

@@ -45,6 +45,30 @@ TEST(Stl, textWithSeveralSolidsIsWelded) {
   EXPECT_EQ(file.faces, 2u);
 }
 
+// Solids that touch are patches of one surface; the others are objects.
+TEST(Stl, textHasAnObjectForEachSolid) {
+  std::string away = kFacet;
+  for (size_t at = 0; (at = away.find("vertex ", at)) != std::string::npos; at += 8) away.insert(at + 7, "1");
+  const std::string text = "solid left arm\n" + std::string(kFacet) +
+                           "endsolid\nsolid none\nendsolid\nsolid right\x1b arm\n" + away + "endsolid\n";
+  const ModelFile apart = parseModel(samples::bytesOf(text), "a.stl");
+  ASSERT_EQ(apart.objects.size(), 2u);
+  EXPECT_EQ(apart.objects[0].name, "left arm");
+  EXPECT_EQ(apart.objects[1].name, "right? arm");
+  EXPECT_EQ(apart.objects[1].mesh.positions.size(), 3u);
+  EXPECT_TRUE(apart.notes.empty());
+  const std::string patches = "solid a\n" + std::string(kFacet) + "endsolid\nsolid b\n" + kFacet + "endsolid\n";
+  const ModelFile together = parseModel(samples::bytesOf(patches), "a.stl");
+  ASSERT_EQ(together.objects.size(), 1u);
+  EXPECT_EQ(together.objects[0].mesh.positions.size(), 3u);
+  EXPECT_EQ(together.notes, std::vector<std::string>{"the 2 solids share vertices and were put together"});
+  // One has the name of its file: programs write their own behind "solid".
+  EXPECT_EQ(parseModel(samples::bytesOf("solid by some CAD\n" + std::string(kFacet) + "endsolid\n"), "a.stl")
+                .objects.at(0)
+                .name,
+            "");
+}
+
 TEST(Stl, textMayBeUpperCaseWithCarriageReturnsAndNanNormals) {
   const MeshFile file = parse(
       "  SOLID X\r\n FACET NORMAL nan -nan(ind) inf\r\n OUTER LOOP\r\n VERTEX 0 0 0\r\n VERTEX +1.5E+000 0 0\r\n "

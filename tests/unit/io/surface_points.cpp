@@ -61,6 +61,34 @@ TEST(SurfacePoints, ofABallAreItsVertices) {
     EXPECT_GT(direction(points.normals[i]).dot(ball.mesh.positions[i].normalized()), 0.9999) << i;
 }
 
+// Two squares that meet at 20 degrees, their triangles with no vertex in common.
+TEST(SurfacePoints, ofVerticesInOnePlaceHaveTheNormalsOfOneSurface) {
+  ModelObject whole, loose;
+  whole.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 0, -0.36}, {-1, 1, -0.36}};
+  whole.mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 0, 3}, {4, 3, 5}};
+  for (const auto& triangle : whole.mesh.triangles) {
+    const auto first = uint32_t(loose.mesh.positions.size());
+    for (const uint32_t v : triangle) {
+      loose.mesh.positions.push_back(whole.mesh.positions[v]);
+      loose.vertexColours.push_back({uint8_t(first), uint8_t(v), 0, 255});
+    }
+    loose.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  const SurfacePoints wanted = pointsOf(whole, Normals::creased), points = pointsOf(loose, Normals::joined);
+  ASSERT_TRUE(wanted.vertex.empty());
+  ASSERT_EQ(points.normals.size(), 12u);
+  for (size_t t = 0; t < 4; ++t)
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t point = points.triangles.empty() ? loose.mesh.triangles[t][k] : points.triangles[t][k];
+      EXPECT_EQ(points.colours.at(point), loose.vertexColours[3 * t + k]);
+      EXPECT_LT((direction(points.normals[point]) - direction(wanted.normals[whole.mesh.triangles[t][k]])).norm(),
+                1e-6);
+    }
+  // Apart they are flat.
+  const SurfacePoints flat = pointsOf(loose, Normals::creased);
+  EXPECT_GT((direction(flat.normals[0]) - direction(wanted.normals[0])).norm(), 0.1);
+}
+
 TEST(SurfacePoints, areNoMoreThanVerticesWithoutNormals) {
   ModelObject cube;
   cube.mesh = samples::cube(10);

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "clay/mesh_topology.h"
+#include "clay/weld.h"
 #include "io/mesh_file.h"
 #include "io/model_file.h"
 #include "tests/support/package_samples.h"
@@ -103,12 +105,21 @@ TEST(ThreeMfRead, coloursOfObjectsTrianglesAndCorners) {
 TEST(ThreeMfRead, whatIsNotKeptIsANote) {
   const std::string groups = "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/></m:colorgroup>"
                              "<m:texture2d id=\"8\" path=\"/a.png\" contenttype=\"image/png\"/><m:texture2dgroup id=\"9\" texid=\"8\"><m:tex2coord u=\"0\" v=\"0\"/></m:texture2dgroup>";
-  // Vertex 0 is red in one triangle and green in another.
+  // Vertex 0 is red in one triangle and green in another, which a vertex alone cannot say.
   const std::string mixed = "<object id=\"1\">" + tetrahedronXml({"pid=\"6\" p1=\"0\" p2=\"1\" p3=\"1\"", "pid=\"6\" p1=\"1\"", "pid=\"9\" p1=\"0\"", "pid=\"6\" p1=\"77\""}) + "</object>";
   const ModelFile file = parse(threeMf(inResources(groups + mixed + tetrahedron("id=\"2\" type=\"support\""), "<item objectid=\"1\"/><item objectid=\"2\"/>")));
   ASSERT_EQ(file.objects.size(), 1u);
-  EXPECT_THAT(file.objects[0].triangleColours, ElementsAre(Colour{85, 170, 0, 255}, kGreen, kWhite, kWhite));
-  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("textures"), HasSubstr("1 triangle has three colours"), HasSubstr("1 colour is named"), HasSubstr("1 object is no model")));
+  EXPECT_THAT(file.notes,
+              ElementsAre(HasSubstr("textures"), HasSubstr("1 colour is named"), HasSubstr("1 object is no model")));
+  // A vertex for each colour that a corner has in one place.
+  const ModelObject& object = file.objects[0];
+  EXPECT_TRUE(object.triangleColours.empty());
+  const Colour wanted[4][3] = {
+      {kRed, kGreen, kGreen}, {kGreen, kGreen, kGreen}, {kWhite, kWhite, kWhite}, {kWhite, kWhite, kWhite}};
+  for (size_t t = 0; t < 4; ++t)
+    for (size_t k = 0; k < 3; ++k) EXPECT_EQ(object.vertexColours.at(object.mesh.triangles[t][k]), wanted[t][k]);
+  EXPECT_EQ(object.mesh.positions.size(), 9u);
+  EXPECT_TRUE(clay::checkTopology(clay::weldExact(object.mesh)).closed());
 }
 
 TEST(ThreeMfRead, whatTheModelNeedsAndIsNotKnownIsRefused) {

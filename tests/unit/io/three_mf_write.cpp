@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "clay/mesh_topology.h"
 #include "io/model_writer.h"
 #include "io/zip_reader.h"
 #include "tests/support/lib3mf_model.h"
@@ -199,6 +200,50 @@ TEST(ThreeMfWrite, nothingIsLeftWhenItFailsOrIsCancelled) {
   Job whole;
   writeModel(folder / "a.3mf", {one, {}}, {}, &whole);
   EXPECT_EQ(whole.fraction(), 1);
+}
+
+// Readers of 3MF take vertices as they are: a mesh whose corners only lie together would fall apart.
+TEST(ThreeMfWrite, verticesInOnePlaceBecomeOneAndCornersKeepTheirColours) {
+  const Folder folder;
+  ModelObject loose;
+  const clay::TriangleMesh cube = samples::cube(10);
+  for (size_t t = 0; t < cube.triangles.size(); ++t) {
+    const auto first = uint32_t(loose.mesh.positions.size());
+    for (size_t k = 0; k < 3; ++k) {
+      loose.mesh.positions.push_back(cube.positions[cube.triangles[t][k]]);
+      loose.vertexColours.push_back({uint8_t(10 * t), uint8_t(50 * k), 7, 255});
+    }
+    loose.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  // One without an area, which no triangle of the format may be.
+  loose.mesh.positions.push_back(loose.mesh.positions[0]);
+  loose.vertexColours.push_back(kRed);
+  loose.mesh.triangles.push_back({0, 36, 1});
+  const WriteReport report = writeModel(folder / "a.3mf", {{&loose, 1}, {}}, {.weld = true});
+  EXPECT_EQ(report.vertices, 8u);
+  EXPECT_EQ(report.triangles, 12u);
+  const PeerModel peer = readByLib3mf(folder / "a.3mf");
+  EXPECT_THAT(peer.warnings, IsEmpty());
+  ASSERT_EQ(peer.objects.size(), 1u);
+  EXPECT_EQ(peer.objects[0].positions.size(), 8u);
+  ASSERT_EQ(peer.objects[0].triangles.size(), 12u);
+  ASSERT_EQ(peer.objects[0].corners.size(), 12u);
+  clay::TriangleMesh mesh;
+  for (const auto& [x, y, z] : peer.objects[0].positions) mesh.positions.emplace_back(x, y, z);
+  mesh.triangles = peer.objects[0].triangles;
+  EXPECT_TRUE(clay::checkTopology(mesh).closed());
+  for (size_t t = 0; t < 12; ++t)
+    for (size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(peer.objects[0].corners[t][k], (Colour{uint8_t(10 * t), uint8_t(50 * k), 7, 255}));
+  // A closed mesh stays as it is, vertices in one place too.
+  ModelObject touching = object(samples::cube(10));
+  const clay::TriangleMesh other = samples::cube(10, {20, 20, 20});
+  for (auto triangle : other.triangles) {
+    for (uint32_t& v : triangle) v += 8;
+    touching.mesh.triangles.push_back(triangle);
+  }
+  touching.mesh.positions.insert(touching.mesh.positions.end(), other.positions.begin(), other.positions.end());
+  EXPECT_EQ(writeModel(folder / "b.3mf", {{&touching, 1}, {}}, {.weld = true}).vertices, 16u);
 }
 
 }  // namespace
