@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -101,35 +102,37 @@ class RecordSource {
   virtual void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
 };
 
-/// Which ids a file holds. One thread.
+/// Which ids a file holds: 64 bytes of memory for one that stands alone, a bit where many stand together. A file may
+/// number its few records as high as it likes. One thread.
 class RecordSet {
  public:
-  void add(RecordId id) {
-    if (id / 64 >= words_.size()) words_.resize(id / 64 + 1 + words_.size() / 2);
-    words_[id / 64] |= uint64_t{1} << (id % 64);
-  }
+  void add(RecordId id) { words_[id / 64] |= bitOf(id); }
   void remove(RecordId id) {
-    if (contains(id)) words_[id / 64] &= ~(uint64_t{1} << (id % 64));
+    if (const auto at = words_.find(id / 64); at != words_.end()) at->second &= ~bitOf(id);
   }
   /// Only what the other one has too stays.
   void intersect(const RecordSet& other) {
-    if (words_.size() > other.words_.size()) words_.resize(other.words_.size());
-    for (size_t i = 0; i < words_.size(); ++i) words_[i] &= other.words_[i];
+    for (auto& [place, word] : words_) word &= other.wordAt(place);
   }
   /// Ids that the other one has not, rising.
   [[nodiscard]] std::vector<RecordId> without(const RecordSet& other) const {
     std::vector<RecordId> ids;
-    for (size_t i = 0; i < words_.size(); ++i) {
-      for (uint64_t word = words_[i] & ~(i < other.words_.size() ? other.words_[i] : 0); word != 0; word &= word - 1) {
-        ids.push_back(64 * i + static_cast<unsigned>(std::countr_zero(word)));
-      }
+    for (const auto& [place, held] : words_) {
+      for (uint64_t word = held & ~other.wordAt(place); word != 0; word &= word - 1)
+        ids.push_back(64 * place + static_cast<unsigned>(std::countr_zero(word)));
     }
     return ids;
   }
-  [[nodiscard]] bool contains(RecordId id) const { return id / 64 < words_.size() && ((words_[id / 64] >> (id % 64)) & 1u); }
+  [[nodiscard]] bool contains(RecordId id) const { return (wordAt(id / 64) & bitOf(id)) != 0; }
 
  private:
-  std::vector<uint64_t> words_;
+  static uint64_t bitOf(RecordId id) { return uint64_t{1} << (id % 64); }
+  [[nodiscard]] uint64_t wordAt(uint64_t place) const {
+    const auto at = words_.find(place);
+    return at == words_.end() ? 0 : at->second;
+  }
+
+  std::map<uint64_t, uint64_t> words_;  // A tree, as no choice of ids makes it slow.
 };
 
 }  // namespace argil::io

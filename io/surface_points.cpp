@@ -5,8 +5,11 @@
 #include <numbers>
 #include <numeric>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
+
+#include "clay/error.h"
 
 namespace argil::io {
 
@@ -21,23 +24,23 @@ uint32_t packed(const Colour& c) {
   return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha;
 }
 
-// The corners (3 × triangle + which) around each vertex, in their order.
+// The corners (3 × triangle + which) around each vertex, in their order: 4 bytes each, as a large mesh has many.
 class Corners {
  public:
-  explicit Corners(const TriangleMesh& mesh) : first_(mesh.positions.size() + 1), corners_(3 * mesh.triangles.size()) {
+  explicit Corners(const TriangleMesh& mesh) : first_(mesh.positions.size() + 2), corners_(3 * mesh.triangles.size()) {
+    // Counts are kept two places up, so that filling the list moves each start to its final place.
     for (const auto& triangle : mesh.triangles)
-      for (const uint32_t v : triangle) ++first_[v + 1];
+      for (const uint32_t v : triangle) ++first_[v + 2];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    std::vector<uint64_t> next(first_.begin(), first_.end() - 1);
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (size_t k = 0; k < 3; ++k) corners_[next[mesh.triangles[t][k]]++] = 3 * t + k;
+      for (size_t k = 0; k < 3; ++k) corners_[first_[mesh.triangles[t][k] + 1]++] = uint32_t(3 * t + k);
   }
-  [[nodiscard]] std::span<const uint64_t> around(size_t vertex) const {
+  [[nodiscard]] std::span<const uint32_t> around(size_t vertex) const {
     return std::span(corners_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
   }
 
  private:
-  std::vector<uint64_t> first_, corners_;
+  std::vector<uint32_t> first_, corners_;
 };
 
 // Gives each corner around a vertex the group whose normal it shares.
@@ -47,7 +50,7 @@ class SmoothGroups {
       : mesh_(mesh), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
 
   // group[i]: the lowest place of a corner of the same group.
-  const std::vector<uint32_t>& of(std::span<const uint64_t> corners) {
+  const std::vector<uint32_t>& of(std::span<const uint32_t> corners) {
     group_.resize(corners.size());
     std::iota(group_.begin(), group_.end(), 0u);
     edges_.clear();
@@ -96,7 +99,7 @@ class SmoothGroups {
 };
 
 // What a corner adds to the normal of its vertex.
-Vec3d weighted(const TriangleMesh& mesh, uint64_t corner) {
+Vec3d weighted(const TriangleMesh& mesh, uint32_t corner) {
   const auto& t = mesh.triangles[corner / 3];
   const size_t k = corner % 3;
   const Vec3d& at = mesh.positions[t[k]];
@@ -120,6 +123,9 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
   if (!byTriangle) points.colours = object.vertexColours;
   if (!byTriangle && !shaded) return points;
 
+  if (mesh.triangles.size() > UINT32_MAX / 3)
+    throw Error("the model has more than " + std::to_string(UINT32_MAX / 3) + " triangles; reduce it first",
+                Error::Kind::work);
   const Corners corners(mesh);
   SmoothGroups groups(mesh);
   struct Wanted {
@@ -129,8 +135,11 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
   std::vector<Wanted> wanted;
   std::vector<Vec3d> sums;  // by group
   points.triangles.resize(mesh.triangles.size());
+  // As many as most meshes need: a list that grows holds its items twice.
+  points.vertex.reserve(mesh.positions.size());
+  if (shaded) points.normals.reserve(mesh.positions.size());
   for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
-    const std::span<const uint64_t> around = corners.around(v);
+    const std::span<const uint32_t> around = corners.around(v);
     const std::span<const uint32_t> group = shaded ? std::span(groups.of(around)) : std::span<const uint32_t>();
     wanted.clear();
     sums.assign(shaded ? around.size() : 0, Vec3d::Zero());
@@ -141,7 +150,7 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
     std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.key() < b.key(); });
     for (size_t i = 0; i < wanted.size(); ++i) {
       const Wanted& each = wanted[i];
-      const uint64_t corner = around[each.place];
+      const uint32_t corner = around[each.place];
       if (i == 0 || each.group != wanted[i - 1].group || each.colour != wanted[i - 1].colour) {
         points.vertex.push_back(v);
         if (byTriangle) points.colours.push_back(object.triangleColours[corner / 3]);

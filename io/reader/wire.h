@@ -12,6 +12,10 @@ static_assert(std::endian::native == std::endian::little, "swap the bytes of mes
 inline constexpr char kMagic[8] = {'A', 'R', 'G', 'I', 'L', 'R', 'D', '1'};
 inline constexpr uint32_t kMostBytes = uint32_t{4} << 20;  ///< Of a payload: longer arrays come in pieces.
 inline constexpr uint32_t kMostText = 1000;                ///< Of a name, a note, a sentence.
+// How many there are: each costs the receiver more than it costs the sender.
+inline constexpr uint32_t kMostTexts = 1000;  ///< Notes and metadata together; the sender drops the rest.
+inline constexpr uint32_t kMostObjects = uint32_t{1} << 18;
+inline constexpr uint32_t kMostGrids = 1000;
 
 enum class Kind : uint32_t {
   error = 1,  ///< Text: what is wrong with the file and what to do; the last message.
@@ -26,6 +30,9 @@ enum class Kind : uint32_t {
   grid,       ///< Grid, then its name. Its tiles follow, then its bricks.
   tiles,      ///< Of Tile: what is inside.
   bricks,     ///< Of Brick.
+  picture,    ///< Picture. Its levels, or its pixels, follow.
+  levels,     ///< Of float, 0 black to 1 white, row by row from the top.
+  pixels,     ///< Of 4 bytes, sRGB and alpha, row by row from the top; payloads may end within one.
   end,        ///< Nothing: all was sent.
 };
 
@@ -54,6 +61,10 @@ struct Tile {
 struct Brick {
   int32_t x, y, z;
   float phi[512];  ///< Distances in voxels, x · 64 + y · 8 + z.
+};
+
+struct Picture {
+  uint32_t width, height;
 };
 
 }  // namespace argil::io::wire
