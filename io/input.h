@@ -18,6 +18,7 @@ struct Input {
   std::span<const std::byte> bytes;
   std::string name;
   Job* job = nullptr;
+  uint64_t packed = 0;  ///< Bytes of the file that these were unpacked from; 0: they are the file.
 
   [[nodiscard]] std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 };
