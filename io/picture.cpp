@@ -32,6 +32,7 @@ class Rows {
     } else if (kind == kind_) {
       const size_t count = payload.size() / sizeof(Item), first = items.size();
       if (payload.size() % sizeof(Item) != 0 || count > wanted_ - first) failWire();
+      if (count == 0) return;
       items.resize(first + count);
       std::memcpy(items.data() + first, payload.data(), payload.size());
       if constexpr (std::is_same_v<Item, float>) {

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <libdeflate.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <vector>
 
 #include "io/model_file.h"
+#include "io/unpack_limit.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {
@@ -91,6 +94,34 @@ TEST_F(PackedModel, archivesInArchivesAreJudgedTogether) {
   // 43:1 as it is; but half of it came from next to nothing.
   EXPECT_THAT(refusal("a.3mf", dense), Not(HasSubstr("50 times its size")));
   EXPECT_THAT(refusal("a.gz", gzip(dense)), HasSubstr("50 times its size"));
+}
+
+// What the system has left, or the limit that it was given, is shared with the mesh.
+TEST(UnpackLimit, halfOfTheMemoryThatIsLeft) {
+#ifndef __SANITIZE_ADDRESS__
+  constexpr uint64_t kMiB = uint64_t{1} << 20;
+  EXPECT_GT(availableMemory(), 64 * kMiB);
+  EXPECT_NO_THROW(requireMemory("a.3mf", 20 * kMiB));
+  const auto inATightPlace = [] {
+    rlimit space{};
+    std::ifstream status("/proc/self/statm");
+    uint64_t pages = 0;
+    status >> pages;
+    space.rlim_cur = space.rlim_max = pages * uint64_t(::sysconf(_SC_PAGESIZE)) + 100 * kMiB;
+    ::setrlimit(RLIMIT_AS, &space);
+    const uint64_t left = availableMemory();
+    if (left > 100 * kMiB || left < 80 * kMiB) ::_exit(3);
+    requireMemory("a.3mf", 30 * kMiB);  // Half of it, or little less.
+    try {
+      requireMemory("a.3mf", 60 * kMiB);
+    } catch (const Error& error) {
+      std::fputs(error.what(), stderr);
+      ::_exit(0);
+    }
+    ::_exit(4);
+  };
+  EXPECT_EXIT(inATightPlace(), testing::ExitedWithCode(0), "a.3mf: unpacks to 60 MiB, too much for the .* MiB");
+#endif
 }
 
 TEST_F(PackedModel, aZipOfOneModelIsRead) {
