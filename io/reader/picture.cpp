@@ -1,6 +1,7 @@
 // PNG, JPEG, BMP, TGA and PGM, by stb_image.
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstdlib>
 #include <memory>
@@ -46,8 +47,7 @@ namespace {
 constexpr size_t kForHeaders = size_t{1} << 20;
 
 /// A picture in the library's memory.
-template <class Item>
-using Pixels = std::unique_ptr<Item, void (*)(void*)>;
+using Pixels = std::unique_ptr<stbi_us, void (*)(void*)>;
 
 /// What the library says may quote bytes of the file.
 [[noreturn]] void damaged() {
@@ -55,6 +55,16 @@ using Pixels = std::unique_ptr<Item, void (*)(void*)>;
   for (const char* c = stbi_failure_reason(); c != nullptr && *c != '\0' && why.size() < 100; ++c)
     why += *c >= 0x20 && *c < 0x7f ? *c : '?';
   throw Error("the image is damaged: " + (why.empty() ? std::string("it cannot be unpacked") : why));
+}
+
+/// `at(i)`: of the pixel i, row by row.
+template <class Item, class At>
+void sendRows(const wire::Picture& size, wire::Kind kind, Sender& sender, const At& at) {
+  std::vector<Item> row(size.width);
+  for (size_t first = 0, y = 0; y < size.height; ++y, first += row.size()) {
+    for (size_t x = 0; x < row.size(); ++x) row[x] = at(first + x);
+    sender.array(kind, std::span<const Item>(row));
+  }
 }
 
 }  // namespace
@@ -74,32 +84,34 @@ void readPicture(const std::filesystem::path& file, PictureAs as, int largest, S
   // bytes likewise.
   mostBytes = std::max({kForHeaders, 2 * bytes.size(), size_t(width + 32) * size_t(height + 32) * 16});
   const wire::Picture head{uint32_t(width), uint32_t(height)};
-  const size_t count = size_t(width) * size_t(height);
-  if (as == PictureAs::colour) {
-    const Pixels<stbi_uc> pixels(stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, 4),
-                                 stbi_image_free);
-    if (!pixels) damaged();
-    sender.named(wire::Kind::picture, head, {});
-    sender.array(wire::Kind::pixels, std::span<const stbi_uc>(pixels.get(), 4 * count));
-    return;
-  }
-  // Channels as the file has them: where stb_image of Debian 12 makes one of three, it reads beyond the end of a PPM of
-  // 16 bits.
-  const Pixels<stbi_us> pixels(stbi_load_16_from_memory(bytes.data(), size, &width, &height, &channels, 0),
-                               stbi_image_free);
+  const bool deep = stbi_is_16_bit_from_memory(bytes.data(), size) != 0;
+  // Channels as the file has them: where stb_image of Debian 12 makes others, it reads beyond the end of a PPM of 16
+  // bits. Of eight bits it makes sixteen by repeating them.
+  const Pixels pixels(stbi_load_16_from_memory(bytes.data(), size, &width, &height, &channels, 0), stbi_image_free);
   if (!pixels) damaged();
-  sender.named(wire::Kind::picture, head, {});
   const auto step = size_t(channels);
-  std::vector<float> row(static_cast<size_t>(width));
-  for (size_t first = 0; first < count; first += row.size()) {
-    for (size_t i = 0; i < row.size(); ++i) {
-      const stbi_us* pixel = pixels.get() + (first + i) * step;
-      // Rec. 601 luma; what comes last of two or four is alpha.
-      const float level =
-          step < 3 ? float(pixel[0]) : 0.299f * float(pixel[0]) + 0.587f * float(pixel[1]) + 0.114f * float(pixel[2]);
-      row[i] = std::min(level / 65535.0f, 1.0f);
-    }
-    sender.array(wire::Kind::levels, std::span<const float>(row));
+  // It leaves the levels of PGM and PPM as they stand: high byte first.
+  const bool swapped = deep && bytes[0] == 'P' && (bytes[1] == '5' || bytes[1] == '6');
+  const auto level = [&](size_t pixel, size_t channel) {
+    const uint16_t value = pixels.get()[pixel * step + channel];
+    return swapped ? uint16_t(value << 8 | value >> 8) : value;
+  };
+  sender.named(wire::Kind::picture, head, {});
+  // What comes last of two or four channels is alpha.
+  if (as == PictureAs::colour) {
+    sendRows<std::array<uint8_t, 4>>(head, wire::Kind::pixels, sender, [&](size_t i) {
+      const auto byte = [&](size_t channel) { return uint8_t(level(i, channel) >> 8); };
+      const bool grey = step < 3, clear = step % 2 == 0;
+      return std::array<uint8_t, 4>{byte(0), byte(grey ? 0 : 1), byte(grey ? 0 : 2),
+                                    clear ? byte(step - 1) : uint8_t{255}};
+    });
+  } else {
+    sendRows<float>(head, wire::Kind::levels, sender, [&](size_t i) {
+      const auto part = [&](size_t channel) { return float(level(i, channel)); };
+      const float brightness =  // Rec. 601 luma.
+          step < 3 ? part(0) : 0.299f * part(0) + 0.587f * part(1) + 0.114f * part(2);
+      return std::min(brightness / 65535.0f, 1.0f);
+    });
   }
 }
 

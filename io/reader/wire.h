@@ -32,7 +32,7 @@ enum class Kind : uint32_t {
   bricks,     ///< Of Brick.
   picture,    ///< Picture. Its levels, or its pixels, follow.
   levels,     ///< Of float, 0 black to 1 white, row by row from the top.
-  pixels,     ///< Of 4 bytes, sRGB and alpha, row by row from the top; payloads may end within one.
+  pixels,     ///< Of 4 bytes, sRGB and alpha, row by row from the top.
   end,        ///< Nothing: all was sent.
 };
 

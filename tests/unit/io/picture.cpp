@@ -43,6 +43,12 @@ TEST_F(PictureFile, levelsRowByRow) {
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(image.grey[size_t(i)], 0.2f * float(i), 1e-5f);
 }
 
+// PGM has the high byte first, whatever the machine.
+TEST_F(PictureFile, levelsOfSixteenBits) {
+  const GreyImage image = readGreyImage(write("P5\n3 1\n65535\n" + std::string("\x01\0\x80\0\xff\xfe", 6)), 16);
+  EXPECT_EQ(image.grey, (std::vector<float>{256 / 65535.0f, 32768 / 65535.0f, 65534 / 65535.0f}));
+}
+
 TEST_F(PictureFile, whatIsNoneIsRefused) {
   for (size_t cut = 1; cut < 6; ++cut)
     EXPECT_THROW((void)readGreyImage(write(levels_.substr(0, cut)), 16), Error) << cut;
@@ -66,6 +72,10 @@ TEST_F(PictureFile, colourOutOfBytes) {
   EXPECT_EQ(image.width, 1);
   EXPECT_EQ(image.height, 2);
   EXPECT_THAT(image.rgba, ElementsAre(0x10, 0x20, 0x30, 0xff, 0xff, 0x00, 0x80, 0xff));
+  // Sixteen bits, and grey.
+  const std::string deep = "P6\n1 2\n65535\n" + std::string("\x10\0\x20\0\x30\0\xff\0\0\0\x80\0", 12);
+  EXPECT_THAT(unpackPicture(bytesOf(deep), 16).rgba, ElementsAre(0x10, 0x20, 0x30, 0xff, 0xff, 0x00, 0x80, 0xff));
+  EXPECT_THAT(unpackPicture(bytesOf("P5\n1 1\n255\nA"), 16).rgba, ElementsAre('A', 'A', 'A', 0xff));
   EXPECT_THAT(errorOf([&] { (void)unpackPicture(bytesOf(ppm), 1); }), HasSubstr("the picture: 1 by 2 pixels"));
   EXPECT_THAT(errorOf([&] { (void)unpackPicture({}, 16); }), HasSubstr("the picture: is empty"));
 }
