@@ -1,6 +1,7 @@
 #pragma once
 // The unit in which documents and journals keep everything: small, checked, readable by itself.
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -102,37 +103,47 @@ class RecordSource {
   virtual void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
 };
 
-/// Which ids a file holds: 64 bytes of memory for one that stands alone, a bit where many stand together. A file may
+/// Which ids a file holds: 128 bytes of memory for one that stands alone, a bit where many stand together. A file may
 /// number its few records as high as it likes. One thread.
 class RecordSet {
  public:
-  void add(RecordId id) { words_[id / 64] |= bitOf(id); }
+  void add(RecordId id) { pages_[id / kPage][id % kPage / 64] |= bitOf(id); }
   void remove(RecordId id) {
-    if (const auto at = words_.find(id / 64); at != words_.end()) at->second &= ~bitOf(id);
+    if (const auto at = pages_.find(id / kPage); at != pages_.end()) at->second[id % kPage / 64] &= ~bitOf(id);
   }
   /// Only what the other one has too stays.
   void intersect(const RecordSet& other) {
-    for (auto& [place, word] : words_) word &= other.wordAt(place);
+    for (auto& [place, page] : pages_) {
+      const Page& beside = other.pageAt(place);
+      for (size_t i = 0; i < page.size(); ++i) page[i] &= beside[i];
+    }
   }
   /// Ids that the other one has not, rising.
   [[nodiscard]] std::vector<RecordId> without(const RecordSet& other) const {
     std::vector<RecordId> ids;
-    for (const auto& [place, held] : words_) {
-      for (uint64_t word = held & ~other.wordAt(place); word != 0; word &= word - 1)
-        ids.push_back(64 * place + static_cast<unsigned>(std::countr_zero(word)));
+    for (const auto& [place, page] : pages_) {
+      const Page& beside = other.pageAt(place);
+      for (size_t i = 0; i < page.size(); ++i) {
+        for (uint64_t word = page[i] & ~beside[i]; word != 0; word &= word - 1)
+          ids.push_back(place * kPage + 64 * i + static_cast<unsigned>(std::countr_zero(word)));
+      }
     }
     return ids;
   }
-  [[nodiscard]] bool contains(RecordId id) const { return (wordAt(id / 64) & bitOf(id)) != 0; }
+  [[nodiscard]] bool contains(RecordId id) const { return (pageAt(id / kPage)[id % kPage / 64] & bitOf(id)) != 0; }
 
  private:
+  static constexpr uint64_t kPage = 512;  // ids
+  using Page = std::array<uint64_t, kPage / 64>;
+
   static uint64_t bitOf(RecordId id) { return uint64_t{1} << (id % 64); }
-  [[nodiscard]] uint64_t wordAt(uint64_t place) const {
-    const auto at = words_.find(place);
-    return at == words_.end() ? 0 : at->second;
+  [[nodiscard]] const Page& pageAt(uint64_t place) const {
+    static constexpr Page kEmpty = {};
+    const auto at = pages_.find(place);
+    return at == pages_.end() ? kEmpty : at->second;
   }
 
-  std::map<uint64_t, uint64_t> words_;  // A tree, as no choice of ids makes it slow.
+  std::map<uint64_t, Page> pages_;  // A tree, as no choice of ids makes it slow.
 };
 
 }  // namespace argil::io
