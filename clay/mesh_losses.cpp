@@ -24,8 +24,7 @@ constexpr int kMostSamples = 256;     // of one triangle
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
 class BodiesOfMesh {
  public:
-  explicit BodiesOfMesh(const TriangleMesh& mesh)
-      : mesh_(mesh), parent_(mesh.positions.size()), volume_(mesh.positions.size()) {
+  explicit BodiesOfMesh(const TriangleMesh& mesh) : parent_(mesh.positions.size()), volume_(mesh.positions.size()) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     for (const auto& [a, b, c] : mesh.triangles) unite(a, b), unite(a, c);
     for (const auto& [a, b, c] : mesh.triangles)
@@ -44,7 +43,6 @@ class BodiesOfMesh {
     parent_[std::max(a, b)] = std::min(a, b);
   }
 
-  const TriangleMesh& mesh_;
   std::vector<uint32_t> parent_;
   std::vector<double> volume_;
 };

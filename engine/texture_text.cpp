@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "clay/error.h"
-#include "io/grey_image.h"
 #include "io/input.h"
+#include "io/picture.h"
 
 namespace argil::engine {
 namespace {

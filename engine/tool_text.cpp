@@ -8,7 +8,7 @@
 #include "engine/load_document.h"
 #include "engine/parameter_text.h"
 #include "engine/tool_table.h"
-#include "io/grey_image.h"
+#include "io/picture.h"
 
 namespace argil::engine {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <string_view>
 
 #include "clay/mesh_topology.h"
@@ -136,9 +137,14 @@ ModelFile readModelInProcess(const char* what, const std::filesystem::path& path
   // The file itself, its numbers as doubles, and what is sent of them.
   if (const uint64_t size = std::filesystem::file_size(path, failed); !failed)
     limits.memoryBytes = std::max(limits.memoryBytes, kMemoryAByte * size);
-  runReader(
-      what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job, limits);
-  return model.finish();
+  try {
+    runReader(
+        what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job,
+        limits);
+    return model.finish();
+  } catch (const std::bad_alloc&) {
+    fail(displayName(path), "does not fit into memory; reduce it first");
+  }
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ struct Input {
   std::span<const std::byte> bytes;
   std::string name;
   Job* job = nullptr;
-  std::filesystem::path folder =
-      {};  ///< Where the file lies, for what it names beside it; empty: nothing is read there.
+  uint64_t packed = 0;  ///< Bytes of the file that these were unpacked from; 0: they are the file.
+  std::filesystem::path folder = {};  ///< Where the file lies, for what it names beside it; empty: not looked there.
 
   [[nodiscard]] std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 };

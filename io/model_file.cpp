@@ -106,7 +106,10 @@ const Format& formatOf(const Input& input) {
   for (const Format& format : kFormats) {
     if (isRead(format) && format.extension == ending) return format;
   }
-  if (input.text().starts_with("PK\x03\x04")) fail(input.name, "is a ZIP archive without a model; unpack it first");
+  if (input.text().starts_with("PK\x03\x04")) {
+    const ZipReader zip(input);  // which says what is wrong with it
+    fail(input.name, "is a ZIP archive without a model; unpack it first");
+  }
   fail(input.name, "is in no format that can be read; export it as one of " + readable());
 }
 
@@ -162,7 +165,7 @@ ModelFile readZipped(const Input& input) {
   if (models > 1) fail(input.name, "is a ZIP archive of " + std::to_string(models) + " models; unpack it and take one");
   const FileBytes inside = zip.read(*model);
   if (inside.size == 0) fail(input.name, "holds an empty model; export it again");
-  return parseUnpacked({inside.bytes(), input.name + ": " + cleanName(model->name), input.job});
+  return parseUnpacked({inside.bytes(), input.name + ": " + cleanName(model->name), input.job, input.bytes.size()});
 }
 
 }  // namespace
@@ -195,7 +198,7 @@ ModelFile readModel(const std::filesystem::path& path, Job* job) {
   const Input input{file.bytes(), displayName(path), job, path.has_parent_path() ? path.parent_path() : "."};
   if (isGzip(input)) {
     const FileBytes inside = gunzipped(input);
-    return parseUnpacked({inside.bytes(), input.name, job});
+    return parseUnpacked({inside.bytes(), input.name, job, input.bytes.size()});
   }
   if (input.text().starts_with("PK\x03\x04") && !recognizesThreeMf(input)) return readZipped(input);
   const Format& format = formatOf(input);

@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "io/input.h"
@@ -37,7 +39,8 @@ constexpr bool kSanitized = false;
 /// The process and the end of its pipe that is ours: gone with this.
 class Process {
  public:
-  Process(const std::filesystem::path& program, const std::vector<std::string>& arguments) {
+  /// `input`: what it gets as its standard input; -1: nothing.
+  Process(const std::filesystem::path& program, const std::vector<std::string>& arguments, int input) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0)
       throw Error(std::string("no pipe to the reader could be made (") + std::strerror(errno) + ")", Error::Kind::work);
@@ -47,7 +50,10 @@ class Process {
 
     posix_spawn_file_actions_t files;
     ::posix_spawn_file_actions_init(&files);
-    ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    if (input >= 0)
+      ::posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+    else
+      ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
     // What libraries print is nobody's concern, but for the reports of sanitizers.
     if (!kSanitized) ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
@@ -150,6 +156,7 @@ class Messages {
       if (left().size() < sizeof head + head.bytes) break;
       const auto payload = left().subspan(sizeof head, head.bytes);
       at += sizeof head + head.bytes;
+      if (!counted(head.kind)) fail(name_, kGarbage);
       if (head.kind == wire::Kind::error) fail(name_, wireText(payload));
       if (head.kind == wire::Kind::memory) failMemory(name_, limits);
       try {
@@ -166,51 +173,76 @@ class Messages {
   }
 
  private:
+  /// False when there are too many: a note without a word costs the reader eight bytes, and us a string.
+  bool counted(wire::Kind kind) {
+    switch (kind) {
+      case wire::Kind::note:
+      case wire::Kind::metadata:
+        return ++texts_ <= wire::kMostTexts;
+      case wire::Kind::object:
+        return ++objects_ <= wire::kMostObjects;
+      case wire::Kind::grid:
+        return ++grids_ <= wire::kMostGrids;
+      default:
+        return true;
+    }
+  }
+
   const std::string& name_;
   std::vector<std::byte> bytes_;
   bool begun_ = false;
+  uint32_t texts_ = 0, objects_ = 0, grids_ = 0;
 };
 
-}  // namespace
-
-void failWire() {
-  throw Error(kGarbage);
-}
-
-std::string wireText(std::span<const std::byte> payload) {
-  std::string text(reinterpret_cast<const char*>(payload.data()), std::min<size_t>(payload.size(), wire::kMostText));
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+/// A file without a name that holds the bytes.
+class SharedBytes {
+ public:
+  SharedBytes(std::span<const std::byte> bytes, const std::string& name) : fd_(::memfd_create("argil", MFD_CLOEXEC)) {
+    bool written = fd_ >= 0;
+    for (size_t done = 0; written && done < bytes.size();) {
+      const ssize_t put = ::write(fd_, bytes.data() + done, bytes.size() - done);
+      if (put < 0 && errno == EINTR) continue;
+      written = put > 0;
+      done += written ? size_t(put) : 0;
+    }
+    if (written) return;
+    const std::string why = std::strerror(errno);
+    if (fd_ >= 0) ::close(fd_);
+    throw Error(name + ": cannot be given to the reader (" + why + "); free some memory", Error::Kind::work);
   }
-  return text;
-}
+  ~SharedBytes() { ::close(fd_); }
+  SharedBytes(const SharedBytes&) = delete;
+  SharedBytes& operator=(const SharedBytes&) = delete;
+  [[nodiscard]] int fd() const { return fd_; }
 
-std::filesystem::path readerProgram() {
-  if (const char* named = std::getenv("ARGIL_READER"); named != nullptr && *named != '\0') {
-    if (::access(named, X_OK) == 0) return named;
-    throw Error("the program " + displayName(named) +
-                    ", which ARGIL_READER names, is not there: it reads glTF, Draco and OpenVDB; name argil-reader or "
-                    "unset the variable",
-                Error::Kind::work);
+ private:
+  int fd_;
+};
+
+thread_local std::optional<std::span<const std::byte>> spokenBytes;  // of a SpokenReader
+
+using Take = std::function<void(wire::Kind, std::span<const std::byte>)>;
+
+void takeSpoken(const std::string& name, const Take& take, const ReaderLimits& limits) {
+  constexpr size_t kPiece = 61;  // so that heads and payloads are divided everywhere
+  Messages messages(name);
+  messages.add(std::as_bytes(std::span(wire::kMagic)));
+  for (auto rest = *spokenBytes; !rest.empty(); rest = rest.subspan(std::min(kPiece, rest.size()))) {
+    messages.add(rest.first(std::min(kPiece, rest.size())));
+    if (messages.hand(take, limits)) return;
   }
-  std::error_code failed;
-  const std::filesystem::path beside =
-      std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "argil-reader";
-  if (!failed && ::access(beside.c_str(), X_OK) == 0) return beside;
-  throw Error("the program " + displayName(beside) +
-                  " is not there: it reads glTF, Draco and OpenVDB; install argil again or name it in ARGIL_READER",
-              Error::Kind::work);
+  fail(name, kGarbage);
 }
 
-void runReader(const std::string& what, const std::filesystem::path& file,
-               const std::function<void(wire::Kind, std::span<const std::byte>)>& take, Job* job,
-               const ReaderLimits& limits) {
-  const std::string name = displayName(file);
+/// `file`: as the reader is to open it.
+void run(const std::string& what, const std::string& file, int input, const std::string& name, const Take& take,
+         Job* job, const ReaderLimits& limits) {
+  if (spokenBytes) return takeSpoken(name, take, limits);
   const std::filesystem::path program = readerProgram();
-  // Absolute: a name may begin with a dash, and whoever changes the folder meanwhile changes nothing.
   Process process(program,
-                  {program.string(), what, std::filesystem::absolute(file).string(), std::to_string(limits.memoryBytes),
-                   std::to_string(std::lround(std::ceil(limits.seconds)))});
+                  {program.string(), what, file, std::to_string(limits.memoryBytes),
+                   std::to_string(std::lround(std::ceil(limits.seconds))), std::to_string(limits.edge)},
+                  input);
   const auto begin = std::chrono::steady_clock::now();
   const std::chrono::duration<double> most(2 * limits.seconds);
   Messages messages(name);
@@ -229,6 +261,58 @@ void runReader(const std::string& what, const std::filesystem::path& file,
     messages.add({piece.data(), size_t(got)});
     if (messages.hand(take, limits)) return;
   }
+}
+
+}  // namespace
+
+SpokenReader::SpokenReader(std::span<const std::byte> spoken) {
+  spokenBytes = spoken;
+}
+SpokenReader::~SpokenReader() {
+  spokenBytes.reset();
+}
+
+void failWire() {
+  throw Error(kGarbage);
+}
+
+std::string wireText(std::span<const std::byte> payload) {
+  std::string text(reinterpret_cast<const char*>(payload.data()), std::min<size_t>(payload.size(), wire::kMostText));
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return text;
+}
+
+std::filesystem::path readerProgram() {
+  if (const char* named = std::getenv("ARGIL_READER"); named != nullptr && *named != '\0') {
+    if (::access(named, X_OK) == 0) return named;
+    throw Error("the program " + displayName(named) +
+                    ", which ARGIL_READER names, is not there: it reads glTF, Draco, OpenVDB and pictures; name "
+                    "argil-reader or "
+                    "unset the variable",
+                Error::Kind::work);
+  }
+  std::error_code failed;
+  const std::filesystem::path beside =
+      std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "argil-reader";
+  if (!failed && ::access(beside.c_str(), X_OK) == 0) return beside;
+  throw Error(
+      "the program " + displayName(beside) +
+          " is not there: it reads glTF, Draco, OpenVDB and pictures; install argil again or name it in ARGIL_READER",
+      Error::Kind::work);
+}
+
+void runReader(const std::string& what, const std::filesystem::path& file, const Take& take, Job* job,
+               const ReaderLimits& limits) {
+  // Absolute: a name may begin with a dash, and whoever changes the folder meanwhile changes nothing.
+  run(what, std::filesystem::absolute(file).string(), -1, displayName(file), take, job, limits);
+}
+
+void runReaderOn(const std::string& what, std::span<const std::byte> bytes, const std::string& name, const Take& take,
+                 Job* job, const ReaderLimits& limits) {
+  const SharedBytes shared(bytes, name);
+  run(what, "-", shared.fd(), name, take, job, limits);
 }
 
 }  // namespace argil::io

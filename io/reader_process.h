@@ -18,6 +18,7 @@ namespace argil::io {
 struct ReaderLimits {
   uint64_t memoryBytes = uint64_t{4} << 30;  ///< Address space of the process, and what it may send.
   double seconds = 120;                      ///< Of its CPU time, and twice that on the clock.
+  int edge = 1024;                           ///< Pixels along an edge of a picture.
 };
 
 /// Where argil-reader is: what ARGIL_READER names, else beside the running program. Throws Error when it is not there.
@@ -30,6 +31,22 @@ struct ReaderLimits {
 void runReader(const std::string& what, const std::filesystem::path& file,
                const std::function<void(wire::Kind, std::span<const std::byte>)>& take, Job* job = nullptr,
                const ReaderLimits& limits = {});
+
+/// The same for bytes in memory, which the process is given as its standard input; `name` stands for the file in
+/// sentences. Throws Error (work) when no memory can be shared with it.
+void runReaderOn(const std::string& what, std::span<const std::byte> bytes, const std::string& name,
+                 const std::function<void(wire::Kind, std::span<const std::byte>)>& take, Job* job = nullptr,
+                 const ReaderLimits& limits = {});
+
+/// For fuzz targets: while one lives, runReader of this thread starts no process but takes `spoken`, all that a reader
+/// sends behind its magic, in pieces of a few bytes; where that ends too early the Error is that of garbage.
+class SpokenReader {
+ public:
+  explicit SpokenReader(std::span<const std::byte> spoken);
+  ~SpokenReader();
+  SpokenReader(const SpokenReader&) = delete;
+  SpokenReader& operator=(const SpokenReader&) = delete;
+};
 
 /// Text from the reader as a message or a name may have it: one line, no control characters.
 [[nodiscard]] std::string wireText(std::span<const std::byte> payload);

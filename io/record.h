@@ -1,10 +1,12 @@
 #pragma once
 // The unit in which documents and journals keep everything: small, checked, readable by itself.
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -101,35 +103,47 @@ class RecordSource {
   virtual void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
 };
 
-/// Which ids a file holds. One thread.
+/// Which ids a file holds: 128 bytes of memory for one that stands alone, a bit where many stand together. A file may
+/// number its few records as high as it likes. One thread.
 class RecordSet {
  public:
-  void add(RecordId id) {
-    if (id / 64 >= words_.size()) words_.resize(id / 64 + 1 + words_.size() / 2);
-    words_[id / 64] |= uint64_t{1} << (id % 64);
-  }
+  void add(RecordId id) { pages_[id / kPage][id % kPage / 64] |= bitOf(id); }
   void remove(RecordId id) {
-    if (contains(id)) words_[id / 64] &= ~(uint64_t{1} << (id % 64));
+    if (const auto at = pages_.find(id / kPage); at != pages_.end()) at->second[id % kPage / 64] &= ~bitOf(id);
   }
   /// Only what the other one has too stays.
   void intersect(const RecordSet& other) {
-    if (words_.size() > other.words_.size()) words_.resize(other.words_.size());
-    for (size_t i = 0; i < words_.size(); ++i) words_[i] &= other.words_[i];
+    for (auto& [place, page] : pages_) {
+      const Page& beside = other.pageAt(place);
+      for (size_t i = 0; i < page.size(); ++i) page[i] &= beside[i];
+    }
   }
   /// Ids that the other one has not, rising.
   [[nodiscard]] std::vector<RecordId> without(const RecordSet& other) const {
     std::vector<RecordId> ids;
-    for (size_t i = 0; i < words_.size(); ++i) {
-      for (uint64_t word = words_[i] & ~(i < other.words_.size() ? other.words_[i] : 0); word != 0; word &= word - 1) {
-        ids.push_back(64 * i + static_cast<unsigned>(std::countr_zero(word)));
+    for (const auto& [place, page] : pages_) {
+      const Page& beside = other.pageAt(place);
+      for (size_t i = 0; i < page.size(); ++i) {
+        for (uint64_t word = page[i] & ~beside[i]; word != 0; word &= word - 1)
+          ids.push_back(place * kPage + 64 * i + static_cast<unsigned>(std::countr_zero(word)));
       }
     }
     return ids;
   }
-  [[nodiscard]] bool contains(RecordId id) const { return id / 64 < words_.size() && ((words_[id / 64] >> (id % 64)) & 1u); }
+  [[nodiscard]] bool contains(RecordId id) const { return (pageAt(id / kPage)[id % kPage / 64] & bitOf(id)) != 0; }
 
  private:
-  std::vector<uint64_t> words_;
+  static constexpr uint64_t kPage = 512;  // ids
+  using Page = std::array<uint64_t, kPage / 64>;
+
+  static uint64_t bitOf(RecordId id) { return uint64_t{1} << (id % 64); }
+  [[nodiscard]] const Page& pageAt(uint64_t place) const {
+    static constexpr Page kEmpty = {};
+    const auto at = pages_.find(place);
+    return at == pages_.end() ? kEmpty : at->second;
+  }
+
+  std::map<uint64_t, Page> pages_;  // A tree, as no choice of ids makes it slow.
 };
 
 }  // namespace argil::io

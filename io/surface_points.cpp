@@ -5,9 +5,11 @@
 #include <numbers>
 #include <numeric>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
 
+#include "clay/error.h"
 #include "clay/weld.h"
 
 namespace argil::io {
@@ -41,24 +43,24 @@ class Places {
   std::vector<uint32_t> of_;
 };
 
-// The corners (3 × triangle + which) around each place, in their order.
+// The corners (3 × triangle + which) around each place, in their order: 4 bytes each, as a large mesh has many.
 class Corners {
  public:
   Corners(const TriangleMesh& mesh, const Places& places)
-      : first_(places.count() + 1), corners_(3 * mesh.triangles.size()) {
+      : first_(places.count() + 2), corners_(3 * mesh.triangles.size()) {
+    // Counts are kept two places up, so that filling the list moves each start to its final place.
     for (const auto& triangle : mesh.triangles)
-      for (const uint32_t v : triangle) ++first_[places.of(v) + 1];
+      for (const uint32_t v : triangle) ++first_[places.of(v) + 2];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    std::vector<uint64_t> next(first_.begin(), first_.end() - 1);
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (size_t k = 0; k < 3; ++k) corners_[next[places.of(mesh.triangles[t][k])]++] = 3 * t + k;
+      for (size_t k = 0; k < 3; ++k) corners_[first_[places.of(mesh.triangles[t][k]) + 1]++] = uint32_t(3 * t + k);
   }
-  [[nodiscard]] std::span<const uint64_t> around(size_t place) const {
+  [[nodiscard]] std::span<const uint32_t> around(size_t place) const {
     return std::span(corners_).subspan(first_[place], first_[place + 1] - first_[place]);
   }
 
  private:
-  std::vector<uint64_t> first_, corners_;
+  std::vector<uint32_t> first_, corners_;
 };
 
 // Gives each corner around a place the group whose normal it shares.
@@ -68,7 +70,7 @@ class SmoothGroups {
       : mesh_(mesh), places_(places), least_(std::cos(kCreaseDegrees * std::numbers::pi / 180)) {}
 
   // group[i]: the lowest place of a corner of the same group.
-  const std::vector<uint32_t>& of(std::span<const uint64_t> corners) {
+  const std::vector<uint32_t>& of(std::span<const uint32_t> corners) {
     group_.resize(corners.size());
     std::iota(group_.begin(), group_.end(), 0u);
     edges_.clear();
@@ -118,7 +120,7 @@ class SmoothGroups {
 };
 
 // What a corner adds to the normal of its vertex.
-Vec3d weighted(const TriangleMesh& mesh, uint64_t corner) {
+Vec3d weighted(const TriangleMesh& mesh, uint32_t corner) {
   const auto& t = mesh.triangles[corner / 3];
   const size_t k = corner % 3;
   const Vec3d& at = mesh.positions[t[k]];
@@ -142,6 +144,9 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
   if (!byTriangle) points.colours = object.vertexColours;
   if (!byTriangle && !shaded) return points;
 
+  if (mesh.triangles.size() > UINT32_MAX / 3)
+    throw Error("the model has more than " + std::to_string(UINT32_MAX / 3) + " triangles; reduce it first",
+                Error::Kind::work);
   const Places places(mesh, normals == Normals::joined);
   const Corners corners(mesh, places);
   SmoothGroups groups(mesh, places);
@@ -155,8 +160,11 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
   std::vector<Wanted> wanted;
   std::vector<Vec3d> sums;  // by group
   points.triangles.resize(mesh.triangles.size());
+  // As many as most meshes need: a list that grows holds its items twice.
+  points.vertex.reserve(mesh.positions.size());
+  if (shaded) points.normals.reserve(mesh.positions.size());
   for (size_t p = 0; p < places.count(); ++p) {
-    const std::span<const uint64_t> around = corners.around(p);
+    const std::span<const uint32_t> around = corners.around(p);
     const std::span<const uint32_t> group = shaded ? std::span(groups.of(around)) : std::span<const uint32_t>();
     wanted.clear();
     sums.assign(shaded ? around.size() : 0, Vec3d::Zero());
@@ -168,7 +176,7 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
     std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.key() < b.key(); });
     for (size_t i = 0; i < wanted.size(); ++i) {
       const Wanted& each = wanted[i];
-      const uint64_t corner = around[each.place];
+      const uint32_t corner = around[each.place];
       if (i == 0 || !each.samePoint(wanted[i - 1])) {
         points.vertex.push_back(each.vertex);
         if (byTriangle) points.colours.push_back(object.triangleColours[corner / 3]);

@@ -28,8 +28,8 @@ enum class Normals : uint8_t {
 };
 inline constexpr double kCreaseDegrees = 40;
 
-/// Memory while it works: about 20 bytes a corner of a triangle for normals. N. Max, Weights for Computing Vertex
-/// Normals from Facet Normals (1999).
+/// Memory while it works: 12 bytes a triangle and 4 a vertex beside what it returns, 12 a triangle and 16 a point.
+/// Throws Error beyond 1 431 655 765 triangles. N. Max, Weights for Computing Vertex Normals from Facet Normals (1999).
 [[nodiscard]] SurfacePoints pointsOf(const ModelObject& object, Normals normals);
 
 }  // namespace argil::io

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <span>
 
+#include "io/unpack_limit.h"
+
 namespace argil::io {
 
 namespace {
@@ -20,7 +22,7 @@ constexpr uint32_t kElsewhere = 0xffffffff;  ///< Stands where the ZIP64 field h
 constexpr uint16_t kZip64Field = 1;
 /// Deflate codes 258 bytes in 2 bits at best.
 constexpr uint64_t kDeflateRatio = 1032;
-constexpr uint64_t kMostTogether = 2 * ZipReader::kMostBytes;
+constexpr uint64_t kMostTogether = 2 * kMostUnpacked;
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -93,7 +95,17 @@ void ZipReader::readTable() {
   readEnd(entries, at, size);
   const uint64_t end = at + size;
   parts_.reserve(entries);
-  for (uint64_t i = 0; i < entries; ++i) at = readEntry(at, end);
+  uint64_t together = 0;
+  for (uint64_t i = 0; i < entries; ++i) {
+    at = readEntry(at, end);
+    together += std::min(parts_.back().size, kMostTogether);
+  }
+  // Parts of their own may be dense; all of them are not, but in an archive that is to fill the memory.
+  if (isTooDense(together,
+                 input_.packed == 0 ? input_.bytes.size() : std::min<uint64_t>(input_.packed, input_.bytes.size())))
+    fail(input_.name, "says that it unpacks to " + std::to_string(together >> 20) + " MiB, more than " +
+                          std::to_string(kMostUnpackRatio) +
+                          " times its size, as no model does; it may be an attack, or unpack it first");
   byName_.resize(parts_.size());
   std::iota(byName_.begin(), byName_.end(), 0u);
   std::vector<std::string> names;
@@ -162,9 +174,10 @@ FileBytes ZipReader::read(const Part& part) {
   }
   const bool stored = part.method == kStored;
   if (stored ? part.size != part.packed : part.size / kDeflateRatio > part.packed) damaged("part " + name + " cannot have as many bytes as it says");
-  if (part.size > kMostBytes || part.size > kMostTogether - unpacked_ || (part.size > kFreeBytes && part.size / kMostRatio > part.packed)) {
+  if (part.size > kMostUnpacked || part.size > kMostTogether - unpacked_ || isTooDense(part.size, part.packed)) {
     fail(input_.name, "its part " + name + " unpacks to " + std::to_string(part.size) + " bytes, more than is read; reduce the model or export it in another format");
   }
+  requireMemory(input_.name, part.size);
   unpacked_ += part.size;
 
   FileBytes result;

@@ -26,19 +26,16 @@ class ZipReader {
     uint16_t flags = 0;
   };
 
-  /// Of one part: the most that is unpacked, and the most that may come out of one packed byte once a part is larger than kFreeBytes.
-  static constexpr uint64_t kMostBytes = uint64_t(4) << 30;
-  static constexpr uint64_t kFreeBytes = uint64_t(64) << 20;
-  static constexpr uint64_t kMostRatio = 200;
-
-  /// Reads the table; `input` must outlive the reader. Memory: a small multiple of the table. Throws Error that names the file.
+  /// Reads the table; `input` must outlive the reader. Memory: a small multiple of the table. Throws Error that names
+  /// the file, also when all parts together, or one, would be more than archives may unpack to (unpack_limit.h): before
+  /// any is.
   explicit ZipReader(const Input& input);
 
   [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
   /// The part of that name, upper and lower case alike as OPC says; null when there is none.
   [[nodiscard]] const Part* find(std::string_view name) const;
-  /// Unpacked; its length and checksum are as the table says. Throws Error: before memory is taken when the sizes cannot be true or are beyond the limits (all
-  /// that this reader unpacked counts), and for what is damaged.
+  /// Unpacked; its length and checksum are as the table says. Throws Error: before memory is taken when the sizes
+  /// cannot be true or are beyond the limits, and for what is damaged.
   [[nodiscard]] FileBytes read(const Part& part);
 
  private:

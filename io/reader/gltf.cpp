@@ -25,6 +25,69 @@ constexpr double kRounding = 1e-6;  // of the last row of a matrix that a progra
 /// Everything of the scene, in all instances: more would not fit into the limits of the other end either.
 constexpr uint64_t kMostTriangles = uint64_t{1} << 28;
 
+/// Triangles as the file has them. Nothing of a primitive is copied but what Draco unpacked: a model is large, and read
+/// once.
+class Primitive {
+ public:
+  /// What was checked: corners name vertices, and colours are as many as vertices.
+  GltfFile::Numbers positions;
+  std::optional<GltfFile::Numbers> colours, corners;
+  uint64_t mode = kTriangles;
+  std::array<double, 4> factor = {1, 1, 1, 1};  // base colour, linear
+  std::optional<MeshData> unpacked;             // in place of the numbers
+
+  [[nodiscard]] Bytes4 base() const {
+    return {srgbByte(factor[0]), srgbByte(factor[1]), srgbByte(factor[2]), plainByte(factor[3])};
+  }
+  [[nodiscard]] bool coloured() const { return unpacked ? !unpacked->colours.empty() : colours.has_value(); }
+  [[nodiscard]] uint64_t vertices() const { return unpacked ? unpacked->positions.size() : positions.count(); }
+  [[nodiscard]] uint64_t triangles() const {
+    if (unpacked) return unpacked->triangles.size();
+    const uint64_t count = cornerCount();
+    return mode == kTriangles ? count / 3 : count < 3 ? 0 : count - 2;
+  }
+  [[nodiscard]] uint64_t cornerCount() const { return corners ? corners->count() : positions.count(); }
+
+  [[nodiscard]] std::array<double, 3> position(uint64_t i) const {
+    std::array<double, 3> at{};
+    if (unpacked) return unpacked->positions[i];
+    positions.get(i, at.data());
+    return at;
+  }
+  [[nodiscard]] std::array<uint32_t, 3> triangle(uint64_t i) const {
+    if (unpacked) return unpacked->triangles[i];
+    if (mode == kTriangles) return {corner(3 * i), corner(3 * i + 1), corner(3 * i + 2)};
+    if (mode == kFan) return {corner(i + 1), corner(i + 2), corner(0)};
+    return {corner(i), corner(i + 1 + i % 2), corner(i + 2 - i % 2)};
+  }
+  /// COLOR_0 multiplies the base colour, both linear.
+  [[nodiscard]] Bytes4 colour(uint64_t i) const {
+    if (!coloured()) return base();
+    if (unpacked) return unpacked->colours[i];
+    std::array<double, 4> linear = {0, 0, 0, 1};
+    colours->get(i, linear.data());
+    return {srgbByte(linear[0] * factor[0]), srgbByte(linear[1] * factor[1]), srgbByte(linear[2] * factor[2]),
+            plainByte(linear[3] * factor[3])};
+  }
+
+ private:
+  [[nodiscard]] uint32_t corner(uint64_t i) const { return corners ? corners->index(i) : uint32_t(i); }
+};
+
+using Mesh = std::vector<Primitive>;
+
+/// Sends as one array what `at` gives for 0 to `count`, a piece at a time.
+template <class T, class At>
+void sendArray(Sender& sender, wire::Kind kind, uint64_t count, const At& at) {
+  constexpr uint64_t kPiece = 16384;
+  std::vector<T> piece;
+  for (uint64_t first = 0; first < count; first += kPiece) {
+    piece.clear();
+    for (uint64_t i = first; i < std::min(first + kPiece, count); ++i) piece.push_back(at(i));
+    sender.array(kind, std::span<const T>(piece));
+  }
+}
+
 class Scene {
  public:
   Scene(const std::filesystem::path& path, Sender& sender)
@@ -35,10 +98,10 @@ class Scene {
   void refuseRequired() const;
   std::vector<uint64_t> roots();
   void sendNode(const Json& node, const Eigen::Affine3d& place);
-  void sendPlaced(const MeshData& local, const Eigen::Affine3d& place, const std::string& name);
+  void sendPlaced(const Mesh& mesh, const Eigen::Affine3d& place, const std::string& name);
   std::vector<Eigen::Affine3d> instances(const Json& node, const std::string& name);
-  const MeshData& mesh(uint64_t index);
-  MeshData primitiveData(const Json& primitive, const std::string& name);
+  const Mesh& mesh(uint64_t index);
+  std::optional<Primitive> primitive(const Json& json, const std::string& name);
   std::array<double, 4> baseColour(const Json& primitive);
   void noteOnce(const std::string& sentence) {
     if (std::find(noted_.begin(), noted_.end(), sentence) == noted_.end()) noted_.push_back(sentence);
@@ -46,10 +109,10 @@ class Scene {
 
   GltfFile file_;
   Sender& sender_;
-  std::vector<std::optional<MeshData>> meshes_;
+  std::vector<std::optional<Mesh>> meshes_;
   std::vector<std::string> noted_;
   bool draco_ = false;
-  uint64_t triangles_ = 0;
+  uint64_t triangles_ = 0, objects_ = 0;
 };
 
 /// The node's own transform: its matrix, or translation · rotation · scale.
@@ -170,8 +233,8 @@ void Scene::send() {
 
 void Scene::sendNode(const Json& node, const Eigen::Affine3d& place) {
   const uint64_t index = GltfFile::index(node, "mesh");
-  const MeshData& local = mesh(index);
-  if (local.triangles.empty()) return;
+  const Mesh& local = mesh(index);
+  if (local.empty()) return;
   if (node.contains("skin")) noteOnce("skins are not kept: what they bend is as it was modelled");
   const std::string own = GltfFile::text(node, "name");
   const std::string name = own.empty() ? GltfFile::text(file_.item("meshes", index), "name") : own;
@@ -187,14 +250,15 @@ std::vector<Eigen::Affine3d> Scene::instances(const Json& node, const std::strin
   const auto read = [&](const char* key, size_t wanted) {
     std::vector<double> values;
     if (!attributes.contains(key)) return values;
-    size_t components = 0;
-    values = file_.values(GltfFile::index(attributes, key), components);
-    const auto isFinite = [](double v) { return std::isfinite(v); };
-    if (components != wanted || !std::all_of(values.begin(), values.end(), isFinite) ||
-        count.value_or(values.size() / wanted) != values.size() / wanted)
+    const GltfFile::Numbers numbers = file_.values(GltfFile::index(attributes, key));
+    bool good = numbers.components() == wanted && count.value_or(numbers.count()) == numbers.count();
+    if (good) values.resize(numbers.count() * wanted);
+    for (uint64_t i = 0; good && i < numbers.count(); ++i) numbers.get(i, values.data() + i * wanted);
+    good = good && std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+    if (!good)
       throw Error("is damaged: the instances of " + (name.empty() ? std::string("a node") : name) +
                   " disagree in their " + key + "; export it again");
-    count = values.size() / wanted;
+    count = numbers.count();
     return values;
   };
   const std::vector<double> moves = read("TRANSLATION", 3), turns = read("ROTATION", 4), scales = read("SCALE", 3);
@@ -212,49 +276,62 @@ std::vector<Eigen::Affine3d> Scene::instances(const Json& node, const std::strin
   return places;
 }
 
-void Scene::sendPlaced(const MeshData& local, const Eigen::Affine3d& place, const std::string& name) {
-  triangles_ += local.triangles.size();
+/// All primitives as one object, as they bound one body together. Each vertex belongs to one primitive, so colours of
+/// primitives can be colours of vertices.
+void Scene::sendPlaced(const Mesh& mesh, const Eigen::Affine3d& place, const std::string& name) {
+  wire::Object object{};
+  for (const Primitive& part : mesh) {
+    object.vertices += part.vertices();
+    object.triangles += part.triangles();
+    if (part.coloured() || part.base() != mesh.front().base()) object.hasColours = 1;
+  }
+  triangles_ += object.triangles;
   if (triangles_ > kMostTriangles)
     throw Error("places more than " + std::to_string(kMostTriangles) + " triangles; export fewer instances");
-  MeshData placed = local;
-  for (auto& position : placed.positions) {
-    const Vec3d at = place * Vec3d(position[0], position[1], position[2]);
-    position = {at.x(), at.y(), at.z()};
+  if (++objects_ > wire::kMostObjects)
+    throw Error("places more than " + std::to_string(wire::kMostObjects) + " objects; join some of them");
+  if (object.vertices > UINT32_MAX) throw Error("has a mesh of more vertices than can be numbered; split it first");
+  if (object.hasColours == 0 && mesh.front().base() != kWhite) {
+    object.hasColour = 1;
+    const Bytes4 colour = mesh.front().base();
+    std::copy(colour.begin(), colour.end(), object.colour);
   }
-  if (place.linear().determinant() < 0) {
-    for (auto& triangle : placed.triangles) std::swap(triangle[1], triangle[2]);
+  sender_.named(wire::Kind::object, object, name);
+  for (const Primitive& part : mesh) {
+    sendArray<std::array<double, 3>>(sender_, wire::Kind::positions, part.vertices(), [&](uint64_t i) {
+      const std::array<double, 3> p = part.position(i);
+      const Vec3d at = place * Vec3d(p[0], p[1], p[2]);
+      if (!at.allFinite()) throw Error("has a vertex whose coordinates are not finite; export it again");
+      return std::array<double, 3>{at.x(), at.y(), at.z()};
+    });
   }
-  sendMesh(placed, name, sender_);
+  const bool mirrors = place.linear().determinant() < 0;
+  uint32_t first = 0;
+  for (const Primitive& part : mesh) {
+    sendArray<std::array<uint32_t, 3>>(sender_, wire::Kind::triangles, part.triangles(), [&](uint64_t i) {
+      auto [a, b, c] = part.triangle(i);
+      if (mirrors) std::swap(b, c);
+      return std::array<uint32_t, 3>{a + first, b + first, c + first};
+    });
+    first += uint32_t(part.vertices());
+  }
+  if (object.hasColours == 0) return;
+  for (const Primitive& part : mesh)
+    sendArray<Bytes4>(sender_, wire::Kind::colours, part.vertices(), [&](uint64_t i) { return part.colour(i); });
 }
 
-/// All primitives of a mesh as one, as they bound one body together. Each vertex belongs to one primitive, so colours
-/// of primitives can be colours of vertices.
-const MeshData& Scene::mesh(uint64_t index) {
+/// The primitives of a mesh that have triangles.
+const Mesh& Scene::mesh(uint64_t index) {
   const Json& object = file_.item("meshes", index);
   if (meshes_[index]) return *meshes_[index];
-  std::vector<MeshData> parts;
-  for (const Json& primitive : GltfFile::member(object, "primitives")) {
-    if (!primitive.is_object())
+  Mesh parts;
+  for (const Json& json : GltfFile::member(object, "primitives")) {
+    if (!json.is_object())
       throw Error("is damaged: mesh " + std::to_string(index) + " has a primitive that is none; export it again");
-    MeshData part = primitiveData(primitive, "mesh " + std::to_string(index));
-    if (!part.triangles.empty()) parts.push_back(std::move(part));
+    std::optional<Primitive> part = primitive(json, "mesh " + std::to_string(index));
+    if (part && part->triangles() > 0) parts.push_back(std::move(*part));
   }
-  MeshData& all = meshes_[index].emplace();
-  const bool coloured = std::any_of(parts.begin(), parts.end(), [&](const MeshData& part) {
-    return !part.colours.empty() || part.colour != parts.front().colour;
-  });
-  if (!coloured && !parts.empty() && parts.front().colour != kWhite) all.colour = parts.front().colour;
-  for (MeshData& part : parts) {
-    const size_t first = all.positions.size();
-    if (first + part.positions.size() > UINT32_MAX)
-      throw Error("has a mesh of more vertices than can be numbered; split it first");
-    if (coloured && part.colours.empty()) part.colours.resize(part.positions.size(), *part.colour);
-    all.colours.insert(all.colours.end(), part.colours.begin(), part.colours.end());
-    all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
-    for (const auto& [a, b, c] : part.triangles)
-      all.triangles.push_back({uint32_t(a + first), uint32_t(b + first), uint32_t(c + first)});
-  }
-  return all;
+  return meshes_[index].emplace(std::move(parts));
 }
 
 /// Linear.
@@ -269,91 +346,60 @@ std::array<double, 4> Scene::baseColour(const Json& primitive) {
   return factor;
 }
 
-MeshData Scene::primitiveData(const Json& primitive, const std::string& name) {
-  MeshData data;
-  const uint64_t mode = GltfFile::optionalIndex(primitive, "mode").value_or(kTriangles);
-  if (mode > kFan)
-    throw Error("is damaged: " + name + " has primitives of the unknown mode " + std::to_string(mode) +
+std::optional<Primitive> Scene::primitive(const Json& json, const std::string& name) {
+  Primitive part;
+  part.mode = GltfFile::optionalIndex(json, "mode").value_or(kTriangles);
+  if (part.mode > kFan)
+    throw Error("is damaged: " + name + " has primitives of the unknown mode " + std::to_string(part.mode) +
                 "; export it again");
-  if (mode < kTriangles) {
+  if (part.mode < kTriangles) {
     noteOnce("points and lines are not kept");
-    return data;
+    return {};
   }
-  if (primitive.contains("targets")) noteOnce("morph targets are not kept");
-  const std::array<double, 4> factor = baseColour(primitive);
-  const Bytes4 base = {srgbByte(factor[0]), srgbByte(factor[1]), srgbByte(factor[2]), plainByte(factor[3])};
-  const Json& attributes = GltfFile::member(primitive, "attributes");
-  const Json& packed = GltfFile::member(GltfFile::member(primitive, "extensions"), "KHR_draco_mesh_compression");
-  // COLOR_0 multiplies the base colour, both linear.
-  const auto tinted = [&](const double* linear, size_t components) {
-    return Bytes4{srgbByte(linear[0] * factor[0]), srgbByte(linear[1] * factor[1]), srgbByte(linear[2] * factor[2]),
-                  components == 4 ? plainByte(linear[3] * factor[3]) : plainByte(factor[3])};
-  };
+  if (json.contains("targets")) noteOnce("morph targets are not kept");
+  part.factor = baseColour(json);
+  const Json& attributes = GltfFile::member(json, "attributes");
+  const Json& packed = GltfFile::member(GltfFile::member(json, "extensions"), "KHR_draco_mesh_compression");
   if (!packed.is_null()) {
     draco_ = true;
     const Json& ids = GltfFile::member(packed, "attributes");
-    data = decodeDraco(file_.view(GltfFile::index(packed, "bufferView")), GltfFile::index(ids, "POSITION"),
-                       GltfFile::optionalIndex(ids, "COLOR_0"), factor);
-    data.colour = base;
-    return data;
+    part.unpacked = decodeDraco(file_.view(GltfFile::index(packed, "bufferView")), GltfFile::index(ids, "POSITION"),
+                                GltfFile::optionalIndex(ids, "COLOR_0"), part.factor);
+    return part;
   }
-  data.colour = base;
-  size_t components = 0;
   if (!attributes.is_object() || !attributes.contains("POSITION")) {
     noteOnce("meshes without positions were left out");
-    return data;
+    return {};
   }
-  const auto positions = file_.values(GltfFile::index(attributes, "POSITION"), components);
-  if (components != 3)
-    throw Error("is damaged: " + name + " has positions of " + std::to_string(components) +
+  part.positions = file_.values(GltfFile::index(attributes, "POSITION"));
+  if (part.positions.components() != 3)
+    throw Error("is damaged: " + name + " has positions of " + std::to_string(part.positions.components()) +
                 " coordinates; export it again");
-  data.positions.resize(positions.size() / 3);
-  for (size_t i = 0; i < data.positions.size(); ++i)
-    data.positions[i] = {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
-  const size_t vertices = data.positions.size();
+  const uint64_t vertices = part.positions.count();
   if (attributes.contains("COLOR_0")) {
-    const auto colours = file_.values(GltfFile::index(attributes, "COLOR_0"), components);
-    if (colours.size() / components != vertices)
+    const GltfFile::Numbers& colours = part.colours.emplace(file_.values(GltfFile::index(attributes, "COLOR_0")));
+    if (colours.count() != vertices)
       throw Error("is damaged: " + name + " has another number of colours than of vertices; export it again");
-    data.colours.reserve(vertices);
-    for (size_t i = 0; i < vertices; ++i) {
-      for (size_t c = 0; c < components; ++c) {
-        if (!std::isfinite(colours[i * components + c]))
-          throw Error("is damaged: " + name + " has a colour that is not finite; export it again");
-      }
-      data.colours.push_back(tinted(&colours[i * components], components));
+    std::array<double, 4> colour{};
+    for (uint64_t i = 0; i < vertices; ++i) {
+      colours.get(i, colour.data());
+      if (!std::all_of(colour.begin(), colour.end(), [](double v) { return std::isfinite(v); }))
+        throw Error("is damaged: " + name + " has a colour that is not finite; export it again");
     }
   }
-
-  std::vector<uint32_t> corners;
-  if (const auto indices = GltfFile::optionalIndex(primitive, "indices")) {
-    corners = file_.indices(*indices);
-    for (const uint32_t corner : corners) {
-      if (corner >= vertices) {
+  if (const auto indices = GltfFile::optionalIndex(json, "indices")) {
+    const GltfFile::Numbers& corners = part.corners.emplace(file_.indices(*indices));
+    for (uint64_t i = 0; i < corners.count(); ++i) {
+      if (const uint32_t corner = corners.index(i); corner >= vertices) {
         throw Error("is damaged: " + name + " names vertex " + std::to_string(corner) + " of " +
                     std::to_string(vertices) + "; export it again");
       }
     }
-  } else {
-    corners.resize(vertices);
-    for (size_t i = 0; i < vertices; ++i) corners[i] = uint32_t(i);
   }
-  if (mode == kTriangles) {
-    if (corners.size() % 3 != 0)
-      throw Error("is damaged: " + name + " has " + std::to_string(corners.size()) +
-                  " corners, which are no whole triangles; export it again");
-    for (size_t i = 0; i + 2 < corners.size(); i += 3)
-      data.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
-  } else {
-    for (size_t i = 0; i + 2 < corners.size(); ++i) {
-      if (mode == kFan) {
-        data.triangles.push_back({corners[i + 1], corners[i + 2], corners[0]});
-      } else {
-        data.triangles.push_back({corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]});
-      }
-    }
-  }
-  return data;
+  if (part.mode == kTriangles && part.cornerCount() % 3 != 0)
+    throw Error("is damaged: " + name + " has " + std::to_string(part.cornerCount()) +
+                " corners, which are no whole triangles; export it again");
+  return part;
 }
 
 }  // namespace

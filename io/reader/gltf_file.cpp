@@ -1,5 +1,7 @@
 #include "io/reader/gltf_file.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string_view>
@@ -15,6 +17,9 @@ using Json = GltfFile::Json;
 
 constexpr uint64_t kMostBytes = UINT32_MAX;  // as much as a .glb can hold
 constexpr uint64_t kMostElements = uint64_t{1} << 28;
+/// Elements at zero for each that a sparse accessor without bytes of its own sets: a few bytes must not ask for
+/// gigabytes.
+constexpr uint64_t kMostZeros = 1024;
 constexpr uint64_t kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125,
                    kFloat = 5126;
 
@@ -113,11 +118,20 @@ std::string brief(std::string text) {
 
 }  // namespace
 
-/// Equal elements at equal distances within bytes that are there.
-struct GltfFile::Numbers {
-  const unsigned char* first = nullptr;
-  size_t stride = 0;
-};
+void GltfFile::Numbers::get(uint64_t element, double* to) const {
+  const unsigned char* from = first_ + element * stride_;
+  if (!changed_.empty()) {
+    const auto at = std::lower_bound(changed_.begin(), changed_.end(), element,
+                                     [](const auto& change, uint64_t wanted) { return change.first < wanted; });
+    if (at != changed_.end() && at->first == element) from = at->second;
+  }
+  const size_t size = sizeOf(type_);
+  for (size_t c = 0; c < components_; ++c) to[c] = component(type_, from + c * size, normalized_);
+}
+
+uint32_t GltfFile::Numbers::index(uint64_t element) const {
+  return uint32_t(component(type_, first_ + element * stride_, false));
+}
 
 GltfFile::GltfFile(const std::filesystem::path& file)
     : folder_(std::filesystem::absolute(file).parent_path()), content_(contentOf(file, kMostBytes)) {
@@ -143,6 +157,7 @@ GltfFile::GltfFile(const std::filesystem::path& file)
     }
   }
   root_ = Json::parse(json.begin(), json.end(), nullptr, false);
+  if (!binary_) std::vector<unsigned char>().swap(content_);  // Its buffers are in the JSON too.
   if (!root_.is_object()) throw Error("is no glTF, as its JSON cannot be read; export it again");
   const std::string version = text(member(root_, "asset"), "version");
   if (version.empty()) throw Error("is JSON but no glTF, as it has no asset version; export it as glTF 2");
@@ -270,63 +285,73 @@ GltfFile::Numbers GltfFile::located(uint64_t at, uint64_t offset, uint64_t count
       (count > 0 && (count - 1) * stride + element > bytes.size() - offset)) {
     damaged("an accessor reaches beyond buffer view " + std::to_string(at));
   }
-  return {bytes.data() + offset, size_t(stride)};
+  Numbers numbers;
+  numbers.first_ = bytes.data() + offset;
+  numbers.stride_ = size_t(stride);
+  numbers.components_ = components;
+  numbers.count_ = count;
+  numbers.type_ = componentType;
+  return numbers;
 }
 
-std::vector<double> GltfFile::values(uint64_t at, size_t& components) {
+GltfFile::Numbers GltfFile::values(uint64_t at) {
   const Json& object = item("accessors", at);
   const std::string type = text(object, "type");
-  components = type == "VEC3" ? 3 : type == "VEC4" ? 4 : 0;
+  const size_t components = type == "VEC3" ? 3 : type == "VEC4" ? 4 : 0;
   if (components == 0) damaged("accessor " + std::to_string(at) + " has another type than its use asks for");
   const uint64_t count = index(object, "count"), componentType = index(object, "componentType");
-  const bool normalized = object.value("normalized", Json()) == Json(true);
-  const size_t size = sizeOf(componentType);
+  static_cast<void>(sizeOf(componentType));  // which refuses an unknown one
   if (count > kMostElements)
     damaged("accessor " + std::to_string(at) + " announces " + std::to_string(count) + " elements");
-  std::vector<double> values;
-  const auto put = [&](uint64_t element, const unsigned char* from) {
-    for (size_t c = 0; c < components; ++c)
-      values[element * components + c] = component(componentType, from + c * size, normalized);
-  };
-  if (const auto base = optionalIndex(object, "bufferView")) {
-    const Numbers from =
-        located(*base, optionalIndex(object, "byteOffset").value_or(0), count, componentType, components, false);
-    values.resize(count * components);
-    for (uint64_t i = 0; i < count; ++i) put(i, from.first + i * from.stride);
-  } else {
-    values.resize(count * components);
+  const Json& sparse = member(object, "sparse");
+  const auto view = optionalIndex(object, "bufferView");
+  if (!view && sparse.is_null()) damaged("accessor " + std::to_string(at) + " has no data");
+  Numbers all;
+  if (view) {
+    all = located(*view, optionalIndex(object, "byteOffset").value_or(0), count, componentType, components, false);
+  } else {  // Zeros, where nothing changes them.
+    static constexpr std::array<unsigned char, 16> kZeros = {};
+    all.first_ = kZeros.data();
+    all.components_ = components;
+    all.count_ = count;
+    all.type_ = componentType;
   }
-  if (const Json& sparse = member(object, "sparse"); !sparse.is_null()) {
-    const Json &places = member(sparse, "indices"), &with = member(sparse, "values");
-    const uint64_t changed = index(sparse, "count"), placeType = index(places, "componentType");
-    if (placeType != kUnsignedByte && placeType != kUnsignedShort && placeType != kUnsignedInt)
-      damaged("accessor " + std::to_string(at) + " has sparse indices of a wrong type");
-    const Numbers where = located(index(places, "bufferView"), optionalIndex(places, "byteOffset").value_or(0), changed,
-                                  placeType, 1, true);
-    const Numbers what = located(index(with, "bufferView"), optionalIndex(with, "byteOffset").value_or(0), changed,
-                                 componentType, components, true);
-    for (uint64_t i = 0; i < changed; ++i) {
-      const auto place = uint64_t(component(placeType, where.first + i * where.stride, false));
-      if (place >= count) damaged("accessor " + std::to_string(at) + " changes an element that is not there");
-      put(place, what.first + i * what.stride);
-    }
+  all.normalized_ = object.value("normalized", Json()) == Json(true);
+  if (sparse.is_null()) return all;
+
+  const Json &places = member(sparse, "indices"), &with = member(sparse, "values");
+  const uint64_t changes = index(sparse, "count"), placeType = index(places, "componentType");
+  if (placeType != kUnsignedByte && placeType != kUnsignedShort && placeType != kUnsignedInt)
+    damaged("accessor " + std::to_string(at) + " has sparse indices of a wrong type");
+  const Numbers where = located(index(places, "bufferView"), optionalIndex(places, "byteOffset").value_or(0), changes,
+                                placeType, 1, true);
+  const Numbers what = located(index(with, "bufferView"), optionalIndex(with, "byteOffset").value_or(0), changes,
+                               componentType, components, true);
+  if (!view && count / kMostZeros > changes)
+    damaged("accessor " + std::to_string(at) + " announces " + std::to_string(count) + " elements");
+  for (uint64_t i = 0; i < changes; ++i) {
+    const uint64_t place = where.index(i);
+    if (place >= count) damaged("accessor " + std::to_string(at) + " changes an element that is not there");
+    all.changed_.emplace_back(place, what.first_ + i * what.stride_);
   }
-  return values;
+  // They should rise; of several changes the last one counts.
+  const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(all.changed_.begin(), all.changed_.end(), before);
+  const auto first = std::unique(all.changed_.rbegin(), all.changed_.rend(),
+                                 [](const auto& a, const auto& b) { return a.first == b.first; });
+  all.changed_.erase(all.changed_.begin(), first.base());
+  return all;
 }
 
-std::vector<uint32_t> GltfFile::indices(uint64_t at) {
+GltfFile::Numbers GltfFile::indices(uint64_t at) {
   const Json& object = item("accessors", at);
   const uint64_t count = index(object, "count"), componentType = index(object, "componentType");
   const bool whole = componentType == kUnsignedByte || componentType == kUnsignedShort || componentType == kUnsignedInt;
   if (!whole || text(object, "type") != "SCALAR")
     damaged("accessor " + std::to_string(at) + " has another type than indices have");
   if (object.contains("sparse")) throw Error("has sparse indices, which cannot be read; export it without them");
-  const Numbers from = located(index(object, "bufferView"), optionalIndex(object, "byteOffset").value_or(0), count,
-                               componentType, 1, false);
-  std::vector<uint32_t> indices(count);
-  for (uint64_t i = 0; i < count; ++i)
-    indices[i] = uint32_t(component(componentType, from.first + i * from.stride, false));
-  return indices;
+  return located(index(object, "bufferView"), optionalIndex(object, "byteOffset").value_or(0), count, componentType, 1,
+                 false);
 }
 
 }  // namespace argil::io::reader

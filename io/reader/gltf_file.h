@@ -7,12 +7,33 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace argil::io::reader {
 
 class GltfFile {
  public:
+  /// The numbers of an accessor, taken from the file's bytes when they are asked for: what is read once needs no copy.
+  /// Holds as long as its file.
+  class Numbers {
+   public:
+    [[nodiscard]] uint64_t count() const { return count_; }
+    [[nodiscard]] size_t components() const { return components_; }
+    /// All components of an element below count(), normalized ones as fractions. Not checked for being finite.
+    void get(uint64_t element, double* to) const;
+    /// Of an accessor of whole numbers.
+    [[nodiscard]] uint32_t index(uint64_t element) const;
+
+   private:
+    friend class GltfFile;
+    const unsigned char* first_ = nullptr;
+    size_t stride_ = 0, components_ = 0;
+    uint64_t count_ = 0, type_ = 0;
+    bool normalized_ = false;
+    std::vector<std::pair<uint64_t, const unsigned char*>> changed_;  // Of a sparse accessor: rising elements.
+  };
+
   using Json = nlohmann::json;
 
   /// Throws Error: no JSON, no glTF 2, chunks that are cut off.
@@ -38,14 +59,12 @@ class GltfFile {
   /// The bytes of a buffer view; its buffer is read when it is first asked for, from the folder of the file and below
   /// it only.
   [[nodiscard]] std::span<const unsigned char> view(uint64_t index);
-  /// All values of an accessor of 3 (or 3 to 4) components, sparse ones put in their places, normalized ones as
-  /// fractions. Not checked for being finite.
-  [[nodiscard]] std::vector<double> values(uint64_t accessor, size_t& components);
-  /// Of an accessor of whole numbers.
-  [[nodiscard]] std::vector<uint32_t> indices(uint64_t accessor);
+  /// An accessor of 3 or 4 components, sparse ones put in their places.
+  [[nodiscard]] Numbers values(uint64_t accessor);
+  /// Of whole numbers.
+  [[nodiscard]] Numbers indices(uint64_t accessor);
 
  private:
-  struct Numbers;
   std::span<const unsigned char> buffer(uint64_t index);
   Numbers located(uint64_t view, uint64_t offset, uint64_t count, uint64_t componentType, size_t components,
                   bool tight);

@@ -1,6 +1,7 @@
 // argil-reader: parses one file with somebody else's library, checks it, and sends what is in it to standard output
 // (wire.h).
-//   argil-reader gltf|draco|vdb FILE [MEMORY-BYTES SECONDS]
+//   argil-reader gltf|draco|vdb|grey|colour FILE [MEMORY-BYTES SECONDS [PIXELS]]
+// FILE "-": what it is given as its standard input. PIXELS: the most along an edge of a picture.
 
 #include <fcntl.h>
 #include <signal.h>
@@ -22,26 +23,6 @@
 #include "io/reader/sandbox.h"
 
 namespace argil::io::reader {
-
-std::vector<unsigned char> contentOf(const std::filesystem::path& file, uint64_t most) {
-  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) throw Error("cannot be opened; check the name and the permissions");
-  struct stat facts {};
-  if (::fstat(fd, &facts) != 0 || !S_ISREG(facts.st_mode))
-    throw Error("is not a regular file; copy its content to a file first");
-  if (facts.st_size == 0) throw Error("is empty (0 bytes); export it again");
-  if (uint64_t(facts.st_size) > most)
-    throw Error("is larger than " + std::to_string(most >> 20) + " MiB; split it first");
-  std::vector<unsigned char> bytes(size_t(facts.st_size), 0);
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) throw Error("cannot be read to its end; wait until it is written");
-    done += size_t(got);
-  }
-  ::close(fd);
-  return bytes;
-}
 
 void tryForbidden(const std::filesystem::path& file, Sender& sender) {
   const std::string target = file.string() + ".forbidden";
@@ -67,7 +48,10 @@ int main(int argc, char** argv) {
   using namespace argil;
   using namespace argil::io;
   if (argc < 3) {
-    std::fputs("argil-reader is started by argil: argil-reader gltf|draco|vdb FILE [MEMORY-BYTES SECONDS]\n", stderr);
+    std::fputs(
+        "argil-reader is started by argil: argil-reader gltf|draco|vdb|grey|colour FILE [MEMORY-BYTES SECONDS "
+        "[PIXELS]]\n",
+        stderr);
     return 2;
   }
   const std::string_view what = argv[1];
@@ -85,6 +69,9 @@ int main(int argc, char** argv) {
       reader::readDraco(file, sender);
     } else if (what == "vdb") {
       reader::readVdb(file, sender);
+    } else if (what == "grey" || what == "colour") {
+      reader::readPicture(file, what == "grey" ? reader::PictureAs::grey : reader::PictureAs::colour,
+                          argc > 5 ? std::atoi(argv[5]) : 1024, sender);
     } else if (what == "forbidden") {
       reader::tryForbidden(file, sender);
     } else {

@@ -9,7 +9,9 @@
 
 namespace argil::io::reader {
 
-/// A regular file that is not empty, whole. `most`: bytes.
+/// A regular file that is not empty, whole; kInput names what the process was given as its standard input. `most`:
+/// bytes.
+inline constexpr const char* kInput = "-";
 [[nodiscard]] std::vector<unsigned char> contentOf(const std::filesystem::path& file,
                                                    uint64_t most = uint64_t{1} << 31);
 
@@ -19,6 +21,12 @@ void readGltf(const std::filesystem::path& file, Sender& sender);
 void readDraco(const std::filesystem::path& file, Sender& sender);
 /// The level sets of a .vdb file, as bricks.
 void readVdb(const std::filesystem::path& file, Sender& sender);
+enum class PictureAs : uint8_t {
+  grey,    ///< As wire::Kind::levels.
+  colour,  ///< As wire::Kind::pixels.
+};
+/// A picture of at most `largest` pixels along an edge.
+void readPicture(const std::filesystem::path& file, PictureAs as, int largest, Sender& sender);
 /// Tries what the sandbox forbids and sends a note for each thing that worked: for tests.
 void tryForbidden(const std::filesystem::path& file, Sender& sender);
 

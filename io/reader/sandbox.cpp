@@ -15,6 +15,7 @@
 #include <memory>
 
 #include "clay/error.h"
+#include "io/reader/descriptor.h"
 
 namespace argil::io::reader {
 
@@ -37,21 +38,6 @@ void limit(__rlimit_resource what, uint64_t value) {
   if (::setrlimit(what, &limits) != 0)
     throw Error("the reader's limits could not be set; look at ulimit -a", Error::Kind::work);
 }
-
-/// A file descriptor of our own.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 /// No file but what may be read; false where the kernel has no Landlock (before 5.13, or not switched on).
 bool confineFiles(const std::filesystem::path& file, Readable readable) {

@@ -4,10 +4,29 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 namespace argil::io::reader {
 
-Sender::Sender() : buffer_(size_t{1} << 18) {
+namespace {
+
+constexpr size_t kBufferBytes = size_t{1} << 18;
+
+void toStandardOutput(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(STDOUT_FILENO, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) ::_exit(1);
+    bytes = bytes.subspan(size_t(written));
+  }
+}
+
+}  // namespace
+
+Sender::Sender() : Sender(toStandardOutput) {}
+
+Sender::Sender(std::function<void(std::span<const std::byte>)> listener)
+    : listener_(std::move(listener)), buffer_(kBufferBytes) {
   put(std::as_bytes(std::span(wire::kMagic)));
 }
 
@@ -22,12 +41,7 @@ void Sender::put(std::span<const std::byte> bytes) {
 }
 
 void Sender::flush() {
-  for (size_t done = 0; done < used_;) {
-    const ssize_t written = ::write(STDOUT_FILENO, buffer_.data() + done, used_ - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) ::_exit(1);
-    done += size_t(written);
-  }
+  listener_({buffer_.data(), used_});
   used_ = 0;
 }
 

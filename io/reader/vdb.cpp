@@ -277,6 +277,8 @@ void readVdb(const std::filesystem::path& path, Sender& sender) {
       continue;
     }
     base.reset();
+    if (sent == wire::kMostGrids)
+      throw Error("holds more than " + std::to_string(wire::kMostGrids) + " level sets; export them as several files");
     sendLevelSet(grid, title, colours, sender);
     ++sent;
   }

@@ -12,22 +12,29 @@ static_assert(std::endian::native == std::endian::little, "swap the bytes of mes
 inline constexpr char kMagic[8] = {'A', 'R', 'G', 'I', 'L', 'R', 'D', '1'};
 inline constexpr uint32_t kMostBytes = uint32_t{4} << 20;  ///< Of a payload: longer arrays come in pieces.
 inline constexpr uint32_t kMostText = 1000;                ///< Of a name, a note, a sentence.
+// How many there are: each costs the receiver more than it costs the sender.
+inline constexpr uint32_t kMostTexts = 1000;  ///< Notes and metadata together; the sender drops the rest.
+inline constexpr uint32_t kMostObjects = uint32_t{1} << 18;
+inline constexpr uint32_t kMostGrids = 1000;
 
 enum class Kind : uint32_t {
-  error = 1,     ///< Text: what is wrong with the file and what to do; the last message.
-  memory,        ///< Nothing: there was not enough of it; the last message.
-  note,          ///< Text.
-  format,        ///< Text.
-  metadata,      ///< Text: key, a zero byte, value.
-  object,        ///< Object, then its name. Its arrays follow, each complete before the next begins.
-  positions,     ///< Of 3 doubles.
-  triangles,     ///< Of 3 uint32_t.
-  colours,       ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
-  grid,          ///< Grid, then its name. Its tiles follow, then its bricks.
-  tiles,         ///< Of Tile: what is inside.
-  bricks,        ///< Of Brick.
+  error = 1,  ///< Text: what is wrong with the file and what to do; the last message.
+  memory,     ///< Nothing: there was not enough of it; the last message.
+  note,       ///< Text.
+  format,     ///< Text.
+  metadata,   ///< Text: key, a zero byte, value.
+  object,     ///< Object, then its name. Its arrays follow, each complete before the next begins.
+  positions,  ///< Of 3 doubles.
+  triangles,  ///< Of 3 uint32_t.
+  colours,    ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
+  grid,       ///< Grid, then its name. Its tiles follow, then its bricks.
+  tiles,      ///< Of Tile: what is inside.
+  bricks,     ///< Of Brick.
   colourBricks,  ///< Of ColourBrick; each where a brick was sent.
-  end,           ///< Nothing: all was sent.
+  picture,    ///< Picture. Its levels, or its pixels, follow.
+  levels,     ///< Of float, 0 black to 1 white, row by row from the top.
+  pixels,     ///< Of 4 bytes, sRGB and alpha, row by row from the top.
+  end,        ///< Nothing: all was sent.
 };
 
 struct Head {
@@ -63,6 +70,10 @@ struct Brick {
 struct ColourBrick {
   int32_t x, y, z;
   uint8_t channel[4][512];  ///< sRGB and how much of it covers the colour of the whole; in order of Brick.
+};
+
+struct Picture {
+  uint32_t width, height;
 };
 
 }  // namespace argil::io::wire

@@ -27,6 +27,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 constexpr std::array kTopFolders = {"clay", "haptics", "render", "io", "engine", "ui3d", "plugins", "tests", "installer", "cmake"};
 constexpr std::array kSourceSuffixes = {".h", ".hpp", ".inl", ".c", ".cpp", ".vert", ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
 constexpr std::array kHeavyPrefixes = {"openvdb/", "nanovdb/", "vulkan/", "volk.h"};
+constexpr std::array kForeignParsers = {"stb_image.h", "draco/compression/decode.h", "png.h", "jpeglib.h"};
 
 struct Include {
   size_t line = 0;
@@ -172,6 +173,17 @@ Breaches heavyHeaders(const fs::path& root) {
         breaches.push_back(place(source, include) + ", through which it sees OpenVDB's or Vulkan's headers");
       }
     }
+  }
+  return breaches;
+}
+
+Breaches foreignParsers(const fs::path& root) {
+  Breaches breaches;
+  for (const auto& [path, source] : readTree(root)) {
+    if (source.room.empty() || path.starts_with("io/reader/")) continue;
+    for (const Include& include : source.includes)
+      if (!include.quoted && oneOf(kForeignParsers, include.target))
+        breaches.push_back(place(source, include) + ", which only the reader process may run");
   }
   return breaches;
 }

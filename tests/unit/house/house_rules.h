@@ -18,6 +18,10 @@ using Breaches = std::vector<std::string>;
 /// Includes by which a file of one room gets to see OpenVDB's or Vulkan's headers through a header of another.
 [[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
 
+/// Files outside of io/reader that include a library that takes other people's files apart: those run in its confined
+/// process alone. Tests are free.
+[[nodiscard]] Breaches foreignParsers(const std::filesystem::path& root);
+
 /// Files over `maxLines` lines that the NOTES.md of their top folder does not name.
 [[nodiscard]] Breaches longFiles(const std::filesystem::path& root, size_t maxLines = 600);
 

@@ -32,6 +32,10 @@ TEST(House, ArrowsHold) { EXPECT_THAT(arrows(kThisTree), IsEmpty()); }
 
 TEST(House, HeavyHeadersStayInTheirRoom) { EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty()); }
 
+TEST(House, OthersParsersRunInTheReaderAlone) {
+  EXPECT_THAT(foreignParsers(kThisTree), IsEmpty());
+}
+
 TEST(House, LongFilesHaveAReason) { EXPECT_THAT(longFiles(kThisTree), IsEmpty()); }
 
 TEST(House, TheTreeIsReallyRead) { EXPECT_GT(sourceCount(kThisTree), 20u); }
@@ -77,6 +81,14 @@ TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {
   plant("render/device.h", "#include <volk.h>\n");
   plant("ui3d/main.cpp", "#include \"render/device.h\"\n");
   EXPECT_THAT(heavyHeaders(root_), ElementsAre(HasSubstr("io/file.cpp:1"), HasSubstr("ui3d/main.cpp:1")));
+}
+
+TEST_F(PlantedTree, AParserOutsideOfTheReaderIsCaught) {
+  plant("io/reader/picture.cpp", "#include <stb_image.h>\n");
+  plant("tests/unit/io/picture.cpp", "#include <stb_image.h>\n");
+  EXPECT_THAT(foreignParsers(root_), IsEmpty());
+  plant("render/png.cpp", "#include <stb_image.h>\n#include <stb_image_write.h>\n");
+  EXPECT_THAT(foreignParsers(root_), ElementsAre(HasSubstr("render/png.cpp:1")));
 }
 
 TEST_F(PlantedTree, ALongFileWithoutAReasonIsCaught) {

@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -75,6 +76,39 @@ TEST(DocumentFile, appearsWithItsFirstCommit) {
   EXPECT_EQ(file->save(), 1u);
   EXPECT_EQ(file->head(), 1u);
   EXPECT_EQ(file->nextId(), 2u);
+}
+
+// The heap's bytes; zero under sanitizers, whose heap does not count.
+size_t heapBytes() {
+  const struct mallinfo2 heap = ::mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
+
+// Ids are 33 bits: what is kept for each that a file could have would be a gibibyte for a file of two records.
+TEST(DocumentFile, recordsNumberedHighCostNoMoreThanOthers) {
+  constexpr RecordId kHighest = (RecordId{1} << 33) - 1;
+  const samples::Folder folder;
+  const auto path = folder / "a.argil";
+  {
+    const auto file = DocumentFile::create(path);
+    const auto transaction = file->begin();
+    for (const RecordId id : {RecordId{1}, RecordId{1} << 32, kHighest}) putSample(*transaction, id);
+    transaction->commit(1, kHighest + 1);
+  }
+  const auto file = DocumentFile::open(path, true);
+  const size_t before = heapBytes();
+  RecordSet held = file->held();
+  RecordSet live = held;
+  live.remove(RecordId{1} << 32);
+  live.intersect(held);
+  EXPECT_TRUE(held.contains(kHighest) && held.contains(RecordId{1} << 32) && !held.contains(kHighest - 1));
+  EXPECT_EQ(held.without(live), std::vector<RecordId>{RecordId{1} << 32});
+  EXPECT_LT(heapBytes() - before, size_t{1} << 20);
+  const auto transaction = file->begin();
+  transaction->removeAllBut(live);
+  transaction->commit(1, kHighest + 1);
+  EXPECT_FALSE(file->held().contains(RecordId{1} << 32));
+  EXPECT_TRUE(file->held().contains(kHighest));
 }
 
 TEST(DocumentFile, withoutACommitNothingIsLeft) {

@@ -131,6 +131,18 @@ TEST_F(Gltf, SparseAndQuantizedPositions) {
       {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", 3}}}};
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(4, -6, 5));
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[2], Vec3d(7, -9, 8));
+  // Of two changes of one vertex the last one counts.
+  bytes[61] = bytes[60];
+  EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(7, -9, 8));
+  bytes[61] = 2;
+  // Without bytes of its own it is zero where nothing changes it. A few bytes do not ask for gigabytes.
+  document["accessors"][0].erase("bufferView");
+  EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(4, -6, 5));
+  EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[3], Vec3d(0, 0, 0));
+  document["accessors"][0]["count"] = 200'000'000;
+  EXPECT_THAT(refusal(document, bytes), HasSubstr("announces 200000000 elements"));
+  document["accessors"][0].erase("sparse");
+  EXPECT_THAT(refusal(document, bytes), HasSubstr("accessor 0 has no data"));
 
   document = square();
   bytes.clear();

@@ -3,16 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <libdeflate.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <cstring>
 #include <vector>
 
 #include "io/model_file.h"
+#include "io/unpack_limit.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string gzip(const std::string& content) {
   libdeflate_compressor* packer = libdeflate_alloc_compressor(9);
@@ -59,11 +64,64 @@ TEST_F(PackedModel, damagedGzipIsRefused) {
   EXPECT_THAT(refusal("a.gz", gzip(samples::zip({{"a.off", kTriangle}}))), HasSubstr("ZIP archive"));
 }
 
-// 1000:1; only 64 MiB are free.
+// 1000:1; only 16 MiB are free. Where a last member hides how much there is, it is noticed as it comes.
 TEST_F(PackedModel, aGzipBombIsRefusedBeforeItFillsTheMemory) {
   const std::string bomb = gzip(std::string(size_t(200) << 20, ' '));
   ASSERT_LT(bomb.size(), size_t(1) << 20);
-  EXPECT_THAT(refusal("a.off.gz", bomb), HasSubstr("unpacks to more than 64 MiB"));
+  EXPECT_THAT(refusal("a.off.gz", bomb), HasSubstr("unpacks to more than 50 times its size"));
+  EXPECT_THAT(refusal("a.off.gz", bomb + gzip(kTriangle)), HasSubstr("unpacks to more than 50 times its size"));
+  // What is small may be as dense as it likes.
+  EXPECT_EQ(read("b.off.gz", gzip(kTriangle + std::string(size_t(10) << 20, ' '))).objects.size(), 1u);
+}
+
+// Members whose end says little of all: it grows, and each byte comes out once.
+TEST_F(PackedModel, manyMembersAreOneFile) {
+  std::string text = "OFF 30000 1 0\n", packed;
+  for (int i = 0; i < 30000; ++i) text += std::to_string(i * 7919 % 10007) + " " + std::to_string(i) + " 1\n";
+  text += "3 0 1 2\n";
+  for (size_t at = 0; at < text.size(); at += 9973) packed += gzip(text.substr(at, 9973));
+  EXPECT_EQ(read("a.off.gz", packed).objects.at(0).mesh.positions.size(), 30000u);
+}
+
+// What is in the archive in the archive counts as if it came out of the first.
+TEST_F(PackedModel, archivesInArchivesAreJudgedTogether) {
+  const std::string inner =
+      samples::zip({{"3D/a.model", std::string(65535, 'x'), true}, {"b", std::string(400'000, 'b')}});
+  std::string dense = inner;
+  const size_t table = dense.find("PK\x01\x02");
+  const uint32_t claimed = 20'000'000;
+  std::memcpy(&dense[table + 24], &claimed, 4);
+  // 43:1 as it is; but half of it came from next to nothing.
+  EXPECT_THAT(refusal("a.3mf", dense), Not(HasSubstr("50 times its size")));
+  EXPECT_THAT(refusal("a.gz", gzip(dense)), HasSubstr("50 times its size"));
+}
+
+// What the system has left, or the limit that it was given, is shared with the mesh.
+TEST(UnpackLimit, halfOfTheMemoryThatIsLeft) {
+#ifndef __SANITIZE_ADDRESS__
+  constexpr uint64_t kMiB = uint64_t{1} << 20;
+  EXPECT_GT(availableMemory(), 64 * kMiB);
+  EXPECT_NO_THROW(requireMemory("a.3mf", 20 * kMiB));
+  const auto inATightPlace = [] {
+    rlimit space{};
+    std::ifstream status("/proc/self/statm");
+    uint64_t pages = 0;
+    status >> pages;
+    space.rlim_cur = space.rlim_max = pages * uint64_t(::sysconf(_SC_PAGESIZE)) + 100 * kMiB;
+    ::setrlimit(RLIMIT_AS, &space);
+    const uint64_t left = availableMemory();
+    if (left > 100 * kMiB || left < 80 * kMiB) ::_exit(3);
+    requireMemory("a.3mf", 30 * kMiB);  // Half of it, or little less.
+    try {
+      requireMemory("a.3mf", 60 * kMiB);
+    } catch (const Error& error) {
+      std::fputs(error.what(), stderr);
+      ::_exit(0);
+    }
+    ::_exit(4);
+  };
+  EXPECT_EXIT(inATightPlace(), testing::ExitedWithCode(0), "a.3mf: unpacks to 60 MiB, too much for the .* MiB");
+#endif
 }
 
 TEST_F(PackedModel, aZipOfOneModelIsRead) {

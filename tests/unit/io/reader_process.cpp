@@ -96,8 +96,15 @@ TEST_F(ReaderProcess, MemoryIsLimited) {
 
 TEST_F(ReaderProcess, WhatItSendsIsLimited) {
   const OtherReader endless(
-      script("printf ARGILRD1; while :; do printf '\\003\\000\\000\\000\\004\\000\\000\\000abcd'; done"));
+      script("printf ARGILRD1; while :; do printf '\\004\\000\\000\\000\\004\\000\\000\\000abcd'; done"));
   EXPECT_THAT(sentenceOf("gltf", {.memoryBytes = 100000}), HasSubstr("memory"));
+}
+
+// A note without a word costs a misled reader eight bytes, and whoever keeps it several times as many.
+TEST_F(ReaderProcess, EndlessNotesAreGarbage) {
+  const OtherReader endless(
+      script("printf ARGILRD1; while :; do printf '\\003\\000\\000\\000\\000\\000\\000\\000'; done"));
+  EXPECT_THAT(sentenceOf("gltf", {.memoryBytes = 100000}), HasSubstr("sent what it should not"));
 }
 
 TEST_F(ReaderProcess, CancelKillsIt) {

@@ -9,7 +9,7 @@
 #include "engine/script.h"
 #include "engine/thumbnail.h"
 #include "engine/tool_demo.h"
-#include "render/png.h"
+#include "io/picture.h"
 #include "ui3d/studio/panels/icons.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/theme.h"
@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t kMostRecent = 6;
+constexpr int kMostEdge = 1024;           // Pixels of a document's picture: ours have 256.
 constexpr uint32_t kFirstTexture = 1000;  // Of the renderer's pictures for panels.
 constexpr float kTile = 62, kPictureTile = 112, kRowTile = 40, kLeastTile = 150;
 constexpr std::array<std::string_view, 3> kExamples{"carve", "wax", "twist"};
@@ -44,7 +45,10 @@ void readPictures(const Context& context, StartPage& page) {
       for (size_t i = 0; i < files.size() && !job.cancelled(); ++i) {
         try {
           if (fs::path(files[i]).extension() != ".argil") continue;
-          if (const std::vector<std::byte> png = engine::thumbnailOf(files[i]); !png.empty()) (*pictures)[i] = render::decodePng(png);
+          const std::vector<std::byte> png = engine::thumbnailOf(files[i]);
+          if (png.empty()) continue;
+          io::ColourImage picture = io::unpackPicture(png, kMostEdge, &job);
+          (*pictures)[i] = {picture.width, picture.height, std::move(picture.rgba)};
         } catch (const Error&) {
           // An icon stands for it; opening it says what is wrong.
         }
