@@ -261,7 +261,7 @@ class Judge {
           offset + (count - 1) * stride + layout.element() > view["byteLength"].get<uint64_t>())
         say("ACCESSOR_TOO_LONG", pointer);
     }
-    if (errors() > 0) return;
+    readable_ = errors() == 0;  // Every element lies in the bytes that are there.
     for (size_t i = 0; i < list("accessors").size(); ++i) bounds(i);
   }
 
@@ -269,7 +269,7 @@ class Judge {
   template <class Each>
   void values(size_t which, const Each& each) {
     const Json& accessor = list("accessors")[which];
-    if (!accessor.contains("bufferView")) return;
+    if (!readable_ || !accessor.contains("bufferView")) return;
     const Json& view = list("bufferViews")[accessor["bufferView"].get<size_t>()];
     const auto& bytes = contents_[view["buffer"].get<size_t>()];
     if (!bytes) return;
@@ -506,7 +506,7 @@ class Judge {
         if (!flags[i]) say("UNUSED_OBJECT", at("/" + name, i));
   }
 
-  bool binary_ = false;
+  bool binary_ = false, readable_ = false;
   std::optional<std::string_view> bin_;
   Json root_;
   std::vector<std::optional<std::string>> contents_;  // of each buffer

@@ -20,8 +20,8 @@ struct GltfIssue {
   std::string message;
 };
 
-/// Judges a .glb or .gltf, which the first bytes tell. Where the JSON does not have the form that it should, contents
-/// are not judged. O(bytes).
+/// Judges a .glb or .gltf, which the first bytes tell. Where the JSON does not have the form that it should, no more
+/// is judged; where views or accessors do not fit their bytes, contents are not. O(bytes).
 [[nodiscard]] std::vector<GltfIssue> gltfIssues(std::string_view bytes);
 
 /// One line an issue; empty without errors and warnings.

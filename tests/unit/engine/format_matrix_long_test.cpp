@@ -192,8 +192,9 @@ TEST_P(LongFormatMatrixOf, OtherWritersAreReadTheSame) {
     }
     if (converter.says.empty()) {  // A slicer puts things onto its bed.
       const Vec3d by = lowOf(io::readModel(to).objects) - lowOf(scene.objects);
-      for (ModelObject& object : scene.objects)
-        for (Vec3d& p : object.mesh.positions) p += by;
+      for (auto* objects : {&scene.objects, &scene.meant})
+        for (ModelObject& object : *objects)
+          for (Vec3d& p : object.mesh.positions) p += by;
     }
     const std::string said = cell(to, row, scene);
     std::cout << row.name << ", " << column.name << " of " << converter.program << ": " << said << "\n";
