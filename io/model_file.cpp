@@ -195,7 +195,7 @@ ModelFile readModel(const std::filesystem::path& path, Job* job) {
     if (format.readInProcess && format.recognizes(sniffed)) return format.readInProcess(path, job);
   }
   const FileBytes file = readFile(path, job);
-  const Input input{file.bytes(), displayName(path), job, path.has_parent_path() ? path.parent_path() : "."};
+  const Input input{file.bytes(), displayName(path), job, 0, path.has_parent_path() ? path.parent_path() : "."};
   if (isGzip(input)) {
     const FileBytes inside = gunzipped(input);
     return parseUnpacked({inside.bytes(), input.name, job, input.bytes.size()});
