@@ -24,7 +24,7 @@ struct ColourImage {
 
 /// Reads PNG, JPEG, BMP, TGA or PGM, 8 or 16 bits, colours as their brightness. Throws Error for a file that is
 /// missing, is none of these, has more than `largest` pixels along an edge, or is damaged where its format tells (a PGM
-/// that ends early does not); Cancelled. Starts a process: some 10 ms beside the work. Any thread but the servo's.
+/// that ends early does not); Cancelled. Starts a process: some 40 ms beside the work. Any thread but the servo's.
 [[nodiscard]] GreyImage readGreyImage(const std::filesystem::path& file, int largest, Job* job = nullptr);
 
 /// The same formats from memory, in colour: a preview may come from anybody's document. Errors name it "the picture".
