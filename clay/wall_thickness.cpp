@@ -19,13 +19,13 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kLeast = 1e-4;     // of the longest side: the radius of the first ball
-constexpr double kOpposite = -0.5;  // cosine of the angle between two faces that are the sides of a wall: over 120°
+constexpr double kLeast = 1e-4;        // of the longest side: the radius of the first ball
+constexpr double kOpposite = -0.5;     // cosine of the angle between two faces that are the sides of a wall: over 120°
 constexpr double kSmaller = 1 - 1e-6;  // of a ball: less is another one
 constexpr int kMostShrinks = 32;
 constexpr double kBeside = 0.02;  // of the wall: how far from it a point is asked whether it is inside
 constexpr double kKept = 1e-3;    // of the surface: may be thinner than the voxel that keeps the walls
-constexpr double kWalls = 1.25;  // voxels across a wall that is surely kept: curved ones of just one lose spots
+constexpr double kWalls = 1.25;   // voxels across a wall that is surely kept: curved ones of just one lose spots
 constexpr size_t kPointsABlock = 64;
 
 /// Whether the mesh is more than one piece of surface, which may overlap.

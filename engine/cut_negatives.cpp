@@ -11,9 +11,8 @@
 
 namespace argil::engine {
 
-clay::Version withoutNegatives(clay::Version version, uint32_t assembly,
-                               const std::vector<io::ModelObject>& negatives, std::vector<std::string>& notes,
-                               Job* job) {
+clay::Version withoutNegatives(clay::Version version, uint32_t assembly, const std::vector<io::ModelObject>& negatives,
+                               std::vector<std::string>& notes, Job* job) {
   clay::ImportOptions options;
   options.grid = version.grid();
   options.placeOrigin = false;

@@ -10,8 +10,8 @@
 
 namespace argil::engine {
 
-/// The clay of objects of one assembly without the negative volumes of the same, in mm; a note says what became of each.
-/// Throws Cancelled.
+/// The clay of objects of one assembly without the negative volumes of the same, in mm; a note says what became of
+/// each. Throws Cancelled.
 [[nodiscard]] clay::Version withoutNegatives(clay::Version version, uint32_t assembly,
                                              const std::vector<io::ModelObject>& negatives,
                                              std::vector<std::string>& notes, Job* job);

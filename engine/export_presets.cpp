@@ -21,20 +21,23 @@ constexpr std::array kPresets{
     ExportPreset{"slicer", "Slicer", "3MF: millimetres, names and colours, one object a piece, every triangle.",
                  kThreeMf},
     ExportPreset{"blender", "Blender", "glTF that every Blender opens: names, colours, matt, where it is.", kGlb},
-    ExportPreset{"game", "Game", "glTF of 100 000 triangles at most, its middle at zero, that every engine opens.", kGlb,
-                 100'000, true},
+    ExportPreset{"game", "Game", "glTF of 100 000 triangles at most, its middle at zero, that every engine opens.",
+                 kGlb, 100'000, true},
     ExportPreset{"web", "Web", "glTF of 200 000 triangles at most, packed with Draco: small to send.", kGlb, 200'000,
                  true, true},
-    ExportPreset{"archive", "Archive", "The clay itself as a level set and its surface as 3MF: open formats, all of it.",
-                 kArchive},
+    ExportPreset{"archive", "Archive",
+                 "The clay itself as a level set and its surface as 3MF: open formats, all of it.", kArchive},
 };
 
 }  // namespace
 
-std::span<const ExportPreset> exportPresets() { return kPresets; }
+std::span<const ExportPreset> exportPresets() {
+  return kPresets;
+}
 
 const ExportPreset& exportPresetNamed(std::string_view id) {
-  const auto row = std::find_if(kPresets.begin(), kPresets.end(), [&](const ExportPreset& each) { return each.id == id; });
+  const auto row =
+      std::find_if(kPresets.begin(), kPresets.end(), [&](const ExportPreset& each) { return each.id == id; });
   if (row != kPresets.end()) return *row;
   std::string names;
   for (const ExportPreset& each : kPresets) names += (names.empty() ? "" : ", ") + std::string(each.id);

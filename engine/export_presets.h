@@ -12,9 +12,9 @@
 namespace argil::engine {
 
 struct ExportPreset {
-  std::string_view id;                    ///< On the command line.
-  std::string_view name;                  ///< In the studio.
-  std::string_view help;                  ///< One sentence for the user.
+  std::string_view id;                        ///< On the command line.
+  std::string_view name;                      ///< In the studio.
+  std::string_view help;                      ///< One sentence for the user.
   std::span<const std::string_view> endings;  ///< Of the files, each with its dot; the first where one is enough.
   std::optional<uint64_t> triangles = {};     ///< As ModelExport has these.
   bool recentre = false;

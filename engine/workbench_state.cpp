@@ -479,8 +479,8 @@ Vec3d Workbench::State::besideAll(const Document& document, const std::vector<Pi
 }
 
 std::string Workbench::State::nameFor(const Document& document, const std::string& name) {
-  const auto taken = [&](const std::string& wanted) {
-    const auto has = [&](const Thing& thing) { return thing.name == wanted; };
+  const auto taken = [&](const std::string& candidate) {
+    const auto has = [&](const Thing& thing) { return thing.name == candidate; };
     return std::any_of(document.pieces.begin(), document.pieces.end(), has) ||
            std::any_of(document.parts.begin(), document.parts.end(), has) ||
            std::any_of(document.guides.begin(), document.guides.end(), has);

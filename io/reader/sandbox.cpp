@@ -139,16 +139,19 @@ bool confineCalls() {
         ::seccomp_rule_add(filter.get(), action, call, unsigned(sizeof...(conditions)), conditions...) != 0)
       failConfining();
   };
+  // The library's macros for this are C, which clang refuses in C++.
+  const auto masked = [](unsigned argument, scmp_datum_t mask, scmp_datum_t value) {
+    return scmp_arg_cmp{argument, SCMP_CMP_MASKED_EQ, mask, value};
+  };
   for (const int call : kAllowed) rule(call, SCMP_ACT_ALLOW);
-  rule(SCMP_SYS(openat), SCMP_ACT_ALLOW, SCMP_A2(SCMP_CMP_MASKED_EQ, kWriting, 0));
-  rule(SCMP_SYS(open), SCMP_ACT_ALLOW, SCMP_A1(SCMP_CMP_MASKED_EQ, kWriting, 0));
+  rule(SCMP_SYS(openat), SCMP_ACT_ALLOW, masked(2, kWriting, 0));
+  rule(SCMP_SYS(open), SCMP_ACT_ALLOW, masked(1, kWriting, 0));
   // abort() sends itself a signal; nobody else gets one.
-  rule(SCMP_SYS(tgkill), SCMP_ACT_ALLOW, SCMP_A0(SCMP_CMP_EQ, scmp_datum_t(::getpid())));
+  rule(SCMP_SYS(tgkill), SCMP_ACT_ALLOW, scmp_arg_cmp{0, SCMP_CMP_EQ, scmp_datum_t(::getpid()), 0});
   // Threads, not processes. The C library falls back to clone when the kernel knows no clone3, whose flags lie in
   // memory.
   rule(SCMP_SYS(clone3), SCMP_ACT_ERRNO(ENOSYS));
-  rule(SCMP_SYS(clone), SCMP_ACT_ALLOW,
-       SCMP_A0(SCMP_CMP_MASKED_EQ, scmp_datum_t(CLONE_THREAD), scmp_datum_t(CLONE_THREAD)));
+  rule(SCMP_SYS(clone), SCMP_ACT_ALLOW, masked(0, scmp_datum_t(CLONE_THREAD), scmp_datum_t(CLONE_THREAD)));
   const int loaded = ::seccomp_load(filter.get());
   if (loaded == -EINVAL || loaded == -ENOSYS || loaded == -EOPNOTSUPP) return false;
   if (loaded != 0) failConfining();
