@@ -163,9 +163,8 @@ class ObjReader {
     if (runs_.empty() || runs_.back().object != object_) runs_.push_back({file_.mesh.triangles.size(), object_});
     if (newGroup_) groups_.emplace(group_);
     newGroup_ = false;
-    const bool white = materialRuns_.empty();
-    if (white ? colour_.has_value() : materialRuns_.back().colour != colour_)
-      materialRuns_.push_back({file_.mesh.triangles.size(), colour_});
+    const std::optional<Colour> before = materialRuns_.empty() ? std::nullopt : materialRuns_.back().colour;
+    if (colour_ != before) materialRuns_.push_back({file_.mesh.triangles.size(), colour_});
     addPolygon(file_, corners_);
   }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <optional>
 #include <ostream>
 #include <set>
@@ -34,8 +35,6 @@ constexpr uint64_t kMostFilled = uint64_t{1} << 24;
 constexpr uint64_t kMostFaces = uint64_t{1} << 26;  // bricks looked at beside filled blocks
 constexpr int kBlock = 8;
 constexpr int kLookEvery = 4096;
-constexpr const char* kColoursMeta = "colours";  // of a level set: the name of the grid of its colours
-constexpr const char* kColourMeta = "colour";    // its own, linear light
 
 /// One grid at a time, from messages that are not believed.
 class ClayAssembler {
@@ -324,8 +323,12 @@ std::vector<VdbObject> readVdb(const std::filesystem::path& path, double unitMm,
   if (!std::isfinite(unitMm) || !(unitMm > 0))
     throw Error("the unit of " + displayName(path) + " must be a positive number of mm");
   ClayAssembler clays(unitMm, job);
-  runReader(
-      "vdb", path, [&](wire::Kind kind, std::span<const std::byte> payload) { clays.take(kind, payload); }, job);
+  try {
+    runReader(
+        "vdb", path, [&](wire::Kind kind, std::span<const std::byte> payload) { clays.take(kind, payload); }, job);
+  } catch (const std::bad_alloc&) {
+    fail(displayName(path), "does not fit into memory; export it with larger voxels");
+  }
   return std::move(clays.objects);
 }
 
@@ -354,13 +357,13 @@ WriteReport writeVdb(const std::filesystem::path& path, const std::vector<VdbVie
     grid->setCreator("Argil");
     grid->insertMeta("unit", openvdb::StringMetadata("mm"));
     if (each.colour)
-      grid->insertMeta(kColourMeta,
+      grid->insertMeta(wire::kColourMeta,
                        openvdb::Vec3SMetadata(linearLight(each.colour->red, each.colour->green, each.colour->blue)));
     grids.push_back(grid);
     if (const auto colours = coloursOf(each, job)) {
       std::string title = clays.size() == 1 ? "Cd" : each.name + ".Cd";
       for (int n = 2; !titles.insert(title).second; ++n) title = each.name + " " + std::to_string(n) + ".Cd";
-      grid->insertMeta(kColoursMeta, openvdb::StringMetadata(title));
+      grid->insertMeta(wire::kColoursMeta, openvdb::StringMetadata(title));
       colours->setName(title);
       colours->setTransform(transform->copy());
       colours->setSaveFloatAsHalf(true);  // keeps every byte of sRGB

@@ -56,8 +56,6 @@ struct ColourGrid {
 /// By the names of the grids.
 using ColourGrids = std::map<std::string, ColourGrid>;
 
-constexpr const char* kColoursMeta = "colours";  // of a level set: the name of the grid of its colours
-constexpr const char* kColourMeta = "colour";    // its own, linear light
 constexpr const char* kColourNames[] = {"Cd", "color", "Color", "colour", "Colour", "rgb", "albedo"};
 
 Colours::Ptr coloursOf(const Grid& grid, ColourGrids& all) {
@@ -67,7 +65,7 @@ Colours::Ptr coloursOf(const Grid& grid, ColourGrids& all) {
     found->second.used = true;
     return found->second.grid;
   };
-  if (const auto meta = grid.getMetadata<openvdb::StringMetadata>(kColoursMeta)) return named(meta->value());
+  if (const auto meta = grid.getMetadata<openvdb::StringMetadata>(wire::kColoursMeta)) return named(meta->value());
   for (const char* name : kColourNames) {
     if (Colours::Ptr found = named(grid.getName() + "." + name)) return found;
   }
@@ -143,7 +141,7 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, ColourGrids& allColo
   const std::string name = title.empty() ? "the grid without a name" : "grid " + title;
   requireFinite(*grid, name);
   const Colours::Ptr colours = coloursOf(*grid, allColours);
-  const auto colour = grid->getMetadata<openvdb::Vec3SMetadata>(kColourMeta);
+  const auto colour = grid->getMetadata<openvdb::Vec3SMetadata>(wire::kColourMeta);
   auto [voxel, rotation] = voxelsOf(grid->transform());
   std::string why;
   if (voxel == 0) {

@@ -37,6 +37,11 @@ enum class Kind : uint32_t {
   end,        ///< Nothing: all was sent.
 };
 
+// What a level set says of its colours in a .vdb file: the name of their grid, and the one that it has itself, linear
+// light.
+inline constexpr const char* kColoursMeta = "colours";
+inline constexpr const char* kColourMeta = "colour";
+
 struct Head {
   Kind kind;
   uint32_t bytes;

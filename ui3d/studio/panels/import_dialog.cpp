@@ -218,7 +218,6 @@ void drawAsked(Context& context, Memory& memory) {
   bool ready = true;
   std::string trouble;
   if (asked.reading) {
-    memory.moves = true;
     ready = asked.reading->done();
     if (ready) {
       try {
@@ -226,7 +225,6 @@ void drawAsked(Context& context, Memory& memory) {
         if (asked.look->units.empty() || !asked.look->model)
           throw Error("the model could not be read", Error::Kind::work);
         if (!asked.guessed) takeGuess(asked), measureWalls(asked);
-        memory.moves = !asked.measuring->done();
         asked.guessed = true;
         sizeRows(asked, context.state);
       } catch (const std::exception& e) {
@@ -237,6 +235,7 @@ void drawAsked(Context& context, Memory& memory) {
       kit::bar(asked.reading->job().fraction(), ImGui::GetContentRegionAvail().x);
       asked.accepted |= entered;
     }
+    memory.moves |= !ready || (asked.measuring && !asked.measuring->done());
   } else if (asksForUnits(asked.file)) {
     unitRow(asked);
   }
