@@ -68,8 +68,10 @@ haptics::PointerSample Hand::sampleOf(const Event& event, bool down) {
   sample.tiltX = event.tiltX;
   sample.tiltY = event.tiltY;
   sample.pressure = event.pressure;
+  // A pen that hardly touches puts the tip on the clay, its centre a radius above; all its pressure takes it as deep as a mouse goes.
+  const double lifted = stroke_->cuts && event.pressure >= 0 ? -1 : 0;
   const double pressed = event.pressure >= 0 ? event.pressure : 1;
-  const double depth = down ? stroke_->depthPart * stroke_->radiusMm * pressed : 0;
+  const double depth = (lifted + (down ? pressed * (stroke_->depthPart - lifted) : 0)) * stroke_->radiusMm;
   sample.surfaceMm = lastSurfaceMm_ + depth - (event.pressure > 0 ? kPenDepthMm * event.pressure : 0);
   return sample;
 }

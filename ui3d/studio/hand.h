@@ -26,7 +26,8 @@ class Hand {
     float width = 1, height = 1;       ///< Of the window, interface units.
     std::optional<render::Section> section;
     double radiusMm = 1;
-    double depthPart = 0;              ///< Of the radius: how deep the tip goes under the surface. Pens: times their pressure.
+    bool cuts = false;                 ///< The tip's place is what is cut: a pen's pressure rules its depth.
+    double depthPart = 0;              ///< Of the radius: how deep its centre goes under the surface.
     std::optional<double> otherMm;     ///< Along the first line of sight: a part in front.
   };
 

@@ -342,7 +342,8 @@ Hand::Stroke SessionWindow::strokeHere() const {
   stroke.section = state_.look.section;
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   stroke.radiusMm = tool.radiusMm;
-  stroke.depthPart = engine::rowOf(tool).work == haptics::Work::cut ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
+  stroke.cuts = engine::rowOf(tool).work == haptics::Work::cut;
+  stroke.depthPart = stroke.cuts ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
   return stroke;
 }
 

@@ -319,7 +319,7 @@ TEST_P(PenOnClay, aHeavyHandDoesMoreThanALightOne) {
       done[heavy] = std::abs(play(file).volume - before.volume);
     }
     EXPECT_GT(done[0], 1) << "a light hand does something";
-    EXPECT_GT(done[1], 1.3 * done[0]);
+    EXPECT_GT(done[1], 2 * done[0]) << "a light hand did " << done[0];
   }
 }
 

@@ -48,6 +48,7 @@ class HandTest : public ::testing::Test {
     s.width = 1000;
     s.height = 1000;
     s.radiusMm = 5;
+    s.cuts = true;
     s.depthPart = 0.5;
     return s;
   }
@@ -83,11 +84,20 @@ TEST_F(HandTest, theTipGoesUnderTheSurfaceAsItWasByAPartOfTheRadius) {
 }
 
 TEST_F(HandTest, aPensDepthGoesWithItsPressure) {
-  // What the pointer itself adds for pressure is taken off: only the part of the radius remains.
-  hand_.begin(stroke(), at(500, 500, 10, 0.5f), 10);
+  // From the ball on the clay to as deep as a mouse goes. What the pointer itself adds for pressure is taken off.
+  for (const float pressure : {0.0f, 0.5f, 1.0f}) {
+    hand_.begin(stroke(), at(500, 500, 10, pressure), 10);
+    const double add = haptics::PointerOptions().penDepthMm * pressure;
+    EXPECT_NEAR(hand_.place().z() - add, 25, 0.1) << "nothing is cut on the way";
+    hand_.pump(11);
+    EXPECT_NEAR(hand_.place().z() - add, 25 - 7.5 * pressure, 0.1);
+  }
+  Hand::Stroke lays = stroke();
+  lays.cuts = false;
+  lays.depthPart = 0;
+  hand_.begin(lays, at(500, 500, 10, 0.5f), 10);
   hand_.pump(11);
-  const double device = hand_.place().z() - haptics::PointerOptions().penDepthMm * 0.5;
-  EXPECT_NEAR(device, 20 - 1.25, 0.1);
+  EXPECT_NEAR(hand_.place().z() - haptics::PointerOptions().penDepthMm * 0.5, 20, 0.1) << "what does not cut stays on the clay";
 }
 
 TEST_F(HandTest, motionsAreHandedOnAtTheirOwnTimesWithOneLag) {
@@ -177,6 +187,7 @@ class ToolsInHandTest : public HandTest {
       return box;
     });
     s.radiusMm = tool.radiusMm;
+    s.cuts = depthPart > 0;
     s.depthPart = depthPart;
     hand_.hover(camera_.ray(fromX, y, 1000, 1000), 180, at(fromX, y, now()));
     run(0.03);
