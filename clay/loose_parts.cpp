@@ -11,6 +11,7 @@
 
 #include "clay/boolean.h"
 #include "clay/brick_set.h"
+#include "clay/cell_cases.h"
 #include "clay/editor.h"
 #include "clay/settle.h"
 #include "clay/tree_view.h"
@@ -57,6 +58,14 @@ bool touch(const Mask& a, const Mask& next, int axis) {
   return false;
 }
 
+// What stands one step higher in z (in y) at each voxel of a plane, which ends in `next`.
+uint64_t higherZ(uint64_t plane, uint64_t next) {
+  return ((plane >> 1) & ~(kLowZ << 7)) | ((next & kLowZ) << 7);
+}
+uint64_t higherY(uint64_t plane, uint64_t next) {
+  return (plane >> 8) | (next << 56);
+}
+
 constexpr Mask kFull{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
 
 class Components {
@@ -77,6 +86,7 @@ class Components {
       if (i % kStepEvery == 0) part.step(double(i) / double(pieces_.size()));
       join(static_cast<uint32_t>(i));
     }
+    for (const Coord brick : brickCoords_) joinAcrossFaces(brick);
     for (uint32_t i = 0; i < pieces_.size(); ++i) {
       const uint32_t root = find(i);
       const auto [at, added] = bodyOf_.try_emplace(root, static_cast<uint32_t>(voxels_.size()));
@@ -157,6 +167,7 @@ class Components {
     Mask left;
     for (size_t x = 0; x < 8; ++x) left[x] = side_ == Tile::inside ? brick.inside[x] : ~brick.inside[x];
     bricks_.emplace(key(brick.coord, 0), static_cast<uint32_t>(pieces_.size()));
+    brickCoords_.push_back(brick.coord);
     while (std::any_of(left.begin(), left.end(), [](uint64_t w) { return w != 0; })) pieces_.push_back({brick.coord, 0, false, takeComponent(left)});
   }
 
@@ -205,9 +216,76 @@ class Components {
     }
   }
 
+  // Where the signs alternate around a face of four voxels the surface goes between those inside, and those outside are
+  // one, except for a folded face (cell_cases.h): there it is the other way.
+  void joinAcrossFaces(Coord brick) {
+    std::array<Mask, 8> at;  // of the brick and those one step higher: x·4 + y·2 + z
+    for (int i = 0; i < 8; ++i) at[static_cast<size_t>(i)] = maskAt(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
+    std::array<uint64_t, 9> plane, z, y, yz;
+    for (size_t x = 0; x <= 8; ++x) {
+      const size_t k = x < 8 ? 0 : 4, row = x & 7;
+      plane[x] = at[k][row];
+      z[x] = higherZ(at[k][row], at[k + 1][row]);
+      y[x] = higherY(at[k][row], at[k + 2][row]);
+      yz[x] = higherY(z[x], higherZ(at[k + 2][row], at[k + 3][row]));
+    }
+    const auto alternates = [](uint64_t a, uint64_t b, uint64_t c, uint64_t opposite) { return (a ^ b) & (a ^ c) & ~(a ^ opposite); };
+    for (size_t x = 0; x < 8; ++x) {
+      const uint64_t faces[3] = {alternates(plane[x], y[x], z[x], yz[x]), alternates(plane[x], z[x], plane[x + 1], z[x + 1]),
+                                 alternates(plane[x], plane[x + 1], y[x], y[x + 1])};
+      for (int axis = 0; axis < 3; ++axis)
+        for (uint64_t left = faces[axis]; left != 0; left &= left - 1) {
+          const int v = std::countr_zero(left);
+          joinAcross(brick * kBrickEdge + Coord{static_cast<int>(x), v >> 3, v & 7}, axis);
+        }
+    }
+  }
+
+  // `low`: the lowest voxel of an alternating face across `axis`.
+  void joinAcross(Coord low, int axis) {
+    const Coord u = kUnit[(axis + 1) % 3], v = kUnit[(axis + 2) % 3];
+    const CellCases& cases = cellCases();
+    const bool folded = cases.separated[patternOf(low)].foldedFace == 2 * axis &&
+                        cases.separated[patternOf(low - kUnit[axis])].foldedFace == 2 * axis + 1;
+    if (folded != (side_ == Tile::inside)) return;
+    if (holds(low)) unite(pieceAt(low), pieceAt(low + u + v));
+    else unite(pieceAt(low + u), pieceAt(low + v));
+  }
+
+  // Corners inside, as kCellEdges counts them.
+  [[nodiscard]] size_t patternOf(Coord cell) const {
+    size_t pattern = 0;
+    for (int c = 0; c < 8; ++c)
+      pattern |= size_t(holds(cell + Coord{c >> 2, (c >> 1) & 1, c & 1}) == (side_ == Tile::inside)) << c;
+    return pattern;
+  }
+
+  static Coord brickOf(Coord voxel) { return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3}; }
+  [[nodiscard]] bool holds(Coord voxel) const {
+    return (maskAt(brickOf(voxel))[size_t(voxel.x & 7)] >> (((voxel.y & 7) << 3) | (voxel.z & 7))) & 1;
+  }
+  // Of this side's voxels.
+  [[nodiscard]] Mask maskAt(Coord brick) const {
+    Mask all{};
+    const auto at = bricks_.find(key(brick, 0));
+    if (at == bricks_.end()) return tileAt(brick, 0) == UINT32_MAX ? all : kFull;
+    for (uint32_t k = at->second; k < pieces_.size() && !pieces_[k].isTile && pieces_[k].first == brick; ++k)
+      for (size_t x = 0; x < 8; ++x) all[x] |= pieces_[k].mask[x];
+    return all;
+  }
+  // Of a voxel of this side.
+  [[nodiscard]] uint32_t pieceAt(Coord voxel) const {
+    const auto at = bricks_.find(key(brickOf(voxel), 0));
+    if (at == bricks_.end()) return tileAt(brickOf(voxel), 0);
+    uint32_t k = at->second;
+    while (!((pieces_[k].mask[size_t(voxel.x & 7)] >> (((voxel.y & 7) << 3) | (voxel.z & 7))) & 1)) ++k;
+    return k;
+  }
+
   Version version_;
   Tile side_;
   std::vector<Piece> pieces_;
+  std::vector<Coord> brickCoords_;
   std::unordered_map<uint64_t, uint32_t> tiles_, bricks_;
   std::vector<uint32_t> parent_;
   std::unordered_map<uint32_t, uint32_t> bodyOf_;

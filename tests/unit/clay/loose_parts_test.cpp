@@ -4,12 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "clay/boolean.h"
+#include "clay/editor.h"
+#include "clay/mesh_topology.h"
 #include "clay/mirror.h"
 #include "clay/primitives.h"
 #include "clay/sampler.h"
 #include "clay/smooth_all.h"
 #include "clay/store.h"
+#include "clay/surface.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 
@@ -48,6 +53,29 @@ TEST(LooseParts, SplitsTouchingBandsAndSharesTheRest) {
   }
   EXPECT_EQ(splitParts(a).size(), 1u);
   EXPECT_EQ(splitParts(a)[0], a);
+}
+
+// In noise every pattern of corners occurs, folded faces on both sides among them.
+TEST(LooseParts, BodiesAndCavitiesAreTheShellsOfTheSurface) {
+  std::mt19937 random(5);
+  for (const double share : {0.2, 0.35, 0.5, 0.65, 0.8, 0.9}) {
+    SCOPED_TRACE(share);
+    std::bernoulli_distribution inside(share);
+    Editor editor(Version::empty(Store::make(), half()));
+    for (int b = 0; b < 27; ++b) {
+      float phi[kBrickVoxels];
+      for (float& p : phi) p = inside(random) ? -0.5f : 0.5f;
+      editor.setVoxels(Coord{b / 9 - 1, b / 3 % 3 - 1, b % 3 - 1}, phi);
+    }
+    const Version noise = editor.commit();
+    const SpeckTest none = [](Coord, double) { return false; };
+    const uint64_t bodies = removeSpecks(noise, Tile::inside, 0, none, WorkPart(nullptr)).left;
+    const uint64_t cavities = removeSpecks(noise, Tile::outside, 0, none, WorkPart(nullptr)).left;
+    Surface surface(false, Grade::fine);
+    surface.update(noise, 2);
+    EXPECT_EQ(bodies + cavities, checkTopology(surface.toMesh()).bodies);
+    EXPECT_EQ(bodies, bodyVolumes(noise).size());
+  }
 }
 
 TEST(LooseParts, CrumbsGoAndTheLargestStays) {
