@@ -13,13 +13,16 @@ namespace argil::clay {
 namespace {
 // Weight of the mean beside the tangent planes.
 constexpr float kHeld = 0.05f;
-// From the mean of the crossings, which lies inside of a bent surface, to where their tangent planes meet, which is as far outside: half-way is the surface, and
-// here the triangles between the vertices cut off as much as the vertices stand out.
+// From the mean of the crossings, which lies inside of a bent surface, to where their tangent planes meet, which is as
+// far outside: half-way is the surface, and here the triangles between the vertices cut off as much as the vertices
+// stand out.
 constexpr float kTowardsTip = 0.75f;
 
 // Is a kink in this second difference, and none in the one beside it?
 constexpr float kKink = 0.05f, kKinkRatio = 8;
-bool kinked(float difference, float other) { return std::abs(difference) > kKinkRatio * std::abs(other) + kKink; }
+bool kinked(float difference, float other) {
+  return std::abs(difference) > kKinkRatio * std::abs(other) + kKink;
+}
 
 // Slope at a voxel along a line of them; beside a kink from the smooth side alone.
 float slopeAt(const float* f, int step) {
@@ -29,15 +32,18 @@ float slopeAt(const float* f, int step) {
   return std::abs(low) < std::abs(high) ? (3 * c - 4 * b + a) * 0.5f : (4 * d - 3 * c - e) * 0.5f;
 }
 
-// Where the cubic through f's values at −1, 0, 1, 2 is zero between 0 and 1, where its signs differ, and its slope there.
+// Where the cubic through f's values at −1, 0, 1, 2 is zero between 0 and 1, where its signs differ, and its slope
+// there.
 struct Zero {
   float at, slope;
 };
 Zero zeroOf(const float* f, int step) {
   const float b = f[0], c = f[step];
   float low = f[-step] - 2 * b + c, high = b - 2 * c + f[2 * step];
-  if (kinked(low, high)) low = high;
-  else if (kinked(high, low)) high = low;
+  if (kinked(low, high))
+    low = high;
+  else if (kinked(high, low))
+    high = low;
   Zero zero{b / (b - c), c - b};
   for (int i = 0; i < 3; ++i) {
     const float t = zero.at, bend = (low * (2 - t) + high * (1 + t)) * (1.0f / 6);
@@ -73,15 +79,18 @@ std::optional<SurfacePoint> placeOnBend(const CellView& cell, uint16_t edges) {
   const int steps[3] = {cell.stepX, cell.stepY, 1};
   for (unsigned left = edges; left != 0; left &= left - 1) {
     const CellEdge edge = kCellEdges[static_cast<size_t>(std::countr_zero(left))];
-    const float* from = cell.phi + (edge.from >> 2) * cell.stepX + ((edge.from >> 1) & 1) * cell.stepY + (edge.from & 1);
+    const float* from =
+        cell.phi + (edge.from >> 2) * cell.stepX + ((edge.from >> 1) & 1) * cell.stepY + (edge.from & 1);
     const int step = steps[edge.axis];
     SurfacePoint& p = points[count++];
     const Zero zero = zeroOf(from, step);
     const float t = zero.at;
     p.normal[edge.axis] = zero.slope;
     for (int other = 0; other < 3; ++other)
-      if (other != edge.axis) p.normal[other] = (1 - t) * slopeAt(from, steps[other]) + t * slopeAt(from + step, steps[other]);
-    p.at = Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1), static_cast<float>(edge.from & 1));
+      if (other != edge.axis)
+        p.normal[other] = (1 - t) * slopeAt(from, steps[other]) + t * slopeAt(from + step, steps[other]);
+    p.at = Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1),
+                 static_cast<float>(edge.from & 1));
     p.at[edge.axis] += t;
     const float length = std::sqrt(p.normal.squaredNorm());
     if (!(length > 0.1f)) return std::nullopt;

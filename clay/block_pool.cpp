@@ -14,8 +14,8 @@ namespace {
 constexpr size_t kSlab = size_t{2} << 20, kLeastSlab = size_t{32} << 10;
 constexpr size_t kShareInSlab = 8;  // of what a pool has, its next slab is this part
 
-// Slabs that no pool has. Clearing fresh pages takes a large share of making a whole surface, and a document that is opened or a model that is exported makes one
-// soon after another went.
+// Slabs that no pool has. Clearing fresh pages takes a large share of making a whole surface, and a document that is
+// opened or a model that is exported makes one soon after another went.
 class SlabStock {
  public:
   std::byte* take() {
@@ -130,7 +130,8 @@ void* BlockPool::Share::allocate(size_t bytes) {
   ++taken_;
   std::byte* block = std::exchange(next_, next_ + size);
   // The next one will be much like it.
-  for (size_t line = 0; line < size && line < static_cast<size_t>(end_ - next_); line += kStep) __builtin_prefetch(next_ + line, 1);
+  for (size_t line = 0; line < size && line < static_cast<size_t>(end_ - next_); line += kStep)
+    __builtin_prefetch(next_ + line, 1);
   return block;
 }
 

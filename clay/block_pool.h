@@ -58,16 +58,17 @@ class BlockPool {
 
   std::mutex mutex_;
   std::vector<void*> free_[kLargest / kStep + 1];
-  std::atomic<int64_t> freeBlocks_ = 0;  // in the lists together
-  std::vector<std::byte*> slabs_, small_;                 // of 2 MiB, and below
-  size_t slabBytes_ = 0;                                  // of all of them
-  std::vector<std::pair<std::byte*, std::byte*>> rests_;  // of slabs, for the next shares; room for as many as are at work at once
-  int64_t live_ = 0;                                      // blocks out, those of shares at work apart
+  std::atomic<int64_t> freeBlocks_ = 0;    // in the lists together
+  std::vector<std::byte*> slabs_, small_;  // of 2 MiB, and below
+  size_t slabBytes_ = 0;                   // of all of them
+  // of slabs, for the next shares; room for as many as are at work at once
+  std::vector<std::pair<std::byte*, std::byte*>> rests_;
+  int64_t live_ = 0;  // blocks out, those of shares at work apart
   bool retired_ = false;
 };
 
-/// For std::allocate_shared from a share: makes an object with `tail` bytes behind it in the same block, and leaves in `at` where
-/// they begin (aligned as T is). What it makes keeps the pool alive.
+/// For std::allocate_shared from a share: makes an object with `tail` bytes behind it in the same block, and leaves in
+/// `at` where they begin (aligned as T is). What it makes keeps the pool alive.
 struct TailPlace {
   BlockPool::Share& share;
   size_t tail;

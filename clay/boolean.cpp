@@ -21,16 +21,18 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kMostBlend = 100;       // voxels: regions are measured so far around
+constexpr double kMostBlend = 100;          // voxels: regions are measured so far around
 constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
 using MaterialMap = std::vector<uint8_t>;
 
-uint8_t mapped(const MaterialMap& materials, uint8_t own) { return own < materials.size() ? materials[own] : own; }
+uint8_t mapped(const MaterialMap& materials, uint8_t own) {
+  return own < materials.size() ? materials[own] : own;
+}
 
-constexpr float kInexact = 0.5f;          // voxels: distances of sculpted clay are off by less
+constexpr float kInexact = 0.5f;  // voxels: distances of sculpted clay are off by less
 // Cosine between two surfaces' normals above which they count as one surface: the line where they meet is then nowhere.
 constexpr float kParallel = 0.995f;
-constexpr uint64_t kStepEvery = 256;     // bricks between two looks at the job
+constexpr uint64_t kStepEvery = 256;  // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
 class Combiner {
@@ -75,11 +77,13 @@ class Combiner {
     const Coord first = place.first(), last = first + Coord{1, 1, 1} * ((1 << (3 * place.level())) - 1);
     return std::min({last.x, last.y, last.z}) < -kBrickReach || std::max({first.x, first.y, first.z}) >= kBrickReach;
   }
-  // Where b has nothing of the intersection, the result has nothing. A block may begin out of reach; any brick of it names it.
+  // Where b has nothing of the intersection, the result has nothing. A block may begin out of reach; any brick of it
+  // names it.
   void takeTile(const TreePlace& b) {
     if (!empty(b.tile(), turnB_)) return;
     const Coord f = b.first();
-    editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, b.level(), turnA_ ? Tile::inside : Tile::outside);
+    editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, b.level(),
+                     turnA_ ? Tile::inside : Tile::outside);
   }
 
   void count() {
@@ -121,7 +125,8 @@ class Combiner {
         std::array<uint8_t, kBrickVoxels> values;
         const Brick& own = *b_.find(brick).brick();
         for (int v = 0; v < kBrickVoxels; ++v)
-          values[static_cast<size_t>(v)] = std::abs(own.phi(v)) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
+          values[static_cast<size_t>(v)] =
+              std::abs(own.phi(v)) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
         editor_.setChannel(channel, brick, values);
       } else if (slot.isTile())
         editor_.setChannelTile(channel, brick, slot == ChannelSlot(true));
@@ -152,8 +157,7 @@ class Combiner {
       if (value > 0 && value < band && other > -value - kInexact) {
         ends = true;
         if (other > -value)
-          value =
-              std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb), band);
+          value = std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb), band);
       }
       phi[i] = turnA_ ? -value : value;
     }
@@ -207,8 +211,10 @@ class Combiner {
   WorkPart part_;
 };
 
-// Each voxel of `bricks` (sorted) has its channels from the clay whose surface its distance is to: of both that have it in their band, the one whose distance is closer to its own.
-void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how, const MaterialMap& materials, const WorkPart& part) {
+// Each voxel of `bricks` (sorted) has its channels from the clay whose surface its distance is to: of both that have it
+// in their band, the one whose distance is closer to its own.
+void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how,
+                  const MaterialMap& materials, const WorkPart& part) {
   const float band = editor.grid().band, ofB = how == Combination::cut ? -1 : 1;
   ChannelSource fromA(a), fromB(b);
   ChannelBytes bytes;
@@ -224,7 +230,8 @@ void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& 
       bool isB = offA > offB;
       const int near = (isB ? fromB : fromA).nearest(at, bytes);
       // Where both bands end, or the one that is closer does not come near, the voxels decide.
-      if (ChannelBytes ofOther; (near == ChannelSource::kNone || (near > 0 && offA == offB)) && (isB ? fromA : fromB).nearest(at, ofOther) < near) {
+      if (ChannelBytes ofOther; (near == ChannelSource::kNone || (near > 0 && offA == offB)) &&
+                                (isB ? fromA : fromB).nearest(at, ofOther) < near) {
         bytes = ofOther;
         isB = !isB;
       }
@@ -241,10 +248,11 @@ float blended(float a, float b, float width) {
   return std::max(a, b) + h * h * width * 0.25f;
 }
 
-// Where both surfaces are near, the blend of both distances takes the place of the combination. Distances are needed beyond the band: to
-// 1.25 widths, where the blend no longer reaches the surface.
-// Returns the bricks that it may have changed.
-std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads, const WorkPart& part) {
+// Where both surfaces are near, the blend of both distances takes the place of the combination. Distances are needed
+// beyond the band: to 1.25 widths, where the blend no longer reaches the surface. Returns the bricks that it may have
+// changed.
+std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads,
+                         const WorkPart& part) {
   const float band = a.grid().band, far = 1.25f * width + band;
   const int around = static_cast<int>(std::ceil(1.25f * width)) + 1;
   std::vector<Coord> regions;
@@ -283,7 +291,8 @@ std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Com
 }
 
 // `width`: voxels of blend, 0 for none.
-Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, const MaterialMap& materials, int threads, const WorkPart& part) {
+Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, const MaterialMap& materials,
+                      int threads, const WorkPart& part) {
   Editor editor(a);
   const double shape = width > 0 ? 0.1 : 0.8;
   Combiner combiner(editor, b, how, materials, part.part(0, shape));
@@ -352,19 +361,24 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
     }
 }
 
-Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, const WorkPart& part) {
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options,
+                const WorkPart& part) {
   const int threads = threadCount(options.threads);
   const double width = options.blendMm / a.grid().voxelMm;
   if (!(width >= 0 && width <= kMostBlend))
-    throw Error(fmt::format("a blend of {:g} mm at voxels of {:g} mm: give 0 to {:g} mm", options.blendMm, a.grid().voxelMm, kMostBlend * a.grid().voxelMm));
+    throw Error(fmt::format("a blend of {:g} mm at voxels of {:g} mm: give 0 to {:g} mm", options.blendMm,
+                            a.grid().voxelMm, kMostBlend * a.grid().voxelMm));
   const bool other = !(b.grid() == a.grid());
   const double ready = other ? 0.6 : 0;
   const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, part.part(0, ready)) : b;
-  const Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), options.materials, threads, part.part(ready, 1));
+  const Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), options.materials,
+                                       threads, part.part(ready, 1));
   part.step(1);
   return result;
 }
 
-Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) { return combine(a, b, how, options, WorkPart(job)); }
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) {
+  return combine(a, b, how, options, WorkPart(job));
+}
 
 }  // namespace argil::clay

@@ -10,7 +10,7 @@
 namespace argil::clay {
 
 inline constexpr int kBrickBits = 3;
-inline constexpr int kBrickEdge = 1 << kBrickBits;                       ///< 8 voxels along an edge.
+inline constexpr int kBrickEdge = 1 << kBrickBits;                         ///< 8 voxels along an edge.
 inline constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;  ///< 512.
 
 /// Distances of a brick's voxels, in OpenVDB's leaf order (offset x·64 + y·8 + z).
@@ -25,18 +25,21 @@ enum class Precision : uint8_t {
 inline constexpr int kMostCode = 32767;  ///< Of a fixed brick: ±band.
 
 /// A Brick's step, voxels: 0 for floats.
-[[nodiscard]] constexpr float stepOf(Precision precision, float band) { return precision == Precision::float32 ? 0 : band / kMostCode; }
+[[nodiscard]] constexpr float stepOf(Precision precision, float band) {
+  return precision == Precision::float32 ? 0 : band / kMostCode;
+}
 
-/// What is known of one brick; its distances follow, in the form that its store chose (FloatBrick or FixedBrick). Never written again once its
-/// version is committed. 64-byte aligned; lives in slabs of a Store.
+/// What is known of one brick; its distances follow, in the form that its store chose (FloatBrick or FixedBrick). Never
+/// written again once its version is committed. 64-byte aligned; lives in slabs of a Store.
 struct alignas(64) Brick {
   /// Bit y·8 + z of word x is set where phi < 0. Zero counts as outside.
   uint64_t inside[kBrickEdge];
-  float step = 0;                 ///< 0: a FloatBrick. Else a FixedBrick, whose codes count steps of so many voxels.
-  Coord coord;                    ///< Brick coordinate: its first voxel is coord · 8.
-  uint64_t serial = 0;            ///< Names this content for good, in all stores: addresses are reused, serials never.
-  uint64_t birth = 0;             ///< Id of the version that made it.
-  uint8_t anyInside, anyOutside;  ///< Whether some voxel is; from `inside`, so that most bricks are told apart by one line.
+  float step = 0;       ///< 0: a FloatBrick. Else a FixedBrick, whose codes count steps of so many voxels.
+  Coord coord;          ///< Brick coordinate: its first voxel is coord · 8.
+  uint64_t serial = 0;  ///< Names this content for good, in all stores: addresses are reused, serials never.
+  uint64_t birth = 0;   ///< Id of the version that made it.
+  /// Whether some voxel is; from `inside`, so that most bricks are told apart by one line.
+  uint8_t anyInside, anyOutside;
 
   [[nodiscard]] static constexpr int offset(int x, int y, int z) { return (x << 6) | (y << 3) | z; }
 
@@ -69,7 +72,9 @@ struct FixedBrick : Brick {
   alignas(64) int16_t code[kBrickVoxels];
 };
 
-[[nodiscard]] constexpr size_t brickBytes(Precision precision) { return precision == Precision::float32 ? sizeof(FloatBrick) : sizeof(FixedBrick); }
+[[nodiscard]] constexpr size_t brickBytes(Precision precision) {
+  return precision == Precision::float32 ? sizeof(FloatBrick) : sizeof(FixedBrick);
+}
 
 /// A fixed brick's codes times the step (fixed_brick.h, SIMD).
 void unpackDistances(const int16_t* codes, float step, float* values) noexcept;

@@ -18,7 +18,8 @@ constexpr uint64_t kLowZ = 0x0101010101010101ull;  // z = 0 of each row
 // Pattern of any cell, by way of the field: for the rare folded faces.
 int patternOf(Sampler& field, Coord cell) {
   int pattern = 0;
-  for (int c = 0; c < 8; ++c) pattern |= static_cast<int>(field.voxel(cell + Coord{c >> 2, (c >> 1) & 1, c & 1}) < 0) << c;
+  for (int c = 0; c < 8; ++c)
+    pattern |= static_cast<int>(field.voxel(cell + Coord{c >> 2, (c >> 1) & 1, c & 1}) < 0) << c;
   return pattern;
 }
 
@@ -30,8 +31,8 @@ unsigned rowsOf(uint64_t word) {
   return static_cast<unsigned>(((word & kLowZ) * 0x0102040810204080ull) >> 56);
 }
 
-// Calls work(x, y, what stands there and one step higher in z, offset of the row in it) for each row that active cells touch. The others are left in memory: a surface
-// passes most bricks in few of them.
+// Calls work(x, y, what stands there and one step higher in z, offset of the row in it) for each row that active cells
+// touch. The others are left in memory: a surface passes most bricks in few of them.
 template <class Work>
 void forEachRow(const BrickInput& input, const Work& work) {
   for (int x = 0; x <= 8; ++x)
@@ -43,7 +44,7 @@ void forEachRow(const BrickInput& input, const Work& work) {
 
 // The values at the corners of the active cells, from the brick and those one step higher; the rest stays unset.
 void readCorners(const BrickInput& input, float band, float* corners) {
-  forEachRow(input, [&](int x, int y, const Slot (&pair)[2], int offset) {
+  forEachRow(input, [&](int x, int y, const Slot(&pair)[2], int offset) {
     float* row = corners + cornerOffset(x, y, 0);
     if (const Brick* brick = pair[0].brick())
       brick->read(offset, kBrickEdge, row, input.step);
@@ -56,7 +57,8 @@ void readCorners(const BrickInput& input, float band, float* corners) {
 // Patterns whose cells need more than their one mean: several loops, or a face that may be folded.
 std::array<bool, 256> unusualPatterns() {
   std::array<bool, 256> unusual{};
-  for (size_t i = 0; i < 256; ++i) unusual[i] = cellCases().separated[i].loops > 1 || cellCases().separated[i].foldedFace >= 0;
+  for (size_t i = 0; i < 256; ++i)
+    unusual[i] = cellCases().separated[i].loops > 1 || cellCases().separated[i].foldedFace >= 0;
   return unusual;
 }
 const std::array<bool, 256> kUnusual = unusualPatterns();
@@ -86,7 +88,8 @@ Vec3f cellNormal(const float* v, const Vec3f& at) {
   constexpr int X = cornerOffset(1, 0, 0), Y = cornerOffset(0, 1, 0);
   const auto mix = [](float a, float b, float t) { return a + (b - a) * t; };
   const float fx = at.x(), fy = at.y(), fz = at.z();
-  const float v00 = mix(v[0], v[1], fz), v01 = mix(v[Y], v[Y + 1], fz), v10 = mix(v[X], v[X + 1], fz), v11 = mix(v[X + Y], v[X + Y + 1], fz);
+  const float v00 = mix(v[0], v[1], fz), v01 = mix(v[Y], v[Y + 1], fz), v10 = mix(v[X], v[X + 1], fz),
+              v11 = mix(v[X + Y], v[X + Y + 1], fz);
   const float z0 = mix(v[1] - v[0], v[Y + 1] - v[Y], fy), z1 = mix(v[X + 1] - v[X], v[X + Y + 1] - v[X + Y], fy);
   const float gx = mix(v10 - v00, v11 - v01, fy), gy = mix(v01 - v00, v11 - v10, fx), gz = mix(z0, z1, fx);
   // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
@@ -94,12 +97,14 @@ Vec3f cellNormal(const float* v, const Vec3f& at) {
   return {gx, gy, gz};
 }
 
-// Where the vertices that the quads of a brick may use lie in a map by cells, from −1 to 7 along each axis; cells are x·64 + y·8 + z.
+// Where the vertices that the quads of a brick may use lie in a map by cells, from −1 to 7 along each axis; cells are
+// x·64 + y·8 + z.
 constexpr int kMapStep[3] = {81, 9, 1};
 constexpr std::array<uint16_t, kBrickVoxels> kMapPlace = [] {
   std::array<uint16_t, kBrickVoxels> places{};
   for (int cell = 0; cell < kBrickVoxels; ++cell)
-    places[static_cast<size_t>(cell)] = static_cast<uint16_t>(((cell >> 6) + 1) * 81 + ((cell >> 3 & 7) + 1) * 9 + (cell & 7) + 1);
+    places[static_cast<size_t>(cell)] =
+        static_cast<uint16_t>(((cell >> 6) + 1) * 81 + ((cell >> 3 & 7) + 1) * 9 + (cell & 7) + 1);
   return places;
 }();
 
@@ -107,10 +112,12 @@ constexpr std::array<uint16_t, kBrickVoxels> kMapPlace = [] {
 constexpr uint32_t kSeveral = kRefTag | 0x3fffff;
 
 // VertexRef's bits 13 to 15 are x, y, z.
-uint32_t refBits(int lower) { return static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2) << kVertexRefBits; }
+uint32_t refBits(int lower) {
+  return static_cast<uint32_t>((lower >> 2 & 1) | (lower & 2) | (lower & 1) << 2) << kVertexRefBits;
+}
 
-// Vertices of the cells that the quads of a brick share with the brick that is `lower` (dx·4 + dy·2 + dz) of it: all of its own,
-// the last layer of a lower one. True when some of them are several.
+// Vertices of the cells that the quads of a brick share with the brick that is `lower` (dx·4 + dy·2 + dz) of it: all of
+// its own, the last layer of a lower one. True when some of them are several.
 bool placeVertices(const VertexSource& source, int lower, CellVertex* vertices) {
   if (!source.table) return false;
   const CellTable& table = *source.table;
@@ -133,7 +140,8 @@ bool placeVertices(const VertexSource& source, int lower, CellVertex* vertices) 
     for (int x = lower & 4 ? 7 : 0; x < 8; ++x)
       for (uint64_t left = table.active[x] & mask; left != 0; left &= left - 1) {
         const uint64_t below = (left & (0 - left)) - 1;
-        place(x * 64 + std::popcount(below), table.before[x] + static_cast<uint32_t>(std::popcount(table.active[x] & below)));
+        place(x * 64 + std::popcount(below),
+              table.before[x] + static_cast<uint32_t>(std::popcount(table.active[x] & below)));
       }
   }
   bool several = false;
@@ -153,7 +161,8 @@ CellVertex vertexOfEdge(const std::array<VertexSource, 8>& sources, const CellVe
   const VertexSource& source = sources[static_cast<size_t>(lower)];
   const uint32_t index = source.table->vertexOf(Brick::offset(x & 7, y & 7, z & 7), edge);
   const Vec3f& p = source.positions[index];
-  return {p.x() - (x < 0 ? 8.0f : 0.0f), p.y() - (y < 0 ? 8.0f : 0.0f), p.z() - (z < 0 ? 8.0f : 0.0f), kRefTag | refBits(lower) | index};
+  return {p.x() - (x < 0 ? 8.0f : 0.0f), p.y() - (y < 0 ? 8.0f : 0.0f), p.z() - (z < 0 ? 8.0f : 0.0f),
+          kRefTag | refBits(lower) | index};
 }
 
 }  // namespace
@@ -167,7 +176,8 @@ bool operator==(const CellTable& a, const CellTable& b) {
 uint32_t CellTable::vertexOf(int cell, int edge) const {
   const int x = cell >> 6, bit = cell & 63;
   const auto rank = static_cast<uint32_t>(before[x] + std::popcount(active[x] & ((uint64_t{1} << bit) - 1)));
-  const auto it = std::lower_bound(specials.begin(), specials.end(), cell, [](const Special& s, int c) { return s.cell < c; });
+  const auto it =
+      std::lower_bound(specials.begin(), specials.end(), cell, [](const Special& s, int c) { return s.cell < c; });
   if (it == specials.end() || it->cell != cell) return rank;
   const CellCase& c = it->joined ? cellCases().joined[it->pattern] : cellCases().separated[it->pattern];
   const uint32_t loop = c.loopOfEdge[edge];
@@ -176,7 +186,9 @@ uint32_t CellTable::vertexOf(int cell, int edge) const {
 
 void readSigns(BrickInput& input) {
   static constexpr uint64_t kUniform[2][8] = {{}, {kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll}};
-  const auto wordsOf = [](Slot slot) { return slot.isTile() ? kUniform[slot.tile() == Tile::inside] : slot.brick()->inside; };
+  const auto wordsOf = [](Slot slot) {
+    return slot.isTile() ? kUniform[slot.tile() == Tile::inside] : slot.brick()->inside;
+  };
   SignWords words;
   for (int k = 0; k < 4; ++k) {
     words.own[k] = wordsOf(input.slots[0][k >> 1][k & 1]);
@@ -198,8 +210,8 @@ void readRows(BrickInput& input) {
     rowsBefore = rows;
     endsBefore = ends;
   }
-  // By cache lines, of two rows each. (Written out: g++ 12 takes a function that does nothing but prefetch for one without effect, and
-  // drops it.)
+  // By cache lines, of two rows each. (Written out: g++ 12 takes a function that does nothing but prefetch for one
+  // without effect, and drops it.)
   for (int x = 0; x <= 8; ++x) {
     const auto lines = [](unsigned rows) { return (rows | rows >> 1) & 0x155; };
     const unsigned ends = lines(input.ends[x]);
@@ -213,7 +225,8 @@ void readRows(BrickInput& input) {
   }
 }
 
-void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input, bool wantNormals, Grade grade, ExtractionBuffer& out) {
+void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input, bool wantNormals, Grade grade,
+                     ExtractionBuffer& out) {
   CellTable& table = out.table;
   table = CellTable{};
   if (!input.crossed) return;
@@ -234,7 +247,8 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   readCorners(input, field.band(), corners);
   uint32_t patterns[kBrickVoxels + kCellPadding];
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
-  cellVertices(corners, cells, count, patterns, out.positions.data()->data(), wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
+  cellVertices(corners, cells, count, patterns, out.positions.data()->data(),
+               wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
 
   // Cells with several loops are rare; they are mended one by one.
   const CellCases& cases = cellCases();
@@ -253,7 +267,8 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
       if (!joined) continue;
       c = &cases.joined[patterns[i]];
     }
-    out.specials[specials++] = {static_cast<uint16_t>(cell), static_cast<uint8_t>(patterns[i]), joined, static_cast<uint16_t>(vertices)};
+    out.specials[specials++] = {static_cast<uint16_t>(cell), static_cast<uint8_t>(patterns[i]), joined,
+                                static_cast<uint16_t>(vertices)};
     const float* v = corners + cornerOffset(x, y, z);
     for (int loop = 0; loop < c->loops; ++loop) {
       const Vec3f within = loopCentre(v, *c, loop);
@@ -268,8 +283,8 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {
-  // Every vertex that a quad here may use, by its cell (from −1 to 7 along each axis). Only crossed cells are written, and
-  // only crossed cells are read.
+  // Every vertex that a quad here may use, by its cell (from −1 to 7 along each axis). Only crossed cells are written,
+  // and only crossed cells are read.
   CellVertex vertices[9 * 9 * 9];
   bool several = false;
   for (int k = 0; k < 8; ++k) several |= placeVertices(sources[static_cast<size_t>(k)], k, vertices);
@@ -291,8 +306,10 @@ void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& so
       for (int i = 0; i < count; ++i) {
         // The four vertices around the edge alone, as a map of 2×2 cells.
         const int at = edges[i] & ~kEdgeDown;
-        const CellVertex around[4] = {vertexOfEdge(sources, vertices, at - stepU - stepV, axis * 4 + 3), vertexOfEdge(sources, vertices, at - stepU, axis * 4 + 2),
-                                      vertexOfEdge(sources, vertices, at - stepV, axis * 4 + 1), vertexOfEdge(sources, vertices, at, axis * 4)};
+        const CellVertex around[4] = {vertexOfEdge(sources, vertices, at - stepU - stepV, axis * 4 + 3),
+                                      vertexOfEdge(sources, vertices, at - stepU, axis * 4 + 2),
+                                      vertexOfEdge(sources, vertices, at - stepV, axis * 4 + 1),
+                                      vertexOfEdge(sources, vertices, at, axis * 4)};
         uint16_t edge[1 + kEdgePadding];
         std::fill_n(edge, 1 + kEdgePadding, static_cast<uint16_t>(3 | (edges[i] & kEdgeDown)));
         edgeQuads(around, edge, 1, 2, 1, quads[i].data());

@@ -13,7 +13,8 @@ namespace argil::clay {
 /// Neighbours across the faces, below and above along x, y, z: face / 2 is the axis.
 inline constexpr std::array<Coord, 6> kFaceSteps{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// A brick's values and `margin` (1 to 4) around them, laid out by broadOffset. `instead` of a brick coordinate: values that count instead of the clay's, or null.
+/// A brick's values and `margin` (1 to 4) around them, laid out by broadOffset. `instead` of a brick coordinate: values
+/// that count instead of the clay's, or null.
 template <class Instead>
 void gatherBroad(Sampler& field, Coord coord, int margin, const Instead& instead, float* broad) {
   for (int i = 0; i < 27; ++i) {
@@ -41,12 +42,14 @@ void gatherBroad(Sampler& field, Coord coord, int margin, const Instead& instead
   }
 }
 
-/// Copies two layers of one brick's values, laid out by wideOffset, into its neighbour's margin; `to` is the neighbour along +axis when `positive`.
+/// Copies two layers of one brick's values, laid out by wideOffset, into its neighbour's margin; `to` is the neighbour
+/// along +axis when `positive`.
 inline void copyLayers(const float* from, float* to, int axis, bool positive) {
   const int source = positive ? 8 : 2, target = positive ? 0 : 10;
   if (axis == 2) {
     for (int x = 2; x < 10; ++x)
-      for (int y = 2; y < 10; ++y) std::memcpy(to + wideOffset(x, y, target), from + wideOffset(x, y, source), 2 * sizeof(float));
+      for (int y = 2; y < 10; ++y)
+        std::memcpy(to + wideOffset(x, y, target), from + wideOffset(x, y, source), 2 * sizeof(float));
     return;
   }
   for (int layer = 0; layer < 2; ++layer)

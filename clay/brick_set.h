@@ -14,8 +14,8 @@ namespace argil::clay {
 
 struct CoordHash {
   size_t operator()(Coord c) const {
-    const uint64_t key = (static_cast<uint64_t>(static_cast<uint32_t>(c.x)) << 42) ^ (static_cast<uint64_t>(static_cast<uint32_t>(c.y)) << 21) ^
-                         static_cast<uint32_t>(c.z);
+    const uint64_t key = (static_cast<uint64_t>(static_cast<uint32_t>(c.x)) << 42) ^
+                         (static_cast<uint64_t>(static_cast<uint32_t>(c.y)) << 21) ^ static_cast<uint32_t>(c.z);
     return static_cast<size_t>((key * 0x9e3779b97f4a7c15ull) >> 20);
   }
 };
@@ -31,7 +31,8 @@ class BrickSet {
     }
     (*last_)[static_cast<size_t>(brick.x & 7)] |= uint64_t{1} << ((brick.y & 7) * 8 + (brick.z & 7));
   }
-  /// All of them, region by region in order of coordinate, within a region too: an order that the content alone decides.
+  /// All of them, region by region in order of coordinate, within a region too: an order that the content alone
+  /// decides.
   [[nodiscard]] std::vector<Coord> sorted() const {
     std::vector<Coord> keys;
     keys.reserve(regions_.size());

@@ -38,19 +38,22 @@ constexpr uint64_t kTrail = 2;
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
 constexpr uint64_t kDone = 0;
-// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used up.
+// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used
+// up.
 constexpr float kMostDrift = 1;
 // Places are multiples of this, so that sums and mirror images in planes between voxels are exact.
 constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
-// Applications whose bricks are computed together: as many as move clay by less than the first, voxels, and no more than the second. What is shown lags by less.
+// Applications whose bricks are computed together: as many as move clay by less than the first, voxels, and no more
+// than the second. What is shown lags by less.
 constexpr double kMoveTogether = 12;
 constexpr size_t kTogether = 4;
 // Clay that moves by no more than this stays in the bricks around those that it was in.
 constexpr double kMoveWithin = 6;
-// Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what the lesser of two distances says beside
-// their edge is wrong by 0.07 voxel at most, and redistancing would leave it as it is.
+// Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what
+// the lesser of two distances says beside their edge is wrong by 0.07 voxel at most, and redistancing would leave it as
+// it is.
 constexpr float kMeets = 0.25f;
 // A ball that grows by more of its way is not quite at the distance that its lines say.
 constexpr float kGrows = 0.02f;
@@ -58,14 +61,18 @@ constexpr float kGrows = 0.02f;
 constexpr size_t kSweptAtOnce = 512;
 
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
-Vec3d quantised(const Vec3d& p) { return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; }); }
+Vec3d quantised(const Vec3d& p) {
+  return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
+}
 
 void check(const Stamp& s) {
-  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) || !s.axes.allFinite())
+  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) ||
+      !s.axes.allFinite())
     throw Error("stamp with a number that is not finite");
   for (const double radius : {s.radius, s.radiusAtEnd()})
     if (!(radius >= kMinRadius && radius <= kMaxRadius))
-      throw Error(fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
+      throw Error(
+          fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
   if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
     throw Error("stamp out of the clay's reach: move the tool nearer to the model");
   if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
@@ -90,14 +97,17 @@ void Brush::check() const {
   if (operations.empty() || operations.size() > 4) throw Error("a brush has one to four operations");
   for (size_t i = 0; i < operations.size(); ++i) {
     const Operation& each = operations[i];
-    if (!(each.amount >= -1 && each.amount <= 1)) throw Error(fmt::format("a brush's amount of {}: give one from -1 to 1", each.amount));
+    if (!(each.amount >= -1 && each.amount <= 1))
+      throw Error(fmt::format("a brush's amount of {}: give one from -1 to 1", each.amount));
     for (size_t j = 0; j < i; ++j)
       if (operations[j].property == each.property) throw Error("a brush names a property twice");
     const bool channel = each.method == Method::set || each.method == Method::blur;
-    if (channel == (each.property == Property::distance)) throw Error("a brush whose method does not go with what it changes");
+    if (channel == (each.property == Property::distance))
+      throw Error("a brush whose method does not go with what it changes");
   }
   const auto within = [](float value, float low, float high, const char* what) {
-    if (!(value >= low && value <= high)) throw Error(fmt::format("a brush's {} of {}: give one from {} to {}", what, value, low, high));
+    if (!(value >= low && value <= high))
+      throw Error(fmt::format("a brush's {} of {}: give one from {} to {}", what, value, low, high));
   };
   for (int i = 0; i < 3; ++i) within(proportions[i], 0.05f, 1, "proportion");
   within(round, 0, 1, "roundness");
@@ -108,7 +118,8 @@ void Brush::check() const {
 }
 
 struct BrushStroke::State {
-  State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount) : brush(std::move(given)), threads(threadCount) {
+  State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount)
+      : brush(std::move(given)), threads(threadCount) {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
       if (operation->method == Method::carve) tool = Method::carve;
@@ -134,8 +145,9 @@ struct BrushStroke::State {
 
   // Redistancing.
   struct Touched {
-    uint64_t stamp = kDone;  // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
-    float drift = 0;         // how much its distances may have changed since
+    // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
+    uint64_t stamp = kDone;
+    float drift = 0;            // how much its distances may have changed since
     Renew renew = Renew::none;  // what was done to it leaves no distances beside the surface
   };
   std::unordered_map<Coord, Touched, CoordHash> lastTouch;
@@ -179,7 +191,8 @@ struct BrushStroke::State {
 
   [[nodiscard]] Editor::Counts counts() const {
     const Editor::Counts now = editor->counts();
-    return {before.bricksMade + now.bricksMade, before.nodesMade + now.nodesMade, before.channelBricksMade + now.channelBricksMade};
+    return {before.bricksMade + now.bricksMade, before.nodesMade + now.nodesMade,
+            before.channelBricksMade + now.channelBricksMade};
   }
   [[nodiscard]] Version commit() {
     before = counts();
@@ -200,7 +213,8 @@ struct BrushStroke::State {
     collect();
   }
 
-  // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that memory does not follow the stroke's length.
+  // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
+  // memory does not follow the stroke's length.
   void collect() {
     const Editor::Counts made = counts();
     constexpr uint64_t kNodeWork = 8, kAtLeast = 256;
@@ -217,15 +231,17 @@ struct BrushStroke::State {
     collect();
   }
 
-  // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first, with the
-  // region's first brick and the distance of its middle to the segment.
+  // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
+  // with the region's first brick and the distance of its middle to the segment.
   template <class Enter, class Visit>
   void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
     const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
     Coord first, last;
     // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
-    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)), static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
-    last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)), static_cast<int32_t>(std::floor(high.z() / 8))};
+    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
+             static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
+    last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
+            static_cast<int32_t>(std::floor(high.z() / 8))};
     for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
       for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
         for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
@@ -241,7 +257,8 @@ struct BrushStroke::State {
 void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
   const double band = editor->grid().band;
   // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
-  const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush), largest = s.largestRadius() * aroundTip(*brush);
+  const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush),
+               largest = s.largestRadius() * aroundTip(*brush);
   const bool carving = *tool == Method::carve;
   const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
@@ -270,7 +287,8 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     }
     ++touched;
     FloatBrick* mine = slot.isTile() || cover ? nullptr : editor->own(coord);
-    swept.push_back({slot, mine ? mine : editor->newBrick(coord), cover ? std::make_unique<MaskCover>(*cover) : nullptr, {}});
+    swept.push_back(
+        {slot, mine ? mine : editor->newBrick(coord), cover ? std::make_unique<MaskCover>(*cover) : nullptr, {}});
     if (swept.size() >= kSweptAtOnce) computeSwept(s, influenced);
   });
   computeSwept(s, influenced);
@@ -302,7 +320,8 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
             tipDistances(*brush, s, target.coord, distance);
             // One that is written in place is its own source.
             if (each.was == Slot(each.brick)) source = std::copy_n(source, kBrickVoxels, scratch) - kBrickVoxels;
-            for (int v = 0; v < kBrickVoxels; ++v) target.value[v] = carving ? std::max(source[v], -distance[v]) : std::min(source[v], distance[v]);
+            for (int v = 0; v < kBrickVoxels; ++v)
+              target.value[v] = carving ? std::max(source[v], -distance[v]) : std::min(source[v], distance[v]);
             each.change = sealBrick(source, band, target, most);
           }
           float most = 0;
@@ -325,8 +344,9 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
   swept.clear();
 }
 
-// Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up beside a mask must not let the next stamp creep over it.
-// A tool that stands on the surface reaches clay as deep as it is wide. Nothing where all is free.
+// Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up
+// beside a mask must not let the next stamp creep over it. A tool that stands on the surface reaches clay as deep as it
+// is wide. Nothing where all is free.
 std::optional<MaskCover> BrushStroke::State::coverOf(Coord coord, double largestRadius) {
   const float band = editor->grid().band;
   const ChannelSlot mask = editor->find(Channel::mask, coord);
@@ -348,11 +368,14 @@ std::optional<MaskCover> BrushStroke::State::coverOf(Coord coord, double largest
 }
 
 // What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
-BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* source, FloatBrick& brick, float& most) const {
+BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* source, FloatBrick& brick,
+                                       float& most) const {
   for (int i = 0; i < kBrickVoxels; ++i) {
     const uint8_t cover = mask.value[static_cast<size_t>(i)];
     if (cover == 0 || (cover < 255 && method && method->masks())) continue;
-    brick.value[i] = cover == 255 ? source[i] : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
+    brick.value[i] = cover == 255
+                         ? source[i]
+                         : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
   }
   return sealBrick(source, editor->grid().band, brick, most);
 }
@@ -372,14 +395,18 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
   }
   if (method->everywhere())
     for (const Stamp& s : images)
-      forBricks(s, method->reach(s), [](Coord, double) { return true; }, [&](Coord coord) {
-        if (editor->find(coord) != Slot(*tool == Method::carve ? Tile::outside : Tile::inside)) surface.push_back(coord);
-      });
+      forBricks(
+          s, method->reach(s), [](Coord, double) { return true; },
+          [&](Coord coord) {
+            if (editor->find(coord) != Slot(*tool == Method::carve ? Tile::outside : Tile::inside))
+              surface.push_back(coord);
+          });
   std::vector<Coord> all = withNeighbours(surface);
   for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
   std::erase_if(all, [&](Coord coord) {
     const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
-    return std::none_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });
+    return std::none_of(images.begin(), images.end(),
+                        [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });
   });
   return all;
 }
@@ -390,7 +417,8 @@ void BrushStroke::State::begin(std::span<const Stamp> images, std::span<const Co
 }
 
 // Where each of them moves clay a little they are computed together: they look at the same bricks.
-void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced) {
+void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together,
+                                   std::vector<Coord>& influenced) {
   if (begunCount > 0 && begunMove + move > kMoveTogether) computeBegun(influenced);
   begin(images, {});
   begun.insert(begun.end(), images.begin(), images.end());
@@ -416,7 +444,8 @@ void BrushStroke::State::touch(std::vector<Coord> influenced) {
   influencedBy.emplace_back(stamps, std::move(influenced));
 }
 
-void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
+void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords,
+                                 std::vector<Coord>& influenced) {
   const float band = editor->grid().band;
   const bool masks = editor->has(Channel::mask);
   struct Result {
@@ -489,7 +518,9 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, bool togethe
     std::vector<Stamp> part(images.begin(), images.end());
     for (size_t k = 0; k < part.size(); ++k) {
       const Stamp& whole = images[k];
-      const auto at = [&](int step) { return quantised(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts)); };
+      const auto at = [&](int step) {
+        return quantised(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts));
+      };
       part[k].a = at(i);
       part[k].b = at(i + 1);
       part[k].radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * i / parts;
@@ -503,8 +534,8 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, bool togethe
 
 void BrushStroke::State::redistanceDue() {
   if (due.empty()) return;
-  // Neighbours that were redistanced before are solved again: they met values of these that were only a bound. Those that
-  // still trail need not be, for they will be solved against what is solved now.
+  // Neighbours that were redistanced before are solved again: they met values of these that were only a bound. Those
+  // that still trail need not be, for they will be solved against what is solved now.
   std::vector<Coord> all;
   all.reserve(due.size() * 4);
   for (const Coord c : due) lastTouch[c].stamp = kDone;
@@ -551,7 +582,8 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   }
   const Version was = s.beforeChange();
   std::vector<Coord> influenced;
-  const bool blends = images.size() > 1 && s.editor->has(Channel::mask);  // what a mask covers in part depends on the order of images
+  // what a mask covers in part depends on the order of images
+  const bool blends = images.size() > 1 && s.editor->has(Channel::mask);
   if (s.tool && !blends) {
     // Cutting away one thing after the other gives the same in any order.
     std::vector<Coord> blended;
@@ -575,7 +607,9 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   s.beginAnewWhenFull();
 }
 
-Version BrushStroke::publish() { return state_->commit(); }
+Version BrushStroke::publish() {
+  return state_->commit();
+}
 
 Version BrushStroke::finish() {
   State& s = *state_;
@@ -587,8 +621,12 @@ Version BrushStroke::finish() {
   return publish();
 }
 
-uint64_t BrushStroke::touched() const { return state_->touched; }
+uint64_t BrushStroke::touched() const {
+  return state_->touched;
+}
 
-Editor::Counts BrushStroke::counts() const { return state_->counts(); }
+Editor::Counts BrushStroke::counts() const {
+  return state_->counts();
+}
 
 }  // namespace argil::clay

@@ -31,7 +31,8 @@ void set(const Brush& brush, const Operation& operation, float share, ChannelByt
     case Property::mask:
       bytes[indexOf(Channel::mask)] = approach(bytes[indexOf(Channel::mask)], erase ? 0 : 255, share);
       return;
-    case Property::distance: return;
+    case Property::distance:
+      return;
   }
 }
 
@@ -57,13 +58,17 @@ void layColour(ChannelBytes& bytes, const std::array<uint8_t, 3>& colour, float 
   cover = approach(cover, 255, alpha);
 }
 
-std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> images, const std::function<double(const Stamp&)>& reach) {
+std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> images,
+                                 const std::function<double(const Stamp&)>& reach) {
   std::vector<Coord> all;
   for (const Stamp& s : images) {
     const double margin = reach(s);
     // Of bricks with a voxel in the box, so that mirrored stamps choose mirrored ones.
-    const auto brickOf = [](const Vec3d& p) { return Coord{static_cast<int32_t>(p.x()), static_cast<int32_t>(p.y()), static_cast<int32_t>(p.z())}; };
-    const Coord first = brickOf(((s.a.cwiseMin(s.b).array() - margin - 7) / kBrickEdge).ceil()), last = brickOf(((s.a.cwiseMax(s.b).array() + margin) / kBrickEdge).floor());
+    const auto brickOf = [](const Vec3d& p) {
+      return Coord{static_cast<int32_t>(p.x()), static_cast<int32_t>(p.y()), static_cast<int32_t>(p.z())};
+    };
+    const Coord first = brickOf(((s.a.cwiseMin(s.b).array() - margin - 7) / kBrickEdge).ceil()),
+                last = brickOf(((s.a.cwiseMax(s.b).array() + margin) / kBrickEdge).floor());
     const auto near = [&](Coord brick, double half, double diagonal) {
       return segmentDistance(s, (brick * kBrickEdge).toVec3d() + Vec3d::Constant(half)) - diagonal < margin;
     };
@@ -75,7 +80,8 @@ std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> im
           for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
             for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
               for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z)
-                if (!editor.find(Coord{x, y, z}).isTile() && near({x, y, z}, 3.5, kHalfDiagonal)) all.push_back({x, y, z});
+                if (!editor.find(Coord{x, y, z}).isTile() && near({x, y, z}, 3.5, kHalfDiagonal))
+                  all.push_back({x, y, z});
         }
   }
   std::sort(all.begin(), all.end());
@@ -84,7 +90,8 @@ std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> im
 }
 
 void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images) {
-  const bool masks = editor.has(Channel::mask) && operation.property != Property::mask, blurs = operation.method == Method::blur;
+  const bool masks = editor.has(Channel::mask) && operation.property != Property::mask,
+             blurs = operation.method == Method::blur;
   const float amount = std::abs(operation.amount);
   ChannelReader<Editor> clay(editor);
   ChannelBlur blur;

@@ -43,7 +43,8 @@ HWY_INLINE FromSegment fromSegment(const SweptBall& b, float x, float y, Row z) 
   const Row ex = hn::Sub(hn::Set(d, vx), hn::Mul(t, hn::Set(d, b.dx)));
   const Row ey = hn::Sub(hn::Set(d, vy), hn::Mul(t, hn::Set(d, b.dy)));
   const Row ez = hn::Sub(vz, hn::Mul(t, hn::Set(d, b.dz)));
-  return {hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez)), hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)))};
+  return {hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez)),
+          hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)))};
 }
 
 // Less than zero inside of the swept ball.
@@ -68,7 +69,8 @@ HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, FloatBr
         const Row old = hn::LoadU(d, source + lane);
         const Row z = hn::Add(lanes, hn::Set(d, static_cast<float>(lane)));
         // + 0 turns −0 into 0.
-        const Row next = hn::Add(value(old, static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, z, source + lane), zero);
+        const Row next =
+            hn::Add(value(old, static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, z, source + lane), zero);
         changed = hn::Or(changed, hn::Ne(next, old));
         inBand = hn::Or(inBand, hn::Lt(hn::Abs(next), bound));
         storeBits(hn::Lt(next, zero), static_cast<int>(lane), row);
@@ -96,7 +98,8 @@ BrickChange Add(const SweptBall& ball, float band, const float* phi, FloatBrick&
 
 bool Meet(const float* phi, const float* solid, float sign, float band, float most) {
   const RowTag d;
-  const Row bound = hn::Set(d, band), limit = hn::Set(d, most), unknown = hn::Set(d, HUGE_VALF), side = hn::Set(d, sign), last = hn::Set(d, 7.0f);
+  const Row bound = hn::Set(d, band), limit = hn::Set(d, most), unknown = hn::Set(d, HUGE_VALF),
+            side = hn::Set(d, sign), last = hn::Set(d, 7.0f);
   // Where one of them is not known the difference is infinite, and that of two such is no number: neither counts.
   float apart[kBrickVoxels + 8];
   auto any = hn::Lt(bound, bound);
@@ -142,7 +145,8 @@ HWY_INLINE void forVoxels(const Value& value) {
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
       for (size_t lane = 0; lane < 8; lane += hn::Lanes(d))
-        value(static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, hn::Iota(d, static_cast<float>(lane) - 3.5f), x * 64 + y * 8 + static_cast<int>(lane));
+        value(static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, hn::Iota(d, static_cast<float>(lane) - 3.5f),
+              x * 64 + y * 8 + static_cast<int>(lane));
 }
 
 void Weights(const SweptBall& ball, int shape, float strength, float* weight) {
@@ -153,19 +157,23 @@ void Weights(const SweptBall& ball, int shape, float strength, float* weight) {
     const Row t2 = hn::Div(from.squared, hn::Mul(from.radius, from.radius));
     Row w = one;
     switch (shape) {
-      case 0: break;
+      case 0:
+        break;
       case 1: {
         const Row rest = hn::Max(hn::Sub(one, t2), zero);
         w = hn::Mul(rest, rest);
         break;
       }
-      case 2: w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero); break;
+      case 2:
+        w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+        break;
       case 3: {
         const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
         w = hn::Mul(rest, rest);
         break;
       }
-      default: w = hn::Sqrt(hn::Max(hn::Sub(one, t2), zero));
+      default:
+        w = hn::Sqrt(hn::Max(hn::Sub(one, t2), zero));
     }
     w = hn::IfThenElse(hn::Lt(t2, one), hn::Mul(w, hn::Set(d, strength)), zero);
     hn::StoreU(hn::Max(w, hn::LoadU(d, weight + at)), d, weight + at);
@@ -194,7 +202,8 @@ void Smooth(const float* padded, const float* weight, float amount, float band, 
   forVoxels([&](float, float, Row, int voxel) {
     const float* at = padded + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, 1) + (voxel & 7);
     const Row old = hn::LoadU(d, at), centre = binomialYZ(at);
-    const Row sum = hn::Add(hn::Add(binomialYZ(at - 10 * kPaddedRow), binomialYZ(at + 10 * kPaddedRow)), hn::Add(centre, centre));
+    const Row sum =
+        hn::Add(hn::Add(binomialYZ(at - 10 * kPaddedRow), binomialYZ(at + 10 * kPaddedRow)), hn::Add(centre, centre));
     const Row mean = hn::Mul(sum, share);
     const Row w = hn::Mul(hn::LoadU(d, weight + voxel), hn::Set(d, amount));
     const Row next = hn::Add(old, hn::Mul(w, hn::Sub(mean, old)));
@@ -205,7 +214,8 @@ void Smooth(const float* padded, const float* weight, float amount, float band, 
 void Start(const float* padded, float band, uint64_t* frozen, float* u) {
   const RowTag d;
   const Row bound = hn::Set(d, band), zero = hn::Zero(d);
-  for (int at = 0; at < kPaddedSize; at += static_cast<int>(hn::Lanes(d))) hn::StoreU(hn::Abs(hn::LoadU(d, padded + at)), d, u + at);
+  for (int at = 0; at < kPaddedSize; at += static_cast<int>(hn::Lanes(d)))
+    hn::StoreU(hn::Abs(hn::LoadU(d, padded + at)), d, u + at);
   auto* bits = reinterpret_cast<uint8_t*>(frozen);
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
@@ -223,10 +233,12 @@ void Start(const float* padded, float band, uint64_t* frozen, float* u) {
     }
 }
 
-// Both ends of a plane of any slope come out exact: the slopes taken are those of the edge that the surface crosses, else those towards the surface.
+// Both ends of a plane of any slope come out exact: the slopes taken are those of the edge that the surface crosses,
+// else those towards the surface.
 void RenewNear(const float* padded, const uint64_t* frozen, float least, float* u) {
   const RowTag d;
-  const Row zero = hn::Zero(d), tiny = hn::Set(d, 1e-12f), half = hn::Set(d, 0.5f), low = hn::Set(d, 0.7f), high = hn::Set(d, 2.2f);
+  const Row zero = hn::Zero(d), tiny = hn::Set(d, 1e-12f), half = hn::Set(d, 0.5f), low = hn::Set(d, 0.7f),
+            high = hn::Set(d, 2.2f);
   const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
@@ -250,10 +262,12 @@ void RenewNear(const float* padded, const uint64_t* frozen, float least, float* 
         axis(10 * kPaddedRow);
         axis(kPaddedRow);
         axis(1);
-        // At a crease of true distances one side of the voxel slopes by its plane, the other by another's: what is there is right.
+        // At a crease of true distances one side of the voxel slopes by its plane, the other by another's: what is
+        // there is right.
         const auto crease = hn::And(kink, hn::And(hn::Gt(sum, low), hn::Lt(sum, high)));
         const Row renewed = hn::Div(size, hn::Sqrt(hn::Max(sum, tiny)));
-        const auto mineToo = hn::And(hn::Ge(size, hn::Set(d, least)), hn::AndNot(crease, loadBits(static_cast<int>(lane), bits[x * 8 + y])));
+        const auto mineToo = hn::And(hn::Ge(size, hn::Set(d, least)),
+                                     hn::AndNot(crease, loadBits(static_cast<int>(lane), bits[x * 8 + y])));
         const Row old = hn::LoadU(d, u + at);
         hn::StoreU(hn::IfThenElse(mineToo, hn::Min(renewed, hn::Set(d, 1.5f)), old), d, u + at);
       }
@@ -273,14 +287,17 @@ BrickChange Settle(const float* phi, const float* u, float band, float tolerance
 
 void Eikonal(const float* padded, const uint64_t* frozen, float band, float* out) {
   const RowTag d;
-  const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), half = hn::Set(d, 0.5f), zero = hn::Zero(d);
+  const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), half = hn::Set(d, 0.5f),
+            zero = hn::Zero(d);
   const Row third = hn::Set(d, 1.0f / 3), three = hn::Set(d, 3.0f);
   const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
       for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
         const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
-        const auto least = [&](int step) { return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step)); };
+        const auto least = [&](int step) {
+          return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step));
+        };
         const Row p = least(10 * kPaddedRow), q = least(kPaddedRow), r = least(1);
         // Where nothing came near yet, nothing follows: the row stays as it is.
         if (hn::AllTrue(d, hn::Ge(hn::Min(hn::Min(p, q), r), bound))) {
@@ -341,7 +358,9 @@ BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& m
 void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, weight);
 }
-void ballDistances(const SweptBall& ball, float* distance) noexcept { HWY_DYNAMIC_DISPATCH(Distances)(ball, distance); }
+void ballDistances(const SweptBall& ball, float* distance) noexcept {
+  HWY_DYNAMIC_DISPATCH(Distances)(ball, distance);
+}
 void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(RenewNear)(padded, frozen, least, u);
 }

@@ -40,11 +40,16 @@ void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, flo
 float falloff(Falloff shape, float t) noexcept {
   if (!(t < 1)) return 0;
   switch (shape) {
-    case Falloff::constant: return 1;
-    case Falloff::smooth: return (1 - t * t) * (1 - t * t);
-    case Falloff::linear: return 1 - t;
-    case Falloff::sharp: return (1 - t) * (1 - t);
-    case Falloff::dome: return std::sqrt(1 - t * t);
+    case Falloff::constant:
+      return 1;
+    case Falloff::smooth:
+      return (1 - t * t) * (1 - t * t);
+    case Falloff::linear:
+      return 1 - t;
+    case Falloff::sharp:
+      return (1 - t) * (1 - t);
+    case Falloff::dome:
+      return std::sqrt(1 - t * t);
   }
   return 0;
 }
@@ -53,21 +58,28 @@ std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
   switch (context.operation.method) {
     case Method::carve:
     case Method::add:
-    case Method::wax: return makeSweep(context);
+    case Method::wax:
+      return makeSweep(context);
     case Method::smooth:
-    case Method::smoothKeep: return makeSmoothing(context);
+    case Method::smoothKeep:
+      return makeSmoothing(context);
     case Method::scrape:
     case Method::fill:
-    case Method::flatten: return makeLevelling(context);
-    case Method::raise: return makeRaising(context);
+    case Method::flatten:
+      return makeLevelling(context);
+    case Method::raise:
+      return makeRaising(context);
     case Method::crease:
     case Method::tug:
     case Method::smudge:
     case Method::pinch:
-    case Method::twist: return makeWarping(context);
-    case Method::morph: return makeMorphing(context);
+    case Method::twist:
+      return makeWarping(context);
+    case Method::morph:
+      return makeMorphing(context);
     case Method::set:
-    case Method::blur: break;
+    case Method::blur:
+      break;
   }
   throw Error("a brush cannot do that to distances");
 }

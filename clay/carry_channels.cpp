@@ -12,16 +12,20 @@
 namespace argil::clay {
 
 bool carriesChannels(const Editor& editor, const Brush& brush) {
-  return brush.dye || std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return editor.has(channel); });
+  return brush.dye ||
+         std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return editor.has(channel); });
 }
 
 namespace {
 
-// Moved clay is read between voxels in steps of 1/kSteps, with whole numbers: their sums do not depend on an order, and mirrored places are read alike.
+// Moved clay is read between voxels in steps of 1/kSteps, with whole numbers: their sums do not depend on an order, and
+// mirrored places are read alike.
 constexpr int kSteps = 64;
 // What is this many steps or more away counts as equally far: a count of 16 bits must not begin anew.
 constexpr uint16_t kMostSteps = 65535;
-constexpr uint16_t oneMore(uint16_t steps) { return steps < kMostSteps ? static_cast<uint16_t>(steps + 1) : kMostSteps; }
+constexpr uint16_t oneMore(uint16_t steps) {
+  return steps < kMostSteps ? static_cast<uint16_t>(steps + 1) : kMostSteps;
+}
 // A voxel that a mask covers by as much keeps its own when clay moves.
 constexpr uint8_t kHeld = 128;
 
@@ -64,7 +68,8 @@ struct Block {
 
 class Carrier {
  public:
-  Carrier(Editor& editor, const Version& was, const Brush& brush, CarriedFrom& stroke) : editor_(editor), was_(was), now_(editor), brush_(brush), stroke_(stroke) {}
+  Carrier(Editor& editor, const Version& was, const Brush& brush, CarriedFrom& stroke)
+      : editor_(editor), was_(was), now_(editor), brush_(brush), stroke_(stroke) {}
 
   // A brick whose distances changed or whose clay moved; `from`: where to, or null.
   void add(Coord coord, const Vec3f (*from)[kBrickVoxels]) {
@@ -100,7 +105,8 @@ class Carrier {
     }
   }
 
-  // Along the band from what is known, the nearest first: all that are as many steps from the clay of the stroke's beginning at once.
+  // Along the band from what is known, the nearest first: all that are as many steps from the clay of the stroke's
+  // beginning at once.
   void spread() {
     std::map<uint16_t, std::vector<Place>> queue;
     const auto reach = [&](const Place& place, uint16_t steps) {
@@ -121,7 +127,8 @@ class Carrier {
         if (stateOf(each) != State::queued || stepsAt(each) != steps) continue;  // a nearer one was found
         ChannelMean mean;
         forNeighbours(each, [&](const Place& near) {
-          if (stateOf(near) == State::known && oneMore(stepsAt(near)) == steps) mean.add(blockOf(near).channels.bytes(near.voxel), 1);
+          if (stateOf(near) == State::known && oneMore(stepsAt(near)) == steps)
+            mean.add(blockOf(near).channels.bytes(near.voxel), 1);
         });
         ChannelBytes bytes = mean.value();
         bytes[indexOf(Channel::mask)] = 0;
@@ -139,7 +146,8 @@ class Carrier {
     }
   }
 
-  // Clay that was laid on: how far the surface came out at a voxel, in voxels, is how much of the brush's colour it has.
+  // Clay that was laid on: how far the surface came out at a voxel, in voxels, is how much of the brush's colour it
+  // has.
   void dye() {
     for (Block& block : blocks_) {
       if (!block.own) continue;
@@ -160,7 +168,8 @@ class Carrier {
     for (const Block& block : blocks_) {
       if (!block.own) continue;
       block.channels.store(editor_, block.coord);
-      if (std::any_of(block.steps.begin(), block.steps.end(), [](uint16_t steps) { return steps > 0; })) stroke_[block.coord] = block.steps;
+      if (std::any_of(block.steps.begin(), block.steps.end(), [](uint16_t steps) { return steps > 0; }))
+        stroke_[block.coord] = block.steps;
     }
     for (const Coord coord : gone_)
       for (const Channel channel : kAllChannels) editor_.setChannelTile(channel, coord, false);
@@ -196,7 +205,8 @@ class Carrier {
         int to[3] = {at[0], at[1], at[2]};
         to[axis] += step;
         Place near{place.block, Brick::offset(to[0] & 7, to[1] & 7, to[2] & 7)};
-        if ((to[axis] & ~7) != 0) near.block = indexOfBrick(home + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0});
+        if ((to[axis] & ~7) != 0)
+          near.block = indexOfBrick(home + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0});
         visit(near);
       }
   }
@@ -206,7 +216,8 @@ class Carrier {
     if (fresh) {
       const ChannelPlace& place = now_.at(coord);
       Block& block = blocks_.emplace_back(Block{coord, ChannelBlock(place), false, {}, stepsOf(coord)});
-      for (int i = 0; i < kBrickVoxels; ++i) block.state[static_cast<size_t>(i)] = place.inBand(i, now_.band()) ? State::known : State::none;
+      for (int i = 0; i < kBrickVoxels; ++i)
+        block.state[static_cast<size_t>(i)] = place.inBand(i, now_.band()) ? State::known : State::none;
     }
     return entry->second;
   }
@@ -224,8 +235,8 @@ class Carrier {
 
 }  // namespace
 
-void carryChannels(Editor& editor, const Version& was, const Brush& brush, const DistanceMethod* method, std::span<const Stamp> images,
-                   CarriedFrom& stroke) {
+void carryChannels(Editor& editor, const Version& was, const Brush& brush, const DistanceMethod* method,
+                   std::span<const Stamp> images, CarriedFrom& stroke) {
   std::vector<Coord> changed;
   Version::forEachDifference(was, editor.base(), [&](Coord coord, Slot, Slot) { changed.push_back(coord); });
   if (method && !images.empty()) {
@@ -236,7 +247,8 @@ void carryChannels(Editor& editor, const Version& was, const Brush& brush, const
     changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
   }
   Carrier carrier(editor, was, brush, stroke);
-  if (!brush.dye && std::none_of(changed.begin(), changed.end(), [&](Coord coord) { return carrier.concerned(coord); })) return;
+  if (!brush.dye && std::none_of(changed.begin(), changed.end(), [&](Coord coord) { return carrier.concerned(coord); }))
+    return;
   Vec3f from[kBrickVoxels];
   for (const Coord coord : changed) {
     const bool moved = method && method->origins(images, coord, from);

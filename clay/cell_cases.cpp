@@ -22,7 +22,8 @@ constexpr std::array<CellEdge, 12> makeEdges() {
     for (int u = 0; u < 2; ++u)
       for (int v = 0; v < 2; ++v)
         edges[static_cast<std::size_t>(axis * 4 + u * 2 + v)] = {static_cast<uint8_t>(cornerAt(axis, 0, u, v)),
-                                                           static_cast<uint8_t>(cornerAt(axis, 1, u, v)), static_cast<uint8_t>(axis)};
+                                                                 static_cast<uint8_t>(cornerAt(axis, 1, u, v)),
+                                                                 static_cast<uint8_t>(axis)};
   return edges;
 }
 
@@ -52,7 +53,8 @@ CellCase trace(int pattern, int joinedFace) {
   int ambiguousCount = 0;
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2, side = face & 1;
-    const int corner[4] = {cornerAt(axis, side, 0, 0), cornerAt(axis, side, 1, 0), cornerAt(axis, side, 1, 1), cornerAt(axis, side, 0, 1)};
+    const int corner[4] = {cornerAt(axis, side, 0, 0), cornerAt(axis, side, 1, 0), cornerAt(axis, side, 1, 1),
+                           cornerAt(axis, side, 0, 1)};
     int edge[4], crossed[4], n = 0;  // edge[i] between corners i and i + 1
     for (int i = 0; i < 4; ++i) {
       edge[i] = edgeBetween(corner[i], corner[(i + 1) & 3]);
@@ -83,7 +85,8 @@ CellCase trace(int pattern, int joinedFace) {
   }
   // Opposite edges of an ambiguous face lie on different segments.
   for (int i = 0; i < ambiguousCount; ++i)
-    if (result.loopOfEdge[ambiguous[i].a] == result.loopOfEdge[ambiguous[i].b]) result.foldedFace = static_cast<int8_t>(ambiguous[i].face);
+    if (result.loopOfEdge[ambiguous[i].a] == result.loopOfEdge[ambiguous[i].b])
+      result.foldedFace = static_cast<int8_t>(ambiguous[i].face);
   return result;
 }
 
@@ -97,7 +100,8 @@ const CellCases& cellCases() {
     for (int pattern = 0; pattern < 256; ++pattern) {
       const auto i = static_cast<std::size_t>(pattern);
       made.separated[i] = trace(pattern, -1);
-      made.joined[i] = made.separated[i].foldedFace >= 0 ? trace(pattern, made.separated[i].foldedFace) : made.separated[i];
+      made.joined[i] =
+          made.separated[i].foldedFace >= 0 ? trace(pattern, made.separated[i].foldedFace) : made.separated[i];
     }
     return made;
   }();

@@ -19,8 +19,9 @@ struct CellCase {
   uint16_t edges = 0;           ///< Bit e: edge e is crossed.
   uint8_t loops = 0;            ///< 0 to 4.
   uint8_t loopOfEdge[12] = {};  ///< For crossed edges.
-  /// The ambiguous face whose two segments belong to one loop, as axis·2 + side; −1 when there is none. If the cell beyond
-  /// that face has the same trouble there, both read the face the other way (`joined`), or an edge would get four quads.
+  /// The ambiguous face whose two segments belong to one loop, as axis·2 + side; −1 when there is none. If the cell
+  /// beyond that face has the same trouble there, both read the face the other way (`joined`), or an edge would get
+  /// four quads.
   int8_t foldedFace = -1;
 };
 

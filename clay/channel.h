@@ -8,15 +8,19 @@
 
 namespace argil::clay {
 
-/// Values count in the band alone; where there is none they are 0. A colour is red, green, blue (sRGB) and how much of it covers the piece's own.
+/// Values count in the band alone; where there is none they are 0. A colour is red, green, blue (sRGB) and how much of
+/// it covers the piece's own.
 enum class Channel : uint8_t {
-  red, green, blue,
+  red,
+  green,
+  blue,
   cover,     ///< 0: the piece's colour; 255: red, green, blue alone.
   material,  ///< Row of the piece's materials; 0 is its own.
   mask,      ///< 0: free; 255: no tool changes the voxel by a bit.
 };
 inline constexpr int kChannels = 6;
-inline constexpr std::array kAllChannels{Channel::red, Channel::green, Channel::blue, Channel::cover, Channel::material, Channel::mask};
+inline constexpr std::array kAllChannels{Channel::red,   Channel::green,    Channel::blue,
+                                         Channel::cover, Channel::material, Channel::mask};
 inline constexpr std::array kColourChannels{Channel::red, Channel::green, Channel::blue, Channel::cover};
 
 /// One channel of one brick coordinate. Never written again once its version is committed. 576 bytes.
@@ -35,7 +39,9 @@ class ChannelSlot {
   explicit ChannelSlot(const ChannelBrick* brick) : bits_(reinterpret_cast<uintptr_t>(brick)) {}
 
   [[nodiscard]] bool isTile() const { return bits_ <= 1; }
-  [[nodiscard]] const ChannelBrick* brick() const { return isTile() ? nullptr : reinterpret_cast<const ChannelBrick*>(bits_); }
+  [[nodiscard]] const ChannelBrick* brick() const {
+    return isTile() ? nullptr : reinterpret_cast<const ChannelBrick*>(bits_);
+  }
   [[nodiscard]] uint8_t value(int voxelOffset) const {
     return isTile() ? static_cast<uint8_t>(bits_ * 255) : brick()->value[voxelOffset];
   }

@@ -10,8 +10,8 @@
 
 namespace argil::clay {
 
-/// Voxels of the band around a brick, 3×3×3 with weights 1 2 1 along each axis: colours count by how much they cover. Sums are whole numbers, so that no order
-/// matters.
+/// Voxels of the band around a brick, 3×3×3 with weights 1 2 1 along each axis: colours count by how much they cover.
+/// Sums are whole numbers, so that no order matters.
 class ChannelBlur {
  public:
   ChannelBlur() {
@@ -32,7 +32,9 @@ class ChannelBlur {
           const int voxel = Brick::offset(x & 7, y & 7, z & 7);
           const auto at = static_cast<size_t>(around(x + 1, y + 1, z + 1));
           const bool in = place.inBand(voxel, band);
-          const auto byte = [&](Channel channel) { return in ? int32_t{place.channel[indexOf(channel)].value(voxel)} : 0; };
+          const auto byte = [&](Channel channel) {
+            return in ? int32_t{place.channel[indexOf(channel)].value(voxel)} : 0;
+          };
           fields_[0][at] = in;
           fields_[1][at] = byte(colour_ ? Channel::cover : Channel::mask);
           if (!colour_) continue;
@@ -68,7 +70,8 @@ class ChannelBlur {
     for (const int step : {1, kSide, kSide * kSide}) {
       source = field;
       for (int i = step; i < kAround - step; ++i)
-        field[static_cast<size_t>(i)] = source[static_cast<size_t>(i - step)] + 2 * source[static_cast<size_t>(i)] + source[static_cast<size_t>(i + step)];
+        field[static_cast<size_t>(i)] = source[static_cast<size_t>(i - step)] + 2 * source[static_cast<size_t>(i)] +
+                                        source[static_cast<size_t>(i + step)];
     }
   }
 

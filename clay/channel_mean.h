@@ -10,8 +10,8 @@
 
 namespace argil::clay {
 
-/// Of at most eight voxels, in whole numbers, so that the order of adding does not matter: each colour counts by its weight and by how much it covers; of
-/// materials the heaviest, then the lowest.
+/// Of at most eight voxels, in whole numbers, so that the order of adding does not matter: each colour counts by its
+/// weight and by how much it covers; of materials the heaviest, then the lowest.
 class ChannelMean {
  public:
   void add(const ChannelBytes& bytes, int64_t weight) {
@@ -33,15 +33,17 @@ class ChannelMean {
   [[nodiscard]] ChannelBytes value() const {
     ChannelBytes bytes{};
     if (empty()) return bytes;
-    const auto rounded = [](int64_t sum, int64_t count) { return static_cast<uint8_t>((2 * sum + count) / (2 * count)); };
+    const auto rounded = [](int64_t sum, int64_t count) {
+      return static_cast<uint8_t>((2 * sum + count) / (2 * count));
+    };
     const uint8_t cover = rounded(cover_, weight_);
     if (cover > 0)
       for (size_t i = 0; i < 3; ++i) bytes[i] = rounded(colour_[i], cover_);
     bytes[indexOf(Channel::cover)] = cover;
     bytes[indexOf(Channel::mask)] = rounded(mask_, weight_);
-    const auto heaviest = std::min_element(materials_.begin(), materials_.begin() + kinds_, [](const auto& a, const auto& b) {
-      return a.second != b.second ? a.second > b.second : a.first < b.first;
-    });
+    const auto heaviest = std::min_element(
+        materials_.begin(), materials_.begin() + kinds_,
+        [](const auto& a, const auto& b) { return a.second != b.second ? a.second > b.second : a.first < b.first; });
     bytes[indexOf(Channel::material)] = heaviest->first;
     return bytes;
   }

@@ -14,7 +14,9 @@ namespace argil::clay {
 /// The bytes of a voxel in all channels.
 using ChannelBytes = std::array<uint8_t, kChannels>;
 
-inline constexpr size_t indexOf(Channel channel) { return static_cast<size_t>(channel); }
+inline constexpr size_t indexOf(Channel channel) {
+  return static_cast<size_t>(channel);
+}
 
 /// What stands at a brick coordinate in all trees.
 struct ChannelPlace {
@@ -22,7 +24,9 @@ struct ChannelPlace {
   std::array<ChannelSlot, kChannels> channel;
 
   [[nodiscard]] bool empty() const { return channel == std::array<ChannelSlot, kChannels>{}; }
-  [[nodiscard]] bool inBand(int voxel, float band) const { return distance.brick() && std::abs(distance.brick()->phi(voxel)) < band; }
+  [[nodiscard]] bool inBand(int voxel, float band) const {
+    return distance.brick() && std::abs(distance.brick()->phi(voxel)) < band;
+  }
   [[nodiscard]] ChannelBytes bytes(int voxel) const {
     ChannelBytes all;
     for (size_t i = 0; i < kChannels; ++i) all[i] = channel[i].value(voxel);

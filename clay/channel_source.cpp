@@ -12,7 +12,9 @@ namespace {
 constexpr int kSteps = 64;  // places between voxels, for weights in whole numbers
 constexpr int kFarthest = 2;
 
-int squared(Coord c) { return c.x * c.x + c.y * c.y + c.z * c.z; }
+int squared(Coord c) {
+  return c.x * c.x + c.y * c.y + c.z * c.z;
+}
 
 // Steps to the voxels around one, the nearest first.
 const std::vector<Coord>& stepsAround() {

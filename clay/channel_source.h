@@ -7,7 +7,8 @@
 
 namespace argil::clay {
 
-/// Reads the channels of a version at single voxels. One thread; remembers what it looked up, so make one for each region of the work.
+/// Reads the channels of a version at single voxels. One thread; remembers what it looked up, so make one for each
+/// region of the work.
 class ChannelSource {
  public:
   explicit ChannelSource(const Version& version) : reader_(version) {}
@@ -17,12 +18,12 @@ class ChannelSource {
 
   /// The bytes of a voxel; false where it is not in the band.
   bool read(Coord voxel, ChannelBytes& bytes);
-  /// Those of the nearest voxel of the band, up to two voxels off along each axis (of equally near ones the lowest), and its squared distance; zeros and kNone where
-  /// there is none.
+  /// Those of the nearest voxel of the band, up to two voxels off along each axis (of equally near ones the lowest),
+  /// and its squared distance; zeros and kNone where there is none.
   int nearest(Coord voxel, ChannelBytes& bytes);
   static constexpr int kNone = 1000;
-  /// Between voxels: the mean of colours and masks of the band's voxels around `p`, by their nearness in 64 steps a voxel, and the material that counts most. False
-  /// where none of them is in the band.
+  /// Between voxels: the mean of colours and masks of the band's voxels around `p`, by their nearness in 64 steps a
+  /// voxel, and the material that counts most. False where none of them is in the band.
   bool between(const Vec3d& p, ChannelBytes& bytes);
 
  private:

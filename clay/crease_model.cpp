@@ -7,7 +7,8 @@ namespace argil::clay {
 
 void CreaseModel::findTurns() {
   for (size_t a = 0; a < static_cast<size_t>(count); ++a)
-    for (size_t b = 0; b < static_cast<size_t>(count); ++b) convex[a][b] = a != b && face[a].at(face[b].foot) + face[b].at(face[a].foot) < 0;
+    for (size_t b = 0; b < static_cast<size_t>(count); ++b)
+      convex[a][b] = a != b && face[a].at(face[b].foot) + face[b].at(face[a].foot) < 0;
 }
 
 float CreaseModel::at(const Vec3f& p) const {
@@ -46,7 +47,8 @@ std::optional<CreaseModel::Line> CreaseModel::line(int a, int b, const Vec3f& p)
   // p + α ga + β gb, on both planes.
   const float aa = fa.gradient.squaredNorm(), bb = fb.gradient.squaredNorm(), ab = fa.gradient.dot(fb.gradient);
   const float da = fa.at(p), db = fb.at(p);
-  return Line{p + ((ab * db - bb * da) / length2) * fa.gradient + ((ab * da - aa * db) / length2) * fb.gradient, along * (1 / std::sqrt(length2))};
+  return Line{p + ((ab * db - bb * da) / length2) * fa.gradient + ((ab * da - aa * db) / length2) * fb.gradient,
+              along * (1 / std::sqrt(length2))};
 }
 
 float CreaseModel::sideOfThird(int a, int b) const {

@@ -8,7 +8,8 @@
 
 namespace argil::clay {
 
-/// Coordinates are voxels from wherever the offsets are meant. All of it is a few dozen floating-point operations, in a fixed order.
+/// Coordinates are voxels from wherever the offsets are meant. All of it is a few dozen floating-point operations, in a
+/// fixed order.
 struct CreaseModel {
   struct Face {
     Vec3f gradient = Vec3f::Zero();  ///< Of its distance: about a unit vector, outwards.
@@ -29,7 +30,8 @@ struct CreaseModel {
   /// Fills `convex` from the feet: two faces meet in a convex edge if each foot lies behind the other face.
   void findTurns();
 
-  /// The field of the faces, as a maximum where they meet convexly, a minimum where concavely: exact on one side of a crease, a bound on the other.
+  /// The field of the faces, as a maximum where they meet convexly, a minimum where concavely: exact on one side of a
+  /// crease, a bound on the other.
   [[nodiscard]] float at(const Vec3f& p) const;
   /// The distance to the surface, as far as two or three planes know, not negative.
   [[nodiscard]] float distance(const Vec3f& p) const;

@@ -30,12 +30,14 @@ const Tables& tables() {
   return made;
 }
 
-// The faces of a cell through which the crease between a and b leaves it: one of their two crossings is on a, the other on b. Bit per face.
+// The faces of a cell through which the crease between a and b leaves it: one of their two crossings is on a, the other
+// on b. Bit per face.
 unsigned doorsOf(const Crossings& crossings, int a, int b) {
   unsigned doors = 0;
   for (int face = 0; face < 6; ++face) {
     unsigned met = 0;
-    for (unsigned edges = tables().around[face] & crossings.edges; edges != 0; edges &= edges - 1) met |= 1u << crossings.of[static_cast<size_t>(std::countr_zero(edges))];
+    for (unsigned edges = tables().around[face] & crossings.edges; edges != 0; edges &= edges - 1)
+      met |= 1u << crossings.of[static_cast<size_t>(std::countr_zero(edges))];
     if (met == (1u << a | 1u << b)) doors |= 1u << face;
   }
   return doors;
@@ -61,7 +63,8 @@ namespace {
 
 // Crossings nearer than this to each other, voxels, are the same, whatever rounding says.
 constexpr float kSame = 0.002f;
-// Decides between faces that an edge passes through equally: by direction, for the cells around it see them in any order.
+// Decides between faces that an edge passes through equally: by direction, for the cells around it see them in any
+// order.
 const Vec3f kAnyTilt(0.02f, 0.012f, 0.006f);
 
 }  // namespace
@@ -75,7 +78,8 @@ Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& m
   for (unsigned left = edges; left != 0; left &= left - 1) {
     const auto e = static_cast<size_t>(std::countr_zero(left));
     const CellEdge edge = kCellEdges[e];
-    const Vec3f from = cell.low + Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1), static_cast<float>(edge.from & 1));
+    const Vec3f from = cell.low + Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1),
+                                        static_cast<float>(edge.from & 1));
     Vec3f to = from;
     to[edge.axis] += 1;
     std::array<Vec3f, 3> at;
@@ -88,7 +92,8 @@ Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& m
       off[k] = std::abs(model.at(at[k]));
       if (off[k] < off[best]) best = k;
     }
-    // Grids often put a face on a plane of voxels: there an edge within the face has its crossing anywhere. It belongs to the face that it passes through, with all the cells around it.
+    // Grids often put a face on a plane of voxels: there an edge within the face has its crossing anywhere. It belongs
+    // to the face that it passes through, with all the cells around it.
     const float least = off[best];
     float across = -1;
     for (size_t k = 0; k < count; ++k) {
@@ -123,7 +128,8 @@ Crossings crossingsBeyond(CellView& cell, const Crossings& crossings, int door, 
   const CellCase& c = cellCases().separated[cell.pattern()];
   uint16_t edges = 0;
   for (int other = 0; other < 12; ++other)
-    if (((c.edges >> other) & 1) && c.loopOfEdge[other] == c.loopOfEdge[shared]) edges = static_cast<uint16_t>(edges | 1 << other);
+    if (((c.edges >> other) & 1) && c.loopOfEdge[other] == c.loopOfEdge[shared])
+      edges = static_cast<uint16_t>(edges | 1 << other);
   return crossingsOf(cell, edges, model, tie);
 }
 
@@ -138,7 +144,8 @@ unsigned contested(const CellView& cell, const Crossings& crossings, const Creas
   return others;
 }
 
-float placeAlong(const CellView& cell, const Crossings& crossings, const CreaseModel& model, const CreaseModel::Line& line, int a, int b) {
+float placeAlong(const CellView& cell, const Crossings& crossings, const CreaseModel& model,
+                 const CreaseModel::Line& line, int a, int b) {
   const auto placeOf = [&](const Crossings& c) { return line.along.dot(c.middle - line.start); };
   const float here = placeOf(crossings);
   const unsigned doors = doorsOf(crossings, a, b);

@@ -1,4 +1,5 @@
-// After Ju, Losasso, Schaefer and Warren, Dual contouring of Hermite data (2002), with faces found by grouping instead of one least-squares fit.
+// After Ju, Losasso, Schaefer and Warren, Dual contouring of Hermite data (2002), with faces found by grouping instead
+// of one least-squares fit.
 
 #include "clay/crease_vertex.h"
 
@@ -20,7 +21,8 @@ namespace {
 
 // 1 − cos 25°: faces that meet flatter than this stay as the draft has them, at most 0.11 voxel off.
 constexpr float kLeastTurn = 0.094f;
-// Scatter of the normals within faces, against the turn between them: above it the surface is bent all over, without a crease.
+// Scatter of the normals within faces, against the turn between them: above it the surface is bent all over, without a
+// crease.
 constexpr float kMostScatter = 0.012f;
 // What the cell's values may differ from the faces' field, voxels.
 constexpr float kMisfit = 0.09f;
@@ -33,12 +35,14 @@ constexpr float kRoundMisfit = 0.05f;
 constexpr float kCertain = 0.015f;
 // Sharp faces that fit better than this, and better than their rounding, are sharp.
 constexpr float kUnsure = 0.03f;
-// Radii of edges, voxels: below the first they are sharp; above the second the surface turns over several cells, and each vertex goes by where its own edges cross it.
+// Radii of edges, voxels: below the first they are sharp; above the second the surface turns over several cells, and
+// each vertex goes by where its own edges cross it.
 constexpr float kLeastRadius = 0.03f;
 constexpr float kSmallRadius = 0.4f;
 // Above it the surface is bent rather than creased, even where a cell's own values fit a face.
 constexpr float kLargeRadius = 1.4f;
-// A vertex stays outside of a rounded edge by half of what it stands out, so that the triangles between cut it as little; but by no more than this, voxels.
+// A vertex stays outside of a rounded edge by half of what it stands out, so that the triangles between cut it as
+// little; but by no more than this, voxels.
 constexpr float kStandOut = 0.12f;
 // 1 − cos 53°: a vertex on more of a turn is a crease for the triangles beside it.
 constexpr float kCreaseTurn = 0.4f;
@@ -53,12 +57,15 @@ struct Group {
 };
 
 float weightAt(const TangentPlane& plane, const Vec3f& p) {
-  // Steep: on curved faces the nearest planes are the best ones. The foot of the cell's centre is what lies on the face.
+  // Steep: on curved faces the nearest planes are the best ones. The foot of the cell's centre is what lies on the
+  // face.
   const float d2 = 0.25f + (plane.centre - p).squaredNorm();
   return plane.quality / (d2 * d2);
 }
 
-float turn(const Vec3f& a, const Vec3f& b) { return 1 - a.dot(b); }
+float turn(const Vec3f& a, const Vec3f& b) {
+  return 1 - a.dot(b);
+}
 
 constexpr size_t kMostPlanes = 125;
 
@@ -66,7 +73,8 @@ struct Grouping {
   std::array<Group, 3> groups;
   int count = 0;
   std::array<int8_t, kMostPlanes> of;
-  std::array<float, kMostPlanes> trust;  // less for a plane that is turned away from its group: it may have seen the rounding beyond the crease
+  // less for a plane that is turned away from its group: it may have seen the rounding beyond the crease
+  std::array<float, kMostPlanes> trust;
 };
 
 // Greedy seeds, the farthest next, then three rounds of k-means.
@@ -96,11 +104,14 @@ void group(const CreaseCell& cell, Grouping& out) {
   for (int round = 0; round < 3; ++round) {
     std::array<Vec3f, 3> sum;
     sum.fill(Vec3f::Zero());
-    for (int k = 0; k < out.count; ++k) out.groups[static_cast<size_t>(k)].weight = 0, out.groups[static_cast<size_t>(k)].count = 0;
+    for (int k = 0; k < out.count; ++k)
+      out.groups[static_cast<size_t>(k)].weight = 0, out.groups[static_cast<size_t>(k)].count = 0;
     for (size_t i = 0; i < n; ++i) {
       int nearest = 0;
       for (int k = 1; k < out.count; ++k)
-        if (turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal) < turn(cell.planes[i].normal, out.groups[static_cast<size_t>(nearest)].normal)) nearest = k;
+        if (turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal) <
+            turn(cell.planes[i].normal, out.groups[static_cast<size_t>(nearest)].normal))
+          nearest = k;
       out.of[i] = static_cast<int8_t>(nearest);
       sum[static_cast<size_t>(nearest)] += weight[i] * cell.planes[i].normal;
       out.groups[static_cast<size_t>(nearest)].weight += weight[i];
@@ -148,10 +159,12 @@ float outsideBy(const Vec3f& p) {
   return most;
 }
 
-// A place on the edge between faces a and b for the cell's vertex. Along the crease the vertices must stand in the order of their cells, or triangles would fold; the crease goes
-// from one cell to the next through the face that has crossings of both on it, so halfway between where the line meets the planes of two such faces keeps the order,
-// even where the line passes outside of the cell.
-std::optional<Vec3f> edgePoint(const CreaseCell& cell, const CreaseModel& model, const Crossings& crossings, int a, int b) {
+// A place on the edge between faces a and b for the cell's vertex. Along the crease the vertices must stand in the
+// order of their cells, or triangles would fold; the crease goes from one cell to the next through the face that has
+// crossings of both on it, so halfway between where the line meets the planes of two such faces keeps the order, even
+// where the line passes outside of the cell.
+std::optional<Vec3f> edgePoint(const CreaseCell& cell, const CreaseModel& model, const Crossings& crossings, int a,
+                               int b) {
   const std::optional<CreaseModel::Line> line = model.line(a, b, crossings.middle);
   if (!line) return std::nullopt;
   const auto& [start, along] = *line;
@@ -159,7 +172,8 @@ std::optional<Vec3f> edgePoint(const CreaseCell& cell, const CreaseModel& model,
   if (model.count == 3) {
     // Beyond the corner the line goes on inside the solid or outside of it.
     const CreaseModel::Face& third = model.face[static_cast<size_t>(3 - a - b)];
-    const float side = model.sideOfThird(a, b), slope = side * third.gradient.dot(along), value = side * third.at(start);
+    const float side = model.sideOfThird(a, b), slope = side * third.gradient.dot(along),
+                value = side * third.at(start);
     if (slope > 1e-3f) low = std::clamp(-value / slope, low, high);
     if (slope < -1e-3f) high = std::clamp(-value / slope, low, high);
   }
@@ -197,12 +211,14 @@ Placed place(const CreaseCell& cell, const CreaseModel& model, float tie) {
   return placed;
 }
 
-// How far the cell's own values are from what the faces allow: anything between a cut by max or min and the true distance.
+// How far the cell's own values are from what the faces allow: anything between a cut by max or min and the true
+// distance.
 float misfitOf(const CreaseCell& cell, const CreaseModel& model) {
   float most = 0;
   for (int c = 0; c < 8; ++c) {
     const Vec3f p(static_cast<float>(c >> 2), static_cast<float>((c >> 1) & 1), static_cast<float>(c & 1));
-    const float cut = model.at(p), far = model.distance(p), sign = cut < 0 ? -1.0f : 1.0f, phi = sign * cell.view.corner(c);
+    const float cut = model.at(p), far = model.distance(p), sign = cut < 0 ? -1.0f : 1.0f,
+                phi = sign * cell.view.corner(c);
     // Nearer to a surface than the faces say, and well away from them: that is another sheet, behind a thin wall.
     const float slack = 1 / (1 + 2 * std::max(0.0f, std::abs(phi) - 0.4f));
     most = std::max({most, slack * (std::min(sign * cut, far) - phi), phi - std::max(sign * cut, far)});
@@ -225,7 +241,8 @@ CreaseVertex placeOnWedge(const CreaseCell& cell, const RoundedWedge& wedge) {
     const CellEdge edge = kCellEdges[e];
     const float from = cell.view.corner(edge.from), to = cell.view.corner(edge.from | 4 >> edge.axis);
     SurfacePoint& p = points[count++];
-    p.at = Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1), static_cast<float>(edge.from & 1));
+    p.at = Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1),
+                 static_cast<float>(edge.from & 1));
     const float start = p.at[edge.axis];
     float t = from / (from - to);
     for (int i = 0; i < 4; ++i) {
@@ -243,7 +260,8 @@ CreaseVertex placeOnWedge(const CreaseCell& cell, const RoundedWedge& wedge) {
   float least = 1;
   for (size_t i = 0; i < count; ++i)
     for (size_t j = 0; j < i; ++j) least = std::min(least, points[i].normal.dot(points[j].normal));
-  return {1 - least > kCreaseTurn ? CreaseVertex::Kind::edge : CreaseVertex::Kind::face, p + cell.low, wedge.at(p).gradient};
+  return {1 - least > kCreaseTurn ? CreaseVertex::Kind::edge : CreaseVertex::Kind::face, p + cell.low,
+          wedge.at(p).gradient};
 }
 
 // From the faces, as if the edge were sharp; pulled in where there is a `wedge`.
@@ -280,7 +298,8 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     for (const int a : chosen)
       for (const int b : chosen)
         if (a < b) {
-          const float t = turn(grouping.groups[static_cast<size_t>(a)].normal, grouping.groups[static_cast<size_t>(b)].normal);
+          const float t =
+              turn(grouping.groups[static_cast<size_t>(a)].normal, grouping.groups[static_cast<size_t>(b)].normal);
           least = std::min(least, t);
           apart = apart && t > kLeastTurn && t < 1.95f;
         }
@@ -302,11 +321,14 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     std::optional<RoundedWedge> wedge = RoundedWedge::of(model);
     if (wedge) wedge->fit(cell.view);
     const float sharpMisfit = misfitOf(cell, model), roundMisfit = wedge ? wedge->misfit(cell.view) : 1.0f;
-    const bool rounded = wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kUnsure || roundMisfit < sharpMisfit + kLeastRadius);
+    const bool rounded =
+        wedge && wedge->radius() > kLeastRadius && (sharpMisfit > kUnsure || roundMisfit < sharpMisfit + kLeastRadius);
     if (wedge && wedge->radius() > kLargeRadius) continue;
     const float misfit = rounded ? roundMisfit : sharpMisfit;
     if (misfit > (rounded ? kRoundMisfit : kMisfit) || misfit > best) continue;
-    const CreaseVertex now = rounded && wedge->radius() > kSmallRadius ? placeOnWedge(cell, *wedge) : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
+    const CreaseVertex now = rounded && wedge->radius() > kSmallRadius
+                                 ? placeOnWedge(cell, *wedge)
+                                 : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
     if (now.kind == CreaseVertex::Kind::none) continue;
     found = now;
     best = misfit;

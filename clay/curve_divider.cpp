@@ -15,10 +15,12 @@ namespace {
 using Vec2d = Eigen::Vector2d;
 
 constexpr size_t kMostPoints = 4096;
-constexpr double kFar = 1e4;          // The way around, in sizes of the curve: clay lies within.
+constexpr double kFar = 1e4;           // The way around, in sizes of the curve: clay lies within.
 constexpr double kCornerCosine = 0.5;  // Turns of more than 60° are meant.
 
-double length(const Vec2d& v) { return std::sqrt(v.squaredNorm()); }
+double length(const Vec2d& v) {
+  return std::sqrt(v.squaredNorm());
+}
 
 // Points nearer to the last one than `spacing` go, but for the end of an open curve.
 std::vector<Vec2d> thinned(const std::vector<Vec2d>& points, double spacing, bool closed) {
@@ -28,23 +30,29 @@ std::vector<Vec2d> thinned(const std::vector<Vec2d>& points, double spacing, boo
   if (closed) {
     while (kept.size() > 1 && length(kept.back() - kept.front()) <= spacing) kept.pop_back();
   } else if (kept.back() != points.back()) {
-    if (kept.size() > 1) kept.back() = points.back();
-    else kept.push_back(points.back());
+    if (kept.size() > 1)
+      kept.back() = points.back();
+    else
+      kept.push_back(points.back());
   }
   return kept;
 }
 
-// Hermite spans through all points; tangents look at both neighbours, weighted by nearness, and at one alone beside corners and ends.
+// Hermite spans through all points; tangents look at both neighbours, weighted by nearness, and at one alone beside
+// corners and ends.
 std::vector<Vec2d> smoothed(const std::vector<Vec2d>& points, double chord, bool closed) {
   const size_t n = points.size();
   if (n < 3) return points;
-  const auto side = [&](size_t i, int by) { return points[(i + n + static_cast<size_t>(by + static_cast<int>(n))) % n]; };
+  const auto side = [&](size_t i, int by) {
+    return points[(i + n + static_cast<size_t>(by + static_cast<int>(n))) % n];
+  };
   std::vector<Vec2d> result;
   const size_t spans = closed ? n : n - 1;
   // Unit direction of the curve at point i; `ahead` says which of a corner's two.
   const auto tangent = [&](size_t i, bool ahead) -> Vec2d {
     const bool first = !closed && i == 0, last = !closed && i == n - 1;
-    const Vec2d in = first ? Vec2d::Zero() : Vec2d(points[i] - side(i, -1)), out = last ? Vec2d::Zero() : Vec2d(side(i, 1) - points[i]);
+    const Vec2d in = first ? Vec2d::Zero() : Vec2d(points[i] - side(i, -1)),
+                out = last ? Vec2d::Zero() : Vec2d(side(i, 1) - points[i]);
     if (first) return out / length(out);
     if (last) return in / length(in);
     const double a = length(in), b = length(out);
@@ -70,8 +78,10 @@ std::vector<Vec2d> smoothed(const std::vector<Vec2d>& points, double chord, bool
 
 CurveDivider::CurveDivider(const Curve& curve) {
   const double size = std::sqrt(curve.direction.squaredNorm());
-  if (!curve.direction.allFinite() || !(size > 1e-12)) throw Error("cut by a curve along a direction that is zero or not finite: give a direction");
-  if (curve.pointsMm.size() > kMostPoints) throw Error(fmt::format("cut by a curve of {} points: give at most {}", curve.pointsMm.size(), kMostPoints));
+  if (!curve.direction.allFinite() || !(size > 1e-12))
+    throw Error("cut by a curve along a direction that is zero or not finite: give a direction");
+  if (curve.pointsMm.size() > kMostPoints)
+    throw Error(fmt::format("cut by a curve of {} points: give at most {}", curve.pointsMm.size(), kMostPoints));
   const Vec3d ahead = curve.direction / size;
   // Whatever makes a right-handed view: its own roll does not matter.
   Vec3d across = Vec3d::Zero();
@@ -94,7 +104,8 @@ CurveDivider::CurveDivider(const Curve& curve) {
   const double extent = points.empty() ? 0 : length(high - low);
   if (points.size() >= 2 && extent > 0) points = thinned(points, std::max(curve.smoothMm, 1e-9 * extent), curve.closed);
   if (points.size() < (curve.closed ? 3u : 2u) || !(extent > 1e-9))
-    throw Error(fmt::format("cut by a curve of {} different points: {} needs {} at least", points.size(), curve.closed ? "a closed one" : "an open one", curve.closed ? 3 : 2));
+    throw Error(fmt::format("cut by a curve of {} different points: {} needs {} at least", points.size(),
+                            curve.closed ? "a closed one" : "an open one", curve.closed ? 3 : 2));
   if (curve.smoothMm > 0) points = smoothed(points, curve.smoothMm, curve.closed);
 
   if (curve.closed) {
@@ -103,7 +114,9 @@ CurveDivider::CurveDivider(const Curve& curve) {
   } else {
     for (size_t i = 0; i + 1 < points.size(); ++i) edges_.push_back({points[i], points[i + 1]});
     outline_ = edges_;
-    const auto beyond = [&](const Vec2d& end, const Vec2d& before) { return Vec2d(end + (end - before) * (kFar * extent / length(end - before))); };
+    const auto beyond = [&](const Vec2d& end, const Vec2d& before) {
+      return Vec2d(end + (end - before) * (kFar * extent / length(end - before)));
+    };
     const Vec2d last = points.back(), start = points.front();
     const Vec2d lastFar = beyond(last, points[points.size() - 2]), startFar = beyond(start, points[1]);
     edges_.push_back({last, lastFar, true});
@@ -111,7 +124,9 @@ CurveDivider::CurveDivider(const Curve& curve) {
     // Back from the far end to the far beginning, on the left, over the corners of a square that both lie within.
     const Vec2d middle = (low + high) / 2;
     const double around = 4 * kFar * extent;
-    const auto rim = [&](const Vec2d& p) { return Vec2d(middle + (p - middle) * (around / (p - middle).cwiseAbs().maxCoeff())); };
+    const auto rim = [&](const Vec2d& p) {
+      return Vec2d(middle + (p - middle) * (around / (p - middle).cwiseAbs().maxCoeff()));
+    };
     // How far around the square a place on it is: 0 to 8, from the middle of the right side on, counter-clockwise.
     const auto turned = [&](const Vec2d& p) {
       const Vec2d d = (p - middle) / around;
@@ -135,10 +150,13 @@ CurveDivider::CurveDivider(const Curve& curve) {
   std::sort(levels_.begin(), levels_.end());
   levels_.erase(std::unique(levels_.begin(), levels_.end()), levels_.end());
   crossing_.resize(levels_.size());
-  const auto at = [&](double y) { return static_cast<size_t>(std::lower_bound(levels_.begin(), levels_.end(), y) - levels_.begin()); };
+  const auto at = [&](double y) {
+    return static_cast<size_t>(std::lower_bound(levels_.begin(), levels_.end(), y) - levels_.begin());
+  };
   for (size_t i = 0; i < outline_.size(); ++i) {
     const double a = outline_[i].from.y(), b = outline_[i].to.y();
-    for (size_t level = at(std::min(a, b)); level < at(std::max(a, b)); ++level) crossing_[level].push_back(static_cast<uint32_t>(i));
+    for (size_t level = at(std::min(a, b)); level < at(std::max(a, b)); ++level)
+      crossing_[level].push_back(static_cast<uint32_t>(i));
   }
 }
 

@@ -22,15 +22,21 @@ constexpr size_t kBatch = 2048;  // Bricks computed before they are linked: 4 Mi
 
 Vec3d unit(const char* what, const Vec3d& v) {
   const double length = std::sqrt(v.squaredNorm());
-  if (!v.allFinite() || !(length > 1e-12)) throw Error(fmt::format("cut with a {} that is zero or not finite: give a direction", what));
+  if (!v.allFinite() || !(length > 1e-12))
+    throw Error(fmt::format("cut with a {} that is zero or not finite: give a direction", what));
   return v / length;
 }
 
 class Cutter {
  public:
-  Cutter(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job, int threads)
-      : version_(version), divider_(divider), sign_(keepFirst ? 1 : -1), copies_(store != version.store()),
-        editor_(copies_ ? Version::empty(std::move(store), version.grid()) : version), job_(job),
+  Cutter(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
+         int threads)
+      : version_(version),
+        divider_(divider),
+        sign_(keepFirst ? 1 : -1),
+        copies_(store != version.store()),
+        editor_(copies_ ? Version::empty(std::move(store), version.grid()) : version),
+        job_(job),
         threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {}
 
   Version run() {
@@ -44,7 +50,9 @@ class Cutter {
 
  private:
   // Voxels, negative on the kept side.
-  double distance(const Vec3d& voxel) const { return sign_ * divider_.distance(version_.grid().toWorld(voxel)) / version_.grid().voxelMm; }
+  double distance(const Vec3d& voxel) const {
+    return sign_ * divider_.distance(version_.grid().toWorld(voxel)) / version_.grid().voxelMm;
+  }
 
   void walk(const TreePlace& place, double from, double to) {
     if (place.isTile() && place.tile() == Tile::outside) return;
@@ -66,7 +74,8 @@ class Cutter {
       return;
     }
     if (job_) job_->step(from);
-    for (int i = 0; i < 512; ++i) walk(place.child(i), from + (to - from) * i / 512, from + (to - from) * (i + 1) / 512);
+    for (int i = 0; i < 512; ++i)
+      walk(place.child(i), from + (to - from) * i / 512, from + (to - from) * (i + 1) / 512);
   }
 
   void copy(const TreePlace& place) {
@@ -96,8 +105,11 @@ class Cutter {
               const Slot slot = version_.find(brick);
               divider_.distances(grid.toWorld((brick * kBrickEdge).toVec3d()), grid.voxelMm, away);
               for (int v = 0; v < kBrickVoxels; ++v)
-                fields[i][static_cast<size_t>(v)] = std::max(slot.phi(v, grid.band), static_cast<float>(sign_ * away[static_cast<size_t>(v)] / grid.voxelMm));
-              if (job_) job_->step(0.2 + 0.6 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(cutBricks_.size()));
+                fields[i][static_cast<size_t>(v)] = std::max(
+                    slot.phi(v, grid.band), static_cast<float>(sign_ * away[static_cast<size_t>(v)] / grid.voxelMm));
+              if (job_)
+                job_->step(0.2 +
+                           0.6 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(cutBricks_.size()));
             }
           },
           32);
@@ -118,14 +130,17 @@ class Cutter {
 }  // namespace
 
 void Divider::distances(const Vec3d& first, double step, std::span<double, kBrickVoxels> out) const {
-  for (int i = 0; i < kBrickVoxels; ++i) out[static_cast<size_t>(i)] = distance(first + step * Coord{i >> 6, (i >> 3) & 7, i & 7}.toVec3d());
+  for (int i = 0; i < kBrickVoxels; ++i)
+    out[static_cast<size_t>(i)] = distance(first + step * Coord{i >> 6, (i >> 3) & 7, i & 7}.toVec3d());
 }
 
-PlaneDivider::PlaneDivider(const Vec3d& pointMm, const Vec3d& normal) : point_(pointMm), normal_(unit("normal", normal)) {
+PlaneDivider::PlaneDivider(const Vec3d& pointMm, const Vec3d& normal)
+    : point_(pointMm), normal_(unit("normal", normal)) {
   if (!pointMm.allFinite()) throw Error("cut by a plane through a point that is not finite: give finite numbers");
 }
 
-Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job, int threads) {
+Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
+            int threads) {
   return Cutter(version, divider, keepFirst, std::move(store), job, threads).run();
 }
 

@@ -11,7 +11,8 @@
 
 namespace argil::clay {
 
-/// Divides space by an exact signed distance, in mm of the piece. Uses add, multiply, divide, square root, min and max alone. Const members: any number of threads.
+/// Divides space by an exact signed distance, in mm of the piece. Uses add, multiply, divide, square root, min and max
+/// alone. Const members: any number of threads.
 class Divider {
  public:
   virtual ~Divider() = default;
@@ -32,15 +33,18 @@ class PlaneDivider : public Divider {
   Vec3d point_, normal_;
 };
 
-/// A wire: a curve swept along a direction, both ways without end. Of a closed curve the inside is the first side; of an open one, which goes straight on at its ends, what
-/// lies to the left of it as it is drawn, seen along the direction (so above a line that is drawn from left to right). Where it crosses itself, sides alternate.
+/// A wire: a curve swept along a direction, both ways without end. Of a closed curve the inside is the first side; of
+/// an open one, which goes straight on at its ends, what lies to the left of it as it is drawn, seen along the
+/// direction (so above a line that is drawn from left to right). Where it crosses itself, sides alternate.
 class CurveDivider : public Divider {
  public:
   struct Curve {
-    std::vector<Vec3d> pointsMm;            ///< 2 to 4096, closed 3 and more; their place along the direction does not matter.
-    Vec3d direction = -Vec3d::UnitZ();      ///< The direction of sight.
+    std::vector<Vec3d> pointsMm;  ///< 2 to 4096, closed 3 and more; their place along the direction does not matter.
+    Vec3d direction = -Vec3d::UnitZ();  ///< The direction of sight.
     bool closed = false;
-    double smoothMm = 0;  ///< Above 0: points closer than this are left out, and a smooth curve leads through the others, in chords of about this length; corners of more than 60° stay.
+    /// Above 0: points closer than this are left out, and a smooth curve leads through the others, in chords of about
+    /// this length; corners of more than 60° stay.
+    double smoothMm = 0;
   };
   /// Throws Error for what is out of range, not finite, or no curve.
   explicit CurveDivider(const Curve& curve);
@@ -59,15 +63,19 @@ class CurveDivider : public Divider {
   [[nodiscard]] bool first(const Vec2d& p) const;
 
   Vec3d right_, up_;
-  std::vector<Edge> edges_;                      // what distances are taken to
-  std::vector<Edge> outline_;                    // a closed polygon for the sides: the curve, and of an open one a way around far outside
+  std::vector<Edge> edges_;  // what distances are taken to
+  // a closed polygon for the sides: the curve, and of an open one a way around far outside
+  std::vector<Edge> outline_;
   std::vector<double> levels_;                   // heights of its corners, rising
   std::vector<std::vector<uint32_t>> crossing_;  // its edges between a level and the next
 };
 
-/// The clay on one side of a divider, closed by sharp edges there, with distances again beside them. In the version's own store the result shares what the cut does not come near, whole
-/// nodes at once; another one (for a second piece, or beside somebody who edits) gets a copy. Clay far from the cut keeps its bits. Nothing of it may be left.
-/// Throws Cancelled. The result does not depend on `threads` (0: all cores). Cost follows the cut surface, and in another store the model.
-[[nodiscard]] Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job = nullptr, int threads = 0);
+/// The clay on one side of a divider, closed by sharp edges there, with distances again beside them. In the version's
+/// own store the result shares what the cut does not come near, whole nodes at once; another one (for a second piece,
+/// or beside somebody who edits) gets a copy. Clay far from the cut keeps its bits. Nothing of it may be left. Throws
+/// Cancelled. The result does not depend on `threads` (0: all cores). Cost follows the cut surface, and in another
+/// store the model.
+[[nodiscard]] Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store,
+                          Job* job = nullptr, int threads = 0);
 
 }  // namespace argil::clay

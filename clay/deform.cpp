@@ -25,18 +25,22 @@ namespace {
 
 using Eigen::Matrix3d;
 
-constexpr int kSamples = 33;            // Places an axis where folds are looked for: a Bernstein polynomial of degree 7 has no room between them.
-constexpr double kLeastVolume = 1e-4;   // Below it the determinant counts as zero: its inverse would be mostly rounding.
-constexpr double kFreeStretch = 1.1;    // Up to it a warp needs no wider band: the margin of the old one suffices beside the surface.
-constexpr float kWidest = 8;            // Voxels; what a Grid allows.
-constexpr double kHalfBrick = 3.5;      // Voxels, from a brick's middle to its outer samples.
-constexpr double kOtherSheet = 8;       // Voxels: sources of one place that are farther apart may be two.
-constexpr double kSameSource = 0.5;     // Voxels: solutions that are closer are one.
-constexpr double kSolved = 0.02;        // Voxels: Newton's next step squares it.
+// Places an axis where folds are looked for: a Bernstein polynomial of degree 7 has no room between them.
+constexpr int kSamples = 33;
+// Below it the determinant counts as zero: its inverse would be mostly rounding.
+constexpr double kLeastVolume = 1e-4;
+// Up to it a warp needs no wider band: the margin of the old one suffices beside the surface.
+constexpr double kFreeStretch = 1.1;
+constexpr float kWidest = 8;         // Voxels; what a Grid allows.
+constexpr double kHalfBrick = 3.5;   // Voxels, from a brick's middle to its outer samples.
+constexpr double kOtherSheet = 8;    // Voxels: sources of one place that are farther apart may be two.
+constexpr double kSameSource = 0.5;  // Voxels: solutions that are closer are one.
+constexpr double kSolved = 0.02;     // Voxels: Newton's next step squares it.
 constexpr int kMostSteps = 24;
-constexpr double kExact = 0.6;          // Voxels of the old clay: beside the surface it is read by cubics, whose values are the new clay's.
-constexpr double kNear = 0.25;          // Voxels: closer to the surface the first-order distance is exact enough.
-constexpr size_t kBatch = 2048;         // Bricks computed before they are linked: 4 MiB.
+// Voxels of the old clay: beside the surface it is read by cubics, whose values are the new clay's.
+constexpr double kExact = 0.6;
+constexpr double kNear = 0.25;   // Voxels: closer to the surface the first-order distance is exact enough.
+constexpr size_t kBatch = 2048;  // Bricks computed before they are linked: 4 MiB.
 
 // Largest singular value by power iteration: no library's cosine decides about clay.
 double largestStretch(const Matrix3d& m) {
@@ -51,8 +55,9 @@ double largestStretch(const Matrix3d& m) {
   return std::sqrt(std::sqrt((square * v).squaredNorm()));
 }
 
-// How much the warp presses at most. Throws where it folds or goes too far. Looked at where there is clay or its band: at places of a lattice over the whole, and in every brick where it is
-// nearest to the surface, so that no clay is too thin to be met.
+// How much the warp presses at most. Throws where it folds or goes too far. Looked at where there is clay or its band:
+// at places of a lattice over the whole, and in every brick where it is nearest to the surface, so that no clay is too
+// thin to be met.
 double greatestPressure(const Warp& warp, const Version& version) {
   const Grid& grid = version.grid();
   double stretch = 0, pressure = 0;
@@ -60,8 +65,12 @@ double greatestPressure(const Warp& warp, const Version& version) {
     Matrix3d j;
     const Vec3d q = warp.map(p, j);
     const double volume = j.determinant();
-    if (!q.allFinite() || !std::isfinite(volume)) throw Error("the deformation leads to numbers that are not finite: move it less");
-    if (!(volume > kLeastVolume)) throw Error(fmt::format("the deformation folds the clay at ({:.4g}, {:.4g}, {:.4g}) mm: move it less, or in smaller steps", p.x(), p.y(), p.z()));
+    if (!q.allFinite() || !std::isfinite(volume))
+      throw Error("the deformation leads to numbers that are not finite: move it less");
+    if (!(volume > kLeastVolume))
+      throw Error(fmt::format(
+          "the deformation folds the clay at ({:.4g}, {:.4g}, {:.4g}) mm: move it less, or in smaller steps", p.x(),
+          p.y(), p.z()));
     if (phi > 1) return;  // The band may be pressed as it will.
     stretch = std::max(stretch, largestStretch(j));
     pressure = std::max(pressure, largestStretch(j.inverse()));
@@ -75,7 +84,8 @@ double greatestPressure(const Warp& warp, const Version& version) {
     for (int y = 0; y < kSamples; ++y)
       for (int z = 0; z < kSamples; ++z) {
         const Vec3d p = box.low + Vec3d(x, y, z).cwiseProduct(step), voxel = grid.toVoxel(p).array().floor();
-        const Coord at{static_cast<int32_t>(voxel.x()), static_cast<int32_t>(voxel.y()), static_cast<int32_t>(voxel.z())};
+        const Coord at{static_cast<int32_t>(voxel.x()), static_cast<int32_t>(voxel.y()),
+                       static_cast<int32_t>(voxel.z())};
         const float phi = version.find(at >> kBrickBits).phi(Brick::offset(at.x & 7, at.y & 7, at.z & 7), grid.band);
         if (phi < grid.band) look(p, phi);
       }
@@ -83,11 +93,13 @@ double greatestPressure(const Warp& warp, const Version& version) {
     int nearest = 0;
     for (int i = 1; i < kBrickVoxels; ++i)
       if (std::abs(brick.phi(i)) < std::abs(brick.phi(nearest))) nearest = i;
-    look(grid.toWorld((brick.coord * kBrickEdge + Coord{nearest >> 6, (nearest >> 3) & 7, nearest & 7}).toVec3d()), brick.phi(nearest));
+    look(grid.toWorld((brick.coord * kBrickEdge + Coord{nearest >> 6, (nearest >> 3) & 7, nearest & 7}).toVec3d()),
+         brick.phi(nearest));
   });
   const double most = std::max(stretch, pressure);
   if (most > kMostStretch)
-    throw Error(fmt::format("the deformation {} the clay {:.1f} times: {} times is the most in one step", stretch > pressure ? "stretches" : "presses", most, kMostStretch));
+    throw Error(fmt::format("the deformation {} the clay {:.1f} times: {} times is the most in one step",
+                            stretch > pressure ? "stretches" : "presses", most, kMostStretch));
   return pressure;
 }
 
@@ -96,9 +108,12 @@ class VoxelWarp {
  public:
   VoxelWarp(const Warp& warp, const Grid& grid) : warp_(warp), grid_(grid) {}
   Vec3d map(const Vec3d& p, Matrix3d& j) const { return grid_.toVoxel(warp_.map(grid_.toWorld(p), j)); }
-  bool fixes(const Vec3d& low, const Vec3d& high) const { return warp_.fixes({grid_.toWorld(low), grid_.toWorld(high)}); }
+  bool fixes(const Vec3d& low, const Vec3d& high) const {
+    return warp_.fixes({grid_.toWorld(low), grid_.toWorld(high)});
+  }
 
-  /// Finds the place that goes to `p`, from `source` on; `toSource` is the inverse derivative there. False when there is none near; then `source` is the best that was met.
+  /// Finds the place that goes to `p`, from `source` on; `toSource` is the inverse derivative there. False when there
+  /// is none near; then `source` is the best that was met.
   bool solve(const Vec3d& p, Vec3d& source, Matrix3d& toSource) const {
     Vec3d best = source;
     double bestRest = INFINITY;
@@ -134,7 +149,8 @@ class VoxelWarp {
   const Grid& grid_;
 };
 
-/// A brick of the new clay that may hold some of it, and a place of the old clay that goes to its middle, about. More of them where clay may come to lie over clay.
+/// A brick of the new clay that may hold some of it, and a place of the old clay that goes to its middle, about. More
+/// of them where clay may come to lie over clay.
 struct Candidate {
   Coord brick;
   Vec3d source = Vec3d::Zero();
@@ -147,7 +163,12 @@ class Deformer {
 
  public:
   Deformer(const Version& version, const Warp& warp, std::shared_ptr<Store> store, Job* job, int threads)
-      : old_(version), grid_(version.grid()), warp_(warp, grid_), band_(double(grid_.band)), editor_(Version::empty(std::move(store), version.grid())), job_(job),
+      : old_(version),
+        grid_(version.grid()),
+        warp_(warp, grid_),
+        band_(double(grid_.band)),
+        editor_(Version::empty(std::move(store), version.grid())),
+        job_(job),
         threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {}
 
   Version run(double pressure) {
@@ -170,7 +191,8 @@ class Deformer {
     if (job_) job_->step(fraction);
   }
 
-  // Which bricks of the new clay the surface may come near: those around the images of the old ones that hold some of it.
+  // Which bricks of the new clay the surface may come near: those around the images of the old ones that hold some of
+  // it.
   void propose() {
     const size_t all = old_.stats().bricks;
     size_t done = 0;
@@ -182,12 +204,14 @@ class Deformer {
     });
     order_.reserve(first_.size());
     for (const auto& [coord, at] : first_) order_.push_back(at);
-    std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return candidates_[a].brick < candidates_[b].brick; });
+    std::sort(order_.begin(), order_.end(),
+              [&](uint32_t a, uint32_t b) { return candidates_[a].brick < candidates_[b].brick; });
     upper_.resize(order_.size());
     stays_.resize(order_.size());
     for (const uint32_t i : order_)
       for (int level = 0; level <= kTreeLevels; ++level) {
-        if (!occupied_[static_cast<size_t>(level)].insert(Editor::blockFirst(candidates_[i].brick, level)).second) break;
+        if (!occupied_[static_cast<size_t>(level)].insert(Editor::blockFirst(candidates_[i].brick, level)).second)
+          break;
       }
   }
 
@@ -254,7 +278,8 @@ class Deformer {
           [&](size_t from, size_t to) {
             Sampler sampler(source_);
             for (size_t i = from; i < to; ++i) {
-              stays_[begin + i] = computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data(), carries_ ? &places[i] : nullptr);
+              stays_[begin + i] = computeBrick(sampler, candidates_[order_[begin + i]], fields[i].data(),
+                                               carries_ ? &places[i] : nullptr);
               step(0.2 + 0.7 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(order_.size()));
             }
           },
@@ -277,14 +302,16 @@ class Deformer {
       Vec3d source = c->source;
       Matrix3d toSource = Matrix3d::Identity();
       warp_.solve(middle, source, toSource);
-      if (std::none_of(sheets.begin(), sheets.end(), [&](const Vec3d& s) { return (s - source).squaredNorm() < kSameSource * kSameSource; })) {
+      if (std::none_of(sheets.begin(), sheets.end(),
+                       [&](const Vec3d& s) { return (s - source).squaredNorm() < kSameSource * kSameSource; })) {
         sheets.push_back(source);
         derivatives.push_back(toSource);
       }
       if (c->next < 0) break;
     }
     // Clay that stays keeps its bits, unless other clay comes there.
-    if (first.next < 0 && (first.source - middle).squaredNorm() < kSameSource * kSameSource && warp_.fixes(origin, origin + Vec3d::Constant(2 * kHalfBrick))) {
+    if (first.next < 0 && (first.source - middle).squaredNorm() < kSameSource * kSameSource &&
+        warp_.fixes(origin, origin + Vec3d::Constant(2 * kHalfBrick))) {
       const Slot slot = old_.find(first.brick);
       for (int i = 0; i < kBrickVoxels; ++i) {
         field[i] = slot.phi(i, grid_.band);
@@ -326,7 +353,8 @@ class Deformer {
             const auto away = static_cast<float>(distance(sampler, p, source, back, surface));
             if (places && (s == 0 || away < value)) {
               const Vec3d nearest = (surface + Vec3d::Constant(0.5)).array().floor();
-              (*places)[static_cast<size_t>(Brick::offset(x, y, z))] = {int(nearest.x()), int(nearest.y()), int(nearest.z())};
+              (*places)[static_cast<size_t>(Brick::offset(x, y, z))] = {int(nearest.x()), int(nearest.y()),
+                                                                        int(nearest.z())};
             }
             value = std::min(value, away);
             source += back.col(2);
@@ -339,7 +367,8 @@ class Deformer {
     return false;
   }
 
-  // From p to the warped surface; `source` goes to p, and `surface` becomes a place of the old clay beside the one that is nearest. One step down the gradient finds a place beside the surface, a second one the surface there.
+  // From p to the warped surface; `source` goes to p, and `surface` becomes a place of the old clay beside the one that
+  // is nearest. One step down the gradient finds a place beside the surface, a second one the surface there.
   double distance(Sampler& sampler, const Vec3d& p, const Vec3d& source, const Matrix3d& back, Vec3d& surface) const {
     const double known = double(sampler.band()) - 0.02;
     Vec3f slope;
@@ -350,7 +379,8 @@ class Deformer {
     Vec3d normal = slope.cast<double>();
     const double length = std::sqrt(normal.squaredNorm());
     if (length < 1e-3) return std::clamp(phi, -band_, band_);
-    // phi is a distance: where its gradient is shorter than one there is a crease, and interpolation took its length, not the clay.
+    // phi is a distance: where its gradient is shorter than one there is a crease, and interpolation took its length,
+    // not the clay.
     const Vec3d gradient = back.transpose() * (normal / length);
     const double grows = std::sqrt(gradient.squaredNorm());
     const double firstOrder = phi / grows;
@@ -371,7 +401,8 @@ class Deformer {
     return phi < 0 ? -std::min(away, band_) : std::min(away, band_);
   }
 
-  // Makes blocks without candidates tiles: below a block, in its first column, the last candidate says on which side it is.
+  // Makes blocks without candidates tiles: below a block, in its first column, the last candidate says on which side it
+  // is.
   void fillBetween(Coord block, int level) {
     if (!occupied_[static_cast<size_t>(level)].contains(block)) {
       if (sideBelow(block) == Tile::inside) editor_.setBlock(block, level, Tile::inside);
@@ -383,10 +414,12 @@ class Deformer {
   }
 
   Tile sideBelow(Coord brick) const {
-    const auto at = std::partition_point(order_.begin(), order_.end(), [&](uint32_t i) { return candidates_[i].brick < brick; });
+    const auto at =
+        std::partition_point(order_.begin(), order_.end(), [&](uint32_t i) { return candidates_[i].brick < brick; });
     if (at == order_.begin()) return Tile::outside;
     const Coord below = candidates_[*(at - 1)].brick;
-    return below.x == brick.x && below.y == brick.y ? upper_[static_cast<size_t>(at - 1 - order_.begin())] : Tile::outside;
+    return below.x == brick.x && below.y == brick.y ? upper_[static_cast<size_t>(at - 1 - order_.begin())]
+                                                    : Tile::outside;
   }
 
   // Channels come from the nearest voxel of the old clay.
@@ -426,14 +459,15 @@ class Deformer {
   Editor editor_;
   Job* job_;
   int threads_;
-  bool carries_ = std::any_of(kAllChannels.begin(), kAllChannels.end(), [this](Channel channel) { return old_.has(channel); });
+  bool carries_ =
+      std::any_of(kAllChannels.begin(), kAllChannels.end(), [this](Channel channel) { return old_.has(channel); });
   Version source_;
   std::vector<Candidate> candidates_;
-  std::unordered_map<Coord, uint32_t, CoordHash> first_;  // of the candidates of a brick
-  std::vector<uint32_t> order_;                           // first candidates, by coordinate
+  std::unordered_map<Coord, uint32_t, CoordHash> first_;                        // of the candidates of a brick
+  std::vector<uint32_t> order_;                                                 // first candidates, by coordinate
   std::array<std::unordered_set<Coord, CoordHash>, kTreeLevels + 1> occupied_;  // blocks of each level that hold some
-  std::vector<uint8_t> stays_;                            // whether each of them keeps what the old clay has there
-  std::vector<Tile> upper_;                               // side of the last voxel of the first column of each of them
+  std::vector<uint8_t> stays_;  // whether each of them keeps what the old clay has there
+  std::vector<Tile> upper_;     // side of the last voxel of the first column of each of them
 };
 
 }  // namespace
@@ -455,12 +489,15 @@ BoxMm boundsOf(const Version& version) {
     for (const int shift : {32, 16, 8}) columns |= columns >> shift;
     const auto alongZ = static_cast<uint8_t>(columns);
     const Coord c = brick.coord * kBrickEdge;
-    low = {std::min(low.x, c.x + first), std::min(low.y, c.y + (std::countr_zero(any) >> 3)), std::min(low.z, c.z + std::countr_zero(alongZ))};
-    high = {std::max(high.x, c.x + last), std::max(high.y, c.y + ((63 - std::countl_zero(any)) >> 3)), std::max(high.z, c.z + 7 - std::countl_zero(alongZ))};
+    low = {std::min(low.x, c.x + first), std::min(low.y, c.y + (std::countr_zero(any) >> 3)),
+           std::min(low.z, c.z + std::countr_zero(alongZ))};
+    high = {std::max(high.x, c.x + last), std::max(high.y, c.y + ((63 - std::countl_zero(any)) >> 3)),
+            std::max(high.z, c.z + 7 - std::countl_zero(alongZ))};
   });
   if (low.x > high.x) return {version.grid().toWorld(Vec3d::Ones()), version.grid().toWorld(-Vec3d::Ones())};
   // The surface lies between the outermost voxels inside and those beside them.
-  return {version.grid().toWorld(low.toVec3d() - Vec3d::Ones()), version.grid().toWorld(high.toVec3d() + Vec3d::Ones())};
+  return {version.grid().toWorld(low.toVec3d() - Vec3d::Ones()),
+          version.grid().toWorld(high.toVec3d() + Vec3d::Ones())};
 }
 
 BoxMm brickBoundsOf(const Version& version) {

@@ -9,7 +9,6 @@
 #include "clay/parallel.h"
 #include "clay/reduce.h"
 
-
 namespace argil::clay {
 
 namespace {
@@ -28,8 +27,8 @@ uint32_t partsOf(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t, dou
   return static_cast<uint32_t>(std::clamp(std::ceil(longest / spacing), 1.0, double(kMostParts)));
 }
 
-/// Calls visit(point) for the points that belong to a triangle: its first corner, the middles of the parts of those edges that run upwards (their twins run downwards),
-/// and the middles of the small triangles that its parts make.
+/// Calls visit(point) for the points that belong to a triangle: its first corner, the middles of the parts of those
+/// edges that run upwards (their twins run downwards), and the middles of the small triangles that its parts make.
 template <class Visit>
 void forPoints(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t, uint32_t parts, const Visit& visit) {
   const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
@@ -60,7 +59,8 @@ uint64_t countPoints(const TriangleMesh& mesh, double spacing) {
 
 double meanEdge(const TriangleMesh& mesh) {
   double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) sum += (mesh.positions[b] - mesh.positions[a]).norm() + (mesh.positions[c] - mesh.positions[b]).norm();
+  for (const auto& [a, b, c] : mesh.triangles)
+    sum += (mesh.positions[b] - mesh.positions[a]).norm() + (mesh.positions[c] - mesh.positions[b]).norm();
   return sum / (2 * double(mesh.triangles.size()));
 }
 
@@ -70,8 +70,10 @@ struct OneWay {
   std::vector<uint32_t> beyond;
 };
 
-/// `beyond` gets the vertices of the original next to points that lie farther than `limit`: of the triangle that they are on, or else of the one that is nearest.
-OneWay oneWay(const TriangleMesh& from, const TriangleMesh& to, double diagonal, double limit, bool fromOriginal, const WorkPart& work) {
+/// `beyond` gets the vertices of the original next to points that lie farther than `limit`: of the triangle that they
+/// are on, or else of the one that is nearest.
+OneWay oneWay(const TriangleMesh& from, const TriangleMesh& to, double diagonal, double limit, bool fromOriginal,
+              const WorkPart& work) {
   double spacing = std::max(std::min(kSpacing * diagonal, meanEdge(to)), diagonal * 1e-6);
   uint64_t count = countPoints(from, spacing);
   for (; count > kMostPoints && count > 4 * from.triangles.size(); count = countPoints(from, spacing)) spacing *= 1.5;
@@ -84,31 +86,35 @@ OneWay oneWay(const TriangleMesh& from, const TriangleMesh& to, double diagonal,
   const NearestTriangle tree(to);
   std::vector<OneWay> blocks((looked + kBlock - 1) / kBlock);
   std::atomic<size_t> done{0};
-  parallelBlocks(blocks.size(), static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), [&](size_t begin, size_t end) {
-    for (size_t b = begin; b < end; ++b) {
-      OneWay& sum = blocks[b];
-      uint32_t hint = UINT32_MAX;
-      for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, looked); ++i) {
-        const auto& t = from.triangles[i * stride];
-        const uint32_t parts = partsOf(from, t, spacing);
-        forPoints(from, t, parts, [&](const Vec3d& p) {
-          const NearestTriangle::Hit hit = tree.nearest(p, hint);
-          hint = hit.triangle;
-          sum.most = std::max(sum.most, hit.squared);
-          sum.squares += hit.squared;
-          ++sum.points;
-          if (hit.squared > limit * limit) {
-            const auto& corners = fromOriginal ? t : tree.corners(hit.triangle);
-            sum.beyond.insert(sum.beyond.end(), corners.begin(), corners.end());
+  parallelBlocks(
+      blocks.size(), static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+      [&](size_t begin, size_t end) {
+        for (size_t b = begin; b < end; ++b) {
+          OneWay& sum = blocks[b];
+          uint32_t hint = UINT32_MAX;
+          for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, looked); ++i) {
+            const auto& t = from.triangles[i * stride];
+            const uint32_t parts = partsOf(from, t, spacing);
+            forPoints(from, t, parts, [&](const Vec3d& p) {
+              const NearestTriangle::Hit hit = tree.nearest(p, hint);
+              hint = hit.triangle;
+              sum.most = std::max(sum.most, hit.squared);
+              sum.squares += hit.squared;
+              ++sum.points;
+              if (hit.squared > limit * limit) {
+                const auto& corners = fromOriginal ? t : tree.corners(hit.triangle);
+                sum.beyond.insert(sum.beyond.end(), corners.begin(), corners.end());
+              }
+            });
+            const Vec3d &a = from.positions[t[0]], &b2 = from.positions[t[1]], &c = from.positions[t[2]];
+            const double longest =
+                std::sqrt(std::max({(b2 - a).squaredNorm(), (c - b2).squaredNorm(), (a - c).squaredNorm()}));
+            sum.spacing = std::max(sum.spacing, longest / parts);
           }
-        });
-        const Vec3d &a = from.positions[t[0]], &b2 = from.positions[t[1]], &c = from.positions[t[2]];
-        const double longest = std::sqrt(std::max({(b2 - a).squaredNorm(), (c - b2).squaredNorm(), (a - c).squaredNorm()}));
-        sum.spacing = std::max(sum.spacing, longest / parts);
-      }
-      work.step(double(++done) / double(blocks.size()));
-    }
-  }, 1);
+          work.step(double(++done) / double(blocks.size()));
+        }
+      },
+      1);
   for (const OneWay& sum : blocks) {
     result.most = std::max(result.most, sum.most);
     result.squares += sum.squares;
@@ -121,8 +127,10 @@ OneWay oneWay(const TriangleMesh& from, const TriangleMesh& to, double diagonal,
 
 }  // namespace
 
-Deviation measureDeviation(const TriangleMesh& original, const TriangleMesh& other, double limitMm, std::vector<uint32_t>& beyond, const WorkPart& work) {
-  if (original.triangles.empty() || other.triangles.empty()) throw Error("there is no deviation from a mesh without triangles: add a surface");
+Deviation measureDeviation(const TriangleMesh& original, const TriangleMesh& other, double limitMm,
+                           std::vector<uint32_t>& beyond, const WorkPart& work) {
+  if (original.triangles.empty() || other.triangles.empty())
+    throw Error("there is no deviation from a mesh without triangles: add a surface");
   Eigen::AlignedBox3d box;
   for (const TriangleMesh* mesh : {&original, &other})
     for (const auto& t : mesh->triangles)

@@ -24,7 +24,8 @@ bool DisplacementField::gather(Coord firstNode, int n, Displacement* window) con
         const Block* block = found == blocks_.end() ? nullptr : found->second.get();
         any = any || block;
         const Coord first = Coord{bx, by, bz} * kBrickEdge - firstNode;
-        const int x0 = std::max(first.x, 0), x1 = std::min(first.x + kBrickEdge, n), y0 = std::max(first.y, 0), y1 = std::min(first.y + kBrickEdge, n);
+        const int x0 = std::max(first.x, 0), x1 = std::min(first.x + kBrickEdge, n), y0 = std::max(first.y, 0),
+                  y1 = std::min(first.y + kBrickEdge, n);
         const int z0 = std::max(first.z, 0), z1 = std::min(first.z + kBrickEdge, n);
         const size_t bytes = static_cast<size_t>(z1 - z0) * sizeof(Displacement);
         for (int x = x0; x < x1; ++x)
@@ -77,7 +78,8 @@ namespace {
 constexpr int kMostNodes = 10 + 4;  // along an axis of a refinement's window
 
 Displacement* scratchNodes() {
-  thread_local auto nodes = std::make_unique<Displacement[]>(kMostNodes * kMostNodes * kMostNodes + kMostNodes * kMostNodes * 10 + kMostNodes * 100);
+  thread_local auto nodes = std::make_unique<Displacement[]>(kMostNodes * kMostNodes * kMostNodes +
+                                                             kMostNodes * kMostNodes * 10 + kMostNodes * 100);
   return nodes.get();
 }
 
@@ -138,7 +140,8 @@ DisplacementField DisplacementField::refined() const {
     refineDisplacements(window.data(), 11, base, weights, scratch.data(), out);
     auto nodes = std::make_unique<Block>();
     for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y) std::copy_n(out + ((x + 1) * 10 + y + 1) * 10 + 1, 8, nodes->node + Brick::offset(x, y, 0));
+      for (int y = 0; y < 8; ++y)
+        std::copy_n(out + ((x + 1) * 10 + y + 1) * 10 + 1, 8, nodes->node + Brick::offset(x, y, 0));
     fine.blocks_.emplace(block, std::move(nodes));
   }
   return fine;

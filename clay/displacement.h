@@ -11,8 +11,9 @@
 
 namespace argil::clay {
 
-/// Vectors from a place to where its clay was when the stroke began, voxels, at nodes `spacing` voxels apart (a power of two): zero where nothing moved. Nodes lie in
-/// the middle of spacing³ voxels, so that mirror images in planes between bricks have mirrored nodes (spacing 8 at most).
+/// Vectors from a place to where its clay was when the stroke began, voxels, at nodes `spacing` voxels apart (a power
+/// of two): zero where nothing moved. Nodes lie in the middle of spacing³ voxels, so that mirror images in planes
+/// between bricks have mirrored nodes (spacing 8 at most).
 class DisplacementField {
  public:
   explicit DisplacementField(int spacing) : spacing_(spacing) {}
@@ -20,10 +21,12 @@ class DisplacementField {
   [[nodiscard]] int spacing() const { return spacing_; }
 
   /// One of `images` for the block at `block`, whose nodes are those from 8 · block on.
-  [[nodiscard]] Vec3d middle(Coord block) const { return (block * (kBrickEdge * spacing_)).toVec3d() + Vec3d::Constant(4.0 * spacing_ - 0.5); }
+  [[nodiscard]] Vec3d middle(Coord block) const {
+    return (block * (kBrickEdge * spacing_)).toVec3d() + Vec3d::Constant(4.0 * spacing_ - 0.5);
+  }
 
-  /// D(x) becomes D(origin(x)) + origin(x) − x in `blocks` (each once): trace(block, places) fills where the nodes' clay was before, relative to middle(block),
-  /// at most `most` voxels away.
+  /// D(x) becomes D(origin(x)) + origin(x) − x in `blocks` (each once): trace(block, places) fills where the nodes'
+  /// clay was before, relative to middle(block), at most `most` voxels away.
   template <class Trace>
   void compose(std::span<const Coord> blocks, double most, const Trace& trace) {
     const int margin = static_cast<int>(most / spacing_) + 3;
@@ -42,7 +45,8 @@ class DisplacementField {
   /// Bounds, along each axis, of the displacements in a brick. False where all are zero.
   [[nodiscard]] bool bounds(Coord brick, Vec3f& low, Vec3f& high) const;
 
-  /// Displacements at the voxels of a brick and one around it, [x][y][z] at (x·10 + y)·10 + z. False where all are zero; then nothing is written.
+  /// Displacements at the voxels of a brick and one around it, [x][y][z] at (x·10 + y)·10 + z. False where all are
+  /// zero; then nothing is written.
   [[nodiscard]] bool atVoxels(Coord brick, Displacement (&out)[1000]) const;
 
   /// The same field with nodes twice as dense.

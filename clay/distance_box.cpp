@@ -1,5 +1,5 @@
-// Distance by propagating nearest triangles from voxel to voxel (vector distance transform; Mauch, "Efficient Algorithms for Solving
-// Static Hamilton-Jacobi Equations", 2003, gives the geometry).
+// Distance by propagating nearest triangles from voxel to voxel (vector distance transform; Mauch, "Efficient
+// Algorithms for Solving Static Hamilton-Jacobi Equations", 2003, gives the geometry).
 
 #include "clay/distance_box.h"
 
@@ -17,7 +17,8 @@ constexpr float kLeastSlope = 0.5f;  // a gradient below that points nowhere
 constexpr float kNearerBy = 1e-5f;   // voxels²: less is rounding, and would go round in circles
 
 // Cell corners are numbered x·4 + y·2 + z; these are its edges.
-constexpr int kEdges[12][2] = {{0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 1}, {2, 3}, {4, 5}, {6, 7}};
+constexpr int kEdges[12][2] = {{0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3},
+                               {4, 6}, {5, 7}, {0, 1}, {2, 3}, {4, 5}, {6, 7}};
 
 }  // namespace
 
@@ -100,7 +101,8 @@ void DistanceBox::makeTriangles(float side, float level) {
         int crossings = 0;
         for (const auto& [a, b] : kEdges) {
           if ((v[a] > 0) == (v[b] > 0)) continue;
-          const Vec3f pa(float(a >> 2), float((a >> 1) & 1), float(a & 1)), pb(float(b >> 2), float((b >> 1) & 1), float(b & 1));
+          const Vec3f pa(float(a >> 2), float((a >> 1) & 1), float(a & 1)),
+              pb(float(b >> 2), float((b >> 1) & 1), float(b & 1));
           sum += pa + (pb - pa) * (v[a] / (v[a] - v[b]));
           ++crossings;
         }
@@ -114,7 +116,9 @@ void DistanceBox::makeTriangles(float side, float level) {
   };
   const auto quad = [&](size_t cellA, size_t cellB, size_t cellC, size_t cellD) {
     const int32_t a = nearest_[cellA], b = nearest_[cellB], c = nearest_[cellC], d = nearest_[cellD];
-    const auto apart = [&](int32_t i, int32_t k) { return (vertices_[static_cast<size_t>(i)] - vertices_[static_cast<size_t>(k)]).squaredNorm(); };
+    const auto apart = [&](int32_t i, int32_t k) {
+      return (vertices_[static_cast<size_t>(i)] - vertices_[static_cast<size_t>(k)]).squaredNorm();
+    };
     if (apart(a, c) <= apart(b, d)) {
       triangle(a, b, c);
       triangle(a, c, d);
@@ -175,7 +179,8 @@ void DistanceBox::measure(float side, float level, float reach) {
   queued_.assign(phi_.size(), 0);
   front_.clear();
   const float most = (reach - level) * (reach - level);
-  const size_t strideX = static_cast<size_t>(outer_.y) * static_cast<size_t>(outer_.z), strideY = static_cast<size_t>(outer_.z);
+  const size_t strideX = static_cast<size_t>(outer_.y) * static_cast<size_t>(outer_.z),
+               strideY = static_cast<size_t>(outer_.z);
   // A nearest triangle that no neighbour has is found by the way along the surface.
   const auto offer = [&](size_t at, const Vec3f& p, int32_t triangle, std::vector<uint32_t>& queue) {
     if (!(side * phi_[at] > level)) return;
@@ -188,7 +193,8 @@ void DistanceBox::measure(float side, float level, float reach) {
     queued_[at] = 1;
     queue.push_back(static_cast<uint32_t>(at));
   };
-  // Both triangles of a quad start at the voxels around the quad: those of one alone may all lie on this side of the level.
+  // Both triangles of a quad start at the voxels around the quad: those of one alone may all lie on this side of the
+  // level.
   for (size_t t = 0; t < triangles_.size(); t += 2) {
     Vec3f low = triangles_[t].a, high = low;
     for (const Triangle& each : {triangles_[t], triangles_[t + 1]}) {
@@ -200,13 +206,15 @@ void DistanceBox::measure(float side, float level, float reach) {
     for (int x = from(low.x()); x <= to(high.x(), outer_.x); ++x)
       for (int y = from(low.y()); y <= to(high.y(), outer_.y); ++y)
         for (int z = from(low.z()); z <= to(high.z(), outer_.z); ++z)
-          for (const size_t each : {t, t + 1}) offer(index({x, y, z}), Vec3f(float(x), float(y), float(z)), static_cast<int32_t>(each), front_);
+          for (const size_t each : {t, t + 1})
+            offer(index({x, y, z}), Vec3f(float(x), float(y), float(z)), static_cast<int32_t>(each), front_);
   }
   while (!front_.empty()) {
     next_.clear();
     for (const uint32_t at : front_) {
       queued_[at] = 0;
-      const int x = static_cast<int>(at / strideX), y = static_cast<int>(at / strideY) % outer_.y, z = static_cast<int>(at % strideY);
+      const int x = static_cast<int>(at / strideX), y = static_cast<int>(at / strideY) % outer_.y,
+                z = static_cast<int>(at % strideY);
       const Vec3f p{float(x), float(y), float(z)};
       const int32_t triangle = nearest_[at];
       if (x > 0) offer(at - strideX, p - Vec3f::UnitX(), triangle, next_);
@@ -218,7 +226,8 @@ void DistanceBox::measure(float side, float level, float reach) {
     }
     front_.swap(next_);
   }
-  // Triangles are chords of the level set: the field at the nearest point says how far off they lie and where the surface is.
+  // Triangles are chords of the level set: the field at the nearest point says how far off they lie and where the
+  // surface is.
   size_t at = 0;
   for (int x = 0; x < outer_.x; ++x)
     for (int y = 0; y < outer_.y; ++y)
@@ -227,7 +236,8 @@ void DistanceBox::measure(float side, float level, float reach) {
         const Vec3f p{float(x), float(y), float(z)};
         int32_t rim;
         const Vec3f way = triangles_[static_cast<size_t>(nearest_[at])].to(p, rim), foot = p - way;
-        const bool known = foot.minCoeff() >= 1 && foot.x() < float(outer_.x - 2) && foot.y() < float(outer_.y - 2) && foot.z() < float(outer_.z - 2);
+        const bool known = foot.minCoeff() >= 1 && foot.x() < float(outer_.x - 2) && foot.y() < float(outer_.y - 2) &&
+                           foot.z() < float(outer_.z - 2);
         if (!known) {
           squared_[at] = way.norm() + level;
           if (feet_) foot_[at] = static_cast<int32_t>(index(voxelNear(foot)));
@@ -238,7 +248,9 @@ void DistanceBox::measure(float side, float level, float reach) {
         const float value = spline(foot, &gradient);
         const float slope = gradient.norm();
         squared_[at] = slope > kLeastSlope ? (way + gradient * (value / slope)).norm() : way.norm() + side * value;
-        if (feet_) foot_[at] = static_cast<int32_t>(index(voxelNear(slope > kLeastSlope ? foot - gradient * (value / slope) : foot)));
+        if (feet_)
+          foot_[at] =
+              static_cast<int32_t>(index(voxelNear(slope > kLeastSlope ? foot - gradient * (value / slope) : foot)));
       }
   for (size_t i = 0; i < phi_.size(); ++i)
     if (side * phi_[i] > level) phi_[i] = side * std::min(squared_[i], reach);
@@ -274,7 +286,12 @@ Coord DistanceBox::foot(Coord voxel) const {
   const int place[3] = {v.x, v.y, v.z}, size[3] = {outer_.x, outer_.y, outer_.z};
   for (int axis = 0; axis < 3; ++axis) {
     Coord before = v, after = v;
-    int32_t* const ends[2] = {axis == 0 ? &before.x : axis == 1 ? &before.y : &before.z, axis == 0 ? &after.x : axis == 1 ? &after.y : &after.z};
+    int32_t* const ends[2] = {axis == 0   ? &before.x
+                              : axis == 1 ? &before.y
+                                          : &before.z,
+                              axis == 0   ? &after.x
+                              : axis == 1 ? &after.y
+                                          : &after.z};
     *ends[0] = std::max(place[axis] - 1, 0);
     *ends[1] = std::min(place[axis] + 1, size[axis] - 1);
     const int apart = *ends[1] - *ends[0];
@@ -346,6 +363,8 @@ float DistanceBox::spline(const Vec3f& p, Vec3f* gradient) const {
   return std::max(high, std::min(low, value));
 }
 
-float DistanceBox::sample(const Vec3d& p) const { return spline((p - outerLow_.toVec3d()).cast<float>()); }
+float DistanceBox::sample(const Vec3d& p) const {
+  return spline((p - outerLow_.toVec3d()).cast<float>());
+}
 
 }  // namespace argil::clay

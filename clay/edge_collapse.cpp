@@ -12,9 +12,11 @@ namespace argil::clay {
 
 namespace {
 
-/// A triangle may turn by 78° in one collapse: more would let folds come up, less would keep round things from becoming coarse.
+/// A triangle may turn by 78° in one collapse: more would let folds come up, less would keep round things from becoming
+/// coarse.
 constexpr double kLeastCosine = 0.2;
-/// Twice the area over the longest edge squared. Triangles thinner than this are not made, unless they were thinner before.
+/// Twice the area over the longest edge squared. Triangles thinner than this are not made, unless they were thinner
+/// before.
 constexpr double kThin = 0.02;
 /// A triangle thinner than this has no direction that could turn.
 constexpr double kFlat = 1e-12;
@@ -38,8 +40,10 @@ size_t queueOf(float cost) {
 
 }  // namespace
 
-EdgeCollapse::EdgeCollapse(const TriangleMesh& mesh, std::optional<Bound> bound, const Watch& watch) : mesh_(mesh), bound_(std::move(bound)) {
-  if (mesh.triangles.size() > UINT32_MAX / 3 - 1) throw Error("a mesh of more than 1 431 655 763 triangles cannot be reduced: split it");
+EdgeCollapse::EdgeCollapse(const TriangleMesh& mesh, std::optional<Bound> bound, const Watch& watch)
+    : mesh_(mesh), bound_(std::move(bound)) {
+  if (mesh.triangles.size() > UINT32_MAX / 3 - 1)
+    throw Error("a mesh of more than 1 431 655 763 triangles cannot be reduced: split it");
   Eigen::AlignedBox3d box;
   for (const auto& t : mesh.triangles)
     for (const uint32_t v : t) box.extend(mesh.positions[v]);
@@ -115,7 +119,8 @@ void EdgeCollapse::findFans() {
       h = twin_[before(h)];
       ++walked;
     } while (h != kNone && h != start_[v] && walked < edges[v]);
-    if (h != start_[v] || walked != edges[v] || walked < 3 || (bound_ && !bound_->fixed.empty() && bound_->fixed[v])) start_[v] = kNone;
+    if (h != start_[v] || walked != edges[v] || walked < 3 || (bound_ && !bound_->fixed.empty() && bound_->fixed[v]))
+      start_[v] = kNone;
     movable_ += start_[v] != kNone;
   }
 }
@@ -174,7 +179,9 @@ void EdgeCollapse::run(uint64_t triangles, const Watch& watch) {
         std::deque<Waiting>& waiting = queue_[cheapest_];
         const Waiting w = waiting.front();
         waiting.pop_front();
-        if (vertex_[w.edge] == kNone || changed_[vertex_[w.edge]] > w.since || changed_[vertex_[next(w.edge)]] > w.since) continue;
+        if (vertex_[w.edge] == kNone || changed_[vertex_[w.edge]] > w.since ||
+            changed_[vertex_[next(w.edge)]] > w.since)
+          continue;
         tryCollapse(w.edge);  // May lower cheapest_.
       }
       if (alive_ <= triangles) break;
@@ -195,7 +202,8 @@ bool EdgeCollapse::ring(uint32_t v, std::vector<HalfEdge>& out) const {
   return out.size() <= kMostEdges;
 }
 
-bool EdgeCollapse::staysUpright(const std::vector<HalfEdge>& out, HalfEdge gone1, HalfEdge gone2, const Vec3d& at) const {
+bool EdgeCollapse::staysUpright(const std::vector<HalfEdge>& out, HalfEdge gone1, HalfEdge gone2,
+                                const Vec3d& at) const {
   for (const HalfEdge h : out) {
     if (h / 3 == gone1 / 3 || h / 3 == gone2 / 3) continue;
     const Vec3d &old = positions_[vertex_[h]], &a = positions_[vertex_[next(h)]], &b = positions_[vertex_[before(h)]];
@@ -251,8 +259,8 @@ bool EdgeCollapse::tryCollapse(HalfEdge h) {
   const HalfEdge g = twin_[h];
   const uint32_t u = vertex_[h], v = vertex_[g];
   if (!ring(u, ringU_) || !ring(v, ringV_) || ringU_.size() + ringV_.size() > kMostEdges) return false;
-  // The link condition (Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction, 1999): the ends share the two vertices opposite the edge, and no edge
-  // beside it, which happens in a tetrahedron alone.
+  // The link condition (Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction, 1999): the ends share
+  // the two vertices opposite the edge, and no edge beside it, which happens in a tetrahedron alone.
   if (ringU_.size() == 3 && ringV_.size() == 3) return false;
   int shared = 0;
   for (const HalfEdge a : ringU_)
@@ -297,7 +305,8 @@ TriangleMesh EdgeCollapse::result() const {
   }
   reduced.triangles.reserve(alive_);
   for (size_t h = 0; h < vertex_.size(); h += 3)
-    if (vertex_[h] != kNone) reduced.triangles.push_back({number[vertex_[h]], number[vertex_[h + 1]], number[vertex_[h + 2]]});
+    if (vertex_[h] != kNone)
+      reduced.triangles.push_back({number[vertex_[h]], number[vertex_[h + 1]], number[vertex_[h + 2]]});
   return reduced;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Edges of a mesh, collapsed one after another, the one that costs the shape least first. Method: NOTES.md, "Reduction".
+// Edges of a mesh, collapsed one after another, the one that costs the shape least first. Method: NOTES.md,
+// "Reduction".
 
 #include <array>
 #include <cstdint>
@@ -14,16 +15,18 @@
 
 namespace argil::clay {
 
-/// A mesh that loses two triangles at a time. What is a closed fan around a vertex stays one, no edge comes to be in more than two triangles, and bodies and their genus
-/// stay; no triangle turns by more than a set angle at a time. A vertex whose triangles are not one closed fan (at a hole, where sheets touch) stays, and with it its edges.
-/// Equal meshes give equal results. One thread. Memory: about 75 bytes a triangle, and 30 more while it runs.
+/// A mesh that loses two triangles at a time. What is a closed fan around a vertex stays one, no edge comes to be in
+/// more than two triangles, and bodies and their genus stay; no triangle turns by more than a set angle at a time. A
+/// vertex whose triangles are not one closed fan (at a hole, where sheets touch) stays, and with it its edges. Equal
+/// meshes give equal results. One thread. Memory: about 75 bytes a triangle, and 30 more while it runs.
 class EdgeCollapse {
  public:
   /// Called now and then with the triangles that are left; may throw to end the work.
   using Watch = std::function<void(uint64_t triangles)>;
 
-  /// What bounds the way that the surface may go, at a price in time: vertices of the original stay within `mm` of the triangles that took their place, and new triangles
-  /// (corner, middles of edges, middle) within `mm` of the original. What lies between may go a little farther.
+  /// What bounds the way that the surface may go, at a price in time: vertices of the original stay within `mm` of the
+  /// triangles that took their place, and new triangles (corner, middles of edges, middle) within `mm` of the original.
+  /// What lies between may go a little farther.
   struct Bound {
     double mm = 0;
     std::vector<bool> fixed;  ///< Vertices that stay as they are; or empty.
@@ -65,7 +68,8 @@ class EdgeCollapse {
   bool tryCollapse(HalfEdge h);
   /// The outgoing half-edges of a vertex; false when there are too many.
   bool ring(uint32_t v, std::vector<HalfEdge>& out) const;
-  [[nodiscard]] bool staysUpright(const std::vector<HalfEdge>& out, HalfEdge gone1, HalfEdge gone2, const Vec3d& at) const;
+  [[nodiscard]] bool staysUpright(const std::vector<HalfEdge>& out, HalfEdge gone1, HalfEdge gone2,
+                                  const Vec3d& at) const;
   bool staysNear(HalfEdge h, HalfEdge g, const Vec3d& at);
 
   const TriangleMesh& mesh_;
@@ -73,12 +77,12 @@ class EdgeCollapse {
   double costScale_ = 1;
   std::optional<Bound> bound_;
   std::optional<NearestTriangle> original_;  // When there is a bound.
-  std::vector<Vec3d> positions_;      // From middle_.
+  std::vector<Vec3d> positions_;             // From middle_.
   std::vector<Quadric> quadrics_;
-  std::vector<uint32_t> vertex_;      // Where a half-edge begins; kNone when its triangle is gone.
-  std::vector<HalfEdge> twin_;        // kNone at a rim.
-  std::vector<HalfEdge> start_;       // An outgoing half-edge of a vertex; kNone when it is held, unused or gone.
-  std::vector<uint32_t> changed_;     // Number of the last collapse that moved the vertex, from 1.
+  std::vector<uint32_t> vertex_;   // Where a half-edge begins; kNone when its triangle is gone.
+  std::vector<HalfEdge> twin_;     // kNone at a rim.
+  std::vector<HalfEdge> start_;    // An outgoing half-edge of a vertex; kNone when it is held, unused or gone.
+  std::vector<uint32_t> changed_;  // Number of the last collapse that moved the vertex, from 1.
   std::vector<std::deque<Waiting>> queue_;
   size_t cheapest_ = 0;
   uint64_t alive_ = 0, movable_ = 0;

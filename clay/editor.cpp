@@ -16,13 +16,17 @@ namespace {
 
 constexpr uint64_t kSerialBatch = 1024;  // serials taken at once: one atomic access for about ten dabs
 
-Node* nodeOf(Link link) { return reinterpret_cast<Node*>(link); }
-Brick* brickOf(Link link) { return reinterpret_cast<Brick*>(link); }
+Node* nodeOf(Link link) {
+  return reinterpret_cast<Node*>(link);
+}
+Brick* brickOf(Link link) {
+  return reinterpret_cast<Brick*>(link);
+}
 
 void requireReach(Coord brick) {
   if (!inReach(brick))
-    throw Error(fmt::format("clay at voxel ({}, {}, {}) is out of reach: use a larger voxel or move the model's origin", brick.x * 8LL,
-                            brick.y * 8LL, brick.z * 8LL));
+    throw Error(fmt::format("clay at voxel ({}, {}, {}) is out of reach: use a larger voxel or move the model's origin",
+                            brick.x * 8LL, brick.y * 8LL, brick.z * 8LL));
 }
 
 }  // namespace
@@ -43,7 +47,8 @@ Editor::~Editor() {
   if (!store_) return;
   if (changed_)
     for (size_t i = 0; i < trees_.size(); ++i)
-      gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels, i == kDistanceTree ? stock_.bricks : stock_.channelBricks, stock_.nodes);
+      gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels,
+                      i == kDistanceTree ? stock_.bricks : stock_.channelBricks, stock_.nodes);
   giveBack();
 }
 
@@ -65,9 +70,15 @@ Link Editor::linkAt(const Tree& tree, Coord brick) const noexcept {
   return isTile(tree.cachedLink) ? tree.cachedLink : nodeOf(tree.cachedLink)->child[childIndex(brick, 1)];
 }
 
-Slot Editor::find(Coord brick) const noexcept { return slotOf(linkAt(trees_[kDistanceTree], brick)); }
-ChannelSlot Editor::find(Channel channel, Coord brick) const noexcept { return channelSlotOf(linkAt(treeOfChannel(channel), brick)); }
-bool Editor::has(Channel channel) const noexcept { return treeOfChannel(channel).root != 0; }
+Slot Editor::find(Coord brick) const noexcept {
+  return slotOf(linkAt(trees_[kDistanceTree], brick));
+}
+ChannelSlot Editor::find(Channel channel, Coord brick) const noexcept {
+  return channelSlotOf(linkAt(treeOfChannel(channel), brick));
+}
+bool Editor::has(Channel channel) const noexcept {
+  return treeOfChannel(channel).root != 0;
+}
 
 Node* Editor::takeNode() {
   if (stock_.nodes.empty()) store_->state().stockNodes(stock_.nodes);
@@ -163,7 +174,8 @@ void Editor::setChannelTile(Channel channel, Coord brick, bool full) {
 void Editor::setChannel(Channel channel, Coord coord, std::span<const uint8_t, kBrickVoxels> values) {
   requireReach(coord);
   const uint8_t first = values[0];
-  if ((first == 0 || first == 255) && std::all_of(values.begin(), values.end(), [first](uint8_t v) { return v == first; })) {
+  if ((first == 0 || first == 255) &&
+      std::all_of(values.begin(), values.end(), [first](uint8_t v) { return v == first; })) {
     place(treeOfChannel(channel), coord, first == 255);
     return;
   }
@@ -222,7 +234,8 @@ void Editor::setVoxels(Coord coord, std::span<const float, kBrickVoxels> phi) {
   }
   const Slot now = find(coord);
   BrickValues scratch;
-  if (step_ == 0 && inBand && now.brick() && std::memcmp(now.brick()->values(scratch), brick->value, sizeof brick->value) == 0)
+  if (step_ == 0 && inBand && now.brick() &&
+      std::memcmp(now.brick()->values(scratch), brick->value, sizeof brick->value) == 0)
     recycle(brick);
   else
     link(brick, inBand);
@@ -289,7 +302,8 @@ void Editor::link(FloatBrick* brick, bool inBand) {
   place(trees_[kDistanceTree], coord, linkOf(tile));
 }
 
-// What stands there is written in place if it is this transaction's own: as floats are, so that batching changes nothing.
+// What stands there is written in place if it is this transaction's own: as floats are, so that batching changes
+// nothing.
 void Editor::pack(FloatBrick* brick, bool inBand) {
   const Coord coord = brick->coord;
   int16_t codes[kBrickVoxels];
@@ -298,7 +312,8 @@ void Editor::pack(FloatBrick* brick, bool inBand) {
   if (!inBand) {
     place(trees_[kDistanceTree], coord, linkOf(brick->value[0] < 0 ? Tile::inside : Tile::outside));
   } else if (!now || std::memcmp(now->code, codes, sizeof codes) != 0) {
-    auto* stored = now && now->birth == id_ ? const_cast<FixedBrick*>(now) : static_cast<FixedBrick*>(newStoredBrick(coord));
+    auto* stored =
+        now && now->birth == id_ ? const_cast<FixedBrick*>(now) : static_cast<FixedBrick*>(newStoredBrick(coord));
     std::memcpy(stored->code, codes, sizeof codes);
     std::memcpy(stored->inside, brick->inside, sizeof stored->inside);
     link(static_cast<Brick*>(stored));
@@ -321,7 +336,9 @@ void Editor::collapse(Tree& tree, Coord brick) {
     }
     const Node* node = nodeOf(link);
     const Link first = node->child[0];
-    if (!isTile(first) || !std::all_of(std::begin(node->child), std::end(node->child), [first](Link c) { return c == first; })) return;
+    if (!isTile(first) ||
+        !std::all_of(std::begin(node->child), std::end(node->child), [first](Link c) { return c == first; }))
+      return;
     Link* at = writableLink(tree, brick, level);
     release(tree, *at, level);
     *at = first;

@@ -11,8 +11,8 @@
 namespace argil::clay {
 
 /// One writer's transaction on a version: reads see the edits so far; commit() yields a new version that shares every
-/// untouched brick and node with the base. Bricks made in this transaction are written in place. One thread; a store may
-/// have several editors at once. Destroyed without commit: the base is untouched, all is given back.
+/// untouched brick and node with the base. Bricks made in this transaction are written in place. One thread; a store
+/// may have several editors at once. Destroyed without commit: the base is untouched, all is given back.
 class Editor {
  public:
   explicit Editor(Version base);
@@ -25,12 +25,13 @@ class Editor {
 
   [[nodiscard]] float step() const { return step_; }  ///< Of its bricks (Brick::step).
 
-  /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Consecutive calls in one region
-  /// (8×8×8 bricks) cost one load.
+  /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Consecutive calls in one
+  /// region (8×8×8 bricks) cost one load.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
 
-  /// Replaces the content of a brick coordinate by 512 distances in voxels (Brick's order). Clamps to ±band, turns −0 to 0,
-  /// becomes a tile where no |phi| < band. Equal content keeps the old brick. Throws Error for NaN or out of reach.
+  /// Replaces the content of a brick coordinate by 512 distances in voxels (Brick's order). Clamps to ±band, turns −0
+  /// to 0, becomes a tile where no |phi| < band. Equal content keeps the old brick. Throws Error for NaN or out of
+  /// reach.
   void setVoxels(Coord brick, std::span<const float, kBrickVoxels> phi);
   /// Makes a brick coordinate a tile. Throws Error out of reach.
   void setTile(Coord brick, Tile tile);
@@ -40,26 +41,28 @@ class Editor {
   [[nodiscard]] ChannelSlot find(Channel channel, Coord brick) const noexcept;
   [[nodiscard]] bool has(Channel channel) const noexcept;
 
-  /// Makes the tree's block of 8^level bricks along each axis that holds `brick` one tile (level 0 to kTreeLevels). Blocks of
-  /// level 1 start at multiples of eight bricks, larger ones where blockFirst() says. Cost follows what stood there. False
-  /// when it was that tile already. Throws Error out of reach.
+  /// Makes the tree's block of 8^level bricks along each axis that holds `brick` one tile (level 0 to kTreeLevels).
+  /// Blocks of level 1 start at multiples of eight bricks, larger ones where blockFirst() says. Cost follows what stood
+  /// there. False when it was that tile already. Throws Error out of reach.
   bool setBlock(Coord brick, int level, Tile tile);
   /// The first brick coordinate of that block; it may lie out of reach.
   [[nodiscard]] static Coord blockFirst(Coord brick, int level);
 
   // For kernels: a brick is filled first and linked afterwards.
 
-  /// Brick with uninitialised value and inside; give it to link() or recycle(). Where the store's bricks are fixed it is one on its way: link() packs it.
+  /// Brick with uninitialised value and inside; give it to link() or recycle(). Where the store's bricks are fixed it
+  /// is one on its way: link() packs it.
   [[nodiscard]] FloatBrick* newBrick(Coord brick);
-  /// Puts a filled brick (clamped, no NaN or −0, inside bits right, in reach) in its place. `inBand`, some |phi| < band; when
-  /// false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after writing in place. What is the same in the
-  /// store's precision keeps the old brick.
+  /// Puts a filled brick (clamped, no NaN or −0, inside bits right, in reach) in its place. `inBand`, some |phi| <
+  /// band; when false it becomes the tile of its first voxel's sign. A brick that own() gave is linked again after
+  /// writing in place. What is the same in the store's precision keeps the old brick.
   void link(FloatBrick* brick, bool inBand);
   /// The same in the form of the store: where memory counts, as all bricks of a file are there before they are linked.
   [[nodiscard]] Brick* newStoredBrick(Coord brick);
   void recycle(Brick* brick);
   void link(Brick* brick);
-  /// The brick at a coordinate if this transaction made it and it is a FloatBrick, so that it may be written in place; else null.
+  /// The brick at a coordinate if this transaction made it and it is a FloatBrick, so that it may be written in place;
+  /// else null.
   [[nodiscard]] FloatBrick* own(Coord brick) noexcept;
 
   /// The new version; the editor is finished. Without any change: the base itself.
@@ -77,8 +80,8 @@ class Editor {
   friend class Sampler;
   struct Tree {
     uintptr_t root = 0;
-    bool distances = false;           // its leaves are Bricks, else ChannelBricks
-    std::vector<Coord> mayCollapse;   // a brick coordinate in each region that got a tile
+    bool distances = false;          // its leaves are Bricks, else ChannelBricks
+    std::vector<Coord> mayCollapse;  // a brick coordinate in each region that got a tile
     mutable Coord cachedRegion{INT32_MIN, 0, 0};
     mutable uintptr_t cachedLink = 0;
   };

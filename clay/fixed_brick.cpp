@@ -50,8 +50,12 @@ namespace argil::clay {
 HWY_EXPORT(Pack);
 HWY_EXPORT(Unpack);
 
-bool packDistances(const BrickValues& values, float band, int16_t (&codes)[kBrickVoxels]) noexcept { return HWY_DYNAMIC_DISPATCH(Pack)(values, band, codes); }
-void unpackDistances(const int16_t* codes, float step, float* values) noexcept { HWY_DYNAMIC_DISPATCH(Unpack)(codes, step, values); }
+bool packDistances(const BrickValues& values, float band, int16_t (&codes)[kBrickVoxels]) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Pack)(values, band, codes);
+}
+void unpackDistances(const int16_t* codes, float step, float* values) noexcept {
+  HWY_DYNAMIC_DISPATCH(Unpack)(codes, step, values);
+}
 
 }  // namespace argil::clay
 #endif

@@ -7,10 +7,12 @@
 
 namespace argil::clay {
 
-/// Heights from 0 (black) to 1 (white), in ever coarser copies, so that a place may be asked for as wide as a voxel sees it. Never changes.
+/// Heights from 0 (black) to 1 (white), in ever coarser copies, so that a place may be asked for as wide as a voxel
+/// sees it. Never changes.
 class HeightImage {
  public:
-  /// Rows from the top, `width · height` values each. Throws Error for sides outside of 1 to 16384 or another count of values.
+  /// Rows from the top, `width · height` values each. Throws Error for sides outside of 1 to 16384 or another count of
+  /// values.
   HeightImage(int width, int height, std::span<const uint8_t> grey);
   HeightImage(int width, int height, std::span<const uint16_t> grey);
 
@@ -19,7 +21,8 @@ class HeightImage {
 
   /// The first copy whose pixels are at least `pixels` of the image's own across; 0 is the image.
   [[nodiscard]] int levelFor(float pixels) const;
-  /// Bilinear, x and y from −1 to 1 over the longer side, x to the right, y up, the middle of the image at 0, 0; 0 beyond its edges.
+  /// Bilinear, x and y from −1 to 1 over the longer side, x to the right, y up, the middle of the image at 0, 0; 0
+  /// beyond its edges.
   [[nodiscard]] float at(float x, float y, int level) const;
 
  private:

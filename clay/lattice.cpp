@@ -32,7 +32,9 @@ struct Basis {
   }
 };
 
-bool within(const BoxMm& box, const Vec3d& p) { return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all(); }
+bool within(const BoxMm& box, const Vec3d& p) {
+  return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all();
+}
 
 }  // namespace
 
@@ -40,7 +42,9 @@ Lattice::Lattice(const BoxMm& box, std::array<int, 3> counts) : box_(box), count
   if (!box.low.allFinite() || !box.high.allFinite() || !((box.high - box.low).minCoeff() > 1e-6))
     throw Error("lattice over a box without extent: each side needs more than 1e-6 mm");
   for (const int n : counts)
-    if (n < 2 || n > kMost) throw Error(fmt::format("lattice of {} × {} × {} points: give 2 to {} an axis", counts[0], counts[1], counts[2], kMost));
+    if (n < 2 || n > kMost)
+      throw Error(
+          fmt::format("lattice of {} × {} × {} points: give 2 to {} an axis", counts[0], counts[1], counts[2], kMost));
   points_.resize(static_cast<size_t>(counts[0] * counts[1] * counts[2]));
   for (size_t i = 0; i < points_.size(); ++i) points_[i] = restPoint(i);
   place();
@@ -51,10 +55,13 @@ Lattice Lattice::around(const BoxMm& piece, std::array<int, 3> counts) {
   return Lattice({piece.low - margin, piece.high + margin}, counts);
 }
 
-size_t Lattice::index(int x, int y, int z) const { return static_cast<size_t>((x * counts_[1] + y) * counts_[2] + z); }
+size_t Lattice::index(int x, int y, int z) const {
+  return static_cast<size_t>((x * counts_[1] + y) * counts_[2] + z);
+}
 
 Vec3d Lattice::restPoint(size_t index) const {
-  const int i = static_cast<int>(index), z = i % counts_[2], y = i / counts_[2] % counts_[1], x = i / (counts_[2] * counts_[1]);
+  const int i = static_cast<int>(index), z = i % counts_[2], y = i / counts_[2] % counts_[1],
+            x = i / (counts_[2] * counts_[1]);
   const Vec3d t(double(x) / (counts_[0] - 1), double(y) / (counts_[1] - 1), double(z) / (counts_[2] - 1));
   return box_.low + t.cwiseProduct(box_.high - box_.low);
 }
@@ -73,13 +80,15 @@ void Lattice::place() {
     packed_[n] << points_[n], 0;
     if (points_[n] == restPoint(n)) continue;
     moved_ = true;
-    const int i = static_cast<int>(n), z = i % counts_[2], y = i / counts_[2] % counts_[1], x = i / (counts_[2] * counts_[1]);
+    const int i = static_cast<int>(n), z = i % counts_[2], y = i / counts_[2] % counts_[1],
+              x = i / (counts_[2] * counts_[1]);
     sidesMoved_ |= x == 0 || y == 0 || z == 0 || x == counts_[0] - 1 || y == counts_[1] - 1 || z == counts_[2] - 1;
   }
 }
 
 void Lattice::drag(const Vec3d& p, const Vec3d& by) {
-  if (!p.allFinite() || !by.allFinite()) throw Error("lattice dragged by numbers that are not finite: give finite ones");
+  if (!p.allFinite() || !by.allFinite())
+    throw Error("lattice dragged by numbers that are not finite: give finite ones");
   const Vec3d t = (p - box_.low).cwiseQuotient(box_.high - box_.low).cwiseMax(0.0).cwiseMin(1.0);
   const Basis u(counts_[0], t.x()), v(counts_[1], t.y()), w(counts_[2], t.z());
   double squares = 0;
@@ -95,7 +104,9 @@ void Lattice::drag(const Vec3d& p, const Vec3d& by) {
   place();
 }
 
-bool Lattice::moved() const { return moved_; }
+bool Lattice::moved() const {
+  return moved_;
+}
 
 Vec3d Lattice::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
   if (!sidesMoved_ && !within(box_, p)) {
@@ -132,7 +143,9 @@ Vec3d Lattice::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
 
 BoxMm Lattice::domain(const BoxMm& piece) const {
   if (sidesMoved_ && !(within(box_, piece.low) && within(box_, piece.high)))
-    throw Error("the lattice's box does not hold the whole piece, and points on its sides were moved: enlarge the box, or move inner points alone");
+    throw Error(
+        "the lattice's box does not hold the whole piece, and points on its sides were moved: enlarge the box, or move "
+        "inner points alone");
   return box_;
 }
 

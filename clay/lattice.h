@@ -8,11 +8,13 @@
 
 namespace argil::clay {
 
-/// Bernstein polynomials over a box, 2 to 8 control points an axis. The box must hold the whole piece, unless none of the points on its sides was moved: then what
-/// lies outside of it stays. Control points are not on the clay but pull it; drag() moves a point of the clay itself.
+/// Bernstein polynomials over a box, 2 to 8 control points an axis. The box must hold the whole piece, unless none of
+/// the points on its sides was moved: then what lies outside of it stays. Control points are not on the clay but pull
+/// it; drag() moves a point of the clay itself.
 class Lattice : public Warp {
  public:
-  /// Control points in place: nothing moves. Throws Error for a box that is not finite or thinner than 1e-6 mm, or counts out of range.
+  /// Control points in place: nothing moves. Throws Error for a box that is not finite or thinner than 1e-6 mm, or
+  /// counts out of range.
   explicit Lattice(const BoxMm& box, std::array<int, 3> counts = {4, 4, 4});
   /// Around a piece with a margin on every side of a twentieth of its longest side.
   [[nodiscard]] static Lattice around(const BoxMm& piece, std::array<int, 3> counts = {4, 4, 4});
@@ -26,8 +28,8 @@ class Lattice : public Warp {
   [[nodiscard]] Vec3d restPoint(size_t index) const;
   /// Throws Error for a place that is not finite or an index out of range.
   void setPoint(size_t index, const Vec3d& mm);
-  /// Moves the control points as little as possible (least squares) so that the clay at `p`, its place before any deformation, moves by `by`. A place outside of the
-  /// box is brought to its side.
+  /// Moves the control points as little as possible (least squares) so that the clay at `p`, its place before any
+  /// deformation, moves by `by`. A place outside of the box is brought to its side.
   void drag(const Vec3d& p, const Vec3d& by);
   [[nodiscard]] bool moved() const;
 

@@ -1,4 +1,5 @@
-// Towards a plane fitted to the surface under the tip: what stands above it goes (scrape), what lies below is filled, or both.
+// Towards a plane fitted to the surface under the tip: what stands above it goes (scrape), what lies below is filled,
+// or both.
 
 #include <algorithm>
 #include <array>
@@ -14,11 +15,13 @@
 namespace argil::clay {
 namespace {
 
-// Voxels that phi moves at most in one application: less than the band, so that what is known goes along with the surface.
+// Voxels that phi moves at most in one application: less than the band, so that what is known goes along with the
+// surface.
 constexpr float kMost = 1.5f;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
-// Means of the surface, each weighed by the one before. Of a wall as large as what it stands beside nothing is left after the third.
+// Means of the surface, each weighed by the one before. Of a wall as large as what it stands beside nothing is left
+// after the third.
 constexpr int kRounds = 3;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
@@ -43,10 +46,13 @@ class Levelling : public DistanceMethod {
   std::vector<std::optional<Fitted>> planes_;  // one for each image
 };
 
-int64_t grains(float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); }
+int64_t grains(float value) {
+  return static_cast<int64_t>(static_cast<double>(value) / kGrain);
+}
 
 // Mean place and normal of the surface under the tip; nothing where there is none.
-std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks) const {
+std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& stamp,
+                                                std::span<const Coord> bricks) const {
   const Vec3d middle = (stamp.a + stamp.b) / 2;
   struct Sample {
     float weight;
@@ -55,7 +61,9 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
   std::vector<Sample> samples;
   for (const Coord coord : bricks) {
     const Slot slot = before.slot(coord);
-    if (slot.isTile() || segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1) continue;
+    if (slot.isTile() ||
+        segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1)
+      continue;
     float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
     BrickValues scratch;
@@ -66,19 +74,25 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
       const float phi = values[i];
       // A cubic B-spline of the distance: together the voxels weigh the surface's area, wherever it lies between them.
       const float t = std::abs(phi), out = 2 - t;
-      const float w = weight[i] * (t < 1 ? (2.0f / 3) - t * t * (1 - 0.5f * t) : t < 2 ? out * out * out * (1.0f / 6) : 0.0f);
+      const float w = weight[i] * (t < 1   ? (2.0f / 3) - t * t * (1 - 0.5f * t)
+                                   : t < 2 ? out * out * out * (1.0f / 6)
+                                           : 0.0f);
       if (!(w > 0)) continue;
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
-      const Vec3f g(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow], padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
+      const Vec3f g(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow],
+                    padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
       const float length = std::sqrt((g.x() * g.x() + g.y() * g.y()) + g.z() * g.z());
       if (!(length > 0.2f)) continue;
       const Vec3f n = g / length, p = frame.at(x, y, z) - n * phi;
       samples.push_back({w, n, p});
     }
   }
-  const auto vec = [](const std::array<int64_t, 3>& sum) { return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])); };
+  const auto vec = [](const std::array<int64_t, 3>& sum) {
+    return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
+  };
   const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
-  // From the second time on the surface counts as far as it faces the way that it did on average the time before: a wall at its edge does not tilt the plane.
+  // From the second time on the surface counts as far as it faces the way that it did on average the time before: a
+  // wall at its edge does not tilt the plane.
   int64_t weights = 0;
   std::array<int64_t, 3> places{}, normals{};
   Vec3f mean = Vec3f::Zero();
@@ -88,7 +102,9 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
     for (const Sample& each : samples) {
       float w = each.weight;
       if (round > 0) {
-        const float facing = std::max((each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f), square = facing * facing;
+        const float facing = std::max(
+                        (each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f),
+                    square = facing * facing;
         w *= square * square;
       }
       weights += grains(w);
@@ -122,15 +138,18 @@ void Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<
   }
 }
 
-// Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane stays as it is, and no lip grows from an edge.
+// Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane
+// stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
   if (before.slot(coord).isTile()) return false;
   constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
   float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
-  gatherBroad(before, coord, 4, [](Coord) -> const float* { return nullptr; }, broad);
+  gatherBroad(
+      before, coord, 4, [](Coord) -> const float* { return nullptr; }, broad);
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   // Below zero scraping fills and filling scrapes.
-  const bool down = operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
+  const bool down =
+      operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
   const bool up = operation_.method == Method::flatten || !down;
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
@@ -149,12 +168,16 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
       const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
       if (!(weight[i] > 0) || !(std::abs(*at) < band_)) continue;
-      const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) + n.z() * (static_cast<float>(z) - 3.5f)) - offset;
+      const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) +
+                          n.z() * (static_cast<float>(z) - 3.5f)) -
+                         offset;
       const Vec3f g(at[kX] - at[-kX], at[kY] - at[-kY], at[1] - at[-1]);
-      const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(), along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
+      const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
+                  along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
       // From the plane to the surface along its normal: of what faces away there is nothing to move.
       const float facing = std::min(std::max(along / std::sqrt(std::max(length2, 0.04f)), 0.0f), 1.0f);
-      const float way = std::min(std::max(*at * facing - goal, -kMost), kMost), rise = way * (weight[i] * std::abs(operation_.amount));
+      const float way = std::min(std::max(*at * facing - goal, -kMost), kMost),
+                  rise = way * (weight[i] * std::abs(operation_.amount));
       if (rise == 0 || !(rise > 0 ? up : down)) continue;
       const AxisPlace px = placeOf(x, -rise * n.x()), py = placeOf(y, -rise * n.y()), pz = placeOf(z, -rise * n.z());
       samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
@@ -173,12 +196,15 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
         cut[i] = std::max(cut[i], std::min(values[k].value, std::max(goals[k], old)) - old);
     }
   }
-  for (int i = 0; i < kBrickVoxels; ++i) phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
+  for (int i = 0; i < kBrickVoxels; ++i)
+    phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
   return true;
 }
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context) { return std::make_unique<Levelling>(context); }
+std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context) {
+  return std::make_unique<Levelling>(context);
+}
 
 }  // namespace argil::clay

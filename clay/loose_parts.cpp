@@ -70,9 +70,9 @@ constexpr Mask kFull{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
 
 class Components {
  public:
-  struct Piece {   // what hangs together in one brick, or a tile
-    Coord first;   // brick coordinate
-    int level;     // of a tile; 0 for one brick
+  struct Piece {  // what hangs together in one brick, or a tile
+    Coord first;  // brick coordinate
+    int level;    // of a tile; 0 for one brick
     bool isTile;
     Mask mask;
   };
@@ -147,7 +147,8 @@ class Components {
 
  private:
   static uint64_t key(Coord c, int level) {
-    return ((static_cast<uint64_t>(static_cast<uint32_t>(c.x + 32768)) & 0xffff) << 40) | ((static_cast<uint64_t>(static_cast<uint32_t>(c.y + 32768)) & 0xffff) << 24) |
+    return ((static_cast<uint64_t>(static_cast<uint32_t>(c.x + 32768)) & 0xffff) << 40) |
+           ((static_cast<uint64_t>(static_cast<uint32_t>(c.y + 32768)) & 0xffff) << 24) |
            ((static_cast<uint64_t>(static_cast<uint32_t>(c.z + 32768)) & 0xffff) << 8) | static_cast<uint64_t>(level);
   }
 
@@ -168,7 +169,8 @@ class Components {
     for (size_t x = 0; x < 8; ++x) left[x] = side_ == Tile::inside ? brick.inside[x] : ~brick.inside[x];
     bricks_.emplace(key(brick.coord, 0), static_cast<uint32_t>(pieces_.size()));
     brickCoords_.push_back(brick.coord);
-    while (std::any_of(left.begin(), left.end(), [](uint64_t w) { return w != 0; })) pieces_.push_back({brick.coord, 0, false, takeComponent(left)});
+    while (std::any_of(left.begin(), left.end(), [](uint64_t w) { return w != 0; }))
+      pieces_.push_back({brick.coord, 0, false, takeComponent(left)});
   }
 
   [[nodiscard]] double count(const Piece& piece) const {
@@ -206,7 +208,8 @@ class Components {
       for (const Coord next : {up, down}) {
         const uint32_t tile = tileAt(next, piece.level);
         if (tile == UINT32_MAX) continue;
-        if (piece.isTile || (next == up ? touch(piece.mask, kFull, axis) : touch(kFull, piece.mask, axis))) unite(i, tile);
+        if (piece.isTile || (next == up ? touch(piece.mask, kFull, axis) : touch(kFull, piece.mask, axis)))
+          unite(i, tile);
       }
       if (piece.isTile) continue;
       const auto at = bricks_.find(key(up, 0));
@@ -229,9 +232,12 @@ class Components {
       y[x] = higherY(at[k][row], at[k + 2][row]);
       yz[x] = higherY(z[x], higherZ(at[k + 2][row], at[k + 3][row]));
     }
-    const auto alternates = [](uint64_t a, uint64_t b, uint64_t c, uint64_t opposite) { return (a ^ b) & (a ^ c) & ~(a ^ opposite); };
+    const auto alternates = [](uint64_t a, uint64_t b, uint64_t c, uint64_t opposite) {
+      return (a ^ b) & (a ^ c) & ~(a ^ opposite);
+    };
     for (size_t x = 0; x < 8; ++x) {
-      const uint64_t faces[3] = {alternates(plane[x], y[x], z[x], yz[x]), alternates(plane[x], z[x], plane[x + 1], z[x + 1]),
+      const uint64_t faces[3] = {alternates(plane[x], y[x], z[x], yz[x]),
+                                 alternates(plane[x], z[x], plane[x + 1], z[x + 1]),
                                  alternates(plane[x], plane[x + 1], y[x], y[x + 1])};
       for (int axis = 0; axis < 3; ++axis)
         for (uint64_t left = faces[axis]; left != 0; left &= left - 1) {
@@ -248,8 +254,10 @@ class Components {
     const bool folded = cases.separated[patternOf(low)].foldedFace == 2 * axis &&
                         cases.separated[patternOf(low - kUnit[axis])].foldedFace == 2 * axis + 1;
     if (folded != (side_ == Tile::inside)) return;
-    if (holds(low)) unite(pieceAt(low), pieceAt(low + u + v));
-    else unite(pieceAt(low + u), pieceAt(low + v));
+    if (holds(low))
+      unite(pieceAt(low), pieceAt(low + u + v));
+    else
+      unite(pieceAt(low + u), pieceAt(low + v));
   }
 
   // Corners inside, as kCellEdges counts them.
@@ -292,7 +300,9 @@ class Components {
   std::vector<double> voxels_;
 };
 
-double voxelVolume(const Version& version) { return std::pow(version.grid().voxelMm, 3); }
+double voxelVolume(const Version& version) {
+  return std::pow(version.grid().voxelMm, 3);
+}
 
 }  // namespace
 
@@ -307,7 +317,10 @@ std::vector<Version> splitParts(const Version& version, Job* job) {
   const WorkPart all(job);
   Components bodies(version, Tile::inside, all.part(0, 0.3));
   if (bodies.bodies() > kMostParts)
-    throw Error(fmt::format("the piece consists of {} parts, and {} is the most that are split: remove the crumbs first", bodies.bodies(), kMostParts), Error::Kind::work);
+    throw Error(
+        fmt::format("the piece consists of {} parts, and {} is the most that are split: remove the crumbs first",
+                    bodies.bodies(), kMostParts),
+        Error::Kind::work);
   if (bodies.bodies() <= 1) return {version};
   std::vector<Version> parts;
   for (const size_t body : bodies.largestFirst()) {

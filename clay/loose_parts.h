@@ -13,15 +13,17 @@ namespace argil::clay {
 
 inline constexpr size_t kMostParts = 64;  ///< That splitParts() makes.
 
-// Bodies and cavities are those that the surface bounds: two voxels on one side belong together when they are neighbours
-// along an axis, or across a face of four voxels through which the surface lets them pass (NOTES.md, "Surface", 3).
-// Results are made from `version`, in its store, beside whoever edits there, and share what they leave as it is. Where
-// a body or a cavity goes, distances around it are made anew. Cost follows the bricks. All throw Cancelled.
+// Bodies and cavities are those that the surface bounds: two voxels on one side belong together when they are
+// neighbours along an axis, or across a face of four voxels through which the surface lets them pass (NOTES.md,
+// "Surface", 3). Results are made from `version`, in its store, beside whoever edits there, and share what they leave
+// as it is. Where a body or a cavity goes, distances around it are made anew. Cost follows the bricks. All throw
+// Cancelled.
 
 /// Volumes in mm³ of the bodies (voxels inside, counted), largest first.
 [[nodiscard]] std::vector<double> bodyVolumes(const Version& version, Job* job = nullptr);
 
-/// A version for each body, largest first; the version itself when there is one. Throws Error when there are more than kMostParts.
+/// A version for each body, largest first; the version itself when there is one. Throws Error when there are more than
+/// kMostParts.
 [[nodiscard]] std::vector<Version> splitParts(const Version& version, Job* job = nullptr);
 
 struct Cleaned {

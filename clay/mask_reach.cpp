@@ -6,8 +6,9 @@
 namespace argil::clay {
 namespace {
 
-constexpr float kNear = 0.5f;   // of the surface: some voxel of every place of it is
-constexpr double kBlend = 1;    // voxels: places that are farther than the nearest by less count too, as a rim would be jagged without
+constexpr float kNear = 0.5f;  // of the surface: some voxel of every place of it is
+// voxels: places that are farther than the nearest by less count too, as a rim would be jagged without
+constexpr double kBlend = 1;
 constexpr int kWhole = 1 << 12;
 
 // Voxels between two bricks at least and at most, squared.
@@ -72,10 +73,13 @@ const MaskCover& MaskReach::at(Coord brick, double reach) {
           nearest = std::min(nearest, mostBetween(each.brick, brick));
         }
   const double farthest = std::sqrt(static_cast<double>(nearest)) + kBlend;
-  std::erase_if(around, [&](const BrickPlaces* each) { return static_cast<double>(leastBetween(each->brick, brick)) > farthest * farthest; });
+  std::erase_if(around, [&](const BrickPlaces* each) {
+    return static_cast<double>(leastBetween(each->brick, brick)) > farthest * farthest;
+  });
   if (std::all_of(around.begin(), around.end(), [](const BrickPlaces* each) { return each->most == 0; })) return cover;
   cover.none = false;
-  if (nearest < limit && std::all_of(around.begin(), around.end(), [](const BrickPlaces* each) { return each->least == 255; })) {
+  if (nearest < limit &&
+      std::all_of(around.begin(), around.end(), [](const BrickPlaces* each) { return each->least == 255; })) {
     cover.whole = true;
     cover.value.fill(255);
     return cover;
@@ -99,7 +103,8 @@ const MaskCover& MaskReach::at(Coord brick, double reach) {
       for (const Place& place : each->places) {
         const int square = squares[next++];
         if (square > most) continue;
-        const auto weight = static_cast<int64_t>(kWhole * (1 - (std::sqrt(static_cast<double>(square)) - root) / kBlend));
+        const auto weight =
+            static_cast<int64_t>(kWhole * (1 - (std::sqrt(static_cast<double>(square)) - root) / kBlend));
         sum += weight * place.cover;
         weights += weight;
       }

@@ -17,15 +17,17 @@ struct MaskCover {
   std::array<uint8_t, kBrickVoxels> value{};
 };
 
-/// A voxel far from the surface is covered as the places of the surface that are nearest to it (the mean of those within a voxel of the nearest): so a tool larger than
-/// the band does not hollow the clay out under a masked surface, nor lay clay over it. Sums of whole numbers, so that mirrored clay has mirrored covers. One thread.
+/// A voxel far from the surface is covered as the places of the surface that are nearest to it (the mean of those
+/// within a voxel of the nearest): so a tool larger than the band does not hollow the clay out under a masked surface,
+/// nor lay clay over it. Sums of whole numbers, so that mirrored clay has mirrored covers. One thread.
 class MaskReach {
  public:
   /// Of the clay as the stroke found it: what the stroke itself brings up stays covered.
   explicit MaskReach(Version start) : start_(std::move(start)) {}
 
   [[nodiscard]] const Version& start() const { return start_; }
-  /// Of a brick coordinate, by the surface within `reach` voxels (beyond: free). Kept; about a millisecond where a mask's rim is near, else microseconds.
+  /// Of a brick coordinate, by the surface within `reach` voxels (beyond: free). Kept; about a millisecond where a
+  /// mask's rim is near, else microseconds.
   [[nodiscard]] const MaskCover& at(Coord brick, double reach);
 
  private:

@@ -16,7 +16,8 @@ namespace argil::clay {
 namespace {
 
 constexpr size_t kSlice = 1024;  // bricks between two looks at the job: a few ms
-constexpr float kOver = 2;       // curvature is taken over so many voxels: less sees the steps of the grid, more leaves the band
+// curvature is taken over so many voxels: less sees the steps of the grid, more leaves the band
+constexpr float kOver = 2;
 
 using Bytes = std::array<uint8_t, kBrickVoxels>;
 
@@ -28,9 +29,12 @@ struct Reading {
   ChannelBlur blur;
 };
 
-Coord voxelOf(Coord brick, int i) { return brick * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}; }
+Coord voxelOf(Coord brick, int i) {
+  return brick * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+}
 
-// The new mask of each brick from the version as it is: `fill(reading, brick, mask)` changes the mask; what is out of the band is cleared here.
+// The new mask of each brick from the version as it is: `fill(reading, brick, mask)` changes the mask; what is out of
+// the band is cleared here.
 template <class Fill>
 Version work(const Version& version, const WorkPart& part, int threads, const Fill& fill) {
   std::vector<const Brick*> bricks;
@@ -63,11 +67,14 @@ Version work(const Version& version, const WorkPart& part, int threads, const Fi
   return editor.commit();
 }
 
-uint8_t byteOf(float share) { return static_cast<uint8_t>(std::clamp(share, 0.0f, 1.0f) * 255 + 0.5f); }
+uint8_t byteOf(float share) {
+  return static_cast<uint8_t>(std::clamp(share, 0.0f, 1.0f) * 255 + 0.5f);
+}
 
 // Outwards, of unit length; zero where nothing slopes.
 Vec3f normalAt(Sampler& field, Coord v) {
-  const Vec3f slope(field.voxel(v + Coord{1, 0, 0}) - field.voxel(v - Coord{1, 0, 0}), field.voxel(v + Coord{0, 1, 0}) - field.voxel(v - Coord{0, 1, 0}),
+  const Vec3f slope(field.voxel(v + Coord{1, 0, 0}) - field.voxel(v - Coord{1, 0, 0}),
+                    field.voxel(v + Coord{0, 1, 0}) - field.voxel(v - Coord{0, 1, 0}),
                     field.voxel(v + Coord{0, 0, 1}) - field.voxel(v - Coord{0, 0, 1}));
   const float length = slope.norm();
   return length > 1e-6f ? Vec3f(slope / length) : Vec3f::Zero();
@@ -77,7 +84,8 @@ bool inside(const std::vector<Eigen::Vector2d>& curve, const Eigen::Vector2d& p)
   bool in = false;
   for (size_t i = 0, j = curve.size() - 1; i < curve.size(); j = i++) {
     const Eigen::Vector2d &a = curve[i], &b = curve[j];
-    if ((a.y() > p.y()) != (b.y() > p.y()) && p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x()) in = !in;
+    if ((a.y() > p.y()) != (b.y() > p.y()) && p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
+      in = !in;
   }
   return in;
 }
@@ -100,21 +108,23 @@ Version blurMask(const Version& version, int passes, Job* job, int threads) {
   Version result = version;
   if (!version.has(Channel::mask)) return result;
   for (int pass = 0; pass < passes; ++pass)
-    result = work(result, WorkPart(job, double(pass) / passes, double(pass + 1) / passes), threads, [](Reading& reading, const Brick& brick, Bytes& mask) {
-      reading.blur.gather(reading.channels, brick.coord, false);
-      ChannelBytes bytes{};
-      for (int i = 0; i < kBrickVoxels; ++i) {
-        if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
-        bytes[indexOf(Channel::mask)] = mask[static_cast<size_t>(i)];
-        reading.blur.apply(i, 1, bytes);
-        mask[static_cast<size_t>(i)] = bytes[indexOf(Channel::mask)];
-      }
-    });
+    result = work(result, WorkPart(job, double(pass) / passes, double(pass + 1) / passes), threads,
+                  [](Reading& reading, const Brick& brick, Bytes& mask) {
+                    reading.blur.gather(reading.channels, brick.coord, false);
+                    ChannelBytes bytes{};
+                    for (int i = 0; i < kBrickVoxels; ++i) {
+                      if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
+                      bytes[indexOf(Channel::mask)] = mask[static_cast<size_t>(i)];
+                      reading.blur.apply(i, 1, bytes);
+                      mask[static_cast<size_t>(i)] = bytes[indexOf(Channel::mask)];
+                    }
+                  });
   return result;
 }
 
 Version maskByLasso(const Version& version, const MaskLasso& lasso, Job* job, int threads) {
-  if (lasso.curve.size() < 3 || lasso.curve.size() > 100000) throw Error(fmt::format("a lasso of {} corners: draw around something", lasso.curve.size()));
+  if (lasso.curve.size() < 3 || lasso.curve.size() > 100000)
+    throw Error(fmt::format("a lasso of {} corners: draw around something", lasso.curve.size()));
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : lasso.curve) {
     if (!corner.allFinite()) throw Error("a lasso with a number that is not finite");
@@ -163,7 +173,8 @@ float meanCurvature(Sampler& field, Coord voxel) {
 }
 
 Version maskByCavity(const Version& version, const MaskByCavity& how, Job* job, int threads) {
-  if (!(how.radius >= 1 && how.radius <= 1000)) throw Error(fmt::format("hollows of a radius of {} voxels: give one from 1 to 1000 voxels", how.radius));
+  if (!(how.radius >= 1 && how.radius <= 1000))
+    throw Error(fmt::format("hollows of a radius of {} voxels: give one from 1 to 1000 voxels", how.radius));
   const auto radius = static_cast<float>(how.ridges ? how.radius : -how.radius);
   return work(version, WorkPart(job), threads, [&](Reading& reading, const Brick& brick, Bytes& mask) {
     for (int i = 0; i < kBrickVoxels; ++i) {

@@ -1,6 +1,7 @@
 #pragma once
-// Masks of a whole piece. Each returns a new version of the same store whose mask alone is another one; the cost follows the surface. Any thread; no other editor of
-// the store meanwhile. With a job they report progress and throw Cancelled. `threads` (1 to 64) change nothing in the result.
+// Masks of a whole piece. Each returns a new version of the same store whose mask alone is another one; the cost
+// follows the surface. Any thread; no other editor of the store meanwhile. With a job they report progress and throw
+// Cancelled. `threads` (1 to 64) change nothing in the result.
 
 #include <optional>
 #include <vector>
@@ -22,8 +23,9 @@ namespace argil::clay {
 struct MaskLasso {
   /// Voxel coordinates to the view: (x / w, y / w); what has w ≤ 0 is behind the eye and not meant.
   Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
-  std::vector<Eigen::Vector2d> curve;  ///< 3 to 100 000 corners in the view; inside is what it winds around an odd number of times.
-  std::optional<Vec3d> eye;            ///< In voxels. Given: only clay that faces it; none: through and through.
+  /// 3 to 100 000 corners in the view; inside is what it winds around an odd number of times.
+  std::vector<Eigen::Vector2d> curve;
+  std::optional<Vec3d> eye;  ///< In voxels. Given: only clay that faces it; none: through and through.
   bool erase = false;
 };
 /// Throws Error for a curve that is none or has numbers that are not finite.
@@ -31,15 +33,19 @@ struct MaskLasso {
 
 /// Masks what is curved: mean curvature of the surface at a voxel's nearest point, over two voxels.
 struct MaskByCavity {
-  double radius = 8;     ///< Voxels, 1 to 1000. Hollows as a ball of this radius would leave are masked whole, those of twice the radius not at all.
-  bool ridges = false;   ///< What stands out instead of hollows.
-  bool add = false;      ///< To the mask there is; else instead of it.
+  /// Voxels, 1 to 1000. Hollows as a ball of this radius would leave are masked whole, those of twice the radius not at
+  /// all.
+  double radius = 8;
+  bool ridges = false;  ///< What stands out instead of hollows.
+  bool add = false;     ///< To the mask there is; else instead of it.
 };
 /// Throws Error for a bad radius.
-[[nodiscard]] Version maskByCavity(const Version& version, const MaskByCavity& how, Job* job = nullptr, int threads = 1);
+[[nodiscard]] Version maskByCavity(const Version& version, const MaskByCavity& how, Job* job = nullptr,
+                                   int threads = 1);
 
 class Sampler;
-/// Mean curvature at the point of the surface nearest to a voxel, 1/voxel: above zero where the clay stands out (a ball of radius r: 1/r). Of a voxel in the band.
+/// Mean curvature at the point of the surface nearest to a voxel, 1/voxel: above zero where the clay stands out (a ball
+/// of radius r: 1/r). Of a voxel in the band.
 [[nodiscard]] float meanCurvature(Sampler& clay, Coord voxel);
 
 }  // namespace argil::clay

@@ -9,7 +9,9 @@
 
 namespace argil::clay {
 
-/// As deviation(). `beyond`: gets the vertices of `original` next to points that are farther off than `limitMm`, some of them several times.
-[[nodiscard]] Deviation measureDeviation(const TriangleMesh& original, const TriangleMesh& other, double limitMm, std::vector<uint32_t>& beyond, const WorkPart& work);
+/// As deviation(). `beyond`: gets the vertices of `original` next to points that are farther off than `limitMm`, some
+/// of them several times.
+[[nodiscard]] Deviation measureDeviation(const TriangleMesh& original, const TriangleMesh& other, double limitMm,
+                                         std::vector<uint32_t>& beyond, const WorkPart& work);
 
 }  // namespace argil::clay

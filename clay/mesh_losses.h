@@ -8,9 +8,9 @@
 namespace argil::clay {
 
 struct MeshLosses {
-  uint64_t specks =
-      0;  ///< Bodies and cavities below kSpeckVoxels that were no body of the mesh, but what sampling left of something
-          ///< thinner than a voxel: they were removed. None where they are more than a 20th of the clay.
+  /// Bodies and cavities below kSpeckVoxels that were no body of the mesh, but what sampling left of something thinner
+  /// than a voxel: they were removed. None where they are more than a 20th of the clay.
+  uint64_t specks = 0;
   double speckMm3 = 0;  ///< Of them together.
   uint64_t bodies = 0;  ///< Of the clay, without them.
   uint64_t cavities = 0;

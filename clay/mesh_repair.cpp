@@ -14,7 +14,9 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-void flip(Triangle& t) { std::swap(t[1], t[2]); }
+void flip(Triangle& t) {
+  std::swap(t[1], t[2]);
+}
 
 /// One use of an undirected edge by a triangle.
 struct EdgeUse {
@@ -66,8 +68,9 @@ class Sets {
   std::vector<uint32_t> parent_;
 };
 
-/// Leaves one face of each set of faces on the same corners. As many of them facing one way as the other cancel (a flap of
-/// no thickness): then all go, unless an edge would be left with a single face, because then the face closes a surface.
+/// Leaves one face of each set of faces on the same corners. As many of them facing one way as the other cancel (a flap
+/// of no thickness): then all go, unless an edge would be left with a single face, because then the face closes a
+/// surface.
 void dropDuplicates(std::vector<Triangle>& triangles, uint64_t& dropped) {
   struct Key {
     Triangle sorted;
@@ -90,7 +93,8 @@ void dropDuplicates(std::vector<Triangle>& triangles, uint64_t& dropped) {
     size_t end = begin + 1;
     while (end < keys.size() && keys[end].sorted == keys[begin].sorted) ++end;
     if (end - begin > 1) {
-      const auto even = std::count_if(keys.begin() + long(begin), keys.begin() + long(end), [](const Key& k) { return k.even; });
+      const auto even =
+          std::count_if(keys.begin() + long(begin), keys.begin() + long(end), [](const Key& k) { return k.even; });
       const bool balanced = size_t(2 * even) == end - begin;
       const bool keepEven = size_t(2 * even) > end - begin;
       bool kept = false;
@@ -196,7 +200,8 @@ void orientPatches(TriangleMesh& mesh, const std::vector<EdgeUse>& uses, uint64_
 
 /// Which way the faces of an open mesh look, as shares of the area of up to a thousand of them.
 struct Backed {
-  double behind = 0, before = 0;  // where the rest of the mesh clearly winds around the face, or clearly the other way
+  // where the rest of the mesh clearly winds around the face, or clearly the other way
+  double behind = 0, before = 0;
 };
 
 Backed backedShare(const TriangleMesh& mesh, const WindingNumber& winding) {
@@ -247,7 +252,8 @@ void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, Me
     }
     bodyOf[t] = bodyOf[root];
     bodies[bodyOf[t]].faces.push_back(t);
-    for (const uint32_t v : triangles[t]) low = low.cwiseMin(mesh.positions[v]), high = high.cwiseMax(mesh.positions[v]);
+    for (const uint32_t v : triangles[t])
+      low = low.cwiseMin(mesh.positions[v]), high = high.cwiseMax(mesh.positions[v]);
   }
   {
     Sets corners(mesh.positions.size());

@@ -17,11 +17,11 @@ namespace {
 constexpr double kLeastVoxelMm = 1e-3, kMostVoxelMm = 1e3;  // as Grid::check() has them
 constexpr double kMostVoxelsAlong = 65536;
 constexpr double kMostActiveVoxels = 1 << 28;
-constexpr int kMargin = 16;            // voxels between a placed origin and the mesh: more than any band
-constexpr double kLeastBacked = 0.5;   // share of an open mesh's area with an inside behind it: below, it is a sheet
-constexpr double kEdgesPerArea = 1.5;  // voxel edges that a plane crosses for each voxel², mean over directions
-constexpr double kLostVoxels = 50;     // of a mesh's area in voxels²: rims and tips lose less
-constexpr double kVoxelsAWall = 2;     // that keep it
+constexpr int kMargin = 16;             // voxels between a placed origin and the mesh: more than any band
+constexpr double kLeastBacked = 0.5;    // share of an open mesh's area with an inside behind it: below, it is a sheet
+constexpr double kEdgesPerArea = 1.5;   // voxel edges that a plane crosses for each voxel², mean over directions
+constexpr double kLostVoxels = 50;      // of a mesh's area in voxels²: rims and tips lose less
+constexpr double kVoxelsAWall = 2;      // that keep it
 constexpr double kWorthSaying = 0.005;  // share of the band: a few voxels fall out at every sharp tip and rim
 
 struct Box {
@@ -54,7 +54,9 @@ double rounded(double value, bool up) {
   return (up ? std::ceil(value / unit) : std::round(value / unit)) * unit;
 }
 
-Error noTriangles() { return Error("the mesh holds no triangle with an area: there is nothing to make clay of"); }
+Error noTriangles() {
+  return Error("the mesh holds no triangle with an area: there is nothing to make clay of");
+}
 
 /// What to do where a larger voxel is needed, which there may not be.
 std::string largerVoxel(double voxelMm) {
@@ -88,29 +90,43 @@ Grid gridFor(const Box& box, double area, const ImportOptions& options) {
   }
   const double reach = double(kBrickReach) * kBrickEdge - kMargin;
   if (grid.toVoxel(box.low).minCoeff() < -reach || grid.toVoxel(box.high).maxCoeff() > reach) {
-    throw Error(fmt::format("the mesh lies farther than {:.0f} voxels from the grid's origin: place the origin near the mesh or use a larger voxel", reach));
+    throw Error(
+        fmt::format("the mesh lies farther than {:.0f} voxels from the grid's origin: place the origin near the mesh "
+                    "or use a larger voxel",
+                    reach));
   }
   return grid;
 }
 
-std::string counted(uint64_t n, const char* one, const char* many) { return fmt::format("{} {}", n, n == 1 ? one : many); }
+std::string counted(uint64_t n, const char* one, const char* many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
 
 }  // namespace
 
 std::vector<std::string> ImportReport::sentences() const {
   std::vector<std::string> out;
-  const char* sum = sound() && bodies == 1 && !duplicateFaces && !degenerate && !flippedWhole ? ": one closed body, nothing to repair" : "";
-  out.push_back(fmt::format("The mesh has {} in {}{}.", counted(triangles, "triangle", "triangles"), counted(bodies, "body", "bodies"), sum));
-  if (degenerate) out.push_back(fmt::format("{} without an area.", counted(degenerate, "triangle is", "triangles are")));
-  if (duplicateFaces) out.push_back(fmt::format("{} on corners that had one already; left out.", counted(duplicateFaces, "face lies", "faces lie")));
+  const char* sum = sound() && bodies == 1 && !duplicateFaces && !degenerate && !flippedWhole
+                        ? ": one closed body, nothing to repair"
+                        : "";
+  out.push_back(fmt::format("The mesh has {} in {}{}.", counted(triangles, "triangle", "triangles"),
+                            counted(bodies, "body", "bodies"), sum));
+  if (degenerate)
+    out.push_back(fmt::format("{} without an area.", counted(degenerate, "triangle is", "triangles are")));
+  if (duplicateFaces)
+    out.push_back(fmt::format("{} on corners that had one already; left out.",
+                              counted(duplicateFaces, "face lies", "faces lie")));
   if (inconsistentEdges) {
-    out.push_back(fmt::format("Faces disagreed on what is outside along {}; {} turned around.", counted(inconsistentEdges, "edge", "edges"),
+    out.push_back(fmt::format("Faces disagreed on what is outside along {}; {} turned around.",
+                              counted(inconsistentEdges, "edge", "edges"),
                               counted(flippedFaces, "face was", "faces were")));
   }
   if (flippedWhole) out.push_back("The whole mesh was inside out and was turned around.");
-  if (flippedBodies) out.push_back(fmt::format("{} inside out and turned around.", counted(flippedBodies, "body was", "bodies were")));
+  if (flippedBodies)
+    out.push_back(fmt::format("{} inside out and turned around.", counted(flippedBodies, "body was", "bodies were")));
   if (nonManifoldEdges) {
-    out.push_back(fmt::format("{} more than two faces; the winding number decided what is inside.", counted(nonManifoldEdges, "edge has", "edges have")));
+    out.push_back(fmt::format("{} more than two faces; the winding number decided what is inside.",
+                              counted(nonManifoldEdges, "edge has", "edges have")));
   }
   const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
   const bool wallsLost = losses.lostMm2 > kLostVoxels * voxel * voxel;
@@ -152,7 +168,8 @@ std::vector<std::string> ImportReport::sentences() const {
 }
 
 Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, const ImportOptions& options, Job* job) {
-  if (options.threads < 0 || options.threads > 64) throw Error(fmt::format("{} threads: give 1 to 64, or 0 for all cores", options.threads));
+  if (options.threads < 0 || options.threads > 64)
+    throw Error(fmt::format("{} threads: give 1 to 64, or 0 for all cores", options.threads));
   if (mesh.triangles.empty()) throw noTriangles();
   if (job) job->step(0);
   const Box box = boxOf(mesh);
@@ -164,8 +181,10 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
   if (repaired.mesh.triangles.empty()) throw noTriangles();
   const MeshFindings& findings = repaired.findings;
   if (!repaired.openEdges.empty() && findings.backedShare < kLeastBacked) {
-    throw Error(fmt::format("the mesh is an open sheet, with {} open edges and no inside: give it a thickness or a base in the program that made it",
-                            findings.boundaryEdges));
+    throw Error(
+        fmt::format("the mesh is an open sheet, with {} open edges and no inside: give it a thickness or a base in the "
+                    "program that made it",
+                    findings.boundaryEdges));
   }
   for (Vec3d& p : repaired.mesh.positions) p = grid.toVoxel(p);
   if (job) job->step(0.05);
@@ -197,7 +216,8 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
 }
 
 double suggestVoxelMm(const TriangleMesh& mesh, int longestInVoxels) {
-  if (longestInVoxels < 1 || longestInVoxels > 65000) throw Error(fmt::format("{} voxels along the longest side: give 1 to 65 000", longestInVoxels));
+  if (longestInVoxels < 1 || longestInVoxels > 65000)
+    throw Error(fmt::format("{} voxels along the longest side: give 1 to 65 000", longestInVoxels));
   if (mesh.triangles.empty()) throw noTriangles();
   const double longest = boxOf(mesh).longest();
   if (!(longest > 0)) throw noTriangles();

@@ -14,20 +14,22 @@
 namespace argil::clay {
 
 struct ImportOptions {
-  Grid grid;                ///< Voxel size and band; the origin too when `placeOrigin` is false.
-  bool placeOrigin = true;  ///< Chooses the origin, a multiple of the voxel size, so that the mesh begins near voxel (16, 16, 16).
-  int threads = 0;          ///< 1 to 64; 0 for all cores.
+  Grid grid;  ///< Voxel size and band; the origin too when `placeOrigin` is false.
+  /// Chooses the origin, a multiple of the voxel size, so that the mesh begins near voxel (16, 16, 16).
+  bool placeOrigin = true;
+  int threads = 0;  ///< 1 to 64; 0 for all cores.
 };
 
 /// What was found and what was done about it.
 struct ImportReport : MeshFindings {
-  bool windingUsed = false;    ///< Not one sound body: the inside is where the winding number exceeds a half.
-  uint64_t closingEdges = 0;   ///< Voxel edges through the surface that closes holes; 0 when nothing was closed.
-  double closedMm2 = 0;        ///< Area of that surface, about.
-  uint64_t droppedVoxels = 0;  ///< Voxels whose nearest triangle bounds no inside: inner walls, fins, walls thinner than a voxel.
-  uint64_t bandVoxels = 0;     ///< Voxels nearer to the surface than the band.
-  MeshLosses losses;           ///< What the clay has, or has not, beside the mesh.
-  double voxelMm = 0;          ///< Of the clay.
+  bool windingUsed = false;   ///< Not one sound body: the inside is where the winding number exceeds a half.
+  uint64_t closingEdges = 0;  ///< Voxel edges through the surface that closes holes; 0 when nothing was closed.
+  double closedMm2 = 0;       ///< Area of that surface, about.
+  /// Voxels whose nearest triangle bounds no inside: inner walls, fins, walls thinner than a voxel.
+  uint64_t droppedVoxels = 0;
+  uint64_t bandVoxels = 0;  ///< Voxels nearer to the surface than the band.
+  MeshLosses losses;        ///< What the clay has, or has not, beside the mesh.
+  double voxelMm = 0;       ///< Of the clay.
 
   /// For a person: what was wrong and what was done; one sentence at least.
   [[nodiscard]] std::vector<std::string> sentences() const;

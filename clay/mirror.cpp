@@ -13,14 +13,20 @@ namespace argil::clay {
 
 namespace {
 
-constexpr float kSame = 0.1f;          // voxels: as kRedistanceTolerance, what is no reason to measure anew
-constexpr uint64_t kStepEvery = 512;   // bricks between two looks at the job
+constexpr float kSame = 0.1f;         // voxels: as kRedistanceTolerance, what is no reason to measure anew
+constexpr uint64_t kStepEvery = 512;  // bricks between two looks at the job
 
 // Takes another version's content beyond a plane, voxel by voxel.
 class HalfTaker {
  public:
   HalfTaker(Editor& editor, const Version& other, const Vec3d& point, const Vec3d& normal, const WorkPart& part)
-      : editor_(editor), own_(editor.base()), other_(other), point_(point), normal_(normal), channels_(ChannelSource::any(own_) || ChannelSource::any(other)), part_(part) {}
+      : editor_(editor),
+        own_(editor.base()),
+        other_(other),
+        point_(point),
+        normal_(normal),
+        channels_(ChannelSource::any(own_) || ChannelSource::any(other)),
+        part_(part) {}
 
   void take() { take(TreePlace::root(own_), TreePlace::root(other_)); }
   /// Bricks beside the plane in which both halves say different things.
@@ -38,7 +44,8 @@ class HalfTaker {
       for (int v = 0; v < kBrickVoxels; ++v) {
         ChannelBytes bytes{};
         if (std::abs(now.phi(v, band)) < band && (side(coord, v) < 0 || std::abs(was.phi(v, band)) < band)) continue;
-        if (std::abs(now.phi(v, band)) < band) own.nearest(coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, bytes);
+        if (std::abs(now.phi(v, band)) < band)
+          own.nearest(coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, bytes);
         block.set(v, bytes);
       }
       block.store(editor_, coord);
@@ -46,7 +53,6 @@ class HalfTaker {
   }
 
  private:
-
   void take(const TreePlace& own, const TreePlace& other) {
     if (own.isTile() && other.isTile() && own.tile() == other.tile()) return;
     const int edge = 1 << (3 * own.level());
@@ -54,7 +60,9 @@ class HalfTaker {
     const double middle = normal_.dot(low + size / 2 - point_), half = normal_.cwiseAbs().dot(size) / 2;
     if (middle - half >= 0 && middle - half > editor_.grid().band) return;
     const Coord last = own.first() + Coord{1, 1, 1} * (edge - 1);
-    if (std::min({last.x, last.y, last.z}) < -kBrickReach || std::max({own.first().x, own.first().y, own.first().z}) >= kBrickReach) return;
+    if (std::min({last.x, last.y, last.z}) < -kBrickReach ||
+        std::max({own.first().x, own.first().y, own.first().z}) >= kBrickReach)
+      return;
     if (own.level() > 0 && (own.isNode() || other.isNode() || (middle + half >= 0))) {
       for (int i = 0; i < 512; ++i) take(own.child(i), other.child(i));
       return;
@@ -62,12 +70,15 @@ class HalfTaker {
     if (own.level() > 0) {
       const Coord f = own.first();
       // No brick of its own lies there, so no channel either.
-      editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, own.level(), other.tile());
+      editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)},
+                       own.level(), other.tile());
       return;
     }
     brick(own, other);
   }
-  [[nodiscard]] double side(Coord brick, int v) const { return normal_.dot((brick * kBrickEdge).toVec3d() + Vec3d(v >> 6, (v >> 3) & 7, v & 7) - point_); }
+  [[nodiscard]] double side(Coord brick, int v) const {
+    return normal_.dot((brick * kBrickEdge).toVec3d() + Vec3d(v >> 6, (v >> 3) & 7, v & 7) - point_);
+  }
 
   void brick(const TreePlace& own, const TreePlace& other) {
     if (++done_ % kStepEvery == 0) part_.step(0);
@@ -114,7 +125,8 @@ class HalfTaker {
 }  // namespace
 
 Version mirrorHalf(const Version& version, const Vec3d& pointMm, const Vec3d& normal, int threads, Job* job) {
-  if (!pointMm.allFinite() || !normal.allFinite() || !(normal.norm() > 0)) throw Error("the mirror plane needs a finite point and a normal with a length");
+  if (!pointMm.allFinite() || !normal.allFinite() || !(normal.norm() > 0))
+    throw Error("the mirror plane needs a finite point and a normal with a length");
   const WorkPart all(job);
   const Vec3d n = normal.normalized(), point = version.grid().toVoxel(pointMm);
   Eigen::Isometry3d reflection = Eigen::Isometry3d::Identity();
@@ -138,7 +150,9 @@ Version mirrorHalf(const Version& version, const Vec3d& pointMm, const Vec3d& no
     now = editor.commit();
     if (!again) break;
   }
-  if (now.stats().bricks == 0) throw Error("nothing lies on the side of the plane that its normal points to: turn the plane or move it", Error::Kind::work);
+  if (now.stats().bricks == 0)
+    throw Error("nothing lies on the side of the plane that its normal points to: turn the plane or move it",
+                Error::Kind::work);
   if (job) job->step(1);
   return now;
 }

@@ -13,6 +13,7 @@ namespace argil::clay {
 /// result is made from `version`, in its store, beside whoever edits there. `threads`: 0 for all cores; it does not
 /// change the result. Throws Error for a normal without length, a plane that is not finite and when nothing is left,
 /// Cancelled. Cost follows the surface.
-[[nodiscard]] Version mirrorHalf(const Version& version, const Vec3d& pointMm, const Vec3d& normal, int threads = 0, Job* job = nullptr);
+[[nodiscard]] Version mirrorHalf(const Version& version, const Vec3d& pointMm, const Vec3d& normal, int threads = 0,
+                                 Job* job = nullptr);
 
 }  // namespace argil::clay

@@ -10,10 +10,12 @@ namespace {
 
 class Morphing : public DistanceMethod {
  public:
-  explicit Morphing(const StrokeContext& context) : brush_(context.brush), operation_(context.operation), band_(context.band) {
+  explicit Morphing(const StrokeContext& context)
+      : brush_(context.brush), operation_(context.operation), band_(context.band) {
     const Version& goal = brush_->before;
     if (!goal) throw Error("there is no earlier clay to go back to");
-    if (goal.store() != context.start.store() || !(goal.grid() == context.start.grid())) throw Error("the earlier clay is of another voxel size: resampling cannot be morphed back");
+    if (goal.store() != context.start.store() || !(goal.grid() == context.start.grid()))
+      throw Error("the earlier clay is of another voxel size: resampling cannot be morphed back");
   }
 
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
@@ -41,6 +43,8 @@ class Morphing : public DistanceMethod {
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context) { return std::make_unique<Morphing>(context); }
+std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context) {
+  return std::make_unique<Morphing>(context);
+}
 
 }  // namespace argil::clay

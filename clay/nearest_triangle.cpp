@@ -83,9 +83,13 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
   for (size_t i = 0; i < places.size(); ++i) {
     const auto& [a, b, c] = mesh.triangles[i];
     const Vec3d at = ((mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3 - box.min()) * scale;
-    places[i] = {spread(static_cast<uint64_t>(at.x())) << 2 | spread(static_cast<uint64_t>(at.y())) << 1 | spread(static_cast<uint64_t>(at.z())), static_cast<uint32_t>(i)};
+    places[i] = {spread(static_cast<uint64_t>(at.x())) << 2 | spread(static_cast<uint64_t>(at.y())) << 1 |
+                     spread(static_cast<uint64_t>(at.z())),
+                 static_cast<uint32_t>(i)};
   }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.code != b.code ? a.code < b.code : a.triangle < b.triangle; });
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.code != b.code ? a.code < b.code : a.triangle < b.triangle;
+  });
   triangles_.reserve(places.size());
   indices_.reserve(places.size());
   for (const Place& place : places) {
@@ -96,7 +100,8 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
 
   const size_t used = (triangles_.size() + kLeaf - 1) / kLeaf;
   while (leaves_ < used) leaves_ *= 2;
-  const Box nothing{Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), Eigen::Array3f::Constant(-std::numeric_limits<float>::infinity())};
+  const Box nothing{Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()),
+                    Eigen::Array3f::Constant(-std::numeric_limits<float>::infinity())};
   boxes_.assign(leaves_ + used, nothing);
   for (size_t k = 0; k < used; ++k) {
     Box& leaf = boxes_[leaves_ + k];
@@ -128,7 +133,8 @@ NearestTriangle::Hit NearestTriangle::nearest(const Vec3d& p, uint32_t hint) con
 
 bool NearestTriangle::within(const Vec3d& p, double distance) const {
   const double squared = distance * distance;
-  return search(p, {UINT32_MAX, std::nextafter(squared, std::numeric_limits<double>::infinity())}, squared).triangle != UINT32_MAX;
+  return search(p, {UINT32_MAX, std::nextafter(squared, std::numeric_limits<double>::infinity())}, squared).triangle !=
+         UINT32_MAX;
 }
 
 NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double enough) const {
@@ -149,7 +155,8 @@ NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double en
     Entry entry = stack[--depth];
     if (entry.squared >= best.squared) continue;
     while (entry.node < leaves_) {
-      Entry near{squaredToBox(2 * entry.node), 2 * entry.node}, far{squaredToBox(2 * entry.node + 1), 2 * entry.node + 1};
+      Entry near{squaredToBox(2 * entry.node), 2 * entry.node},
+          far{squaredToBox(2 * entry.node + 1), 2 * entry.node + 1};
       if (far.squared < near.squared) std::swap(near, far);
       if (far.squared < best.squared) stack[depth++] = far;
       entry = near;

@@ -9,7 +9,8 @@
 
 namespace argil::clay {
 
-/// The point of the triangle that is nearest to p; a triangle without area counts as its edges. Ericson, Real-Time Collision Detection, 5.1.5.
+/// The point of the triangle that is nearest to p; a triangle without area counts as its edges. Ericson, Real-Time
+/// Collision Detection, 5.1.5.
 [[nodiscard]] Vec3d nearestOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
 /// Triangles in a hierarchy of boxes: sorted along a Morton curve, leaves of a few, a complete binary tree above them
@@ -28,7 +29,8 @@ class NearestTriangle {
   [[nodiscard]] Hit nearest(const Vec3d& p, uint32_t hint = UINT32_MAX) const;
   /// Is some triangle at most this far? Ends at the first.
   [[nodiscard]] bool within(const Vec3d& p, double distance) const;
-  [[nodiscard]] const std::array<uint32_t, 3>& corners(uint32_t triangle) const { return triangles_[triangle]; }  ///< Of a Hit's triangle.
+  /// Of a Hit's triangle.
+  [[nodiscard]] const std::array<uint32_t, 3>& corners(uint32_t triangle) const { return triangles_[triangle]; }
 
   [[nodiscard]] uint32_t indexOf(uint32_t triangle) const {
     return indices_[triangle];
@@ -46,8 +48,8 @@ class NearestTriangle {
   Vec3d middle_ = Vec3d::Zero();
   std::vector<std::array<uint32_t, 3>> triangles_;
   std::vector<uint32_t> indices_;  // of triangles_ in the mesh
-  std::vector<Box> boxes_;  // Node i has the children 2i and 2i + 1; leaf k is node leaves_ + k.
-  uint32_t leaves_ = 1;     // A power of two.
+  std::vector<Box> boxes_;         // Node i has the children 2i and 2i + 1; leaf k is node leaves_ + k.
+  uint32_t leaves_ = 1;            // A power of two.
 };
 
 }  // namespace argil::clay

@@ -11,7 +11,8 @@
 namespace argil::clay {
 
 /// Calls work(begin, end) for blocks that cover [0, count), on `threads` threads (the caller is one of them), in no set
-/// order. Returns when all is done; the first exception is rethrown. With one thread, or little to do, no thread is made.
+/// order. Returns when all is done; the first exception is rethrown. With one thread, or little to do, no thread is
+/// made.
 template <class Work>
 void parallelBlocks(size_t count, int threads, const Work& work, size_t block = 256) {
   if (threads <= 1 || count <= block) {
@@ -23,7 +24,8 @@ void parallelBlocks(size_t count, int threads, const Work& work, size_t block = 
   std::mutex failureMutex;
   const auto run = [&] {
     try {
-      for (size_t begin; (begin = next.fetch_add(block)) < count;) work(begin, begin + block < count ? begin + block : count);
+      for (size_t begin; (begin = next.fetch_add(block)) < count;)
+        work(begin, begin + block < count ? begin + block : count);
     } catch (...) {
       const std::lock_guard lock(failureMutex);
       if (!failure) failure = std::current_exception();

@@ -23,7 +23,9 @@ struct Quadric {
   }
   /// A·x + b: half the gradient.
   [[nodiscard]] Vec3d slope(const Vec3d& x) const {
-    return Vec3d(xx * x.x() + xy * x.y() + xz * x.z(), xy * x.x() + yy * x.y() + yz * x.z(), xz * x.x() + yz * x.y() + zz * x.z()) + b;
+    return Vec3d(xx * x.x() + xy * x.y() + xz * x.z(), xy * x.x() + yy * x.y() + yz * x.z(),
+                 xz * x.x() + yz * x.y() + zz * x.z()) +
+           b;
   }
   /// Never below zero.
   [[nodiscard]] double at(const Vec3d& x) const {
@@ -33,8 +35,8 @@ struct Quadric {
   /// Sum of the weights: the trace of A, as normals are unit.
   [[nodiscard]] double weight() const { return xx + yy + zz; }
 
-  /// Where it is least, held back towards `near` by `hold` of the weight, so that a direction in which the planes say nothing (along a flat part, along a straight edge)
-  /// is left as it is.
+  /// Where it is least, held back towards `near` by `hold` of the weight, so that a direction in which the planes say
+  /// nothing (along a flat part, along a straight edge) is left as it is.
   [[nodiscard]] Vec3d least(const Vec3d& near, double hold) const {
     const double h = hold * weight();
     const double a = xx + h, d = yy + h, f = zz + h;
@@ -44,7 +46,9 @@ struct Quadric {
     const double determinant = a * c00 + xy * c01 + xz * c02;
     if (!(determinant > 0)) return near;
     const Vec3d g = slope(near);
-    return near - Vec3d(c00 * g.x() + c01 * g.y() + c02 * g.z(), c01 * g.x() + c11 * g.y() + c12 * g.z(), c02 * g.x() + c12 * g.y() + c22 * g.z()) / determinant;
+    return near - Vec3d(c00 * g.x() + c01 * g.y() + c02 * g.z(), c01 * g.x() + c11 * g.y() + c12 * g.z(),
+                        c02 * g.x() + c12 * g.y() + c22 * g.z()) /
+                      determinant;
   }
 };
 

@@ -1,4 +1,5 @@
-// Along the normals of the surface as it was when the stroke began: what is left is its distance then, less a height that belongs to each of its points.
+// Along the normals of the surface as it was when the stroke began: what is left is its distance then, less a height
+// that belongs to each of its points.
 
 #include <algorithm>
 #include <cmath>
@@ -14,19 +15,21 @@
 namespace argil::clay {
 namespace {
 
-// A stamp of strength 1 adds this part of the height: swept stamps a tenth of the radius apart, of the smooth falloff, add up to 35/3 of one where the tool's
-// middle passes, so that a pass is the height.
+// A stamp of strength 1 adds this part of the height: swept stamps a tenth of the radius apart, of the smooth falloff,
+// add up to 35/3 of one where the tool's middle passes, so that a pass is the height.
 constexpr float kStep = 3.0f / 35;
 // Beyond the band around what a stamp may raise: for the slopes that are taken across voxels.
 constexpr float kBeyond = 2;
 // Reach grows by this, so that bricks are not solved again at each stamp.
 constexpr float kReachStep = 2;
-// A stroke without a limit begins anew on the clay that it has made once that stands this many of the tool's heights, of its radii, or voxels, above the surface that it began with. Farther
-// out normals meet, so that the heights of neighbours tear, and every voxel of height makes every stamp dearer.
+// A stroke without a limit begins anew on the clay that it has made once that stands this many of the tool's heights,
+// of its radii, or voxels, above the surface that it began with. Farther out normals meet, so that the heights of
+// neighbours tear, and every voxel of height makes every stamp dearer.
 constexpr float kMostHeights = 1.1f, kMostRadii = 0.5f, kMostVoxels = 3;
 // A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
 constexpr float kMostBuried = 16;
-// The same once it holds this many applications or bricks, so that neither time nor memory follows the stroke's length; bricks also have to be many times those of one stamp.
+// The same once it holds this many applications or bricks, so that neither time nor memory follows the stroke's length;
+// bricks also have to be many times those of one stamp.
 constexpr size_t kMostApplications = 512, kMostBricks = 2048, kMostStamps = 3;
 // A limit up to this many voxels is looked at from the first application on, however little has been laid.
 constexpr float kMostAtOnce = 16;
@@ -34,7 +37,9 @@ constexpr float kMostAtOnce = 16;
 constexpr size_t kParallelFrom = 128;
 
 // Rounded so that a place minus it is exact.
-Vec3d quantised(const Vec3f& v) { return (v.cast<double>() * 65536.0).array().round().matrix() / 65536.0; }
+Vec3d quantised(const Vec3f& v) {
+  return (v.cast<double>() * 65536.0).array().round().matrix() / 65536.0;
+}
 
 // Applications by where they may reach on the surface, so that a brick looks at those around it alone.
 class Applications {
@@ -49,7 +54,8 @@ class Applications {
     out.clear();
     for (size_t i = application > 0 ? ends_[application - 1] : 0; i < ends_[application]; ++i) {
       const Image& each = images_[i];
-      out.push_back({each.a, each.b, static_cast<double>(each.radius), each.strength, static_cast<double>(each.endRadius)});
+      out.push_back(
+          {each.a, each.b, static_cast<double>(each.radius), each.strength, static_cast<double>(each.endRadius)});
       if (turned_) out.back().axes = axes_[i];
     }
   }
@@ -118,10 +124,16 @@ class Applications {
 class Raising : public DistanceMethod {
  public:
   explicit Raising(const StrokeContext& context)
-      : brush_(context.brush), operation_(context.operation), band_(context.band), threads_(context.threads),
-        side_(context.operation.amount < 0 ? -1.0f : 1.0f), rise_(std::abs(context.operation.amount) * context.brush->height),
-        limited_(context.brush->limited || context.brush->image), applications_(context.brush->image != nullptr) {
-    // Where nothing limits it a tool that was lifted goes on from what it left; a limit counts from where the stroke began.
+      : brush_(context.brush),
+        operation_(context.operation),
+        band_(context.band),
+        threads_(context.threads),
+        side_(context.operation.amount < 0 ? -1.0f : 1.0f),
+        rise_(std::abs(context.operation.amount) * context.brush->height),
+        limited_(context.brush->limited || context.brush->image),
+        applications_(context.brush->image != nullptr) {
+    // Where nothing limits it a tool that was lifted goes on from what it left; a limit counts from where the stroke
+    // began.
     if (limited_ && context.start != context.base) laid_ = context.base;
     everywhere_ = limited_ && rise_ <= kMostAtOnce;
     if (everywhere_) highest_ = rise_;
@@ -129,7 +141,9 @@ class Raising : public DistanceMethod {
   }
 
   double travel() const override { return everywhere_ ? rise_ : step(); }
-  double reach(const Stamp& stamp) const override { return stamp.largestRadius() * radii() + band_ + highest_ + step(); }
+  double reach(const Stamp& stamp) const override {
+    return stamp.largestRadius() * radii() + band_ + highest_ + step();
+  }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
@@ -137,8 +151,7 @@ class Raising : public DistanceMethod {
 
   bool full() const override {
     if (limited_) return false;
-    return highest_ > most() || applications_.count() >= kMostApplications ||
-           base_->size() >= mostBricks();
+    return highest_ > most() || applications_.count() >= kMostApplications || base_->size() >= mostBricks();
   }
   void beginAnew(const Version& now) override {
     base_.emplace(now, side_ < 0 ? -1 : 1, threads_);
@@ -165,12 +178,15 @@ class Raising : public DistanceMethod {
   // How far one application raises at most.
   [[nodiscard]] float step() const { return brush_->image ? rise_ : rise_ * kStep; }
   // How high a stroke without a limit stands when it begins anew.
-  [[nodiscard]] float most() const { return std::max(std::min(kMostHeights * rise_, kMostRadii * radius_), kMostVoxels); }
+  [[nodiscard]] float most() const {
+    return std::max(std::min(kMostHeights * rise_, kMostRadii * radius_), kMostVoxels);
+  }
   [[nodiscard]] float limit() const { return limited_ ? rise_ : HUGE_VALF; }
   [[nodiscard]] Vec3d lowered(const Vec3d& place) const;
   [[nodiscard]] Vec3d lifted(const Vec3d& place);
   void apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const;
-  [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask, Layer& layer) const;
+  [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block,
+                           const uint64_t* mask, Layer& layer) const;
   void emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block, float (&weight)[kBrickVoxels]) const;
   [[nodiscard]] const Layer* layer(Coord coord) const {
     const auto it = layers_.find(coord);
@@ -184,17 +200,18 @@ class Raising : public DistanceMethod {
   float side_, rise_;
   bool limited_;
   bool everywhere_;  // bricks get all applications from the first on, as high as the limit: none is made up for
-  Version laid_;  // what the stroke left before the tool was lifted; none: nothing
+  Version laid_;     // what the stroke left before the tool was lifted; none: nothing
   std::optional<WideDistance> base_;
-  // Of a stroke that has begun anew: the clay then, distances on the other side of its surface, and how much had been laid before.
+  // Of a stroke that has begun anew: the clay then, distances on the other side of its surface, and how much had been
+  // laid before.
   Version start_;
   std::optional<WideDistance> behind_;
   float before_ = 0;
   std::unordered_map<Coord, std::unique_ptr<Layer>, CoordHash> layers_;
   Applications applications_;
-  float highest_ = 0;          // of all heights so far
-  size_t asked_ = 0;           // bricks of the last application
-  float radius_ = 0;           // of its tip
+  float highest_ = 0;  // of all heights so far
+  size_t asked_ = 0;   // bricks of the last application
+  float radius_ = 0;   // of its tip
 };
 
 // What is known around a place of a field and of the heights above it, if all is.
@@ -214,7 +231,8 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
     const Coord coord = v >> kBrickBits;
     const int at = Brick::offset(v.x & 7, v.y & 7, v.z & 7);
     const WideDistance::Block* block = field.find(coord);
-    if (!block || !block->foot || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1])) return std::nullopt;
+    if (!block || !block->foot || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1]))
+      return std::nullopt;
     value[i][0] = block->u[at];
     for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = block->foot[axis * kBrickVoxels + at];
   }
@@ -222,7 +240,8 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
   for (int k = 0; k < 5; ++k) {
     float x[2];
     for (int i = 0; i < 2; ++i) {
-      const float low = value[4 * i][k] * (1 - t.z()) + value[4 * i + 1][k] * t.z(), high = value[4 * i + 2][k] * (1 - t.z()) + value[4 * i + 3][k] * t.z();
+      const float low = value[4 * i][k] * (1 - t.z()) + value[4 * i + 1][k] * t.z(),
+                  high = value[4 * i + 2][k] * (1 - t.z()) + value[4 * i + 3][k] * t.z();
       x[i] = low * (1 - t.y()) + high * t.y();
     }
     mean[k] = x[0] * (1 - t.x()) + x[1] * t.x();
@@ -267,7 +286,8 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
   radius_ = 0;
   for (const Stamp& each : images) radius_ = std::max(radius_, static_cast<float>(each.largestRadius()));
   // As far as it will be needed, where that is near: what is solved again and again costs more.
-  const float needed = std::min(highest_ + step(), limit()), ahead = std::min(std::min(most() + step(), limit()), kMostAtOnce);
+  const float needed = std::min(highest_ + step(), limit()),
+              ahead = std::min(std::min(most() + step(), limit()), kMostAtOnce);
   base_->extend(bricks, std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep);
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {
@@ -299,18 +319,22 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
   // Where a brick is asked for together with all below it the stroke need not keep more than the heights that it laid.
   if (!everywhere_ || base_->size() < mostBricks()) return;
   base_->keepOnly(bricks);
-  std::erase_if(layers_, [&](const auto& entry) { return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
+  std::erase_if(layers_, [&](const auto& entry) {
+    return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first);
+  });
 }
 
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.
 void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const {
-  const Vec3f low(block.feet[0][0], block.feet[0][1], block.feet[0][2]), high(block.feet[1][0], block.feet[1][1], block.feet[1][2]);
+  const Vec3f low(block.feet[0][0], block.feet[0][1], block.feet[0][2]),
+      high(block.feet[1][0], block.feet[1][1], block.feet[1][2]);
   if (!(low.x() <= high.x())) return;
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   const Vec3d from = middle + low.cast<double>(), to = middle + high.cast<double>(), centre = (from + to) / 2;
   const double half = (to - from).norm() / 2 + 0.01;
   const auto near = [&](std::span<const Stamp> images) {
-    return std::any_of(images.begin(), images.end(), [&](const Stamp& s) { return segmentDistance(s, centre) < half + s.largestRadius() * radii(); });
+    return std::any_of(images.begin(), images.end(),
+                       [&](const Stamp& s) { return segmentDistance(s, centre) < half + s.largestRadius() * radii(); });
   };
   // Voxels that have come within reach only now get what was applied before.
   uint64_t fresh[kBrickEdge], any = 0;
@@ -336,10 +360,12 @@ void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<con
   if (changed) layer.most = *std::max_element(std::begin(layer.height), std::end(layer.height));
 }
 
-bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask, Layer& layer) const {
+bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask,
+                    Layer& layer) const {
   float weight[kBrickVoxels] = {};
   if (!brush_->image) {
-    for (const Stamp& each : images) footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, block.foot.get(), weight);
+    for (const Stamp& each : images)
+      footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, block.foot.get(), weight);
     return raiseHeights(weight, step(), limit(), mask, layer.height);
   }
   for (const Stamp& each : images) emboss(each, coord, block, weight);
@@ -353,8 +379,10 @@ bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistan
   return any;
 }
 
-// The largest of what `weight` holds and the image over the stamp's x and y at its end, fading towards the rim by the falloff.
-void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block, float (&weight)[kBrickVoxels]) const {
+// The largest of what `weight` holds and the image over the stamp's x and y at its end, fading towards the rim by the
+// falloff.
+void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block,
+                     float (&weight)[kBrickVoxels]) const {
   const HeightImage& image = *brush_->image;
   const auto radius = static_cast<float>(stamp.radiusAtEnd());
   // An image's pixels to a voxel.
@@ -362,13 +390,18 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block&
   const BrickFrame frame(stamp.b, coord);
   const Vec3f ex = stamp.axes.col(0), ey = stamp.axes.col(1), ez = stamp.axes.col(2);
   for (int i = 0; i < kBrickVoxels; ++i) {
-    const Vec3f at = frame.at(i >> 6, (i >> 3) & 7, i & 7) + Vec3f(block.foot[i], block.foot[kBrickVoxels + i], block.foot[2 * kBrickVoxels + i]);
-    const auto along = [&](const Vec3f& axis) { return ((at.x() * axis.x() + at.y() * axis.y()) + at.z() * axis.z()) / radius; };
+    const Vec3f at = frame.at(i >> 6, (i >> 3) & 7, i & 7) +
+                     Vec3f(block.foot[i], block.foot[kBrickVoxels + i], block.foot[2 * kBrickVoxels + i]);
+    const auto along = [&](const Vec3f& axis) {
+      return ((at.x() * axis.x() + at.y() * axis.y()) + at.z() * axis.z()) / radius;
+    };
     const float x = along(ex), y = along(ey), z = along(ez);
     if (!(std::abs(z) < 1) || !(std::abs(x) < 1) || !(std::abs(y) < 1)) continue;
-    // The constant falloff leaves the whole square, as an image is one, but for its rim: a step would fall to either side of a voxel.
+    // The constant falloff leaves the whole square, as an image is one, but for its rim: a step would fall to either
+    // side of a voxel.
     const float rim = std::min(0.5f * radius * (1 - std::max(std::max(std::abs(x), std::abs(y)), std::abs(z))), 1.0f);
-    const float shade = operation_.shape == Falloff::constant ? rim : falloff(operation_.shape, std::sqrt(x * x + y * y)) * rim;
+    const float shade =
+        operation_.shape == Falloff::constant ? rim : falloff(operation_.shape, std::sqrt(x * x + y * y)) * rim;
     if (shade > 0) weight[i] = std::max(weight[i], image.at(x, y, level) * shade * stamp.strength);
   }
 }
@@ -388,7 +421,8 @@ bool Raising::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   if (!changed) return false;
   float padded[kPaddedSize] = {};
   for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) std::copy_n(mine->height + Brick::offset(x, y, 0), 8, padded + paddedOffset(x + 1, y + 1, 1));
+    for (int y = 0; y < 8; ++y)
+      std::copy_n(mine->height + Brick::offset(x, y, 0), 8, padded + paddedOffset(x + 1, y + 1, 1));
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2, target = face % 2 ? 9 : 0;
     for (int i = 0; i < 8; ++i)
@@ -416,6 +450,8 @@ bool Raising::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context) { return std::make_unique<Raising>(context); }
+std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context) {
+  return std::make_unique<Raising>(context);
+}
 
 }  // namespace argil::clay

@@ -18,12 +18,13 @@ constexpr float kDiagonal = 1.7320508f;
 struct Block {
   float u[2][kPaddedSize];  // |phi|: this pass and the next
   uint64_t frozen[8];
-  ptrdiff_t beside[6];      // index of the neighbour across each face; −1: not among them
+  ptrdiff_t beside[6];  // index of the neighbour across each face; −1: not among them
   Slot source;
   ChannelSlot mask;
 };
 
-// Copies a face layer of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when `positive`.
+// Copies a face layer of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when
+// `positive`.
 void copyFace(const float* from, float* to, int axis, bool positive) {
   const int source = positive ? 8 : 1, target = positive ? 0 : 9;
   for (int i = 1; i <= 8; ++i) {
@@ -38,7 +39,9 @@ void copyFace(const float* from, float* to, int axis, bool positive) {
 
 }  // namespace
 
-int passesOf(float band) { return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band))); }
+int passesOf(float band) {
+  return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band)));
+}
 
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
   const float band = field.band();
@@ -132,7 +135,8 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
       Block& b = blocks[i];
       // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
       for (int face = 0; face < 6; ++face)
-        if (b.beside[face] >= 0) copyFace(blocks[static_cast<size_t>(b.beside[face])].u[now], b.u[now], face / 2, face % 2 == 0);
+        if (b.beside[face] >= 0)
+          copyFace(blocks[static_cast<size_t>(b.beside[face])].u[now], b.u[now], face / 2, face % 2 == 0);
       eikonalPass(b.u[now], b.frozen, band, b.u[now ^ 1]);
     });
   const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
@@ -145,13 +149,15 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
 
 }  // namespace
 
-std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted, int threads) {
+std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted,
+                                         int threads) {
   return solve(editor, coords, {}, wanted, threads, kRedistanceTolerance);
 }
 
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
                               float tolerance) {
-  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; })) return renewDistances(editor, coords, renew, threads);
+  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; }))
+    return renewDistances(editor, coords, renew, threads);
   return linkSettled(editor, solve(editor, coords, renew, {}, threads, tolerance));
 }
 

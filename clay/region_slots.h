@@ -5,8 +5,8 @@
 
 namespace argil::clay {
 
-/// What stands at the 8×8×8 bricks of a region (64 voxels wide) and at those one step higher along each axis: eight nodes of
-/// the tree, found once. The version must be held by somebody while it is used.
+/// What stands at the 8×8×8 bricks of a region (64 voxels wide) and at those one step higher along each axis: eight
+/// nodes of the tree, found once. The version must be held by somebody while it is used.
 class RegionSlots {
  public:
   RegionSlots(const Version& version, Coord region) noexcept {
@@ -24,14 +24,17 @@ class RegionSlots {
   void corner(int x, int y, int z, Slot (&out)[2][2][2]) const noexcept {
     if (x < 7 && y < 7 && z < 7 && !isTile(nodes_[0])) {
       const Link* first = &reinterpret_cast<const Node*>(nodes_[0])->child[x << 6 | y << 3 | z];
-      for (int k = 0; k < 8; ++k) out[k >> 2][(k >> 1) & 1][k & 1] = slotOf(first[(k >> 2) << 6 | ((k >> 1) & 1) << 3 | (k & 1)]);
+      for (int k = 0; k < 8; ++k)
+        out[k >> 2][(k >> 1) & 1][k & 1] = slotOf(first[(k >> 2) << 6 | ((k >> 1) & 1) << 3 | (k & 1)]);
       return;
     }
     for (int k = 0; k < 8; ++k) out[k >> 2][(k >> 1) & 1][k & 1] = at(x + (k >> 2), y + ((k >> 1) & 1), z + (k & 1));
   }
 
  private:
-  static Slot child(Link node, int index) { return slotOf(isTile(node) ? node : reinterpret_cast<const Node*>(node)->child[index]); }
+  static Slot child(Link node, int index) {
+    return slotOf(isTile(node) ? node : reinterpret_cast<const Node*>(node)->child[index]);
+  }
   Link nodes_[8];
 };
 

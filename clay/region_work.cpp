@@ -49,7 +49,9 @@ void copyTilesOf(const TreePlace& place, Editor& target) {
 
 }  // namespace
 
-void copyTiles(const Version& version, Editor& target) { copyTilesOf(TreePlace::root(version), target); }
+void copyTiles(const Version& version, Editor& target) {
+  copyTilesOf(TreePlace::root(version), target);
+}
 
 void copyAll(const Version& version, Editor& target, const WorkPart& part) {
   constexpr uint64_t kStepEvery = 4096;  // bricks between two looks at the job
@@ -81,7 +83,9 @@ double volumeOfPlace(const TreePlace& place) {
 
 }  // namespace
 
-double volumeOf(const Version& version) { return volumeOfPlace(TreePlace::root(version)); }
+double volumeOf(const Version& version) {
+  return volumeOfPlace(TreePlace::root(version));
+}
 
 double areaOf(const Version& version) {
   uint64_t edges = 0;
@@ -89,14 +93,16 @@ double areaOf(const Version& version) {
     for (int v = 0; v < kBrickVoxels; ++v)
       for (const int stride : {64, 8, 1}) {
         if (((v / stride) & 7) == 7) continue;
-        edges += ((brick.inside[v >> 6] >> (v & 63)) & 1) != ((brick.inside[(v + stride) >> 6] >> ((v + stride) & 63)) & 1);
+        edges +=
+            ((brick.inside[v >> 6] >> (v & 63)) & 1) != ((brick.inside[(v + stride) >> 6] >> ((v + stride) & 63)) & 1);
       }
   });
   // Edges between bricks are left out: an eighth of all.
   return double(edges) / (7.0 / 8.0) / 1.5;
 }
 
-void forEachItem(size_t count, int threads, const WorkPart& part, const std::function<void(size_t, DistanceBox&)>& work) {
+void forEachItem(size_t count, int threads, const WorkPart& part,
+                 const std::function<void(size_t, DistanceBox&)>& work) {
   part.step(0);
   std::mutex mutex;
   std::vector<std::unique_ptr<DistanceBox>> spare;
@@ -127,21 +133,24 @@ void forEachItem(size_t count, int threads, const WorkPart& part, const std::fun
 namespace {
 
 // What a new brick of these distances has in its channels.
-ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std::span<const float, kBrickVoxels> phi, float band, CarryFrom carry) {
+ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std::span<const float, kBrickVoxels> phi,
+                     float band, CarryFrom carry) {
   ChannelBlock block{ChannelPlace{}};
   ChannelBytes bytes;
   for (int v = 0; v < kBrickVoxels; ++v) {
     if (!(std::abs(phi[static_cast<size_t>(v)]) < band)) continue;
     const Coord at = low + Coord{v >> 6, (v >> 3) & 7, v & 7};
-    if ((carry == CarryFrom::place && old.read(at, bytes)) || old.nearest(box.foot(at), bytes) != ChannelSource::kNone) block.set(v, bytes);
+    if ((carry == CarryFrom::place && old.read(at, bytes)) || old.nearest(box.foot(at), bytes) != ChannelSource::kNone)
+      block.set(v, bytes);
   }
   return block;
 }
 
 }  // namespace
 
-Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads, const WorkPart& part,
-                const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry, int pad) {
+Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
+                const WorkPart& part, const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry,
+                int pad) {
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;

@@ -10,7 +10,8 @@
 namespace argil::clay {
 namespace {
 
-// Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth surface; how near to zero the foot has to be, voxels.
+// Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth
+// surface; how near to zero the foot has to be, voxels.
 constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
 
 struct Work {
@@ -68,20 +69,24 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
     const int i = voxels[n];
     const float squared = (v.x * v.x + v.y * v.y) + v.z * v.z;
     const Vec3f& g = slope[n];
-    const float was2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(), facing = (g.x() * v.x + g.y() * v.y) + g.z() * v.z;
+    const float was2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
+                facing = (g.x() * v.x + g.y() * v.y) + g.z() * v.z;
     if (!(squared > 0.04f) || !(facing > 0) || facing * facing < kFacing * (was2 * squared)) continue;
     const float d = (v.value - ((way[n].x() * v.x + way[n].y() * v.y) + way[n].z() * v.z)) / std::sqrt(squared);
     const float phi = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
     if ((d < 0) != (phi < 0) || !(std::abs(d) < 1.5f)) continue;
-    // Where the surface bends within a voxel or two the cubic's is not quite the one that is drawn: there what is nearly right stays, or it would wander.
+    // Where the surface bends within a voxel or two the cubic's is not quite the one that is drawn: there what is
+    // nearly right stays, or it would wander.
     const bool smooth = facing * facing >= kSmooth * (was2 * squared) && v.value * v.value < kFound * kFound * squared;
-    if (smooth || std::abs(d - phi) >= kSlopeTolerance) u[paddedOffset((i >> 6) + 1, ((i >> 3) & 7) + 1, (i & 7) + 1)] = std::abs(d);
+    if (smooth || std::abs(d - phi) >= kSlopeTolerance)
+      u[paddedOffset((i >> 6) + 1, ((i >> 3) & 7) + 1, (i & 7) + 1)] = std::abs(d);
   }
 }
 
 }  // namespace
 
-std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads) {
+std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
+                                  int threads) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   const size_t count = coords.size();
@@ -104,9 +109,11 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
   const auto start = [&](size_t i, Sampler& field) {
     Work& w = works[i];
     float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
-    gatherBroad(field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
+    gatherBroad(
+        field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
     for (int x = 0; x < 10; ++x)
-      for (int y = 0; y < 10; ++y) std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
+      for (int y = 0; y < 10; ++y)
+        std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
     startDistance(padded, band, w.frozen, near);
     if (renew[i] != Renew::none) {
       const float least = renew[i] == Renew::impossible ? 1.0f : 0.0f;
@@ -140,18 +147,22 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     forEachBrickOf(count, threads, [&](size_t i) {
       Work& w = works[i];
       for (int face = 0; face < 6; ++face)
-        if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[now], w.u[now], face / 2, face % 2 == 0);
+        if (w.beside[face] >= 0)
+          copyLayers(works[static_cast<size_t>(w.beside[face])].u[now], w.u[now], face / 2, face % 2 == 0);
       widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
     });
   return linkSettled(editor, settleBricks(editor, coords, {}, threads, [&](size_t i, FloatBrick& brick) {
-    const Work& w = works[i];
-    float solved[kPaddedSize] = {};
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y)
-        for (int z = 0; z < 8; ++z) solved[paddedOffset(x + 1, y + 1, z + 1)] = std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
-    BrickValues room;
-    return settleDistance(w.source.values(room, band), solved, band, renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
-  }));
+                       const Work& w = works[i];
+                       float solved[kPaddedSize] = {};
+                       for (int x = 0; x < 8; ++x)
+                         for (int y = 0; y < 8; ++y)
+                           for (int z = 0; z < 8; ++z)
+                             solved[paddedOffset(x + 1, y + 1, z + 1)] =
+                                 std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
+                       BrickValues room;
+                       return settleDistance(w.source.values(room, band), solved, band,
+                                             renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
+                     }));
 }
 
 }  // namespace argil::clay

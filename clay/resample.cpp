@@ -19,9 +19,9 @@ namespace argil::clay {
 namespace {
 
 constexpr double kMostActiveVoxels = 1 << 28;
-constexpr double kLargestStep = 2;      // of voxel sizes: each step measures three new voxels of distance, six old ones
-constexpr double kWholeVoxel = 1e-9;    // voxels: a shift this near to whole voxels is one
-constexpr int kSplineReach = 2;         // voxels beyond the last distance that a spline reads
+constexpr double kLargestStep = 2;    // of voxel sizes: each step measures three new voxels of distance, six old ones
+constexpr double kWholeVoxel = 1e-9;  // voxels: a shift this near to whole voxels is one
+constexpr int kSplineReach = 2;       // voxels beyond the last distance that a spline reads
 constexpr double kBrickHalfDiagonal = 6.1;  // voxels, from a brick's middle to its farthest voxel
 constexpr size_t kMostErrorPoints = 1'000'000;
 
@@ -41,8 +41,8 @@ VoxelMap mapBetween(const Grid& from, const Grid& to, const Eigen::Isometry3d& p
 bool isWhole(const VoxelMap& map, const Grid& from, const Grid& to) {
   const Eigen::Matrix3d turn = map.matrix.array().round();
   const Vec3d shift = map.shift.array().round();
-  return from.band == to.band && std::abs(to.voxelMm / from.voxelMm - 1) < 1e-12 && (map.matrix - turn).cwiseAbs().maxCoeff() < 1e-12 &&
-         (map.shift - shift).cwiseAbs().maxCoeff() < kWholeVoxel;
+  return from.band == to.band && std::abs(to.voxelMm / from.voxelMm - 1) < 1e-12 &&
+         (map.matrix - turn).cwiseAbs().maxCoeff() < 1e-12 && (map.shift - shift).cwiseAbs().maxCoeff() < kWholeVoxel;
 }
 
 // The bounds of a box of source voxels in target voxels.
@@ -56,8 +56,13 @@ void bounds(const VoxelMap& toTarget, const Vec3d& low, const Vec3d& high, Vec3d
 class Resampler {
  public:
   Resampler(const Version& source, const Grid& grid, const Eigen::Isometry3d& pose)
-      : source_(source), grid_(grid), map_(mapBetween(source.grid(), grid, pose)), inverse_(mapBetween(grid, source.grid(), pose.inverse())),
-        scale_(grid.voxelMm / source.grid().voxelMm), whole_(isWhole(map_, source.grid(), grid)), channels_(ChannelSource::any(source)) {
+      : source_(source),
+        grid_(grid),
+        map_(mapBetween(source.grid(), grid, pose)),
+        inverse_(mapBetween(grid, source.grid(), pose.inverse())),
+        scale_(grid.voxelMm / source.grid().voxelMm),
+        whole_(isWhole(map_, source.grid(), grid)),
+        channels_(ChannelSource::any(source)) {
     if (whole_) {
       map_.matrix = map_.matrix.array().round().eval();
       map_.shift = map_.shift.array().round().eval();
@@ -71,7 +76,8 @@ class Resampler {
     Editor editor(Version::empty(Store::make(source_.store()->precision()), grid_));
     fillTiles(editor, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
     std::mutex editing;
-    forEachItem(chunks_.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    forEachItem(chunks_.size(), threads, part.part(0, 0.98),
+                [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
     // Splines are steeper than the distances that they lead through where those have a crease.
     if (!whole_) limitSlopes(editor, written_, threads, part.part(0.98, 1));
     return editor.commit();
@@ -90,7 +96,10 @@ class Resampler {
       bounds(inverse_, first - r, first + size + r, low, high);
       const double limit = double(kBrickReach) * kBrickEdge - chunkVoxels;
       if (low.minCoeff() < -limit || high.maxCoeff() > limit)
-        throw Error("the piece would lie farther than clay can from its grid's origin, 112 000 voxels: use a larger voxel or another origin", Error::Kind::work);
+        throw Error(
+            "the piece would lie farther than clay can from its grid's origin, 112 000 voxels: use a larger voxel or "
+            "another origin",
+            Error::Kind::work);
       const auto chunkOf = [&](double v) { return static_cast<int>(std::floor(v / chunkVoxels)); };
       for (int x = chunkOf(low.x()); x <= chunkOf(high.x()); ++x)
         for (int y = chunkOf(low.y()); y <= chunkOf(high.y()); ++y)
@@ -107,12 +116,14 @@ class Resampler {
     const Coord end = block + Coord{edge, edge, edge};
     if (std::min({end.x, end.y, end.z}) <= -kBrickReach || std::max({block.x, block.y, block.z}) >= kBrickReach) return;
     if (level > 0 && touches(block, edge)) {
-      for (int i = 0; i < 512; ++i) fillTiles(editor, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1);
+      for (int i = 0; i < 512; ++i)
+        fillTiles(editor, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1);
       return;
     }
     if (level == 0 && std::binary_search(chunks_.begin(), chunks_.end(), chunkOf(block))) return;
     const Coord c = block;
-    if (isInside((c * kBrickEdge).toVec3d() + Vec3d::Constant(edge * kBrickEdge / 2.0))) editor.setBlock(block, level, Tile::inside);
+    if (isInside((c * kBrickEdge).toVec3d() + Vec3d::Constant(edge * kBrickEdge / 2.0)))
+      editor.setBlock(block, level, Tile::inside);
   }
 
   [[nodiscard]] Coord chunkOf(Coord brick) const {
@@ -134,7 +145,8 @@ class Resampler {
       marked_.resize(kTreeLevels);
       for (const Coord chunk : chunks_) {
         const Coord brick = chunk * edge_;
-        for (int l = 0; l < kTreeLevels; ++l) marked_[static_cast<size_t>(l)].push_back(l == 0 ? brick >> 3 : Editor::blockFirst(brick, l + 1));
+        for (int l = 0; l < kTreeLevels; ++l)
+          marked_[static_cast<size_t>(l)].push_back(l == 0 ? brick >> 3 : Editor::blockFirst(brick, l + 1));
       }
       for (auto& level1 : marked_) {
         std::sort(level1.begin(), level1.end());
@@ -152,8 +164,10 @@ class Resampler {
     Vec3d low, high;
     bounds(map_, from, from + Vec3d::Constant(edge_ * kBrickEdge - 1), low, high);
     const auto margin = whole_ ? 0 : kSplineReach;
-    const Coord boxLow = Coord{int(std::floor(low.x())), int(std::floor(low.y())), int(std::floor(low.z()))} - Coord{margin, margin, margin};
-    const Coord boxHigh = Coord{int(std::ceil(high.x())), int(std::ceil(high.y())), int(std::ceil(high.z()))} + Coord{margin + 1, margin + 1, margin + 1};
+    const Coord boxLow = Coord{int(std::floor(low.x())), int(std::floor(low.y())), int(std::floor(low.z()))} -
+                         Coord{margin, margin, margin};
+    const Coord boxHigh = Coord{int(std::ceil(high.x())), int(std::ceil(high.y())), int(std::ceil(high.z()))} +
+                          Coord{margin + 1, margin + 1, margin + 1};
     const float reach = whole_ ? source_.grid().band : static_cast<float>(band * scale_) + kSplineReach;
     const bool surface = box.fill(source_, boxLow, boxHigh - boxLow, {reach, reach, channels_});
     ChannelSource old(source_);
@@ -164,7 +178,8 @@ class Resampler {
     for (int b = 0; b < edge_ * edge_ * edge_; ++b) {
       const Coord brick = first + Coord{b / (edge_ * edge_), b / edge_ % edge_, b % edge_};
       const Vec3d voxel = (brick * kBrickEdge).toVec3d();
-      float centre = surface ? box.sample(map_(voxel + Vec3d::Constant(3.5))) * perVoxel : tileValue(box.uniform(), band);
+      float centre =
+          surface ? box.sample(map_(voxel + Vec3d::Constant(3.5))) * perVoxel : tileValue(box.uniform(), band);
       if (!surface || std::abs(centre) > band + kBrickHalfDiagonal) {
         if (centre >= 0) continue;
         const std::lock_guard lock(editing);
@@ -175,7 +190,9 @@ class Resampler {
       bricks.push_back(brick);
       for (int v = 0; v < kBrickVoxels; ++v) {
         const Vec3d p = map_(voxel + Coord{v >> 6, (v >> 3) & 7, v & 7}.toVec3d());
-        values.back()[static_cast<size_t>(v)] = whole_ ? box.at({int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))}) : box.sample(p) * perVoxel;
+        values.back()[static_cast<size_t>(v)] =
+            whole_ ? box.at({int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))})
+                   : box.sample(p) * perVoxel;
       }
       if (channels_) paint.push_back(carried(box, old, voxel, values.back()));
     }
@@ -189,8 +206,10 @@ class Resampler {
     written_.insert(written_.end(), bricks.begin(), bricks.end());
   }
 
-  // The old clay's channels where a new voxel comes from; farther off than its band those of the nearest place of its surface.
-  [[nodiscard]] ChannelBlock carried(const DistanceBox& box, ChannelSource& old, const Vec3d& first, std::span<const float, kBrickVoxels> phi) const {
+  // The old clay's channels where a new voxel comes from; farther off than its band those of the nearest place of its
+  // surface.
+  [[nodiscard]] ChannelBlock carried(const DistanceBox& box, ChannelSource& old, const Vec3d& first,
+                                     std::span<const float, kBrickVoxels> phi) const {
     ChannelBlock block{ChannelPlace{}};
     ChannelBytes bytes;
     for (int v = 0; v < kBrickVoxels; ++v) {
@@ -215,17 +234,22 @@ class Resampler {
 
 void checkSize(const Version& version, const Grid& grid, const Eigen::Isometry3d& pose) {
   grid.check();
-  if (!pose.matrix().allFinite()) throw Error("the piece's pose holds a number that is not finite: give finite numbers");
+  if (!pose.matrix().allFinite())
+    throw Error("the piece's pose holds a number that is not finite: give finite numbers");
   const double scale = version.grid().voxelMm / grid.voxelMm;
   // A brick holds about 230 voxels of a band of 3 on each side.
   const double active = double(version.stats().bricks) * 230 * scale * scale * grid.band / version.grid().band;
   if (active > kMostActiveVoxels)
-    throw Error(fmt::format("at a voxel size of {:g} mm the piece would take about {:.0f} million voxels, and {:.0f} million is the most: use {:.3g} mm or more",
-                            grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6, grid.voxelMm * std::sqrt(active / kMostActiveVoxels)));
+    throw Error(fmt::format(
+        "at a voxel size of {:g} mm the piece would take about {:.0f} million voxels, and {:.0f} million is the most: "
+        "use {:.3g} mm or more",
+        grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6, grid.voxelMm * std::sqrt(active / kMostActiveVoxels)));
 }
 
-// Points of a surface, where voxel edges cross it, and how far they lie from another: sums in blocks of bricks, so equal on any threads.
-void pointErrors(const Version& of, const Version& other, const Eigen::Isometry3d& pose, int threads, const WorkPart& part, double& rms, double& max, uint64_t& points) {
+// Points of a surface, where voxel edges cross it, and how far they lie from another: sums in blocks of bricks, so
+// equal on any threads.
+void pointErrors(const Version& of, const Version& other, const Eigen::Isometry3d& pose, int threads,
+                 const WorkPart& part, double& rms, double& max, uint64_t& points) {
   std::vector<const Brick*> bricks;
   of.forEachBrick([&](const Brick& brick) {
     if (brick.anyInside && brick.anyOutside) bricks.push_back(&brick);
@@ -286,7 +310,8 @@ void pointErrors(const Version& of, const Version& other, const Eigen::Isometry3
 
 }  // namespace
 
-Version resample(const Version& version, const Grid& grid, const Eigen::Isometry3d& pose, int threads, const WorkPart& part) {
+Version resample(const Version& version, const Grid& grid, const Eigen::Isometry3d& pose, int threads,
+                 const WorkPart& part) {
   checkSize(version, grid, pose);
   threads = threadCount(threads);
   Version now = version;
@@ -307,12 +332,14 @@ Version resample(const Version& version, const Grid& grid, const Eigen::Isometry
   return resample(version, grid, pose, threads, WorkPart(job));
 }
 
-ResampleError resampleError(const Version& before, const Version& after, const Eigen::Isometry3d& pose, int threads, const WorkPart& part) {
+ResampleError resampleError(const Version& before, const Version& after, const Eigen::Isometry3d& pose, int threads,
+                            const WorkPart& part) {
   ResampleError error;
   error.voxelMm = after.grid().voxelMm;
   threads = threadCount(threads);
   // From points of the first to the second's voxels, and back.
-  pointErrors(before, after, pose.inverse(), threads, part.part(0, 0.5), error.lostRmsMm, error.lostMaxMm, error.points);
+  pointErrors(before, after, pose.inverse(), threads, part.part(0, 0.5), error.lostRmsMm, error.lostMaxMm,
+              error.points);
   pointErrors(after, before, pose, threads, part.part(0.5, 1), error.addedRmsMm, error.addedMaxMm, error.points);
   return error;
 }

@@ -20,7 +20,8 @@ std::optional<RoundedWedge> RoundedWedge::of(const CreaseModel& model) {
   return wedge;
 }
 
-// The nearest point of the faces moved in by the radius: on one of them, on the line of two, or at the tip; first where the others lie behind.
+// The nearest point of the faces moved in by the radius: on one of them, on the line of two, or at the tip; first where
+// the others lie behind.
 RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
   constexpr float kBehind = 1e-4f;
   const auto& c = cosine_;
@@ -31,7 +32,9 @@ RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
     d[k] = normal_[k].dot(p) + offset_[k] + radius_;
     if (d[k] > d[most]) most = k;
   }
-  const auto given = [&](float distance, const Vec3f& gradient, float byRadius) { return Value{turn_ * (distance - radius_), gradient * turn_, turn_ * (byRadius - 1)}; };
+  const auto given = [&](float distance, const Vec3f& gradient, float byRadius) {
+    return Value{turn_ * (distance - radius_), gradient * turn_, turn_ * (byRadius - 1)};
+  };
   const auto behind = [&](size_t k, float others) { return d[k] - others <= kBehind; };
   bool alone = true;
   for (size_t j = 0; j < n; ++j) alone = alone && (j == most || behind(j, c[j][most] * d[most]));
@@ -72,7 +75,10 @@ void RoundedWedge::fit(const CellView& cell) {
           bottom += v.byRadius * v.byRadius;
         }
     const float next = std::clamp(radius_ + top / bottom, 0.0f, kMostRadius);
-    if (bottom < 1e-3f) { radius_ = 0; return; }
+    if (bottom < 1e-3f) {
+      radius_ = 0;
+      return;
+    }
     radius_ = next;
   }
 }
@@ -80,7 +86,8 @@ void RoundedWedge::fit(const CellView& cell) {
 float RoundedWedge::misfit(const CellView& cell) const {
   float most = 0;
   for (int c = 0; c < 8; ++c) {
-    const Value v = at(cell.low + Vec3f(static_cast<float>(c >> 2), static_cast<float>((c >> 1) & 1), static_cast<float>(c & 1)));
+    const Value v =
+        at(cell.low + Vec3f(static_cast<float>(c >> 2), static_cast<float>((c >> 1) & 1), static_cast<float>(c & 1)));
     most = std::max(most, std::abs(v.distance - cell.corner(c)));
   }
   return most;

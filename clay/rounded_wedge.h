@@ -17,9 +17,9 @@ class RoundedWedge {
   static std::optional<RoundedWedge> of(const CreaseModel& model);
 
   struct Value {
-    float distance = 0;                ///< Signed.
-    Vec3f gradient = Vec3f::Zero();    ///< Of unit length.
-    float byRadius = 0;                ///< Derivative by the radius.
+    float distance = 0;              ///< Signed.
+    Vec3f gradient = Vec3f::Zero();  ///< Of unit length.
+    float byRadius = 0;              ///< Derivative by the radius.
   };
   [[nodiscard]] Value at(const Vec3f& p) const;
 

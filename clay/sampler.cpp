@@ -10,7 +10,8 @@ namespace argil::clay {
 
 namespace {
 
-// Beyond this a voxel coordinate cannot lie in any brick; clamping there keeps the conversion to int defined for any input.
+// Beyond this a voxel coordinate cannot lie in any brick; clamping there keeps the conversion to int defined for any
+// input.
 constexpr double kFar = 8.0 * kBrickReach + 16;
 
 struct Cell {
@@ -24,7 +25,9 @@ Cell cellOf(const Vec3d& p) noexcept {
   const double x = bound(p.x()), y = bound(p.y()), z = bound(p.z());
   const double bx = std::floor(x), by = std::floor(y), bz = std::floor(z);
   return {{static_cast<int32_t>(bx), static_cast<int32_t>(by), static_cast<int32_t>(bz)},
-          static_cast<float>(x - bx), static_cast<float>(y - by), static_cast<float>(z - bz)};
+          static_cast<float>(x - bx),
+          static_cast<float>(y - by),
+          static_cast<float>(z - bz)};
 }
 
 // Catmull-Rom weights of four samples at -1, 0, 1, 2 and their derivatives.
@@ -72,15 +75,19 @@ void Sampler::corner(Coord brick, Slot (&out)[2][2][2]) noexcept {
     // All of one region: one node, neighbouring children.
     for (int i = 1; i < 8; ++i) {
       const int dx = i >> 2, dy = (i >> 1) & 1, dz = i & 1;
-      out[dx][dy][dz] =
-          slotOf(isTile(region_) ? region_ : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1) + (dx << 6) + (dy << 3) + dz]);
+      out[dx][dy][dz] = slotOf(
+          isTile(region_)
+              ? region_
+              : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1) + (dx << 6) + (dy << 3) + dz]);
     }
     return;
   }
   for (int i = 1; i < 8; ++i) out[i >> 2][(i >> 1) & 1][i & 1] = slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
 }
 
-float Sampler::voxel(Coord v) noexcept { return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_, step_); }
+float Sampler::voxel(Coord v) noexcept {
+  return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_, step_);
+}
 
 // Copies n³ voxels from `first` on into out[x][y][z]; n ≤ 4, so at most eight bricks are met.
 template <int n>

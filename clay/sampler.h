@@ -7,10 +7,10 @@ namespace argil::clay {
 
 class Editor;
 
-/// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each other
-/// skip the tree. One thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by somebody while
-/// it is used.
-/// Where the field is not known (outside of the band) values are ±band and gradients fall to zero.
+/// Point reads of one version at voxel coordinates. Remembers the region (64³ voxels) read last, so reads near each
+/// other skip the tree. One thread per sampler; noexcept, allocation-free, servo-safe. The version must be held by
+/// somebody while it is used. Where the field is not known (outside of the band) values are ±band and gradients fall to
+/// zero.
 class Sampler {
  public:
   explicit Sampler(const Version& version) noexcept { reset(version); }

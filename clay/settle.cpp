@@ -15,14 +15,15 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kMostRounds = 12;     // a change travels a voxel a round, and the band is three wide
-constexpr size_t kAtOnce = 16384;   // bricks between two looks at the job
+constexpr int kMostRounds = 12;    // a change travels a voxel a round, and the band is three wide
+constexpr size_t kAtOnce = 16384;  // bricks between two looks at the job
 
 // A brick once none of its values is too far from those around it.
 struct Limited {
   Coord brick;
   std::array<float, kBrickVoxels> phi;
-  std::vector<std::pair<int, Coord>> fresh;  // voxels that came into the band, and the voxel beside each that brought it there
+  // voxels that came into the band, and the voxel beside each that brought it there
+  std::vector<std::pair<int, Coord>> fresh;
 };
 
 // False when all are near enough.
@@ -47,7 +48,8 @@ bool limit(Sampler& field, Coord brick, Limited& out) {
         const float bound = (own < 0) != (other < 0) ? size * (kSteepest / apart) : std::abs(other) + kSteepest;
         if (!(bound < most)) continue;
         most = bound;
-        from = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7} + Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0};
+        from = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7} +
+               Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0};
       }
     any |= most < size;
     if (most < band && size >= band) out.fresh.emplace_back(v, from);
@@ -64,7 +66,8 @@ void carryToFresh(Editor& editor, const Limited& limited) {
     const ChannelSlot own = editor.find(channel, limited.brick);
     for (int v = 0; v < kBrickVoxels; ++v) values[static_cast<size_t>(v)] = own.value(v);
     for (const auto& [v, from] : limited.fresh)
-      values[static_cast<size_t>(v)] = editor.find(channel, from >> kBrickBits).value(Brick::offset(from.x & 7, from.y & 7, from.z & 7));
+      values[static_cast<size_t>(v)] =
+          editor.find(channel, from >> kBrickBits).value(Brick::offset(from.x & 7, from.y & 7, from.z & 7));
     editor.setChannel(channel, limited.brick, values);
   }
   clearChannelsRoundedAway(editor, limited.brick);
@@ -96,7 +99,8 @@ void limitSlopes(Editor& editor, std::span<const Coord> bricks, int threads, con
       editor.setVoxels(each.brick, each.phi);
       next.add(each.brick);
       for (int axis = 0; axis < 3; ++axis)
-        for (const int way : {-1, 1}) next.add(each.brick + Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0});
+        for (const int way : {-1, 1})
+          next.add(each.brick + Coord{axis == 0 ? way : 0, axis == 1 ? way : 0, axis == 2 ? way : 0});
     }
     for (const Limited& each : found) carryToFresh(editor, each);
     look = next.sorted();
@@ -108,7 +112,8 @@ void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job,
   std::sort(sorted.begin(), sorted.end());
   std::vector<Coord> byRegion = sorted;
   std::stable_sort(byRegion.begin(), byRegion.end(), [](Coord a, Coord b) { return a >> 3 < b >> 3; });
-  // A pass takes what is known a voxel farther, and there are fewer of them than a brick has voxels along an axis: with the bricks around it a region comes out as if all had been solved together.
+  // A pass takes what is known a voxel farther, and there are fewer of them than a brick has voxels along an axis: with
+  // the bricks around it a region comes out as if all had been solved together.
   struct Unlinked {
     Editor& editor;
     std::vector<SettledBrick> bricks;
@@ -153,7 +158,8 @@ void clearChannelsOutsideBand(Editor& editor, Coord coord) {
       continue;
     }
     std::array<uint8_t, kBrickVoxels> values;
-    for (int i = 0; i < kBrickVoxels; ++i) values[static_cast<size_t>(i)] = std::abs(distance.phi(i, band)) < band ? slot.value(i) : 0;
+    for (int i = 0; i < kBrickVoxels; ++i)
+      values[static_cast<size_t>(i)] = std::abs(distance.phi(i, band)) < band ? slot.value(i) : 0;
     editor.setChannel(channel, coord, values);
   }
 }

@@ -27,7 +27,9 @@ HWY_INLINE void forRows(const Value& value) {
   for (int voxel = 0; voxel < kBrickVoxels; voxel += static_cast<int>(hn::Lanes(d))) value(voxel);
 }
 
-HWY_INLINE int wideAt(int voxel) { return wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2); }
+HWY_INLINE int wideAt(int voxel) {
+  return wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2);
+}
 
 // An axis as the upwind scheme sees it: α(u − β) with the nearer neighbour's value, relative to a base.
 struct Axis {
@@ -36,8 +38,10 @@ struct Axis {
 
 HWY_INLINE void order(Axis& a, Axis& b) {
   const auto swap = hn::Lt(b.near, a.near);
-  const Axis low{hn::IfThenElse(swap, b.near, a.near), hn::IfThenElse(swap, b.alpha2, a.alpha2), hn::IfThenElse(swap, b.beta, a.beta)};
-  const Axis high{hn::IfThenElse(swap, a.near, b.near), hn::IfThenElse(swap, a.alpha2, b.alpha2), hn::IfThenElse(swap, a.beta, b.beta)};
+  const Axis low{hn::IfThenElse(swap, b.near, a.near), hn::IfThenElse(swap, b.alpha2, a.alpha2),
+                 hn::IfThenElse(swap, b.beta, a.beta)};
+  const Axis high{hn::IfThenElse(swap, a.near, b.near), hn::IfThenElse(swap, a.alpha2, b.alpha2),
+                  hn::IfThenElse(swap, a.beta, b.beta)};
   a = low;
   b = high;
 }
@@ -68,10 +72,12 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     const auto axis = [&](int i, int step) {
       const Row down = load(-2 * step), up = load(2 * step);
       // Of two equal sides the lower next one counts, so that mirroring changes nothing.
-      const Row next = hn::IfThenElse(hn::Lt(before[i], after[i]), down, hn::IfThenElse(hn::Lt(after[i], before[i]), up, hn::Min(down, up)));
+      const Row next = hn::IfThenElse(hn::Lt(before[i], after[i]), down,
+                                      hn::IfThenElse(hn::Lt(after[i], before[i]), up, hn::Min(down, up)));
       const auto two = hn::Le(next, nearest[i]);
       const Row near = hn::Sub(nearest[i], base), rise = hn::Min(hn::Sub(nearest[i], next), one);
-      return Axis{near, hn::IfThenElse(two, second, one), hn::IfThenElse(two, hn::Add(near, hn::Mul(rise, third)), near)};
+      return Axis{near, hn::IfThenElse(two, second, one),
+                  hn::IfThenElse(two, hn::Add(near, hn::Mul(rise, third)), near)};
     };
     Axis a = axis(0, kX), b = axis(1, kY), c = axis(2, kZ);
     order(a, b);
@@ -139,7 +145,8 @@ void Weights(const SweptBall& b, int shape, float strength, const float* foot, f
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
   forRows([&](int voxel) {
     const Row vx = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), hn::LoadU(d, foot + voxel));
-    const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay), hn::LoadU(d, foot + kBrickVoxels + voxel));
+    const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay),
+                           hn::LoadU(d, foot + kBrickVoxels + voxel));
     const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
     const Row vz = hn::Add(hn::Sub(z, hn::Set(d, b.az)), hn::LoadU(d, foot + 2 * kBrickVoxels + voxel));
     const Row dx = hn::Set(d, b.dx), dy = hn::Set(d, b.dy), dz = hn::Set(d, b.dz);
@@ -151,15 +158,22 @@ void Weights(const SweptBall& b, int shape, float strength, const float* foot, f
     const Row t2 = hn::Div(squared, hn::Mul(radius, radius)), rest2 = hn::Max(hn::Sub(one, t2), zero);
     Row w = one;
     switch (shape) {
-      case 0: w = hn::Min(hn::Max(hn::Mul(hn::Sub(radius, hn::Sqrt(squared)), hn::Set(d, 0.5f)), zero), one); break;
-      case 1: w = hn::Mul(rest2, rest2); break;
-      case 2: w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero); break;
+      case 0:
+        w = hn::Min(hn::Max(hn::Mul(hn::Sub(radius, hn::Sqrt(squared)), hn::Set(d, 0.5f)), zero), one);
+        break;
+      case 1:
+        w = hn::Mul(rest2, rest2);
+        break;
+      case 2:
+        w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+        break;
       case 3: {
         const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
         w = hn::Mul(rest, rest);
         break;
       }
-      default: w = hn::Sqrt(rest2);
+      default:
+        w = hn::Sqrt(rest2);
     }
     hn::StoreU(hn::Max(hn::Mul(w, hn::Set(d, strength)), hn::LoadU(d, weight + voxel)), d, weight + voxel);
   });
@@ -186,7 +200,9 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
   forRows([&](int voxel) {
     const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
     const Row h = hn::LoadU(d, padded + at);
-    const auto slope = [&](int step) { return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step)); };
+    const auto slope = [&](int step) {
+      return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step));
+    };
     const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
     const Row squared = hn::Mul(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), quarter);
     const Row value = hn::Div(hn::Sub(hn::LoadU(d, u + voxel), h), hn::Sqrt(hn::Add(one, hn::Min(squared, steepest))));
@@ -206,12 +222,15 @@ void Broad(const float* broad, int spacing, float* mean) {
   };
   for (int x = 4 - spacing; x < 12 + spacing; ++x)
     for (int y = 4 - spacing; y < 12 + spacing; ++y)
-      for (int z = 0; z < 8; z += lanes) hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), spacing), d, alongZ + (x * 16 + y) * 8 + z);
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), spacing), d, alongZ + (x * 16 + y) * 8 + z);
   for (int x = 4 - spacing; x < 12 + spacing; ++x)
     for (int y = 0; y < 8; ++y)
-      for (int z = 0; z < 8; z += lanes) hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, spacing * 8), d, alongY + (x * 8 + y) * 8 + z);
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, spacing * 8), d, alongY + (x * 8 + y) * 8 + z);
   for (int x = 0; x < 8; ++x)
-    for (int i = 0; i < 64; i += lanes) hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
+    for (int i = 0; i < 64; i += lanes)
+      hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
 }
 
 }  // namespace argil::clay::HWY_NAMESPACE
@@ -230,15 +249,21 @@ HWY_EXPORT(Broad);
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, cap, out);
 }
-void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept { HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box); }
+void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept {
+  HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box);
+}
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);
 }
 bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept {
   return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);
 }
-void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept { HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi); }
-void broadMean(const float* broad, int spacing, float* mean) noexcept { HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean); }
+void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept {
+  HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi);
+}
+void broadMean(const float* broad, int spacing, float* mean) noexcept {
+  HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean);
+}
 
 }  // namespace argil::clay
 #endif

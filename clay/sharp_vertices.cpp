@@ -14,8 +14,8 @@ namespace argil::clay {
 
 namespace {
 
-// RMS misfit of a linear field to the eight corners, voxels. Above it a cell may hold a crease: one that cuts off 0.03 of a cell bends it that much, and
-// so does a sphere of 30 voxels.
+// RMS misfit of a linear field to the eight corners, voxels. Above it a cell may hold a crease: one that cuts off 0.03
+// of a cell bends it that much, and so does a sphere of 30 voxels.
 constexpr float kBent = 0.006f;
 
 constexpr int kVoxels = kBrickEdge + 1 + 2 * kSharpMargin;  // the block of voxels that is read: from −2 to 10
@@ -35,11 +35,13 @@ struct Block {
 
   [[nodiscard]] static int at(int x, int y, int z) { return (x * kVoxels + y) * kVoxels + z; }
   [[nodiscard]] static std::array<int, 8> corners(int base) {
-    return {base, base + 1, base + kStepY, base + kStepY + 1, base + kStepX, base + kStepX + 1, base + kStepX + kStepY, base + kStepX + kStepY + 1};
+    return {base,          base + 1,          base + kStepY,          base + kStepY + 1,
+            base + kStepX, base + kStepX + 1, base + kStepX + kStepY, base + kStepX + kStepY + 1};
   }
   [[nodiscard]] float bent(int base) const {
     const float* v = phi + base;
-    return bend2(v[0], v[1], v[kStepY], v[kStepY + 1], v[kStepX], v[kStepX + 1], v[kStepX + kStepY], v[kStepX + kStepY + 1]);
+    return bend2(v[0], v[1], v[kStepY], v[kStepY + 1], v[kStepX], v[kStepX + 1], v[kStepX + kStepY],
+                 v[kStepX + kStepY + 1]);
   }
 };
 
@@ -51,7 +53,8 @@ struct Suspects {
     uint8_t bent[kCells * kCells * kCells], z[kCells * kCells * kCells], yz[kCells * kCells * kCells];
     for (int x = 0; x < kCells; ++x)
       for (int y = 0; y < kCells; ++y)
-        for (int i = 0; i < kCells; ++i) bent[(x * kCells + y) * kCells + i] = block.bent(Block::at(x, y, i)) > 64 * kBent * kBent;
+        for (int i = 0; i < kCells; ++i)
+          bent[(x * kCells + y) * kCells + i] = block.bent(Block::at(x, y, i)) > 64 * kBent * kBent;
     // Spread by a cell along z, y, x; the outermost cells are not asked for.
     constexpr int n = kCells * kCells * kCells;
     const auto spread = [](const uint8_t* from, uint8_t* to, int step) {
@@ -70,7 +73,8 @@ struct Suspects {
 void readBlock(Sampler& field, Coord brick, Block& block) {
   const float band = field.band(), step = field.step();
   Slot slots[3][3][3];
-  for (int i = 0; i < 27; ++i) slots[i / 9][i / 3 % 3][i % 3] = field.slot(brick + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+  for (int i = 0; i < 27; ++i)
+    slots[i / 9][i / 3 % 3][i % 3] = field.slot(brick + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
   float* out = block.phi;
   for (int x = 0; x < kVoxels; ++x)
     for (int y = 0; y < kVoxels; ++y) {
@@ -92,7 +96,8 @@ class Fits {
   const TangentPlane* at(int x, int y, int z) {
     const int cell = (x * kCells + y) * kCells + z;
     if (state_[static_cast<size_t>(cell)] == 0) {
-      const Vec3f centre(static_cast<float>(x - kSharpMargin) + 0.5f, static_cast<float>(y - kSharpMargin) + 0.5f, static_cast<float>(z - kSharpMargin) + 0.5f);
+      const Vec3f centre(static_cast<float>(x - kSharpMargin) + 0.5f, static_cast<float>(y - kSharpMargin) + 0.5f,
+                         static_cast<float>(z - kSharpMargin) + 0.5f);
       std::array<float, 8> v;
       const std::array<int, 8> corners = Block::corners(Block::at(x, y, z));
       for (size_t c = 0; c < 8; ++c) v[c] = block_.phi[corners[c]];
@@ -151,7 +156,8 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
   for (int x = 0; x < kBrickEdge; ++x) {
     for (uint64_t left = table.active[x]; left != 0; left &= left - 1, ++rank) {
       const int bit = std::countr_zero(left), y = bit >> 3, z = bit & 7;
-      const CellTable::Special* several = special != table.specials.end() && special->cell == x * 64 + bit ? &*special++ : nullptr;
+      const CellTable::Special* several =
+          special != table.specials.end() && special->cell == x * 64 + bit ? &*special++ : nullptr;
       const int cx = x + kSharpMargin, cy = y + kSharpMargin, cz = z + kSharpMargin;
       if (!suspects.at(cx, cy, cz)) continue;
 
@@ -192,7 +198,9 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
 }
 
 void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std::array<VertexRef, 4>> quads) {
-  if (std::none_of(sources.begin(), sources.end(), [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); })) return;
+  if (std::none_of(sources.begin(), sources.end(),
+                   [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); }))
+    return;
   // Bit i: corner i is sharp. Set where the diagonal 1–3 must be taken in place of 0–2.
   constexpr unsigned kTurned = 1u << 0b1010 | 1u << 0b0111 | 1u << 0b1101;
   for (std::array<VertexRef, 4>& quad : quads) {
@@ -201,7 +209,8 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
       // Bits 13 to 15 of a reference are x, y, z.
       const int lower = quad[i] >> kVertexRefBits;
       const CellTable& table = *sources[static_cast<size_t>((lower & 1) << 2 | (lower & 2) | lower >> 2)].table;
-      on |= static_cast<unsigned>(std::binary_search(table.sharp.begin(), table.sharp.end(), quad[i] & kVertexRefIndex)) << i;
+      on |= static_cast<unsigned>(std::binary_search(table.sharp.begin(), table.sharp.end(), quad[i] & kVertexRefIndex))
+            << i;
     }
     if (kTurned >> on & 1) std::rotate(quad.begin(), quad.begin() + 1, quad.end());
   }

@@ -32,9 +32,12 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
   Version now = version;
   int done = 0;
   const auto run = [&](const std::function<float(const DistanceBox&, Coord)>& value, int pad) {
-    now = rebuild(now, regionsNear(now, 2), {reach, reach}, threads, all.part(done / steps, (done + 1) / steps), value, CarryFrom::place, pad);
+    now = rebuild(now, regionsNear(now, 2), {reach, reach}, threads, all.part(done / steps, (done + 1) / steps), value,
+                  CarryFrom::place, pad);
     ++done;
-    if (now.stats().bricks == 0) throw Error("nothing is left after smoothing: the piece is thinner than that; give fewer passes", Error::Kind::work);
+    if (now.stats().bricks == 0)
+      throw Error("nothing is left after smoothing: the piece is thinner than that; give fewer passes",
+                  Error::Kind::work);
   };
   const double volume = volumeOf(version);
   for (int pass = 0; pass < passes; ++pass) run(binomial, 1);

@@ -12,7 +12,8 @@
 namespace argil::clay {
 namespace {
 
-// Up to this radius the mean of the next neighbours serves; a stamp's variance then grows with the square of the radius.
+// Up to this radius the mean of the next neighbours serves; a stamp's variance then grows with the square of the
+// radius.
 constexpr double kFineRadius = 10;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 30);
@@ -27,7 +28,8 @@ float insideOf(float a, float b) {
 
 class Smoothing : public DistanceMethod {
  public:
-  explicit Smoothing(const StrokeContext& context) : operation_(context.operation), band_(context.band), threads_(context.threads) {}
+  explicit Smoothing(const StrokeContext& context)
+      : operation_(context.operation), band_(context.band), threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
@@ -67,9 +69,12 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   putBack_ = 0;
   near_ = !keep && radius <= kFineRadius;
   if (near_) return;
-  // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the band's edge.
-  std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_), [&](Coord coord) { return !before.slot(coord).isTile(); });
-  // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of squares.
+  // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the
+  // band's edge.
+  std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_),
+               [&](Coord coord) { return !before.slot(coord).isTile(); });
+  // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
+  // squares.
   double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
   parts_.resize(bricks_.size());
   next_.resize(bricks_.size());
@@ -78,7 +83,8 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
       Sampler mine = before;
       float broad[kBroadSize] = {};
       for (size_t i = begin; i < end; ++i) {
-        gatherBroad(mine, bricks_[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
+        gatherBroad(
+            mine, bricks_[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
         broadMean(broad, spacing, next_[i].mean);
       }
     });
@@ -103,8 +109,8 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
     }
   });
   if (!keep) return;
-  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much. Volume is the length that lies inside of
-  // the lines of voxels along each axis.
+  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
+  // Volume is the length that lies inside of the lines of voxels along each axis.
   struct Edge {
     float a, b, weightA, weightB, share;
   };
@@ -115,8 +121,10 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   for (size_t i = 0; i < bricks_.size(); ++i) {
     const Part& part = parts_[i];
     if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
-    gatherBroad(before, bricks_[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
-    gatherBroad(before, bricks_[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
+    gatherBroad(
+        before, bricks_[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
+    gatherBroad(
+        before, bricks_[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
     gatherWeights(bricks_[i], broadWeight);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);
@@ -142,10 +150,12 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
     for (const Edge& each : edges) {
       const float a = each.a + each.weightA * putBack_, b = each.b + each.weightB * putBack_;
       now += grains(each.share * insideOf(a, b));
-      if ((a < 0) != (b < 0)) slope += grains(each.share * 0.5f * (each.weightA + each.weightB) / std::max(std::abs(a - b), 0.05f));
+      if ((a < 0) != (b < 0))
+        slope += grains(each.share * 0.5f * (each.weightA + each.weightB) / std::max(std::abs(a - b), 0.05f));
     }
     if (slope <= 0) break;
-    putBack_ = static_cast<float>(std::clamp(static_cast<double>(putBack_) + static_cast<double>(now - goal) / static_cast<double>(slope), -1.0, 1.0));
+    putBack_ = static_cast<float>(std::clamp(
+        static_cast<double>(putBack_) + static_cast<double>(now - goal) / static_cast<double>(slope), -1.0, 1.0));
   }
 }
 
@@ -156,7 +166,8 @@ void Smoothing::gatherWeights(Coord coord, float* broad) const {
     const Part* part = find(coord + side);
     for (int x = side.x * 8; x < (side.x ? 9 : 8); ++x)
       for (int y = side.y * 8; y < (side.y ? 9 : 8); ++y)
-        for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z) broad[broadOffset(x + 4, y + 4, z + 4)] = part ? part->weight[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
+        for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z)
+          broad[broadOffset(x + 4, y + 4, z + 4)] = part ? part->weight[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
   }
 }
 
@@ -177,6 +188,8 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context) { return std::make_unique<Smoothing>(context); }
+std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context) {
+  return std::make_unique<Smoothing>(context);
+}
 
 }  // namespace argil::clay

@@ -43,7 +43,9 @@ constexpr float kMarchTolerance = 1e-4f;
 const VdbCoord kSelfAndSix[7] = {{0, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 const std::span<const VdbCoord, 6> kSix(kSelfAndSix + 1, 6);
 
-bool isInside(float winding) { return winding > 0.5f; }
+bool isInside(float winding) {
+  return winding > 0.5f;
+}
 
 /// OpenVDB's view of a job. Its numbers run from 0 to 99.
 struct Interrupter {
@@ -74,8 +76,8 @@ struct Triangles {
   }
 };
 
-/// Distances that grow from given voxels along their own side of the surface: label-correcting fast marching with Godunov's
-/// first-order update. Value(v), write(v, distance), mayWrite(v, from): the field.
+/// Distances that grow from given voxels along their own side of the surface: label-correcting fast marching with
+/// Godunov's first-order update. Value(v), write(v, distance), mayWrite(v, from): the field.
 template <class Value, class Write, class MayWrite>
 class March {
  public:
@@ -106,7 +108,8 @@ class March {
   };
   float solve(const VdbCoord& v) {
     float a[3];
-    for (int axis = 0; axis < 3; ++axis) a[axis] = std::min(value_(v + kSix[2 * axis], v), value_(v + kSix[2 * axis + 1], v));
+    for (int axis = 0; axis < 3; ++axis)
+      a[axis] = std::min(value_(v + kSix[2 * axis], v), value_(v + kSix[2 * axis + 1], v));
     std::sort(a, a + 3);
     float u = a[0] + 1;
     if (u <= a[1]) return u;
@@ -148,8 +151,8 @@ class Builder {
   void measure() {
     Interrupter interrupter{job_, 0.05, 0.45};
     const auto unit = openvdb::math::Transform::createLinearTransform(1.0);
-    const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(interrupter, Triangles{mesh_}, *unit, band_ + 1, 0.0f,
-                                                                      openvdb::tools::UNSIGNED_DISTANCE_FIELD, indices_.get());
+    const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        interrupter, Triangles{mesh_}, *unit, band_ + 1, 0.0f, openvdb::tools::UNSIGNED_DISTANCE_FIELD, indices_.get());
     step(0.45);  // a conversion that was interrupted must not be taken for a result
     distance_ = grid->treePtr();
     openvdb::tools::changeBackground(*distance_, kFar);
@@ -163,8 +166,8 @@ class Builder {
     return openvdb::math::closestPointOnTriangleToPoint(vec(t[0]), vec(t[1]), vec(t[2]), v.asVec3d(), weights);
   }
 
-  /// OpenVDB widens its band from voxel to voxel and misses the nearest triangle of about one outer voxel in a hundred, by up
-  /// to 0.9 voxels. Tries the triangles of the six neighbours; true when one was nearer.
+  /// OpenVDB widens its band from voxel to voxel and misses the nearest triangle of about one outer voxel in a hundred,
+  /// by up to 0.9 voxels. Tries the triangles of the six neighbours; true when one was nearer.
   bool refine() {
     struct Better {
       openvdb::Index at;
@@ -173,7 +176,7 @@ class Builder {
     };
     Leaves leaves(*distance_);
     std::vector<std::vector<Better>> found(leaves.leafCount());
-    leaves.foreach([&](Leaf& leaf, size_t n) {
+    leaves.foreach ([&](Leaf& leaf, size_t n) {
       if (job_ && job_->cancelled()) return;
       openvdb::tree::ValueAccessor<const openvdb::Int32Tree> index(indices_->tree());
       for (auto on = leaf.cbeginValueOn(); on; ++on) {
@@ -193,7 +196,7 @@ class Builder {
       }
     });
     if (std::all_of(found.begin(), found.end(), [](const auto& leaf) { return leaf.empty(); })) return false;
-    leaves.foreach([&](Leaf& leaf, size_t n) {
+    leaves.foreach ([&](Leaf& leaf, size_t n) {
       auto* index = indices_->tree().probeLeaf(leaf.origin());
       for (const Better& b : found[n]) {
         leaf.setValueOnly(b.at, b.distance);
@@ -207,7 +210,7 @@ class Builder {
   void wind() {
     signs_ = std::make_shared<FloatTree>(*distance_, 0.0f, openvdb::TopologyCopy());
     Leaves leaves(*signs_);
-    leaves.foreach([&](Leaf& leaf, size_t) {
+    leaves.foreach ([&](Leaf& leaf, size_t) {
       if (job_ && job_->cancelled()) return;
       float* w = leaf.buffer().data();
       const VdbCoord o = leaf.origin();
@@ -225,8 +228,9 @@ class Builder {
 
   [[nodiscard]] static bool crosses(float a, float b) { return isInside(a) != isInside(b); }
 
-  /// Whether the surface that closes holes, not a triangle, passes between two neighbours of different sides: no triangle is
-  /// near enough, or their winding numbers differ by less than the step of one across a triangle leaves beside a rim.
+  /// Whether the surface that closes holes, not a triangle, passes between two neighbours of different sides: no
+  /// triangle is near enough, or their winding numbers differ by less than the step of one across a triangle leaves
+  /// beside a rim.
   [[nodiscard]] static bool closes(float wa, float wb, float da, float db) {
     return da + db > kExplained || std::abs(wa - wb) < kHalfStep;
   }
@@ -276,7 +280,9 @@ class Builder {
         }
       }
       std::vector<float> found(unknown.size());
-      tbb::parallel_for(size_t{0}, unknown.size(), [&](size_t i) { found[i] = winding_.at({unknown[i].x(), unknown[i].y(), unknown[i].z()}); });
+      tbb::parallel_for(size_t{0}, unknown.size(), [&](size_t i) {
+        found[i] = winding_.at({unknown[i].x(), unknown[i].y(), unknown[i].z()});
+      });
       for (size_t i = 0; i < unknown.size(); ++i) sign.setValue(unknown[i], found[i]);
       const std::vector<VdbCoord> now = std::move(cells);
       cells.clear();
@@ -315,7 +321,9 @@ class Builder {
 
     // Voxels that were never looked at lie on the side of the voxel from which the march comes: every edge through the
     // closing surface was visited.
-    const auto sameSide = [&](const VdbCoord& n, const VdbCoord& v) { return !sign.isValueOn(n) || !crosses(sign.getValue(n), sign.getValue(v)); };
+    const auto sameSide = [&](const VdbCoord& n, const VdbCoord& v) {
+      return !sign.isValueOn(n) || !crosses(sign.getValue(n), sign.getValue(v));
+    };
     const auto value = [&](const VdbCoord& n, const VdbCoord& v) { return sameSide(n, v) ? seed.getValue(n) : kFar; };
     const auto write = [&](const VdbCoord& v, float d) { seed.setValue(v, d); };
     const auto mayWrite = [&](const VdbCoord& n, const VdbCoord& from) {
@@ -330,15 +338,15 @@ class Builder {
     closing_ = std::make_shared<FloatTree>(seeds);
   }
 
-  /// Takes away distances to triangles that do not bound the inside (inner walls of overlapping bodies, fins, walls that
-  /// no voxel is behind) and puts distances to what does in their place.
+  /// Takes away distances to triangles that do not bound the inside (inner walls of overlapping bodies, fins, walls
+  /// that no voxel is behind) and puts distances to what does in their place.
   void dropFalse() {
     const openvdb::Int32Tree& indices = indices_->tree();
     std::vector<std::vector<VdbCoord>> dropped;
     {
       Leaves leaves(*distance_);
       dropped.resize(leaves.leafCount());
-      leaves.foreach([&](Leaf& leaf, size_t n) {
+      leaves.foreach ([&](Leaf& leaf, size_t n) {
         if (job_ && job_->cancelled()) return;
         openvdb::tree::ValueAccessor<const FloatTree> sign(*signs_);
         openvdb::tree::ValueAccessor<const openvdb::Int32Tree> index(indices);
@@ -362,13 +370,19 @@ class Builder {
     openvdb::tree::ValueAccessor<FloatTree> distance(*distance_);
     openvdb::tree::ValueAccessor<const FloatTree> sign(*signs_);
     openvdb::tree::ValueAccessor<const openvdb::MaskTree> isMasked(mask);
-    const auto sameSide = [&](const VdbCoord& n, const VdbCoord& v) { return sign.isValueOn(n) && !crosses(sign.getValue(n), sign.getValue(v)); };
-    const auto value = [&](const VdbCoord& n, const VdbCoord& v) { return sameSide(n, v) ? distance.getValue(n) : kFar; };
+    const auto sameSide = [&](const VdbCoord& n, const VdbCoord& v) {
+      return sign.isValueOn(n) && !crosses(sign.getValue(n), sign.getValue(v));
+    };
+    const auto value = [&](const VdbCoord& n, const VdbCoord& v) {
+      return sameSide(n, v) ? distance.getValue(n) : kFar;
+    };
     const auto write = [&](const VdbCoord& v, float d) { distance.setValue(v, d); };
-    const auto mayWrite = [&](const VdbCoord& n, const VdbCoord& from) { return isMasked.isValueOn(n) && sameSide(n, from); };
+    const auto mayWrite = [&](const VdbCoord& n, const VdbCoord& from) {
+      return isMasked.isValueOn(n) && sameSide(n, from);
+    };
     March march(value, write, mayWrite);
-    // Beside the surface: what the other side leaves of the voxel between them, or where the winding number is a half. Edges
-    // through the closing surface are measured already.
+    // Beside the surface: what the other side leaves of the voxel between them, or where the winding number is a half.
+    // Edges through the closing surface are measured already.
     std::vector<std::pair<VdbCoord, float>> beside;
     for (const auto& leaf : dropped) {
       for (const VdbCoord& v : leaf) {
@@ -398,14 +412,16 @@ class Builder {
   }
 
   /// Whether the nearest point of triangle `index` to voxel v lies on the boundary of the inside.
-  [[nodiscard]] bool bounds(const VdbCoord& v, float d, int index, openvdb::tree::ValueAccessor<const FloatTree>& sign) const {
+  [[nodiscard]] bool bounds(const VdbCoord& v, float d, int index,
+                            openvdb::tree::ValueAccessor<const FloatTree>& sign) const {
     if (index < 0) return true;
     const float w = sign.getValue(v);
     const auto& t = mesh_.triangles[size_t(index)];
     const openvdb::Vec3d p = v.asVec3d(), q = nearestPoint(v, index);
 
     // Across a triangle the winding number grows by one from its outer to its inner side.
-    const Vec3d normal = (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
+    const Vec3d normal =
+        (mesh_.positions[t[1]] - mesh_.positions[t[0]]).cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
     const double length = normal.norm();
     if (d > kLeast && length > 0) {
       const double side = (p - q).dot(openvdb::Vec3d(normal.data())) / (d * length);
@@ -438,7 +454,7 @@ class Builder {
     tbb::enumerable_thread_specific<uint64_t> inside(0);
     {
       Leaves leaves(*tree);
-      leaves.foreach([&](Leaf& leaf, size_t) {
+      leaves.foreach ([&](Leaf& leaf, size_t) {
         const Leaf* measured = distance_->probeConstLeaf(leaf.origin());
         const Leaf* closing = closing_ ? closing_->probeConstLeaf(leaf.origin()) : nullptr;
         const Leaf* sign = signs_->probeConstLeaf(leaf.origin());

@@ -13,16 +13,19 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kCells = 96;     // along the longest side
-constexpr int kMargin = 16;    // cells around the box: two of the coarsest
-constexpr float kBand = 8;     // cells: known from the mesh
-constexpr int kLeast = 12;     // no coarser than this many samples a side
+constexpr int kCells = 96;   // along the longest side
+constexpr int kMargin = 16;  // cells around the box: two of the coarsest
+constexpr float kBand = 8;   // cells: known from the mesh
+constexpr int kLeast = 12;   // no coarser than this many samples a side
 
 // Fills |phi| beyond the band: upwind |∇u| = 1, swept once in each of the eight orders of the axes.
 void widen(StampShape::Level& level) {
   const int nx = level.size[0], ny = level.size[1], nz = level.size[2];
   auto& phi = level.distance;
-  const auto at = [&](int x, int y, int z) { return (static_cast<size_t>(x) * static_cast<size_t>(ny) + static_cast<size_t>(y)) * static_cast<size_t>(nz) + static_cast<size_t>(z); };
+  const auto at = [&](int x, int y, int z) {
+    return (static_cast<size_t>(x) * static_cast<size_t>(ny) + static_cast<size_t>(y)) * static_cast<size_t>(nz) +
+           static_cast<size_t>(z);
+  };
   const float far = static_cast<float>(nx + ny + nz);
   std::vector<float> u(phi.size());
   for (size_t i = 0; i < phi.size(); ++i) u[i] = std::abs(phi[i]) < kBand ? std::abs(phi[i]) : far;
@@ -33,7 +36,8 @@ void widen(StampShape::Level& level) {
         for (int k = 0; k < nz; ++k) {
           const int x = fx ? nx - 1 - i : i, y = fy ? ny - 1 - j : j, z = fz ? nz - 1 - k : k;
           if (std::abs(phi[at(x, y, z)]) < kBand) continue;
-          float near[3] = {std::min(x > 0 ? u[at(x - 1, y, z)] : far, x + 1 < nx ? u[at(x + 1, y, z)] : far), std::min(y > 0 ? u[at(x, y - 1, z)] : far, y + 1 < ny ? u[at(x, y + 1, z)] : far),
+          float near[3] = {std::min(x > 0 ? u[at(x - 1, y, z)] : far, x + 1 < nx ? u[at(x + 1, y, z)] : far),
+                           std::min(y > 0 ? u[at(x, y - 1, z)] : far, y + 1 < ny ? u[at(x, y + 1, z)] : far),
                            std::min(z > 0 ? u[at(x, y, z - 1)] : far, z + 1 < nz ? u[at(x, y, z + 1)] : far)};
           std::sort(near, near + 3);
           float best = near[0] + 1;
@@ -41,7 +45,8 @@ void widen(StampShape::Level& level) {
             const float difference = near[0] - near[1];
             best = 0.5f * (near[0] + near[1] + std::sqrt(std::max(2 - difference * difference, 0.0f)));
             if (best > near[2]) {
-              const float sum = near[0] + near[1] + near[2], squares = near[0] * near[0] + near[1] * near[1] + near[2] * near[2];
+              const float sum = near[0] + near[1] + near[2],
+                          squares = near[0] * near[0] + near[1] * near[1] + near[2] * near[2];
               best = (sum + std::sqrt(std::max(sum * sum - 3 * (squares - 1), 0.0f))) / 3;
             }
           }
@@ -59,7 +64,11 @@ StampShape::Level halved(const StampShape::Level& fine) {
   coarse.cell = 2 * fine.cell;
   coarse.middle = (fine.middle - Vec3f::Constant(0.5f)) / 2;
   coarse.distance.reserve(fine.distance.size() / 8);
-  const auto at = [&](int x, int y, int z) { return fine.distance[(static_cast<size_t>(x) * static_cast<size_t>(fine.size[1]) + static_cast<size_t>(y)) * static_cast<size_t>(fine.size[2]) + static_cast<size_t>(z)]; };
+  const auto at = [&](int x, int y, int z) {
+    return fine.distance[(static_cast<size_t>(x) * static_cast<size_t>(fine.size[1]) + static_cast<size_t>(y)) *
+                             static_cast<size_t>(fine.size[2]) +
+                         static_cast<size_t>(z)];
+  };
   for (int x = 0; x < coarse.size[0]; ++x)
     for (int y = 0; y < coarse.size[1]; ++y)
       for (int z = 0; z < coarse.size[2]; ++z) {
@@ -73,7 +82,8 @@ StampShape::Level halved(const StampShape::Level& fine) {
 }  // namespace
 
 std::shared_ptr<const StampShape> StampShape::of(const TriangleMesh& mesh, Job* job) {
-  if (mesh.positions.empty() || mesh.triangles.empty()) throw Error("the shape of a stamp is empty: give a mesh or clay with something in it");
+  if (mesh.positions.empty() || mesh.triangles.empty())
+    throw Error("the shape of a stamp is empty: give a mesh or clay with something in it");
   Vec3d low = Vec3d::Constant(INFINITY), high = -low;
   for (const auto& t : mesh.triangles)
     for (const uint32_t v : t) {
@@ -117,7 +127,8 @@ std::shared_ptr<const StampShape> StampShape::of(const TriangleMesh& mesh, Job* 
   widen(level);
   auto shape = std::make_shared<StampShape>();
   shape->levels_.push_back(std::move(level));
-  while (*std::min_element(shape->levels_.back().size, shape->levels_.back().size + 3) >= 2 * kLeast) shape->levels_.push_back(halved(shape->levels_.back()));
+  while (*std::min_element(shape->levels_.back().size, shape->levels_.back().size + 3) >= 2 * kLeast)
+    shape->levels_.push_back(halved(shape->levels_.back()));
   return shape;
 }
 

@@ -10,11 +10,12 @@
 
 namespace argil::clay {
 
-/// A solid's distances on dense grids, each half as fine as the one before. Its middle is that of its box; it fills the unit ball. Immutable; read from any thread.
+/// A solid's distances on dense grids, each half as fine as the one before. Its middle is that of its box; it fills the
+/// unit ball. Immutable; read from any thread.
 class StampShape {
  public:
-  /// What the mesh bounds, sound or not, as meshToClay() takes it; at 96 cells along its longest side. About a second; 8 MB. Throws Error where nothing is inside;
-  /// Cancelled when the job was.
+  /// What the mesh bounds, sound or not, as meshToClay() takes it; at 96 cells along its longest side. About a second;
+  /// 8 MB. Throws Error where nothing is inside; Cancelled when the job was.
   [[nodiscard]] static std::shared_ptr<const StampShape> of(const TriangleMesh& mesh, Job* job = nullptr);
   /// The same of a piece of clay.
   [[nodiscard]] static std::shared_ptr<const StampShape> of(const Version& version, Job* job = nullptr);

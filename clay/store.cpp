@@ -17,7 +17,7 @@ constexpr size_t kStock = 128, kNodeStock = 16;  // objects an editor takes at o
 constexpr size_t kLeastStock = 4;
 constexpr size_t kShareInStock = 8;  // of what a pool has, its next chunk is this part
 constexpr size_t kPage = 4096, kBlockAlignment = 64;
-}
+}  // namespace
 
 SlabPool::~SlabPool() {
   for (std::byte* arena : arenas_) munmap(arena, kArenaBytes + kSlabBytes);
@@ -39,7 +39,8 @@ SlabPool::Chunk SlabPool::map(size_t bytes) {
   } else {
     const std::lock_guard lock(arenaMutex_);
     if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
-      void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+      void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
       if (map == MAP_FAILED) throw std::bad_alloc();
       arenas_.push_back(static_cast<std::byte*>(map));
       slabsInArena_ = 0;
@@ -127,19 +128,27 @@ Store::~Store() {
   delete state_->victim;
 }
 
-std::shared_ptr<Store> Store::make(Precision precision) { return std::shared_ptr<Store>(new Store(precision)); }
+std::shared_ptr<Store> Store::make(Precision precision) {
+  return std::shared_ptr<Store>(new Store(precision));
+}
 
-Precision Store::precision() const { return state_->precision; }
+Precision Store::precision() const {
+  return state_->precision;
+}
 
-void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves, std::vector<void*>& nodes) {
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves,
+                     std::vector<void*>& nodes) {
   if (isTile(own) || own == before || own == after) return;
   if (level == 0) {
     leaves.push_back(reinterpret_cast<void*>(own));
     return;
   }
   const auto* node = reinterpret_cast<const Node*>(own);
-  const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
-  for (int i = 0; i < 512; ++i) gatherExclusive(node->child[i], childOf(before, i), childOf(after, i), level - 1, leaves, nodes);
+  const auto childOf = [](Link link, int i) {
+    return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i];
+  };
+  for (int i = 0; i < 512; ++i)
+    gatherExclusive(node->child[i], childOf(before, i), childOf(after, i), level - 1, leaves, nodes);
   nodes.push_back(reinterpret_cast<void*>(own));
 }
 
@@ -164,7 +173,8 @@ bool Store::collect(size_t maxObjects) {
       s.victimTree = 0;
     }
     for (; s.walk.empty() && s.victimTree < kTrees; ++s.victimTree) {
-      // The tree of versions may grow meanwhile, but not between these three: a child of the victim is made from a handle, and it has none.
+      // The tree of versions may grow meanwhile, but not between these three: a child of the victim is made from a
+      // handle, and it has none.
       const std::lock_guard lock(s.mutex);
       const auto tree = static_cast<size_t>(s.victimTree);
       const Link own = s.victim->roots[tree];
@@ -175,7 +185,9 @@ bool Store::collect(size_t maxObjects) {
     auto& leaves = freed.leaves(s.victimTree - 1);
     while (!s.walk.empty() && work < maxObjects) {
       State::Frame& f = s.walk.back();
-      const auto childOf = [](Link link, int i) { return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i]; };
+      const auto childOf = [](Link link, int i) {
+        return isTile(link) ? Link{0} : reinterpret_cast<const Node*>(link)->child[i];
+      };
       const auto* node = reinterpret_cast<const Node*>(f.own);
       bool deeper = false;
       while (f.next < 512) {
@@ -246,7 +258,9 @@ bool Store::collect(size_t maxObjects) {
   return more;
 }
 
-bool Store::wantsCollecting() const noexcept { return state_->due.load(std::memory_order_relaxed); }
+bool Store::wantsCollecting() const noexcept {
+  return state_->due.load(std::memory_order_relaxed);
+}
 
 Store::Usage Store::usage() const {
   const std::lock_guard lock(state_->mutex);
@@ -254,12 +268,15 @@ Store::Usage Store::usage() const {
   usage.bricks = state_->liveBricks;
   usage.nodes = state_->liveNodes;
   usage.channelBricks = state_->liveChannelBricks;
-  usage.slabBytes = state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes() + state_->workBricks.bytes();
+  usage.slabBytes =
+      state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes() + state_->workBricks.bytes();
   usage.versions = state_->versions;
   usage.precision = state_->precision;
   return usage;
 }
 
-uint64_t Store::Usage::bytes() const { return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
+uint64_t Store::Usage::bytes() const {
+  return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node);
+}
 
 }  // namespace argil::clay

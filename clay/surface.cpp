@@ -85,13 +85,14 @@ struct Region {
 // What an update does in one region.
 struct Task {
   Coord region;
-  RegionBits wanted{};  // bricks whose vertices may be others now
+  RegionBits wanted{};             // bricks whose vertices may be others now
   std::array<Region*, 8> lower{};  // its own and those dx·4 + dy·2 + dz lower, or null
   uint64_t firstSerial = 0;
   // Filled in:
   RegionBits looked{}, gone{};
   std::vector<BrickMeshPtr> changed;
-  std::vector<std::pair<int, HeldPtr>> replaced;  // what differs in quads alone, not to be put in before all others have read what was
+  // what differs in quads alone, not to be put in before all others have read what was
+  std::vector<std::pair<int, HeldPtr>> replaced;
   int64_t vertices = 0, quads = 0, folded = 0;  // what came on top
 };
 
@@ -125,9 +126,11 @@ class TaskList {
       // What stays in the region, and what passes its lower face, along y and then along z.
       const uint64_t alongY[2] = {dy ? word >> 8 : word, dy ? word << 56 : 0};
       for (int py = 0; py < 2; ++py) {
-        const uint64_t alongZ[2] = {dz ? alongY[py] >> 1 & ~(kLowZ << 7) : alongY[py], dz ? (alongY[py] & kLowZ) << 7 : 0};
+        const uint64_t alongZ[2] = {dz ? alongY[py] >> 1 & ~(kLowZ << 7) : alongY[py],
+                                    dz ? (alongY[py] & kLowZ) << 7 : 0};
         for (int pz = 0; pz < 2; ++pz)
-          if (alongZ[pz] != 0) at(region - Coord{x < dx, py, pz}).wanted[static_cast<size_t>((x - dx) & 7)] |= alongZ[pz];
+          if (alongZ[pz] != 0)
+            at(region - Coord{x < dx, py, pz}).wanted[static_cast<size_t>((x - dx) & 7)] |= alongZ[pz];
       }
     }
   }
@@ -137,7 +140,8 @@ class TaskList {
     for (size_t i = 0, count = tasks_.size(); i < count; ++i) {
       const RegionBits wanted = tasks_[i].wanted;
       const Coord region = tasks_[i].region;
-      const uint64_t all = wanted[0] | wanted[1] | wanted[2] | wanted[3] | wanted[4] | wanted[5] | wanted[6] | wanted[7];
+      const uint64_t all =
+          wanted[0] | wanted[1] | wanted[2] | wanted[3] | wanted[4] | wanted[5] | wanted[6] | wanted[7];
       for (int k = 1; k < 8; ++k) {
         uint64_t last = k & 4 ? wanted[7] : all;
         if (k & 2) last &= uint64_t{0xff} << 56;
@@ -165,7 +169,8 @@ void addRegions(Link link, int level, Coord first, TaskList& tasks) {
   }
   const int step = 1 << (3 * (level - 1));
   for (int i = 0; i < 512; ++i)
-    addRegions(reinterpret_cast<const Node*>(link)->child[i], level - 1, first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, tasks);
+    addRegions(reinterpret_cast<const Node*>(link)->child[i], level - 1,
+               first + Coord{i >> 6, (i >> 3) & 7, i & 7} * step, tasks);
 }
 
 // Bricks of a region that can have a vertex: both signs among them and those one step higher.
@@ -197,7 +202,7 @@ RegionBits crossedBricks(const RegionSlots& slots) {
     inside[x][y] |= unsigned{any != 0} << z;
     outside[x][y] |= unsigned{all != ~uint64_t{0}} << z;
   }
-  const auto together = [](unsigned (&bits)[9][9], int x, int y) {
+  const auto together = [](unsigned(&bits)[9][9], int x, int y) {
     const unsigned all = bits[x][y] | bits[x][y + 1] | bits[x + 1][y] | bits[x + 1][y + 1];
     return (all | all >> 1) & 0xff;
   };
@@ -216,7 +221,8 @@ unsigned changedFor(Slot before, Slot after) {
   differingVoxels(before.brick()->values(was), after.brick()->values(is), d);
   const uint64_t all = d[0] | d[1] | d[2] | d[3] | d[4] | d[5] | d[6] | d[7];
   const auto bits = [](uint64_t word) {
-    return unsigned{word != 0} | unsigned{(word & kLowZ) != 0} << 1 | unsigned{(word & 0xff) != 0} << 2 | unsigned{(word & 1) != 0} << 3;
+    return unsigned{word != 0} | unsigned{(word & kLowZ) != 0} << 1 | unsigned{(word & 0xff) != 0} << 2 |
+           unsigned{(word & 1) != 0} << 3;
   };
   return bits(all) | bits(d[0]) << 4;
 }
@@ -258,8 +264,8 @@ struct Surface::State {
         if (const HeldPtr& held = regions.at(key)->held[i]) visit(*held);
   }
 
-  HeldPtr hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
-               const std::array<VertexRef, 4>* quads);
+  HeldPtr hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions,
+               const PackedNormal* normalsHere, const std::array<VertexRef, 4>* quads);
   TaskList changedRegions(const Version& next) const;
   void extractRegionVertices(Task& task, bool whole, Worker& worker);
   void followVertices(Task& task, int index, const Coord& brick, Worker& worker);
@@ -268,11 +274,12 @@ struct Surface::State {
 };
 
 // A mesh in one block of memory. Null `quads` leaves them to be written.
-HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table, const Vec3f* positions, const PackedNormal* normalsHere,
+HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const CellTable& table,
+                             const Vec3f* positions, const PackedNormal* normalsHere,
                              const std::array<VertexRef, 4>* quads) {
   const size_t n = table.vertices, q = table.quads, s = table.specials.size(), c = table.sharp.size();
-  const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) + s * sizeof(CellTable::Special) +
-                      c * sizeof(uint16_t);
+  const size_t tail = n * (sizeof(Vec3f) + (normals ? sizeof(PackedNormal) : 0)) + q * sizeof(*quads) +
+                      s * sizeof(CellTable::Special) + c * sizeof(uint16_t);
   TailPlace memoryHere{memory, tail};
   HeldPtr held = std::allocate_shared<Held>(TailAllocator<Held>(memoryHere));
   std::byte* at = memoryHere.at;
@@ -292,8 +299,8 @@ HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const
   return held;
 }
 
-// Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a folded
-// face also reads the cell beyond. The fine grade reads all around a brick.
+// Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a
+// folded face also reads the cell beyond. The fine grade reads all around a brick.
 TaskList Surface::State::changedRegions(const Version& next) const {
   TaskList tasks;
   // Of the region at hand, by how much lower: bricks with a change for those.
@@ -397,7 +404,9 @@ void Surface::State::followVertices(Task& task, int index, const Coord& brick, W
 void Surface::State::extractRegionQuads(Task& task, Worker& worker) {
   const std::array<Region*, 8>& lower = task.lower;
   ExtractionBuffer& buffer = worker.buffer;
-  const auto changedAt = [&](int k, int x) { return lower[static_cast<size_t>(k)] ? lower[static_cast<size_t>(k)]->changed[static_cast<size_t>(x)] : 0; };
+  const auto changedAt = [&](int k, int x) {
+    return lower[static_cast<size_t>(k)] ? lower[static_cast<size_t>(k)]->changed[static_cast<size_t>(x)] : 0;
+  };
   // Bricks with a change in themselves or one lower along y and z.
   const auto spread = [&](int k, int x) {
     const auto toZ = [](uint64_t here, uint64_t below) { return (here << 1 & ~kLowZ) | (below >> 7 & kLowZ); };
@@ -437,7 +446,8 @@ void Surface::State::extractRegionQuads(Task& task, Worker& worker) {
         std::copy_n(buffer.quads.data(), held->quads.size(), const_cast<std::array<VertexRef, 4>*>(held->quads.data()));
       } else {
         if (sameBytes(held->quads, buffer.quads.data())) continue;
-        HeldPtr other = hold(worker.memory, held->brick, held->table, held->positions.data(), held->normals.data(), buffer.quads.data());
+        HeldPtr other = hold(worker.memory, held->brick, held->table, held->positions.data(), held->normals.data(),
+                             buffer.quads.data());
         other->serial = task.firstSerial + static_cast<uint64_t>(512 + x * 64 + bit);
         other->vertexSerial = held->vertexSerial;
         task.replaced.emplace_back(x * 64 + bit, other);
@@ -458,21 +468,25 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
     nextSerial += 2 * 512;
   }
   for (Task& task : tasks)
-    for (int k = 1; k < 8; ++k) task.lower[static_cast<size_t>(k)] = region(task.region - Coord{k >> 2, (k >> 1) & 1, k & 1});
-  // A thread takes a run of regions and makes both vertices and quads of each while they are in its cache. Quads need the vertices of lower regions, which may be
-  // in the hands of another thread; then they come later.
+    for (int k = 1; k < 8; ++k)
+      task.lower[static_cast<size_t>(k)] = region(task.region - Coord{k >> 2, (k >> 1) & 1, k & 1});
+  // A thread takes a run of regions and makes both vertices and quads of each while they are in its cache. Quads need
+  // the vertices of lower regions, which may be in the hands of another thread; then they come later.
   if (tasks.size() < 32) threads = 1;
   constexpr size_t kMostInARun = 4;
   std::atomic<size_t> next = 0;
   std::atomic<bool> failed = false;
   const auto ready = [](const Task& task) {
-    return std::none_of(task.lower.begin(), task.lower.end(), [](const Region* r) { return r && r->pending.load(std::memory_order_acquire); });
+    return std::none_of(task.lower.begin(), task.lower.end(),
+                        [](const Region* r) { return r && r->pending.load(std::memory_order_acquire); });
   };
   const auto work = [&] {
     thread_local std::unique_ptr<ExtractionBuffer> buffer = std::make_unique_for_overwrite<ExtractionBuffer>();
     Worker worker{*buffer, BlockPool::Share(*pool)};
     std::vector<Task*> later;
-    const auto tryLater = [&] { std::erase_if(later, [&](Task* task) { return ready(*task) && (extractRegionQuads(*task, worker), true); }); };
+    const auto tryLater = [&] {
+      std::erase_if(later, [&](Task* task) { return ready(*task) && (extractRegionQuads(*task, worker), true); });
+    };
     for (;;) {
       size_t begin = next.load(std::memory_order_relaxed), end;
       do end = begin + std::clamp<size_t>((tasks.size() - begin) / (4 * static_cast<size_t>(threads)), 1, kMostInARun);
@@ -482,21 +496,26 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
         extractRegionVertices(tasks[i], whole, worker);
         tasks[i].lower[0]->pending.store(false, std::memory_order_release);
         tryLater();
-        if (ready(tasks[i])) extractRegionQuads(tasks[i], worker);
-        else later.push_back(&tasks[i]);
+        if (ready(tasks[i]))
+          extractRegionQuads(tasks[i], worker);
+        else
+          later.push_back(&tasks[i]);
       }
     }
     for (; !later.empty() && !failed.load(std::memory_order_relaxed); tryLater())
       if (!ready(*later.front())) std::this_thread::yield();
   };
-  parallelBlocks(static_cast<size_t>(threads), threads, [&](size_t, size_t) {
-    try {
-      work();
-    } catch (...) {
-      failed = true;
-      throw;
-    }
-  }, 1);
+  parallelBlocks(
+      static_cast<size_t>(threads), threads,
+      [&](size_t, size_t) {
+        try {
+          work();
+        } catch (...) {
+          failed = true;
+          throw;
+        }
+      },
+      1);
 
   size_t changed = 0;
   for (const Task& task : tasks) changed += task.changed.size();
@@ -545,11 +564,19 @@ SurfaceDelta Surface::update(const Version& version, int threads) {
   return delta;
 }
 
-const Version& Surface::version() const { return state_->version; }
-uint64_t Surface::vertexCount() const { return state_->vertexCount; }
-uint64_t Surface::quadCount() const { return state_->quadCount; }
+const Version& Surface::version() const {
+  return state_->version;
+}
+uint64_t Surface::vertexCount() const {
+  return state_->vertexCount;
+}
+uint64_t Surface::quadCount() const {
+  return state_->quadCount;
+}
 
-const BrickMesh* Surface::find(Coord brick) const { return state_->find(brick); }
+const BrickMesh* Surface::find(Coord brick) const {
+  return state_->find(brick);
+}
 
 void Surface::forEach(const std::function<void(const BrickMesh&)>& visit) const {
   state_->forEach([&](const Held& held) { visit(held); });

@@ -13,8 +13,8 @@
 
 namespace argil::clay {
 
-/// A vertex as a quad names it: bits 0–12 its index in a brick's vertices, bits 13, 14, 15 whether that brick is one lower
-/// in x, y, z than the quad's own.
+/// A vertex as a quad names it: bits 0–12 its index in a brick's vertices, bits 13, 14, 15 whether that brick is one
+/// lower in x, y, z than the quad's own.
 using VertexRef = uint16_t;
 inline constexpr int kVertexRefBits = 13;
 inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
@@ -35,14 +35,15 @@ struct PackedNormal {
 };
 
 /// The part of the surface that one brick coordinate owns: the vertices of its 8×8×8 cells (cell v has the corners v to
-/// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed out.
+/// v + 1) and a quad for each voxel edge with a sign change whose lower voxel is in the brick. Immutable once handed
+/// out.
 struct BrickMesh {
-  Coord brick;          ///< Brick coordinate; positions are relative to voxel brick · 8.
+  Coord brick;                ///< Brick coordinate; positions are relative to voxel brick · 8.
   uint64_t serial = 0;        ///< Names this content for good within its Surface.
   uint64_t vertexSerial = 0;  ///< The same for positions and normals: meshes that share it differ in quads alone.
-  std::span<const Vec3f> positions;                  ///< In voxels, 0 to 8 along each axis; of Grade::fine up to 1 beyond.
-  std::span<const PackedNormal> normals;             ///< One a vertex, from the field, outwards; empty when not asked for.
-  std::span<const std::array<VertexRef, 4>> quads;   ///< Counter-clockwise from outside; split along corners 0 and 2.
+  std::span<const Vec3f> positions;       ///< In voxels, 0 to 8 along each axis; of Grade::fine up to 1 beyond.
+  std::span<const PackedNormal> normals;  ///< One a vertex, from the field, outwards; empty when not asked for.
+  std::span<const std::array<VertexRef, 4>> quads;  ///< Counter-clockwise from outside; split along corners 0 and 2.
 };
 
 using BrickMeshPtr = std::shared_ptr<const BrickMesh>;
@@ -53,8 +54,8 @@ struct BrickPaint;  // clay/vertex_channels.h
 struct SurfaceDelta {
   Grid grid;
   std::vector<BrickMeshPtr> changed;  ///< Each brick coordinate at most once, in the order of the tree.
-  /// What vertices show of colour, material and mask, where that or the mesh changed; a mesh with other vertices that has none here has nothing set. Each brick
-  /// coordinate at most once.
+  /// What vertices show of colour, material and mask, where that or the mesh changed; a mesh with other vertices that
+  /// has none here has nothing set. Each brick coordinate at most once.
   std::vector<std::shared_ptr<const BrickPaint>> painted;
 };
 
@@ -68,8 +69,9 @@ class Surface {
   Surface(Surface&&) noexcept;
   Surface& operator=(Surface&&) noexcept;
 
-  /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before (all of
-  /// the model the first time, or after another store or grid); the result does not depend on it, nor on `threads` (1 to 64).
+  /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before (all
+  /// of the model the first time, or after another store or grid); the result does not depend on it, nor on `threads`
+  /// (1 to 64).
   SurfaceDelta update(const Version& version, int threads = 1);
 
   [[nodiscard]] const Version& version() const;

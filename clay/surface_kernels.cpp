@@ -18,7 +18,9 @@ using IntTag = hn::RebindToSigned<Tag>;
 using Floats = hn::Vec<Tag>;
 using Ints = hn::Vec<IntTag>;
 
-HWY_INLINE Floats mix(Floats a, Floats b, Floats t) { return hn::Add(a, hn::Mul(hn::Sub(b, a), t)); }
+HWY_INLINE Floats mix(Floats a, Floats b, Floats t) {
+  return hn::Add(a, hn::Mul(hn::Sub(b, a), t));
+}
 
 // Octahedral, as PackedNormal::pack; a vector without length gives z.
 HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
@@ -49,24 +51,28 @@ HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& 
   const hn::Half<IntTag> half;
   const auto load = [&](hn::Vec<decltype(half)> i) {
     // Bytes, as the pairs overlap.
-    return hn::BitCast(d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
+    return hn::BitCast(
+        d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
   };
   const Floats lower = load(hn::LowerHalf(half, index)), upper = load(hn::UpperHalf(half, index));
   first = hn::ConcatEven(d, upper, lower);
   second = hn::ConcatOdd(d, upper, lower);
 }
 
-// (Loops over corners and edges are written out by templates: g++ keeps them as loops otherwise, with vectors in memory.)
+// (Loops over corners and edges are written out by templates: g++ keeps them as loops otherwise, with vectors in
+// memory.)
 template <int... c>
 HWY_INLINE Ints patternOf(const Floats (&v)[8], std::integer_sequence<int, c...>) {
   const Tag d;
   const IntTag di;
   Ints pattern = hn::Zero(di);
-  ((pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], hn::Zero(d))), hn::Set(di, 1 << c)))), ...);
+  ((pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], hn::Zero(d))), hn::Set(di, 1 << c)))),
+   ...);
   return pattern;
 }
 
-// Edge axis·4 + e, as kCellEdges: its crossing's coordinates on top of `sum` where it is crossed, and one on top of `n`.
+// Edge axis·4 + e, as kCellEdges: its crossing's coordinates on top of `sum` where it is crossed, and one on top of
+// `n`.
 template <int axis, int e>
 HWY_INLINE void addEdge(const Floats (&v)[8], Floats (&sum)[3], Floats& n) {
   const Tag d;
@@ -84,7 +90,8 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
   (addEdge<i / 4, i % 4>(v, sum, n), ...);
 }
 
-void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions, uint32_t* normals) {
+void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
+                  uint32_t* normals) {
   const Tag d;
   const IntTag di;
   const hn::Rebind<uint16_t, Tag> d16;
@@ -92,7 +99,8 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
   const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   for (int first = 0; first < count; first += lanes) {
     const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + first));
-    const Ints x = hn::ShiftRight<6>(cell), y = hn::And(hn::ShiftRight<3>(cell), hn::Set(di, 7)), z = hn::And(cell, hn::Set(di, 7));
+    const Ints x = hn::ShiftRight<6>(cell), y = hn::And(hn::ShiftRight<3>(cell), hn::Set(di, 7)),
+               z = hn::And(cell, hn::Set(di, 7));
     // (x·9 + y)·9 + z, by shifts: integer products are slow on some targets.
     const Ints xy = hn::Add(hn::Add(hn::ShiftLeft<3>(x), x), y);
     const Ints base = hn::Add(hn::Add(hn::ShiftLeft<3>(xy), xy), z);
@@ -107,14 +115,17 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     addEdges(v, sum, n, std::make_integer_sequence<int, 12>());
     const Floats inverse = hn::Div(one, n);
     const Floats fx = hn::Mul(sum[0], inverse), fy = hn::Mul(sum[1], inverse), fz = hn::Mul(sum[2], inverse);
-    hn::StoreInterleaved3(hn::Add(hn::ConvertTo(d, x), fx), hn::Add(hn::ConvertTo(d, y), fy), hn::Add(hn::ConvertTo(d, z), fz), d,
-                          positions + 3 * first);
+    hn::StoreInterleaved3(hn::Add(hn::ConvertTo(d, x), fx), hn::Add(hn::ConvertTo(d, y), fy),
+                          hn::Add(hn::ConvertTo(d, z), fz), d, positions + 3 * first);
     if (!normals) continue;
 
     // Gradient of the trilinear field at the vertex.
-    const Floats v00 = mix(v[0], v[1], fz), v01 = mix(v[2], v[3], fz), v10 = mix(v[4], v[5], fz), v11 = mix(v[6], v[7], fz);
-    const Floats z0 = mix(hn::Sub(v[1], v[0]), hn::Sub(v[3], v[2]), fy), z1 = mix(hn::Sub(v[5], v[4]), hn::Sub(v[7], v[6]), fy);
-    const Floats gx = mix(hn::Sub(v10, v00), hn::Sub(v11, v01), fy), gy = mix(hn::Sub(v01, v00), hn::Sub(v11, v10), fx), gz = mix(z0, z1, fx);
+    const Floats v00 = mix(v[0], v[1], fz), v01 = mix(v[2], v[3], fz), v10 = mix(v[4], v[5], fz),
+                 v11 = mix(v[6], v[7], fz);
+    const Floats z0 = mix(hn::Sub(v[1], v[0]), hn::Sub(v[3], v[2]), fy),
+                 z1 = mix(hn::Sub(v[5], v[4]), hn::Sub(v[7], v[6]), fy);
+    const Floats gx = mix(hn::Sub(v10, v00), hn::Sub(v11, v01), fy), gy = mix(hn::Sub(v01, v00), hn::Sub(v11, v10), fx),
+                 gz = mix(z0, z1, fx);
     hn::StoreU(packNormal(gx, gy, gz), di, reinterpret_cast<int32_t*>(normals + first));
   }
 }
@@ -131,7 +142,9 @@ void Signs(const SignWords& words, BrickSigns& out) {
     const auto toZ = [&](decltype(w) here, decltype(w) after) {
       return hn::Or(hn::And(hn::ShiftRight<1>(here), rest), hn::ShiftLeft<7>(hn::And(after, lowZ)));
     };
-    const auto toY = [](decltype(w) here, decltype(w) after) { return hn::Or(hn::ShiftRight<8>(here), hn::ShiftLeft<56>(after)); };
+    const auto toY = [](decltype(w) here, decltype(w) after) {
+      return hn::Or(hn::ShiftRight<8>(here), hn::ShiftLeft<56>(after));
+    };
     const auto atZ = toZ(w, z), atY = toY(w, y), atYZ = toZ(atY, toY(z, yz));
     const auto someIn = hn::Or(hn::Or(w, atZ), hn::Or(atY, atYZ)), allIn = hn::And(hn::And(w, atZ), hn::And(atY, atYZ));
     if (x == 8) {
@@ -162,7 +175,7 @@ void EdgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int
   using Four = hn::Vec<decltype(d)>;
   const auto load = [&](const CellVertex* v) { return hn::Load(d, &v->x); };
   // (x² + y²) + z² of four vectors whose squares these are.
-  const auto sums = [&](const Four (&q)[4]) {
+  const auto sums = [&](const Four(&q)[4]) {
     const Four xy0 = hn::InterleaveLower(d, q[0], q[1]), xy1 = hn::InterleaveLower(d, q[2], q[3]);
     const Four z = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, q[2], q[3]), hn::InterleaveUpper(d, q[0], q[1]));
     return hn::Add(hn::Add(hn::ConcatLowerLower(d, xy1, xy0), hn::ConcatUpperUpper(d, xy1, xy0)), z);
@@ -223,9 +236,12 @@ HWY_EXPORT(CellVertices);
 HWY_EXPORT(EdgeQuads);
 HWY_EXPORT(Differing);
 
-void brickSigns(const SignWords& words, BrickSigns& out) noexcept { HWY_DYNAMIC_DISPATCH(Signs)(words, out); }
+void brickSigns(const SignWords& words, BrickSigns& out) noexcept {
+  HWY_DYNAMIC_DISPATCH(Signs)(words, out);
+}
 
-void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions, uint32_t* normals) noexcept {
+void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
+                  uint32_t* normals) noexcept {
   HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, patterns, positions, normals);
 }
 
@@ -247,11 +263,14 @@ int listBits(const uint64_t* words, uint16_t* out) noexcept {
   return static_cast<int>(at - out);
 }
 
-void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV, uint16_t* quads) noexcept {
+void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV,
+               uint16_t* quads) noexcept {
   HWY_DYNAMIC_DISPATCH(EdgeQuads)(vertices, edges, count, stepU, stepV, quads);
 }
 
-void differingVoxels(const float* a, const float* b, uint64_t (&out)[8]) noexcept { HWY_DYNAMIC_DISPATCH(Differing)(a, b, out); }
+void differingVoxels(const float* a, const float* b, uint64_t (&out)[8]) noexcept {
+  HWY_DYNAMIC_DISPATCH(Differing)(a, b, out);
+}
 
 }  // namespace argil::clay
 #endif

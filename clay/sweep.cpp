@@ -1,4 +1,5 @@
-// The swept tip is laid on and blended; or laid on or cut away where a mask makes the order of images matter. Else the stroke does that itself.
+// The swept tip is laid on and blended; or laid on or cut away where a mask makes the order of images matter. Else the
+// stroke does that itself.
 
 #include <algorithm>
 #include <array>
@@ -27,7 +28,8 @@ class Sweep : public DistanceMethod {
   bool everywhere() const override { return true; }
   Renew leaves() const override { return blend_ == 0 ? Renew::none : Renew::slopes; }
 
-  // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count of stamps. Where that clay had no surface it is laid on.
+  // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count
+  // of stamps. Where that clay had no surface it is laid on.
   void begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) override {
     if (blend_ == 0) return;
     std::vector<std::pair<Coord, Swept*>> work;
@@ -50,7 +52,8 @@ class Sweep : public DistanceMethod {
   }
 
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
-    if (const auto it = swept_.find(coord); it != swept_.end()) return blended(before.slot(coord), coord, *it->second, phi);
+    if (const auto it = swept_.find(coord); it != swept_.end())
+      return blended(before.slot(coord), coord, *it->second, phi);
     float distance[kBrickVoxels], one[kBrickVoxels];
     for (size_t i = 0; i < images.size(); ++i) {
       tipDistances(*brush_, images[i], coord, i == 0 ? distance : one);
@@ -92,6 +95,8 @@ class Sweep : public DistanceMethod {
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeSweep(const StrokeContext& context) { return std::make_unique<Sweep>(context); }
+std::unique_ptr<DistanceMethod> makeSweep(const StrokeContext& context) {
+  return std::make_unique<Sweep>(context);
+}
 
 }  // namespace argil::clay

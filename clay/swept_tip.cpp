@@ -16,7 +16,8 @@ constexpr int kMostPlaces = 64;  // of a shape on one stamp's way
 
 SweptAxes sweptAxes(const Brush& brush, const Stamp& s, Coord coord) {
   SweptAxes tip{};
-  const Vec3f a = (s.a - ((coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5))).cast<float>(), d = (s.b - s.a).cast<float>();
+  const Vec3f a = (s.a - ((coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5))).cast<float>(),
+              d = (s.b - s.a).cast<float>();
   for (int i = 0; i < 3; ++i) {
     const Vec3f axis = s.axes.col(i);
     for (int k = 0; k < 3; ++k) tip.axes[3 * i + k] = axis[k];
@@ -34,14 +35,16 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
   const SweptAxes tip = sweptAxes(brush, s, coord);
   const StampShape::Level& level = brush.shape->level(std::min(s.radius, s.radiusAtEnd()));
   const int places = std::clamp(static_cast<int>(std::ceil((s.b - s.a).norm())), 0, kMostPlaces - 1) + 1;
-  const auto strideX = static_cast<ptrdiff_t>(level.size[1]) * level.size[2], strideY = static_cast<ptrdiff_t>(level.size[2]);
+  const auto strideX = static_cast<ptrdiff_t>(level.size[1]) * level.size[2],
+             strideY = static_cast<ptrdiff_t>(level.size[2]);
   std::fill(std::begin(distance), std::end(distance), INFINITY);
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
   int voxels[kBrickVoxels];
   // A brick far from the surface for all of the way is told by its middle.
   {
-    const float voxel = level.cell * static_cast<float>(s.radius), slack = 7 + 5 + 2 * voxel + static_cast<float>((s.b - s.a).norm());
+    const float voxel = level.cell * static_cast<float>(s.radius),
+                slack = 7 + 5 + 2 * voxel + static_cast<float>((s.b - s.a).norm());
     float away2 = 0;
     int at[3];
     for (int k = 0; k < 3; ++k) {
@@ -51,7 +54,8 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
       away2 += (cell - within) * (cell - within);
       at[k] = static_cast<int>(within + 0.5f);
     }
-    const float middle = level.distance[static_cast<size_t>(at[0] * strideX + at[1] * strideY + at[2])], away = std::sqrt(away2);
+    const float middle = level.distance[static_cast<size_t>(at[0] * strideX + at[1] * strideY + at[2])],
+                away = std::sqrt(away2);
     const float far = away > 0 ? std::max(middle, away) : middle;
     if (tip.growth == 0 && std::abs(far) * voxel > slack) {
       std::fill(std::begin(distance), std::end(distance), far * voxel);
@@ -60,11 +64,14 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
   }
   for (int place = 0; place < places; ++place) {
     const float t = places > 1 ? static_cast<float>(place) / static_cast<float>(places - 1) : 0;
-    const float radius = static_cast<float>(s.radius) * (1 + t * tip.growth), voxel = level.cell * radius;  // voxels a cell
+    // voxels a cell
+    const float radius = static_cast<float>(s.radius) * (1 + t * tip.growth), voxel = level.cell * radius;
     const float inverse = 1 / voxel;
     size_t count = 0;
     for (int i = 0; i < kBrickVoxels; ++i) {
-      const float v[3] = {(static_cast<float>(i >> 6) - 3.5f) - tip.a[0], (static_cast<float>((i >> 3) & 7) - 3.5f) - tip.a[1], (static_cast<float>(i & 7) - 3.5f) - tip.a[2]};
+      const float v[3] = {(static_cast<float>(i >> 6) - 3.5f) - tip.a[0],
+                          (static_cast<float>((i >> 3) & 7) - 3.5f) - tip.a[1],
+                          (static_cast<float>(i & 7) - 3.5f) - tip.a[2]};
       int base[3];
       float part[3], away2 = 0;
       for (int k = 0; k < 3; ++k) {
@@ -96,20 +103,33 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
 
 void tipDistances(const Brush& brush, const Stamp& stamp, Coord coord, float (&distance)[kBrickVoxels]) {
   switch (brush.tip) {
-    case Tip::ball: ballDistances(sweptBall(stamp, coord), distance); break;
-    case Tip::ellipsoid: ellipsoidDistances(sweptAxes(brush, stamp, coord), distance); break;
-    case Tip::box: boxDistances(sweptAxes(brush, stamp, coord), distance); break;
-    case Tip::shape: shapeDistances(brush, stamp, coord, distance); break;
+    case Tip::ball:
+      ballDistances(sweptBall(stamp, coord), distance);
+      break;
+    case Tip::ellipsoid:
+      ellipsoidDistances(sweptAxes(brush, stamp, coord), distance);
+      break;
+    case Tip::box:
+      boxDistances(sweptAxes(brush, stamp, coord), distance);
+      break;
+    case Tip::shape:
+      shapeDistances(brush, stamp, coord, distance);
+      break;
   }
 }
 
-double aroundTip(const Brush& brush) { return brush.tip == Tip::box ? static_cast<double>(brush.proportions.norm()) : 1; }
+double aroundTip(const Brush& brush) {
+  return brush.tip == Tip::box ? static_cast<double>(brush.proportions.norm()) : 1;
+}
 
 double withinTip(const Brush& brush) {
   switch (brush.tip) {
-    case Tip::ball: return 1;
-    case Tip::shape: return -1e9;
-    default: return static_cast<double>(brush.proportions.minCoeff());
+    case Tip::ball:
+      return 1;
+    case Tip::shape:
+      return -1e9;
+    default:
+      return static_cast<double>(brush.proportions.minCoeff());
   }
 }
 

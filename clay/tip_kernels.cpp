@@ -19,8 +19,12 @@ struct Rows {
   Row x, y, z;
 };
 
-HWY_INLINE Row sum3(Row x, Row y, Row z) { return hn::Add(hn::Add(x, y), z); }
-HWY_INLINE Row square(Row v) { return hn::Mul(v, v); }
+HWY_INLINE Row sum3(Row x, Row y, Row z) {
+  return hn::Add(hn::Add(x, y), z);
+}
+HWY_INLINE Row square(Row v) {
+  return hn::Mul(v, v);
+}
 
 template <class Value>
 HWY_INLINE void forPlaces(const SweptAxes& tip, float* distance, const Value& value) {
@@ -28,15 +32,21 @@ HWY_INLINE void forPlaces(const SweptAxes& tip, float* distance, const Value& va
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
       for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
-        const Row vx = hn::Set(d, (static_cast<float>(x) - 3.5f) - tip.a[0]), vy = hn::Set(d, (static_cast<float>(y) - 3.5f) - tip.a[1]);
+        const Row vx = hn::Set(d, (static_cast<float>(x) - 3.5f) - tip.a[0]),
+                  vy = hn::Set(d, (static_cast<float>(y) - 3.5f) - tip.a[1]);
         const Row vz = hn::Sub(hn::Iota(d, static_cast<float>(lane) - 3.5f), hn::Set(d, tip.a[2]));
-        const auto along = [&](const float* axis) HWY_ATTR { return sum3(hn::Mul(vx, hn::Set(d, axis[0])), hn::Mul(vy, hn::Set(d, axis[1])), hn::Mul(vz, hn::Set(d, axis[2]))); };
-        hn::StoreU(value(Rows{along(tip.axes), along(tip.axes + 3), along(tip.axes + 6)}), d, distance + x * 64 + y * 8 + lane);
+        const auto along = [&](const float* axis) HWY_ATTR {
+          return sum3(hn::Mul(vx, hn::Set(d, axis[0])), hn::Mul(vy, hn::Set(d, axis[1])),
+                      hn::Mul(vz, hn::Set(d, axis[2])));
+        };
+        hn::StoreU(value(Rows{along(tip.axes), along(tip.axes + 3), along(tip.axes + 6)}), d,
+                   distance + x * 64 + y * 8 + lane);
       }
 }
 
-// The place of the way whose ellipsoid reaches the farthest is where the scaled place, a sphere's, is nearest. From there the distance follows from the foot
-// e² y / (λ + e²), by steps that solve |foot / e| = 1 as for a sphere (Moré and Sorensen 1983).
+// The place of the way whose ellipsoid reaches the farthest is where the scaled place, a sphere's, is nearest. From
+// there the distance follows from the foot e² y / (λ + e²), by steps that solve |foot / e| = 1 as for a sphere (Moré
+// and Sorensen 1983).
 void Ellipsoid(const SweptAxes& tip, float* distance) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
@@ -58,20 +68,23 @@ void Ellipsoid(const SweptAxes& tip, float* distance) {
     const Row floor = by(least, -0.9999f);
     Row lambda = hn::Max(hn::Div(hn::Mul(k0, hn::Sub(k0, one)), hn::Max(square(k1), hn::Set(d, 1e-12f))), floor);
     for (int i = 0; i < 5; ++i) {
-      const Row ux = hn::Div(one, hn::Add(lambda, ex2)), uy = hn::Div(one, hn::Add(lambda, ey2)), uz = hn::Div(one, hn::Add(lambda, ez2));
+      const Row ux = hn::Div(one, hn::Add(lambda, ex2)), uy = hn::Div(one, hn::Add(lambda, ey2)),
+                uz = hn::Div(one, hn::Add(lambda, ez2));
       const Row gx = square(hn::Mul(cx, ux)), gy = square(hn::Mul(cy, uy)), gz = square(hn::Mul(cz, uz));
       const Row g = sum3(gx, gy, gz), slope = sum3(hn::Mul(gx, ux), hn::Mul(gy, uy), hn::Mul(gz, uz));
       const Row step = hn::Div(hn::Mul(hn::Sub(hn::Sqrt(g), one), g), hn::Max(slope, hn::Set(d, 1e-20f)));
       lambda = hn::Max(hn::Add(lambda, step), floor);
     }
-    const Row way = hn::Sqrt(sum3(square(hn::Div(y.x, hn::Add(lambda, ex2))), square(hn::Div(y.y, hn::Add(lambda, ey2))), square(hn::Div(y.z, hn::Add(lambda, ez2)))));
+    const Row way =
+        hn::Sqrt(sum3(square(hn::Div(y.x, hn::Add(lambda, ex2))), square(hn::Div(y.y, hn::Add(lambda, ey2))),
+                      square(hn::Div(y.z, hn::Add(lambda, ez2)))));
     // In the very middle there is no foot to be found.
     return hn::IfThenElse(hn::Lt(k1, hn::Set(d, 1e-6f)), hn::Neg(hn::Sqrt(least)), hn::Mul(lambda, way));
   });
 }
 
-// Outside: the distance to a convex solid is convex along the way, so halving finds its least. Inside: the nearest of the planes that bound the swept box, its own
-// and those that the way makes with its edges.
+// Outside: the distance to a convex solid is convex along the way, so halving finds its least. Inside: the nearest of
+// the planes that bound the swept box, its own and those that the way makes with its edges.
 void Box(const SweptAxes& tip, float* distance) {
   const RowTag d;
   const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -91,7 +104,8 @@ void Box(const SweptAxes& tip, float* distance) {
     const auto beyond = [&](Row v, Row half) HWY_ATTR { return hn::Sub(v, hn::Min(hn::Max(v, hn::Neg(half)), half)); };
     const auto outside = [&](Row t) HWY_ATTR {
       const Row size = hn::Add(one, by(t, tip.growth));
-      return Rows{beyond(hn::Sub(q.x, by(t, tip.d[0])), by(size, core[0])), beyond(hn::Sub(q.y, by(t, tip.d[1])), by(size, core[1])),
+      return Rows{beyond(hn::Sub(q.x, by(t, tip.d[0])), by(size, core[0])),
+                  beyond(hn::Sub(q.y, by(t, tip.d[1])), by(size, core[1])),
                   beyond(hn::Sub(q.z, by(t, tip.d[2])), by(size, core[2]))};
     };
     Row t = zero;
@@ -105,16 +119,20 @@ void Box(const SweptAxes& tip, float* distance) {
         high = hn::IfThenElse(farther, high, t);
       }
       // The ends of the way are places too.
-      t = hn::IfThenElse(hn::Lt(high, hn::Set(d, 1.0f / 8192)), zero, hn::IfThenElse(hn::Gt(low, hn::Set(d, 1 - 1.0f / 8192)), one, t));
+      t = hn::IfThenElse(hn::Lt(high, hn::Set(d, 1.0f / 8192)), zero,
+                         hn::IfThenElse(hn::Gt(low, hn::Set(d, 1 - 1.0f / 8192)), one, t));
     }
     const Rows o = outside(t);
     const Row away = hn::Sqrt(sum3(square(o.x), square(o.y), square(o.z)));
-    const Rows m{hn::Abs(hn::Sub(q.x, hn::Set(d, 0.5f * tip.d[0]))), hn::Abs(hn::Sub(q.y, hn::Set(d, 0.5f * tip.d[1]))), hn::Abs(hn::Sub(q.z, hn::Set(d, 0.5f * tip.d[2])))};
-    const auto face = [&](Row v, int i) HWY_ATTR { return hn::Sub(v, hn::Set(d, core[i] * middle + 0.5f * std::abs(tip.d[i]))); };
+    const Rows m{hn::Abs(hn::Sub(q.x, hn::Set(d, 0.5f * tip.d[0]))), hn::Abs(hn::Sub(q.y, hn::Set(d, 0.5f * tip.d[1]))),
+                 hn::Abs(hn::Sub(q.z, hn::Set(d, 0.5f * tip.d[2])))};
+    const auto face = [&](Row v, int i)
+                          HWY_ATTR { return hn::Sub(v, hn::Set(d, core[i] * middle + 0.5f * std::abs(tip.d[i]))); };
     Row depth = hn::Max(hn::Max(face(m.x, 0), face(m.y, 1)), face(m.z, 2));
     for (int i = 0; i < 3; ++i) {
       if (scale[i] == 0) continue;
-      const Row n = hn::Abs(sum3(by(q.x, planes[i][0] * scale[i]), by(q.y, planes[i][1] * scale[i]), by(q.z, planes[i][2] * scale[i])));
+      const Row n = hn::Abs(
+          sum3(by(q.x, planes[i][0] * scale[i]), by(q.y, planes[i][1] * scale[i]), by(q.z, planes[i][2] * scale[i])));
       depth = hn::Max(depth, hn::Sub(n, hn::Set(d, support[i])));
     }
     const Row round = by(hn::Add(one, by(t, tip.growth)), tip.round);
@@ -129,7 +147,11 @@ HWY_AFTER_NAMESPACE();
 namespace argil::clay {
 HWY_EXPORT(Ellipsoid);
 HWY_EXPORT(Box);
-void ellipsoidDistances(const SweptAxes& tip, float* distance) noexcept { HWY_DYNAMIC_DISPATCH(Ellipsoid)(tip, distance); }
-void boxDistances(const SweptAxes& tip, float* distance) noexcept { HWY_DYNAMIC_DISPATCH(Box)(tip, distance); }
+void ellipsoidDistances(const SweptAxes& tip, float* distance) noexcept {
+  HWY_DYNAMIC_DISPATCH(Ellipsoid)(tip, distance);
+}
+void boxDistances(const SweptAxes& tip, float* distance) noexcept {
+  HWY_DYNAMIC_DISPATCH(Box)(tip, distance);
+}
 }  // namespace argil::clay
 #endif

@@ -14,8 +14,12 @@ namespace argil::clay {
 /// 0 or 1: a Tile; else the address of a Node (levels 5 to 2) or of a Brick (level 1's children).
 using Link = uintptr_t;
 
-inline constexpr bool isTile(Link link) { return link <= 1; }
-inline constexpr Link linkOf(Tile tile) { return static_cast<Link>(tile); }
+inline constexpr bool isTile(Link link) {
+  return link <= 1;
+}
+inline constexpr Link linkOf(Tile tile) {
+  return static_cast<Link>(tile);
+}
 
 /// 8×8×8 children. A node of level 1 (a region, 64 voxels wide) holds bricks, the root is of level kTreeLevels.
 struct alignas(64) Node {
@@ -23,14 +27,17 @@ struct alignas(64) Node {
   Link child[512];
 };
 
-/// Added to a brick coordinate before its digits to base eight say the way through the tree. Level 1 starts at multiples of
-/// eight bricks; above it zero lies in the middle of a node, so that a model around the origin shares one path.
+/// Added to a brick coordinate before its digits to base eight say the way through the tree. Level 1 starts at
+/// multiples of eight bricks; above it zero lies in the middle of a node, so that a model around the origin shares one
+/// path.
 inline constexpr int kBrickOrigin = 044440;
 
 /// Child index, within a node of `level`, on the way to a brick.
 inline int childIndex(Coord brick, int level) {
   const int shift = 3 * (level - 1);
-  const auto digit = [shift](int32_t c) { return static_cast<int>((static_cast<uint32_t>(c + kBrickOrigin) >> shift) & 7u); };
+  const auto digit = [shift](int32_t c) {
+    return static_cast<int>((static_cast<uint32_t>(c + kBrickOrigin) >> shift) & 7u);
+  };
   return (digit(brick.x) << 6) | (digit(brick.y) << 3) | digit(brick.z);
 }
 
@@ -56,7 +63,9 @@ inline Slot slotOf(Link link) {
 /// Trees of a version: distances, then the channels.
 inline constexpr int kTrees = 1 + kChannels;
 inline constexpr int kDistanceTree = 0;
-inline constexpr int treeOf(Channel channel) { return 1 + static_cast<int>(channel); }
+inline constexpr int treeOf(Channel channel) {
+  return 1 + static_cast<int>(channel);
+}
 
 inline ChannelSlot channelSlotOf(Link link) {
   return isTile(link) ? ChannelSlot(link == 1) : ChannelSlot(reinterpret_cast<const ChannelBrick*>(link));
@@ -75,7 +84,9 @@ struct VersionRecord {
   std::vector<VersionRecord*> children;
 };
 
-inline Link rootOf(const VersionRecord& record, Channel channel) { return record.roots[static_cast<size_t>(treeOf(channel))]; }
+inline Link rootOf(const VersionRecord& record, Channel channel) {
+  return record.roots[static_cast<size_t>(treeOf(channel))];
+}
 
 /// Memory of equal-sized objects in pre-touched chunks, which are small while there is little: a document may have a
 /// thousand pieces. From 16 MB on they are huge pages. Guarded by the store's mutex, but for map().
@@ -133,7 +144,8 @@ struct Store::State {
   bool collected = false;        // once at least: what was taken before that is a model's birth
   bool taken = false;            // by an editor, since then
 
-  // Of all stores together: savers know bricks by serial and nodes by address and birth, and a store may take over the addresses of one that is gone.
+  // Of all stores together: savers know bricks by serial and nodes by address and birth, and a store may take over the
+  // addresses of one that is gone.
   static inline std::atomic<uint64_t> nextId{1};
   static inline std::atomic<uint64_t> nextSerial{1};
 
@@ -168,7 +180,8 @@ struct Store::State {
 };
 
 /// Collects into `leaves` and `nodes` what `own` uses at places where neither `before` nor `after` uses the same.
-void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves, std::vector<void*>& nodes);
+void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves,
+                     std::vector<void*>& nodes);
 
 /// Hands out a record as a version whose last handle gives it to the store's collector.
 Version makeVersion(VersionRecord* record);

@@ -4,10 +4,16 @@
 
 namespace argil::clay {
 
-Coord treeFirst() { return {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin}; }
+Coord treeFirst() {
+  return {-kBrickOrigin, -kBrickOrigin, -kBrickOrigin};
+}
 
-TreePlace TreePlace::root(const Version& version) { return rootOfTree(version, kDistanceTree); }
-TreePlace TreePlace::root(const Version& version, Channel channel) { return rootOfTree(version, treeOf(channel)); }
+TreePlace TreePlace::root(const Version& version) {
+  return rootOfTree(version, kDistanceTree);
+}
+TreePlace TreePlace::root(const Version& version, Channel channel) {
+  return rootOfTree(version, treeOf(channel));
+}
 
 TreePlace TreePlace::rootOfTree(const Version& version, int tree) {
   TreePlace place;
@@ -17,7 +23,9 @@ TreePlace TreePlace::rootOfTree(const Version& version, int tree) {
   return place;
 }
 
-TreePlace::Identity TreePlace::identity() const { return {link_, reinterpret_cast<const Node*>(link_)->birth}; }
+TreePlace::Identity TreePlace::identity() const {
+  return {link_, reinterpret_cast<const Node*>(link_)->birth};
+}
 
 TreePlace TreePlace::child(int index) const {
   TreePlace place;

@@ -43,7 +43,8 @@ VersionStats unshared(const Version& version, const Version& other) {
   VersionStats alone;
   alone.precision = version.stats().precision;
   for (size_t i = 0; i < kTrees; ++i)
-    count(version.record()->roots[i], other.record()->roots[i], kTreeLevels, i == kDistanceTree ? alone.bricks : alone.channelBricks, alone.nodes);
+    count(version.record()->roots[i], other.record()->roots[i], kTreeLevels,
+          i == kDistanceTree ? alone.bricks : alone.channelBricks, alone.nodes);
   return alone;
 }
 

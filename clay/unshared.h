@@ -5,8 +5,8 @@
 
 namespace argil::clay {
 
-/// Bricks and nodes of `version` that `other` has not at the same place: what would be freed with it if `other` stayed. All of them when they are of two stores. Cost
-/// follows the difference, not the model. Any thread but the servo's.
+/// Bricks and nodes of `version` that `other` has not at the same place: what would be freed with it if `other` stayed.
+/// All of them when they are of two stores. Cost follows the difference, not the model. Any thread but the servo's.
 [[nodiscard]] VersionStats unshared(const Version& version, const Version& other);
 
 /// Bricks and channel bricks of either version that the other has not at the same place, no further than `most` of them

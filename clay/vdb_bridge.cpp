@@ -26,12 +26,15 @@ Coord brickOf(const openvdb::Coord& voxel) {
   return {voxel.x() >> kBrickBits, voxel.y() >> kBrickBits, voxel.z() >> kBrickBits};
 }
 
-/// Makes the bricks from low to high, exclusive, that lie in the given block of the tree inside: in blocks as large as fit.
+/// Makes the bricks from low to high, exclusive, that lie in the given block of the tree inside: in blocks as large as
+/// fit.
 void fillBlock(Editor& editor, Coord low, Coord high, Coord block, int level) {
   const int edge = 1 << (3 * level);
   const Coord end = block + Coord{edge, edge, edge};
-  if (end.x <= low.x || end.y <= low.y || end.z <= low.z || block.x >= high.x || block.y >= high.y || block.z >= high.z) return;
-  if (block.x >= low.x && block.y >= low.y && block.z >= low.z && end.x <= high.x && end.y <= high.y && end.z <= high.z) {
+  if (end.x <= low.x || end.y <= low.y || end.z <= low.z || block.x >= high.x || block.y >= high.y || block.z >= high.z)
+    return;
+  if (block.x >= low.x && block.y >= low.y && block.z >= low.z && end.x <= high.x && end.y <= high.y &&
+      end.z <= high.z) {
     editor.setBlock(block, level, Tile::inside);
     return;
   }
@@ -97,7 +100,8 @@ Version fromVdb(std::shared_ptr<Store> store, const Grid& grid, const VdbGrid& l
   const auto requireReach = [](const openvdb::CoordBBox& box) {
     constexpr int kReach = kBrickReach * kBrickEdge;
     if (openvdb::CoordBBox(openvdb::Coord(-kReach), openvdb::Coord(kReach - 1)).isInside(box)) return;
-    throw Error("the grid reaches farther than clay can, 131 072 voxels from the origin: use a larger voxel or move it", Error::Kind::work);
+    throw Error("the grid reaches farther than clay can, 131 072 voxels from the origin: use a larger voxel or move it",
+                Error::Kind::work);
   };
   auto tile = tree.cbeginValueAll();
   tile.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
@@ -114,7 +118,8 @@ Version fromVdb(std::shared_ptr<Store> store, const Grid& grid, const VdbGrid& l
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     step(job, jobFrom, done++, all);
     requireReach(leaf->getNodeBoundingBox());
-    editor.setVoxels(brickOf(leaf->origin()), std::span<const float, kBrickVoxels>(leaf->buffer().data(), kBrickVoxels));
+    editor.setVoxels(brickOf(leaf->origin()),
+                     std::span<const float, kBrickVoxels>(leaf->buffer().data(), kBrickVoxels));
   }
   return editor.commit();
 }

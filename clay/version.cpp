@@ -16,11 +16,14 @@ void Grid::check() const {
     throw Error(fmt::format("voxel size {:g} mm: give one from 0.001 to 1000 mm", voxelMm));
   for (int i = 0; i < 3; ++i)
     if (!(std::abs(originMm[i]) <= 1e6))
-      throw Error(fmt::format("grid origin ({}, {}, {}) mm: move the model to within 1e6 mm of zero", originMm.x(), originMm.y(), originMm.z()));
+      throw Error(fmt::format("grid origin ({}, {}, {}) mm: move the model to within 1e6 mm of zero", originMm.x(),
+                              originMm.y(), originMm.z()));
   if (!(band >= 2 && band <= 8)) throw Error(fmt::format("narrow band of {} voxels: give one from 2 to 8", band));
 }
 
-uint64_t VersionStats::bytes() const { return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node); }
+uint64_t VersionStats::bytes() const {
+  return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node);
+}
 
 Version makeVersion(VersionRecord* record) {
   {
@@ -41,7 +44,8 @@ Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
   grid.check();
   const float step = stepOf(store->precision(), grid.band);
   if (step != 0 && static_cast<float>(kMostCode) * step != grid.band)
-    throw Error(fmt::format("a narrow band of {} voxels cannot be told in 16 bits: give a rounder one, as 3", grid.band));
+    throw Error(
+        fmt::format("a narrow band of {} voxels cannot be told in 16 bits: give a rounder one, as 3", grid.band));
   auto* record = new VersionRecord;
   record->grid = grid;
   record->id = store->state().nextId++;
@@ -51,10 +55,18 @@ Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
   return makeVersion(record);
 }
 
-const Grid& Version::grid() const { return record_->grid; }
-uint64_t Version::id() const { return record_->id; }
-const std::shared_ptr<Store>& Version::store() const { return record_->store; }
-VersionStats Version::stats() const { return record_->stats; }
+const Grid& Version::grid() const {
+  return record_->grid;
+}
+uint64_t Version::id() const {
+  return record_->id;
+}
+const std::shared_ptr<Store>& Version::store() const {
+  return record_->store;
+}
+VersionStats Version::stats() const {
+  return record_->stats;
+}
 
 Slot Version::find(Coord brick) const noexcept {
   return inReach(brick) ? slotOf(descend(record_->roots[kDistanceTree], brick, 0)) : Slot(Tile::outside);
@@ -64,7 +76,9 @@ ChannelSlot Version::find(Channel channel, Coord brick) const noexcept {
   return inReach(brick) ? channelSlotOf(descend(rootOf(*record_, channel), brick, 0)) : ChannelSlot();
 }
 
-bool Version::has(Channel channel) const noexcept { return rootOf(*record_, channel) != 0; }
+bool Version::has(Channel channel) const noexcept {
+  return rootOf(*record_, channel) != 0;
+}
 
 namespace {
 
@@ -78,7 +92,8 @@ void visitBricks(Link link, int level, const std::function<void(const Leaf&)>& v
   for (const Link child : reinterpret_cast<const Node*>(link)->child) visitBricks(child, level - 1, visit);
 }
 
-// Where both are tiles: a full channel brick beside an empty one is a difference; of distances an inside tile and an outside one have no surface.
+// Where both are tiles: a full channel brick beside an empty one is a difference; of distances an inside tile and an
+// outside one have no surface.
 template <bool tiles, class Visit>
 void visitDifference(Link a, Link b, int level, Coord first, const Visit& visit) {
   if (a == b || (!tiles && isTile(a) && isTile(b))) return;
@@ -115,20 +130,24 @@ constexpr Coord kTreeFirst{-kBrickOrigin, -kBrickOrigin, -kBrickOrigin};
 
 }  // namespace
 
-void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const { visitBricks(record_->roots[kDistanceTree], kTreeLevels, visit); }
+void Version::forEachBrick(const std::function<void(const Brick&)>& visit) const {
+  visitBricks(record_->roots[kDistanceTree], kTreeLevels, visit);
+}
 
 void Version::forEachBrick(Channel channel, const std::function<void(const ChannelBrick&)>& visit) const {
   visitBricks(rootOf(*record_, channel), kTreeLevels, visit);
 }
 
-void Version::forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit) {
+void Version::forEachDifference(const Version& a, const Version& b,
+                                const std::function<void(Coord, Slot, Slot)>& visit) {
   visitDifference<false>(a.record_->roots[kDistanceTree], b.record_->roots[kDistanceTree], kTreeLevels, kTreeFirst,
-                  [&](Coord at, Link x, Link y) { visit(at, slotOf(x), slotOf(y)); });
+                         [&](Coord at, Link x, Link y) { visit(at, slotOf(x), slotOf(y)); });
 }
 
-void Version::forEachDifference(Channel channel, const Version& a, const Version& b, const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit) {
+void Version::forEachDifference(Channel channel, const Version& a, const Version& b,
+                                const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit) {
   visitDifference<true>(rootOf(*a.record_, channel), rootOf(*b.record_, channel), kTreeLevels, kTreeFirst,
-                  [&](Coord at, Link x, Link y) { visit(at, channelSlotOf(x), channelSlotOf(y)); });
+                        [&](Coord at, Link x, Link y) { visit(at, channelSlotOf(x), channelSlotOf(y)); });
 }
 
 uint64_t Version::hash() const {

@@ -15,7 +15,8 @@ class Store;
 struct Node;
 struct VersionRecord;
 
-inline constexpr int kTreeLevels = 5;  ///< Nodes of 8×8×8 children between a version and its bricks, whatever its size.
+/// Nodes of 8×8×8 children between a version and its bricks, whatever its size.
+inline constexpr int kTreeLevels = 5;
 /// Brick coordinates lie in [-kBrickReach, kBrickReach): 112 000 voxels on each side of the grid's origin.
 inline constexpr int kBrickReach = 14000;
 
@@ -24,13 +25,15 @@ struct VersionStats {
   uint64_t nodes = 0;
   uint64_t channelBricks = 0;
   Precision precision = Precision::float32;
-  [[nodiscard]] uint64_t bytes() const;  ///< Bricks of all kinds and nodes; what versions share is counted in each of them.
+  /// Bricks of all kinds and nodes; what versions share is counted in each of them.
+  [[nodiscard]] uint64_t bytes() const;
 };
 
 /// Handle to a version: copying it pins the version, dropping the last handle hands what only that version used to
-/// Store::collect. Invariants (see NOTES.md): canonical (a brick exists exactly where some |phi| < band, equal content has
-/// equal bits); an inside tile never touches an outside one, as distances to a surface cannot jump; never changes. Handles may be copied and dropped on any thread but the servo's; reading through a handle
-/// that somebody else holds is allowed everywhere, wait-free.
+/// Store::collect. Invariants (see NOTES.md): canonical (a brick exists exactly where some |phi| < band, equal content
+/// has equal bits); an inside tile never touches an outside one, as distances to a surface cannot jump; never changes.
+/// Handles may be copied and dropped on any thread but the servo's; reading through a handle that somebody else holds
+/// is allowed everywhere, wait-free.
 class Version {
  public:
   Version() = default;
@@ -45,7 +48,8 @@ class Version {
   [[nodiscard]] const std::shared_ptr<Store>& store() const;
   [[nodiscard]] VersionStats stats() const;  ///< O(1).
 
-  /// What stands at a brick coordinate; outside of the reach: Tile::outside. Five dependent loads, noexcept, servo-safe.
+  /// What stands at a brick coordinate; outside of the reach: Tile::outside. Five dependent loads, noexcept,
+  /// servo-safe.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
 
   /// The same of a channel; where nothing was ever set, 0.
@@ -56,12 +60,14 @@ class Version {
   /// Calls back with every brick, in order of the tree (deterministic). O(model).
   void forEachBrick(const std::function<void(const Brick&)>& visit) const;
 
-  /// Calls back with each brick coordinate where the two versions differ in a brick: (coordinate, what a has, what b has),
-  /// at least one of them a brick. Cost follows the difference, not the model. Both must be of one store.
-  static void forEachDifference(const Version& a, const Version& b, const std::function<void(Coord, Slot, Slot)>& visit);
+  /// Calls back with each brick coordinate where the two versions differ in a brick: (coordinate, what a has, what b
+  /// has), at least one of them a brick. Cost follows the difference, not the model. Both must be of one store.
+  static void forEachDifference(const Version& a, const Version& b,
+                                const std::function<void(Coord, Slot, Slot)>& visit);
 
   void forEachBrick(Channel channel, const std::function<void(const ChannelBrick&)>& visit) const;
-  static void forEachDifference(Channel channel, const Version& a, const Version& b, const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit);
+  static void forEachDifference(Channel channel, const Version& a, const Version& b,
+                                const std::function<void(Coord, ChannelSlot, ChannelSlot)>& visit);
 
   /// 64-bit hash of grid, coordinates, voxels and channels: equal for equal content, whatever path led there. O(model).
   [[nodiscard]] uint64_t hash() const;

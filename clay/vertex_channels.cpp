@@ -48,7 +48,8 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
       if (weight > 0 && places[brick]->inBand(offset, clay.band())) mean.add(places[brick]->bytes(offset), weight);
     }
     const ChannelBytes bytes = mean.empty() ? ChannelBytes{} : mean.value();
-    paint.push_back({bytes[0], bytes[1], bytes[2], bytes[indexOf(Channel::cover)], bytes[indexOf(Channel::material)], bytes[indexOf(Channel::mask)]});
+    paint.push_back({bytes[0], bytes[1], bytes[2], bytes[indexOf(Channel::cover)], bytes[indexOf(Channel::material)],
+                     bytes[indexOf(Channel::mask)]});
     any = any || paint.back() != VertexPaint{};
   }
   if (!any) paint.clear();

@@ -13,8 +13,8 @@ namespace argil::clay {
 /// Of one vertex: the mean of the voxels around it, by nearness.
 struct VertexPaint {
   uint8_t red = 0, green = 0, blue = 0;  ///< sRGB.
-  uint8_t cover = 0;     ///< 0: the piece's own colour; 255: this one alone.
-  uint8_t material = 0;  ///< The one that most of it has.
+  uint8_t cover = 0;                     ///< 0: the piece's own colour; 255: this one alone.
+  uint8_t material = 0;                  ///< The one that most of it has.
   uint8_t mask = 0;
   friend bool operator==(const VertexPaint&, const VertexPaint&) = default;
 };
@@ -25,12 +25,12 @@ struct BrickPaint {
   std::vector<VertexPaint> vertices;
 };
 
-/// Follows what the vertices of one surface show. Clay without channels costs one look a version; a stroke of paint costs the bricks that it touched and
-/// extracts nothing.
+/// Follows what the vertices of one surface show. Clay without channels costs one look a version; a stroke of paint
+/// costs the bricks that it touched and extracts nothing.
 class SurfacePaint {
  public:
-  /// After `surface` came to `version` with `delta`: adds to delta.painted each brick with vertices that had or has something set and where that or the
-  /// mesh changed.
+  /// After `surface` came to `version` with `delta`: adds to delta.painted each brick with vertices that had or has
+  /// something set and where that or the mesh changed.
   void follow(const Version& version, const Surface& surface, SurfaceDelta& delta);
 
  private:

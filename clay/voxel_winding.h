@@ -10,9 +10,9 @@
 
 namespace argil::clay {
 
-/// Cones over the rims of all holes close the mesh. Winding numbers of mesh and cones together are integers (WindingColumns);
-/// less those of the cones alone, which are few triangles (WindingNumber), they are the mesh's own, wherever the cones lie.
-/// Immutable once built; queries may run on any number of threads.
+/// Cones over the rims of all holes close the mesh. Winding numbers of mesh and cones together are integers
+/// (WindingColumns); less those of the cones alone, which are few triangles (WindingNumber), they are the mesh's own,
+/// wherever the cones lie. Immutable once built; queries may run on any number of threads.
 class VoxelWinding {
  public:
   /// Positions in voxels.

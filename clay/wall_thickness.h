@@ -11,8 +11,9 @@ namespace argil::clay {
 
 /// Of points spread evenly over the surface.
 struct WallThickness {
-  std::vector<double> wallsMm;  ///< Where there is an opposite side, ascending: the inscribed ball that touches there.
-  size_t points = 0;            ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
+  /// Where there is an opposite side, ascending: the inscribed ball that touches there.
+  std::vector<double> wallsMm;
+  size_t points = 0;  ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
 
   /// Part of the surface, 0 to 1, that bounds walls thinner than this: voxels of that size lose them, or parts of them.
   [[nodiscard]] double shareThinner(double mm) const;

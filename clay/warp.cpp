@@ -14,12 +14,16 @@ namespace {
 constexpr double kTau = 6.283185307179586;
 
 WarpAxis checked(const char* what, WarpAxis axis, double value) {
-  if (!axis.originMm.allFinite() || !axis.direction.allFinite() || !std::isfinite(axis.fromMm) || !std::isfinite(axis.toMm) || !std::isfinite(value))
+  if (!axis.originMm.allFinite() || !axis.direction.allFinite() || !std::isfinite(axis.fromMm) ||
+      !std::isfinite(axis.toMm) || !std::isfinite(value))
     throw Error(fmt::format("{} with a number that is not finite: give finite ones", what));
   const double length = std::sqrt(axis.direction.squaredNorm());
-  if (!(length > 1e-12)) throw Error(fmt::format("{} about an axis without a direction: give one that is not zero", what));
+  if (!(length > 1e-12))
+    throw Error(fmt::format("{} about an axis without a direction: give one that is not zero", what));
   axis.direction /= length;
-  if (!(axis.toMm - axis.fromMm > 1e-9)) throw Error(fmt::format("{} over a range from {} to {} mm: it must end behind its beginning", what, axis.fromMm, axis.toMm));
+  if (!(axis.toMm - axis.fromMm > 1e-9))
+    throw Error(fmt::format("{} over a range from {} to {} mm: it must end behind its beginning", what, axis.fromMm,
+                            axis.toMm));
   return axis;
 }
 
@@ -53,10 +57,14 @@ Turn turnBy(double angle) {
   sine = r + r * sine;
   cosine = 1 + cosine;
   switch (static_cast<int64_t>(quarters) & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
   }
 }
 
@@ -82,10 +90,13 @@ Vec3d Twist::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
   return axis_.originMm + along * a + turn.cosine * across + turn.sine * side;
 }
 
-bool Twist::fixes(const BoxMm& box) const { return before(axis_, box); }
+bool Twist::fixes(const BoxMm& box) const {
+  return before(axis_, box);
+}
 
 Taper::Taper(const WarpAxis& axis, double factor) : axis_(checked("taper", axis, factor)), factor_(factor) {
-  if (!(factor >= 0.05 && factor <= 20)) throw Error(fmt::format("taper to {} times the width: give a factor from 0.05 to 20", factor));
+  if (!(factor >= 0.05 && factor <= 20))
+    throw Error(fmt::format("taper to {} times the width: give a factor from 0.05 to 20", factor));
 }
 
 Vec3d Taper::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
@@ -100,15 +111,19 @@ Vec3d Taper::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
   return axis_.originMm + along * a + scale * across;
 }
 
-bool Taper::fixes(const BoxMm& box) const { return before(axis_, box); }
+bool Taper::fixes(const BoxMm& box) const {
+  return before(axis_, box);
+}
 
-Bend::Bend(const WarpAxis& axis, const Vec3d& towards, double angle) : axis_(checked("bend", axis, angle)), angle_(angle) {
+Bend::Bend(const WarpAxis& axis, const Vec3d& towards, double angle)
+    : axis_(checked("bend", axis, angle)), angle_(angle) {
   const Vec3d across = towards - towards.dot(axis_.direction) * axis_.direction;
   const double length = std::sqrt(across.squaredNorm());
   if (!across.allFinite() || !(length > 1e-9 * (1 + std::sqrt(towards.squaredNorm()))))
     throw Error("bend towards its own axis: give a direction across it");
   towards_ = across / length;
-  if (std::abs(angle) >= kTau) throw Error(fmt::format("bend by {} degrees: give less than a full turn", angle / kTau * 360));
+  if (std::abs(angle) >= kTau)
+    throw Error(fmt::format("bend by {} degrees: give less than a full turn", angle / kTau * 360));
 }
 
 Vec3d Bend::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
@@ -132,6 +147,8 @@ Vec3d Bend::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
   return axis_.originMm + newAlong * a + newY * b + x * c;
 }
 
-bool Bend::fixes(const BoxMm& box) const { return before(axis_, box); }
+bool Bend::fixes(const BoxMm& box) const {
+  return before(axis_, box);
+}
 
 }  // namespace argil::clay

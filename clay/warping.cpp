@@ -13,7 +13,8 @@ namespace {
 
 // A dab without a way counts as this much of one, in radii: what stamps of a stroke are apart.
 constexpr double kDabWay = 0.1;
-// Of what a step moves clay at most: in radii for the flow that is followed, in voxels for a stamp, so that the surface stays in bricks that are looked at.
+// Of what a step moves clay at most: in radii for the flow that is followed, in voxels for a stamp, so that the surface
+// stays in bricks that are looked at.
 constexpr double kFlowStep = 0.12, kMostMove = 6;
 // What clay under a smudge loses on the tip.
 constexpr float kSlip = 0.5f;
@@ -23,7 +24,8 @@ constexpr double kPinch = 0.8, kCreasePinch = 0.6, kCreaseDepth = 0.25;
 constexpr double kLeverage = 0.65;
 // A window of the start larger than this is not copied whole; voxels are read one by one.
 constexpr int kMostWindow = 40 * 40 * 40;
-// A stroke begins anew on the clay as it is once clay has come this many voxels and radii far, or so many blocks of nodes (8 KiB each) are held, which are some times those of one stamp.
+// A stroke begins anew on the clay as it is once clay has come this many voxels and radii far, or so many blocks of
+// nodes (8 KiB each) are held, which are some times those of one stamp.
 constexpr double kMostWay = 16, kMostWayRadii = 0.25;
 constexpr size_t kMostBlocks = 4096, kMostStamps = 4;
 // Longer than this a displacement's slope says nothing about distances.
@@ -38,21 +40,29 @@ double way(const Stamp& s) {
 
 class Warping : public DistanceMethod {
  public:
-  explicit Warping(const StrokeContext& context) : brush_(context.brush), operation_(context.operation), base_(context.base), masked_(context.base), band_(context.band) {
+  explicit Warping(const StrokeContext& context)
+      : brush_(context.brush),
+        operation_(context.operation),
+        base_(context.base),
+        masked_(context.base),
+        band_(context.band) {
     masks_ = base_.has(Channel::mask);
   }
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() + 2 * spacingFor(stamp) + 1; }
 
-  // Distances near the surface by the slope of what was there, far ones as flat; from the clay as the stroke found it, so nothing adds up.
+  // Distances near the surface by the slope of what was there, far ones as flat; from the clay as the stroke found it,
+  // so nothing adds up.
   Renew leaves() const override { return Renew::impossible; }
   bool lasting() const override { return true; }
   bool masks() const override { return true; }
   double moves(std::span<const Stamp> images) const override { return mostMove(images); }
 
-  // The farther clay has come, the more of it a brick has to look at, and the nodes fill all of the space that the tip went through.
+  // The farther clay has come, the more of it a brick has to look at, and the nodes fill all of the space that the tip
+  // went through.
   bool full() const override {
-    return field_ && (farthest_ > kMostWay + kMostWayRadii * largest_ || field_->size() >= std::max(kMostBlocks, kMostStamps * moved_));
+    return field_ && (farthest_ > kMostWay + kMostWayRadii * largest_ ||
+                      field_->size() >= std::max(kMostBlocks, kMostStamps * moved_));
   }
   void beginAnew(const Version& now) override {
     base_ = now;
@@ -60,7 +70,9 @@ class Warping : public DistanceMethod {
     farthest_ = 0;
   }
 
-  int parts(std::span<const Stamp> images) const override { return std::max(1, static_cast<int>(std::ceil(mostMove(images) / kMostMove))); }
+  int parts(std::span<const Stamp> images) const override {
+    return std::max(1, static_cast<int>(std::ceil(mostMove(images) / kMostMove)));
+  }
 
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord>) override {
     findNormals(before, images);
@@ -80,7 +92,8 @@ class Warping : public DistanceMethod {
             if (reaches(s, field_->middle({x, y, z}), h)) blocks.add({x, y, z});
     }
     const std::vector<Coord> sorted = blocks.sorted();
-    field_->compose(sorted, mostMove(images), [&](Coord block, NodePlaces& places) { trace(images, field_->middle(block), h, places); });
+    field_->compose(sorted, mostMove(images),
+                    [&](Coord block, NodePlaces& places) { trace(images, field_->middle(block), h, places); });
     moved_ = sorted.size();
     for (const Stamp& s : images) largest_ = std::max(largest_, s.largestRadius());
     for (const Coord block : sorted) farthest_ = std::max(farthest_, field_->farthest(block));
@@ -111,18 +124,31 @@ class Warping : public DistanceMethod {
     return spacing;
   }
 
-  static bool reaches(const Stamp& s, const Vec3d& middle, int spacing) { return segmentDistance(s, middle) - 3.5 * 1.7321 * spacing < s.largestRadius(); }
+  static bool reaches(const Stamp& s, const Vec3d& middle, int spacing) {
+    return segmentDistance(s, middle) - 3.5 * 1.7321 * spacing < s.largestRadius();
+  }
 
   double mostMove(std::span<const Stamp> images) const {
     double most = 0;
     for (const Stamp& s : images) {
-      const double share = std::abs(static_cast<double>(operation_.amount)) * s.strength, length = (s.b - s.a).norm(), radius = s.largestRadius();
+      const double share = std::abs(static_cast<double>(operation_.amount)) * s.strength, length = (s.b - s.a).norm(),
+                   radius = s.largestRadius();
       switch (operation_.method) {
-        case Method::tug: most = std::max(most, share * length); break;
-        case Method::smudge: most = std::max(most, share * length * kSlip); break;
-        case Method::pinch: most = std::max(most, share * way(s) * kPinch * kLeverage); break;
-        case Method::crease: most = std::max(most, share * way(s) * (kCreasePinch * kLeverage + kCreaseDepth)); break;
-        default: most = std::max(most, share * way(s) / radius * std::abs(static_cast<double>(brush_->angle)) * radius * kLeverage);
+        case Method::tug:
+          most = std::max(most, share * length);
+          break;
+        case Method::smudge:
+          most = std::max(most, share * length * kSlip);
+          break;
+        case Method::pinch:
+          most = std::max(most, share * way(s) * kPinch * kLeverage);
+          break;
+        case Method::crease:
+          most = std::max(most, share * way(s) * (kCreasePinch * kLeverage + kCreaseDepth));
+          break;
+        default:
+          most = std::max(most,
+                          share * way(s) / radius * std::abs(static_cast<double>(brush_->angle)) * radius * kLeverage);
       }
     }
     return most;
@@ -153,8 +179,12 @@ class Warping : public DistanceMethod {
     const float share = operation_.amount * s.strength;
     const float length = std::sqrt(length2), ways = length > 0 ? length : static_cast<float>(kDabWay) * w.radius;
     switch (operation_.method) {
-      case Method::tug: w.move = share; break;
-      case Method::smudge: w.move = share * kSlip; break;
+      case Method::tug:
+        w.move = share;
+        break;
+      case Method::smudge:
+        w.move = share * kSlip;
+        break;
       case Method::pinch:
         w.fromSegment = true;
         w.pull = share * static_cast<float>(kPinch) * (ways / w.radius);
@@ -168,7 +198,8 @@ class Warping : public DistanceMethod {
       default: {
         // An axis turns the other way in a mirror.
         const Vec3f x = s.axes.col(0), y = s.axes.col(1), z = s.axes.col(2);
-        const float hand = (z.x() * (x.y() * y.z() - x.z() * y.y()) + z.y() * (x.z() * y.x() - x.x() * y.z())) + z.z() * (x.x() * y.y() - x.y() * y.x());
+        const float hand = (z.x() * (x.y() * y.z() - x.z() * y.y()) + z.y() * (x.z() * y.x() - x.x() * y.z())) +
+                           z.z() * (x.x() * y.y() - x.y() * y.x());
         const float turn = (hand < 0 ? -1.0f : 1.0f) * share * brush_->angle * (ways / w.radius);
         w.spinX = turn * z.x(), w.spinY = turn * z.y(), w.spinZ = turn * z.z();
       }
@@ -186,14 +217,15 @@ class Warping : public DistanceMethod {
   float band_;
   bool masks_;
   std::optional<DisplacementField> field_;
-  float farthest_ = 0;   // of its displacements, about
-  double largest_ = 0;   // radius so far
-  size_t moved_ = 0;     // blocks of the last application
+  float farthest_ = 0;  // of its displacements, about
+  double largest_ = 0;  // radius so far
+  size_t moved_ = 0;    // blocks of the last application
   std::vector<Vec3f> normals_;
 };
 
 Coord floorOf(const Vec3f& v) {
-  return {static_cast<int32_t>(std::floor(v.x())), static_cast<int32_t>(std::floor(v.y())), static_cast<int32_t>(std::floor(v.z()))};
+  return {static_cast<int32_t>(std::floor(v.x())), static_cast<int32_t>(std::floor(v.y())),
+          static_cast<int32_t>(std::floor(v.z()))};
 }
 
 // Whether a brick is a tile and everything in a box of voxels is the same tile, the brick included.
@@ -221,7 +253,8 @@ bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, S
       for (int bz = low.z; bz <= high.z; ++bz) {
         const Slot slot = field.slot({bx, by, bz});
         const Coord at = Coord{bx, by, bz} * kBrickEdge - first;
-        const int x0 = std::max(at.x, 0), x1 = std::min(at.x + kBrickEdge, size.x), y0 = std::max(at.y, 0), y1 = std::min(at.y + kBrickEdge, size.y);
+        const int x0 = std::max(at.x, 0), x1 = std::min(at.x + kBrickEdge, size.x), y0 = std::max(at.y, 0),
+                  y1 = std::min(at.y + kBrickEdge, size.y);
         const int z0 = std::max(at.z, 0), z1 = std::min(at.z + kBrickEdge, size.z);
         for (int x = x0; x < x1; ++x)
           for (int y = y0; y < y1; ++y) {
@@ -252,11 +285,17 @@ void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
         for (int z = 0; z < 3; ++z) {
           AxisPlace place[3];
           for (int k = 0; k < 3; ++k) {
-            const double p = rounded(0.5 * (s.a[k] + s.b[k])) + apart * ((k == 0 ? x : k == 1 ? y : z) - 1), cell = std::floor(p);
+            const double p = rounded(0.5 * (s.a[k] + s.b[k])) + apart * ((k == 0   ? x
+                                                                          : k == 1 ? y
+                                                                                   : z) -
+                                                                         1),
+                         cell = std::floor(p);
             place[k] = {static_cast<int>(cell), static_cast<float>(p - cell)};
           }
           float values[64];
-          for (int v = 0; v < 64; ++v) values[v] = before.voxel({place[0].base + (v >> 4) - 1, place[1].base + ((v >> 2) & 3) - 1, place[2].base + (v & 3) - 1});
+          for (int v = 0; v < 64; ++v)
+            values[v] = before.voxel(
+                {place[0].base + (v >> 4) - 1, place[1].base + ((v >> 2) & 3) - 1, place[2].base + (v & 3) - 1});
           const FieldSample sample{values, place[0].t, place[1].t, place[2].t};
           FieldValue value;
           sampleField(std::span(&sample, 1), 16, 4, &value);
@@ -272,7 +311,8 @@ void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
   }
 }
 
-// Where in a window the voxel lies that is nearest to the place that each voxel of a brick came from, and whether two of them are about as near.
+// Where in a window the voxel lies that is nearest to the place that each voxel of a brick came from, and whether two
+// of them are about as near.
 struct NearestVoxels {
   int index[kBrickVoxels];
   bool halfway[kBrickVoxels];
@@ -287,7 +327,8 @@ void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels
       for (int z = 0; z < 8; ++z) {
         const float dx = moved.x[at + z], dy = moved.y[at + z], dz = moved.z[at + z];
         const float wx = std::nearbyint(dx), wy = std::nearbyint(dy), wz = std::nearbyint(dz);
-        out.index[row + z] = first + (static_cast<int>(wx) * size.y + static_cast<int>(wy)) * size.z + static_cast<int>(wz) + z;
+        out.index[row + z] =
+            first + (static_cast<int>(wx) * size.y + static_cast<int>(wy)) * size.z + static_cast<int>(wz) + z;
         out.halfway[row + z] = std::max(std::max(std::abs(dx - wx), std::abs(dy - wy)), std::abs(dz - wz)) > kHalf;
       }
     }
@@ -298,7 +339,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   if (!field_->bounds(coord, low, high)) return false;
   Sampler start(base_);
   const Slot now = before.slot(coord);
-  if (tilesOnly(start, coord * kBrickEdge + floorOf(low), coord * kBrickEdge + floorOf(high) + Coord{9, 9, 9}, now)) return false;
+  if (tilesOnly(start, coord * kBrickEdge + floorOf(low), coord * kBrickEdge + floorOf(high) + Coord{9, 9, 9}, now))
+    return false;
   Displacement moved[1000];
   if (!field_->atVoxels(coord, moved)) return false;
   const auto cell = [](int x, int y, int z) { return (x * 10 + y) * 10 + z; };
@@ -306,7 +348,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     // What is covered stays, and does not pull.
     for (int i = 0; i < 1000; ++i) {
       const Coord voxel = coord * kBrickEdge + Coord{i / 100 - 1, i / 10 % 10 - 1, i % 10 - 1};
-      const uint8_t cover = masked_.find(Channel::mask, voxel >> kBrickBits).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
+      const uint8_t cover =
+          masked_.find(Channel::mask, voxel >> kBrickBits).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
       const float free = static_cast<float>(255 - cover) / 255.0f;
       moved[i] = {moved[i].x * free, moved[i].y * free, moved[i].z * free, 0};
     }
@@ -349,9 +392,12 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     }
     const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
     const Coord at{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
-    const float near = dense ? window[static_cast<size_t>(((at.x - from.x) * size.y + at.y - from.y) * size.z + at.z - from.z)] : start.voxel(firstVoxel + at);
+    const float near =
+        dense ? window[static_cast<size_t>(((at.x - from.x) * size.y + at.y - from.y) * size.z + at.z - from.z)]
+              : start.voxel(firstVoxel + at);
     phi[i] = near;
-    // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would turn round.
+    // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would
+    // turn round.
     const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
     if (std::abs(near) >= band_ && !halfway) continue;
     const float* corner;
@@ -359,7 +405,9 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
       corner = window.data() + ((px.base - 1 - from.x) * size.y + py.base - 1 - from.y) * size.z + pz.base - 1 - from.z;
     } else {
       corner = window.data() + window.size();
-      for (int k = 0; k < 64; ++k) window.push_back(start.voxel(firstVoxel + Coord{px.base + (k >> 4) - 1, py.base + ((k >> 2) & 3) - 1, pz.base + (k & 3) - 1}));
+      for (int k = 0; k < 64; ++k)
+        window.push_back(start.voxel(
+            firstVoxel + Coord{px.base + (k >> 4) - 1, py.base + ((k >> 2) & 3) - 1, pz.base + (k & 3) - 1}));
     }
     samples[count] = {corner, px.t, py.t, pz.t};
     voxels[count++] = i;
@@ -409,6 +457,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
 
 }  // namespace
 
-std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context) { return std::make_unique<Warping>(context); }
+std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context) {
+  return std::make_unique<Warping>(context);
+}
 
 }  // namespace argil::clay

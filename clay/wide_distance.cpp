@@ -33,7 +33,8 @@ void readSlot(Slot slot, float band, float side, float* u) {
 
 void spread(const float* u, float* wide) {
   for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) std::memcpy(wide + wideOffset(x + 2, y + 2, 2), u + Brick::offset(x, y, 0), kBrickEdge * sizeof(float));
+    for (int y = 0; y < 8; ++y)
+      std::memcpy(wide + wideOffset(x + 2, y + 2, 2), u + Brick::offset(x, y, 0), kBrickEdge * sizeof(float));
 }
 
 }  // namespace
@@ -42,8 +43,8 @@ struct WideDistance::Work {
   Coord coord;
   Block* block = nullptr;
   float u[2][kWideSize];
-  ptrdiff_t beside[6];                    // index of the neighbour across each face, −1: not among them
-  bool open, active, changed;             // has voxels beyond the band; its next pass may change it; the last one did
+  ptrdiff_t beside[6];         // index of the neighbour across each face, −1: not among them
+  bool open, active, changed;  // has voxels beyond the band; its next pass may change it; the last one did
 };
 
 const WideDistance::Block* WideDistance::find(Coord brick) const {
@@ -52,7 +53,8 @@ const WideDistance::Block* WideDistance::find(Coord brick) const {
 }
 
 void WideDistance::keepOnly(std::span<const Coord> bricks) {
-  std::erase_if(blocks_, [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
+  std::erase_if(blocks_,
+                [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
 }
 
 // The values of a brick and two layers across its faces, from blocks where there are any, else from the version.
@@ -60,7 +62,7 @@ void WideDistance::gather(Work& work) const {
   const float band = version_.grid().band;
   float* wide = work.u[0];
   std::fill(wide, wide + kWideSize, kUnknownDistance);
-  const auto values = [&](Coord coord, float (&read)[kBrickVoxels]) -> const float* {
+  const auto values = [&](Coord coord, float(&read)[kBrickVoxels]) -> const float* {
     if (const Block* block = find(coord)) return block->u;
     readSlot(version_.find(coord), band, side_, read);
     return read;
@@ -132,13 +134,15 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
   };
   const auto pull = [&](Work& w, int which) {
     for (int face = 0; face < 6; ++face)
-      if (w.beside[face] >= 0) copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
+      if (w.beside[face] >= 0)
+        copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
   };
   forEach([&](Work& w) {
     gather(w);
     std::copy_n(w.u[0], kWideSize, w.u[1]);
   });
-  // What is known travels a voxel along an axis a pass and is settled once all upwind of it is: bricks rest while they and their neighbours do.
+  // What is known travels a voxel along an axis a pass and is settled once all upwind of it is: bricks rest while they
+  // and their neighbours do.
   const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
   int now = 0;
   for (int pass = 0; pass < passes; ++pass, now ^= 1) {
@@ -162,7 +166,8 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     for (int x = 0; x < 8; ++x)
       for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
     uint64_t some = 0;
-    for (int i = 0; i < kBrickVoxels; ++i) some |= block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
+    for (int i = 0; i < kBrickVoxels; ++i)
+      some |= block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
     if (some == 0) return;
     if (!block.foot) block.foot = std::make_unique_for_overwrite<float[]>(3 * kBrickVoxels);
     wideFeet(u, block.foot.get(), block.feet);

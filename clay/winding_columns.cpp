@@ -13,8 +13,8 @@ struct Point2 {
   double y, z;
 };
 
-/// Where an edge meets the plane of an x. Always computed from the vertex of lower index, so that both faces at the edge get
-/// the same bits.
+/// Where an edge meets the plane of an x. Always computed from the vertex of lower index, so that both faces at the
+/// edge get the same bits.
 Point2 edgeAt(const TriangleMesh& mesh, uint32_t from, uint32_t to, double x) {
   const Vec3d& a = mesh.positions[std::min(from, to)];
   const Vec3d& b = mesh.positions[std::max(from, to)];

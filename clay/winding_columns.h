@@ -9,14 +9,15 @@
 
 namespace argil::clay {
 
-/// Where each voxel column (x, y) crosses the triangles. What a ray towards +z crosses outwards less what it crosses inwards
-/// is the winding number of a closed mesh. Triangles that share an edge see the same bits of its crossings, so that no
-/// column slips between them or meets an edge twice: the sum over a column of a closed mesh is exactly zero.
+/// Where each voxel column (x, y) crosses the triangles. What a ray towards +z crosses outwards less what it crosses
+/// inwards is the winding number of a closed mesh. Triangles that share an edge see the same bits of its crossings, so
+/// that no column slips between them or meets an edge twice: the sum over a column of a closed mesh is exactly zero.
 /// Immutable once built; queries may run on any number of threads.
 class WindingColumns {
  public:
-  /// Positions in voxels, welded: neighbours share indices. "Closed" means that directed edges cancel; overlaps, fins and
-  /// non-manifold edges are allowed. Cost and memory (16 bytes each) follow the crossings: the projected area in voxels².
+  /// Positions in voxels, welded: neighbours share indices. "Closed" means that directed edges cancel; overlaps, fins
+  /// and non-manifold edges are allowed. Cost and memory (16 bytes each) follow the crossings: the projected area in
+  /// voxels².
   explicit WindingColumns(const TriangleMesh& mesh);
 
   struct Crossing {

@@ -15,8 +15,8 @@ constexpr uint32_t kLeafTriangles = 6;
 constexpr int kThird[10][3] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {0, 0, 1}, {0, 0, 2},
                                {0, 1, 1}, {1, 1, 2}, {0, 2, 2}, {1, 2, 2}, {0, 1, 2}};
 
-/// Sum of angles in (−π, π], held as a product of complex numbers and a count of turns: one arc tangent for any number of
-/// triangles.
+/// Sum of angles in (−π, π], held as a product of complex numbers and a count of turns: one arc tangent for any number
+/// of triangles.
 class AngleSum {
  public:
   void add(double real, double imaginary) noexcept {
@@ -52,7 +52,8 @@ void addTriangle(AngleSum& sum, const std::array<Vec3d, 3>& triangle, const Vec3
 WindingNumber::WindingNumber(const TriangleMesh& mesh, double accuracy) {
   std::vector<Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
-  for (const auto& t : mesh.triangles) triangles.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
+  for (const auto& t : mesh.triangles)
+    triangles.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
   if (triangles.empty()) return;
 
   std::vector<uint32_t> order(triangles.size());
@@ -142,11 +143,12 @@ double WindingNumber::at(const Vec3d& point) const noexcept {
       const double inverse2 = inverse * inverse;
       const double x = d.x(), y = d.y(), z = d.z();
       const auto& q = node.quadrupole;
-      const double second = q[0] * x * x + q[1] * y * y + q[2] * z * z + 2 * (q[3] * x * y + q[4] * x * z + q[5] * y * z);
+      const double second =
+          q[0] * x * x + q[1] * y * y + q[2] * z * z + 2 * (q[3] * x * y + q[4] * x * z + q[5] * y * z);
       const auto& o = node.octupole;
       const double third = o[0] * x * x * x + o[1] * y * y * y + o[2] * z * z * z + 6 * o[9] * x * y * z +
-                           3 * (o[3] * x * x * y + o[4] * x * x * z + o[5] * x * y * y + o[6] * y * y * z + o[7] * x * z * z +
-                                o[8] * y * z * z);
+                           3 * (o[3] * x * x * y + o[4] * x * x * z + o[5] * x * y * y + o[6] * y * y * z +
+                                o[7] * x * z * z + o[8] * y * z * z);
       far += inverse * inverse2 *
              (node.dipole.dot(d) + q[0] + q[1] + q[2] - 3 * second * inverse2 +
               inverse2 * (7.5 * third * inverse2 - 4.5 * node.octupoleTrace.dot(d)));

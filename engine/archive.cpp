@@ -22,9 +22,13 @@ constexpr size_t kMostState = size_t{64} << 20;
 constexpr size_t kMostMesh = size_t{8} << 30;
 constexpr size_t kCopied = 256;  // records at once
 
-std::span<const std::byte> bytesOf(std::string_view text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> bytesOf(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
 
-std::string_view textOf(const std::vector<std::byte>& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string_view textOf(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 // Count of vertices, count of triangles, positions, corners: little endian, as in memory.
 std::vector<std::byte> meshBytes(const clay::TriangleMesh& mesh) {
@@ -45,7 +49,9 @@ std::shared_ptr<const clay::TriangleMesh> meshFrom(const std::vector<std::byte>&
   uint64_t counts[2];
   if (bytes.size() < sizeof counts) throw damaged();
   std::memcpy(counts, bytes.data(), sizeof counts);
-  if (counts[0] > UINT32_MAX || counts[1] > UINT32_MAX || bytes.size() != sizeof counts + counts[0] * 24 + counts[1] * 12) throw damaged();
+  if (counts[0] > UINT32_MAX || counts[1] > UINT32_MAX ||
+      bytes.size() != sizeof counts + counts[0] * 24 + counts[1] * 12)
+    throw damaged();
   auto mesh = std::make_shared<clay::TriangleMesh>();
   mesh->positions.resize(counts[0]);
   mesh->triangles.resize(counts[1]);
@@ -112,10 +118,12 @@ std::shared_ptr<clay::Store> Archive::storeOf(uint32_t owner, clay::Precision pr
   return store;
 }
 
-io::RecordId Archive::putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink) {
+io::RecordId Archive::putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held,
+                              io::RecordSink& sink) {
   const auto known = meshes_.find(mesh);
   if (known != meshes_.end() && held.contains(known->second)) return known->second;
-  const io::RecordId id = io::putBlob(io::BlobKind::mesh, meshBytes(*mesh), ids_, held, sink, known != meshes_.end() ? known->second : 0);
+  const io::RecordId id =
+      io::putBlob(io::BlobKind::mesh, meshBytes(*mesh), ids_, held, sink, known != meshes_.end() ? known->second : 0);
   meshes_[mesh] = id;
   return id;
 }
@@ -126,10 +134,13 @@ io::RecordId Archive::known(const DocumentPtr& document) const {
 }
 
 bool Archive::knowsClay(const Document& document) {
-  return std::all_of(document.pieces.begin(), document.pieces.end(), [this](const Piece& piece) { return !piece.version || clay_.rootOf(piece.version, ownerOf(piece.version)) != 0; });
+  return std::all_of(document.pieces.begin(), document.pieces.end(), [this](const Piece& piece) {
+    return !piece.version || clay_.rootOf(piece.version, ownerOf(piece.version)) != 0;
+  });
 }
 
-io::RecordId Archive::put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec, Job* job) {
+io::RecordId Archive::put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec,
+                          Job* job) {
   const io::RecordId before = known(document);
   if (before != 0 && held.contains(before)) return before;
   std::vector<ClayKey> clay;
@@ -144,7 +155,8 @@ io::RecordId Archive::put(const DocumentPtr& document, io::RecordSet& held, io::
   std::vector<io::RecordId> meshes;
   for (const Part& part : document->parts) meshes.push_back(putMesh(part.mesh, held, sink));
   const std::string text = documentText(*document, clay, meshes);
-  // The same text whatever file it goes to, as all ids in it are the archive's: so it may keep its own. Meanwhile another file may have got it.
+  // The same text whatever file it goes to, as all ids in it are the archive's: so it may keep its own. Meanwhile
+  // another file may have got it.
   const io::RecordId id = io::putBlob(io::BlobKind::state, bytesOf(text), ids_, held, sink, known(document));
   states_[document] = id;
   return id;
@@ -181,7 +193,8 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
     const clay::Version* relative = nullptr;
     if (near) {
       for (const Piece& other : near->pieces) {
-        if (other.version && ownerOf(other.version) == key.owner && other.version.grid() == text.grids[i]) relative = &other.version;
+        if (other.version && ownerOf(other.version) == key.owner && other.version.grid() == text.grids[i])
+          relative = &other.version;
       }
     }
     io::ReadClay clay;
@@ -189,7 +202,8 @@ Archive::Read Archive::get(io::RecordSource& source, io::RecordId state, const D
     if (nearRoot != 0 && mend == nullptr) {
       clay = clay_.readNear(source, key.root, *relative, nearRoot, job);
     } else {
-      clay = clay_.read(source, key.root, text.grids[i], storeOf(key.owner, text.precisions[i]), job, 2, mend, key.owner);
+      clay =
+          clay_.read(source, key.root, text.grids[i], storeOf(key.owner, text.precisions[i]), job, 2, mend, key.owner);
     }
     piece.version = clay.version;
     for (const std::string& note : clay.notes) read.notes.push_back(fmt::format("{}: {}", piece.name, note));
@@ -278,12 +292,14 @@ bool Sources::get(io::RecordId id, std::vector<std::byte>& record) {
   return found;
 }
 
-void Sources::getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void Sources::getMany(std::span<const io::RecordId> ids,
+                      const std::function<void(size_t, std::span<const std::byte>)>& each) {
   if (sources_.size() == 1) {
     sources_[0]->getMany(ids, each);
     return;
   }
-  // Each source gives what those before it do not have; what comes out is in rising order within a source only, so it is put back into order.
+  // Each source gives what those before it do not have; what comes out is in rising order within a source only, so it
+  // is put back into order.
   std::vector<size_t> left(ids.size());
   for (size_t i = 0; i < ids.size(); ++i) left[i] = i;
   std::vector<std::vector<std::byte>> found(ids.size());
@@ -293,7 +309,9 @@ void Sources::getMany(std::span<const io::RecordId> ids, const std::function<voi
     std::vector<io::RecordId> wanted;
     for (const size_t i : left) wanted.push_back(ids[i]);
     try {
-      source->getMany(wanted, [&](size_t i, std::span<const std::byte> bytes) { found[left[i]].assign(bytes.begin(), bytes.end()); });
+      source->getMany(wanted, [&](size_t i, std::span<const std::byte> bytes) {
+        found[left[i]].assign(bytes.begin(), bytes.end());
+      });
     } catch (const Error&) {
       trouble = std::current_exception();
     }

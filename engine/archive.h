@@ -19,8 +19,9 @@
 
 namespace argil::engine {
 
-/// What a document in work is called in its files: which record holds what. All files of one document in work share one archive, so that what was written to the
-/// journal is known when the document is saved, and the other way round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
+/// What a document in work is called in its files: which record holds what. All files of one document in work share one
+/// archive, so that what was written to the journal is known when the document is saved, and the other way round.
+/// Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
 class Archive {
  public:
   Archive() : clay_(ids_) {}
@@ -47,8 +48,10 @@ class Archive {
 
   // With the lock held:
 
-  /// Puts what of the document is not in `held` yet; the state's id, the same for the same document whatever file it goes to. Throws what the sink throws, Cancelled.
-  io::RecordId put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec, Job* job = nullptr);
+  /// Puts what of the document is not in `held` yet; the state's id, the same for the same document whatever file it
+  /// goes to. Throws what the sink throws, Cancelled.
+  io::RecordId put(const DocumentPtr& document, io::RecordSet& held, io::RecordSink& sink, io::RecordCodec codec,
+                   Job* job = nullptr);
   /// The id that put() gave a document, 0 if it never did.
   [[nodiscard]] io::RecordId known(const DocumentPtr& document) const;
   /// All its clay has been put: what is read near it shares with it.
@@ -56,12 +59,13 @@ class Archive {
 
   struct Read {
     DocumentPtr document;
-    std::vector<std::string> notes;  ///< What was lost, with `mend`.
+    std::vector<std::string> notes;    ///< What was lost, with `mend`.
     std::vector<std::string> unknown;  ///< Keys of its text that are not known, where they are allowed.
   };
-  /// The document of a state. With `near`, clay and meshes that both have are shared and the cost follows the difference. Parts come as they can be felt.
-  /// Throws Error (kind work) for what is missing or damaged, Cancelled.
-  Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr, const io::OlderBricks* mend = nullptr);
+  /// The document of a state. With `near`, clay and meshes that both have are shared and the cost follows the
+  /// difference. Parts come as they can be felt. Throws Error (kind work) for what is missing or damaged, Cancelled.
+  Read get(io::RecordSource& source, io::RecordId state, const Document* near, Job* job = nullptr,
+           const io::OlderBricks* mend = nullptr);
   /// From now on keys of texts that are not known are left out, and told by get(): what is read was written by a newer
   /// Argil.
   void allowUnknown() { allowsUnknown_ = true; }
@@ -82,7 +86,8 @@ class Archive {
 
   uint32_t ownerOf(const clay::Version& version);
   std::shared_ptr<clay::Store> storeOf(uint32_t owner, clay::Precision precision);
-  io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held, io::RecordSink& sink);
+  io::RecordId putMesh(const std::shared_ptr<const clay::TriangleMesh>& mesh, io::RecordSet& held,
+                       io::RecordSink& sink);
   Part readPart(Part part, io::RecordSource& source, io::RecordId mesh, const Document* near, Job* job);
 
   TimedMutex mutex_;
@@ -97,12 +102,14 @@ class Archive {
   size_t tidyAt_ = 1 << 20;
 };
 
-/// Several sources as one: the first that has a record gives it. What one of them throws is thrown on when no other has what was asked for.
+/// Several sources as one: the first that has a record gives it. What one of them throws is thrown on when no other has
+/// what was asked for.
 class Sources : public io::RecordSource {
  public:
   explicit Sources(std::vector<io::RecordSource*> sources) : sources_(std::move(sources)) {}
   bool get(io::RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void getMany(std::span<const io::RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
 
  private:
   std::vector<io::RecordSource*> sources_;

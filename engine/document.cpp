@@ -36,27 +36,48 @@ bool move(Things& things, Id id, int by) {
 
 const char* nameOf(Guide::Kind kind) {
   switch (kind) {
-    case Guide::Kind::plane: return "Plane";
-    case Guide::Kind::line: return "Line";
-    case Guide::Kind::point: return "Point";
-    case Guide::Kind::curve: return "Curve";
-    case Guide::Kind::keepOutBox: return "Box";
-    case Guide::Kind::ruler: return "Ruler";
-    case Guide::Kind::angle: return "Angle";
+    case Guide::Kind::plane:
+      return "Plane";
+    case Guide::Kind::line:
+      return "Line";
+    case Guide::Kind::point:
+      return "Point";
+    case Guide::Kind::curve:
+      return "Curve";
+    case Guide::Kind::keepOutBox:
+      return "Box";
+    case Guide::Kind::ruler:
+      return "Ruler";
+    case Guide::Kind::angle:
+      return "Angle";
   }
   return "Guide";
 }
 
 }  // namespace
 
-const Piece* Document::piece(Id id) const { return find(pieces, id); }
-Piece* Document::piece(Id id) { return find(pieces, id); }
-const Part* Document::part(Id id) const { return find(parts, id); }
-Part* Document::part(Id id) { return find(parts, id); }
-const Guide* Document::guide(Id id) const { return find(guides, id); }
-Guide* Document::guide(Id id) { return find(guides, id); }
+const Piece* Document::piece(Id id) const {
+  return find(pieces, id);
+}
+Piece* Document::piece(Id id) {
+  return find(pieces, id);
+}
+const Part* Document::part(Id id) const {
+  return find(parts, id);
+}
+Part* Document::part(Id id) {
+  return find(parts, id);
+}
+const Guide* Document::guide(Id id) const {
+  return find(guides, id);
+}
+Guide* Document::guide(Id id) {
+  return find(guides, id);
+}
 
-const Thing* Document::thing(Id id) const { return const_cast<Document*>(this)->thing(id); }
+const Thing* Document::thing(Id id) const {
+  return const_cast<Document*>(this)->thing(id);
+}
 Thing* Document::thing(Id id) {
   if (Piece* found = piece(id)) return found;
   if (Part* found = part(id)) return found;
@@ -75,7 +96,8 @@ void nameAnew(const Document& document, Thing& thing, const std::string& kind) {
   if (!thing.name.empty()) return;
   const auto taken = [&](const std::string& name) {
     const auto has = [&](const Thing& other) { return other.name == name; };
-    return std::any_of(document.pieces.begin(), document.pieces.end(), has) || std::any_of(document.parts.begin(), document.parts.end(), has) ||
+    return std::any_of(document.pieces.begin(), document.pieces.end(), has) ||
+           std::any_of(document.parts.begin(), document.parts.end(), has) ||
            std::any_of(document.guides.begin(), document.guides.end(), has);
   };
   thing.name = kind;
@@ -115,7 +137,9 @@ bool Document::remove(Id id) {
   return true;
 }
 
-bool Document::reorder(Id id, int by) { return move(pieces, id, by) || move(parts, id, by) || move(guides, id, by); }
+bool Document::reorder(Id id, int by) {
+  return move(pieces, id, by) || move(parts, id, by) || move(guides, id, by);
+}
 
 StrokeImages Document::images() const {
   StrokeImages images;
@@ -131,13 +155,15 @@ StrokeImages Document::images() const {
 
 std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour) {
   std::array<uint8_t, 3> bytes{};
-  std::transform(colour.begin(), colour.end(), bytes.begin(), [](float part) { return static_cast<uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); });
+  std::transform(colour.begin(), colour.end(), bytes.begin(),
+                 [](float part) { return static_cast<uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); });
   return bytes;
 }
 
 std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece) {
   std::vector<std::optional<std::array<uint8_t, 3>>> colours;
-  for (const MaterialRow& row : piece.materials) colours.push_back(row.colour ? std::optional(bytesOf(*row.colour)) : std::nullopt);
+  for (const MaterialRow& row : piece.materials)
+    colours.push_back(row.colour ? std::optional(bytesOf(*row.colour)) : std::nullopt);
   return colours;
 }
 
@@ -145,7 +171,8 @@ Piece hideMasked(Piece piece) {
   clay::Editor editor(piece.version);
   piece.version.forEachBrick(clay::Channel::mask, [&](const clay::ChannelBrick& brick) {
     std::array<uint8_t, clay::kBrickVoxels> mask;
-    std::transform(std::begin(brick.value), std::end(brick.value), mask.begin(), [](uint8_t value) { return value > 127 ? uint8_t{255} : value; });
+    std::transform(std::begin(brick.value), std::end(brick.value), mask.begin(),
+                   [](uint8_t value) { return value > 127 ? uint8_t{255} : value; });
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   piece.version = editor.commit();
@@ -185,7 +212,8 @@ std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id) {
       // A well at a line is one at a curve of two points, as long as what is drawn of it.
       const Vec3d half = 0.5 * guide.sizeMm.z() * guide.axis();
       if (attracts) {
-        out.shape = haptics::WellAtCurve{std::make_shared<const haptics::Polyline>(std::vector<Vec3d>{at - half, at + half}), well};
+        out.shape = haptics::WellAtCurve{
+            std::make_shared<const haptics::Polyline>(std::vector<Vec3d>{at - half, at + half}), well};
       } else {
         out.shape = haptics::LockToLine{at, guide.axis()};
       }
@@ -205,9 +233,12 @@ std::optional<haptics::Guide> felt(const Guide& guide, uint32_t id) {
         out.shape = haptics::LockToCurve{curve()};
       }
       break;
-    case Kind::keepOutBox: out.shape = haptics::KeepOutBox{guide.pose, 0.5 * guide.sizeMm, false}; break;
+    case Kind::keepOutBox:
+      out.shape = haptics::KeepOutBox{guide.pose, 0.5 * guide.sizeMm, false};
+      break;
     case Kind::ruler:
-    case Kind::angle: return std::nullopt;
+    case Kind::angle:
+      return std::nullopt;
   }
   out.check();
   return out;
@@ -253,7 +284,8 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, con
     }
   }
   for (const Part& part : document.parts) {
-    if (part.visible && part.felt && scene.parts.size() < haptics::kMaxParts) scene.parts.push_back({part.felt, part.pose, material(part.material)});
+    if (part.visible && part.felt && scene.parts.size() < haptics::kMaxParts)
+      scene.parts.push_back({part.felt, part.pose, material(part.material)});
   }
   // A guide keeps its id from scene to scene: the hand stays on it.
   uint32_t taken = 0;

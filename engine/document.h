@@ -1,5 +1,6 @@
 #pragma once
-// All that a person makes: pieces of clay, parts, guides, symmetry. A value: a change makes a new one that shares the clay of the old.
+// All that a person makes: pieces of clay, parts, guides, symmetry. A value: a change makes a new one that shares the
+// clay of the old.
 
 #include <array>
 #include <cstdint>
@@ -26,42 +27,45 @@ using Id = uint32_t;
 struct Thing {
   Id id = 0;
   std::string name;
-  bool visible = true;   ///< Hidden things are not felt either.
-  bool locked = false;   ///< Neither edited nor moved; still felt.
+  bool visible = true;  ///< Hidden things are not felt either.
+  bool locked = false;  ///< Neither edited nor moved; still felt.
 };
 
 /// A row of a piece's materials.
 struct MaterialRow {
   std::string name;
-  haptics::Material material;                      ///< Material::texture is not used here.
-  std::optional<std::array<float, 3>> colour;      ///< sRGB.
+  haptics::Material material;                  ///< Material::texture is not used here.
+  std::optional<std::array<float, 3>> colour;  ///< sRGB.
   friend bool operator==(const MaterialRow&, const MaterialRow&) = default;
 };
-inline constexpr size_t kMaxMaterialRows = 254;    ///< Of a piece: clay::Channel::material 1 to 254. 255 is unseen clay, which feels like the piece itself.
+/// Of a piece: clay::Channel::material 1 to 254. 255 is unseen clay, which feels like the piece itself.
+inline constexpr size_t kMaxMaterialRows = 254;
 
 /// A clay of its own voxel size and place.
 struct Piece : Thing {
   clay::Version version;
-  haptics::Pose pose;                              ///< From the piece's millimetres to the world's.
+  haptics::Pose pose;                  ///< From the piece's millimetres to the world's.
   Vec3d fileOffsetMm = Vec3d::Zero();  ///< From here to where the imported file had it: export can put it back.
   std::array<float, 3> colour{0.80f, 0.62f, 0.50f};  ///< sRGB.
-  haptics::Material material;                      ///< How it feels; Material::texture is not used here.
+  haptics::Material material;                        ///< How it feels; Material::texture is not used here.
   /// How voxels feel whose clay::Channel::material is 1, 2, ...; a row that is not there feels like the piece itself.
   std::vector<MaterialRow> materials;
-  bool hideMasked = false;                         ///< Where the mask is above 127 clay is neither seen nor felt; see hideMasked().
+  bool hideMasked = false;  ///< Where the mask is above 127 clay is neither seen nor felt; see hideMasked().
 };
 
 /// sRGB bytes of a colour; and of the piece's materials, row by row, where they have one.
 [[nodiscard]] std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour);
 [[nodiscard]] std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece);
 
-/// The piece with its masked part (mask above 127) hidden; that part is masked whole, so no tool changes it. Half masks of 127 and less stay as they are. O(masked clay).
+/// The piece with its masked part (mask above 127) hidden; that part is masked whole, so no tool changes it. Half masks
+/// of 127 and less stay as they are. O(masked clay).
 [[nodiscard]] Piece hideMasked(Piece piece);
 
 /// A mesh that stays as it is: seen and felt, not edited.
 struct Part : Thing {
   std::shared_ptr<const clay::TriangleMesh> mesh;  ///< mm.
-  std::shared_ptr<const haptics::PartMesh> felt;   ///< Null until it has been built in the background: seen, not yet felt.
+  /// Null until it has been built in the background: seen, not yet felt.
+  std::shared_ptr<const haptics::PartMesh> felt;
   haptics::Pose pose;
   std::array<float, 3> colour{0.55f, 0.60f, 0.68f};
   haptics::Material material;
@@ -87,15 +91,16 @@ struct Guide : Thing {
   Kind kind = Kind::plane;
   Feel feel = Feel::seen;
   haptics::Pose pose;
-  Vec3d sizeMm{40, 40, 40};      ///< What is drawn of a plane (x, y) or a line (z); edges of a box.
-  std::vector<Vec3d> pointsMm;   ///< Of curve (2 at least), ruler (2), angle (3).
-  bool closed = false;           ///< Of a curve.
+  Vec3d sizeMm{40, 40, 40};        ///< What is drawn of a plane (x, y) or a line (z); edges of a box.
+  std::vector<Vec3d> pointsMm;     ///< Of curve (2 at least), ruler (2), angle (3).
+  bool closed = false;             ///< Of a curve.
   double rangeMm = 5, forceN = 1;  ///< Of a well.
 
   [[nodiscard]] Vec3d axis() const { return pose.rotation * Vec3d::UnitZ(); }
 };
 
-/// Strokes are repeated as mirror images, once for each plane, twice more for both, and so on; and around the pose's z axis.
+/// Strokes are repeated as mirror images, once for each plane, twice more for both, and so on; and around the pose's z
+/// axis.
 struct Symmetry {
   bool x = false, y = false, z = false;  ///< Planes normal to the pose's axes, through its place.
   haptics::Pose pose;
@@ -104,11 +109,11 @@ struct Symmetry {
 };
 
 struct Document {
-  std::vector<Piece> pieces;   ///< In the order of the list that the person sees.
+  std::vector<Piece> pieces;  ///< In the order of the list that the person sees.
   std::vector<Part> parts;
   std::vector<Guide> guides;
   Symmetry symmetry;
-  Id active = 0;               ///< The piece that is worked on; 0: none.
+  Id active = 0;  ///< The piece that is worked on; 0: none.
   Id nextId = 1;
   /// Documents that one stroke went through have the same number and differ in the clay of their active piece alone:
   /// with a thousand pieces there is one to look at. 0: says nothing. Session's.
@@ -126,7 +131,8 @@ struct Document {
   /// The piece that strokes work on: active, visible and not locked; else null.
   [[nodiscard]] const Piece* workedOn() const;
 
-  /// Give a new id and, where the name is empty, a name such as "Plane 2"; a first piece becomes the active one. Return the id.
+  /// Give a new id and, where the name is empty, a name such as "Plane 2"; a first piece becomes the active one. Return
+  /// the id.
   Id add(Piece piece);
   Id add(Part part);
   Id add(Guide guide);

@@ -15,11 +15,17 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::pair<std::string_view, Guide::Kind> kKinds[] = {
-    {"plane", Guide::Kind::plane}, {"line", Guide::Kind::line},   {"point", Guide::Kind::point}, {"curve", Guide::Kind::curve},
-    {"keep_out_box", Guide::Kind::keepOutBox}, {"ruler", Guide::Kind::ruler}, {"angle", Guide::Kind::angle}};
-constexpr std::pair<std::string_view, Guide::Feel> kFeels[] = {
-    {"seen", Guide::Feel::seen}, {"lock", Guide::Feel::lock}, {"well", Guide::Feel::well}, {"keep_out", Guide::Feel::keepOut}};
+constexpr std::pair<std::string_view, Guide::Kind> kKinds[] = {{"plane", Guide::Kind::plane},
+                                                               {"line", Guide::Kind::line},
+                                                               {"point", Guide::Kind::point},
+                                                               {"curve", Guide::Kind::curve},
+                                                               {"keep_out_box", Guide::Kind::keepOutBox},
+                                                               {"ruler", Guide::Kind::ruler},
+                                                               {"angle", Guide::Kind::angle}};
+constexpr std::pair<std::string_view, Guide::Feel> kFeels[] = {{"seen", Guide::Feel::seen},
+                                                               {"lock", Guide::Feel::lock},
+                                                               {"well", Guide::Feel::well},
+                                                               {"keep_out", Guide::Feel::keepOut}};
 
 constexpr double kMostId = 4294967295.0, kMostRecord = 9007199254740992.0;  // what a JSON number holds exactly
 constexpr double kMostNumber = 1e15;  // what was written must be read again: no limit of the hand applies here
@@ -37,12 +43,17 @@ double finite(double value) {
   return value;
 }
 
-ordered_json list(const Vec3d& v) { return ordered_json::array({finite(v.x()), finite(v.y()), finite(v.z())}); }
+ordered_json list(const Vec3d& v) {
+  return ordered_json::array({finite(v.x()), finite(v.y()), finite(v.z())});
+}
 ordered_json poseJson(const haptics::Pose& pose) {
   const auto& q = pose.rotation;
-  return {{"at", list(pose.translation)}, {"turn", ordered_json::array({finite(q.w()), finite(q.x()), finite(q.y()), finite(q.z())})}};
+  return {{"at", list(pose.translation)},
+          {"turn", ordered_json::array({finite(q.w()), finite(q.x()), finite(q.y()), finite(q.z())})}};
 }
-ordered_json colourJson(const std::array<float, 3>& c) { return ordered_json::array({finite(double(c[0])), finite(double(c[1])), finite(double(c[2]))}); }
+ordered_json colourJson(const std::array<float, 3>& c) {
+  return ordered_json::array({finite(double(c[0])), finite(double(c[1])), finite(double(c[2]))});
+}
 
 ordered_json thingJson(const Thing& thing) {
   ordered_json line;
@@ -133,7 +144,9 @@ Guide readDocumentGuide(const Place& place) {
   if (const auto closed = place.maybe("closed")) guide.closed = closed->truth();
   guide.rangeMm = place.at("range").number(-kMostNumber, kMostNumber);
   guide.forceN = place.at("force").number(-kMostNumber, kMostNumber);
-  const size_t least = guide.kind == Guide::Kind::curve || guide.kind == Guide::Kind::ruler ? 2 : guide.kind == Guide::Kind::angle ? 3 : 0;
+  const size_t least = guide.kind == Guide::Kind::curve || guide.kind == Guide::Kind::ruler ? 2
+                       : guide.kind == Guide::Kind::angle                                   ? 3
+                                                                                            : 0;
   if (guide.pointsMm.size() < least) place.fail(fmt::format("needs {} points", least));
   return guide;
 }
@@ -158,7 +171,8 @@ clay::Precision readPrecision(const Place& grid) {
 
 }  // namespace
 
-std::string documentText(const Document& document, const std::vector<ClayKey>& clay, const std::vector<io::RecordId>& meshes) {
+std::string documentText(const Document& document, const std::vector<ClayKey>& clay,
+                         const std::vector<io::RecordId>& meshes) {
   ordered_json root;
   root["pieces"] = ordered_json::array();
   for (size_t i = 0; i < document.pieces.size(); ++i) {
@@ -167,7 +181,8 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
     if (piece.version) {
       const clay::Grid& grid = piece.version.grid();
       line["clay"] = {{"root", clay.at(i).root}, {"owner", clay.at(i).owner}};
-      line["grid"] = {{"voxel_mm", finite(grid.voxelMm)}, {"origin", list(grid.originMm)}, {"band", finite(double(grid.band))}};
+      line["grid"] = {
+          {"voxel_mm", finite(grid.voxelMm)}, {"origin", list(grid.originMm)}, {"band", finite(double(grid.band))}};
       if (piece.version.stats().precision == clay::Precision::fixed16) line["grid"]["bits"] = 16;
     }
     line["pose"] = poseJson(piece.pose);
@@ -203,7 +218,11 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
     line["force"] = finite(guide.forceN);
     root["guides"].push_back(std::move(line));
   }
-  root["symmetry"] = {{"x", document.symmetry.x}, {"y", document.symmetry.y}, {"z", document.symmetry.z}, {"pose", poseJson(document.symmetry.pose)}, {"turns", document.symmetry.turns}};
+  root["symmetry"] = {{"x", document.symmetry.x},
+                      {"y", document.symmetry.y},
+                      {"z", document.symmetry.z},
+                      {"pose", poseJson(document.symmetry.pose)},
+                      {"turns", document.symmetry.turns}};
   root["active"] = document.active;
   root["next_id"] = document.nextId;
   return root.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -218,7 +237,8 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
   document.nextId = readId(place.at("next_id"));
   std::set<Id> ids;
   const auto checkId = [&](const Place& at, Id id) {
-    if (id == 0 || id >= document.nextId || !ids.insert(id).second) at.fail(fmt::format("the id {} is 0, twice there or beyond the next", id));
+    if (id == 0 || id >= document.nextId || !ids.insert(id).second)
+      at.fail(fmt::format("the id {} is 0, twice there or beyond the next", id));
   };
   for (const Place& at : place.at("pieces").items()) {
     at.keys({"id", "name", "visible", "locked", "clay", "grid", "pose", "colour", "material", "materials",
@@ -245,7 +265,8 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
     if (const auto hide = at.maybe("hide_masked")) piece.hideMasked = hide->truth();
     if (const auto rows = at.maybe("materials")) {
       for (const Place& row : rows->items()) piece.materials.push_back(readMaterialRow(row));
-      if (piece.materials.size() > kMaxMaterialRows) rows->fail(fmt::format("has {} rows; a voxel names one of {}", piece.materials.size(), kMaxMaterialRows));
+      if (piece.materials.size() > kMaxMaterialRows)
+        rows->fail(fmt::format("has {} rows; a voxel names one of {}", piece.materials.size(), kMaxMaterialRows));
     }
     document.pieces.push_back(std::move(piece));
   }
@@ -266,7 +287,8 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
   }
   const Place symmetry = place.at("symmetry");
   symmetry.keys({"x", "y", "z", "pose", "turns"});
-  document.symmetry = {symmetry.at("x").truth(), symmetry.at("y").truth(), symmetry.at("z").truth(), readPose(symmetry.at("pose"))};
+  document.symmetry = {symmetry.at("x").truth(), symmetry.at("y").truth(), symmetry.at("z").truth(),
+                       readPose(symmetry.at("pose"))};
   if (const auto turns = symmetry.maybe("turns")) document.symmetry.turns = int(turns->number(1, kMostTurns));
   document.active = readId(place.at("active"));
   if (document.active != 0 && !document.piece(document.active)) place.at("active").fail("names no piece");

@@ -13,18 +13,20 @@ namespace argil::engine {
 
 /// Where the clay of a piece is kept.
 struct ClayKey {
-  io::RecordId root = 0;   ///< io::ClayRecords; 0: a piece without clay.
+  io::RecordId root = 0;  ///< io::ClayRecords; 0: a piece without clay.
   uint32_t owner = 0;
   friend bool operator==(const ClayKey&, const ClayKey&) = default;
 };
 
-/// JSON of one line. `clay` one a piece, `meshes` one blob a part. Equal documents with equal keys give equal text. Throws Error (kind work) for a number that is not finite.
-[[nodiscard]] std::string documentText(const Document& document, const std::vector<ClayKey>& clay, const std::vector<io::RecordId>& meshes);
+/// JSON of one line. `clay` one a piece, `meshes` one blob a part. Equal documents with equal keys give equal text.
+/// Throws Error (kind work) for a number that is not finite.
+[[nodiscard]] std::string documentText(const Document& document, const std::vector<ClayKey>& clay,
+                                       const std::vector<io::RecordId>& meshes);
 
 struct DocumentText {
-  Document document;               ///< Versions and meshes are still missing.
-  std::vector<ClayKey> clay;       ///< One a piece,
-  std::vector<clay::Grid> grids;   ///< one a piece,
+  Document document;                        ///< Versions and meshes are still missing.
+  std::vector<ClayKey> clay;                ///< One a piece,
+  std::vector<clay::Grid> grids;            ///< one a piece,
   std::vector<clay::Precision> precisions;  ///< one a piece.
   std::vector<io::RecordId> meshes;
 };

@@ -4,24 +4,31 @@
 #include <span>
 #include <utility>
 
-#include "haptics/clock.h"
 #include "engine/tool_table.h"
+#include "haptics/clock.h"
 
 namespace argil::engine {
 namespace {
 
-constexpr size_t kBatch = 256;             // samples taken at a time
-constexpr size_t kFewWaiting = 1024;       // not worth coalescing
-constexpr size_t kMostWaiting = 32768;     // 6 MB: beyond, samples farther apart become one too,
-constexpr double kMostCoalescing = 16;     // up to 0.8 of the radius
-constexpr int64_t kTurnNs = 2'000'000;     // at most 500 versions a second
+constexpr size_t kBatch = 256;          // samples taken at a time
+constexpr size_t kFewWaiting = 1024;    // not worth coalescing
+constexpr size_t kMostWaiting = 32768;  // 6 MB: beyond, samples farther apart become one too,
+constexpr double kMostCoalescing = 16;  // up to 0.8 of the radius
+constexpr int64_t kTurnNs = 2'000'000;  // at most 500 versions a second
 
-int64_t nanoseconds(double seconds) { return static_cast<int64_t>(seconds * 1e9); }
+int64_t nanoseconds(double seconds) {
+  return static_cast<int64_t>(seconds * 1e9);
+}
 
 }  // namespace
 
 EditLoop::EditLoop(Session& session, haptics::Scene scene, Publish publish, Options options)
-    : session_(session), scene_(std::move(scene)), publish_(std::move(publish)), options_(std::move(options)), strokes_(session), batch_(kBatch) {
+    : session_(session),
+      scene_(std::move(scene)),
+      publish_(std::move(publish)),
+      options_(std::move(options)),
+      strokes_(session),
+      batch_(kBatch) {
   // Zero stays free: a sample of a scene from before the first setTool() belongs to no tool.
   scene_.tool.id = 0;
 }
@@ -202,7 +209,8 @@ double EditLoop::cutShort() {
   return seconds;
 }
 
-EditThread::EditThread(EditLoop& loop, haptics::SampleRing& ring) : thread_([this, &loop, &ring] { run(loop, ring); }) {}
+EditThread::EditThread(EditLoop& loop, haptics::SampleRing& ring)
+    : thread_([this, &loop, &ring] { run(loop, ring); }) {}
 
 EditThread::~EditThread() {
   stop_.store(true);

@@ -22,14 +22,14 @@ namespace argil::engine {
 class EditLoop {
  public:
   struct Options {
-    /// Gets every new document, after the servo: the place to bring surfaces up to it. Called in the editing thread. `oldestNs`: time on
-    /// CLOCK_MONOTONIC of the oldest sample whose cut it shows for the first time; 0: none.
+    /// Gets every new document, after the servo: the place to bring surfaces up to it. Called in the editing thread.
+    /// `oldestNs`: time on CLOCK_MONOTONIC of the oldest sample whose cut it shows for the first time; 0: none.
     std::function<void(const DocumentPtr& document, int64_t oldestNs)> onDocument;
     /// Called with every sample, when it is taken from the ring: the place to change tools, to record or to count.
     std::function<void(const haptics::StylusSample&)> onSample;
-    /// Gets, for each turn that changed clay, the time from the oldest sample that cut to the changed triangles being ready.
-    /// Paced: counted from the sample's own time (less than a tick too short: the servo's zero is learnt from the earliest
-    /// sample seen); else from the beginning of the turn.
+    /// Gets, for each turn that changed clay, the time from the oldest sample that cut to the changed triangles being
+    /// ready. Paced: counted from the sample's own time (less than a tick too short: the servo's zero is learnt from
+    /// the earliest sample seen); else from the beginning of the turn.
     haptics::Histogram* latency = nullptr;
     bool paced = false;
     /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user); 0: it works off all that waits,
@@ -43,8 +43,8 @@ class EditLoop {
   static constexpr double kCoalesceS = 1;
   using Publish = std::function<void(std::unique_ptr<const haptics::Scene>)>;
 
-  /// `scene` says what besides the document the servo reads (see sceneOf). `publish` gets every new scene. All that is referred to
-  /// must outlive it.
+  /// `scene` says what besides the document the servo reads (see sceneOf). `publish` gets every new scene. All that is
+  /// referred to must outlive it.
   EditLoop(Session& session, haptics::Scene scene, Publish publish, Options options);
 
   /// The tool that the servo is to hold from the next scene on, with its way of working on the clay: the stroke in work
@@ -100,10 +100,10 @@ class EditLoop {
   void coalesce();
 
   Session& session_;
-  haptics::Scene scene_;        // all but the document
+  haptics::Scene scene_;  // all but the document
   FeltPieces felt_;
   Vec3d handMm_ = Vec3d::Zero();  // where the newest sample has it
-  DocumentPtr shown_;           // of the last scene; null before the first
+  DocumentPtr shown_;             // of the last scene; null before the first
   Publish publish_;
   Options options_;
   StylusStrokes strokes_;
@@ -119,7 +119,7 @@ class EditLoop {
   uint64_t versions_ = 0;
   uint64_t cutsBefore_ = 0;  // index after the newest sample that cut
   bool cutting_ = true;
-  bool changed_ = true;           // tool, workspace or quality
+  bool changed_ = true;  // tool, workspace or quality
 };
 
 /// Turns an EditLoop 500 times a second. What a turn throws ends the thread and comes out of stop().

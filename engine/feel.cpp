@@ -26,15 +26,15 @@ using haptics::HandPoint;
 constexpr double kDampingFraction = 0.5;  // Of the sheet's top damping, as the servo does.
 constexpr double kTravelMms = 100;        // Between parts of a path that was laid.
 constexpr double kMinTravelS = 0.3;
-constexpr uint64_t kTicksAStep = 1024;    // Between two looks at the job.
+constexpr uint64_t kTicksAStep = 1024;  // Between two looks at the job.
 
 void tellJob(Job* job, uint64_t tick, uint64_t ticks) {
   if (job && tick % kTicksAStep == 0) job->step(double(tick) / double(ticks));
 }
 
 // The hand on the path itself, the contact alone.
-void followPath(const haptics::Scene& scene, const HandPath& path, const FeelOptions& options, uint64_t ticks, FeelRun& run,
-                haptics::Histogram& compute) {
+void followPath(const haptics::Scene& scene, const HandPath& path, const FeelOptions& options, uint64_t ticks,
+                FeelRun& run, haptics::Histogram& compute) {
   const haptics::DeviceSheet& sheet = haptics::deviceSheet(options.device);
   const auto contact = haptics::makeContact(options.contact);
   haptics::Contact::Input in;
@@ -67,8 +67,8 @@ void followPath(const haptics::Scene& scene, const HandPath& path, const FeelOpt
 }
 
 // Hand, device and servo in closed loop.
-void holdDevice(const haptics::Scene& scene, const HandPath& path, const FeelOptions& options, uint64_t ticks, FeelRun& run,
-                haptics::Histogram& compute) {
+void holdDevice(const haptics::Scene& scene, const HandPath& path, const FeelOptions& options, uint64_t ticks,
+                FeelRun& run, haptics::Histogram& compute) {
   haptics::SimulatedDevice device(haptics::deviceSheet(options.device), path);
   haptics::Published<haptics::Scene> published;
   published.publish(std::make_unique<const haptics::Scene>(scene));
@@ -116,7 +116,9 @@ void summarize(FeelRun& run, const haptics::Histogram& compute) {
   if (jumps.empty() || !(s.peakN > 0)) return;
   std::sort(jumps.begin(), jumps.end());
   const double percent = 100 / s.peakN;
-  const auto quantile = [&](double q) { return percent * jumps[std::min(jumps.size() - 1, static_cast<size_t>(q * double(jumps.size())))]; };
+  const auto quantile = [&](double q) {
+    return percent * jumps[std::min(jumps.size() - 1, static_cast<size_t>(q * double(jumps.size())))];
+  };
   s.jumpP50 = quantile(0.5);
   s.jumpP99 = quantile(0.99);
   s.jumpMax = quantile(1);
@@ -130,8 +132,8 @@ FeelRun feel(const haptics::Scene& scene, const HandPath& path, const FeelOption
   if (!(options.rateHz >= 100 && options.rateHz <= 8000)) throw Error("the rate must be 100 to 8000 Hz");
   if (path.empty()) throw Error("the hand path holds no points");
   if (path.durationS() > kLongestFeelS || path.points().front().timeS < 0)
-    throw Error(fmt::format("the hand path runs from {:g} to {:g} s: it must lie between 0 and {:g} s", path.points().front().timeS, path.durationS(),
-                            kLongestFeelS));
+    throw Error(fmt::format("the hand path runs from {:g} to {:g} s: it must lie between 0 and {:g} s",
+                            path.points().front().timeS, path.durationS(), kLongestFeelS));
   const auto ticks = static_cast<uint64_t>(std::floor(path.durationS() * options.rateHz)) + 1;
   FeelRun run;
   run.ticks.reserve(ticks);
@@ -142,16 +144,19 @@ FeelRun feel(const haptics::Scene& scene, const HandPath& path, const FeelOption
 }
 
 std::string feelCsv(const FeelRun& run) {
-  std::string text = "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,proxy_x_mm,proxy_y_mm,proxy_z_mm,planes,depth_mm,flags,compute_us\n";
+  std::string text =
+      "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,proxy_x_mm,proxy_y_mm,proxy_z_mm,planes,depth_mm,flags,compute_us\n";
   text.reserve(run.ticks.size() * 140);
   auto out = std::back_inserter(text);
   for (const FeelTick& t : run.ticks)
-    fmt::format_to(out, "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{},{:.6f},{},{:.2f}\n", t.timeS, t.hand.x(), t.hand.y(),
-                   t.hand.z(), t.force.x(), t.force.y(), t.force.z(), t.proxy.x(), t.proxy.y(), t.proxy.z(), t.planes, t.depthMm, t.flags, t.computeUs);
+    fmt::format_to(out, "{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{},{:.6f},{},{:.2f}\n",
+                   t.timeS, t.hand.x(), t.hand.y(), t.hand.z(), t.force.x(), t.force.y(), t.force.z(), t.proxy.x(),
+                   t.proxy.y(), t.proxy.z(), t.planes, t.depthMm, t.flags, t.computeUs);
   return text;
 }
 
-HandPath placePath(const HandPath& path, const clay::Version& version, double radiusMm, const PathPlacement& placement) {
+HandPath placePath(const HandPath& path, const clay::Version& version, double radiusMm,
+                   const PathPlacement& placement) {
   std::vector<HandPoint> points = path.points();
   if (placement.fit) {
     Eigen::AlignedBox3d clayBox, pathBox;

@@ -18,8 +18,18 @@ constexpr double kMostN = 1e4, kMostNmm = 1e4, kMostDrag = 1e3;
 
 // What a kind of guide is made of. One bit a key.
 enum Field : uint32_t {
-  kAt = 1, kDirection = 2, kSize = 4, kPoints = 8, kClosed = 16, kInside = 32, kRadius = 64, kRange = 128, kDepth = 256, kForce = 512,
-  kStiffness = 1024, kDrag = 2048
+  kAt = 1,
+  kDirection = 2,
+  kSize = 4,
+  kPoints = 8,
+  kClosed = 16,
+  kInside = 32,
+  kRadius = 64,
+  kRange = 128,
+  kDepth = 256,
+  kForce = 512,
+  kStiffness = 1024,
+  kDrag = 2048
 };
 struct Row {
   std::string_view name;
@@ -50,16 +60,21 @@ struct Vector {
   Vec3d GuideSetup::*member;
   uint32_t field;
 };
-constexpr Vector kVectors[] = {{"at", &GuideSetup::atMm, kAt}, {"direction", &GuideSetup::direction, kDirection}, {"size_mm", &GuideSetup::sizeMm, kSize}};
+constexpr Vector kVectors[] = {{"at", &GuideSetup::atMm, kAt},
+                               {"direction", &GuideSetup::direction, kDirection},
+                               {"size_mm", &GuideSetup::sizeMm, kSize}};
 struct Number {
   const char* key;
   double GuideSetup::*member;
   uint32_t field;
   double most;
 };
-constexpr Number kNumbers[] = {{"radius_mm", &GuideSetup::radiusMm, kRadius, kMaxMm},      {"range_mm", &GuideSetup::rangeMm, kRange, kMaxMm},
-                               {"depth_mm", &GuideSetup::depthMm, kDepth, kMaxMm},         {"force_n", &GuideSetup::forceN, kForce, kMostN},
-                               {"stiffness_nmm", &GuideSetup::stiffnessNmm, kStiffness, kMostNmm}, {"drag_nsmm", &GuideSetup::dragNsmm, kDrag, kMostDrag}};
+constexpr Number kNumbers[] = {{"radius_mm", &GuideSetup::radiusMm, kRadius, kMaxMm},
+                               {"range_mm", &GuideSetup::rangeMm, kRange, kMaxMm},
+                               {"depth_mm", &GuideSetup::depthMm, kDepth, kMaxMm},
+                               {"force_n", &GuideSetup::forceN, kForce, kMostN},
+                               {"stiffness_nmm", &GuideSetup::stiffnessNmm, kStiffness, kMostNmm},
+                               {"drag_nsmm", &GuideSetup::dragNsmm, kDrag, kMostDrag}};
 struct Flag {
   const char* key;
   bool GuideSetup::*member;
@@ -92,31 +107,51 @@ std::vector<std::string_view> keysOf(const Row& row) {
   return keys;
 }
 
-json list(const Vec3d& v) { return json::array({v.x(), v.y(), v.z()}); }
+json list(const Vec3d& v) {
+  return json::array({v.x(), v.y(), v.z()});
+}
 
 struct Build {
   const GuideSetup& g;
   [[nodiscard]] haptics::WellShape well() const { return {g.rangeMm, g.forceN}; }
-  [[nodiscard]] std::shared_ptr<const Polyline> curve() const { return std::make_shared<const Polyline>(g.pointsMm, g.closed); }
+  [[nodiscard]] std::shared_ptr<const Polyline> curve() const {
+    return std::make_shared<const Polyline>(g.pointsMm, g.closed);
+  }
 
   [[nodiscard]] decltype(haptics::Guide::shape) shape() const {
     switch (g.kind) {
-      case Kind::lockToPoint: return haptics::LockToPoint{g.atMm};
-      case Kind::lockToLine: return haptics::LockToLine{g.atMm, g.direction};
-      case Kind::lockToPlane: return haptics::LockToPlane{g.atMm, g.direction};
-      case Kind::lockToCurve: return haptics::LockToCurve{curve()};
-      case Kind::lockToNormal: return haptics::LockToNormal{};
-      case Kind::keepOutBox: return haptics::KeepOutBox{haptics::Pose{g.atMm}, 0.5 * g.sizeMm, g.inside};
-      case Kind::keepOutBall: return haptics::KeepOutBall{g.atMm, g.radiusMm, g.inside};
-      case Kind::keepOutPlane: return haptics::KeepOutPlane{g.atMm, g.direction};
-      case Kind::wellAtPoints: return haptics::WellAtPoints{g.pointsMm, well()};
-      case Kind::wellAtCurve: return haptics::WellAtCurve{curve(), well()};
-      case Kind::wellAtPlane: return haptics::WellAtPlane{g.atMm, g.direction, well()};
-      case Kind::wellAtClay: return haptics::WellAtPiece{0, well()};
-      case Kind::gravity: return haptics::Gravity{g.direction.normalized() * g.forceN};
-      case Kind::buoyancy: return haptics::Buoyancy{g.atMm, g.direction, g.forceN, g.depthMm};
-      case Kind::viscosity: return haptics::Viscosity{g.dragNsmm};
-      case Kind::ambientPlane: return haptics::AmbientPlane{g.atMm, g.direction, g.stiffnessNmm, g.forceN};
+      case Kind::lockToPoint:
+        return haptics::LockToPoint{g.atMm};
+      case Kind::lockToLine:
+        return haptics::LockToLine{g.atMm, g.direction};
+      case Kind::lockToPlane:
+        return haptics::LockToPlane{g.atMm, g.direction};
+      case Kind::lockToCurve:
+        return haptics::LockToCurve{curve()};
+      case Kind::lockToNormal:
+        return haptics::LockToNormal{};
+      case Kind::keepOutBox:
+        return haptics::KeepOutBox{haptics::Pose{g.atMm}, 0.5 * g.sizeMm, g.inside};
+      case Kind::keepOutBall:
+        return haptics::KeepOutBall{g.atMm, g.radiusMm, g.inside};
+      case Kind::keepOutPlane:
+        return haptics::KeepOutPlane{g.atMm, g.direction};
+      case Kind::wellAtPoints:
+        return haptics::WellAtPoints{g.pointsMm, well()};
+      case Kind::wellAtCurve:
+        return haptics::WellAtCurve{curve(), well()};
+      case Kind::wellAtPlane:
+        return haptics::WellAtPlane{g.atMm, g.direction, well()};
+      case Kind::wellAtClay:
+        return haptics::WellAtPiece{0, well()};
+      case Kind::gravity:
+        return haptics::Gravity{g.direction.normalized() * g.forceN};
+      case Kind::buoyancy:
+        return haptics::Buoyancy{g.atMm, g.direction, g.forceN, g.depthMm};
+      case Kind::viscosity:
+        return haptics::Viscosity{g.dragNsmm};
+      case Kind::ambientPlane:
+        return haptics::AmbientPlane{g.atMm, g.direction, g.stiffnessNmm, g.forceN};
     }
     return haptics::LockToPoint{};
   }
@@ -144,8 +179,10 @@ GuideSetup readGuide(const Place& place) {
   guide.kind = row->kind;
   for (const Vector& v : kVectors)
     if (row->fields & v.field) guide.*v.member = place.at(v.key).vector();
-  if ((row->fields & kDirection) && !(guide.direction.norm() > 1e-6)) place.at("direction").fail("is no direction; [0, 0, 1] is straight up");
-  if ((row->fields & kSize) && !(guide.sizeMm.minCoeff() > 0)) place.at("size_mm").fail("each side must be more than 0");
+  if ((row->fields & kDirection) && !(guide.direction.norm() > 1e-6))
+    place.at("direction").fail("is no direction; [0, 0, 1] is straight up");
+  if ((row->fields & kSize) && !(guide.sizeMm.minCoeff() > 0))
+    place.at("size_mm").fail("each side must be more than 0");
   for (const Number& n : kNumbers) {
     if (!(row->fields & n.field)) continue;
     const bool length = n.most == kMaxMm;
@@ -166,7 +203,8 @@ GuideSetup readGuide(const Place& place) {
       }
     }
   }
-  if (const auto buttons = place.maybe("while_buttons")) guide.whileButtons = static_cast<uint32_t>(buttons->number(0, 4294967295.0));
+  if (const auto buttons = place.maybe("while_buttons"))
+    guide.whileButtons = static_cast<uint32_t>(buttons->number(0, 4294967295.0));
   return guide;
 }
 
@@ -204,7 +242,8 @@ haptics::Material readMaterial(const Place& place) {
   haptics::Material material;
   for (const Property& p : kProperties)
     if (const auto value = place.maybe(p.key)) material.*p.member = value->number(p.least, p.most);
-  if (material.dynamicFriction > material.staticFriction) place.fail("sliding friction (dynamic_friction) must be no more than static_friction");
+  if (material.dynamicFriction > material.staticFriction)
+    place.fail("sliding friction (dynamic_friction) must be no more than static_friction");
   return material;
 }
 

@@ -16,15 +16,30 @@ namespace argil::engine {
 class Place;
 
 /// A guide of haptics/guide.h in plain numbers. `{"guide": NAME, ...}` with the keys that the kind needs:
-/// lock_to_point at · lock_to_line at, direction · lock_to_plane at, direction · lock_to_curve points, closed · lock_to_normal ·
-/// keep_out_box at, size_mm, inside · keep_out_ball at, radius_mm, inside · keep_out_plane at, direction (to the free side) ·
-/// well_at_points points, range_mm, force_n · well_at_curve points, closed, range_mm, force_n · well_at_plane at, direction, range_mm, force_n ·
-/// well_at_clay range_mm, force_n · gravity direction, force_n · buoyancy at, direction, force_n, depth_mm · viscosity drag_nsmm ·
-/// ambient_plane at, direction, stiffness_nmm, force_n. All may have while_buttons; closed and inside are false when left out.
+/// lock_to_point at · lock_to_line at, direction · lock_to_plane at, direction · lock_to_curve points, closed ·
+/// lock_to_normal · keep_out_box at, size_mm, inside · keep_out_ball at, radius_mm, inside · keep_out_plane at,
+/// direction (to the free side) · well_at_points points, range_mm, force_n · well_at_curve points, closed, range_mm,
+/// force_n · well_at_plane at, direction, range_mm, force_n · well_at_clay range_mm, force_n · gravity direction,
+/// force_n · buoyancy at, direction, force_n, depth_mm · viscosity drag_nsmm · ambient_plane at, direction,
+/// stiffness_nmm, force_n. All may have while_buttons; closed and inside are false when left out.
 struct GuideSetup {
   enum class Kind : uint8_t {
-    lockToPoint, lockToLine, lockToPlane, lockToCurve, lockToNormal, keepOutBox, keepOutBall, keepOutPlane,
-    wellAtPoints, wellAtCurve, wellAtPlane, wellAtClay, gravity, buoyancy, viscosity, ambientPlane
+    lockToPoint,
+    lockToLine,
+    lockToPlane,
+    lockToCurve,
+    lockToNormal,
+    keepOutBox,
+    keepOutBall,
+    keepOutPlane,
+    wellAtPoints,
+    wellAtCurve,
+    wellAtPlane,
+    wellAtClay,
+    gravity,
+    buoyancy,
+    viscosity,
+    ambientPlane
   };
   Kind kind = Kind::lockToPoint;
   Vec3d atMm = Vec3d::Zero(), direction = Vec3d::Zero(), sizeMm = Vec3d::Zero();
@@ -39,7 +54,8 @@ struct GuideSetup {
 /// Throws Error that names the place for keys that are unknown or missing and numbers out of range.
 [[nodiscard]] GuideSetup readGuide(const Place& place);
 [[nodiscard]] nlohmann::json guideJson(const GuideSetup& guide);
-/// `{"stiffness_nmm", "hardness_nmm2", "viscosity_nsmm", "drag_nsmm", "static_friction", "dynamic_friction", "viscous_friction_nsmm"}`, any of them.
+/// `{"stiffness_nmm", "hardness_nmm2", "viscosity_nsmm", "drag_nsmm", "static_friction", "dynamic_friction",
+/// "viscous_friction_nsmm"}`, any of them.
 [[nodiscard]] haptics::Material readMaterial(const Place& place);
 [[nodiscard]] nlohmann::json materialJson(const haptics::Material& material);
 

@@ -17,13 +17,13 @@ using haptics::HandPath;
 using haptics::HandPoint;
 
 constexpr uint32_t kButton = 1;
-constexpr double kRestS = 0.1;            // the hand waits before it presses and after it has released
-constexpr double kTravelMms = 150;        // between strokes, at the device
-constexpr double kMinTravelS = 0.3;       // long enough for another tool to have reached the servo
-constexpr double kReleaseS = 1e-3;        // a tick after the last point of a stroke
-constexpr double kTimeStepS = 1e-6;       // hand paths need times that increase
-constexpr double kWorkspaceShare = 0.9;   // of the device's reach that a script is fitted into
-constexpr double kVirtualTurnS = 0.002;   // as the edit thread's own pace
+constexpr double kRestS = 0.1;           // the hand waits before it presses and after it has released
+constexpr double kTravelMms = 150;       // between strokes, at the device
+constexpr double kMinTravelS = 0.3;      // long enough for another tool to have reached the servo
+constexpr double kReleaseS = 1e-3;       // a tick after the last point of a stroke
+constexpr double kTimeStepS = 1e-6;      // hand paths need times that increase
+constexpr double kWorkspaceShare = 0.9;  // of the device's reach that a script is fitted into
+constexpr double kVirtualTurnS = 0.002;  // as the edit thread's own pace
 constexpr auto kLook = std::chrono::milliseconds(10);
 
 void append(std::vector<HandPoint>& points, double timeS, const Vec3d& device, uint32_t buttons) {
@@ -47,7 +47,8 @@ HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptic
   }
   if (!box.isEmpty()) {
     plan.workspace.pose.translation = box.center();
-    plan.workspace.scale = std::max(1.0, (box.sizes().array() / (kWorkspaceShare * sheet.workspaceMm.array())).maxCoeff());
+    plan.workspace.scale =
+        std::max(1.0, (box.sizes().array() / (kWorkspaceShare * sheet.workspaceMm.array())).maxCoeff());
   }
 
   std::vector<HandPoint> points;
@@ -96,7 +97,8 @@ haptics::Scene HandRun::firstScene(const Plan& plan, const Script& script) {
 EditLoop::Options HandRun::loopOptions(haptics::Histogram& latency) {
   EditLoop::Options options;
   options.onDocument = [this](const DocumentPtr& document, int64_t) {
-    const clay::SurfaceDelta delta = surface_.update(document->piece(document->active)->version, options_.surfaceThreads);
+    const clay::SurfaceDelta delta =
+        surface_.update(document->piece(document->active)->version, options_.surfaceThreads);
     if (options_.onSurface) options_.onSurface(delta);
   };
   options.onSample = [this](const haptics::StylusSample& sample) { changeTool(sample.timeS); };
@@ -130,7 +132,8 @@ HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<Lai
 }
 
 void HandRun::changeTool(double timeS) {
-  for (; tool_ < plan_.parts.size() && plan_.parts[tool_].changeS <= timeS; ++tool_) loop_.setTool(plan_.parts[tool_].tool);
+  for (; tool_ < plan_.parts.size() && plan_.parts[tool_].changeS <= timeS; ++tool_)
+    loop_.setTool(plan_.parts[tool_].tool);
 }
 
 void HandRun::walk(size_t count, double fromFraction, double toFraction) {
@@ -199,7 +202,8 @@ void HandRun::walkLive() {
   }
   edit.stop();
   if (const haptics::Fault fault = servo_.fault(); fault != haptics::Fault::none) {
-    throw Error(fmt::format("the force was stopped at {:.1f} s of {:.1f} s: {}", servo_.timeS(), untilS_, haptics::sentence(fault)),
+    throw Error(fmt::format("the force was stopped at {:.1f} s of {:.1f} s: {}", servo_.timeS(), untilS_,
+                            haptics::sentence(fault)),
                 Error::Kind::work);
   }
 }

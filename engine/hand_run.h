@@ -21,11 +21,11 @@ class HandRun {
  public:
   /// `strokes` in order, each with a point at least. Throws Error for a tool that does not fit or an unknown device.
   /// `script`: whose material and guides are felt.
-  HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const Script& script, const RunOptions& options,
-          haptics::Histogram& latency);
+  HandRun(Session& session, clay::Surface& surface, const std::vector<LaidStroke>& strokes, const Script& script,
+          const RunOptions& options, haptics::Histogram& latency);
 
-  /// Walks through the next `count` strokes, in real or in virtual time, while the job's fraction goes from one value to the
-  /// other. Throws Error, Cancelled.
+  /// Walks through the next `count` strokes, in real or in virtual time, while the job's fraction goes from one value
+  /// to the other. Throws Error, Cancelled.
   void walk(size_t count, double fromFraction, double toFraction);
 
   /// Of several, in order, together; of one at least.
@@ -60,7 +60,8 @@ class HandRun {
   haptics::SimulatedDevice device_;
   haptics::Servo servo_;
   haptics::BareLoop bare_;
-  std::vector<std::pair<uint64_t, std::unique_ptr<const haptics::Scene>>> coming_;  // virtual time: with the tick that sees it
+  // virtual time: with the tick that sees it
+  std::vector<std::pair<uint64_t, std::unique_ptr<const haptics::Scene>>> coming_;
   uint64_t tick_ = 0;
   double fromS_ = 0, untilS_ = 0, fromFraction_ = 0, toFraction_ = 0;  // of this walk
   std::string grant_;

@@ -25,7 +25,8 @@ void HistoryRecords::add(Layer layer) {
 void HistoryRecords::keepOnly(const std::set<uint64_t>& numbers) {
   std::vector<Layer> gone;  // closed without the lock
   const std::lock_guard lock(mutex_);
-  const auto at = std::stable_partition(layers_.begin(), layers_.end(), [&](const Layer& each) { return numbers.contains(each.number); });
+  const auto at = std::stable_partition(layers_.begin(), layers_.end(),
+                                        [&](const Layer& each) { return numbers.contains(each.number); });
   std::move(at, layers_.end(), std::back_inserter(gone));
   layers_.erase(at, layers_.end());
 }
@@ -50,7 +51,8 @@ bool HistoryRecords::get(io::RecordId id, std::vector<std::byte>& record) {
   return engine::Sources(pointers(sources)).get(id, record);
 }
 
-void HistoryRecords::getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void HistoryRecords::getMany(std::span<const io::RecordId> ids,
+                             const std::function<void(size_t, std::span<const std::byte>)>& each) {
   const Sources sources = all();
   engine::Sources(pointers(sources)).getMany(ids, each);
 }

@@ -11,8 +11,9 @@
 
 namespace argil::engine {
 
-/// All such places as one source, in layers: journals and the saved file under them, which together hold whole documents. Journals are asked before files, newer layers
-/// before older ones. A journal can be read as long as its layer is here, whether or not its file still has a name. Any thread, with the archive's lock held.
+/// All such places as one source, in layers: journals and the saved file under them, which together hold whole
+/// documents. Journals are asked before files, newer layers before older ones. A journal can be read as long as its
+/// layer is here, whether or not its file still has a name. Any thread, with the archive's lock held.
 class HistoryRecords : public io::RecordSource {
  public:
   using Sources = std::vector<std::shared_ptr<io::RecordSource>>;
@@ -27,7 +28,8 @@ class HistoryRecords : public io::RecordSource {
   [[nodiscard]] size_t layers() const;
 
   bool get(io::RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void getMany(std::span<const io::RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
 
  private:
   [[nodiscard]] Sources all() const;

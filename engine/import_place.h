@@ -50,9 +50,10 @@ struct ModelLook {
 
 /// What is worth knowing before clay is made of a model, and takes a second.
 struct ModelDetails {
-  std::vector<bool> solid;    ///< Of each object: closed, so that it bounds a solid; else a sheet or with holes.
-  clay::WallThickness walls;  ///< Of all, in the file's unit: what voxels would lose. No points for models of more than
-                              ///< kMostWallTriangles, whose search trees take gigabytes.
+  std::vector<bool> solid;  ///< Of each object: closed, so that it bounds a solid; else a sheet or with holes.
+  /// Of all, in the file's unit: what voxels would lose. No points for models of more than kMostWallTriangles, whose
+  /// search trees take gigabytes.
+  clay::WallThickness walls;
 };
 /// Throws Cancelled.
 [[nodiscard]] ModelDetails detailsOf(const ModelLook& look, Job* job = nullptr);

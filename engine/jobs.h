@@ -8,8 +8,8 @@
 
 namespace argil::engine {
 
-/// Runs work on a thread of its own, at the lowest priority. Watch it through job(); an exception that leaves the work is kept for wait().
-/// Destroying it cancels and waits, so what the work refers to need only outlive this.
+/// Runs work on a thread of its own, at the lowest priority. Watch it through job(); an exception that leaves the work
+/// is kept for wait(). Destroying it cancels and waits, so what the work refers to need only outlive this.
 class BackgroundJob {
  public:
   explicit BackgroundJob(std::function<void(Job&)> work);

@@ -20,25 +20,33 @@
 namespace argil::engine {
 namespace {
 
+using io::RecordKind;
 using nlohmann::json;
 using nlohmann::ordered_json;
-using io::RecordKind;
 
 constexpr size_t kMostLabel = 500, kMostPath = 4096;
 constexpr size_t kMostBegin = size_t{64} << 20;
 constexpr double kMostRecord = 9007199254740992.0;
 
-double seconds(WallTime at) { return std::chrono::duration<double>(at.time_since_epoch()).count(); }
-WallTime wallTime(double s) { return WallTime(std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(s))); }
+double seconds(WallTime at) {
+  return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+WallTime wallTime(double s) {
+  return WallTime(std::chrono::duration_cast<WallTime::duration>(std::chrono::duration<double>(s)));
+}
 
-std::string textOf(const ordered_json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+std::string textOf(const ordered_json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
 
 void put(io::RecordSink& sink, RecordKind kind, const ordered_json& value) {
   const std::string text = textOf(value);
   sink.put({kind, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(text)));
 }
 
-std::string shortened(const std::string& label) { return label.size() <= kMostLabel ? label : label.substr(0, kMostLabel); }
+std::string shortened(const std::string& label) {
+  return label.size() <= kMostLabel ? label : label.substr(0, kMostLabel);
+}
 
 uint64_t whole(const Place& place) {
   if (!place.value().is_number_unsigned()) place.fail("must be a whole number");
@@ -46,7 +54,9 @@ uint64_t whole(const Place& place) {
   return place.value().get<uint64_t>();
 }
 
-WallTime timeAt(const Place& place) { return wallTime(place.at("at").number(0, 1e11)); }
+WallTime timeAt(const Place& place) {
+  return wallTime(place.at("at").number(0, 1e11));
+}
 
 // A JSON number would lose bits of it.
 std::string stampText(uint64_t stamp) {
@@ -64,7 +74,8 @@ uint64_t readStamp(const Place& place) {
 JournalBegin readBegin(io::JournalReader& journal, const Place& place) {
   place.keys({"state", "at"});
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::state, whole(place.at("state")), journal, kMostBegin);
-  const json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
+  const json root =
+      parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the journal", "a journal's begin");
   std::vector<std::string> unknown;
   JournalBegin begin;
   if (const auto schema = Place(root, "the journal", "").maybe("schema")) begin.schema = whole(*schema);
@@ -103,10 +114,12 @@ PathPoint pointOf(const double* numbers, bool whole) {
   if (whole) {
     point.pressure = numbers[4];
     const Eigen::Vector4d q(numbers[5], numbers[6], numbers[7], numbers[8]);
-    if (!q.allFinite() || !(point.pressure >= 0 && point.pressure <= 1)) throw Error("damaged: a sample is not finite", Error::Kind::work);
+    if (!q.allFinite() || !(point.pressure >= 0 && point.pressure <= 1))
+      throw Error("damaged: a sample is not finite", Error::Kind::work);
     if (!q.isZero()) point.rotation = Eigen::Quaterniond(q);
   }
-  if (!std::isfinite(point.timeS) || !point.mm.allFinite()) throw Error("damaged: a point is not finite", Error::Kind::work);
+  if (!std::isfinite(point.timeS) || !point.mm.allFinite())
+    throw Error("damaged: a point is not finite", Error::Kind::work);
   return point;
 }
 
@@ -222,7 +235,8 @@ class Teller {
       case RecordKind::went: {
         open_.reset();  // its end is missing: what it became was left behind
         const size_t done = whole(place.at("done"));
-        if (!begun_ || done >= steps_.size()) throw Error("damaged: it went to a step that is not there", Error::Kind::work);
+        if (!begun_ || done >= steps_.size())
+          throw Error("damaged: it went to a step that is not there", Error::Kind::work);
         done_ = done;
         // It counts steps from the first one, of which some may be missing.
         if (holes_ > 0) ++holes_;
@@ -288,12 +302,17 @@ void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& id
 }
 
 void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bool merged, WallTime at) {
-  put(sink, RecordKind::step, {{"number", number}, {"label", shortened(label)}, {"merged", merged}, {"at", seconds(at)}});
+  put(sink, RecordKind::step,
+      {{"number", number}, {"label", shortened(label)}, {"merged", merged}, {"at", seconds(at)}});
 }
 
-void putState(io::RecordSink& sink, uint64_t number, io::RecordId state) { put(sink, RecordKind::state, {{"number", number}, {"state", state}}); }
+void putState(io::RecordSink& sink, uint64_t number, io::RecordId state) {
+  put(sink, RecordKind::state, {{"number", number}, {"state", state}});
+}
 
-void putWent(io::RecordSink& sink, size_t done, WallTime at) { put(sink, RecordKind::went, {{"done", done}, {"at", seconds(at)}}); }
+void putWent(io::RecordSink& sink, size_t done, WallTime at) {
+  put(sink, RecordKind::went, {{"done", done}, {"at", seconds(at)}});
+}
 
 void putSaving(io::RecordSink& sink, const std::filesystem::path& file) {
   if (file.string().size() <= kMostPath) put(sink, RecordKind::saving, {{"file", file.string()}});
@@ -310,7 +329,8 @@ void putStrokeBegin(io::RecordSink& sink, const Tool& tool, const StrokeImages& 
 void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& points) {
   std::vector<double> numbers;
   const auto flush = [&] {
-    if (!numbers.empty()) sink.put({RecordKind::strokeSamples, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(numbers)));
+    if (!numbers.empty())
+      sink.put({RecordKind::strokeSamples, io::RecordCodec::raw, 0, 0, 0}, std::as_bytes(std::span(numbers)));
     numbers.clear();
   };
   for (const JournalPoint& point : points) {
@@ -327,7 +347,9 @@ void putStrokePoints(io::RecordSink& sink, const std::vector<JournalPoint>& poin
   flush();
 }
 
-void putStrokeEnd(io::RecordSink& sink) { put(sink, RecordKind::strokeEnd, ordered_json::object()); }
+void putStrokeEnd(io::RecordSink& sink) {
+  put(sink, RecordKind::strokeEnd, ordered_json::object());
+}
 
 void putReplay(io::JournalReader& journal, const JournalReplay& replay) {
   const std::string text = textOf({{"stroke", replay.stroke}, {"boot", replay.boot}, {"times", replay.times}});

@@ -20,13 +20,15 @@ using WallTime = std::chrono::system_clock::time_point;
 
 struct JournalBegin {
   std::string writer;
-  uint64_t sequence = 0;  ///< Counts the journals of this writer from 1: of two the one with the higher number was
-                          ///< begun later, whatever the clock said. 0: written before there were numbers.
-  uint64_t schema = 0;    ///< Of the Argil that wrote it, as io::kDocumentSchema: above ours, its texts may have keys that
-                          ///< are not known.
-  std::filesystem::path file;   ///< The saved document under it; empty: none.
-  uint64_t stamp = 0;     ///< Of that document's last save, which names it; 0: none.
-  std::vector<std::pair<std::string, io::RecordId>> states;  ///< Label and record of the history; records are in the journal or in the file.
+  /// Counts the journals of this writer from 1: of two the one with the higher number was begun later, whatever the
+  /// clock said. 0: written before there were numbers.
+  uint64_t sequence = 0;
+  /// Of the Argil that wrote it, as io::kDocumentSchema: above ours, its texts may have keys that are not known.
+  uint64_t schema = 0;
+  std::filesystem::path file;  ///< The saved document under it; empty: none.
+  uint64_t stamp = 0;          ///< Of that document's last save, which names it; 0: none.
+  /// Label and record of the history; records are in the journal or in the file.
+  std::vector<std::pair<std::string, io::RecordId>> states;
   size_t done = 0;
   io::RecordId savedState = 0;  ///< What the file holds; 0: none.
   WallTime at{};
@@ -34,19 +36,20 @@ struct JournalBegin {
 
 struct JournalPoint {
   PathPoint point;
-  bool lift = false;            ///< No point: the tool was lifted.
+  bool lift = false;  ///< No point: the tool was lifted.
 };
 
 struct JournalStroke {
   Tool tool;
   StrokeImages images;
   std::vector<JournalPoint> points;
-  bool ended = false;           ///< False: it was cut off.
+  bool ended = false;  ///< False: it was cut off.
 };
 
 // One function a kind of record. Throw what the sink throws.
 void putBegin(io::RecordSink& sink, const JournalBegin& begin, io::RecordIds& ids, io::RecordSet& held);
-/// A step was done; `number` counts them from 1 in this journal. A stroke that it came of is still open. What it led to is told by putState() when it is in the journal.
+/// A step was done; `number` counts them from 1 in this journal. A stroke that it came of is still open. What it led to
+/// is told by putState() when it is in the journal.
 void putStep(io::RecordSink& sink, uint64_t number, const std::string& label, bool merged, WallTime at);
 void putState(io::RecordSink& sink, uint64_t number, io::RecordId state);
 void putWent(io::RecordSink& sink, size_t done, WallTime at);
@@ -71,7 +74,8 @@ void putReplay(io::JournalReader& journal, const JournalReplay& replay);
 /// What became of it all.
 struct JournalStory {
   JournalBegin begin;
-  std::vector<std::pair<std::string, io::RecordId>> states;  ///< History as it was at the end, as far as documents of it are in the journal.
+  /// History as it was at the end, as far as documents of it are in the journal.
+  std::vector<std::pair<std::string, io::RecordId>> states;
   struct Led {
     std::vector<JournalStroke> strokes;  ///< From the state before it in the list on, as far as they are known.
     bool all = false;                    ///< They are all that led to it.

@@ -12,11 +12,12 @@
 namespace argil::engine {
 namespace {
 
-
 constexpr std::chrono::seconds kMostCatchingUp{2};
 constexpr std::chrono::seconds kLookEvery{1};  // at the saved file, while nothing happens
 
-WallTime now() { return std::chrono::system_clock::now(); }
+WallTime now() {
+  return std::chrono::system_clock::now();
+}
 
 }  // namespace
 
@@ -68,7 +69,14 @@ void Keeper::State::take(Went& event) {
 
 void Keeper::State::take(Begun& event) {
   history.clear();
-  for (HistoryState& state : event.states) history.push_back({std::move(state.label), std::move(state.document), state.kept, 0, true, {state.kept != 0 ? 0 : kNowhere, 0}, {}});
+  for (HistoryState& state : event.states)
+    history.push_back({std::move(state.label),
+                       std::move(state.document),
+                       state.kept,
+                       0,
+                       true,
+                       {state.kept != 0 ? 0 : kNowhere, 0},
+                       {}});
   records = std::move(event.records);
   done = event.done;
   archive = std::move(event.archive);
@@ -90,7 +98,8 @@ void Keeper::State::take(Begun& event) {
 }
 
 void Keeper::State::take(Spilled& event) {
-  if (event.state < history.size() && history[event.state].place.layer != kNowhere) history[event.state].document.reset();
+  if (event.state < history.size() && history[event.state].place.layer != kNowhere)
+    history[event.state].document.reset();
 }
 
 void Keeper::State::take(CameBack& event) {
@@ -150,8 +159,10 @@ void Keeper::State::turn(std::vector<Event>& batch) {
     if (journal && journal->bytes() - journalBegan > options.rollBytes) begin = true;
     bool fresh = false;
     if (begin || !sound()) {
-      if (Clock::now() >= retryAt) fresh = beginJournal();
-      else if (!sound()) return;
+      if (Clock::now() >= retryAt)
+        fresh = beginJournal();
+      else if (!sound())
+        return;
     }
     if (!fresh) {
       if (stroke) {
@@ -266,7 +277,8 @@ void Keeper::State::run() {
   }
 }
 
-Keeper::Keeper(const KeeperOptions& options, std::function<void(const std::string&)> tell) : state_(std::make_unique<State>(options, std::move(tell))) {
+Keeper::Keeper(const KeeperOptions& options, std::function<void(const std::string&)> tell)
+    : state_(std::make_unique<State>(options, std::move(tell))) {
   state_->thread = std::thread([state = state_.get()] { state->run(); });
   try {
     state_->disk = std::thread([state = state_.get()] { state->syncLoop(); });
@@ -297,7 +309,8 @@ Keeper::~Keeper() {
   // What was taken over and is not in a journal of ours yet was decided about too.
   if (state_->continued) state_->retiredFiles.push_back(state_->continued->journal);
   for (const State::Event& event : state_->events) {
-    if (const State::Begun* begun = std::get_if<State::Begun>(&event); begun && begun->continued) state_->retiredFiles.push_back(begun->continued->journal);
+    if (const State::Begun* begun = std::get_if<State::Begun>(&event); begun && begun->continued)
+      state_->retiredFiles.push_back(begun->continued->journal);
   }
   for (const auto& each : state_->retiredFiles) {
     std::error_code ignored;
@@ -311,13 +324,16 @@ void Keeper::leave() {
   state_->leaving = true;
 }
 
-std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
-                                              std::optional<Continued> continued, const std::vector<std::shared_ptr<io::RecordSource>>& sources) {
+std::shared_ptr<HistoryRecords> Keeper::begin(std::vector<HistoryState> states, size_t done,
+                                              std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base,
+                                              const std::string& writer, std::optional<Continued> continued,
+                                              const std::vector<std::shared_ptr<io::RecordSource>>& sources) {
   auto records = std::make_shared<HistoryRecords>();
   HistoryRecords::Layer first{0, sources, recordsOf(base, true)};
   if (continued && sources.empty()) first.journals = {continued->source};
   records->add(std::move(first));
-  state_->queue(State::Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued), records});
+  state_->queue(State::Begun{std::move(states), done, std::move(archive), std::move(base), writer, std::move(continued),
+                             records});
   return records;
 }
 
@@ -325,7 +341,9 @@ void Keeper::saving(const std::filesystem::path& file) {
   state_->queue(State::Saving{file.empty() ? file : std::filesystem::absolute(file)});
 }
 
-void Keeper::saved(std::shared_ptr<const Base> base) { state_->queue(State::Saved{std::move(base)}); }
+void Keeper::saved(std::shared_ptr<const Base> base) {
+  state_->queue(State::Saved{std::move(base)});
+}
 
 void Keeper::flush() {
   std::unique_lock lock(state_->mutex);
@@ -346,7 +364,8 @@ uint64_t Keeper::kept(const DocumentPtr& document) const {
   const auto found = state_->known.find(document);
   if (found == state_->known.end()) return 0;
   const auto& [id, place] = found->second;
-  return place.layer < state_->syncedLayer || (place.layer == state_->syncedLayer && place.at <= state_->syncedAt) ? id : 0;
+  return place.layer < state_->syncedLayer || (place.layer == state_->syncedLayer && place.at <= state_->syncedAt) ? id
+                                                                                                                   : 0;
 }
 
 Keeper::Counts Keeper::counts() const {
@@ -354,16 +373,33 @@ Keeper::Counts Keeper::counts() const {
   return state_->counts;
 }
 
-void Keeper::strokeBegan(const Tool& tool, const StrokeImages& images) { state_->queue(State::StrokeBegan{tool, images, now()}); }
-void Keeper::strokePoint(const PathPoint& point) { state_->queue(JournalPoint{point, false}); }
-void Keeper::toolLifted() { state_->queue(JournalPoint{{}, true}); }
-void Keeper::strokeEnded() { state_->queue(State::StrokeEnded{}); }
-void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool merged) { state_->queue(State::Stepped{label, after, merged, now()}); }
-void Keeper::went(size_t done) { state_->queue(State::Went{done, now()}); }
-void Keeper::spilled(size_t state) { state_->queue(State::Spilled{state}); }
-void Keeper::cameBack(size_t state, const DocumentPtr& document) { state_->queue(State::CameBack{state, document}); }
+void Keeper::strokeBegan(const Tool& tool, const StrokeImages& images) {
+  state_->queue(State::StrokeBegan{tool, images, now()});
+}
+void Keeper::strokePoint(const PathPoint& point) {
+  state_->queue(JournalPoint{point, false});
+}
+void Keeper::toolLifted() {
+  state_->queue(JournalPoint{{}, true});
+}
+void Keeper::strokeEnded() {
+  state_->queue(State::StrokeEnded{});
+}
+void Keeper::stepped(const std::string& label, const DocumentPtr& after, bool merged) {
+  state_->queue(State::Stepped{label, after, merged, now()});
+}
+void Keeper::went(size_t done) {
+  state_->queue(State::Went{done, now()});
+}
+void Keeper::spilled(size_t state) {
+  state_->queue(State::Spilled{state});
+}
+void Keeper::cameBack(size_t state, const DocumentPtr& document) {
+  state_->queue(State::CameBack{state, document});
+}
 
-DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near) {
+DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept,
+                     const Document& near) {
   const auto known = [&] {
     const auto lock = archive.lock();
     return archive.knowsClay(near);

@@ -16,18 +16,22 @@
 
 namespace argil::engine {
 
-/// How the journal keeps up. What a stroke's samples were is on the disk `syncS` after they came, plus what the disk itself takes.
+/// How the journal keeps up. What a stroke's samples were is on the disk `syncS` after they came, plus what the disk
+/// itself takes.
 struct KeeperOptions {
-  std::filesystem::path folder;          ///< Of journals; empty: none is written.
+  std::filesystem::path folder;  ///< Of journals; empty: none is written.
   double syncS = 0.25;
-  uint64_t rollBytes = uint64_t{512} << 20;  ///< A journal that grew by this since its begin is begun anew with what is still needed.
-  bool unnamed = false;                  ///< Journals that nobody finds after a crash: there for steps that leave memory alone.
-  double retryS = 0.25, mostRetryS = 10; ///< After a failure the journal is begun anew after this time, then after twice as long each time, until it works.
+  /// A journal that grew by this since its begin is begun anew with what is still needed.
+  uint64_t rollBytes = uint64_t{512} << 20;
+  bool unnamed = false;  ///< Journals that nobody finds after a crash: there for steps that leave memory alone.
+  /// After a failure the journal is begun anew after this time, then after twice as long each time, until it works.
+  double retryS = 0.25, mostRetryS = 10;
 };
 
-/// Writes a journal of a session, on a thread of its own: samples of the stroke in work, bricks and documents of finished steps, durable within a second, never in the saved
-/// file. As a SessionWatch it only queues. Members but those of SessionWatch may be called from any thread but the servo's. Destroyed: the journal is removed, as whoever ends it has decided
-/// about what is unsaved; a crash leaves it.
+/// Writes a journal of a session, on a thread of its own: samples of the stroke in work, bricks and documents of
+/// finished steps, durable within a second, never in the saved file. As a SessionWatch it only queues. Members but
+/// those of SessionWatch may be called from any thread but the servo's. Destroyed: the journal is removed, as whoever
+/// ends it has decided about what is unsaved; a crash leaves it.
 class Keeper : public SessionWatch {
  public:
   /// `tell` gets a sentence when journalling fails, and an empty one when it works again; from the keeper's thread.
@@ -40,11 +44,14 @@ class Keeper : public SessionWatch {
     std::shared_ptr<io::RecordSource> source;  ///< Holds its lock until the keeper has a journal of its own.
     uint64_t sequence = 0;                     ///< Its JournalBegin::sequence.
   };
-  /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed, and that of `continued` once there is a new one.
-  /// `sources`: where states without a document are read, besides the base. What comes back is where they all can be read as long as this document is in work, those too
-  /// that leave memory later.
-  std::shared_ptr<HistoryRecords> begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive, std::shared_ptr<const Base> base, const std::string& writer,
-                                        std::optional<Continued> continued = {}, const std::vector<std::shared_ptr<io::RecordSource>>& sources = {});
+  /// Another document is in work from now on: as the session begins with it. The journal of the one before is removed,
+  /// and that of `continued` once there is a new one. `sources`: where states without a document are read, besides the
+  /// base. What comes back is where they all can be read as long as this document is in work, those too that leave
+  /// memory later.
+  std::shared_ptr<HistoryRecords> begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive,
+                                        std::shared_ptr<const Base> base, const std::string& writer,
+                                        std::optional<Continued> continued = {},
+                                        const std::vector<std::shared_ptr<io::RecordSource>>& sources = {});
   /// A save to this file begins: a crash may find it done before saved() was called. Empty: it was given up, so that
   /// the journal goes on looking after the file under it.
   void saving(const std::filesystem::path& file);
@@ -54,18 +61,20 @@ class Keeper : public SessionWatch {
   void leave();
   /// Until all that was queued is on the disk, or has failed. For tests and before risky work.
   void flush();
-  /// Until what was queued has been looked at and, unless it failed, written. Does not wait for the disk; for a journal that is just being begun anew it does, two seconds at most.
+  /// Until what was queued has been looked at and, unless it failed, written. Does not wait for the disk; for a journal
+  /// that is just being begun anew it does, two seconds at most.
   void catchUp();
 
-  /// The id under which a document of the history can be read again whatever becomes of the program's journal; 0 while it is not on the disk. Cheap.
+  /// The id under which a document of the history can be read again whatever becomes of the program's journal; 0 while
+  /// it is not on the disk. Cheap.
   [[nodiscard]] uint64_t kept(const DocumentPtr& document) const;
 
   struct Counts {
-    uint64_t generations = 0;   ///< Journals begun.
-    uint64_t bytes = 0;         ///< Written, all of them.
-    uint64_t steps = 0;         ///< Whose documents are in the journal.
-    double cpuS = 0;            ///< Of the thread.
-    double syncS = 0;           ///< Waited for the disk.
+    uint64_t generations = 0;  ///< Journals begun.
+    uint64_t bytes = 0;        ///< Written, all of them.
+    uint64_t steps = 0;        ///< Whose documents are in the journal.
+    double cpuS = 0;           ///< Of the thread.
+    double syncS = 0;          ///< Waited for the disk.
   };
   [[nodiscard]] Counts counts() const;
 
@@ -83,8 +92,10 @@ class Keeper : public SessionWatch {
   std::unique_ptr<State> state_;
 };
 
-/// A state of the document in work, whose places are `records` (of Keeper::begin), read near a document in memory: it shares with that one even when that was made a moment ago; only
-/// what no file could take is shared with nothing, and the whole is read. Throws Error when it cannot be read. The editing thread.
-[[nodiscard]] DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records, uint64_t kept, const Document& near);
+/// A state of the document in work, whose places are `records` (of Keeper::begin), read near a document in memory: it
+/// shares with that one even when that was made a moment ago; only what no file could take is shared with nothing, and
+/// the whole is read. Throws Error when it cannot be read. The editing thread.
+[[nodiscard]] DocumentPtr readStep(Keeper& keeper, Archive& archive, const std::shared_ptr<HistoryRecords>& records,
+                                   uint64_t kept, const Document& near);
 
 }  // namespace argil::engine

@@ -13,7 +13,6 @@
 namespace argil::engine {
 namespace {
 
-
 constexpr std::chrono::milliseconds kMostWait{100};
 constexpr size_t kHistoryKept = 100;  // steps that a new journal takes over, besides those that can be redone
 
@@ -66,7 +65,8 @@ bool Keeper::State::beginJournal() {
             if (entry.document || fresh->broken()) throw;
           }
         }
-        head.states.emplace_back(entry.label, here[i] ? entry.kept : 0);  // 0: its place in the history stays, but this journal has it not
+        // 0: its place in the history stays, but this journal has it not
+        head.states.emplace_back(entry.label, here[i] ? entry.kept : 0);
       }
       putBegin(*fresh, head, archive->ids(), freshHeld);
       if (!savingTo.empty()) putSaving(*fresh, savingTo);
@@ -155,8 +155,10 @@ void Keeper::State::tellKept() {
   std::erase_if(known, [](const auto& each) { return each.first.expired(); });
   for (const Entry& entry : history) {
     if (!entry.document) continue;
-    if (entry.place.layer == kNowhere) known.erase(entry.document);
-    else known[entry.document] = {entry.kept, entry.place};
+    if (entry.place.layer == kNowhere)
+      known.erase(entry.document);
+    else
+      known[entry.document] = {entry.kept, entry.place};
   }
 }
 

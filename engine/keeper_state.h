@@ -59,11 +59,13 @@ struct Keeper::State {
   struct Saved {
     std::shared_ptr<const Base> base;
   };
-  using Event = std::variant<JournalPoint, StrokeBegan, StrokeEnded, Stepped, Went, Begun, Spilled, CameBack, Saving, Saved>;
+  using Event =
+      std::variant<JournalPoint, StrokeBegan, StrokeEnded, Stepped, Went, Begun, Spilled, CameBack, Saving, Saved>;
 
   static constexpr uint64_t kNowhere = UINT64_MAX;
 
-  State(const KeeperOptions& given, std::function<void(const std::string&)> teller) : options(given), tell(std::move(teller)) {}
+  State(const KeeperOptions& given, std::function<void(const std::string&)> teller)
+      : options(given), tell(std::move(teller)) {}
 
   void queue(Event event) {
     bool first;
@@ -111,12 +113,15 @@ struct Keeper::State {
   std::vector<Event> events;
   bool stop = false, leaving = false;
   uint64_t flushWanted = 0, flushed = 0;
-  uint64_t turnWanted = 0, turned = 0;   // catching up
+  uint64_t turnWanted = 0, turned = 0;  // catching up
   Counts counts;
-  std::map<std::weak_ptr<const Document>, std::pair<io::RecordId, Place>, std::owner_less<>> known;  // documents that can be read
-  uint64_t syncedLayer = 0, syncedAt = 0;  // so much of that layer's journal is on the disk; of older ones all that an Entry counts on
+  // documents that can be read
+  std::map<std::weak_ptr<const Document>, std::pair<io::RecordId, Place>, std::owner_less<>> known;
+  // so much of that layer's journal is on the disk; of older ones all that an Entry counts on
+  uint64_t syncedLayer = 0, syncedAt = 0;
 
-  // The disk's thread: it alone waits for the disk, so that what was made goes on to the system meanwhile. Guarded by the mutex too.
+  // The disk's thread: it alone waits for the disk, so that what was made goes on to the system meanwhile. Guarded by
+  // the mutex too.
   std::condition_variable syncWake, syncIdle;
   std::shared_ptr<io::JournalWriter> toSync;
   uint64_t toSyncLayer = 0;
@@ -130,10 +135,10 @@ struct Keeper::State {
     std::string label;
     DocumentPtr document;
     io::RecordId kept = 0;
-    uint64_t number = 0;   // of the step in this journal; 0: from before
-    bool stated = true;    // its document is in the journal or in the base
-    Place place;           // where all of it can be read
-    Place copy;            // and in a newer layer, which takes over once it is known to be on the disk
+    uint64_t number = 0;  // of the step in this journal; 0: from before
+    bool stated = true;   // its document is in the journal or in the base
+    Place place;          // where all of it can be read
+    Place copy;           // and in a newer layer, which takes over once it is known to be on the disk
   };
   std::vector<Entry> history;
   size_t done = 0;
@@ -143,18 +148,18 @@ struct Keeper::State {
   std::string writer;
   uint64_t sequence = 0;  // of the writer's journals so far
   std::optional<Continued> continued;
-  std::filesystem::path savingTo;   // a save that has not been heard of since
+  std::filesystem::path savingTo;  // a save that has not been heard of since
   std::optional<JournalStroke> stroke;
-  size_t strokeWritten = 0;      // of its points
+  size_t strokeWritten = 0;  // of its points
   std::shared_ptr<HistoryRecords> records;
   std::shared_ptr<io::JournalWriter> journal;
   uint64_t layer = 0, layers = 0;  // the journal's, and how many there were; 0 is what the document began with
-  uint64_t journalBegan = 0;     // bytes when it had begun
+  uint64_t journalBegan = 0;       // bytes when it had begun
   io::RecordSet held;
   uint64_t number = 0;
-  bool begin = false;            // a new journal is due; until it is there the old one goes on
-  bool fits = false;             // the journal is of the document in work
-  bool behind = false;           // some step has no document in it yet
+  bool begin = false;   // a new journal is due; until it is there the old one goes on
+  bool fits = false;    // the journal is of the document in work
+  bool behind = false;  // some step has no document in it yet
   double retry = options.retryS;
   Clock::time_point retryAt{};
   bool troubled = false;

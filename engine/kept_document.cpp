@@ -57,7 +57,8 @@ uint64_t readWhole(const Place& place) {
 Head readHead(io::RecordSource& source, io::RecordId id, const std::string& name,
               std::vector<std::string>* unknown = nullptr) {
   const std::vector<std::byte> bytes = io::getBlob(io::BlobKind::head, id, source, kMostHead);
-  const nlohmann::json root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, "a document's head");
+  const nlohmann::json root =
+      parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, "a document's head");
   const Place place(root, name, "", unknown);
   place.keys({"writer", "states", "done", "face", "thumbnail", "records"});
   Head head;
@@ -101,7 +102,8 @@ std::string listed(const std::vector<std::string>& unknown) {
 OpenedDocument mended(const std::filesystem::path& file, const std::string& why, bool newer, Job* job) {
   io::Salvage salvage(file, job);
   std::string reason = why;
-  const auto attempt = [&](const std::function<io::RecordId(OpenedDocument&)>& choose) -> std::optional<OpenedDocument> {
+  const auto attempt =
+      [&](const std::function<io::RecordId(OpenedDocument&)>& choose) -> std::optional<OpenedDocument> {
     try {
       OpenedDocument opened;
       opened.archive = std::make_shared<Archive>();
@@ -110,7 +112,9 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
       if (newer) opened.archive->allowUnknown();
       Archive::Read read = opened.archive->get(salvage, choose(opened), nullptr, job, &salvage);
       opened.states = {{.label = {}, .document = read.document}};
-      opened.notes.push_back(fmt::format("{} is damaged ({}) and was mended from {} sound records; save it under another name.", io::displayName(file), why, salvage.records()));
+      opened.notes.push_back(
+          fmt::format("{} is damaged ({}) and was mended from {} sound records; save it under another name.",
+                      io::displayName(file), why, salvage.records()));
       for (std::string& note : read.notes) opened.notes.push_back(std::move(note));
       if (!read.unknown.empty())
         opened.notes.push_back(
@@ -136,7 +140,10 @@ OpenedDocument mended(const std::filesystem::path& file, const std::string& why,
     auto opened = attempt([&](OpenedDocument&) { return salvage.states()[i]; });
     if (opened) return std::move(*opened);
   }
-  throw Error(fmt::format("{}: is damaged ({}), and nothing can be mended: {} sound records, none of them tells what the document was; open a copy of it", io::displayName(file), reason, salvage.records()));
+  throw Error(
+      fmt::format("{}: is damaged ({}), and nothing can be mended: {} sound records, none of them tells what the "
+                  "document was; open a copy of it",
+                  io::displayName(file), reason, salvage.records()));
 }
 
 Base baseOf(const std::filesystem::path& file, io::DocumentFile& document, const Head& head) {
@@ -165,7 +172,8 @@ class BaseRecords : public io::RecordSource {
   bool get(io::RecordId id, std::vector<std::byte>& record) override {
     return id < base_->next && now()->get(id, record);
   }
-  void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
+  void getMany(std::span<const io::RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override {
     // They rise; those from `next` on belong to whoever saved later.
     ids = ids.first(size_t(std::lower_bound(ids.begin(), ids.end(), base_->next) - ids.begin()));
     if (!ids.empty()) now()->getMany(ids, each);
@@ -236,7 +244,8 @@ OpenedDocument mendDocument(const std::filesystem::path& file, const std::string
 
 std::string newWriter() {
   uint64_t words[2] = {};
-  if (getrandom(words, sizeof words, 0) != sizeof words) throw Error("the system gives no random numbers", Error::Kind::work);
+  if (getrandom(words, sizeof words, 0) != sizeof words)
+    throw Error("the system gives no random numbers", Error::Kind::work);
   return fmt::format("{:016x}{:016x}", words[0], words[1]);
 }
 
@@ -308,10 +317,12 @@ OpenedDocument openAttempt(const std::filesystem::path& file, Job* job, int atte
 
 }  // namespace
 
-std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job, const SaveLimits& limits) {
+std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job,
+                                         const SaveLimits& limits) {
   auto lock = request.archive->lock();
   Archive& archive = *request.archive;
-  // A base that was deleted, damaged or written by somebody else is no reason to lose what is in memory: it is done without, in a new file.
+  // A base that was deleted, damaged or written by somebody else is no reason to lose what is in memory: it is done
+  // without, in a new file.
   const bool gone = request.base && !std::filesystem::exists(request.base->path);
   const bool same = request.base && request.base->path == file && !gone;
   // A rollback journal is found by the file's name: after a crash in the middle of a save the other name of a file
@@ -399,9 +410,13 @@ std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, cons
   if (from && face.face.empty()) face.face = before.face;
   if (from && face.thumbnail.empty()) face.thumbnail = faceOf(before, *from).thumbnail;
   head.face = face.face;
-  if (!face.thumbnail.empty()) head.thumbnail = io::putBlob(io::BlobKind::picture, face.thumbnail, archive.ids(), base->held, *transaction);
+  if (!face.thumbnail.empty())
+    head.thumbnail = io::putBlob(io::BlobKind::picture, face.thumbnail, archive.ids(), base->held, *transaction);
   head.records = before.records;
-  const auto put = [&] { return io::putBlob(io::BlobKind::head, std::as_bytes(std::span<const char>(headText(head))), archive.ids(), base->held, *transaction); };
+  const auto put = [&] {
+    return io::putBlob(io::BlobKind::head, std::as_bytes(std::span<const char>(headText(head))), archive.ids(),
+                       base->held, *transaction);
+  };
 
   // What no state needs goes when there is much of it.
   uint64_t held = 0;
@@ -467,7 +482,9 @@ std::shared_ptr<io::RecordSource> recordsOf(std::shared_ptr<const Base> base, bo
   return std::make_shared<BaseRecords>(std::move(base), hold);
 }
 
-DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near) {
+DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base,
+                      const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state,
+                      const Document& near) {
   std::vector<io::RecordSource*> places;
   for (const auto& source : sources) places.push_back(source.get());
   const auto file = recordsOf(base);

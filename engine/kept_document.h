@@ -21,14 +21,15 @@ namespace argil::engine {
 /// alone: a path, a time or a count of saves may be those of a file in which the same ids mean other things.
 struct Base {
   std::filesystem::path path;
-  uint64_t stamp = 0;       ///< Of that save.
-  io::Lineage lineage;      ///< The saves before it.
-  std::string writer;       ///< Names the work that wrote it: ids of its journals and of this file agree.
-  io::RecordId state = 0;   ///< The document that it opens with.
-  io::RecordId next = 1;    ///< No record of it has this id or a higher one.
+  uint64_t stamp = 0;      ///< Of that save.
+  io::Lineage lineage;     ///< The saves before it.
+  std::string writer;      ///< Names the work that wrote it: ids of its journals and of this file agree.
+  io::RecordId state = 0;  ///< The document that it opens with.
+  io::RecordId next = 1;   ///< No record of it has this id or a higher one.
   io::RecordSet held;
-  std::string unflushed;  ///< Of a save that is in place, but may be lost in a power cut, as the folder could not be
-                          ///< flushed: the sentence. Else empty.
+  /// Of a save that is in place, but may be lost in a power cut, as the folder could not be flushed: the sentence. Else
+  /// empty.
+  std::string unflushed;
 };
 
 /// What a saved file holds, without its clay. Throws Error as openDocument() does, for damage too.
@@ -51,54 +52,63 @@ struct FaceData {
 };
 
 struct SaveLimits {
-  size_t steps = 100;                ///< Of history that a file keeps, besides those that can be redone.
+  size_t steps = 100;  ///< Of history that a file keeps, besides those that can be redone.
 };
 
 struct OpenedDocument {
-  std::vector<HistoryState> states;  ///< The one at `done` has its document, the others are read when they are gone to.
+  /// The one at `done` has its document, the others are read when they are gone to.
+  std::vector<HistoryState> states;
   size_t done = 0;
   FaceData face;
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;  ///< Null when it was mended or must not be written to: it has to be saved anew.
   std::vector<std::string> notes;    ///< What was mended, sentences.
   size_t steps = 0;                  ///< Of history that the file holds, those that can be redone included.
-  std::string readOnly;  ///< Why it must not be saved into its file, a sentence: a newer Argil left more in it than is
-                         ///< understood here; of its history only the newest document is read. Empty: it may be.
+  /// Why it must not be saved into its file, a sentence: a newer Argil left more in it than is understood here; of its
+  /// history only the newest document is read. Empty: it may be.
+  std::string readOnly;
 };
 
-/// Opens a saved document. What is damaged is mended from what else is in the file, and told in notes; nothing is written. Throws Error: not there, no document, made by a newer Argil, nothing left that can be mended;
-/// Cancelled. Any thread.
+/// Opens a saved document. What is damaged is mended from what else is in the file, and told in notes; nothing is
+/// written. Throws Error: not there, no document, made by a newer Argil, nothing left that can be mended; Cancelled.
+/// Any thread.
 [[nodiscard]] OpenedDocument openDocument(const std::filesystem::path& file, Job* job = nullptr);
 
-/// What can be had of a damaged document or journal: the newest document in it, its clay filled from older records where it has to be. `why` stands in its notes. Throws Error
-/// when there is nothing; Cancelled.
-[[nodiscard]] OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why, Job* job = nullptr);
+/// What can be had of a damaged document or journal: the newest document in it, its clay filled from older records
+/// where it has to be. `why` stands in its notes. Throws Error when there is nothing; Cancelled.
+[[nodiscard]] OpenedDocument mendDocument(const std::filesystem::path& file, const std::string& why,
+                                          Job* job = nullptr);
 
 /// What is saved: states as the session has them.
 struct SaveRequest {
   std::vector<HistoryState> states;
   size_t done = 0;
-  FaceData face;                     ///< Empty members: what the file at `base` has stays.
+  FaceData face;  ///< Empty members: what the file at `base` has stays.
   std::shared_ptr<Archive> archive;
   std::shared_ptr<const Base> base;  ///< Of the file that it was opened from or saved to last; null: none.
-  std::vector<std::shared_ptr<io::RecordSource>> sources;  ///< Where states without a document are read, besides the base.
+  /// Where states without a document are read, besides the base.
+  std::vector<std::shared_ptr<io::RecordSource>> sources;
   std::string writer;
 };
 
 /// Writes to a file: to that of the base only what it has not seen, to another the whole, which appears under its name
-/// when it is complete. A file of the base's name that somebody else wrote since is never written to, and none is replaced
-/// that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so that the other
-/// name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old file stands. A save
-/// that is there and may still be lost says so in `unflushed`. Lets others at the archive between two bricks. Any
-/// thread.
-[[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request, Job* job = nullptr, const SaveLimits& limits = {});
+/// when it is complete. A file of the base's name that somebody else wrote since is never written to, and none is
+/// replaced that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so
+/// that the other name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old
+/// file stands. A save that is there and may still be lost says so in `unflushed`. Lets others at the archive between
+/// two bricks. Any thread.
+[[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request,
+                                                       Job* job = nullptr, const SaveLimits& limits = {});
 
 /// The document alone, in a file that was never any other's: nothing that was taken out or undone is in its bytes, no
 /// name of a step, and it is of no lineage.
 void saveDocument(const std::filesystem::path& file, const Document& document, Job* job = nullptr, FaceData face = {});
 
-/// Reads one state near another document: for Session::setReader. Where the other one's clay is in no file yet, so that nothing can be shared, the whole is read.
-[[nodiscard]] DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base, const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state, const Document& near);
+/// Reads one state near another document: for Session::setReader. Where the other one's clay is in no file yet, so that
+/// nothing can be shared, the whole is read.
+[[nodiscard]] DocumentPtr readState(Archive& archive, const std::shared_ptr<const Base>& base,
+                                    const std::vector<std::shared_ptr<io::RecordSource>>& sources, io::RecordId state,
+                                    const Document& near);
 
 /// A name for a work: no two are alike.
 [[nodiscard]] std::string newWriter();

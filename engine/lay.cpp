@@ -11,7 +11,7 @@ namespace {
 constexpr double kShortestStep = 0.25;  // voxels: a march never stands still
 constexpr double kFarVoxels = 70000;    // beyond the largest model
 constexpr int kHalvings = 20;
-constexpr double kStepRadii = 2;        // a step in depth that is an edge, not a slope
+constexpr double kStepRadii = 2;  // a step in depth that is an edge, not a slope
 
 // Where the ray from `start` meets the surface, in voxels along it. Beyond the band the field says only "at least the
 // band", so the march takes that as its longest step and cannot miss a wall thicker than the shortest one.

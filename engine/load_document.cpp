@@ -12,7 +12,9 @@
 namespace argil::engine {
 using io::endingOf;
 
-bool holdsClay(const std::filesystem::path& file) { return endingOf(file) == ".argil" || endingOf(file) == ".vdb" || io::isDocument(file); }
+bool holdsClay(const std::filesystem::path& file) {
+  return endingOf(file) == ".argil" || endingOf(file) == ".vdb" || io::isDocument(file);
+}
 
 LoadedDocument loadDocument(const std::filesystem::path& file, const ModelImport& how, Job* job) {
   LoadedDocument loaded;

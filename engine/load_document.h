@@ -18,8 +18,10 @@ struct LoadedDocument {
   std::vector<std::string> notes;  ///< Sentences for the person.
 };
 
-/// A saved document as it is, a level set as its clay, a mesh or model as `how` says. Throws Error that names the file; Cancelled.
-[[nodiscard]] LoadedDocument loadDocument(const std::filesystem::path& file, const ModelImport& how, Job* job = nullptr);
+/// A saved document as it is, a level set as its clay, a mesh or model as `how` says. Throws Error that names the file;
+/// Cancelled.
+[[nodiscard]] LoadedDocument loadDocument(const std::filesystem::path& file, const ModelImport& how,
+                                          Job* job = nullptr);
 
 /// True for files that hold clay as it is: nothing has to be chosen to open them.
 [[nodiscard]] bool holdsClay(const std::filesystem::path& file);

@@ -119,7 +119,8 @@ double unitMm(const std::string& units) {
     const char* name;
     double mm;
   };
-  for (const Unit& u : {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
+  for (const Unit& u :
+       {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
     if (units == u.name) return u.mm;
   throw Error(fmt::format("units {}: give mm, um, cm, m, in or ft", units));
 }
@@ -188,20 +189,27 @@ std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piec
   const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
   const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
   const std::array<uint8_t, 3> own = bytesOf(piece.colour);
-  const auto materialOf = [&](const clay::VertexPaint& each) { return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt; };
+  const auto materialOf = [&](const clay::VertexPaint& each) {
+    return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt;
+  };
   std::vector<io::Colour> colours;
-  if (std::none_of(paint.begin(), paint.end(), [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); })) return colours;
+  if (std::none_of(paint.begin(), paint.end(),
+                   [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); }))
+    return colours;
   colours.reserve(paint.size());
   for (const clay::VertexPaint& each : paint) {
     const std::array<uint8_t, 3> ground = materialOf(each).value_or(own);
-    const auto over = [&](uint8_t colour, uint8_t under) { return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255); };
+    const auto over = [&](uint8_t colour, uint8_t under) {
+      return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255);
+    };
     colours.push_back({over(each.red, ground[0]), over(each.green, ground[1]), over(each.blue, ground[2]), 255});
   }
   return colours;
 }
 
 // A reduced mesh has other vertices: each takes the colour of the nearest corner of the nearest triangle there was.
-std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::TriangleMesh& before, const std::vector<io::Colour>& colours) {
+std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::TriangleMesh& before,
+                                  const std::vector<io::Colour>& colours) {
   const clay::NearestTriangle nearest(before);
   std::vector<io::Colour> moved;
   moved.reserve(mesh.positions.size());
@@ -244,14 +252,18 @@ std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport
   for (io::ModelObject& object : objects) {
     clay::ReduceOptions options;
     options.errorMm = how.errorMm;
-    if (how.triangles) options.triangles = std::max<uint64_t>(4, uint64_t(double(*how.triangles) * double(object.mesh.triangles.size()) / double(before)));
+    if (how.triangles)
+      options.triangles = std::max<uint64_t>(
+          4, uint64_t(double(*how.triangles) * double(object.mesh.triangles.size()) / double(before)));
     clay::Reduced reduced = clay::reduce(object.mesh, options, job);
-    if (!object.vertexColours.empty()) object.vertexColours = coloursOn(reduced.mesh, object.mesh, object.vertexColours);
+    if (!object.vertexColours.empty())
+      object.vertexColours = coloursOn(reduced.mesh, object.mesh, object.vertexColours);
     object.mesh = std::move(reduced.mesh);
     most = std::max(most, reduced.deviation.most());
     after += object.mesh.triangles.size();
   }
-  return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.", before, after, most);
+  return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.",
+                     before, after, most);
 }
 
 clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, Job* job) {
@@ -261,7 +273,8 @@ clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, 
   return io::merged(modelOf(document, what, job)).mesh;
 }
 
-std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document, const ModelExport& what, Job* job) {
+std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document,
+                                         const ModelExport& what, Job* job) {
   std::vector<std::string> sentences;
   // What is wrong with a name is told before the work.
   for (const std::filesystem::path& file : files) {
@@ -285,7 +298,8 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       }
       if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
       report = io::writeVdb(file, clays, job);
-      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(), clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
+      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(),
+                                      clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
     } else {
       if (objects.empty()) {
         objects = modelOf(document, what, job);
@@ -298,9 +312,11 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
       write.draco = what.draco;
       for (std::string& sentence : io::lossesOf(file, {objects, {}}, write)) sentences.push_back(std::move(sentence));
       report = io::writeModel(file, {objects, {}}, write, job);
-      sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(), report.triangles, report.format, double(report.bytes) * 1e-6));
+      sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(),
+                                      report.triangles, report.format, double(report.bytes) * 1e-6));
     }
-    if (report.deviation > 0) sentences.back() += fmt::format(" Packing moved the surface by at most {:.2g} mm.", report.deviation);
+    if (report.deviation > 0)
+      sentences.back() += fmt::format(" Packing moved the surface by at most {:.2g} mm.", report.deviation);
     if (!report.warning.empty()) sentences.back() += " " + report.warning;
   }
   if (!reduction.empty()) sentences.push_back(reduction);

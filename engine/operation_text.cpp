@@ -26,9 +26,11 @@ Vec3d readDirection(const Place& place) {
 
 MirrorPlane readPlane(const Place& place) {
   const auto numbers = place.items();
-  if (numbers.size() != 6) place.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
+  if (numbers.size() != 6)
+    place.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
   MirrorPlane plane;
-  for (size_t i = 0; i < 6; ++i) (i < 3 ? plane.pointMm : plane.normal)[Eigen::Index(i % 3)] = numbers[i].number(-kMaxMm, kMaxMm);
+  for (size_t i = 0; i < 6; ++i)
+    (i < 3 ? plane.pointMm : plane.normal)[Eigen::Index(i % 3)] = numbers[i].number(-kMaxMm, kMaxMm);
   if (!(plane.normal.norm() > 1e-6)) place.fail("its normal is no direction; [0, 0, 0, 1, 0, 0] is the plane x = 0");
   return plane;
 }
@@ -78,14 +80,16 @@ ScriptOperation readOperation(const Place& place) {
   PieceArguments& arguments = operation.arguments = standardArguments(row, {});
   for (size_t i = 0; i < own.size(); ++i) {
     const auto& parameter = row.parameters[i];
-    if (const auto value = place.maybe(own[i].c_str())) readValue(parameter, *value, arguments, parameter.low, parameter.high);
+    if (const auto value = place.maybe(own[i].c_str()))
+      readValue(parameter, *value, arguments, parameter.low, parameter.high);
   }
   if (row.pieces == 1) {
     if (const auto piece = place.maybe("piece")) operation.pieces.push_back(nameAt(*piece));
   } else if (row.pieces > 1) {
     const Place pieces = place.at("pieces");
     for (const Place& piece : pieces.items()) operation.pieces.push_back(nameAt(piece));
-    if (operation.pieces.size() != size_t(row.pieces)) pieces.fail(fmt::format("must name {} pieces, and names {}", row.pieces, operation.pieces.size()));
+    if (operation.pieces.size() != size_t(row.pieces))
+      pieces.fail(fmt::format("must name {} pieces, and names {}", row.pieces, operation.pieces.size()));
   } else {
     if (const auto name = place.maybe("name")) operation.name = nameAt(*name);
     if (const auto centre = place.maybe("centre_mm")) operation.centreMm = centre->vector();
@@ -102,7 +106,8 @@ ScriptOperation readOperation(const Place& place) {
   }
   if (const auto box = row.takesBox ? place.maybe("box") : std::nullopt) {
     const auto numbers = box->items();
-    if (numbers.size() != 6) box->fail(fmt::format("must be 6 numbers [lx, ly, lz, hx, hy, hz], and has {}", numbers.size()));
+    if (numbers.size() != 6)
+      box->fail(fmt::format("must be 6 numbers [lx, ly, lz, hx, hy, hz], and has {}", numbers.size()));
     arguments.numbers.resize(kBoxAt);
     for (const Place& number : numbers) arguments.numbers.push_back(number.number(-kMaxMm, kMaxMm));
   }

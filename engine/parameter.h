@@ -10,11 +10,13 @@ namespace argil::engine {
 /// `Owner` is the struct that holds the number. Names are for people, ids for files and scripts.
 template <class Owner>
 struct Parameter {
-  std::string_view id, name, help, unit;  ///< unit: "mm", "N", "%", "share" (0 to 1, which people read as per cent), "°", "colour" (0xRRGGBB), "on" (0 or 1) or empty. help: one sentence.
-  double low = 0, high = 1, standard = 0; ///< In the unit.
-  bool logarithmic = false;               ///< Spans powers of ten: sliders are logarithmic.
+  /// unit: "mm", "N", "%", "share" (0 to 1, which people read as per cent), "°", "colour" (0xRRGGBB), "on" (0 or 1) or
+  /// empty. help: one sentence.
+  std::string_view id, name, help, unit;
+  double low = 0, high = 1, standard = 0;  ///< In the unit.
+  bool logarithmic = false;                ///< Spans powers of ten: sliders are logarithmic.
   double (*get)(const Owner&) = nullptr;
-  void (*set)(Owner&, double) = nullptr;  ///< Expects low to high.
+  void (*set)(Owner&, double) = nullptr;           ///< Expects low to high.
   std::span<const std::string_view> choices = {};  ///< Names of 0, 1, …: it is one of these. Empty: a number.
 
   void change(Owner& owner, double value) const { set(owner, std::clamp(value, low, high)); }

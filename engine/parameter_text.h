@@ -63,7 +63,8 @@ std::string valuesOf(const Parameter<Owner>& parameter) {
   if (!parameter.choices.empty()) return fmt::format("{}", fmt::join(parameter.choices, " | "));
   if (parameter.unit == "on") return "true | false";
   if (parameter.unit == "colour") return "#rrggbb";
-  return fmt::format("{:g} to {:g}{}", parameter.low, parameter.high, parameter.unit == "share" || parameter.unit.empty() ? "" : " " + std::string(parameter.unit));
+  return fmt::format("{:g} to {:g}{}", parameter.low, parameter.high,
+                     parameter.unit == "share" || parameter.unit.empty() ? "" : " " + std::string(parameter.unit));
 }
 
 }  // namespace argil::engine

@@ -11,7 +11,8 @@ namespace argil::engine {
 std::span<const PieceJob> pieceJobs() {
   static const std::vector<PieceJob> all = [] {
     std::vector<PieceJob> rows;
-    for (const auto part : {combineJobs(), shapeJobs(), deformJobs(), maskJobs()}) rows.insert(rows.end(), part.begin(), part.end());
+    for (const auto part : {combineJobs(), shapeJobs(), deformJobs(), maskJobs()})
+      rows.insert(rows.end(), part.begin(), part.end());
     return rows;
   }();
   return all;
@@ -32,18 +33,21 @@ PieceArguments standardArguments(const PieceJob& row, const Document& document) 
 
 PieceResult runPieceJob(const PieceJob& row, const Document& document, const PieceArguments& arguments, Job* job) {
   if (arguments.pieces.size() != static_cast<size_t>(row.pieces))
-    throw Error(fmt::format("{} works on {}, {} given: choose {}", row.name, row.pieces == 1 ? "one piece" : fmt::format("{} pieces", row.pieces),
+    throw Error(fmt::format("{} works on {}, {} given: choose {}", row.name,
+                            row.pieces == 1 ? "one piece" : fmt::format("{} pieces", row.pieces),
                             arguments.pieces.size(), row.pieces == 2 ? "two pieces of clay" : "a piece of clay"));
   for (const Id id : arguments.pieces) {
     const Piece* piece = document.piece(id);
     if (!piece) throw Error(fmt::format("{}: there is no piece {}; choose one that is in the document", row.name, id));
     if (piece->locked) throw Error(fmt::format("{}: {} is locked; unlock it first", row.name, piece->name));
   }
-  if (row.pieces == 2 && arguments.pieces[0] == arguments.pieces[1]) throw Error(fmt::format("{}: choose two different pieces", row.name));
+  if (row.pieces == 2 && arguments.pieces[0] == arguments.pieces[1])
+    throw Error(fmt::format("{}: choose two different pieces", row.name));
   for (const auto& parameter : row.parameters) {
     const double value = parameter.get(arguments);
     if (!(value >= parameter.low && value <= parameter.high))
-      throw Error(fmt::format("{}: {} of {:g} {}: give {:g} to {:g}", row.name, parameter.name, value, parameter.unit, parameter.low, parameter.high));
+      throw Error(fmt::format("{}: {} of {:g} {}: give {:g} to {:g}", row.name, parameter.name, value, parameter.unit,
+                              parameter.low, parameter.high));
   }
   return row.run(document, arguments, job);
 }
@@ -52,7 +56,8 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
   const auto requireSame = [&](Id id) {
     const Piece *was = before.piece(id), *is = document.piece(id);
     if (!was || !is || was->version != is->version)
-      throw Error(fmt::format("{} changed while that went on, so its result was left out: do it again", was ? was->name : "the piece"));
+      throw Error(fmt::format("{} changed while that went on, so its result was left out: do it again",
+                              was ? was->name : "the piece"));
   };
   for (const Piece& piece : result.changed) requireSame(piece.id);
   for (const Id id : result.removed) requireSame(id);
@@ -68,7 +73,8 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
   for (Piece piece : result.added) {
     piece.id = 0;
     const auto taken = [&](const std::string& name) {
-      return std::any_of(document.pieces.begin(), document.pieces.end(), [&](const Piece& other) { return other.name == name; });
+      return std::any_of(document.pieces.begin(), document.pieces.end(),
+                         [&](const Piece& other) { return other.name == name; });
     };
     const std::string name = piece.name;
     for (int number = 2; !name.empty() && taken(piece.name); ++number) piece.name = fmt::format("{} {}", name, number);

@@ -22,7 +22,8 @@ Eigen::Isometry3d isometry(const haptics::Pose& pose) {
   return m;
 }
 
-// Rows of the second piece's materials that the first lacks go behind its own, as far as there is room. What each of the second's numbers becomes.
+// Rows of the second piece's materials that the first lacks go behind its own, as far as there is room. What each of
+// the second's numbers becomes.
 std::vector<uint8_t> joinMaterials(std::vector<MaterialRow>& rows, const std::vector<MaterialRow>& more) {
   std::vector<uint8_t> becomes{0};
   for (const MaterialRow& row : more) {
@@ -102,10 +103,26 @@ PieceResult split(const Document& document, const PieceArguments& arguments, Job
   return result;
 }
 
-constexpr Parameter<PieceArguments> kBlend{"blend", "Blend", "Width over which the surfaces run into each other; 0: a sharp crease.", "mm", 0, 50, 0, false,
-                                           [](const PieceArguments& a) { return a.blendMm; }, [](PieceArguments& a, double v) { a.blendMm = v; }};
-constexpr Parameter<PieceArguments> kKeep{"keep", "Keep the second piece", "It stays beside the result.", "on", 0, 1, 0, false,
-                                          [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; }, [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
+constexpr Parameter<PieceArguments> kBlend{"blend",
+                                           "Blend",
+                                           "Width over which the surfaces run into each other; 0: a sharp crease.",
+                                           "mm",
+                                           0,
+                                           50,
+                                           0,
+                                           false,
+                                           [](const PieceArguments& a) { return a.blendMm; },
+                                           [](PieceArguments& a, double v) { a.blendMm = v; }};
+constexpr Parameter<PieceArguments> kKeep{"keep",
+                                          "Keep the second piece",
+                                          "It stays beside the result.",
+                                          "on",
+                                          0,
+                                          1,
+                                          0,
+                                          false,
+                                          [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; },
+                                          [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
 constexpr Parameter<PieceArguments> kVoxel{"voxel",
                                            "Voxel size",
                                            "Of the result; 0: as suits both pieces.",
@@ -119,12 +136,22 @@ constexpr Parameter<PieceArguments> kVoxel{"voxel",
 constexpr std::array kCombine{kBlend, kKeep, kVoxel};
 
 const std::array kRows{
-    PieceJob{"join", "Join", "Makes one piece of two.", "Joining", "Combine", 2, false, false, kCombine, combinePieces<clay::Combination::join>},
-    PieceJob{"cut", "Cut away", "Takes the second piece's shape out of the first.", "Cutting", "Combine", 2, false, false, kCombine,
-             combinePieces<clay::Combination::cut>},
-    PieceJob{"intersect", "Intersect", "Keeps what lies in both pieces.", "Intersecting", "Combine", 2, false, false, kCombine,
-             combinePieces<clay::Combination::intersect>},
-    PieceJob{"split", "Split loose parts", "Makes a piece of each part that hangs together.", "Splitting", "Combine", 1, false, false, {}, split},
+    PieceJob{"join", "Join", "Makes one piece of two.", "Joining", "Combine", 2, false, false, kCombine,
+             combinePieces<clay::Combination::join>},
+    PieceJob{"cut", "Cut away", "Takes the second piece's shape out of the first.", "Cutting", "Combine", 2, false,
+             false, kCombine, combinePieces<clay::Combination::cut>},
+    PieceJob{"intersect", "Intersect", "Keeps what lies in both pieces.", "Intersecting", "Combine", 2, false, false,
+             kCombine, combinePieces<clay::Combination::intersect>},
+    PieceJob{"split",
+             "Split loose parts",
+             "Makes a piece of each part that hangs together.",
+             "Splitting",
+             "Combine",
+             1,
+             false,
+             false,
+             {},
+             split},
 };
 
 }  // namespace
@@ -133,6 +160,8 @@ CombineCost combineCost(const PieceJob& row, const Piece& first, const Piece& se
   return combineCost(row.id == "cut", first, second, voxelMm);
 }
 
-std::span<const PieceJob> combineJobs() { return kRows; }
+std::span<const PieceJob> combineJobs() {
+  return kRows;
+}
 
 }  // namespace argil::engine

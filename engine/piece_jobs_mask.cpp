@@ -14,8 +14,16 @@ namespace {
 using Row = Parameter<PieceArguments>;
 
 template <size_t index>
-constexpr Row number(std::string_view id, std::string_view name, std::string_view help, std::string_view unit, double low, double high, double standard, bool logarithmic = false) {
-  return {id, name, help, unit, low, high, standard, logarithmic,
+constexpr Row number(std::string_view id, std::string_view name, std::string_view help, std::string_view unit,
+                     double low, double high, double standard, bool logarithmic = false) {
+  return {id,
+          name,
+          help,
+          unit,
+          low,
+          high,
+          standard,
+          logarithmic,
           [](const PieceArguments& a) { return index < a.numbers.size() ? a.numbers[index] : 0.0; },
           [](PieceArguments& a, double v) {
             if (a.numbers.size() <= index) a.numbers.resize(index + 1);
@@ -24,12 +32,18 @@ constexpr Row number(std::string_view id, std::string_view name, std::string_vie
 }
 
 constexpr std::array kBlur{number<0>("passes", "Passes", "How often it is softened.", "", 1, 100, 4)};
-constexpr std::array kCavity{number<0>("radius", "Radius", "Hollows as narrow as this are masked whole, those twice as wide not at all.", "mm", 0.01, 100, 3, true),
-                             number<1>("ridges", "Ridges", "What stands out instead of hollows.", "on", 0, 1, 0), number<2>("add", "Add", "To the mask there is.", "on", 0, 1, 0)};
-constexpr std::array kLasso{number<0>("front", "Front only", "Only clay that faces the view; else through and through.", "on", 0, 1, 1),
-                            number<1>("erase", "Free", "Frees what is in the curve instead.", "on", 0, 1, 0)};
+constexpr std::array kCavity{
+    number<0>("radius", "Radius", "Hollows as narrow as this are masked whole, those twice as wide not at all.", "mm",
+              0.01, 100, 3, true),
+    number<1>("ridges", "Ridges", "What stands out instead of hollows.", "on", 0, 1, 0),
+    number<2>("add", "Add", "To the mask there is.", "on", 0, 1, 0)};
+constexpr std::array kLasso{
+    number<0>("front", "Front only", "Only clay that faces the view; else through and through.", "on", 0, 1, 1),
+    number<1>("erase", "Free", "Frees what is in the curve instead.", "on", 0, 1, 0)};
 
-const Piece& theFirst(const Document& document, const PieceArguments& arguments) { return *document.piece(arguments.pieces.at(0)); }
+const Piece& theFirst(const Document& document, const PieceArguments& arguments) {
+  return *document.piece(arguments.pieces.at(0));
+}
 
 PieceResult masked(const Piece& piece, clay::Version version) {
   PieceResult result;

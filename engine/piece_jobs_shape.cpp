@@ -21,7 +21,9 @@
 namespace argil::engine {
 namespace {
 
-const Piece& pieceOf(const Document& document, const PieceArguments& arguments) { return *document.piece(arguments.pieces[0]); }
+const Piece& pieceOf(const Document& document, const PieceArguments& arguments) {
+  return *document.piece(arguments.pieces[0]);
+}
 
 PieceResult changedTo(const Piece& piece, clay::Version version, std::vector<std::string> notes = {}) {
   PieceResult result;
@@ -56,10 +58,13 @@ PieceResult resample(const Document& document, const PieceArguments& a, Job* job
   grid.voxelMm = a.voxelMm;
   const clay::WorkPart all(job);
   const clay::Version version = clay::resample(piece.version, grid, Eigen::Isometry3d::Identity(), 0, all.part(0, 0.9));
-  const clay::ResampleError error = clay::resampleError(piece.version, version, Eigen::Isometry3d::Identity(), 0, all.part(0.9, 1));
+  const clay::ResampleError error =
+      clay::resampleError(piece.version, version, Eigen::Isometry3d::Identity(), 0, all.part(0.9, 1));
   return changedTo(piece, version,
-                   {fmt::format("{}: voxels of {:g} mm, from {:g}; the surface moved by {:.2g} mm RMS and {:.2g} mm at most ({:.2g} voxel), measured at {} points both ways.",
-                                piece.name, grid.voxelMm, piece.version.grid().voxelMm, error.rmsMm(), error.maxMm(), error.maxMm() / grid.voxelMm, error.points)});
+                   {fmt::format("{}: voxels of {:g} mm, from {:g}; the surface moved by {:.2g} mm RMS and {:.2g} mm at "
+                                "most ({:.2g} voxel), measured at {} points both ways.",
+                                piece.name, grid.voxelMm, piece.version.grid().voxelMm, error.rmsMm(), error.maxMm(),
+                                error.maxMm() / grid.voxelMm, error.points)});
 }
 
 PieceResult precision(const Document& document, const PieceArguments& a, Job* job) {
@@ -67,7 +72,8 @@ PieceResult precision(const Document& document, const PieceArguments& a, Job* jo
   const clay::WorkPart all(job);
   const clay::Version version = clay::withPrecision(piece.version, a.precision, all);
   const int bits = a.precision == clay::Precision::fixed16 ? 16 : 32;
-  if (version == piece.version) return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, bits)});
+  if (version == piece.version)
+    return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, bits)});
   // Voxel by voxel, as both have the same grid: points of the surface would tell more of how they were found.
   const float band = version.grid().band;
   float moved = 0;
@@ -76,27 +82,37 @@ PieceResult precision(const Document& document, const PieceArguments& a, Job* jo
     for (int i = 0; i < clay::kBrickVoxels; ++i) moved = std::max(moved, std::abs(brick.phi(i) - now.phi(i, band)));
   });
   constexpr double kMegabyte = 1 << 20;
-  return changedTo(piece, version,
-                   {fmt::format("{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).", piece.name, bits,
-                                double(version.stats().bytes()) / kMegabyte, double(piece.version.stats().bytes()) / kMegabyte, double(moved) * version.grid().voxelMm, moved)});
+  return changedTo(
+      piece, version,
+      {fmt::format(
+          "{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).",
+          piece.name, bits, double(version.stats().bytes()) / kMegabyte,
+          double(piece.version.stats().bytes()) / kMegabyte, double(moved) * version.grid().voxelMm, moved)});
 }
 
 PieceResult mirror(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  const Vec3d point = piece.pose.rotation.conjugate() * (a.plane.pointMm - piece.pose.translation), normal = piece.pose.rotation.conjugate() * a.plane.normal;
+  const Vec3d point = piece.pose.rotation.conjugate() * (a.plane.pointMm - piece.pose.translation),
+              normal = piece.pose.rotation.conjugate() * a.plane.normal;
   return changedTo(piece, clay::mirrorHalf(piece.version, point, normal, 0, job));
 }
 
 PieceResult fillVoids(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const clay::Cleaned cleaned = clay::fillVoids(piece.version, job);
-  return changedTo(piece, cleaned.version, {fmt::format("{}: {} filled, {:.3g} mm³ together.", piece.name, cleaned.count == 1 ? "1 void" : fmt::format("{} voids", cleaned.count), cleaned.volumeMm3)});
+  return changedTo(
+      piece, cleaned.version,
+      {fmt::format("{}: {} filled, {:.3g} mm³ together.", piece.name,
+                   cleaned.count == 1 ? "1 void" : fmt::format("{} voids", cleaned.count), cleaned.volumeMm3)});
 }
 
 PieceResult crumbs(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const clay::Cleaned cleaned = clay::removeCrumbs(piece.version, a.volumeMm3, job);
-  return changedTo(piece, cleaned.version, {fmt::format("{}: {} removed, {:.3g} mm³ together.", piece.name, cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count), cleaned.volumeMm3)});
+  return changedTo(
+      piece, cleaned.version,
+      {fmt::format("{}: {} removed, {:.3g} mm³ together.", piece.name,
+                   cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count), cleaned.volumeMm3)});
 }
 
 using Arguments = PieceArguments;
@@ -124,22 +140,31 @@ constexpr std::array kScale{Parameter<Arguments>{
       if (a.numbers.empty()) a.numbers.resize(1);
       a.numbers[0] = v;
     }}};
-constexpr std::array kOffset{Parameter<Arguments>{"distance", "Distance", "How far the surface moves: outwards where positive, inwards where negative.", "mm", -100, 100, 1, false,
-                                                  [](const Arguments& a) { return a.distanceMm; }, [](Arguments& a, double v) { a.distanceMm = v; }}};
-constexpr std::array kShell{Parameter<Arguments>{"inner", "Inner wall", "Thickness of the wall to the inside of the surface.", "mm", 0, 100, 2, false,
-                                                 [](const Arguments& a) { return a.innerMm; }, [](Arguments& a, double v) { a.innerMm = v; }},
-                            Parameter<Arguments>{"outer", "Outer wall", "Thickness of the wall to the outside of the surface.", "mm", 0, 100, 0, false,
-                                                 [](const Arguments& a) { return a.outerMm; }, [](Arguments& a, double v) { a.outerMm = v; }}};
-constexpr std::array kSmooth{Parameter<Arguments>{"passes", "Passes", "How often the surface is evened out; the volume stays.", "", 1, 200, 3, true,
-                                                  [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
-constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000, 0.5, true,
-                                                    [](const Arguments& a) { return a.voxelMm; }, [](Arguments& a, double v) { a.voxelMm = v; }}};
+constexpr std::array kOffset{Parameter<Arguments>{
+    "distance", "Distance", "How far the surface moves: outwards where positive, inwards where negative.", "mm", -100,
+    100, 1, false, [](const Arguments& a) { return a.distanceMm; }, [](Arguments& a, double v) { a.distanceMm = v; }}};
+constexpr std::array kShell{
+    Parameter<Arguments>{"inner", "Inner wall", "Thickness of the wall to the inside of the surface.", "mm", 0, 100, 2,
+                         false, [](const Arguments& a) { return a.innerMm; },
+                         [](Arguments& a, double v) { a.innerMm = v; }},
+    Parameter<Arguments>{"outer", "Outer wall", "Thickness of the wall to the outside of the surface.", "mm", 0, 100, 0,
+                         false, [](const Arguments& a) { return a.outerMm; },
+                         [](Arguments& a, double v) { a.outerMm = v; }}};
+constexpr std::array kSmooth{Parameter<Arguments>{
+    "passes", "Passes", "How often the surface is evened out; the volume stays.", "", 1, 200, 3, true,
+    [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
+constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000,
+                                                    0.5, true, [](const Arguments& a) { return a.voxelMm; },
+                                                    [](Arguments& a, double v) { a.voxelMm = v; }}};
 constexpr std::array<std::string_view, 2> kBits{"32", "16"};  // as clay::Precision has them
-constexpr std::array kPrecision{Parameter<Arguments>{"bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 0, 1, 1, false,
-                                                     [](const Arguments& a) { return double(a.precision); },
-                                                     [](Arguments& a, double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; }, kBits}};
-constexpr std::array kCrumbs{Parameter<Arguments>{"below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
-                                                  [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
+constexpr std::array kPrecision{Parameter<Arguments>{
+    "bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 0, 1, 1, false,
+    [](const Arguments& a) { return double(a.precision); },
+    [](Arguments& a, double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; },
+    kBits}};
+constexpr std::array kCrumbs{Parameter<Arguments>{
+    "below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
+    [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
 
 const std::array kRows{
     PieceJob{"offset", "Offset", "Makes the piece thicker or thinner all over.", "Offsetting", "Shape", 1, false, false,
@@ -181,6 +206,8 @@ const std::array kRows{
 
 }  // namespace
 
-std::span<const PieceJob> shapeJobs() { return kRows; }
+std::span<const PieceJob> shapeJobs() {
+  return kRows;
+}
 
 }  // namespace argil::engine

@@ -45,7 +45,8 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
     prepared.version = piece->version;
     prepared.document = *loaded.document;
     prepared.notes = loaded.notes;
-    if (voxelMm || script.fitMm) prepared.notes.push_back("The clay stays as it was saved: voxel and size of the script do not apply to it.");
+    if (voxelMm || script.fitMm)
+      prepared.notes.push_back("The clay stays as it was saved: voxel and size of the script do not apply to it.");
     return prepared;
   }
   io::ModelFile model = io::readModel(file, job);

@@ -7,8 +7,8 @@
 
 namespace argil::engine {
 
-/// SplitMix64 (G. Steele et al., "Fast splittable pseudorandom number generators", 2014): equal seeds give equal numbers on
-/// every machine, which the standard library's distributions do not promise.
+/// SplitMix64 (G. Steele et al., "Fast splittable pseudorandom number generators", 2014): equal seeds give equal
+/// numbers on every machine, which the standard library's distributions do not promise.
 class Random {
  public:
   explicit Random(uint64_t seed) : state_(seed) {}

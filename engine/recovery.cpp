@@ -25,10 +25,14 @@ std::string nameOf(const fs::path& file) {
   return file.empty() ? "an untitled document" : io::displayName(file);
 }
 
-std::string counted(uint64_t count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
+std::string counted(uint64_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
 
 // Undone and redone until it is what was saved: nothing is left to recover.
-bool nothingNew(const JournalStory& story) { return story.strokes.empty() && story.states[story.done].second == story.begin.savedState; }
+bool nothingNew(const JournalStory& story) {
+  return story.strokes.empty() && story.states[story.done].second == story.begin.savedState;
+}
 
 bool isWhole(const JournalStory& story) {
   return story.unread == 0 && story.damaged == 0;
@@ -133,9 +137,9 @@ Recoverable tellOfDamaged(const fs::path& journal, const std::string& why) {
 }
 
 struct Newest {
-  DocumentPtr document;  // null: none can be read
-  bool all = true;       // the strokes lead to the end of the story
-  std::string why;       // what is wrong with a newer one
+  DocumentPtr document;              // null: none can be read
+  bool all = true;                   // the strokes lead to the end of the story
+  std::string why;                   // what is wrong with a newer one
   std::vector<std::string> unknown;  // what of it a newer Argil wrote and this one does not understand
 };
 
@@ -270,8 +274,8 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   recovered.writer = story.begin.writer;
   recovered.sources = {reader};
 
-  // The saved file under it: as the journal knew it, or another by now. Records of a file that did not grow from the one
-  // that the journal builds on are never read: their ids mean other things.
+  // The saved file under it: as the journal knew it, or another by now. Records of a file that did not grow from the
+  // one that the journal builds on are never read: their ids mean other things.
   const fs::path path = choice.base.empty() || story.begin.file.empty() ? story.begin.file : fs::absolute(choice.base);
   std::shared_ptr<const Base> base;
   std::shared_ptr<io::RecordSource> file;
@@ -324,10 +328,11 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   }
   if (!newest.document) {
     if (trouble.empty() && !document.base && !story.begin.file.empty())
-      throw Error(fmt::format("{}: nothing can be recovered: {}; {} was replaced since: put the file back that was there "
-                              "when it was opened, say where it lies now, or have what the journal alone holds mended",
-                              io::displayName(journal), newest.why, nameOf(story.begin.file)),
-                  Error::Kind::work);
+      throw Error(
+          fmt::format("{}: nothing can be recovered: {}; {} was replaced since: put the file back that was there "
+                      "when it was opened, say where it lies now, or have what the journal alone holds mended",
+                      io::displayName(journal), newest.why, nameOf(story.begin.file)),
+          Error::Kind::work);
     if (trouble.empty())
       throw Error(fmt::format("{}: nothing can be recovered: {}", io::displayName(journal), newest.why),
                   Error::Kind::work);
@@ -366,8 +371,10 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
     }
   }
   if (!story.begin.file.empty() && !base) {
-    document.notes.push_back(trouble.empty() ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
-                                             : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
+    document.notes.push_back(
+        trouble.empty()
+            ? fmt::format("{} has changed since: save what was recovered under another name.", nameOf(story.begin.file))
+            : fmt::format("The saved file cannot be read ({}): save what was recovered under another name.", trouble));
   }
   const uint64_t ended = leavesOut(story, choice.boot);
   if (newest.all)

@@ -57,9 +57,13 @@ ScriptStroke moved(ScriptStroke stroke, const haptics::Pose& by) {
   return stroke;
 }
 
-haptics::Pose inverse(const haptics::Pose& pose) { return {pose.applyInverse(Vec3d::Zero()), pose.rotation.conjugate()}; }
+haptics::Pose inverse(const haptics::Pose& pose) {
+  return {pose.applyInverse(Vec3d::Zero()), pose.rotation.conjugate()};
+}
 
-std::vector<LaidStroke> layOn(const Piece& piece, const ScriptStroke& stroke) { return lay(piece.version, moved(stroke, inverse(piece.pose))); }
+std::vector<LaidStroke> layOn(const Piece& piece, const ScriptStroke& stroke) {
+  return lay(piece.version, moved(stroke, inverse(piece.pose)));
+}
 
 // The hand plans its whole walk at once, on the clay as it is when it sets out. World mm.
 struct HandStrokes {
@@ -87,7 +91,8 @@ const Piece& pieceNamed(const Document& document, const std::string& name) {
     if (piece.name == name) return piece;
     known += (known.empty() ? "" : ", ") + piece.name;
   }
-  throw Error(fmt::format("there is no piece {}; {}", io::shown(name), known.empty() ? "there is none at all yet" : "there are " + known));
+  throw Error(fmt::format("there is no piece {}; {}", io::shown(name),
+                          known.empty() ? "there is none at all yet" : "there are " + known));
 }
 
 const Piece& pieceWorkedOn(const Document& document) {
@@ -104,7 +109,8 @@ std::vector<std::string> operate(Session& session, const ScriptOperation& operat
   for (const std::string& name : operation.pieces) arguments.pieces.push_back(pieceNamed(*before, name).id);
   if (row->pieces == 1 && operation.pieces.empty()) arguments.pieces.push_back(pieceWorkedOn(*before).id);
   for (const Piece& piece : before->pieces) {
-    if (piece.name == operation.name) throw Error(fmt::format("there is a piece {} already; name the new one otherwise", io::shown(operation.name)));
+    if (piece.name == operation.name)
+      throw Error(fmt::format("there is a piece {} already; name the new one otherwise", io::shown(operation.name)));
   }
   PieceResult result = runPieceJob(*row, *before, arguments, job);
   if (row->pieces == 0) {
@@ -168,7 +174,8 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const Session::Counts before = session.counts();
   const int64_t begin = haptics::nowNs();
   const DocumentPtr first = session.document();
-  if (const Piece* piece = first->workedOn(); piece && (!(script.material == haptics::Material()) || !script.materials.empty())) {
+  if (const Piece* piece = first->workedOn();
+      piece && (!(script.material == haptics::Material()) || !script.materials.empty())) {
     session.change("Material", [&, id = piece->id](Document& document) {
       document.piece(id)->material = script.material;
       document.piece(id)->materials = script.materials;
@@ -184,7 +191,8 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
   const auto latency = std::make_unique<haptics::Histogram>();
   Recorder recorder(session);
   std::optional<HandStrokes> handStrokes;
-  std::vector<std::unique_ptr<HandRun>> hands;  // each with a servo and a simulated hand for all strokes up to the next operation or piece
+  // each with a servo and a simulated hand for all strokes up to the next operation or piece
+  std::vector<std::unique_ptr<HandRun>> hands;
   size_t handEnd = 0, handDone = 0;  // strokes before handEnd are planned; so many of them are walked
   const auto& strokes = script.strokes;
   const auto& operations = script.operations;
@@ -198,7 +206,9 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
     report.notes.push_back(fmt::format("{}: {} changed nothing: it met no clay that it can change there.", which,
                                        rowOf(strokes[from].tool).name));
   };
-  const auto fraction = [&](size_t done) { return double(done + operated) / double(strokes.size() + operations.size()); };
+  const auto fraction = [&](size_t done) {
+    return double(done + operated) / double(strokes.size() + operations.size());
+  };
   for (size_t i = 0;;) {
     const bool operatesHere = operated < operations.size() && (operations[operated].before <= i || i == strokes.size());
     if (!operatesHere && i == strokes.size()) break;
@@ -206,7 +216,8 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
     if (operatesHere) {
       recorder.takeStrokes(report.recorded);
       atStep(i + operated, [&] {
-        for (std::string& note : operate(session, operations[operated], options.job)) report.notes.push_back(std::move(note));
+        for (std::string& note : operate(session, operations[operated], options.job))
+          report.notes.push_back(std::move(note));
       });
       report.recorded.operations.push_back(operations[operated]);
       report.recorded.operations.back().before = report.recorded.strokes.size();
@@ -227,7 +238,8 @@ RunReport runScript(Session& session, clay::Surface& surface, const Script& scri
     if (strokes[i].drive == Drive::tip) {
       const size_t steps = session.undoSteps();
       atStep(i + operated, [&] {
-        for (const LaidStroke& laid : layOn(pieceWorkedOn(*session.document()), strokes[i])) runTip(session, surface, laid.stroke, options, *latency, report);
+        for (const LaidStroke& laid : layOn(pieceWorkedOn(*session.document()), strokes[i]))
+          runTip(session, surface, laid.stroke, options, *latency, report);
       });
       noteIdle(i, i + 1, steps);
       ++i;

@@ -53,7 +53,8 @@ MaterialRow readMaterialRow(const Place& place) {
   row.name = place.at("name").text();
   if (const auto colour = place.maybe("colour")) {
     const uint32_t rgb = readColour(*colour);
-    row.colour = {static_cast<float>(rgb >> 16) / 255, static_cast<float>(rgb >> 8 & 255) / 255, static_cast<float>(rgb & 255) / 255};
+    row.colour = {static_cast<float>(rgb >> 16) / 255, static_cast<float>(rgb >> 8 & 255) / 255,
+                  static_cast<float>(rgb & 255) / 255};
   }
   if (const auto material = place.maybe("material")) row.material = readMaterial(*material);
   return row;
@@ -94,11 +95,13 @@ void readSetup(const Place& item, Script& script) {
   } else if (const auto rows = item.maybe("materials")) {
     once(!script.materials.empty());
     for (const Place& row : rows->items()) script.materials.push_back(readMaterialRow(row));
-    if (script.materials.size() > kMaxMaterialRows) rows->fail(fmt::format("has {} rows; {} is the most", script.materials.size(), kMaxMaterialRows));
+    if (script.materials.size() > kMaxMaterialRows)
+      rows->fail(fmt::format("has {} rows; {} is the most", script.materials.size(), kMaxMaterialRows));
   } else if (const auto guides = item.maybe("guides")) {
     once(!script.guides.empty());
     for (const Place& guide : guides->items()) script.guides.push_back(readGuide(guide));
-    if (script.guides.size() > haptics::kMaxGuides) guides->fail(fmt::format("more than {} guides", haptics::kMaxGuides));
+    if (script.guides.size() > haptics::kMaxGuides)
+      guides->fail(fmt::format("more than {} guides", haptics::kMaxGuides));
   } else {
     if (script.clay.index() != 0) item.fail("the clay is already chosen; keep one of block, sphere, import");
     if (const auto block = item.maybe("block")) {
@@ -118,7 +121,8 @@ PathPoint readPoint(const Place& row) {
   const auto numbers = row.items();
   const size_t count = numbers.size();
   if (count != 4 && count != 5 && count != 8 && count != 9)
-    row.fail(fmt::format("must be 4 numbers [t_s, x, y, z] (5, 8 or 9 with a pressure, a quaternion or both), and has {}", count));
+    row.fail(fmt::format(
+        "must be 4 numbers [t_s, x, y, z] (5, 8 or 9 with a pressure, a quaternion or both), and has {}", count));
   PathPoint point;
   point.timeS = numbers[0].number(-kMaxSeconds, kMaxSeconds);
   for (int axis = 0; axis < 3; ++axis) point.mm[axis] = numbers[size_t(axis) + 1].number(-kMaxMm, kMaxMm);
@@ -163,7 +167,9 @@ ScriptStroke readStroke(const Place& place) {
   return stroke;
 }
 
-json list(const Vec3d& v) { return json::array({v.x(), v.y(), v.z()}); }
+json list(const Vec3d& v) {
+  return json::array({v.x(), v.y(), v.z()});
+}
 
 template <class T>
 std::string_view nameOf(std::span<const std::pair<std::string_view, T>> table, T wanted) {
@@ -180,7 +186,8 @@ void checkFinite(bool finite) {
 }  // namespace
 
 Script parseScript(std::string_view text, const std::string& name) {
-  const json root = parseJson(text, name, "a script is {\"argil\": 1, \"units\": \"mm\", \"setup\": [...], \"strokes\": [...]}");
+  const json root =
+      parseJson(text, name, "a script is {\"argil\": 1, \"units\": \"mm\", \"setup\": [...], \"strokes\": [...]}");
   const Place place(root, name, "");
   place.keys({"argil", "units", "setup", "strokes"});
   const Place format = place.at("argil");
@@ -223,7 +230,8 @@ std::string formatScript(const Script& script) {
   if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
     checkFinite(block->sizeMm.allFinite() && std::isfinite(block->roundMm) && block->centreMm.allFinite());
     setup.push_back(
-        {{"block", {{"size_mm", list(block->sizeMm)}, {"round_mm", block->roundMm}, {"centre_mm", list(block->centreMm)}}}});
+        {{"block",
+          {{"size_mm", list(block->sizeMm)}, {"round_mm", block->roundMm}, {"centre_mm", list(block->centreMm)}}}});
   } else if (const auto* sphere = std::get_if<SphereSetup>(&script.clay)) {
     checkFinite(std::isfinite(sphere->radiusMm) && sphere->centreMm.allFinite());
     setup.push_back({{"sphere", {{"radius_mm", sphere->radiusMm}, {"centre_mm", list(sphere->centreMm)}}}});
@@ -263,7 +271,8 @@ std::string formatScript(const Script& script) {
     auto& path = line["path"] = nlohmann::ordered_json::array();
     for (const PathPoint& point : stroke.path) {
       checkFinite(std::isfinite(point.timeS) && point.mm.allFinite());
-      auto& row = path.emplace_back(nlohmann::ordered_json::array({point.timeS, point.mm.x(), point.mm.y(), point.mm.z()}));
+      auto& row =
+          path.emplace_back(nlohmann::ordered_json::array({point.timeS, point.mm.x(), point.mm.y(), point.mm.z()}));
       checkFinite(std::isfinite(point.pressure) && (!point.rotation || point.rotation->coeffs().allFinite()));
       if (point.pressure != 1) row.push_back(point.pressure);
       if (point.rotation)

@@ -70,7 +70,8 @@ class Place {
   [[nodiscard]] double positive() const {
     if (!value_.is_number()) fail("must be a number");
     const double number = value_.get<double>();
-    if (!(number > 0 && number <= kMaxMm)) fail(fmt::format("{} is out of range; use more than 0, at most {}", number, kMaxMm));
+    if (!(number > 0 && number <= kMaxMm))
+      fail(fmt::format("{} is out of range; use more than 0, at most {}", number, kMaxMm));
     return number;
   }
   [[nodiscard]] bool truth() const {

@@ -16,7 +16,8 @@
 namespace argil::engine {
 namespace {
 
-// Bricks and nodes freed at a time: well below a millisecond, so that a collector on the only free core is never a stall.
+// Bricks and nodes freed at a time: well below a millisecond, so that a collector on the only free core is never a
+// stall.
 constexpr size_t kCollectBatch = 1024;
 constexpr int kMostThreads = 4;  // for one stamp: the servo and the picture want theirs
 constexpr auto kCollectPause = std::chrono::milliseconds(2);
@@ -209,13 +210,17 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
 // What a morphing tool goes back to: the piece as it was after so many steps, where that step is in memory.
 clay::Version Session::morphGoal(const Tool& tool, const Piece& piece) const {
   const auto operations = rowOf(tool).operations;
-  if (std::none_of(operations.begin(), operations.end(), [](const clay::Operation& each) { return each.method == clay::Method::morph; })) return {};
-  if (tool.morphTo < 0 || size_t(tool.morphTo) > done_) throw Error(fmt::format("there is no step {} to go back to; {} are done", tool.morphTo, done_));
+  if (std::none_of(operations.begin(), operations.end(),
+                   [](const clay::Operation& each) { return each.method == clay::Method::morph; }))
+    return {};
+  if (tool.morphTo < 0 || size_t(tool.morphTo) > done_)
+    throw Error(fmt::format("there is no step {} to go back to; {} are done", tool.morphTo, done_));
   for (size_t step = size_t(tool.morphTo); step <= done_; ++step) {
     DocumentPtr then = states_[step].document;
     if (!then && reader_) then = reader_(states_[step].kept, *newest_);
     const Piece* was = then ? then->piece(piece.id) : nullptr;
-    if (was && was->version.store() == piece.version.store() && was->version.grid() == piece.version.grid()) return was->version;
+    if (was && was->version.store() == piece.version.store() && was->version.grid() == piece.version.grid())
+      return was->version;
   }
   return piece.version;
 }
@@ -248,11 +253,13 @@ void Session::queuePoint(const PathPoint& given) {
     // Drawn on a string: the tool stays where it is until the string is tight.
     const Vec3d from = drawn_.value_or(point.mm);
     const double length = (point.mm - from).norm();
-    point.mm = length > tool_.stabiliseMm ? Vec3d(from + (point.mm - from) * ((length - tool_.stabiliseMm) / length)) : from;
+    point.mm =
+        length > tool_.stabiliseMm ? Vec3d(from + (point.mm - from) * ((length - tool_.stabiliseMm) / length)) : from;
   }
   if (!point.rotation && StrokePath::reaches(lifted_.grid(), point.mm)) point.rotation = standing(point.mm);
   if (!path_) {
-    auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start, threads_);  // throws before anything is begun
+    // throws before anything is begun
+    auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start, threads_);
     StrokePath path(lifted_.grid(), tool_, quality_);
     path.add(point, stamps_);
     path_ = path;
@@ -430,7 +437,8 @@ void Session::goTo(size_t steps) {
 
 const Document& Session::nearest(size_t state) const {
   for (size_t away = 1; away < states_.size(); ++away) {
-    const bool below = away <= state && states_[state - away].document, above = state + away < states_.size() && states_[state + away].document;
+    const bool below = away <= state && states_[state - away].document,
+               above = state + away < states_.size() && states_[state + away].document;
     if (below && (!above || state > done_)) return *states_[state - away].document;
     if (above) return *states_[state + away].document;
   }
@@ -439,7 +447,8 @@ const Document& Session::nearest(size_t state) const {
 
 void Session::spill(size_t state, uint64_t kept) {
   HistoryState& at = states_.at(state);
-  if (state == done_ || kept == 0) throw Error("the newest document cannot leave memory, nor one that no file has", Error::Kind::work);
+  if (state == done_ || kept == 0)
+    throw Error("the newest document cannot leave memory, nor one that no file has", Error::Kind::work);
   at.kept = kept;
   at.document.reset();
   if (watch_) watch_->spilled(state);
@@ -462,7 +471,8 @@ Script Session::recording() const {
     script.voxelMm = now.grid().voxelMm;
     script.precision = now.store()->precision();
   }
-  for (size_t i = 1; i <= done_; ++i) script.strokes.insert(script.strokes.end(), strokes_[i].begin(), strokes_[i].end());
+  for (size_t i = 1; i <= done_; ++i)
+    script.strokes.insert(script.strokes.end(), strokes_[i].begin(), strokes_[i].end());
   return script;
 }
 

@@ -61,20 +61,21 @@ class SessionWatch {
 
 /// A document that the history holds: the first one, or what a step led to.
 struct HistoryState {
-  std::string label;       ///< Of the step; empty for the first.
-  DocumentPtr document;    ///< Null: kept in a file, under `kept`; read when it is gone to.
-  uint64_t kept = 0;       ///< 0: in no file yet.
+  std::string label;     ///< Of the step; empty for the first.
+  DocumentPtr document;  ///< Null: kept in a file, under `kept`; read when it is gone to.
+  uint64_t kept = 0;     ///< 0: in no file yet.
 };
 
-/// Holds the current document and the history. One thread edits (every member without a note); document() and version() are for
-/// all. A stroke works on one piece and is one undo step however many versions were published in it and however often the tool was
-/// lifted; what is left of it when it ends is its first and its last version. The result of a stroke depends on its points and lifts
-/// alone. A new step ends the redo branch.
+/// Holds the current document and the history. One thread edits (every member without a note); document() and version()
+/// are for all. A stroke works on one piece and is one undo step however many versions were published in it and however
+/// often the tool was lifted; what is left of it when it ends is its first and its last version. The result of a stroke
+/// depends on its points and lifts alone. A new step ends the redo branch.
 class Session {
  public:
   /// Begins with `first`, which cannot be undone.
   explicit Session(Document first, const StrokeQuality& quality = {});
-  explicit Session(clay::Version first, const StrokeQuality& quality = {}) : Session(Document::of(std::move(first)), quality) {}
+  explicit Session(clay::Version first, const StrokeQuality& quality = {})
+      : Session(Document::of(std::move(first)), quality) {}
   /// Goes on with a history: at least one state, the one at `done` has its document.
   Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality = {});
   ~Session();
@@ -84,12 +85,12 @@ class Session {
   /// The newest version of the active piece; none without one. Any thread but the servo's.
   [[nodiscard]] clay::Version version() const;
 
-  /// Throws Error when the tool does not fit the clay, when there is no piece that can be worked on, or while a stroke is on. Stamps are
-  /// repeated as mirror images in these planes, world mm; without any in the document's.
+  /// Throws Error when the tool does not fit the clay, when there is no piece that can be worked on, or while a stroke
+  /// is on. Stamps are repeated as mirror images in these planes, world mm; without any in the document's.
   void beginStroke(const Tool& tool) { beginStroke(tool, newest_->images()); }
   void beginStroke(const Tool& tool, StrokeImages images);
-  /// The tool's centre, in the piece's mm; the time is for the recording alone. A point without a rotation gets that of the surface there. Throws Error for
-  /// what StrokePath refuses; then nothing changed and the stroke goes on.
+  /// The tool's centre, in the piece's mm; the time is for the recording alone. A point without a rotation gets that of
+  /// the surface there. Throws Error for what StrokePath refuses; then nothing changed and the stroke goes on.
   void addPoint(const PathPoint& point);
   void addPoint(double timeS, const Vec3d& mm) { addPoint(PathPoint{timeS, mm}); }
   /// As addPoint(), but the stamps that the point gives wait for applyStamp(): for those who may not take long at a
@@ -112,8 +113,9 @@ class Session {
   /// How many points of this stroke the next publish() will show; all of them after liftTool().
   [[nodiscard]] uint64_t coveredPoints() const;
 
-  /// Any other change: `change` gets a copy, which becomes the newest document and one undo step named `label`. With the `merge` of the
-  /// step before, not empty, it joins that step. What `change` throws comes out and nothing changed. Throws Error while a stroke is on.
+  /// Any other change: `change` gets a copy, which becomes the newest document and one undo step named `label`. With
+  /// the `merge` of the step before, not empty, it joins that step. What `change` throws comes out and nothing changed.
+  /// Throws Error while a stroke is on.
   void change(const std::string& label, const std::function<void(Document&)>& change, const std::string& merge = {});
   /// Switches symmetry without a step: it is a setting of the hand. Undo and redo leave it as it is; whoever saves
   /// takes document() for the state in work. The pose of `symmetry` is not read: moving planes is a step. Throws Error
@@ -136,11 +138,15 @@ class Session {
   /// The first document and what each step led to.
   [[nodiscard]] const std::vector<HistoryState>& states() const { return states_; }
 
-  /// The document of a state leaves memory: it is read again under `kept` when it is gone to. Throws Error for the newest one. Its clay is freed in the background.
+  /// The document of a state leaves memory: it is read again under `kept` when it is gone to. Throws Error for the
+  /// newest one. Its clay is freed in the background.
   void spill(size_t state, uint64_t kept);
 
-  /// Reads a state that is kept in a file, given the document in memory that is the fewest steps away; what it throws comes out of undo(), redo() and goTo(), and nothing changed.
-  void setReader(std::function<DocumentPtr(uint64_t kept, const Document& near)> reader) { reader_ = std::move(reader); }
+  /// Reads a state that is kept in a file, given the document in memory that is the fewest steps away; what it throws
+  /// comes out of undo(), redo() and goTo(), and nothing changed.
+  void setReader(std::function<DocumentPtr(uint64_t kept, const Document& near)> reader) {
+    reader_ = std::move(reader);
+  }
   /// Null: nobody. It must outlive its time here.
   void setWatch(SessionWatch* watch) { watch_ = watch; }
 
@@ -173,15 +179,15 @@ class Session {
   [[nodiscard]] const Document& nearest(size_t state) const;
 
   StrokeQuality quality_;
-  mutable std::mutex mutex_;      // guards newest_ alone
+  mutable std::mutex mutex_;  // guards newest_ alone
   DocumentPtr newest_;
-  std::vector<HistoryState> states_;                 // states_[done_] is newest_ but in a stroke
-  std::vector<std::vector<ScriptStroke>> strokes_;   // that led to each state; empty ones without record()
+  std::vector<HistoryState> states_;                // states_[done_] is newest_ but in a stroke
+  std::vector<std::vector<ScriptStroke>> strokes_;  // that led to each state; empty ones without record()
   bool records_ = false;
   size_t done_ = 0;
   std::function<DocumentPtr(uint64_t, const Document&)> reader_;
   SessionWatch* watch_ = nullptr;
-  std::string merge_;             // of the last step
+  std::string merge_;                 // of the last step
   std::optional<Symmetry> symmetry_;  // as it was switched; none: each state's own
   uint64_t steps_ = 0;
   Counts counts_;
@@ -210,16 +216,16 @@ class Session {
   std::optional<Stroke> stroke_;
   Id piece_ = 0;
   Tool tool_;
-  int threads_ = 1;               // that help with large stamps; the result does not depend on it
+  int threads_ = 1;  // that help with large stamps; the result does not depend on it
   std::shared_ptr<const clay::Brush> strokeBrush_;
-  StrokeImages images_;           // world, for the recording
+  StrokeImages images_;  // world, for the recording
   ImageMaps maps_;
-  std::optional<Vec3d> drawn_;    // end of the string on which the tool is drawn
-  Vec3d normal_ = Vec3d::UnitZ(); // of the surface at the last point, for a tip without a stylus
-  clay::Version lifted_;          // what the paths before this one left
+  std::optional<Vec3d> drawn_;     // end of the string on which the tool is drawn
+  Vec3d normal_ = Vec3d::UnitZ();  // of the surface at the last point, for a tip without a stylus
+  clay::Version lifted_;           // what the paths before this one left
   std::optional<StrokePath> path_;
   std::unique_ptr<clay::BrushStroke> brush_;
-  uint64_t pointsBefore_ = 0;     // of paths that were lifted
+  uint64_t pointsBefore_ = 0;                      // of paths that were lifted
   std::vector<clay::Stamp> stamps_, stampImages_;  // stamps_: of the last point, or the path's end
   size_t nextStamp_ = 0;                           // of stamps_: those before it are applied
   uint64_t coveredBefore_ = 0;                     // points of the path that the clay shows while stamps wait

@@ -14,14 +14,16 @@ ImageMaps::ImageMaps(const StrokeImages& images, const clay::Grid& grid, const h
     mirror.turn -= 2 * normal * normal.transpose();
     mirror.shift = 2 * place(plane.pointMm).dot(normal) * normal;
     const size_t before = maps_.size();
-    for (size_t i = 0; i < before; ++i) maps_.push_back({mirror.turn * maps_[i].turn, mirror.turn * maps_[i].shift + mirror.shift});
+    for (size_t i = 0; i < before; ++i)
+      maps_.push_back({mirror.turn * maps_[i].turn, mirror.turn * maps_[i].shift + mirror.shift});
   }
   const size_t mirrored = maps_.size();
   for (int i = 1; i < images.turns; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / images.turns;
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, direction(images.axis)).toRotationMatrix();
     const Vec3d middle = place(images.axisPointMm);
-    for (size_t j = 0; j < mirrored; ++j) maps_.push_back({turn * maps_[j].turn, turn * (maps_[j].shift - middle) + middle});
+    for (size_t j = 0; j < mirrored; ++j)
+      maps_.push_back({turn * maps_[j].turn, turn * (maps_[j].shift - middle) + middle});
   }
 }
 

@@ -20,13 +20,14 @@ inline constexpr int kMostTurns = 8;  ///< 64 images in all.
 
 /// Once for each plane, again for their products, and all of that in each of `turns` places around the axis.
 struct StrokeImages {
-  std::vector<MirrorPlane> mirrors;   ///< kMostMirrors at most.
-  int turns = 1;                      ///< 1 to kMostTurns.
+  std::vector<MirrorPlane> mirrors;                          ///< kMostMirrors at most.
+  int turns = 1;                                             ///< 1 to kMostTurns.
   Vec3d axisPointMm = Vec3d::Zero(), axis = Vec3d::UnitZ();  ///< World mm; the length does not matter.
   friend bool operator==(const StrokeImages&, const StrokeImages&) = default;
 };
 
-/// Where each image of a stamp lies, in voxels. The first is the stamp itself; image i and image i ^ 2^k are mirror images in plane k.
+/// Where each image of a stamp lies, in voxels. The first is the stamp itself; image i and image i ^ 2^k are mirror
+/// images in plane k.
 class ImageMaps {
  public:
   ImageMaps() = default;

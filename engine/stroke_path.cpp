@@ -1,6 +1,6 @@
-// Centripetal Catmull-Rom: C. Yuksel, S. Schaefer, J. Keyser, "Parameterization and applications of Catmull-Rom curves",
-// 2011: no cusp and no loop within a segment however unevenly the points lie. Add, multiply, divide and square root only,
-// so that stamps have equal bits everywhere.
+// Centripetal Catmull-Rom: C. Yuksel, S. Schaefer, J. Keyser, "Parameterization and applications of Catmull-Rom
+// curves", 2011: no cusp and no loop within a segment however unevenly the points lie. Add, multiply, divide and square
+// root only, so that stamps have equal bits everywhere.
 
 #include "engine/stroke_path.h"
 
@@ -14,7 +14,8 @@
 namespace argil::engine {
 namespace {
 
-// Points nearer than this to the last one (voxels) repeat it: a curve needs a direction, and rounding would give it one.
+// Points nearer than this to the last one (voxels) repeat it: a curve needs a direction, and rounding would give it
+// one.
 constexpr double kSamePoint = 1e-6;
 // Lines that stand for the curve over one spacing: their corners deviate far less than the chord of a stamp does.
 constexpr double kLinesPerSpacing = 4;
@@ -23,25 +24,31 @@ constexpr double kLinesPerSpacing = 4;
 constexpr double kReach = 70000;
 constexpr double kMinRadius = kLeastToolVoxels, kMaxRadius = kMostToolVoxels;  // the range of clay::Stamp
 
-double pressureOf(const Tool& tool, double pressure) { return curvedPressure(tool.pressureCurve, pressure); }
+double pressureOf(const Tool& tool, double pressure) {
+  return curvedPressure(tool.pressureCurve, pressure);
+}
 
-double length(const Vec3d& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
+double length(const Vec3d& v) {
+  return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z());
+}
 
-// On a circle the tangents of the curve are too short by the sine of the turn between chords beside the turn itself: lengthened by this it deviates by the sixth power of
-// the turn, not the fourth, and few points give the path of many. In sharp turns nothing is a circle.
+// On a circle the tangents of the curve are too short by the sine of the turn between chords beside the turn itself:
+// lengthened by this it deviates by the sixth power of the turn, not the fourth, and few points give the path of many.
+// In sharp turns nothing is a circle.
 double roundness(const Vec3d& before, const Vec3d& after) {
   const double cosine = before.dot(after) / (length(before) * length(after));
   return cosine > 0.5 ? 1 + 0.375 * (1 - cosine) : 1 + 0.1875 * std::max(2 * cosine, 0.0);
 }
 
-// The parabola through three points (knots by the square root of the chord) goes on beyond the last by as much as the last two are apart: without it
-// a curved stroke would begin and end straight.
+// The parabola through three points (knots by the square root of the chord) goes on beyond the last by as much as the
+// last two are apart: without it a curved stroke would begin and end straight.
 Vec3d beyond(const Vec3d& first, const Vec3d& middle, const Vec3d& last) {
   const double a = std::sqrt(length(middle - first)), b = std::sqrt(length(last - middle));
   // Where points crowd at one side a parabola says little: there it goes straight on.
   if (!(a > 0.5 * b && b > 0.5 * a)) return 2 * last - middle;
   const double t0 = -a, t1 = 0, t2 = b, t = 2 * b;
-  return first * ((t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))) + middle * ((t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))) +
+  return first * ((t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))) +
+         middle * ((t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))) +
          last * ((t - t0) * (t - t1) / ((t2 - t0) * (t2 - t1)));
 }
 
@@ -53,20 +60,22 @@ double curvedPressure(double curve, double pressure) {
   return pressure / (pressure + late * (1 - pressure));
 }
 
-StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality) : grid_(grid), tool_(tool) {
+StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality)
+    : grid_(grid), tool_(tool) {
   grid.check();
   const double radius = tool.radiusMm / grid.voxelMm;
   if (!(radius >= kMinRadius && radius <= kMaxRadius)) {
-    throw Error(fmt::format("a tool of radius {} mm does not fit clay of {} mm voxels; choose {} to {} mm", tool.radiusMm,
-                            grid.voxelMm, kMinRadius * grid.voxelMm, kMaxRadius * grid.voxelMm));
+    throw Error(fmt::format("a tool of radius {} mm does not fit clay of {} mm voxels; choose {} to {} mm",
+                            tool.radiusMm, grid.voxelMm, kMinRadius * grid.voxelMm, kMaxRadius * grid.voxelMm));
   }
   if (!(tool.strength >= 0 && tool.strength <= 1)) {
     throw Error(fmt::format("a strength of {} is out of range; choose 0 to 1", tool.strength));
   }
   if (!(quality.spacing >= 0.01 && quality.spacing <= 1) ||
       !(quality.minSpacingVoxels >= 0.05 && quality.minSpacingVoxels <= 8)) {
-    throw Error(fmt::format("a stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
-                            quality.spacing, quality.minSpacingVoxels));
+    throw Error(fmt::format(
+        "a stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
+        quality.spacing, quality.minSpacingVoxels));
   }
   spacing_ = std::max(quality.spacing * radius, quality.minSpacingVoxels);
 }
@@ -78,12 +87,15 @@ bool StrokePath::reaches(const clay::Grid& grid, const Vec3d& pointMm) {
 
 void StrokePath::add(const PathPoint& given, std::vector<clay::Stamp>& stamps) {
   if (!reaches(grid_, given.mm)) {
-    throw Error(fmt::format("a stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
-                            given.mm.x(), given.mm.y(), given.mm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
+    throw Error(fmt::format(
+        "a stroke cannot go through ({}, {}, {}) mm; clay of {} mm voxels reaches {:.0f} mm from its origin",
+        given.mm.x(), given.mm.y(), given.mm.z(), grid_.voxelMm, kReach * grid_.voxelMm));
   }
-  if (!(given.pressure >= 0 && given.pressure <= 1)) throw Error(fmt::format("a pressure of {} is out of range; give 0 to 1", given.pressure));
+  if (!(given.pressure >= 0 && given.pressure <= 1))
+    throw Error(fmt::format("a pressure of {} is out of range; give 0 to 1", given.pressure));
   Knot point{grid_.toVoxel(given.mm), {given.pressure, given.rotation.value_or(Eigen::Quaterniond::Identity())}};
-  if (!point.held.rotation.coeffs().allFinite() || !(point.held.rotation.norm() > 1e-6)) throw Error("a stylus is held at a rotation that is none");
+  if (!point.held.rotation.coeffs().allFinite() || !(point.held.rotation.norm() > 1e-6))
+    throw Error("a stylus is held at a rotation that is none");
   point.held.rotation.normalize();
   if (known_ == 0) {
     pen_ = point;
@@ -136,15 +148,20 @@ void StrokePath::curve(const Vec3d& before, const Knot& start, const Knot& end, 
   const double t0 = std::sqrt(length(from - before));
   const double t1 = std::sqrt(length(to - from));
   const double t2 = std::sqrt(length(after - to));
-  const Vec3d tangentFrom = roundness(from - before, to - from) * (t1 * ((from - before) / t0 - (to - before) / (t0 + t1)) + (to - from));
-  const Vec3d tangentTo = roundness(to - from, after - to) * (t1 * ((after - to) / t2 - (after - from) / (t1 + t2)) + (to - from));
+  const Vec3d tangentFrom =
+      roundness(from - before, to - from) * (t1 * ((from - before) / t0 - (to - before) / (t0 + t1)) + (to - from));
+  const Vec3d tangentTo =
+      roundness(to - from, after - to) * (t1 * ((after - to) / t2 - (after - from) / (t1 + t2)) + (to - from));
 
   // Length of the control polygon bounds the arc length.
-  const double bound = length(tangentFrom) / 3 + length(to - from + (tangentFrom + tangentTo) / -3) + length(tangentTo) / 3;
+  const double bound =
+      length(tangentFrom) / 3 + length(to - from + (tangentFrom + tangentTo) / -3) + length(tangentTo) / 3;
   const int lines = static_cast<int>(std::ceil(std::max(1.0, kLinesPerSpacing * bound / spacing_)));
   for (int i = 1; i < lines; ++i) {
     const double u = double(i) / lines, v = 1 - u;
-    lineTo({v * v * (1 + 2 * u) * from + u * v * v * tangentFrom + u * u * (3 - 2 * u) * to - u * u * v * tangentTo, between(start.held, end.held, u)}, stamps);
+    lineTo({v * v * (1 + 2 * u) * from + u * v * v * tangentFrom + u * u * (3 - 2 * u) * to - u * u * v * tangentTo,
+            between(start.held, end.held, u)},
+           stamps);
   }
   lineTo(end, stamps);
 }
@@ -169,7 +186,8 @@ void StrokePath::stampTo(const Knot& to, std::vector<clay::Stamp>& stamps) {
   stamp_.b = to.at;
   stamp_.radius = first ? radius : stamp_.endRadius;
   stamp_.endRadius = radius;
-  stamp_.strength = static_cast<float>(tool_.strength * (1 - tool_.strengthByPressure * (1 - pressureOf(tool_, to.held.pressure))));
+  stamp_.strength =
+      static_cast<float>(tool_.strength * (1 - tool_.strengthByPressure * (1 - pressureOf(tool_, to.held.pressure))));
   stamp_.axes = to.held.rotation.toRotationMatrix().cast<float>();
   stamps.push_back(stamp_);
   stamp_.a = to.at;

@@ -21,12 +21,12 @@ struct StrokeQuality {
   double minSpacingVoxels = 0.5;
 };
 
-/// Turns points, fed one by one, into canonical stamps: a dab at the first point, then swept segments of equal arc length
-/// along a centripetal Catmull-Rom curve through all points, and the rest at the end. The stamps depend on the sequence of
-/// points alone: not on time, nor on how many points came at once. A jump gives a swept path without gaps; points that
-/// repeat the last one count once. The curve from one point to the next is known when the point after it is there, so
-/// stamps trail the tool by one point and less than one spacing. One thread; cost of a point: the stamps that it gives.
-/// Method: NOTES.md, "Stroke path".
+/// Turns points, fed one by one, into canonical stamps: a dab at the first point, then swept segments of equal arc
+/// length along a centripetal Catmull-Rom curve through all points, and the rest at the end. The stamps depend on the
+/// sequence of points alone: not on time, nor on how many points came at once. A jump gives a swept path without gaps;
+/// points that repeat the last one count once. The curve from one point to the next is known when the point after it is
+/// there, so stamps trail the tool by one point and less than one spacing. One thread; cost of a point: the stamps that
+/// it gives. Method: NOTES.md, "Stroke path".
 class StrokePath {
  public:
   /// Throws Error when the tool or the quality is out of range for this grid.
@@ -58,21 +58,22 @@ class StrokePath {
   };
   [[nodiscard]] static Held between(const Held& a, const Held& b, double share);
   [[nodiscard]] double radiusAt(const Held& held) const;
-  void curve(const Vec3d& before, const Knot& from, const Knot& to, const Vec3d& after, std::vector<clay::Stamp>& stamps);
+  void curve(const Vec3d& before, const Knot& from, const Knot& to, const Vec3d& after,
+             std::vector<clay::Stamp>& stamps);
   void lineTo(const Knot& to, std::vector<clay::Stamp>& stamps);
   void stampTo(const Knot& to, std::vector<clay::Stamp>& stamps);
 
   clay::Grid grid_;
   Tool tool_;
-  clay::Stamp stamp_;  // a: where the next stamp starts
-  double spacing_;     // voxels
+  clay::Stamp stamp_;         // a: where the next stamp starts
+  double spacing_;            // voxels
   std::array<Knot, 3> last_;  // the last distinct points, newest first
-  int known_ = 0;              // how many of them
-  uint64_t added_ = 0;         // points given, repeated ones too
-  uint64_t passed_ = 0;        // of these, those that the pen has reached
+  int known_ = 0;             // how many of them
+  uint64_t added_ = 0;        // points given, repeated ones too
+  uint64_t passed_ = 0;       // of these, those that the pen has reached
   uint64_t covered_ = 0;
-  Knot pen_;                   // end of the curve walked so far
-  double walked_ = 0;          // arc length from stamp_.a to pen_
+  Knot pen_;           // end of the curve walked so far
+  double walked_ = 0;  // arc length from stamp_.a to pen_
 };
 
 }  // namespace argil::engine

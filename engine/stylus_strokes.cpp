@@ -27,7 +27,8 @@ constexpr uint32_t kCutButtons = 1;  // as haptics::Tool::buttons has it
 }  // namespace
 
 void StylusStrokes::setTool(uint32_t id, const Tool& tool) {
-  if (const DocumentPtr now = session_.document(); const Piece* piece = now->workedOn()) (void)StrokePath(piece->version.grid(), tool);
+  if (const DocumentPtr now = session_.document(); const Piece* piece = now->workedOn())
+    (void)StrokePath(piece->version.grid(), tool);
   // Samples in flight may still carry older ones, but not from so long ago.
   std::erase_if(tools_, [&](const auto& each) { return each.first + kToolsKept < id; });
   tools_[id] = tool;
@@ -92,7 +93,8 @@ void StylusStrokes::cut(const haptics::StylusSample& sample, const Vec3d& mm, bo
   }
   PathPoint point{sample.timeS, mm};
   // A pen or a device without pressure says none at all times: then it is full.
-  point.pressure = tool.pressureIsForce ? std::min(sample.forceN.norm() / tool.fullForceN, 1.0) : std::clamp(double(sample.pressure), 0.0, 1.0);
+  point.pressure = tool.pressureIsForce ? std::min(sample.forceN.norm() / tool.fullForceN, 1.0)
+                                        : std::clamp(double(sample.pressure), 0.0, 1.0);
   if (oriented_) point.rotation = pose_.rotation.conjugate() * sample.device.rotation;
   wayPieces_ = 1;
   wayDone_ = 0;
@@ -129,7 +131,8 @@ double StylusStrokes::samePlaceMm(uint32_t tool) const {
 }
 
 void StylusStrokes::forgetCovered() {
-  for (const uint64_t covered = session_.coveredPoints(); shown_ < covered && !pending_.empty(); ++shown_) pending_.pop_front();
+  for (const uint64_t covered = session_.coveredPoints(); shown_ < covered && !pending_.empty(); ++shown_)
+    pending_.pop_front();
 }
 
 void StylusStrokes::finish() {

@@ -67,7 +67,7 @@ class StylusStrokes {
   bool oriented_ = false;
   // The stroke in work.
   clay::Grid grid_;
-  haptics::Pose pose_;            // from the piece's millimetres to the world's, in which samples are
+  haptics::Pose pose_;  // from the piece's millimetres to the world's, in which samples are
   uint32_t tool_ = 0;
   std::deque<uint64_t> pending_;  // indices of samples that the clay does not show yet
   uint64_t shown_ = 0;            // points of the stroke that it does

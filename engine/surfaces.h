@@ -113,9 +113,9 @@ class Surfaces {
   std::map<Id, std::unique_ptr<Followed>> followed_;
   std::unordered_set<Id> shown_;  // what was delivered and not taken back: it may be in the picture
   bool forgotten_ = false;        // since the last follow()
-  std::vector<Seen> seen_;  // by place in the document
-  uint64_t seenStroke_ =
-      0;  // of the document that was followed last, all of whose pieces were as it has them, but for this place
+  std::vector<Seen> seen_;        // by place in the document
+  // of the document that was followed last, all of whose pieces were as it has them, but for this place
+  uint64_t seenStroke_ = 0;
   size_t seenPlace_ = 0;
   uint64_t nextTask_ = 1, ownBricks_ = 0, ownNow_ = 0;
 

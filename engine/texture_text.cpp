@@ -18,15 +18,18 @@ constexpr int kLargestImage = 4096;
 std::vector<std::string> split(const std::string& text, char at) {
   std::vector<std::string> parts(1);
   for (const char c : text)
-    if (c == at) parts.emplace_back();
-    else parts.back() += c;
+    if (c == at)
+      parts.emplace_back();
+    else
+      parts.back() += c;
   return parts;
 }
 
 [[noreturn]] void refuse(const std::string& text) {
-  throw Error(fmt::format("--texture {}: give ridges:WAVELENGTH:AMPLITUDE[:X,Y,Z], bumps:WAVELENGTH:AMPLITUDE, "
-                          "grain:WAVELENGTH:AMPLITUDE[:OCTAVES] or image:FILE:MM_PER_PIXEL:AMPLITUDE, in mm",
-                          io::shown(text)));
+  throw Error(
+      fmt::format("--texture {}: give ridges:WAVELENGTH:AMPLITUDE[:X,Y,Z], bumps:WAVELENGTH:AMPLITUDE, "
+                  "grain:WAVELENGTH:AMPLITUDE[:OCTAVES] or image:FILE:MM_PER_PIXEL:AMPLITUDE, in mm",
+                  io::shown(text)));
 }
 
 }  // namespace
@@ -41,7 +44,8 @@ std::vector<double> parseNumbers(const std::string& text, size_t count, const st
     numbers.push_back(value);
   }
   if (numbers.size() != count)
-    throw Error(fmt::format("{} {}: {} {} wanted, separated by commas", what, io::shown(text), count, count == 1 ? "number is" : "numbers are"));
+    throw Error(fmt::format("{} {}: {} {} wanted, separated by commas", what, io::shown(text), count,
+                            count == 1 ? "number is" : "numbers are"));
   return numbers;
 }
 
@@ -56,12 +60,14 @@ std::shared_ptr<const haptics::Texture> parseTexture(const std::string& text) {
       if (n == 4) ridges.across = Vec3d(parseNumbers(parts[3], 3, what).data());
       return std::make_shared<const haptics::Texture>(ridges);
     }
-    if (parts[0] == "bumps" && n == 3) return std::make_shared<const haptics::Texture>(haptics::Bumps{number(1), number(2)});
+    if (parts[0] == "bumps" && n == 3)
+      return std::make_shared<const haptics::Texture>(haptics::Bumps{number(1), number(2)});
     if (parts[0] == "grain" && (n == 3 || n == 4)) {
       haptics::Grain grain{number(1), number(2)};
       if (n == 4) {
         const double octaves = number(3);
-        if (octaves != std::floor(octaves) || std::abs(octaves) > 100) throw Error("texture: octaves are a whole number");
+        if (octaves != std::floor(octaves) || std::abs(octaves) > 100)
+          throw Error("texture: octaves are a whole number");
         grain.octaves = static_cast<int>(octaves);
       }
       return std::make_shared<const haptics::Texture>(grain);

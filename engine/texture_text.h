@@ -10,8 +10,8 @@
 namespace argil::engine {
 
 /// `ridges:WAVELENGTH:AMPLITUDE[:X,Y,Z]` (the direction across them), `bumps:WAVELENGTH:AMPLITUDE`,
-/// `grain:WAVELENGTH:AMPLITUDE[:OCTAVES]` or `image:FILE:MM_PER_PIXEL:AMPLITUDE`, lengths in mm (haptics/texture.h). Throws Error that
-/// says what is wrong with it.
+/// `grain:WAVELENGTH:AMPLITUDE[:OCTAVES]` or `image:FILE:MM_PER_PIXEL:AMPLITUDE`, lengths in mm (haptics/texture.h).
+/// Throws Error that says what is wrong with it.
 [[nodiscard]] std::shared_ptr<const haptics::Texture> parseTexture(const std::string& text);
 
 /// "0.5" or "1,2,3" as numbers, all finite; throws Error "WHAT: ..." for anything else or another count.

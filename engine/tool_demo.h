@@ -6,7 +6,8 @@
 
 namespace argil::engine {
 
-/// A block with a bump and a furrow, and a stroke of the tool across it. Tools that need a file name "tile.pgm" or "tile.stl".
+/// A block with a bump and a furrow, and a stroke of the tool across it. Tools that need a file name "tile.pgm" or
+/// "tile.stl".
 [[nodiscard]] Script toolDemo(const ToolRow& row);
 
 }  // namespace argil::engine

@@ -20,7 +20,8 @@ constexpr int kMostImage = 8192;  // pixels along an edge
 
 // What a slider spans is not what a script may ask for: its clay may be a watch or a ship.
 void read(const Parameter<Tool>& parameter, const Place& place, Tool& tool) {
-  if (parameter.unit == "mm") return parameter.set(tool, parameter.id == "radius" ? place.positive() : place.number(0, kMaxMm));
+  if (parameter.unit == "mm")
+    return parameter.set(tool, parameter.id == "radius" ? place.positive() : place.number(0, kMaxMm));
   if (parameter.unit == "°") return parameter.set(tool, place.number(-kMostTurn, kMostTurn));
   readValue(parameter, place, tool, parameter.id == "strength" ? 0 : parameter.low, parameter.high);
 }
@@ -50,7 +51,10 @@ uint32_t readColour(const Place& place) {
   bool good = text.size() == 7 && text[0] == '#';
   for (size_t i = 1; good && i < 7; ++i) {
     const char c = text[i];
-    const int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    const int digit = c >= '0' && c <= '9'   ? c - '0'
+                      : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                      : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                             : -1;
     good = digit >= 0;
     colour = colour * 16 + uint32_t(digit);
   }
@@ -65,7 +69,8 @@ void putTool(ordered_json& object, const Tool& tool) {
   for (const Parameter<Tool>& parameter : row.parameters) {
     const double value = parameter.get(tool);
     if (!std::isfinite(value)) throw Error("a script cannot hold a number that is not finite", Error::Kind::work);
-    if (parameter.id == "radius" || value != parameter.get(standard)) object[keyOf(parameter)] = valueOf(parameter, tool);
+    if (parameter.id == "radius" || value != parameter.get(standard))
+      object[keyOf(parameter)] = valueOf(parameter, tool);
   }
   if (tool.inverted) object["inverted"] = true;
   if (row.file != ToolFile::none) object["file"] = tool.file;
@@ -92,7 +97,8 @@ Tool readTool(const Place& place) {
     if (const auto value = place.maybe(key.c_str())) read(parameter, *value, tool);
   }
   if (const auto inverted = place.maybe("inverted")) tool.inverted = inverted->truth();
-  if (tool.inverted && row.opposite != row.id) place.at("inverted").fail(fmt::format("{} cannot be inverted; its opposite is {}", row.id, row.opposite));
+  if (tool.inverted && row.opposite != row.id)
+    place.at("inverted").fail(fmt::format("{} cannot be inverted; its opposite is {}", row.id, row.opposite));
   if (row.file != ToolFile::none) {
     if (const auto file = place.maybe("file")) tool.file = file->text();
   }
@@ -102,7 +108,8 @@ Tool readTool(const Place& place) {
 void putImages(ordered_json& object, const StrokeImages& images, const char* mirrorKey) {
   for (const MirrorPlane& mirror : images.mirrors) {
     const Vec3d &p = mirror.pointMm, &n = mirror.normal;
-    if (!p.allFinite() || !n.allFinite()) throw Error("a script cannot hold a number that is not finite", Error::Kind::work);
+    if (!p.allFinite() || !n.allFinite())
+      throw Error("a script cannot hold a number that is not finite", Error::Kind::work);
     object[mirrorKey].push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z()});
   }
   if (images.turns > 1) {
@@ -116,9 +123,11 @@ StrokeImages readImages(const Place& place, const char* mirrorKey) {
   if (const auto planes = place.maybe(mirrorKey)) {
     for (const Place& plane : planes->items()) {
       const auto numbers = plane.items();
-      if (numbers.size() != 6) plane.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
+      if (numbers.size() != 6)
+        plane.fail(fmt::format("must be 6 numbers [px, py, pz, nx, ny, nz], and has {}", numbers.size()));
       images.mirrors.push_back({six(numbers, 0), six(numbers, 3)});
-      if (!(images.mirrors.back().normal.norm() > 1e-6)) plane.fail("its normal is no direction; [0, 0, 0, 1, 0, 0] mirrors in x");
+      if (!(images.mirrors.back().normal.norm() > 1e-6))
+        plane.fail("its normal is no direction; [0, 0, 0, 1, 0, 0] mirrors in x");
     }
     if (images.mirrors.size() > kMostMirrors) planes->fail(fmt::format("at most {} planes", kMostMirrors));
   }
@@ -126,7 +135,8 @@ StrokeImages readImages(const Place& place, const char* mirrorKey) {
     radial->keys({"turns", "axis"});
     images.turns = int(radial->at("turns").number(1, kMostTurns));
     const auto numbers = radial->at("axis").items();
-    if (numbers.size() != 6) radial->at("axis").fail(fmt::format("must be 6 numbers [px, py, pz, ax, ay, az], and has {}", numbers.size()));
+    if (numbers.size() != 6)
+      radial->at("axis").fail(fmt::format("must be 6 numbers [px, py, pz, ax, ay, az], and has {}", numbers.size()));
     images.axisPointMm = six(numbers, 0);
     images.axis = six(numbers, 3);
     if (!(images.axis.norm() > 1e-6)) radial->at("axis").fail("is no direction; [0, 0, 0, 0, 0, 1] turns about z");
@@ -137,11 +147,14 @@ StrokeImages readImages(const Place& place, const char* mirrorKey) {
 void loadToolFile(Tool& tool) {
   const ToolRow& row = rowOf(tool);
   if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.image) : bool(tool.shape))) return;
-  if (tool.file.empty()) throw Error(fmt::format("the tool {} needs a file: choose {}", row.name, row.file == ToolFile::image ? "an image" : "a shape"));
+  if (tool.file.empty())
+    throw Error(fmt::format("the tool {} needs a file: choose {}", row.name,
+                            row.file == ToolFile::image ? "an image" : "a shape"));
   if (row.file == ToolFile::image) {
     const io::GreyImage image = io::readGreyImage(tool.file, kMostImage);
     std::vector<uint16_t> grey(image.grey.size());
-    std::transform(image.grey.begin(), image.grey.end(), grey.begin(), [](float g) { return uint16_t(std::lround(std::clamp(g, 0.0f, 1.0f) * 65535)); });
+    std::transform(image.grey.begin(), image.grey.end(), grey.begin(),
+                   [](float g) { return uint16_t(std::lround(std::clamp(g, 0.0f, 1.0f) * 65535)); });
     tool.image = std::make_shared<const clay::HeightImage>(image.width, image.height, grey);
     return;
   }
@@ -150,9 +163,12 @@ void loadToolFile(Tool& tool) {
   asItIs.asPart = true;
   const LoadedDocument loaded = loadDocument(tool.file, asItIs);
   const Document& document = *loaded.document;
-  if (!document.pieces.empty()) tool.shape = clay::StampShape::of(document.pieces.front().version);
-  else if (!document.parts.empty()) tool.shape = clay::StampShape::of(*document.parts.front().mesh);
-  else throw Error(fmt::format("{}: holds nothing that could be a tip", tool.file));
+  if (!document.pieces.empty())
+    tool.shape = clay::StampShape::of(document.pieces.front().version);
+  else if (!document.parts.empty())
+    tool.shape = clay::StampShape::of(*document.parts.front().mesh);
+  else
+    throw Error(fmt::format("{}: holds nothing that could be a tip", tool.file));
 }
 
 }  // namespace argil::engine

@@ -13,7 +13,8 @@ namespace argil::engine {
 
 /// Adds to an object "tool" and what differs from the tool that its row begins with; the radius always.
 void putTool(nlohmann::ordered_json& object, const Tool& tool);
-/// Keys that an object may have beside `others` when it holds a tool. Throws Error for any other, and for a tool that there is none of.
+/// Keys that an object may have beside `others` when it holds a tool. Throws Error for any other, and for a tool that
+/// there is none of.
 void checkToolKeys(const Place& place, std::vector<std::string_view> others);
 /// Throws Error for what is missing, unknown or out of range. Files are not read: see loadToolFile.
 [[nodiscard]] Tool readTool(const Place& place);

@@ -11,10 +11,14 @@ namespace {
 
 constexpr size_t kFewPieces = 8;
 
-bool same(const std::weak_ptr<const Document>& a, const DocumentPtr& b) { return !a.owner_before(b) && !b.owner_before(a); }
+bool same(const std::weak_ptr<const Document>& a, const DocumentPtr& b) {
+  return !a.owner_before(b) && !b.owner_before(a);
+}
 
 // It holds nothing that is worth a file.
-bool isEmpty(const Document& document) { return document.pieces.empty() && document.parts.empty(); }
+bool isEmpty(const Document& document) {
+  return document.pieces.empty() && document.parts.empty();
+}
 
 }  // namespace
 
@@ -67,7 +71,8 @@ uint64_t bytesAlone(const Document& document, const Document& beside) {
   for (const Part& part : document.parts) {
     const auto has = [&](const Part& each) { return each.mesh == part.mesh; };
     if (!part.mesh || std::any_of(beside.parts.begin(), beside.parts.end(), has)) continue;
-    bytes += part.mesh->positions.size() * sizeof(part.mesh->positions[0]) + part.mesh->triangles.size() * sizeof(part.mesh->triangles[0]);
+    bytes += part.mesh->positions.size() * sizeof(part.mesh->positions[0]) +
+             part.mesh->triangles.size() * sizeof(part.mesh->triangles[0]);
   }
   return bytes;
 }

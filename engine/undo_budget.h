@@ -10,20 +10,23 @@
 
 namespace argil::engine {
 
-/// Bytes of clay and meshes that `document` has and `beside` has not: what would be freed with it. Cost follows the difference.
+/// Bytes of clay and meshes that `document` has and `beside` has not: what would be freed with it. Cost follows the
+/// difference.
 [[nodiscard]] uint64_t bytesAlone(const Document& document, const Document& beside);
 
 struct UndoUse {
-  uint64_t bytes = 0;        ///< Of memory that the newest document does not need: of all steps in memory, undone ones too.
-  size_t inMemory = 0;       ///< Documents of the history, without the newest.
+  uint64_t bytes = 0;   ///< Of memory that the newest document does not need: of all steps in memory, undone ones too.
+  size_t inMemory = 0;  ///< Documents of the history, without the newest.
   size_t onDisk = 0;
-  bool over = false;         ///< More than the budget: the oldest step is not on the disk yet, or cannot get there.
+  bool over = false;  ///< More than the budget: the oldest step is not on the disk yet, or cannot get there.
   friend bool operator==(const UndoUse&, const UndoUse&) = default;
 };
 
-/// Keeps a session's history within a budget: the oldest steps leave memory first, when none is left those that redo would reach last. What is left is one row of steps around
-/// the newest document, so that what each of them alone has is what it does not share with its neighbour on the way to the newest one. The count is of what will be freed; it follows neither
-/// the collector nor what else holds a version for a while (a stroke in work, a save, a job). The editing thread's.
+/// Keeps a session's history within a budget: the oldest steps leave memory first, when none is left those that redo
+/// would reach last. What is left is one row of steps around the newest document, so that what each of them alone has
+/// is what it does not share with its neighbour on the way to the newest one. The count is of what will be freed; it
+/// follows neither the collector nor what else holds a version for a while (a stroke in work, a save, a job). The
+/// editing thread's.
 class UndoBudget {
  public:
   static constexpr uint64_t kStandard = uint64_t{2} << 30;
@@ -34,7 +37,8 @@ class UndoBudget {
 
   /// The id under which a document can be read again; 0 while it cannot: then it stays.
   using Kept = std::function<uint64_t(const DocumentPtr&)>;
-  /// Counts, and lets go what is too much. Not while a stroke is on. Cost: a word or two a state; where steps are new, what they changed, of kMostNew of them at most.
+  /// Counts, and lets go what is too much. Not while a stroke is on. Cost: a word or two a state; where steps are new,
+  /// what they changed, of kMostNew of them at most.
   UndoUse keep(Session& session, const Kept& kept);
 
   static constexpr size_t kMostNew = 32;

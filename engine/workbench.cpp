@@ -43,29 +43,34 @@ std::shared_ptr<const Snapshot> Workbench::snapshot() const {
   return state_->snapshot;
 }
 
-SurfaceChanges Workbench::takeSurfaces() { return state_->surfaces.take(); }
+SurfaceChanges Workbench::takeSurfaces() {
+  return state_->surfaces.take();
+}
 
 void Workbench::resendSurfaces() {
-  state_->post([s = state_.get()] {
-    s->surfaces.forget();
-    s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
-  }, false);
+  state_->post(
+      [s = state_.get()] {
+        s->surfaces.forget();
+        s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
+      },
+      false);
 }
 
 void Workbench::setSurface(clay::Grade grade) {
   if (state_->wantedSurface.exchange(grade) == grade) return;
-  state_->begin(grade == clay::Grade::fine ? "Refining the surface" : "Drafting the surface", [=, this, s = state_.get()](Job& job) -> std::function<void()> {
-    const DocumentPtr document = snapshot()->document;
-    State::Ready ready;
-    for (const Piece& piece : document->pieces) {
-      if (job.cancelled()) throw Cancelled();
-      ready.push_back(s->surfaces.prepare(piece.version, s->options.surfaceThreads, grade));
-    }
-    return [=, ready = std::move(ready)] {
-      s->surfaces.setGrade(s->wantedSurface);  // the last that was asked for, whichever is ready first
-      s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
-    };
-  });
+  state_->begin(grade == clay::Grade::fine ? "Refining the surface" : "Drafting the surface",
+                [=, this, s = state_.get()](Job& job) -> std::function<void()> {
+                  const DocumentPtr document = snapshot()->document;
+                  State::Ready ready;
+                  for (const Piece& piece : document->pieces) {
+                    if (job.cancelled()) throw Cancelled();
+                    ready.push_back(s->surfaces.prepare(piece.version, s->options.surfaceThreads, grade));
+                  }
+                  return [=, ready = std::move(ready)] {
+                    s->surfaces.setGrade(s->wantedSurface);  // the last that was asked for, whichever is ready first
+                    s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
+                  };
+                });
 }
 
 std::vector<Message> Workbench::takeMessages() {
@@ -78,14 +83,19 @@ std::shared_ptr<const clay::TriangleMesh> Workbench::preview() const {
   return state_->preview;
 }
 
-void Workbench::tell(Message::Level level, std::string text) { state_->tell(level, std::move(text)); }
+void Workbench::tell(Message::Level level, std::string text) {
+  state_->tell(level, std::move(text));
+}
 
 void Workbench::edit(std::string label, std::function<void(Document&)> change, std::string merge) {
   state_->post([s = state_.get(), label = std::move(label), change = std::move(change), merge = std::move(merge)] {
-    s->session->change(label, [&](Document& document) {
-      change(document);
-      (void)sceneOf(document, haptics::Scene());  // what cannot be felt is refused here, not in mid-touch
-    }, merge);
+    s->session->change(
+        label,
+        [&](Document& document) {
+          change(document);
+          (void)sceneOf(document, haptics::Scene());  // what cannot be felt is refused here, not in mid-touch
+        },
+        merge);
   });
 }
 
@@ -134,8 +144,10 @@ void Workbench::strokeAlong(std::vector<Vec3d> placesMm) {
     const DocumentPtr now = s->session->document();
     const Piece* piece = now->workedOn();
     s->holdTool();  // one that was taken just now counts
-    if (!s->reading.empty() && s->held && s->held->file == s->reading) throw Error(s->reading + ": is still being read; try again in a moment", Error::Kind::work);
-    if (!piece || !s->held) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
+    if (!s->reading.empty() && s->held && s->held->file == s->reading)
+      throw Error(s->reading + ": is still being read; try again in a moment", Error::Kind::work);
+    if (!piece || !s->held)
+      throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
     if (places.size() < 2) throw Error("a stroke along a line needs two places at least");
     const haptics::Pose pose = piece->pose;
     s->session->beginStroke(*s->held);
@@ -170,10 +182,12 @@ void Workbench::goTo(size_t done) {
 }
 
 void Workbench::setUndoBudget(uint64_t bytes) {
-  state_->post([s = state_.get(), bytes] {
-    s->budget.set(bytes);
-    s->undoOf = UINT64_MAX;
-  }, false);
+  state_->post(
+      [s = state_.get(), bytes] {
+        s->budget.set(bytes);
+        s->undoOf = UINT64_MAX;
+      },
+      false);
 }
 
 void Workbench::newDocument() {
@@ -183,7 +197,8 @@ void Workbench::newDocument() {
 void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how) {
   state_->begin("Making a block", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
-    const clay::Version version = clay::makeBlock(clay::Store::make(how.precision), grid, how.centreMm, sizeMm, roundMm, &job);
+    const clay::Version version =
+        clay::makeBlock(clay::Store::make(how.precision), grid, how.centreMm, sizeMm, roundMm, &job);
     return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add block", "Block", version, how.beside); };
   });
 }
@@ -191,7 +206,8 @@ void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how
 void Workbench::addSphere(double radiusMm, const NewClay& how) {
   state_->begin("Making a sphere", [=, s = state_.get()](Job& job) -> std::function<void()> {
     const clay::Grid grid{.voxelMm = how.voxelMm, .originMm = how.centreMm};
-    const clay::Version version = clay::makeSphere(clay::Store::make(how.precision), grid, how.centreMm, radiusMm, &job);
+    const clay::Version version =
+        clay::makeSphere(clay::Store::make(how.precision), grid, how.centreMm, radiusMm, &job);
     return [=, ready = s->surfaces.prepare(version)] { s->addPiece("Add sphere", "Sphere", version, how.beside); };
   });
 }
@@ -317,7 +333,8 @@ std::vector<JobView> Workbench::jobs() const {
   const auto now = std::chrono::steady_clock::now();
   const std::lock_guard lock(state_->mutex);
   for (const State::Work& work : state_->jobs) {
-    views.push_back({work.id, work.name, work.job->job().fraction(), std::chrono::duration<double>(now - work.begin).count()});
+    views.push_back(
+        {work.id, work.name, work.job->job().fraction(), std::chrono::duration<double>(now - work.begin).count()});
   }
   return views;
 }
@@ -338,27 +355,35 @@ void Workbench::setTool(const Tool& tool) {
       false);
 }
 
-bool Workbench::toolTaken() const { return state_->toolsTaken.load() == state_->toolsAsked; }
+bool Workbench::toolTaken() const {
+  return state_->toolsTaken.load() == state_->toolsAsked;
+}
 
 void Workbench::setCutting(bool on) {
-  state_->post([s = state_.get(), on] {
-    s->cutting = on;
-    s->loop->setCutting(on && s->ready);
-  }, false);
+  state_->post(
+      [s = state_.get(), on] {
+        s->cutting = on;
+        s->loop->setCutting(on && s->ready);
+      },
+      false);
 }
 
 void Workbench::setWorkspace(const haptics::Workspace& workspace) {
-  state_->post([s = state_.get(), workspace] {
-    s->loop->setWorkspace(workspace);
-    s->workspace = workspace;
-  }, false);
+  state_->post(
+      [s = state_.get(), workspace] {
+        s->loop->setWorkspace(workspace);
+        s->workspace = workspace;
+      },
+      false);
 }
 
 void Workbench::setTouchQuality(const haptics::Quality& quality) {
-  state_->post([s = state_.get(), quality] {
-    s->loop->setQuality(quality);
-    s->touchQuality = quality;
-  }, false);
+  state_->post(
+      [s = state_.get(), quality] {
+        s->loop->setQuality(quality);
+        s->touchQuality = quality;
+      },
+      false);
 }
 
 void Workbench::useDevice(const std::string& name) {
@@ -367,12 +392,14 @@ void Workbench::useDevice(const std::string& name) {
 
 void Workbench::stopForces() {
   state_->gate.stop(haptics::StopOwner::user);
-  state_->post([s = state_.get()] {
-    if (s->hand) s->loop->gather(s->hand->servo.samples());
-    s->guarded([s] { s->cutShort("Stopped"); });
-    // A pointer has no motor and goes on; the gate stays shut for the device that comes after it.
-    if (s->hand && !s->hand->pointer) restStopped(s->gate, s->hand->servo);
-  }, false);
+  state_->post(
+      [s = state_.get()] {
+        if (s->hand) s->loop->gather(s->hand->servo.samples());
+        s->guarded([s] { s->cutShort("Stopped"); });
+        // A pointer has no motor and goes on; the gate stays shut for the device that comes after it.
+        if (s->hand && !s->hand->pointer) restStopped(s->gate, s->hand->servo);
+      },
+      false);
 }
 
 void Workbench::resumeForces() {
@@ -453,7 +480,8 @@ TouchState Workbench::touch(bool statistics) {
   const std::lock_guard lock(state_->mutex);
   view.forceN.reserve(kForcePoints);
   if (!state_->forces.empty()) {
-    for (size_t i = 0; i < kForcePoints; ++i) view.forceN.push_back(state_->forces[(state_->forceAt + i) % kForcePoints]);
+    for (size_t i = 0; i < kForcePoints; ++i)
+      view.forceN.push_back(state_->forces[(state_->forceAt + i) % kForcePoints]);
   }
   return view;
 }

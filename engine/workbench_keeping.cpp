@@ -92,7 +92,8 @@ void Workbench::State::makeKeeper() {
 }
 
 DocumentPtr Workbench::State::readKept(uint64_t kept, const Document& near) {
-  const DocumentPtr document = keeper ? readStep(*keeper, *archive, records, kept, near) : readState(*archive, base, sources, kept, near);
+  const DocumentPtr document =
+      keeper ? readStep(*keeper, *archive, records, kept, near) : readState(*archive, base, sources, kept, near);
   if (base && kept == base->state) savedDocument = document;
   return document;
 }
@@ -110,8 +111,10 @@ void Workbench::State::keepUndoBudget() {
     undoTold = false;
   } else if (!undoTold && trouble()) {
     undoTold = true;
-    tell(Message::Level::warning, fmt::format("Undo takes {:.1f} GiB of memory, more than the {:.1f} GiB that it may: steps cannot go to the disk while the journal cannot be written. Make room there, or close the document.",
-                                              std::ldexp(double(undo.bytes), -30), std::ldexp(double(budget.bytes()), -30)));
+    tell(Message::Level::warning,
+         fmt::format("Undo takes {:.1f} GiB of memory, more than the {:.1f} GiB that it may: steps cannot go to the "
+                     "disk while the journal cannot be written. Make room there, or close the document.",
+                     std::ldexp(double(undo.bytes), -30), std::ldexp(double(budget.bytes()), -30)));
   }
 }
 
@@ -205,7 +208,8 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
               readOnly.clear();
               announce();
               if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
-              // Until a save is on the disk the document counts as unsaved, and its journal goes on without counting on it.
+              // Until a save is on the disk the document counts as unsaved, and its journal goes on without counting on
+              // it.
               if (safe) savedDocument = request->states[request->done].document;
               if (keeper && safe) keeper->saved(made);
             }
@@ -312,14 +316,16 @@ void Workbench::recover(const Recoverable& what, const RecoverChoice& choice) {
 }
 
 void Workbench::discard(const Recoverable& what) {
-  state_->post([s = state_.get(), what] {
-    io::JournalReader(what.journal, true).remove();
-    const std::lock_guard lock(s->mutex);
-    if (!s->recoverable) return;
-    auto left = *s->recoverable;
-    std::erase_if(left, [&](const Recoverable& each) { return each.journal == what.journal; });
-    s->recoverable = std::make_shared<const std::vector<Recoverable>>(std::move(left));
-  }, false);
+  state_->post(
+      [s = state_.get(), what] {
+        io::JournalReader(what.journal, true).remove();
+        const std::lock_guard lock(s->mutex);
+        if (!s->recoverable) return;
+        auto left = *s->recoverable;
+        std::erase_if(left, [&](const Recoverable& each) { return each.journal == what.journal; });
+        s->recoverable = std::make_shared<const std::vector<Recoverable>>(std::move(left));
+      },
+      false);
 }
 
 void Workbench::leaveJournal() {

@@ -19,8 +19,8 @@
 namespace argil::engine {
 namespace {
 
-constexpr auto kTurn = std::chrono::milliseconds(2);          // at most 500 versions a second
-constexpr auto kIdleTurn = std::chrono::milliseconds(10);     // while no servo runs
+constexpr auto kTurn = std::chrono::milliseconds(2);       // at most 500 versions a second
+constexpr auto kIdleTurn = std::chrono::milliseconds(10);  // while no servo runs
 constexpr auto kUsageEvery = std::chrono::milliseconds(250);
 constexpr const char* kPointer = "pointer";
 constexpr double kAnswerS = 0.1;   // a tool that is no farther behind the hand ends its stroke soon enough by itself
@@ -227,7 +227,9 @@ void Workbench::State::runCommands() {
 
 void Workbench::State::makeLoop() {
   EditLoop::Options loopOptions;
-  loopOptions.onDocument = [this](const DocumentPtr& document, int64_t oldestNs) { surfaces.follow(*document, oldestNs, options.surfaceThreads); };
+  loopOptions.onDocument = [this](const DocumentPtr& document, int64_t oldestNs) {
+    surfaces.follow(*document, oldestNs, options.surfaceThreads);
+  };
   loopOptions.onSample = [this](const haptics::StylusSample& sample) {
     if (++forceEvery % 2 != 0) return;
     const std::lock_guard lock(mutex);
@@ -241,7 +243,9 @@ void Workbench::State::makeLoop() {
   haptics::Scene touched;
   touched.workspace = workspace;
   touched.quality = touchQuality;
-  loop = std::make_unique<EditLoop>(*session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); }, loopOptions);
+  loop = std::make_unique<EditLoop>(
+      *session, touched, [this](std::unique_ptr<const haptics::Scene> next) { scene.publish(std::move(next)); },
+      loopOptions);
   loop->setCutting(cutting && ready);
   loop->setOriented(oriented);
   lostTold = 0;
@@ -273,7 +277,8 @@ void Workbench::State::holdTool() {
   loop->setCutting(cutting && ready);
 }
 
-// A large image takes seconds: it is read beside the strokes of other tools. The last one stays, as keys that are held change the tool for a moment.
+// A large image takes seconds: it is read beside the strokes of other tools. The last one stays, as keys that are held
+// change the tool for a moment.
 bool Workbench::State::takeToolFile(Tool& tool) {
   const ToolFile kind = rowOf(tool).file;
   if (fileRead.file == tool.file && !tool.file.empty()) {

@@ -56,7 +56,8 @@ struct Workbench::State {
   struct Command {
     std::function<void()> run;
     bool waitsForStroke = true;  ///< Done when the stroke in work has ended.
-    bool endsBacklog = false;  ///< Does not wait for a tool that is behind the hand: the stroke ends where the clay is.
+    /// Does not wait for a tool that is behind the hand: the stroke ends where the clay is.
+    bool endsBacklog = false;
   };
   struct Work {
     uint64_t id;
@@ -86,15 +87,15 @@ struct Workbench::State {
   struct Begin {
     std::vector<HistoryState> states;
     size_t done = 0;
-    std::filesystem::path file;                 // empty: untitled
-    std::string readOnly;                       // why it must not be saved into that
+    std::filesystem::path file;  // empty: untitled
+    std::string readOnly;        // why it must not be saved into that
     std::string face;
-    std::shared_ptr<Archive> archive;           // null: a new one
+    std::shared_ptr<Archive> archive;  // null: a new one
     std::shared_ptr<const Base> base;
-    std::string writer;                         // empty: a new one
+    std::string writer;  // empty: a new one
     std::vector<std::shared_ptr<io::RecordSource>> sources;
     std::optional<Keeper::Continued> continued;
-    bool saved = false;                         // it is what the file holds, or nothing
+    bool saved = false;  // it is what the file holds, or nothing
   };
   void begin(Begin how);
   void begin(Document document, bool saved = false);
@@ -116,7 +117,8 @@ struct Workbench::State {
   /// Says when the tool falls behind the hand, or samples were lost.
   void tellPace();
   void holdTool();
-  /// Puts in the image or the shape that the tool works with; false while it is being read. Throws Error where there is no file.
+  /// Puts in the image or the shape that the tool works with; false while it is being read. Throws Error where there is
+  /// no file.
   [[nodiscard]] bool takeToolFile(Tool& tool);
   void publish();
   void guarded(const std::function<void()>& what);
@@ -148,10 +150,10 @@ struct Workbench::State {
   std::string journalTrouble;
   bool stopping = false;
   bool leaveJournal = false;
-  bool busy = false;          // the edit thread is in a command or a turn, or a stroke is on
+  bool busy = false;  // the edit thread is in a command or a turn, or a stroke is on
 
-  haptics::ForceGate gate;    // of whatever device is in hand
-  std::mutex handMutex;       // guards `hand` as a pointer: held for a moment by either side
+  haptics::ForceGate gate;  // of whatever device is in hand
+  std::mutex handMutex;     // guards `hand` as a pointer: held for a moment by either side
   std::shared_ptr<Hand> hand;
 
   std::atomic<bool> strokeOn{false};  // as strokeWork() says
@@ -173,8 +175,8 @@ struct Workbench::State {
   std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
   std::optional<Keeper::Continued> continued;              // a recovered journal that no keeper has taken over yet
   std::string keeperTrouble, handTrouble;
-  bool handOpened = false;                                  // the device that the program began with
-  std::shared_ptr<HistoryRecords> records;                  // all places of its steps, while there is a keeper
+  bool handOpened = false;                      // the device that the program began with
+  std::shared_ptr<HistoryRecords> records;      // all places of its steps, while there is a keeper
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
   bool saving = false;
@@ -182,19 +184,19 @@ struct Workbench::State {
   haptics::Published<haptics::Scene> scene;
   std::unique_ptr<Session> session;
   std::unique_ptr<EditLoop> loop;
-  std::vector<Command> ran;   // in this turn: what they prepared is there until it has been shown
-  bool behindTold = false;    // that the tool cannot keep up with the hand
-  uint64_t lostTold = 0;      // samples
-  Id madeLast = 0;            // as the snapshot has them
+  std::vector<Command> ran;  // in this turn: what they prepared is there until it has been shown
+  bool behindTold = false;   // that the tool cannot keep up with the hand
+  uint64_t lostTold = 0;     // samples
+  Id madeLast = 0;           // as the snapshot has them
   uint64_t madeCount = 0;
-  uint64_t idleTold = 0;      // strokes of the session that changed nothing
-  uint64_t manyTold = 0;      // the document (`opened`) of which it was said that not all its pieces are felt
-  Tool wanted;                // as the person has it; fitted to the clay it becomes the loop's
+  uint64_t idleTold = 0;  // strokes of the session that changed nothing
+  uint64_t manyTold = 0;  // the document (`opened`) of which it was said that not all its pieces are felt
+  Tool wanted;            // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;
   bool cutting = true, ready = true;  // the hand holds a tool that can work
-  Tool fileRead;              // the last tool whose file was read
-  std::string reading;        // the file that is on its way
-  bool oriented = false;      // the device in hand tells how it is turned
+  Tool fileRead;                      // the last tool whose file was read
+  std::string reading;                // the file that is on its way
+  bool oriented = false;              // the device in hand tells how it is turned
   // By the sheet's name: two devices of one kind count as one, which errs to the cool side.
   std::map<std::string, MotorHeat> heats;
   haptics::Workspace workspace;
@@ -208,10 +210,10 @@ struct Workbench::State {
   uint64_t clayBytes = 0;
   UndoBudget budget;
   UndoUse undo;
-  uint64_t undoOf = UINT64_MAX;   // steps of the session when it was looked at
-  bool undoTold = false;          // that it takes more than it may
+  uint64_t undoOf = UINT64_MAX;  // steps of the session when it was looked at
+  bool undoTold = false;         // that it takes more than it may
 
-  uint64_t toolWanted = 0;        // number of the setTool() that `wanted` is of
+  uint64_t toolWanted = 0;  // number of the setTool() that `wanted` is of
 
   std::atomic<uint64_t> toolsTaken{0};  // number of the last tool that the servo was given
 

@@ -118,7 +118,8 @@ ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) 
     for (int j = i + 1; j < count; ++j) {
       const double g = planes[i].normal.dot(planes[j].normal), det = 1 - g * g;
       if (det < kParallel) continue;
-      const double a = (search.wanted(i) - g * search.wanted(j)) / det, b = (search.wanted(j) - g * search.wanted(i)) / det;
+      const double a = (search.wanted(i) - g * search.wanted(j)) / det,
+                   b = (search.wanted(j) - g * search.wanted(i)) / det;
       if (!search.pushes(a) || !search.pushes(b)) continue;
       search.consider({a * planes[i].normal + b * planes[j].normal, {i, j}, {a, b}, 2});
     }
@@ -148,7 +149,8 @@ ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) 
   return result;
 }
 
-ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count, const Subspace& within, int hard) ARGIL_REALTIME {
+ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count, const Subspace& within,
+                         int hard) ARGIL_REALTIME {
   count = std::min(count, kMaxHalfSpaces);
   const bool locked = within.dimension < 3;
   const Vec3d foot = within.nearest(goal);

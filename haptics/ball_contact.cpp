@@ -9,12 +9,13 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kLeaveSpeedMms = 30;       // Out of clay that grew around the ball (methods, §12.5).
-constexpr double kLeaveForcePerS = 6.0;     // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
-constexpr double kSettleS = 0.25;           // How long a finished cut waits for its edit.
-constexpr double kPointingNmm = 1e6;  // Of a hand that points: what is cut is where it points within a tick.
-constexpr double kJumpRadii = 1;  // Of a pointer without a button: less is walked in a tick or two, more might end in a groove of the ball's own size.
-constexpr double kEaseS = 0.02;             // From one material's stiffness to the next one's while touching.
+constexpr double kLeaveSpeedMms = 30;    // Out of clay that grew around the ball (methods, §12.5).
+constexpr double kLeaveForcePerS = 6.0;  // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
+constexpr double kSettleS = 0.25;        // How long a finished cut waits for its edit.
+constexpr double kPointingNmm = 1e6;     // Of a hand that points: what is cut is where it points within a tick.
+// Of a pointer without a button: less is walked in a tick or two, more might end in a groove of the ball's own size.
+constexpr double kJumpRadii = 1;
+constexpr double kEaseS = 0.02;  // From one material's stiffness to the next one's while touching.
 
 // How fast what grew or jumped may push the ball: `input` with the stiffness of what is touched.
 double gentleMms(const Contact::Input& input) ARGIL_REALTIME {
@@ -57,12 +58,17 @@ void BallContact::changeMode(const Scene& scene, const Input& input) ARGIL_REALT
   mode_ = wanted;
 }
 
-// The material's, as far as the device renders it. Eased while touching: where two materials meet the force has no step.
+// The material's, as far as the device renders it. Eased while touching: where two materials meet the force has no
+// step.
 double BallContact::stiffness(const Scene& scene, const Input& input) ARGIL_REALTIME {
-  const uint32_t material = around_.there(touched_) ? around_.material(touched_, touchPoint_) : scene.pieces.empty() ? 0 : scene.pieces[0].material;
+  const uint32_t material = around_.there(touched_) ? around_.material(touched_, touchPoint_)
+                            : scene.pieces.empty()  ? 0
+                                                    : scene.pieces[0].material;
   const double wanted = std::min(scene.materials[material].stiffnessNmm, input.topStiffnessNmm);
-  if (touched_ < 0 || stiffness_ <= 0) stiffness_ = wanted;
-  else stiffness_ += (wanted - stiffness_) * std::min(1.0, input.periodS / kEaseS);
+  if (touched_ < 0 || stiffness_ <= 0)
+    stiffness_ = wanted;
+  else
+    stiffness_ += (wanted - stiffness_) * std::min(1.0, input.periodS / kEaseS);
   return stiffness_;
 }
 
@@ -78,12 +84,14 @@ void BallContact::go(const Vec3d& goal, const Input& input, const Proxy::Holding
 }
 
 // How far the hand has stretched the spring to where the ball is held, on whatever texture lies there.
-Vec3d BallContact::spring(const Scene& scene, const Vec3d& hand, const Proxy::Holding& held, Output& out) ARGIL_REALTIME {
+Vec3d BallContact::spring(const Scene& scene, const Vec3d& hand, const Proxy::Holding& held,
+                          Output& out) ARGIL_REALTIME {
   std::array<TexturedPlane, 3> planes;
   bool textured = false;
   for (size_t i = 0; i < size_t(held.count); ++i) {
     const int32_t texture = scene.materials[around_.material(held.thing[i], held.point[i])].texture;
-    planes[i] = {held.plane[i], texture < 0 ? nullptr : scene.textures[size_t(texture)].get(), &around_.pose(held.thing[i]), held.point[i]};
+    planes[i] = {held.plane[i], texture < 0 ? nullptr : scene.textures[size_t(texture)].get(),
+                 &around_.pose(held.thing[i]), held.point[i]};
     textured = textured || texture >= 0;
   }
   if (!textured) {
@@ -132,7 +140,8 @@ void BallContact::touch(const Scene& scene, const Input& input, bool changed, Ou
   if (!(out.flags & kTouching) && !guides_.locked() && !guides_.settling()) return;
   out.force = stiffness * stretch;
   // Damping along the normal pushes outwards or less outwards, never inwards; across a lock it holds from both sides.
-  if (pushed) out.force -= touchNormal_ * std::min(input.dampingNsmm * input.velocity.dot(touchNormal_), stiffness * depth);
+  if (pushed)
+    out.force -= touchNormal_ * std::min(input.dampingNsmm * input.velocity.dot(touchNormal_), stiffness * depth);
   if (guides_.locked()) out.force -= input.dampingNsmm * (input.velocity - within.along(input.velocity));
   react(scene, after, stiffness, out);
 }
@@ -191,7 +200,8 @@ void BallContact::cut(const Scene& scene, const Input& input, bool changed, Outp
   if (held || guides_.locked() || guides_.settling()) out.force = input.topStiffnessNmm * (proxy_.at() - input.hand);
 }
 
-// Clay that the tool itself lays must not push it away: only drag is felt until the button is let go, and what is no clay.
+// Clay that the tool itself lays must not push it away: only drag is felt until the button is let go, and what is no
+// clay.
 void BallContact::lay(const Scene& scene, const Input& input, bool changed, Output& out) ARGIL_REALTIME {
   if (changed) proxy_.refresh();
   const Vec3d goal = guides_.goal(input.hand);
@@ -201,13 +211,15 @@ void BallContact::lay(const Scene& scene, const Input& input, bool changed, Outp
   const bool held = proxy_.holding(goal).count > 0;
   if (held) out.flags |= kTouching;
   if (held || guides_.locked() || guides_.settling()) out.force = input.topStiffnessNmm * (proxy_.at() - input.hand);
-  if (!scene.pieces.empty()) out.force -= scene.materials[scene.pieces[0].material].dragNsmm / scene.workspace.scale * input.velocity;
+  if (!scene.pieces.empty())
+    out.force -= scene.materials[scene.pieces[0].material].dragNsmm / scene.workspace.scale * input.velocity;
 }
 
 Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Output out;
   // A pointer that turns up far away is there: the ball would walk for long, and be pressed on its way.
-  if (input.pointing && input.buttons == 0 && (input.hand - proxy_.at()).norm() > kJumpRadii * scene.tool.radiusMm) begun_ = false;
+  if (input.pointing && input.buttons == 0 && (input.hand - proxy_.at()).norm() > kJumpRadii * scene.tool.radiusMm)
+    begun_ = false;
   if (!begun_) {
     proxy_.reset(input.hand);
     begun_ = true;
@@ -242,8 +254,12 @@ Contact::Output BallContact::tick(const Scene& scene, const Input& input) ARGIL_
       }
       break;
     case Mode::cut:
-    case Mode::settle: cut(scene, in, changed, out); break;
-    case Mode::add: lay(scene, in, changed, out); break;
+    case Mode::settle:
+      cut(scene, in, changed, out);
+      break;
+    case Mode::add:
+      lay(scene, in, changed, out);
+      break;
   }
   out.active = (out.flags & kLeaving) != 0 || guides_.settling() || carried.pushed;
   out.ambient = guides_.force();

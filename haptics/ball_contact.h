@@ -11,8 +11,8 @@
 
 namespace argil::haptics {
 
-/// A constraint proxy with friction on whatever the scene holds, and the cutting law where the tool changes clay. Modes,
-/// tolerances and figures: NOTES.md, "Ball contact".
+/// A constraint proxy with friction on whatever the scene holds, and the cutting law where the tool changes clay.
+/// Modes, tolerances and figures: NOTES.md, "Ball contact".
 class BallContact final : public Contact {
  public:
   void reset() noexcept override;
@@ -40,11 +40,11 @@ class BallContact final : public Contact {
   CutLaw law_;
   Mode mode_ = Mode::touch;
   bool begun_ = false;
-  bool missed_ = false;    // What is known of the surface is old.
+  bool missed_ = false;  // What is known of the surface is old.
   double radius_ = 1;
-  double stiffness_ = 0;   // Of what is touched, N/mm at the hand; eased from one material to the next.
-  int touched_ = -1;       // Thing that was touched last,
-  Vec3d touchPoint_ = Vec3d::Zero();  // and where.
+  double stiffness_ = 0;               // Of what is touched, N/mm at the hand; eased from one material to the next.
+  int touched_ = -1;                   // Thing that was touched last,
+  Vec3d touchPoint_ = Vec3d::Zero();   // and where.
   Vec3d touchNormal_ = Vec3d::Zero();  // Of the last tick; zero when nothing was touched.
   double settleS_ = 0;
 };

@@ -8,8 +8,8 @@
 
 namespace argil::haptics {
 
-/// clock_nanosleep on absolute time at the servo's rate and priority, half a period out of phase, doing nothing else: how
-/// late this machine wakes anybody. Runs beside a servo, in the same seconds.
+/// clock_nanosleep on absolute time at the servo's rate and priority, half a period out of phase, doing nothing else:
+/// how late this machine wakes anybody. Runs beside a servo, in the same seconds.
 class BareLoop {
  public:
   explicit BareLoop(double rateHz, bool realtime = true, int priority = 80)

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPeriodS = 1e-3;
 constexpr double kWallVoxels = 4;
-constexpr double kJump = 2.9;             // Voxels: within the band, or they were tiles.
+constexpr double kJump = 2.9;  // Voxels: within the band, or they were tiles.
 constexpr double kComeS = 0.5, kAboveMm = 3, kDeepMm = 3, kGlideMms = 40, kBeginMm = -20;
 constexpr double kVelocityCutoffHz = 40;  // As the servo filters encoder differences.
 constexpr double kDampingFraction = 0.5;
@@ -86,9 +86,11 @@ BuzzRun runBuzz(std::string_view contactName, const DeviceSheet& sheet) {
   scene.materials[0].stiffnessNmm = kBuzzStiffnessNmm;
   scene.tool.radiusMm = kBuzzBallMm;
   scene.check();
-  const Vec3d above(kBeginMm, 0.1, kTopMm + kAboveMm), pressed(kBeginMm, 0.1, kTopMm - kDeepMm), end(kBeginMm + kGlideMms * kBuzzGlideS, 0.1, kTopMm - kDeepMm);
-  const HandPath path =
-      HandPath::line(above, pressed, kComeS).then(HandPath::hold(pressed, kBuzzPressS)).then(HandPath::line(pressed, end, kBuzzGlideS));
+  const Vec3d above(kBeginMm, 0.1, kTopMm + kAboveMm), pressed(kBeginMm, 0.1, kTopMm - kDeepMm),
+      end(kBeginMm + kGlideMms * kBuzzGlideS, 0.1, kTopMm - kDeepMm);
+  const HandPath path = HandPath::line(above, pressed, kComeS)
+                            .then(HandPath::hold(pressed, kBuzzPressS))
+                            .then(HandPath::line(pressed, end, kBuzzGlideS));
   SimulatedDevice::Options options;
   options.delayS = kPeriodS;
   SimulatedDevice device(sheet, path, options);

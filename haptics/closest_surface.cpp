@@ -12,21 +12,25 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;  // The baseline's vectors: four lanes are enough for a hundred points.
 
-constexpr int kCandidates = 4;     // Sign changes that are walked to the closest point of their neighbourhood.
+constexpr int kCandidates = 4;  // Sign changes that are walked to the closest point of their neighbourhood.
 constexpr int kWalkSteps = 8;
-constexpr int kRimHalvings = 7;    // Of less than two voxels.
-constexpr double kOnSurface = 2e-3;     // Voxels: a point this near to the zero surface is on it.
-constexpr double kWalkDone = 2e-3;      // Voxels along the surface: the distance then errs by its square over twice itself.
-constexpr double kPatch2 = 1.5 * 1.5;    // Voxels²: how far a patch around a walked point reaches,
-constexpr double kPatchRise = 0.02;      // and how far a point of it may rise above the tangent plane, voxels.
-constexpr double kCellDiagonal2 = 0.75; // A cell's own sign change is within half a diagonal of its surface, squared.
-constexpr double kAhead = 3;       // Voxels that the bricks around are gathered for beyond what is asked,
-constexpr double kLook = 1;        // and that a brick is looked through beyond it: so far the next calls need not look again.
+constexpr int kRimHalvings = 7;      // Of less than two voxels.
+constexpr double kOnSurface = 2e-3;  // Voxels: a point this near to the zero surface is on it.
+// Voxels along the surface: the distance then errs by its square over twice itself.
+constexpr double kWalkDone = 2e-3;
+constexpr double kPatch2 = 1.5 * 1.5;  // Voxels²: how far a patch around a walked point reaches,
+constexpr double kPatchRise = 0.02;    // and how far a point of it may rise above the tangent plane, voxels.
+// A cell's own sign change is within half a diagonal of its surface, squared.
+constexpr double kCellDiagonal2 = 0.75;
+constexpr double kAhead = 3;  // Voxels that the bricks around are gathered for beyond what is asked,
+// and that a brick is looked through beyond it: so far the next calls need not look again.
+constexpr double kLook = 1;
 
 constexpr size_t kLanes = 4;
 constexpr float kFar = 1e6f;
 
-// From p to the box of the sign changes that a brick owns, squared: its last edges end at the next brick's first voxels.
+// From p to the box of the sign changes that a brick owns, squared: its last edges end at the next brick's first
+// voxels.
 double gap2(Coord brick, const Vec3d& p) noexcept {
   double sum = 0;
   const double low[3] = {8.0 * brick.x, 8.0 * brick.y, 8.0 * brick.z};
@@ -40,8 +44,8 @@ double gap2(Coord brick, const Vec3d& p) noexcept {
 }  // namespace
 
 struct ClosestSurface::Candidates {
-  double best;      // Distance of the nearest point of the surface known so far.
-  double best2;     // Its square with the slack that keeps neighbours of a better point in.
+  double best;   // Distance of the nearest point of the surface known so far.
+  double best2;  // Its square with the slack that keeps neighbours of a better point in.
   std::array<float, kCandidates> distance2;
   std::array<Vec3d, kCandidates> point;
   int count = 0;
@@ -83,13 +87,15 @@ void ClosestSurface::reset(const clay::Version& version, bool hideMasked) ARGIL_
 }
 
 bool ClosestSurface::hidden(Coord voxel) ARGIL_REALTIME {
-  return hides() && hiding_->find(clay::Channel::mask, voxel >> 3).value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
+  return hides() && hiding_->find(clay::Channel::mask, voxel >> 3)
+                            .value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
 }
 
-// Calls meet(x, y, z) for each edge that the brick owns, crosses the surface and begins within `reach` of `from`; coordinates
-// from the brick's corner. Sign changes along the axes are words of 64 bits.
+// Calls meet(x, y, z) for each edge that the brick owns, crosses the surface and begins within `reach` of `from`;
+// coordinates from the brick's corner. Sign changes along the axes are words of 64 bits.
 template <class Meet>
-void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const Vec3f& from, float reach, Meet meet) ARGIL_REALTIME {
+void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const Vec3f& from, float reach,
+                                  Meet meet) ARGIL_REALTIME {
   using clay::Slot;
   const float step = sampler_.step();
   constexpr uint64_t kLowZ = 0x0101010101010101ull;
@@ -119,18 +125,26 @@ void ClosestSurface::eachCrossing(const clay::Brick& brick, Coord coord, const V
       const auto part = [a](float b) { return a / (a - b); };
       const float fx = float(x), fy = float(y), fz = float(z);
       if ((alongX >> bit) & 1)
-        meet(fx + part(x < 7 ? brick.phi(clay::Brick::offset(x + 1, y, z), step) : beyondX.phi(clay::Brick::offset(0, y, z), band_, step)), fy, fz);
+        meet(fx + part(x < 7 ? brick.phi(clay::Brick::offset(x + 1, y, z), step)
+                             : beyondX.phi(clay::Brick::offset(0, y, z), band_, step)),
+             fy, fz);
       if ((alongY >> bit) & 1)
-        meet(fx, fy + part(y < 7 ? brick.phi(clay::Brick::offset(x, y + 1, z), step) : beyondY.phi(clay::Brick::offset(x, 0, z), band_, step)), fz);
+        meet(fx,
+             fy + part(y < 7 ? brick.phi(clay::Brick::offset(x, y + 1, z), step)
+                             : beyondY.phi(clay::Brick::offset(x, 0, z), band_, step)),
+             fz);
       if ((alongZ >> bit) & 1)
-        meet(fx, fy, fz + part(z < 7 ? brick.phi(clay::Brick::offset(x, y, z + 1), step) : beyondZ.phi(clay::Brick::offset(x, y, 0), band_, step)));
+        meet(fx, fy,
+             fz + part(z < 7 ? brick.phi(clay::Brick::offset(x, y, z + 1), step)
+                             : beyondZ.phi(clay::Brick::offset(x, y, 0), band_, step)));
     }
   }
 }
 
 const ClosestSurface::Crossings& ClosestSurface::crossings(const clay::Brick& brick, Coord coord) ARGIL_REALTIME {
   // Neighbours along any axis fall into different sets.
-  Crossings& kept = memory_->crossings[size_t((coord.x & 3) + 4 * (coord.y & 3) + 16 * ((coord.z ^ (coord.x >> 2)) & 1))];
+  Crossings& kept =
+      memory_->crossings[size_t((coord.x & 3) + 4 * (coord.y & 3) + 16 * ((coord.z ^ (coord.x >> 2)) & 1))];
   if (kept.of == &brick && kept.generation == generation_) return kept;
   kept.of = &brick;
   kept.generation = generation_;
@@ -159,7 +173,8 @@ double ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Ve
     const auto px = hn::Set(d, local.x()), py = hn::Set(d, local.y()), pz = hn::Set(d, local.z());
     auto least = hn::Set(d, nearest2), best = hn::Set(d, static_cast<float>(candidates.best2));
     for (size_t i = 0; i < kept.count; i += kLanes) {
-      const auto x = hn::Sub(hn::Load(d, &kept.x[i]), px), y = hn::Sub(hn::Load(d, &kept.y[i]), py), z = hn::Sub(hn::Load(d, &kept.z[i]), pz);
+      const auto x = hn::Sub(hn::Load(d, &kept.x[i]), px), y = hn::Sub(hn::Load(d, &kept.y[i]), py),
+                 z = hn::Sub(hn::Load(d, &kept.z[i]), pz);
       const auto d2 = hn::Add(hn::Mul(x, x), hn::Add(hn::Mul(y, y), hn::Mul(z, z)));
       least = hn::Min(least, d2);
       if (hn::AllFalse(d, hn::Le(d2, best))) continue;
@@ -182,8 +197,8 @@ double ClosestSurface::scanBrick(const clay::Brick& brick, Coord coord, const Ve
   return std::sqrt(double(nearest2));
 }
 
-// From a point near the surface to the closest one of its neighbourhood: along the tangent plane towards the foot of p, back
-// onto the surface, with steps that shrink when the distance does not. True when a point of the surface was met.
+// From a point near the surface to the closest one of its neighbourhood: along the tangent plane towards the foot of p,
+// back onto the surface, with steps that shrink when the distance does not. True when a point of the surface was met.
 bool ClosestSurface::walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_REALTIME {
   Vec3d x = point, bestPoint = point;
   Vec3d tangent = Vec3d::Zero();
@@ -230,7 +245,9 @@ template <class Visit>
 void ClosestSurface::eachBrick(const Vec3d& p, const double& reach2, Visit visit) ARGIL_REALTIME {
   const double edge = clay::kBrickEdge;
   const auto cell = [edge](double v) { return static_cast<int32_t>(std::floor(v / edge)); };
-  const auto gap = [edge](int32_t brick, double v) { return std::max({0.0, double(brick) * edge - v, v - double(brick + 1) * edge}); };
+  const auto gap = [edge](int32_t brick, double v) {
+    return std::max({0.0, double(brick) * edge - v, v - double(brick + 1) * edge});
+  };
   const double radius = std::sqrt(reach2);
   // A brick lower than the sphere may own an edge that ends in it.
   for (int32_t bx = cell(p.x() - radius - 1); bx <= cell(p.x() + radius); ++bx) {
@@ -254,8 +271,8 @@ void ClosestSurface::eachBrick(const Vec3d& p, const double& reach2, Visit visit
   }
 }
 
-// Looks through the bricks that may hold something nearer than the best answer so far. Bricks around, and how far each one's
-// nearest sign change was from where it was looked for, are kept while the version stays and p moves little.
+// Looks through the bricks that may hold something nearer than the best answer so far. Bricks around, and how far each
+// one's nearest sign change was from where it was looked for, are kept while the version stays and p moves little.
 void ClosestSurface::scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME {
   const double radius = std::sqrt(candidates.best2);
   if (!(covered_ >= 0 && (p - centre_).norm() + radius <= covered_)) {
@@ -269,8 +286,9 @@ void ClosestSurface::scan(const Vec3d& p, Candidates& candidates) ARGIL_REALTIME
     if (memory_->knownCount > kKnown) covered_ = -1;
   }
   if (covered_ < 0) {  // More than can be kept.
-    eachBrick(p, candidates.best2,
-              [&](const clay::Brick& brick, Coord c) { scanBrick(brick, c, p, candidates, std::sqrt(candidates.best2)); });
+    eachBrick(p, candidates.best2, [&](const clay::Brick& brick, Coord c) {
+      scanBrick(brick, c, p, candidates, std::sqrt(candidates.best2));
+    });
     return;
   }
   for (size_t i = 0; i < memory_->knownCount; ++i) {
@@ -317,7 +335,8 @@ SurfacePoint ClosestSurface::nearest(const Vec3d& p, double reach, const Vec3d* 
     if (!result.found || double(candidates.distance2[size_t(i)]) < result.distance * result.distance)
       result = {true, candidates.point[size_t(i)], std::sqrt(double(candidates.distance2[size_t(i)]))};
     else {
-      // What was walked to is the closest of its neighbourhood; one that does not rise above its tangent plane is of that patch.
+      // What was walked to is the closest of its neighbourhood; one that does not rise above its tangent plane is of
+      // that patch.
       const Vec3d apart = candidates.point[size_t(i)] - result.point;
       if (apart.squaredNorm() < kPatch2 && apart.dot(p - result.point) < kPatchRise * result.distance) continue;
     }

@@ -18,18 +18,21 @@ struct SurfacePoint {
   double distance = 0;          ///< From the place asked for, without sign.
 };
 
-/// Finds closest points of the trilinear zero surface of a version. It never trusts a distance read from the field (known
-/// only within the band, and near a cut only a bound), only the surface itself: sign changes found by bit operations in the
-/// bricks that the sphere of the best answer so far meets, then walked along the surface. Exact to about 0.01 voxel.
-/// Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version, and 90 kB of memory.
+/// Finds closest points of the trilinear zero surface of a version. It never trusts a distance read from the field
+/// (known only within the band, and near a cut only a bound), only the surface itself: sign changes found by bit
+/// operations in the bricks that the sphere of the best answer so far meets, then walked along the surface. Exact to
+/// about 0.01 voxel. Method, rejected ideas, figures: NOTES.md, "Closest surface". One thread; holds no version, and 90
+/// kB of memory.
 class ClosestSurface {
  public:
-  /// Reads `version` from now on; somebody else holds it (this very handle too, where it hides). `hideMasked`: where the mask is above 127 there is no surface.
+  /// Reads `version` from now on; somebody else holds it (this very handle too, where it hides). `hideMasked`: where
+  /// the mask is above 127 there is no surface.
   void reset(const clay::Version& version, bool hideMasked = false) ARGIL_REALTIME;
 
-  /// Nearest point within `reach` voxels of `p` (at most kMaxReach; more is cut). `hint`: a place near the answer makes it
-  /// cheaper, never different by more than the accuracy. Cost: about half a microsecond for a ball of 12 voxels that touches
-  /// and moves less than a voxel between calls, 3 µs where nothing is known yet; it grows with the surface within the reach.
+  /// Nearest point within `reach` voxels of `p` (at most kMaxReach; more is cut). `hint`: a place near the answer makes
+  /// it cheaper, never different by more than the accuracy. Cost: about half a microsecond for a ball of 12 voxels that
+  /// touches and moves less than a voxel between calls, 3 µs where nothing is known yet; it grows with the surface
+  /// within the reach.
   SurfacePoint nearest(const Vec3d& p, double reach, const Vec3d* hint = nullptr) ARGIL_REALTIME;
 
   /// True when `p` is in the clay.
@@ -50,7 +53,8 @@ class ClosestSurface {
 
  private:
   struct Candidates;
-  // A brick of the version, and what earlier calls learnt: no sign change that it owns is nearer than `bound` to `from`.
+  // A brick of the version, and what earlier calls learnt: no sign change that it owns is nearer than `bound` to
+  // `from`.
   struct Known {
     const clay::Brick* brick = nullptr;
     Coord coord;
@@ -58,7 +62,8 @@ class ClosestSurface {
     Vec3d from = Vec3d::Zero();
   };
   static constexpr size_t kKnown = 256;
-  // Where the edges that a brick owns cross the surface, from the brick's corner, voxels; lanes beyond `count` are far away.
+  // Where the edges that a brick owns cross the surface, from the brick's corner, voxels; lanes beyond `count` are far
+  // away.
   static constexpr size_t kCrossings = 192, kCrossingSets = 32;
   struct alignas(64) Crossings {
     std::array<float, kCrossings> x{}, y{}, z{};
@@ -70,7 +75,8 @@ class ClosestSurface {
   template <class Meet>
   void eachCrossing(const clay::Brick& brick, Coord coord, const Vec3f& from, float reach, Meet meet) ARGIL_REALTIME;
   const Crossings& crossings(const clay::Brick& brick, Coord coord) ARGIL_REALTIME;
-  double scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates, double look) ARGIL_REALTIME;
+  double scanBrick(const clay::Brick& brick, Coord coord, const Vec3d& p, Candidates& candidates,
+                   double look) ARGIL_REALTIME;
   bool walk(const Vec3d& p, Vec3d& point, double& distance) ARGIL_REALTIME;
   template <class Visit>
   void eachBrick(const Vec3d& p, const double& reach2, Visit visit) ARGIL_REALTIME;
@@ -79,11 +85,11 @@ class ClosestSurface {
   clay::Sampler sampler_;
   float band_ = 3;
   const clay::Version* hiding_ = nullptr;  // Whose mask hides; null: nothing is hidden.
-  const void* version_ = nullptr;  // Of what is known,
+  const void* version_ = nullptr;          // Of what is known,
   uint64_t versionId_ = 0;
-  Vec3d centre_ = Vec3d::Zero();   // all bricks that a sphere of
-  double covered_ = -1;            // this radius meets.
-  uint64_t generation_ = 1;        // Of the version, for what is kept of its bricks.
+  Vec3d centre_ = Vec3d::Zero();  // all bricks that a sphere of
+  double covered_ = -1;           // this radius meets.
+  uint64_t generation_ = 1;       // Of the version, for what is kept of its bricks.
   struct Memory {
     std::array<Known, kKnown> known{};
     size_t knownCount = 0;

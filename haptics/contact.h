@@ -19,8 +19,8 @@ struct Reaction {
   int part = -1;                    ///< into Scene::parts, or -1.
   Vec3d forceN = Vec3d::Zero();     ///< On the thing, world directions: minus its share of the force on the hand.
   Vec3d torqueNmm = Vec3d::Zero();  ///< The same force's, about `centreMm`.
-  Vec3d centreMm = Vec3d::Zero();   ///< Of the thing, as it is felt: of a part the middle of its bounding box, of a
-                                    ///< piece the origin of its frame.
+  /// Of the thing, as it is felt: of a part the middle of its bounding box, of a piece the origin of its frame.
+  Vec3d centreMm = Vec3d::Zero();
 };
 inline constexpr size_t kMaxReactions = 3;
 
@@ -28,27 +28,27 @@ inline constexpr size_t kMaxReactions = 3;
 class Contact {
  public:
   struct Input {
-    Vec3d hand = Vec3d::Zero();       ///< Device position in the world, mm; finite.
-    Vec3d velocity = Vec3d::Zero();   ///< Its filtered velocity, mm/s.
+    Vec3d hand = Vec3d::Zero();      ///< Device position in the world, mm; finite.
+    Vec3d velocity = Vec3d::Zero();  ///< Its filtered velocity, mm/s.
     double periodS = 1e-3;
-    double topStiffnessNmm = 1;       ///< The device's limits, from its sheet.
-    double dampingNsmm = 0;           ///< Along the normal of a touched surface.
+    double topStiffnessNmm = 1;  ///< The device's limits, from its sheet.
+    double dampingNsmm = 0;      ///< Along the normal of a touched surface.
     double peakForceN = 3;
-    bool pointing = false;            ///< DeviceSheet::pointing.
-    bool operate = false;             ///< The tool's operation is on.
-    uint32_t buttons = 0;             ///< Bit a button, for guides that work while one is down.
-    uint64_t sampleIndex = 0;         ///< Of this tick.
+    bool pointing = false;     ///< DeviceSheet::pointing.
+    bool operate = false;      ///< The tool's operation is on.
+    uint32_t buttons = 0;      ///< Bit a button, for guides that work while one is down.
+    uint64_t sampleIndex = 0;  ///< Of this tick.
   };
   struct Output {
-    Vec3d proxy = Vec3d::Zero();      ///< Centre of the ball as the scene holds it, world mm.
+    Vec3d proxy = Vec3d::Zero();  ///< Centre of the ball as the scene holds it, world mm.
     Vec3d cutPoint = Vec3d::Zero();
-    Vec3d force = Vec3d::Zero();      ///< On the hand, N, world directions; no longer than the peak.
-    Vec3d ambient = Vec3d::Zero();    ///< The part of `force` that no spring to the proxy gives: wells, gravity.
-    bool active = false;              ///< What holds the ball moves by itself: its work is not the hand's.
+    Vec3d force = Vec3d::Zero();    ///< On the hand, N, world directions; no longer than the peak.
+    Vec3d ambient = Vec3d::Zero();  ///< The part of `force` that no spring to the proxy gives: wells, gravity.
+    bool active = false;            ///< What holds the ball moves by itself: its work is not the hand's.
     double depthMm = 0;
-    double areaMm2 = 0;               ///< Engaged area while cutting.
-    int planes = 0;                   ///< Active planes.
-    uint32_t flags = 0;               ///< TickFlag: kTouching, kLeaving, kCutting, kClamped, kIncomplete.
+    double areaMm2 = 0;  ///< Engaged area while cutting.
+    int planes = 0;      ///< Active planes.
+    uint32_t flags = 0;  ///< TickFlag: kTouching, kLeaving, kCutting, kClamped, kIncomplete.
     std::array<Reaction, kMaxReactions>
         reactions{};        ///< While touching, not while cutting or laying: one a thing. Without guides
     int reactionCount = 0;  ///< they add up to minus `force`.

@@ -7,14 +7,16 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kCarried =
-    1.2;  // Of 2b/T: how much farther passivity control carried all devices, rates and delays (NOTES.md, "Stability").
-constexpr double kCarriedRare =
-    0.4;  // The same of a device that exchanges once in more than so many ticks of the servo.
+// Of 2b/T: how much farther passivity control carried all devices, rates and delays (NOTES.md, "Stability").
+constexpr double kCarried = 1.2;
+// The same of a device that exchanges once in more than so many ticks of the servo.
+constexpr double kCarriedRare = 0.4;
 constexpr double kRareTicks = 2.01;
-constexpr double kReserve = 0.8;          // Of what passivity control could hold: the rest is for what the sheet does not say.
-constexpr double kStepReserve = 0.75;     // Of what friction could hold at rest: along the clay it holds less across it.
-constexpr double kDampingFraction = 0.2;  // Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
+// Of what passivity control could hold: the rest is for what the sheet does not say.
+constexpr double kReserve = 0.8;
+constexpr double kStepReserve = 0.75;  // Of what friction could hold at rest: along the clay it holds less across it.
+// Of the sheet's top damping. With more of it the steps of the encoders shake a tool that glides.
+constexpr double kDampingFraction = 0.2;
 
 }  // namespace
 

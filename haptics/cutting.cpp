@@ -11,15 +11,15 @@ constexpr double kPi = std::numbers::pi;
 // Clay is looked for this far beyond the ball, voxels: where a cut that has arrived reads −kBeyond. Half of it is the
 // threshold, so the field may err by a quarter of a voxel.
 constexpr double kBeyond = 0.5;
-constexpr double kHalfDiagonal = 0.87;   // Of a cell, voxels.
+constexpr double kHalfDiagonal = 0.87;             // Of a cell, voxels.
 constexpr double kRampLow = 0.2, kRampHigh = 0.8;  // Parts of kBeyond between which a probe counts by degrees.
 // Interpolation rounds the rim of a cut: what it makes the height read too low, voxels, measured over radii of 4 to 20.
 constexpr double kRimRounding = 0.05;
-constexpr size_t kDirections = 96;      // Probes on the half of the ball that faces the hand.
+constexpr size_t kDirections = 96;  // Probes on the half of the ball that faces the hand.
 constexpr int kSubsteps = 4;
-constexpr double kMaxStepVoxels = 0.5;  // Between two looks at the clay.
-constexpr double kFrozenHardness = 1e4; // Times the material's: does not yield.
-constexpr double kStickMms = 1e-2;      // Speed at which touched clay bears its full load: below it nothing moves.
+constexpr double kMaxStepVoxels = 0.5;   // Between two looks at the clay.
+constexpr double kFrozenHardness = 1e4;  // Times the material's: does not yield.
+constexpr double kStickMms = 1e-2;       // Speed at which touched clay bears its full load: below it nothing moves.
 constexpr int kNewtonSteps = 12;
 constexpr double kHistorySpacing = 0.15;  // Of the radius: how far apart remembered cuts are.
 
@@ -84,8 +84,8 @@ void CutLaw::forget(uint64_t applied) ARGIL_REALTIME {
   }
 }
 
-void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm, const Vec3d& axis,
-                     bool frozen) ARGIL_REALTIME {
+void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm,
+                     const Vec3d& axis, bool frozen) ARGIL_REALTIME {
   patch_.count = 0;
   patch_.areaMm2 = patch_.depthMm = patch_.viscosity = patch_.drag = 0;
   loads_.fill(Vec3d::Zero());
@@ -97,7 +97,8 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
     const double voxel = piece.voxelMm(), r = radiusMm / voxel, probe = r + kBeyond;
     const Vec3d at = piece.toVoxel(centre);
     if (!(at.cwiseAbs().maxCoeff() + probe < 8.0 * clay::kBrickReach)) continue;  // Out of the reach of any clay.
-    const Vec3d a = piece.turnToVoxel(side) * probe, b = piece.turnToVoxel(other) * probe, c = piece.turnToVoxel(axis) * probe;
+    const Vec3d a = piece.turnToVoxel(side) * probe, b = piece.turnToVoxel(other) * probe,
+                c = piece.turnToVoxel(axis) * probe;
     // Cuts that the version does not know yet, in its voxels.
     std::array<Vec3d, kHistory> cutAt;
     std::array<double, kHistory> cutRadius;
@@ -137,14 +138,16 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
       zones[kPattern.zone[i]] += load;
       sum += load;
     }
-    // Looking beyond the ball sees a wider cap: back to the cap of the ball itself by its height (exact where the clay that
-    // was cut was flat).
+    // Looking beyond the ball sees a wider cap: back to the cap of the ball itself by its height (exact where the clay
+    // that was cut was flat).
     const double seen = std::min(1.0, sum.norm() / kPi);  // Sine squared of the cap's half angle.
     const double height = std::clamp(r + 0.5 * kBeyond + kRimRounding - probe * std::sqrt(1 - seen), 0.0, r);
     const double area = kPi * height * (2 * r - height);
     if (seen <= 0 || area <= 0) continue;
-    if (feel.weight > 0) feel_[k] = {feel.hardness / feel.weight, feel.viscosity / feel.weight, feel.drag / feel.weight, feel.weight};
-    else if (feel_[k].weight <= 0 || !piece.mixed()) feel_[k] = {material.hardnessNmm2, material.viscosityNsmm, material.dragNsmm, 0};
+    if (feel.weight > 0)
+      feel_[k] = {feel.hardness / feel.weight, feel.viscosity / feel.weight, feel.drag / feel.weight, feel.weight};
+    else if (feel_[k].weight <= 0 || !piece.mixed())
+      feel_[k] = {material.hardnessNmm2, material.viscosityNsmm, material.dragNsmm, 0};
     const double load = feel_[k].hardness * (frozen ? kFrozenHardness : 1.0) * area * voxel * voxel / sum.norm();
     for (size_t i = 0; i < kZones; ++i) loads_[i] += load * zones[i];
     const double areaMm2 = area * voxel * voxel;
@@ -164,9 +167,9 @@ void CutLaw::measure(std::span<TouchableClay> pieces, const Scene& scene, const 
   }
 }
 
-// Minimises resistance/2 · |v|² − force · v + Σ load · max(0, s · v), convex in v: clay bears its full load where the ball
-// presses into it and none where it leaves. The corner at zero is rounded over kStickMms and the minimum found by Newton's
-// method with a line search.
+// Minimises resistance/2 · |v|² − force · v + Σ load · max(0, s · v), convex in v: clay bears its full load where the
+// ball presses into it and none where it leaves. The corner at zero is rounded over kStickMms and the minimum found by
+// Newton's method with a line search.
 Vec3d CutLaw::yield(const Vec3d& force, double resistance, const Vec3d& guess) const ARGIL_REALTIME {
   const auto n = size_t(patch_.count);
   // Most often the ball presses on all that it touches.

@@ -18,9 +18,9 @@ namespace argil::haptics {
 
 /// Visco-plastic yielding of the clay that a ball touches. The ball's centre follows the hand so that
 ///   viscosity · velocity = spring force − hardness · (area of the touched clay that the velocity presses on),
-/// which for a straight push is ḣ = max(0, f − σ A(h)) / η (methods, §12.6). Which clay is touched is measured just beyond the
-/// ball, in the published version less what this stroke has cut since: the answer is the same before and after an edit
-/// arrives. Model, trap and tolerances: NOTES.md, "Cutting". One thread.
+/// which for a straight push is ḣ = max(0, f − σ A(h)) / η (methods, §12.6). Which clay is touched is measured just
+/// beyond the ball, in the published version less what this stroke has cut since: the answer is the same before and
+/// after an edit arrives. Model, trap and tolerances: NOTES.md, "Cutting". One thread.
 class CutLaw {
  public:
   struct Result {
@@ -30,11 +30,11 @@ class CutLaw {
     bool engaged = false;
   };
   struct Input {
-    Vec3d centre, hand;            ///< World mm.
-    double stiffnessNmm = 1;       ///< Of the spring between them.
+    Vec3d centre, hand;       ///< World mm.
+    double stiffnessNmm = 1;  ///< Of the spring between them.
     double radiusMm = 1;
     double periodS = 1e-3;
-    bool frozen = false;           ///< The tool no longer cuts: clay that it touches does not yield at all.
+    bool frozen = false;  ///< The tool no longer cuts: clay that it touches does not yield at all.
   };
 
   void reset() noexcept;
@@ -49,7 +49,7 @@ class CutLaw {
   [[nodiscard]] bool pending() const noexcept { return count_ > 0; }
 
  private:
-  static constexpr int kZones = 24;        // Parts of that half in which loads are summed.
+  static constexpr int kZones = 24;  // Parts of that half in which loads are summed.
   static constexpr int kHistory = 24;
 
   struct Cut {
@@ -57,24 +57,25 @@ class CutLaw {
     double radius;
     uint64_t first, last;  // Samples whose balls it stands for.
   };
-  struct Patch {           // Touched clay: unit directions from the centre and the force that each can bear, N.
+  struct Patch {  // Touched clay: unit directions from the centre and the force that each can bear, N.
     std::array<double, kZones> x, y, z, load;
     int count = 0;
     double areaMm2 = 0, depthMm = 0, viscosity = 0, drag = 0;
   };
-  struct Feel {            // Of the clay that is cut, where its materials differ: means over what is touched of its band.
+  struct Feel {  // Of the clay that is cut, where its materials differ: means over what is touched of its band.
     double hardness = 0, viscosity = 0, drag = 0;
-    double weight = 0;     // Zero: not known.
+    double weight = 0;  // Zero: not known.
   };
 
-  void measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm, const Vec3d& axis,
-               bool frozen) ARGIL_REALTIME;
+  void measure(std::span<TouchableClay> pieces, const Scene& scene, const Vec3d& centre, double radiusMm,
+               const Vec3d& axis, bool frozen) ARGIL_REALTIME;
   Vec3d yield(const Vec3d& force, double resistance, const Vec3d& guess) const ARGIL_REALTIME;
 
   Patch patch_;
   std::array<Vec3d, kZones> loads_;
   std::array<Cut, kHistory> cuts_;
-  std::array<Feel, kMaxPieces> feel_{};  // The last that was known: deep in the clay, ahead of the edit, no voxel has a material.
+  // The last that was known: deep in the clay, ahead of the edit, no voxel has a material.
+  std::array<Feel, kMaxPieces> feel_{};
   int first_ = 0, count_ = 0;
   Vec3d axis_ = -Vec3d::UnitZ();
   Vec3d velocity_ = Vec3d::Zero();  // Of the last yielding: where the next search begins.

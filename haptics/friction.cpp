@@ -5,7 +5,8 @@
 namespace argil::haptics {
 namespace {
 
-constexpr int kRestTicks = 3;  // Without sliding before the ball counts as at rest: a hand that slides slowly jitters.
+// Without sliding before the ball counts as at rest: a hand that slides slowly jitters.
+constexpr int kRestTicks = 3;
 
 }  // namespace
 

@@ -9,15 +9,15 @@ namespace argil::haptics {
 namespace {
 
 // Lengths in voxels of the finest piece.
-constexpr double kStep = 0.5;         // Through free space: shorter than any wall that the field can hold.
-constexpr double kSlide = 0.5;        // Along tangent planes before the surface is looked for anew.
-constexpr double kClearance = 0.01;   // The point rests this far outside: its next step begins in free space.
+constexpr double kStep = 0.5;        // Through free space: shorter than any wall that the field can hold.
+constexpr double kSlide = 0.5;       // Along tangent planes before the surface is looked for anew.
+constexpr double kClearance = 0.01;  // The point rests this far outside: its next step begins in free space.
 constexpr double kOnSurface = 1e-3;
-constexpr double kStill = 1e-3;       // A shorter slide is none.
+constexpr double kStill = 1e-3;  // A shorter slide is none.
 
-constexpr double kForget = 0.5;       // A plane that the point has left this far is forgotten.
+constexpr double kForget = 0.5;  // A plane that the point has left this far is forgotten.
 
-constexpr int kSteps = 64;            // A tick, of both kinds: bounds its cost; what is left is for the next tick.
+constexpr int kSteps = 64;  // A tick, of both kinds: bounds its cost; what is left is for the next tick.
 constexpr int kPlanes = 3;
 constexpr int kNewton = 6;
 constexpr int kBisections = 10;
@@ -97,7 +97,9 @@ void GodObjectContact::follow(const Vec3d& hand, Output& out) ARGIL_REALTIME {
     }
     int kept = 0;
     for (int i = 0; i < count; ++i)
-      if (planes[i].normal.dot(normal) < kSamePlane && planes[i].normal.dot(place_) < planes[i].offset + kForget * voxel_) planes[kept++] = planes[i];
+      if (planes[i].normal.dot(normal) < kSamePlane &&
+          planes[i].normal.dot(place_) < planes[i].offset + kForget * voxel_)
+        planes[kept++] = planes[i];
     count = std::min(kept, kPlanes - 1);
     planes[count++] = {normal, normal.dot(place_)};
     const ActiveSet target = nearestAllowed(hand, planes, count);
@@ -110,8 +112,10 @@ void GodObjectContact::follow(const Vec3d& hand, Output& out) ARGIL_REALTIME {
     const Vec3d goal = place_ + slide;
     march(goal, steps);
   }
-  if (steps >= kSteps) out.flags |= kIncomplete;
-  else out.planes = 0;
+  if (steps >= kSteps)
+    out.flags |= kIncomplete;
+  else
+    out.planes = 0;
 }
 
 Contact::Output GodObjectContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
@@ -128,8 +132,10 @@ Contact::Output GodObjectContact::tick(const Scene& scene, const Input& input) A
   } else {
     // Clay grew over the point: out along the gradient where the field has one, else it is lost.
     Vec3d normal;
-    if (value(place_).mm > 0 || project(place_, normal)) follow(input.hand, out);
-    else place_ = input.hand;
+    if (value(place_).mm > 0 || project(place_, normal))
+      follow(input.hand, out);
+    else
+      place_ = input.hand;
   }
   out.proxy = out.cutPoint = place_;
   if (out.planes == 0) return out;
@@ -137,7 +143,8 @@ Contact::Output GodObjectContact::tick(const Scene& scene, const Input& input) A
   const Vec3d stretch = place_ - input.hand;
   out.depthMm = stretch.norm();
   if (out.depthMm > 1e-9) {
-    const double k = std::min(scene.materials[scene.pieces[0].material].stiffnessNmm, input.topStiffnessNmm) / scene.workspace.scale;
+    const double k =
+        std::min(scene.materials[scene.pieces[0].material].stiffnessNmm, input.topStiffnessNmm) / scene.workspace.scale;
     const double damping = input.dampingNsmm / scene.workspace.scale;
     const Vec3d normal = stretch / out.depthMm;
     out.force = normal * std::max(0.0, k * out.depthMm - damping * input.velocity.dot(normal));

@@ -10,13 +10,12 @@
 
 namespace argil::haptics {
 
-/// Zilles & Salisbury's god-object on an implicit surface (Salisbury & Tarr): a point without radius follows the hand through
-/// free space in short steps, stops at the zero surface, and then moves in at most three tangent planes towards the hand,
-/// taken back to the surface after each step. It does not pop through walls thicker than half a voxel, but falls into any
-/// gap, feels each facet of the field, and is lost when more clay than the band grows over it: then no force until the hand is
-/// near the surface again.
-/// Only clay is felt, friction, guides and the tool's operation are not; the tool's radius means nothing.
-/// One thread, the servo's.
+/// Zilles & Salisbury's god-object on an implicit surface (Salisbury & Tarr): a point without radius follows the hand
+/// through free space in short steps, stops at the zero surface, and then moves in at most three tangent planes towards
+/// the hand, taken back to the surface after each step. It does not pop through walls thicker than half a voxel, but
+/// falls into any gap, feels each facet of the field, and is lost when more clay than the band grows over it: then no
+/// force until the hand is near the surface again. Only clay is felt, friction, guides and the tool's operation are
+/// not; the tool's radius means nothing. One thread, the servo's.
 class GodObjectContact final : public Contact {
  public:
   void reset() noexcept override { begun_ = false; }
@@ -24,7 +23,7 @@ class GodObjectContact final : public Contact {
 
  private:
   struct Value {
-    double mm = 0;    // Trilinear value of the union, mm as the field counts them.
+    double mm = 0;  // Trilinear value of the union, mm as the field counts them.
     size_t piece = 0;
   };
   Value value(const Vec3d& world) ARGIL_REALTIME;
@@ -35,7 +34,7 @@ class GodObjectContact final : public Contact {
 
   std::array<TouchableClay, kMaxPieces> pieces_;
   std::span<TouchableClay> used_;
-  double voxel_ = 1;            // Of the finest piece, mm.
+  double voxel_ = 1;  // Of the finest piece, mm.
   Vec3d place_ = Vec3d::Zero();
   bool begun_ = false;
 };

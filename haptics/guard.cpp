@@ -25,12 +25,13 @@
 namespace argil::haptics {
 namespace {
 
-constexpr int kPollMs = 1;             // With devices to look after; without, the guard sleeps.
-constexpr int kRepeats = 3;            // Of the zero packet once Argil is gone: one may meet the tail of a broken one.
+constexpr int kPollMs = 1;   // With devices to look after; without, the guard sleeps.
+constexpr int kRepeats = 3;  // Of the zero packet once Argil is gone: one may meet the tail of a broken one.
 constexpr int kRepeatMs = 2;
-constexpr int kCallRepeats = 5;        // Of a call that reached no device: Argil's files may be closed a moment after its socket.
-constexpr int kAnswerMs = 500;         // A guard that does not answer a registration for so long is not there.
-constexpr int kPriority = 85;          // Above the servo, where the system grants it.
+// Of a call that reached no device: Argil's files may be closed a moment after its socket.
+constexpr int kCallRepeats = 5;
+constexpr int kAnswerMs = 500;  // A guard that does not answer a registration for so long is not there.
+constexpr int kPriority = 85;   // Above the servo, where the system grants it.
 constexpr unsigned kUsbTimeoutMs = 5;
 
 /// What both processes see.
@@ -46,7 +47,8 @@ struct Message {
   uint8_t slot = 0;
   uint8_t size = 0;
   std::array<std::byte, Guard::kMaxZeroBytes> zero{};
-  int (*call)() noexcept = nullptr;  // The guard is a fork of the same program: the same address is the same function.
+  // The guard is a fork of the same program: the same address is the same function.
+  int (*call)() noexcept = nullptr;
 };
 
 // ---- The guard's process: no allocation, no exception, plain system calls; but for the calls at its end.
@@ -123,16 +125,19 @@ bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
   }
   for (const Guarded& device : devices) {
     if (!device.message.call) continue;
-    for (int repeat = 0; repeat < kCallRepeats && device.message.call() == 0; ++repeat) (void)poll(nullptr, 0, kRepeatMs);
+    for (int repeat = 0; repeat < kCallRepeats && device.message.call() == 0; ++repeat)
+      (void)poll(nullptr, 0, kRepeatMs);
   }
   _exit(0);
 }
 
 [[noreturn]] void becomeGuard(int socket, const Shared& shared) {
   (void)prctl(PR_SET_NAME, "argil-guard");
-  // Out of Argil's process group and deaf to the terminal: Ctrl-C or a kill of the group is for Argil, and then for the guard to clean up.
+  // Out of Argil's process group and deaf to the terminal: Ctrl-C or a kill of the group is for Argil, and then for the
+  // guard to clean up.
   (void)setsid();
-  for (int s : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGUSR1, SIGUSR2, SIGALRM, SIGTSTP}) (void)std::signal(s, SIG_IGN);
+  for (int s : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGUSR1, SIGUSR2, SIGALRM, SIGTSTP})
+    (void)std::signal(s, SIG_IGN);
   sigset_t none;
   sigemptyset(&none);
   (void)sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -163,7 +168,9 @@ Link& theLink() {
 }
 std::atomic<Shared*> theShared{nullptr};
 
-Error system(const char* what) { return Error(std::string("guard process: ") + what + " (" + std::strerror(errno) + ")", Error::Kind::work); }
+Error system(const char* what) {
+  return Error(std::string("guard process: ") + what + " (" + std::strerror(errno) + ")", Error::Kind::work);
+}
 
 bool exchange(int socket, const Message& message, int fd) {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
@@ -268,7 +275,8 @@ int Guard::registerCall(int (*zero)() noexcept) noexcept {
 void Guard::unregister(int id) noexcept {
   Link& link = theLink();
   const std::lock_guard lock(link.mutex);
-  if (link.socket < 0 || id < 0 || static_cast<size_t>(id) >= kMaxDevices || !link.used[static_cast<size_t>(id)]) return;
+  if (link.socket < 0 || id < 0 || static_cast<size_t>(id) >= kMaxDevices || !link.used[static_cast<size_t>(id)])
+    return;
   Message message;
   message.kind = Message::Kind::remove;
   message.slot = static_cast<uint8_t>(id);
@@ -279,12 +287,14 @@ void Guard::unregister(int id) noexcept {
 
 void Guard::beat(int id) ARGIL_REALTIME {
   Shared* shared = theShared.load(std::memory_order_acquire);
-  if (shared && id >= 0 && static_cast<size_t>(id) < kMaxDevices) shared->beatNs[static_cast<size_t>(id)].store(nowNs(), std::memory_order_relaxed);
+  if (shared && id >= 0 && static_cast<size_t>(id) < kMaxDevices)
+    shared->beatNs[static_cast<size_t>(id)].store(nowNs(), std::memory_order_relaxed);
 }
 
 void Guard::rest(int id) ARGIL_REALTIME {
   Shared* shared = theShared.load(std::memory_order_acquire);
-  if (shared && id >= 0 && static_cast<size_t>(id) < kMaxDevices) shared->beatNs[static_cast<size_t>(id)].store(0, std::memory_order_relaxed);
+  if (shared && id >= 0 && static_cast<size_t>(id) < kMaxDevices)
+    shared->beatNs[static_cast<size_t>(id)].store(0, std::memory_order_relaxed);
 }
 
 }  // namespace argil::haptics

@@ -22,7 +22,8 @@ struct Checker {
     require(p.allFinite() && p.cwiseAbs().maxCoeff() <= kFarthestMm, "a place must be finite and within 1e6 mm");
   }
   void direction(const Vec3d& d) const {
-    require(d.allFinite() && d.norm() > 1e-6 && d.norm() < kFarthestMm, "a direction must be finite and longer than 1e-6");
+    require(d.allFinite() && d.norm() > 1e-6 && d.norm() < kFarthestMm,
+            "a direction must be finite and longer than 1e-6");
   }
   void length(double mm) const { require(mm > 0 && mm <= kFarthestMm, "a length must be above 0 and at most 1e6 mm"); }
   void strength(double n) const { require(n >= 0 && n <= kStrongestN, "a force must be 0 to 10 000 N"); }
@@ -57,7 +58,8 @@ struct Checker {
   }
   void operator()(const KeepOutPiece&) const {}
   void operator()(const WellAtPoints& g) const {
-    require(!g.points.empty() && g.points.size() <= kMaxWellPoints, "a well has 1 to 256 points; spread more over several guides");
+    require(!g.points.empty() && g.points.size() <= kMaxWellPoints,
+            "a well has 1 to 256 points; spread more over several guides");
     for (const Vec3d& p : g.points) place(p);
     shape(g.shape);
   }
@@ -81,7 +83,9 @@ struct Checker {
     strength(g.forceN);
     length(g.depthMm);
   }
-  void operator()(const Viscosity& g) const { require(g.dragNsmm >= 0 && g.dragNsmm <= 1e3, "a drag must be 0 to 1000 N·s/mm"); }
+  void operator()(const Viscosity& g) const {
+    require(g.dragNsmm >= 0 && g.dragNsmm <= 1e3, "a drag must be 0 to 1000 N·s/mm");
+  }
   void operator()(const AmbientPlane& g) const {
     place(g.point);
     direction(g.normal);
@@ -92,7 +96,9 @@ struct Checker {
 
 }  // namespace
 
-void Guide::check() const { std::visit(Checker{"guide " + std::to_string(id) + ": "}, shape); }
+void Guide::check() const {
+  std::visit(Checker{"guide " + std::to_string(id) + ": "}, shape);
+}
 
 GuideRole Guide::roleOf(size_t kind) noexcept {
   using Shapes = decltype(shape);

@@ -12,9 +12,11 @@ namespace {
 
 constexpr double kForceShare = 0.5;      // Of the peak, for all soft guides: clay stays felt.
 constexpr double kStiffnessShare = 0.5;  // Of the sheet's top, for one soft guide.
-constexpr double kSoftPerS = 4;          // In peaks a second: how fast soft guides rise and are let go; with locks that move at once it stays unfelt.
-constexpr double kRiseS = 0.05;          // A soft guide comes to full strength in no less.
-constexpr double kLeap = 0.001;          // Of the peak: a change of force that is larger than this and than twice what the way explains is a leap.
+// In peaks a second: how fast soft guides rise and are let go; with locks that move at once it stays unfelt.
+constexpr double kSoftPerS = 4;
+constexpr double kRiseS = 0.05;  // A soft guide comes to full strength in no less.
+// Of the peak: a change of force that is larger than this and than twice what the way explains is a leap.
+constexpr double kLeap = 0.001;
 
 }  // namespace
 
@@ -28,7 +30,9 @@ void Guides::reset() noexcept {
   begun_ = false;
 }
 
-uint32_t Guides::flags() const noexcept { return locks_.conflict() ? uint32_t{kGuideConflict} : 0u; }
+uint32_t Guides::flags() const noexcept {
+  return locks_.conflict() ? uint32_t{kGuideConflict} : 0u;
+}
 
 // A guide stops to work or is gone.
 void Guides::drop(State& state, bool& lostHold) ARGIL_REALTIME {
@@ -102,10 +106,10 @@ void Guides::addLockOfWell(const Guide& guide, const Vec3d& hand) ARGIL_REALTIME
   }
 }
 
-// Strength rises slowly where a guide begins, so its energy is paid before it can be given out; a leap of its force (another point, another
-// strand, other data) goes into what is let go little by little (carry_).
-void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay, const Contact::Input& input,
-                      const SoftLimits& limits) ARGIL_REALTIME {
+// Strength rises slowly where a guide begins, so its energy is paid before it can be given out; a leap of its force
+// (another point, another strand, other data) goes into what is let go little by little (carry_).
+void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay,
+                      const Contact::Input& input, const SoftLimits& limits) ARGIL_REALTIME {
   const Pull pull = softPull(guide, scene, clay, input.hand, input.velocity, limits, state.memory);
   const double rate = kSoftPerS * input.peakForceN * input.periodS;
   state.caught = pull.within && (state.caught || pull.caught);
@@ -126,7 +130,8 @@ void Guides::addForce(const Guide& guide, State& state, const Scene& scene, Touc
   force_ += force;
 }
 
-void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d& proxy, const Vec3d& touchNormal) ARGIL_REALTIME {
+void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d& proxy,
+                   const Vec3d& touchNormal) ARGIL_REALTIME {
   keepOutsChanged_ = false;
   keepOutCount_ = 0;
   force_.setZero();
@@ -139,7 +144,8 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   match(scene, lostHold);
 
   const double scale = scene.workspace.scale;
-  const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale, input.dampingNsmm / scale};
+  const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale,
+                          input.dampingNsmm / scale};
   rising_ = std::max(1, std::exchange(risingNow_, 0));
   explained_ = 0;
   size_t clays = 0;
@@ -155,7 +161,9 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
     }
     state.works = true;
     switch (guide.role()) {
-      case GuideRole::lock: addLock(guide, state, proxy, touchNormal); break;
+      case GuideRole::lock:
+        addLock(guide, state, proxy, touchNormal);
+        break;
       case GuideRole::keepOut:
         keepOutsChanged_ = state.keepOut.reset(guide, scene, clay) || !worked || keepOutsChanged_;
         keepOuts_[size_t(keepOutCount_++)] = &state.keepOut;
@@ -168,13 +176,17 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
   }
   // Through the stiffest coupling that there may be the set's speed is a speed of force as well.
   double slide = input.pointing ? kPointingSlideMms : kSlideMms;
-  if (!input.pointing && input.peakForceN > 0 && input.topStiffnessNmm > 0) slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
+  if (!input.pointing && input.peakForceN > 0 && input.topStiffnessNmm > 0)
+    slide = std::min(slide, kGuideForcePerS * input.peakForceN / input.topStiffnessNmm);
   locks_.finish(proxy, input.hand, slide * scale * input.periodS, lostHold);
 
-  // With the hand's way it fades faster, as fast as guides change along it: what it can give out is bounded however fast that is.
+  // With the hand's way it fades faster, as fast as guides change along it: what it can give out is bounded however
+  // fast that is.
   const double letGo = kSoftPerS * input.peakForceN * input.periodS + explained_, carried = carry_.norm();
-  if (carried > letGo) carry_ *= (carried - letGo) / carried;
-  else carry_.setZero();
+  if (carried > letGo)
+    carry_ *= (carried - letGo) / carried;
+  else
+    carry_.setZero();
   force_ += carry_;
   if (const double size = force_.norm(), most = kForceShare * input.peakForceN; size > most) force_ *= most / size;
   at_ = input.hand;

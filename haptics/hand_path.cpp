@@ -18,7 +18,8 @@ bool finite(const HandPoint& p) {
 
 HandPath::HandPath(std::vector<HandPoint> points) : points_(std::move(points)) {
   for (size_t i = 0; i < points_.size(); ++i) {
-    if (!finite(points_[i])) throw Error("hand path: point " + std::to_string(i) + " holds a number that is not finite");
+    if (!finite(points_[i]))
+      throw Error("hand path: point " + std::to_string(i) + " holds a number that is not finite");
     if (i && points_[i].timeS <= points_[i - 1].timeS)
       throw Error("hand path: the time of point " + std::to_string(i) + " is not after the one before it");
     points_[i].rotation.normalize();
@@ -31,7 +32,9 @@ HandPath HandPath::unchecked(std::vector<HandPoint> points) {
   return path;
 }
 
-double HandPath::durationS() const noexcept { return points_.empty() ? 0 : points_.back().timeS; }
+double HandPath::durationS() const noexcept {
+  return points_.empty() ? 0 : points_.back().timeS;
+}
 
 HandPoint HandPath::at(double timeS, size_t& hint) const ARGIL_REALTIME {
   if (points_.empty()) return {};

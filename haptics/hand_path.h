@@ -14,25 +14,26 @@ namespace argil::haptics {
 /// A point of a hand path, in the frame that its user says (the device's for a simulated hand).
 struct HandPoint {
   double timeS = 0;
-  Vec3d position = Vec3d::Zero();                                 ///< mm.
+  Vec3d position = Vec3d::Zero();  ///< mm.
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  Vec3d forceN = Vec3d::Zero();   ///< Pushed by the hand on top of holding its place.
-  float pressure = 0;             ///< 0 to 1.
+  Vec3d forceN = Vec3d::Zero();  ///< Pushed by the hand on top of holding its place.
+  float pressure = 0;            ///< 0 to 1.
   uint32_t buttons = 0;
 };
 
 /// How a file of another layout is read. Columns that mean nothing here are passed over.
 struct HandPathLayout {
-  std::string units;    ///< Of lengths: mm, um, cm, m, in or ft. Must be said: a file of numbers does not tell.
-  /// Which column is which, as "t=clock,x=tip_x,y=tip_y,z=tip_z"; roles: t, x, y, z, qx, qy, qz, qw, fx, fy, fz, pressure,
-  /// buttons. Roles not named here are found by the usual names in any case of letters: t, t_s, time, time_s, timestamp (s),
-  /// t_ms, time_ms, t_us, time_us; x, px, pos_x, position_x, x_mm; qx, qi, quat_x; qw, qr, quat_w; fx, fx_n, force_x.
+  std::string units;  ///< Of lengths: mm, um, cm, m, in or ft. Must be said: a file of numbers does not tell.
+  /// Which column is which, as "t=clock,x=tip_x,y=tip_y,z=tip_z"; roles: t, x, y, z, qx, qy, qz, qw, fx, fy, fz,
+  /// pressure, buttons. Roles not named here are found by the usual names in any case of letters: t, t_s, time, time_s,
+  /// timestamp (s), t_ms, time_ms, t_us, time_us; x, px, pos_x, position_x, x_mm; qx, qi, quat_x; qw, qr, quat_w; fx,
+  /// fx_n, force_x.
   std::string columns;
-  std::string rows;     ///< "demo=3": only rows whose column of that name holds that; empty: all.
+  std::string rows;  ///< "demo=3": only rows whose column of that name holds that; empty: all.
 };
 
-/// Points in order of time. Between two points position, rotation and force are interpolated (straight lines, slerp), buttons
-/// and pressure are those of the earlier one; before the first and after the last the path stands still.
+/// Points in order of time. Between two points position, rotation and force are interpolated (straight lines, slerp),
+/// buttons and pressure are those of the earlier one; before the first and after the last the path stands still.
 class HandPath {
  public:
   HandPath() = default;
@@ -41,11 +42,11 @@ class HandPath {
   /// The same without looking at the numbers: to test what happens when a path holds NaN.
   static HandPath unchecked(std::vector<HandPoint> points);
 
-  /// Reads the project's CSV: header `t_s,x_mm,y_mm,z_mm[,qx,qy,qz,qw][,fx_n,fy_n,fz_n][,pressure][,buttons]`, one row a
-  /// point. Throws Error that names `name`, the line and what is wrong.
+  /// Reads the project's CSV: header `t_s,x_mm,y_mm,z_mm[,qx,qy,qz,qw][,fx_n,fy_n,fz_n][,pressure][,buttons]`, one row
+  /// a point. Throws Error that names `name`, the line and what is wrong.
   static HandPath fromCsv(std::string_view text, const std::string& name);
-  /// Reads any CSV with a header line, as `layout` says; forces in N, times made to begin at zero. Throws Error as above, and when
-  /// a column is missing, is there twice, or the units are unknown.
+  /// Reads any CSV with a header line, as `layout` says; forces in N, times made to begin at zero. Throws Error as
+  /// above, and when a column is missing, is there twice, or the units are unknown.
   static HandPath fromCsv(std::string_view text, const std::string& name, const HandPathLayout& layout);
 
   [[nodiscard]] bool empty() const noexcept { return points_.empty(); }

@@ -6,14 +6,16 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kFallShare = 0.2;  // Of the heat: over so much of it the limit falls, until then the whole peak is given.
+// Of the heat: over so much of it the limit falls, until then the whole peak is given.
+constexpr double kFallShare = 0.2;
 constexpr double kSteepest = 0.75;  // Of kLimitStep: how steeply the limit may be planned to fall.
 
 }  // namespace
 
-// limit² = continuous² · (1 + slope · (1 − heat)): the peak's square while the heat is 1 − fall or less, the continuous force's at 1.
-// At the limit the heat left shrinks like e^(−(1 + slope) t/τ), so it never runs out, and no memory of past forces is needed. The
-// limit falls fastest where it leaves the peak; slow servos get a wider fall so that this is below kLimitStep.
+// limit² = continuous² · (1 + slope · (1 − heat)): the peak's square while the heat is 1 − fall or less, the continuous
+// force's at 1. At the limit the heat left shrinks like e^(−(1 + slope) t/τ), so it never runs out, and no memory of
+// past forces is needed. The limit falls fastest where it leaves the peak; slow servos get a wider fall so that this is
+// below kLimitStep.
 HeatBudget::HeatBudget(const DeviceSheet& sheet, double periodS)
     : peak_(sheet.peakForceN),
       continuous_(sheet.pointing ? 0 : std::min(sheet.continuousForceN, sheet.peakForceN)),

@@ -10,8 +10,8 @@
 
 namespace argil::haptics {
 
-/// Fixed-size histogram of nanoseconds: 32 steps a power of two (3 % wide), up to about an hour. One thread adds; read it
-/// after that thread stopped.
+/// Fixed-size histogram of nanoseconds: 32 steps a power of two (3 % wide), up to about an hour. One thread adds; read
+/// it after that thread stopped.
 class Histogram {
  public:
   void add(int64_t nanoseconds) ARGIL_REALTIME {

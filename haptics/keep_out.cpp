@@ -6,7 +6,8 @@
 namespace argil::haptics {
 namespace {
 
-// A region that holds the tool in is at least so much larger than the ball, in radii: a socket of its own size leaves no free place.
+// A region that holds the tool in is at least so much larger than the ball, in radii: a socket of its own size leaves
+// no free place.
 constexpr double kPlay = 1.02;
 
 }  // namespace
@@ -24,7 +25,8 @@ bool KeepOut::reset(const Guide& guide, const Scene& scene, TouchableClay* clay)
     if (ball->inside) region.size.x() = std::max(region.size.x(), kPlay * radius_);
   } else if (const auto* plane = std::get_if<KeepOutPlane>(&guide.shape)) {
     region = {Kind::plane, false, plane->point, plane->normal.normalized(), Eigen::Quaterniond::Identity()};
-  } else if (const auto* piece = std::get_if<KeepOutPiece>(&guide.shape); piece && clay && piece->piece < scene.pieces.size()) {
+  } else if (const auto* piece = std::get_if<KeepOutPiece>(&guide.shape);
+             piece && clay && piece->piece < scene.pieces.size()) {
     region.kind = Kind::piece;
     changed = clay->reset(scene.pieces[piece->piece]) || changed;
   }
@@ -51,17 +53,24 @@ Nearest KeepOut::toBall(const Vec3d& p, const Vec3d* hint) const noexcept {
   Vec3d out = p - region_.place;
   const double distance = out.norm();
   // In the middle every way is as near; the last one is taken again.
-  if (!(distance > 1e-12)) out = hint && (*hint - region_.place).norm() > 1e-12 ? Vec3d(*hint - region_.place) : Vec3d::UnitZ();
+  if (!(distance > 1e-12))
+    out = hint && (*hint - region_.place).norm() > 1e-12 ? Vec3d(*hint - region_.place) : Vec3d::UnitZ();
   return {true, region_.place + out.normalized() * region_.size.x(), distance - region_.size.x()};
 }
 
 Nearest KeepOut::nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME {
   Nearest answer;
   switch (region_.kind) {
-    case Kind::none: return {false, p, reachMm};
-    case Kind::piece: return clay_->nearest(p, reachMm, hint);
-    case Kind::box: answer = toBox(p); break;
-    case Kind::ball: answer = toBall(p, hint); break;
+    case Kind::none:
+      return {false, p, reachMm};
+    case Kind::piece:
+      return clay_->nearest(p, reachMm, hint);
+    case Kind::box:
+      answer = toBox(p);
+      break;
+    case Kind::ball:
+      answer = toBall(p, hint);
+      break;
     case Kind::plane:
       answer.found = true;
       answer.distance = region_.size.dot(p - region_.place);
@@ -77,6 +86,8 @@ Vec3d KeepOut::normal(const Vec3d& point) ARGIL_REALTIME {
   return region_.kind == Kind::piece ? clay_->normal(point) : Vec3d::Zero();
 }
 
-double KeepOut::resolutionMm() const ARGIL_REALTIME { return region_.kind == Kind::piece ? clay_->resolutionMm() : radius_ / 4; }
+double KeepOut::resolutionMm() const ARGIL_REALTIME {
+  return region_.kind == Kind::piece ? clay_->resolutionMm() : radius_ / 4;
+}
 
 }  // namespace argil::haptics

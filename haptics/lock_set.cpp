@@ -6,12 +6,15 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kBeadLead = 4;     // A bead moves by so many times the hand's way: as it does when the hand is within 3/4 of the bend's radius.
+// A bead moves by so many times the hand's way: as it does when the hand is within 3/4 of the bend's radius.
+constexpr double kBeadLead = 4;
 
 void shorten(Vec3d& v, double by) noexcept {
   const double length = v.norm();
-  if (length <= by) v.setZero();
-  else v *= (length - by) / length;
+  if (length <= by)
+    v.setZero();
+  else
+    v *= (length - by) / length;
 }
 
 }  // namespace
@@ -50,13 +53,17 @@ bool LockSet::meet() ARGIL_REALTIME {
   for (int i = 0; i < count_; ++i) {
     const Lock& lock = locks_[size_t(i)];
     same = same && lock.same(before_[size_t(i)]);
-    if (curve_ || lock.curve) conflict_ = conflict_ || i > 0;
-    else conflict_ = !flat_.intersect(lock.set) || conflict_;
+    if (curve_ || lock.curve)
+      conflict_ = conflict_ || i > 0;
+    else
+      conflict_ = !flat_.intersect(lock.set) || conflict_;
   }
   return same;
 }
 
-Vec3d LockSet::snapTrue(const Vec3d& p) const ARGIL_REALTIME { return curve_ ? curve_->slide(p, bead_).point : flat_.nearest(p); }
+Vec3d LockSet::snapTrue(const Vec3d& p) const ARGIL_REALTIME {
+  return curve_ ? curve_->slide(p, bead_).point : flat_.nearest(p);
+}
 
 void LockSet::finish(const Vec3d& proxy, const Vec3d& hand, double slideMm, bool lostHold) ARGIL_REALTIME {
   if (count_ == 0 && countBefore_ == 0 && !lostHold && settled()) return;

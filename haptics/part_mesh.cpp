@@ -17,12 +17,12 @@ constexpr double kShadingShare = 0.5;  // Of the work.
 constexpr double kRounding = 1e-6;
 // A triangle flatter than this, squared height against squared length, is the segments that bound it.
 constexpr double kFlat = 1e-20;
-// In a socket of the ball's own size every triangle is as near as any other, and all would be looked at to find the very nearest. So
-// each so many that were looked at allow an answer this part of a resolution too far.
+// In a socket of the ball's own size every triangle is as near as any other, and all would be looked at to find the
+// very nearest. So each so many that were looked at allow an answer this part of a resolution too far.
 constexpr uint32_t kPatience = 128;
 constexpr double kImpatience = 0.01;
 constexpr double kMostImpatience = 0.1;
-constexpr double kAtFeature = 1e-6;    // Of a barycentric coordinate: on an edge or at a corner.
+constexpr double kAtFeature = 1e-6;  // Of a barycentric coordinate: on an edge or at a corner.
 
 Vec3d onSegment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
   const Vec3d ab = b - a;
@@ -72,21 +72,25 @@ PartMesh::PartMesh(const clay::TriangleMesh& mesh, Job* watched) {
   Job& job = watched ? *watched : unwatched;
   if (mesh.triangles.empty()) throw Error("a part without triangles cannot be touched: give it a mesh with a surface");
   if (mesh.triangles.size() > kMaxPartTriangles)
-    throw Error(fmt::format("a part of {} triangles is more than touch holds ({}): reduce the mesh", mesh.triangles.size(), kMaxPartTriangles));
+    throw Error(fmt::format("a part of {} triangles is more than touch holds ({}): reduce the mesh",
+                            mesh.triangles.size(), kMaxPartTriangles));
   Eigen::AlignedBox3d box;
   for (const auto& triangle : mesh.triangles)
     for (const uint32_t v : triangle) {
       if (v >= mesh.positions.size())
-        throw Error(fmt::format("a triangle of a part names vertex {} of {}: repair the mesh", v, mesh.positions.size()));
+        throw Error(
+            fmt::format("a triangle of a part names vertex {} of {}: repair the mesh", v, mesh.positions.size()));
       const Vec3d& p = mesh.positions[v];
       if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthestMm)
-        throw Error(fmt::format("vertex {} of a part is not finite or farther than 1e9 mm from zero: repair the mesh or its units", v));
+        throw Error(fmt::format(
+            "vertex {} of a part is not finite or farther than 1e9 mm from zero: repair the mesh or its units", v));
       box.extend(p);
     }
   middle_ = box.center();
   diagonal_ = box.diagonal().norm();
 
-  // Formats repeat a vertex in each of its triangles: shading must know them as one. Vertices that no triangle names go unchecked.
+  // Formats repeat a vertex in each of its triangles: shading must know them as one. Vertices that no triangle names go
+  // unchecked.
   clay::TriangleMesh welded = clay::weldExact(mesh);
   std::vector<PartTriangle> triangles(welded.triangles.size());
   double edges = 0;
@@ -96,7 +100,8 @@ PartMesh::PartMesh(const clay::TriangleMesh& mesh, Job* watched) {
   }
   const double size = diagonal_ > 0 ? diagonal_ : 1.0;  // A part that is a point has no size of its own.
   resolution_ = std::clamp(edges / (3.0 * double(triangles.size())), 1e-4 * size, size / 400);
-  const std::vector<PartShading> shading = shadeTriangles(triangles, welded.triangles, welded.positions.size(), job, kShadingShare);
+  const std::vector<PartShading> shading =
+      shadeTriangles(triangles, welded.triangles, welded.positions.size(), job, kShadingShare);
   welded = {};
   PartTree tree = buildPartTree(triangles, job, kShadingShare);
   nodes_ = std::move(tree.nodes);
@@ -175,7 +180,8 @@ Vec3d PartMesh::normal(uint32_t triangle, const Vec3d& point) const ARGIL_REALTI
   if (triangle >= triangles_.size()) return Vec3d::Zero();
   const PartTriangle& t = triangles_[triangle];
   const PartShading& shading = shading_[triangle];
-  const Vec3d a = t[0].cast<double>(), ab = t[1].cast<double>() - a, ac = t[2].cast<double>() - a, ap = point - middle_ - a;
+  const Vec3d a = t[0].cast<double>(), ab = t[1].cast<double>() - a, ac = t[2].cast<double>() - a,
+              ap = point - middle_ - a;
   const Vec3d n = ab.cross(ac);
   const double n2 = n.squaredNorm();
   if (!(n2 > 0) || shading.at(0).isZero()) return Vec3d::Zero();
@@ -192,7 +198,8 @@ Vec3d PartMesh::normal(uint32_t triangle, const Vec3d& point) const ARGIL_REALTI
 }
 
 size_t PartMesh::bytes() const noexcept {
-  return triangles_.capacity() * sizeof(PartTriangle) + shading_.capacity() * sizeof(PartShading) + nodes_.capacity() * sizeof(PartNode);
+  return triangles_.capacity() * sizeof(PartTriangle) + shading_.capacity() * sizeof(PartShading) +
+         nodes_.capacity() * sizeof(PartNode);
 }
 
 }  // namespace argil::haptics

@@ -11,7 +11,6 @@ namespace {
 constexpr double kCreaseCosine = 0.76604;  // 40°.
 constexpr size_t kReportEvery = 65536;     // Vertices.
 
-
 Vec3d unitNormal(const PartTriangle& t) {
   const Vec3d a = t[0].cast<double>(), ab = t[1].cast<double>() - a, ac = t[2].cast<double>() - a;
   const Vec3d n = ab.cross(ac);
@@ -28,8 +27,8 @@ double angleAt(const PartTriangle& t, size_t i) {
 // One vertex: the triangles around it and which of them shade into one another.
 class Fan {
  public:
-  Fan(const std::vector<PartTriangle>& triangles, const std::vector<std::array<uint32_t, 3>>& corner, const std::vector<Vec3d>& face,
-      std::vector<PartShading>& out)
+  Fan(const std::vector<PartTriangle>& triangles, const std::vector<std::array<uint32_t, 3>>& corner,
+      const std::vector<Vec3d>& face, std::vector<PartShading>& out)
       : triangles_(triangles), corner_(corner), face_(face), out_(out) {}
 
   // `corners`: triangle · 3 + corner, of every triangle with area at one vertex.
@@ -71,7 +70,8 @@ class Fan {
       Vec3d normal = (turned ? -1.0 : 1.0) * sum_[root];
       const double length = normal.norm();
       normal = length > 1e-6 ? Vec3d(normal / length) : face_[t];
-      for (int k = 0; k < 3; ++k) out_[t].normal[c][size_t(k)] = static_cast<int16_t>(std::lround(normal[k] * PartShading::kOne));
+      for (int k = 0; k < 3; ++k)
+        out_[t].normal[c][size_t(k)] = static_cast<int16_t>(std::lround(normal[k] * PartShading::kOne));
       if (!crease) out_[t].creaseCorners = static_cast<uint8_t>(out_[t].creaseCorners & ~(1u << c));
     }
   }
@@ -128,8 +128,9 @@ class Fan {
 
 }  // namespace
 
-std::vector<PartShading> shadeTriangles(const std::vector<PartTriangle>& triangles, const std::vector<std::array<uint32_t, 3>>& corner,
-                                        size_t vertices, Job& job, double to) {
+std::vector<PartShading> shadeTriangles(const std::vector<PartTriangle>& triangles,
+                                        const std::vector<std::array<uint32_t, 3>>& corner, size_t vertices, Job& job,
+                                        double to) {
   std::vector<Vec3d> face(triangles.size());
   std::vector<uint32_t> first(vertices + 1, 0);
   for (size_t t = 0; t < triangles.size(); ++t) {

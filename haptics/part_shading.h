@@ -10,11 +10,12 @@
 
 namespace argil::haptics {
 
-/// Of one triangle: a unit normal at each corner, scaled to 16 bits (steps of 0.002°), and which of its edges and corners are creases.
+/// Of one triangle: a unit normal at each corner, scaled to 16 bits (steps of 0.002°), and which of its edges and
+/// corners are creases.
 struct PartShading {
   static constexpr double kOne = 32767;
   std::array<std::array<int16_t, 3>, 3> normal{};  ///< All zero: a triangle without area.
-  uint8_t creaseEdges = 7;    ///< Bit i: the edge from corner i to the next.
+  uint8_t creaseEdges = 7;                         ///< Bit i: the edge from corner i to the next.
   uint8_t creaseCorners = 7;  ///< Bit i: an edge around corner i is a crease, of this triangle or of another.
 
   [[nodiscard]] Vec3d at(size_t corner) const noexcept {
@@ -22,12 +23,13 @@ struct PartShading {
   }
 };
 
-/// Normals at a corner are those of the triangles around it, weighted by their angles (Thürmer & Wüthrich 1998), as far as they
-/// follow from one another over edges of exactly two triangles that meet at 40° or less. Every other edge is a crease: sharper
-/// ones, borders, edges of three triangles and more. `corner[i]` names the vertices of triangle i: equal places, equal names below
-/// `vertices`. Flipped neighbours count as if they were not. Reports progress up to `to`. Cost: about 0.3 µs a triangle.
+/// Normals at a corner are those of the triangles around it, weighted by their angles (Thürmer & Wüthrich 1998), as far
+/// as they follow from one another over edges of exactly two triangles that meet at 40° or less. Every other edge is a
+/// crease: sharper ones, borders, edges of three triangles and more. `corner[i]` names the vertices of triangle i:
+/// equal places, equal names below `vertices`. Flipped neighbours count as if they were not. Reports progress up to
+/// `to`. Cost: about 0.3 µs a triangle.
 [[nodiscard]] std::vector<PartShading> shadeTriangles(const std::vector<PartTriangle>& triangles,
-                                                      const std::vector<std::array<uint32_t, 3>>& corner, size_t vertices, Job& job,
-                                                      double to);
+                                                      const std::vector<std::array<uint32_t, 3>>& corner,
+                                                      size_t vertices, Job& job, double to);
 
 }  // namespace argil::haptics

@@ -100,7 +100,8 @@ class Builder {
     const Vec3f size = middles.hi - middles.lo;
     int longest = 0;
     size.maxCoeff(&longest);
-    const auto begin = items_.begin() + static_cast<ptrdiff_t>(run.begin), end = items_.begin() + static_cast<ptrdiff_t>(run.end);
+    const auto begin = items_.begin() + static_cast<ptrdiff_t>(run.begin),
+               end = items_.begin() + static_cast<ptrdiff_t>(run.end);
     if (run.depth < kHeuristicDepth) {
       std::array<std::array<Box, kBins>, 3> boxes;
       std::array<std::array<size_t, kBins>, 3> counts{};
@@ -137,7 +138,8 @@ class Builder {
       }
       if (bestAxis >= 0) {
         const float lo = middles.lo[bestAxis], scale = perBin[bestAxis];
-        const auto middle = std::partition(begin, end, [=](const Item& item) { return binOf((item.middle(bestAxis) - lo) * scale) < bestBin; });
+        const auto middle = std::partition(
+            begin, end, [=](const Item& item) { return binOf((item.middle(bestAxis) - lo) * scale) < bestBin; });
         if (middle != begin && middle != end) return static_cast<size_t>(middle - items_.begin());
       }
     }
@@ -199,7 +201,8 @@ class Builder {
   void report(size_t triangles) {
     const size_t before = done_;
     done_ += triangles;
-    if (before / kReportEvery != done_ / kReportEvery) job_.step(from_ + (1 - from_) * double(done_) / double(items_.size()));
+    if (before / kReportEvery != done_ / kReportEvery)
+      job_.step(from_ + (1 - from_) * double(done_) / double(items_.size()));
   }
 
   const std::vector<PartTriangle>& triangles_;

@@ -13,14 +13,14 @@ namespace argil::haptics {
 /// Corners of one triangle, mm, from the part's middle.
 using PartTriangle = std::array<Vec3f, 3>;
 
-/// Up to four children, each bounded by a disc: a cylinder of radius `radius` and half height `half` around `centre` along the unit
-/// vector `axis`. On a surface a disc hugs its triangles where a box would stand off by its slope, and a ball that touches the
-/// surface meets few discs but many boxes.
+/// Up to four children, each bounded by a disc: a cylinder of radius `radius` and half height `half` around `centre`
+/// along the unit vector `axis`. On a surface a disc hugs its triangles where a box would stand off by its slope, and a
+/// ball that touches the surface meets few discs but many boxes.
 struct PartNode {
   using Four = Eigen::Array4f;
   std::array<Four, 3> centre, axis;
-  Four half, radius;                 ///< Endless distance is told by `radius` below zero: no child.
-  std::array<int32_t, 4> child;      ///< At least 0: a node; below: ~(first · 4 + count − 1) of a run of triangles.
+  Four half, radius;             ///< Endless distance is told by `radius` below zero: no child.
+  std::array<int32_t, 4> child;  ///< At least 0: a node; below: ~(first · 4 + count − 1) of a run of triangles.
 };
 
 inline constexpr size_t kMaxPartTriangles = size_t{1} << 28;
@@ -32,8 +32,8 @@ struct PartTree {
   std::vector<uint32_t> order;
 };
 
-/// At least one triangle, at most kMaxPartTriangles, finite. Binned surface area heuristic (Wald 2007), leaves of at most four.
-/// Reports progress from `from` to 1 to `job`. Cost: about 0.8 µs a triangle.
+/// At least one triangle, at most kMaxPartTriangles, finite. Binned surface area heuristic (Wald 2007), leaves of at
+/// most four. Reports progress from `from` to 1 to `job`. Cost: about 0.8 µs a triangle.
 [[nodiscard]] PartTree buildPartTree(const std::vector<PartTriangle>& triangles, Job& job, double from);
 
 }  // namespace argil::haptics

@@ -8,14 +8,18 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kStepS = 0.008;          // A tool that hovers at the edge of an encoder step seems to move by a step in this time.
-constexpr double kHoldS = 0.02;           // Damping that was needed goes slowly: one that comes and goes with each encoder step chatters.
-constexpr double kMostNeeded = 2.0;       // Times what a held force leaks: slow motion takes up little and must not ask for all there is.
-constexpr double kForgetS = 0.2;          // Old leaks are let go: a hand that glides cannot pay them back along the normal.
-constexpr double kMostLackingTicks = 20;  // No more is remembered than the damper takes up in so many ticks at kReferenceMms.
+// A tool that hovers at the edge of an encoder step seems to move by a step in this time.
+constexpr double kStepS = 0.008;
+// Damping that was needed goes slowly: one that comes and goes with each encoder step chatters.
+constexpr double kHoldS = 0.02;
+// Times what a held force leaks: slow motion takes up little and must not ask for all there is.
+constexpr double kMostNeeded = 2.0;
+constexpr double kForgetS = 0.2;  // Old leaks are let go: a hand that glides cannot pay them back along the normal.
+// No more is remembered than the damper takes up in so many ticks at kReferenceMms.
+constexpr double kMostLackingTicks = 20;
 constexpr double kReferenceMms = 100;
 constexpr double kMostDelayS = 0.015;
-constexpr double kTrickleS = 4;           // Fills the tank in so long: about a milliwatt.
+constexpr double kTrickleS = 4;  // Fills the tank in so long: about a milliwatt.
 
 }  // namespace
 

@@ -10,14 +10,18 @@
 
 namespace argil::haptics {
 
-/// A bounded store of energy for effects that push by themselves: clay that grows, wells. They draw from it; what the person
-/// loses to the scene fills it, and a trickle does, so that clay that grows is never without any push. N·mm, which is mJ.
+/// A bounded store of energy for effects that push by themselves: clay that grows, wells. They draw from it; what the
+/// person loses to the scene fills it, and a trickle does, so that clay that grows is never without any push. N·mm,
+/// which is mJ.
 class EnergyTank {
  public:
   /// Begins full. `trickleNmmS`: per second.
-  EnergyTank(double capacityNmm, double trickleNmmS) : capacity_(capacityNmm), trickle_(trickleNmmS), level_(capacityNmm) {}
+  EnergyTank(double capacityNmm, double trickleNmmS)
+      : capacity_(capacityNmm), trickle_(trickleNmmS), level_(capacityNmm) {}
   /// What does not fit is gone.
-  void fill(double energyNmm) ARGIL_REALTIME { level_ += energyNmm < capacity_ - level_ ? energyNmm : capacity_ - level_; }
+  void fill(double energyNmm) ARGIL_REALTIME {
+    level_ += energyNmm < capacity_ - level_ ? energyNmm : capacity_ - level_;
+  }
   void pass(double seconds) ARGIL_REALTIME { fill(trickle_ * seconds); }
   /// As much of `wantedNmm` as there is.
   double draw(double wantedNmm) ARGIL_REALTIME {
@@ -34,10 +38,11 @@ class EnergyTank {
   double capacity_, trickle_, level_;
 };
 
-/// Time-domain passivity observer and controller (Hannaford & Ryu 2002) with the energy of the scene's springs as reference: at each
-/// tick what the hand has put in must cover what they hold now. What a sampled and held force leaks is seen in the tick in which it
-/// leaks and damped along the force in the next ones; while nothing leaks the force comes out bit for bit as it came in. All in
-/// the device's frame. One thread, the servo's. Recipe and figures: NOTES.md, "Stability".
+/// Time-domain passivity observer and controller (Hannaford & Ryu 2002) with the energy of the scene's springs as
+/// reference: at each tick what the hand has put in must cover what they hold now. What a sampled and held force leaks
+/// is seen in the tick in which it leaks and damped along the force in the next ones; while nothing leaks the force
+/// comes out bit for bit as it came in. All in the device's frame. One thread, the servo's. Recipe and figures:
+/// NOTES.md, "Stability".
 class Passivity {
  public:
   /// `delayS`: from command to motor, as far as it is known; 0 to 15 ms. Throws Error for others.
@@ -47,16 +52,16 @@ class Passivity {
   void setDelay(double delayS) ARGIL_REALTIME;
 
   struct Input {
-    Vec3d position = Vec3d::Zero();   ///< As measured in this tick, mm.
-    Vec3d velocity = Vec3d::Zero();   ///< Filtered, mm/s.
-    Vec3d force = Vec3d::Zero();      ///< What contact asks for, N, without damping.
-    double storedNmm = 0;             ///< What its springs hold now.
-    double dampingNsmm = 0;           ///< Of the coupling: added along the force in any case.
-    bool active = false;              ///< The scene moves by itself: its work is paid from the tank.
-    double elapsedS = kOnePeriod;     ///< Since the last tick.
+    Vec3d position = Vec3d::Zero();  ///< As measured in this tick, mm.
+    Vec3d velocity = Vec3d::Zero();  ///< Filtered, mm/s.
+    Vec3d force = Vec3d::Zero();     ///< What contact asks for, N, without damping.
+    double storedNmm = 0;            ///< What its springs hold now.
+    double dampingNsmm = 0;          ///< Of the coupling: added along the force in any case.
+    bool active = false;             ///< The scene moves by itself: its work is paid from the tank.
+    double elapsedS = kOnePeriod;    ///< Since the last tick.
   };
-  /// The force to go on with: as it came, or with damping along it; never turned round. An active scene pushes no harder than
-  /// what the tank and the hand have paid for.
+  /// The force to go on with: as it came, or with damping along it; never turned round. An active scene pushes no
+  /// harder than what the tank and the hand have paid for.
   Vec3d apply(const Input& input) ARGIL_REALTIME;
   /// What was commanded to the device in this tick after all, `elapsedS` after the last one. Once a tick, also when
   /// apply() was not called.
@@ -88,8 +93,8 @@ class Passivity {
   EnergyTank tank_;
   bool known_ = false;
   Vec3d position_ = Vec3d::Zero();
-  double paid_ = 0;      // What the hand and the tank have put in and not got back.
-  bool owing_ = false;   // The scene's springs hold more than that since it moved by itself.
+  double paid_ = 0;     // What the hand and the tank have put in and not got back.
+  bool owing_ = false;  // The scene's springs hold more than that since it moved by itself.
   double lacking_ = 0, added_ = 0;
 };
 

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kFlat = 1e-3;  // A gradient shorter than this, in voxels per voxel, has no direction.
 
-// Central differences over one voxel on each side: each axis sees the field's jump, whichever side of it the hand is on.
+// Central differences over one voxel on each side: each axis sees the field's jump, whichever side of it the hand is
+// on.
 Vec3d gradient(clay::Sampler& field, const Vec3d& at) ARGIL_REALTIME {
   Vec3d g;
   for (int axis = 0; axis < 3; ++axis) {
@@ -21,7 +22,9 @@ Vec3d gradient(clay::Sampler& field, const Vec3d& at) ARGIL_REALTIME {
 
 }  // namespace
 
-void PenaltyContact::reset() noexcept { normal_.fill(Vec3d::Zero()); }
+void PenaltyContact::reset() noexcept {
+  normal_.fill(Vec3d::Zero());
+}
 
 Contact::Output PenaltyContact::tick(const Scene& scene, const Input& input) ARGIL_REALTIME {
   Output out;
@@ -43,7 +46,8 @@ Contact::Output PenaltyContact::tick(const Scene& scene, const Input& input) ARG
     const Vec3d g = gradient(field, at);
     if (const double slope = g.norm(); slope > kFlat) normal_[i] = source.pose.rotation * (g / slope);
     if (normal_[i].isZero()) continue;  // Begun deep inside: no side to push to.
-    const double k = std::min(scene.materials[source.material].stiffnessNmm, input.topStiffnessNmm) / scene.workspace.scale;
+    const double k =
+        std::min(scene.materials[source.material].stiffnessNmm, input.topStiffnessNmm) / scene.workspace.scale;
     // Damping pushes outwards or less outwards, never inwards.
     const double damping = input.dampingNsmm / scene.workspace.scale;
     out.force += normal_[i] * std::max(0.0, k * depth - damping * input.velocity.dot(normal_[i]));

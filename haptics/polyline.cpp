@@ -12,12 +12,13 @@ namespace argil::haptics {
 namespace {
 
 constexpr double kFarthestMm = 1e6;
-constexpr double kSameMm = 1e-9;      // Points closer than this are one.
-constexpr double kTurnCosine = 0.9;   // A piece turns by less than 26° between control legs: downhill from anywhere on it leads to its nearest place.
-constexpr int kMostHalvings = 8;      // Of a segment that turns more.
-constexpr size_t kGroup = 4;          // Pieces in a box.
+constexpr double kSameMm = 1e-9;  // Points closer than this are one.
+// A piece turns by less than 26° between control legs: downhill from anywhere on it leads to its nearest place.
+constexpr double kTurnCosine = 0.9;
+constexpr int kMostHalvings = 8;  // Of a segment that turns more.
+constexpr size_t kGroup = 4;      // Pieces in a box.
 constexpr int kNewton = 24;
-constexpr double kStillMm = 1e-12;    // A shorter step along the curve is none.
+constexpr double kStillMm = 1e-12;  // A shorter step along the curve is none.
 
 std::atomic<uint64_t> nextId{1};
 
@@ -32,7 +33,8 @@ std::vector<Vec3d> cleaned(std::vector<Vec3d> points, bool closed) {
   }
   while (closed && kept.size() > 1 && (kept.front() - kept.back()).norm() <= kSameMm) kept.pop_back();
   if (kept.size() < (closed ? 3u : 2u))
-    throw Error(closed ? "guide curve: a closed curve needs three different points" : "guide curve: two different points are needed");
+    throw Error(closed ? "guide curve: a closed curve needs three different points"
+                       : "guide curve: two different points are needed");
   return kept;
 }
 
@@ -48,14 +50,17 @@ Vec3d tangentBetween(const Vec3d& a, const Vec3d& b) {
 
 // Five-point Gauss–Legendre: pieces turn little, so their speed is smooth.
 double Polyline::Piece::arc(double t) const noexcept {
-  constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831, 0.9061798459386640};
-  constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+  constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                                      0.9061798459386640};
+  constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                          0.4786286704993665, 0.2369268850561891};
   double sum = 0;
   for (size_t i = 0; i < 5; ++i) sum += kWeight[i] * first(0.5 * t * (1 + kAt[i])).norm();
   return 0.5 * t * sum;
 }
 
-Polyline::Polyline(std::vector<Vec3d> given, bool closed) : closed_(closed), id_(nextId.fetch_add(1, std::memory_order_relaxed)) {
+Polyline::Polyline(std::vector<Vec3d> given, bool closed)
+    : closed_(closed), id_(nextId.fetch_add(1, std::memory_order_relaxed)) {
   const std::vector<Vec3d> points = cleaned(std::move(given), closed);
   const size_t n = points.size(), segments = closed ? n : n - 1;
   const auto chord = [&](size_t i) { return Vec3d(points[(i + 1) % n] - points[i % n]); };
@@ -66,7 +71,9 @@ Polyline::Polyline(std::vector<Vec3d> given, bool closed) : closed_(closed), id_
   }
   if (!closed) {
     // An end bends as its segment does: the inner tangent mirrored in the chord.
-    const auto mirrored = [](const Vec3d& tangent, const Vec3d& c) { return Vec3d(2 * c * c.dot(tangent) / c.squaredNorm() - tangent); };
+    const auto mirrored = [](const Vec3d& tangent, const Vec3d& c) {
+      return Vec3d(2 * c * c.dot(tangent) / c.squaredNorm() - tangent);
+    };
     tangents.front() = n == 2 ? chord(0).normalized() : mirrored(tangents[1], chord(0));
     tangents.back() = n == 2 ? tangents[0] : mirrored(tangents[n - 2], chord(n - 2));
   }
@@ -94,8 +101,11 @@ void Polyline::addPieces(const std::array<Vec3d, 4>& b, int depth) {
   }
   // The hull of the control points bounds the bulge; the outer two lie on the chord.
   const Vec3d chord = b[3] - b[0];
-  const auto off = [&](const Vec3d& p) { return (p - b[0] - chord * std::clamp(chord.dot(p - b[0]) / chord.squaredNorm(), 0.0, 1.0)).norm(); };
-  pieces_.push_back({{b[0], 3 * leg[0], 3 * (leg[1] - leg[0]), b[3] - b[0] - 3 * leg[1]}, std::max(off(b[1]), off(b[2]))});
+  const auto off = [&](const Vec3d& p) {
+    return (p - b[0] - chord * std::clamp(chord.dot(p - b[0]) / chord.squaredNorm(), 0.0, 1.0)).norm();
+  };
+  pieces_.push_back(
+      {{b[0], 3 * leg[0], 3 * (leg[1] - leg[0]), b[3] - b[0] - 3 * leg[1]}, std::max(off(b[1]), off(b[2]))});
 }
 
 void Polyline::buildBoxes() {
@@ -114,7 +124,8 @@ void Polyline::buildBoxes() {
     }
   }
   for (size_t i = leaves_ - 1; i > 0; --i)
-    boxes_[i] = {boxes_[2 * i].low.cwiseMin(boxes_[2 * i + 1].low), boxes_[2 * i].high.cwiseMax(boxes_[2 * i + 1].high)};
+    boxes_[i] = {boxes_[2 * i].low.cwiseMin(boxes_[2 * i + 1].low),
+                 boxes_[2 * i].high.cwiseMax(boxes_[2 * i + 1].high)};
 }
 
 Polyline::Place Polyline::finish(uint32_t piece, double t, const Vec3d& p) const noexcept {
@@ -230,7 +241,9 @@ Polyline::Place Polyline::nearest(const Vec3d& p, const Place* hint) const ARGIL
   return finish(bestPiece, bestT, p);
 }
 
-double Polyline::arcLengthMm(const Place& place) const ARGIL_REALTIME { return starts_[place.piece] + pieces_[place.piece].arc(place.t); }
+double Polyline::arcLengthMm(const Place& place) const ARGIL_REALTIME {
+  return starts_[place.piece] + pieces_[place.piece].arc(place.t);
+}
 
 Polyline::Place Polyline::at(double arcLengthMm) const ARGIL_REALTIME {
   const double wanted = std::clamp(arcLengthMm, 0.0, lengthMm());

@@ -10,22 +10,22 @@
 
 namespace argil::haptics {
 
-/// A curve through points, with a continuous tangent everywhere: cubic pieces whose end tangents are weighted by the chords beside
-/// (Catmull-Rom for uneven points). Immutable; read by any number of threads. What is marked real-time safe costs about the
-/// same for ten points and for a million.
+/// A curve through points, with a continuous tangent everywhere: cubic pieces whose end tangents are weighted by the
+/// chords beside (Catmull-Rom for uneven points). Immutable; read by any number of threads. What is marked real-time
+/// safe costs about the same for ten points and for a million.
 class Polyline {
  public:
   /// A place on the curve. Belongs to the curve that gave it.
   struct Place {
     uint32_t piece = 0;
-    double t = 0;                     ///< 0 to 1 within the piece.
+    double t = 0;  ///< 0 to 1 within the piece.
     Vec3d point = Vec3d::Zero();
-    Vec3d tangent = Vec3d::UnitX();   ///< Unit length.
-    double distance = 0;              ///< From the place asked for.
+    Vec3d tangent = Vec3d::UnitX();  ///< Unit length.
+    double distance = 0;             ///< From the place asked for.
   };
 
-  /// `closed`: the last point is joined to the first. Points that repeat are dropped. Throws Error when fewer than two (closed: three)
-  /// are left, when one is not finite or beyond 1e6 mm, or when there are more than kMaxPoints.
+  /// `closed`: the last point is joined to the first. Points that repeat are dropped. Throws Error when fewer than two
+  /// (closed: three) are left, when one is not finite or beyond 1e6 mm, or when there are more than kMaxPoints.
   explicit Polyline(std::vector<Vec3d> points, bool closed = false);
 
   [[nodiscard]] double lengthMm() const noexcept { return starts_.back(); }
@@ -38,11 +38,12 @@ class Polyline {
   /// Arc length of a place, mm.
   [[nodiscard]] double arcLengthMm(const Place& place) const ARGIL_REALTIME;
 
-  /// The nearest place of all. `hint`: a place near the answer makes it cheaper. Looks at no more than kMostLeaves groups of pieces: where
-  /// the whole curve is about equally far (the centre of a ring) the answer is the best of these, never farther than the hint.
+  /// The nearest place of all. `hint`: a place near the answer makes it cheaper. Looks at no more than kMostLeaves
+  /// groups of pieces: where the whole curve is about equally far (the centre of a ring) the answer is the best of
+  /// these, never farther than the hint.
   [[nodiscard]] Place nearest(const Vec3d& p, const Place* hint = nullptr) const ARGIL_REALTIME;
-  /// The nearest place that is reached from `from` along the curve without ever going away from p: a bead on a wire. It stays on its
-  /// strand where strands cross. Walks at most kMostPieces pieces.
+  /// The nearest place that is reached from `from` along the curve without ever going away from p: a bead on a wire. It
+  /// stays on its strand where strands cross. Walks at most kMostPieces pieces.
   [[nodiscard]] Place slide(const Vec3d& p, const Place& from) const ARGIL_REALTIME;
 
   static constexpr size_t kMaxPoints = 1'000'000;

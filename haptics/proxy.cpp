@@ -9,31 +9,36 @@ namespace {
 // Lengths in voxels of the finest piece.
 constexpr double kOnSurface = 1e-6;  // Voxels: nearer than that a direction is rounding.
 constexpr double kLookOut = 1.5;     // Voxels, to see where outside is.
-constexpr double kOverlap = 0.02;       // Of ball and clay that counts as touching: below what a search resolves.
-constexpr double kGiveBack = 0.005;     // Of that overlap, a tick.
-constexpr double kAway[] = {0.0035, 0.0015, 0};  // How far smooth normals may lead away from the goal in the steps of a tick.
-constexpr double kStill = 1e-3;         // A shorter step is no step; in each further step of a tick it grows:
-constexpr double kStillGrowth = 3;      // the next tick does what is left, a hundredth of a voxel.
-constexpr double kTrust = 0.015;        // After a step that was searched so little more needs no search: what curvature left over.
-constexpr double kKeep = 0.35;          // Contacts farther off than the radius and this are forgotten,
-constexpr double kKeepRadii = 0.08;     // or than this part of the radius: a small ball would drag along all that it touched.
-constexpr double kLookAhead = 4;        // How far beyond the ball free space is measured: later ticks need no search.
-constexpr double kEscapeStep = 4;       // Between two looks along a ray out of deep clay.
-constexpr int kEscapeRings = 256;       // So many looks along each ray.
+constexpr double kOverlap = 0.02;    // Of ball and clay that counts as touching: below what a search resolves.
+constexpr double kGiveBack = 0.005;  // Of that overlap, a tick.
+// How far smooth normals may lead away from the goal in the steps of a tick.
+constexpr double kAway[] = {0.0035, 0.0015, 0};
+constexpr double kStill = 1e-3;     // A shorter step is no step; in each further step of a tick it grows:
+constexpr double kStillGrowth = 3;  // the next tick does what is left, a hundredth of a voxel.
+// After a step that was searched so little more needs no search: what curvature left over.
+constexpr double kTrust = 0.015;
+constexpr double kKeep = 0.35;  // Contacts farther off than the radius and this are forgotten,
+// or than this part of the radius: a small ball would drag along all that it touched.
+constexpr double kKeepRadii = 0.08;
+constexpr double kLookAhead = 4;   // How far beyond the ball free space is measured: later ticks need no search.
+constexpr double kEscapeStep = 4;  // Between two looks along a ray out of deep clay.
+constexpr int kEscapeRings = 256;  // So many looks along each ray.
 
-constexpr int kAttempts = 3;            // To bring one step onto the surface before it is halved.
+constexpr int kAttempts = 3;  // To bring one step onto the surface before it is halved.
 constexpr int kHalvings = 4;
-constexpr int kAttemptsStuck = 2;       // After a tick in which none of them brought anything (a ball in a socket of its own size).
-constexpr double kCarryRadii =
-    0.4;  // Longest part of the way of what moves, beyond free space, in radii: as seen from it the centre cannot pass.
-constexpr int kMostCarries = 64;        // Parts of a tick's motion at most,
-constexpr double kCarrySearches = 0.6;  // and of the searches of a tick.
-constexpr int kSettleAttempts = 4;      // To bring the ball out of what came, in each of them.
-constexpr double kStepRadii = 0.8;      // Longest step beyond free space, in radii: the centre cannot pass a surface.
-constexpr double kMergeCosine = 0.995;  // Contacts at rest whose normals are within 6° are one,
-constexpr double kSameCosine = 0.99998; // and within 0.4° while a step is tried: dropping one would let it in again.
+// After a tick in which none of them brought anything (a ball in a socket of its own size).
+constexpr int kAttemptsStuck = 2;
+// Longest part of the way of what moves, beyond free space, in radii: as seen from it the centre cannot pass.
+constexpr double kCarryRadii = 0.4;
+constexpr int kMostCarries = 64;         // Parts of a tick's motion at most,
+constexpr double kCarrySearches = 0.6;   // and of the searches of a tick.
+constexpr int kSettleAttempts = 4;       // To bring the ball out of what came, in each of them.
+constexpr double kStepRadii = 0.8;       // Longest step beyond free space, in radii: the centre cannot pass a surface.
+constexpr double kMergeCosine = 0.995;   // Contacts at rest whose normals are within 6° are one,
+constexpr double kSameCosine = 0.99998;  // and within 0.4° while a step is tried: dropping one would let it in again.
 
-// A smooth normal stands for the true one up to 10°, fades out until 20°: beyond that it is an edge, and edges are felt.
+// A smooth normal stands for the true one up to 10°, fades out until 20°: beyond that it is an edge, and edges are
+// felt.
 constexpr double kSmoothCosine = 0.9848, kEdgeCosine = 0.9397;
 
 // nearestAllowed, the most frequent case first: a single plane and no lock.
@@ -93,7 +98,9 @@ void Proxy::begin(Surroundings& around, const Guides& guides, const Quality& qua
   prune();
 }
 
-Vec3d Proxy::snapped(const Vec3d& p) const ARGIL_REALTIME { return locked_ ? guides_->snap(p) : p; }
+Vec3d Proxy::snapped(const Vec3d& p) const ARGIL_REALTIME {
+  return locked_ ? guides_->snap(p) : p;
+}
 
 void Proxy::moveTo(const Vec3d& at) noexcept {
   proxy_ = at;
@@ -101,7 +108,9 @@ void Proxy::moveTo(const Vec3d& at) noexcept {
   clearance_ = 0;
 }
 
-bool Proxy::caught() const noexcept { return radius_ - clearance_ > 1.2 * kOverlap * voxel_; }
+bool Proxy::caught() const noexcept {
+  return radius_ - clearance_ > 1.2 * kOverlap * voxel_;
+}
 
 // The nearest surface of all things within the radius and kLookAhead.
 Around Proxy::search(const Vec3d& p) ARGIL_REALTIME {
@@ -134,7 +143,8 @@ void Proxy::note(const Around& found, double mergeCosine) ARGIL_REALTIME {
     const ContactPoint old = contacts_[size_t(i)];
     if ((proxy_ - old.point).normalized().dot(normal) > mergeCosine) continue;
     contacts_[size_t(kept)] = old;
-    if ((proxy_ - old.point).squaredNorm() > (proxy_ - contacts_[size_t(farthest)].point).squaredNorm()) farthest = kept;
+    if ((proxy_ - old.point).squaredNorm() > (proxy_ - contacts_[size_t(farthest)].point).squaredNorm())
+      farthest = kept;
     ++kept;
   }
   const size_t slot = size_t(kept == kMaxContacts ? farthest : kept++);
@@ -154,7 +164,8 @@ void Proxy::place(const Vec3d& p, double clearanceMm) ARGIL_REALTIME {
 void Proxy::prune() ARGIL_REALTIME {
   int kept = 0;
   for (int i = 0; i < contactCount_; ++i)
-    if ((proxy_ - contacts_[size_t(i)].point).norm() < radius_ + keep_) contacts_[size_t(kept++)] = contacts_[size_t(i)];
+    if ((proxy_ - contacts_[size_t(i)].point).norm() < radius_ + keep_)
+      contacts_[size_t(kept++)] = contacts_[size_t(i)];
   contactCount_ = kept;
 }
 
@@ -167,11 +178,11 @@ void Proxy::smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME 
   if (contact.smooth.dot(normal) < 0) contact.smooth = -contact.smooth;
 }
 
-// Nearest place to the goal under the planes of all contacts, as seen from the proxy: each touches the ball of radius r around
-// a point of the surface, so nothing that the point forbids is allowed, and the proxy itself always is. An overlap within the
-// tolerance is given back little by little: that only restores what the tolerance took from the spring before, and without it
-// the proxy would creep to the tolerance's end and search in vain there.
-// Two passes (Ruspini, §5): under planes turned to the smooth normals first, then from there under the true ones.
+// Nearest place to the goal under the planes of all contacts, as seen from the proxy: each touches the ball of radius r
+// around a point of the surface, so nothing that the point forbids is allowed, and the proxy itself always is. An
+// overlap within the tolerance is given back little by little: that only restores what the tolerance took from the
+// spring before, and without it the proxy would creep to the tolerance's end and search in vain there. Two passes
+// (Ruspini, §5): under planes turned to the smooth normals first, then from there under the true ones.
 Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   Holding result;
   std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
@@ -226,7 +237,8 @@ Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
     }
     result.place = solve(active.feasible ? sub : goal, planes.data(), count, within, hard).x;
     // The smooth normals may lead away from the goal, up to where they hold it: little by little.
-    const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(), most = kAway[std::min(part_, 2)] * voxel_;
+    const double farther = (result.place - goal).norm() - (proxy_ - goal).norm(),
+                 most = kAway[std::min(part_, 2)] * voxel_;
     if (farther > most && !locked_) result.place = proxy_ + (result.place - proxy_) * (most / farther);
   }
   if (!turned || !active.feasible) {
@@ -362,8 +374,8 @@ bool Proxy::carryOn(double way, Carried& result) ARGIL_REALTIME {
   return false;
 }
 
-// Clay grew around the ball: out along the nearest surface; where that brings nothing (held from all sides) it rests. False
-// while it is so deep that no surface is in reach: then it does not follow the hand either.
+// Clay grew around the ball: out along the nearest surface; where that brings nothing (held from all sides) it rests.
+// False while it is so deep that no surface is in reach: then it does not follow the hand either.
 bool Proxy::leave(double stepMm) ARGIL_REALTIME {
   const double length = std::min(stepMm, radius_ - clearance_);
   const Around here = search(proxy_);

@@ -10,39 +10,41 @@
 
 namespace argil::haptics {
 
-/// A ball of any radius on the surfaces around it (Ruspini). Invariants: it never overlaps them by more than a few hundredths of
-/// a voxel, unless something new left it inside (then leave() moves it out at a bounded speed); follow() never increases
-/// |proxy − goal| by more than rounding of that overlap, 0.01 voxels. One thread, the servo's. Recipe, tolerances and figures:
-/// NOTES.md, "Ball contact".
+/// A ball of any radius on the surfaces around it (Ruspini). Invariants: it never overlaps them by more than a few
+/// hundredths of a voxel, unless something new left it inside (then leave() moves it out at a bounded speed); follow()
+/// never increases |proxy − goal| by more than rounding of that overlap, 0.01 voxels. One thread, the servo's. Recipe,
+/// tolerances and figures: NOTES.md, "Ball contact".
 class Proxy {
  public:
   /// Forgets everything; the ball is free at `at`.
   void reset(const Vec3d& at) noexcept;
-  /// At the beginning of a tick: what is around, what locks it, how large the ball is; lengths are counted in around.resolutionMm().
-  /// A ball that locks hold somewhere else is there from now on, whatever is in the way.
+  /// At the beginning of a tick: what is around, what locks it, how large the ball is; lengths are counted in
+  /// around.resolutionMm(). A ball that locks hold somewhere else is there from now on, whatever is in the way.
   void begin(Surroundings& around, const Guides& guides, const Quality& quality, double radiusMm) ARGIL_REALTIME;
   /// What is around is new: keeps the contacts that still hold.
   void refresh() ARGIL_REALTIME;
 
   /// What holds the ball from going straight to a goal, as it stands now.
   struct Holding {
-    Vec3d place = Vec3d::Zero();         ///< Nearest to the goal that the planes of all contacts allow.
-    Vec3d push = Vec3d::Zero();          ///< From the goal (its nearest place on the locks) to where the planes' smooth normals hold it, mm: along the normal force.
-    bool feasible = true;                ///< False: the planes leave no place in common; the harder held.
-    bool conflict = false;               ///< Locks or keep-outs contradict each other or what is softer.
-    std::array<int, 3> thing{};          ///< What each active plane belongs to.
-    std::array<double, 3> share{};       ///< Length of each one's part of `push`, mm.
-    std::array<HalfSpace, 3> plane;      ///< Each one, for the ball's centre, turned to its smooth normal.
-    std::array<Vec3d, 3> point;          ///< Where each one touches the ball.
-    int count = 0;                       ///< Active planes, 0 to 3.
+    Vec3d place = Vec3d::Zero();  ///< Nearest to the goal that the planes of all contacts allow.
+    /// From the goal (its nearest place on the locks) to where the planes' smooth normals hold it, mm: along the normal
+    /// force.
+    Vec3d push = Vec3d::Zero();
+    bool feasible = true;            ///< False: the planes leave no place in common; the harder held.
+    bool conflict = false;           ///< Locks or keep-outs contradict each other or what is softer.
+    std::array<int, 3> thing{};      ///< What each active plane belongs to.
+    std::array<double, 3> share{};   ///< Length of each one's part of `push`, mm.
+    std::array<HalfSpace, 3> plane;  ///< Each one, for the ball's centre, turned to its smooth normal.
+    std::array<Vec3d, 3> point;      ///< Where each one touches the ball.
+    int count = 0;                   ///< Active planes, 0 to 3.
   };
   [[nodiscard]] Holding holding(const Vec3d& goal) ARGIL_REALTIME;
 
   /// How the ball took it that things moved.
   struct Carried {
     bool pushed = false;  ///< Something that moved held the ball or came to hold it.
-    bool whole = true;    ///< False: a limit was met, or the ball is held from all sides. The rest of the motion waits
-                          ///< for the next tick.
+    /// False: a limit was met, or the ball is held from all sides. The rest of the motion waits for the next tick.
+    bool whole = true;
   };
   /// Once a tick, before anything else moves the ball: what moves goes its way of this tick
   /// (Surroundings::startMotion), and the ball with it, as seen from what it touches; it pushes the ball aside and is
@@ -53,8 +55,8 @@ class Proxy {
   [[nodiscard]] bool caught() const noexcept;
   /// Out along the nearest surface by at most `stepMm`; false while so deep that no surface is in reach.
   bool leave(double stepMm) ARGIL_REALTIME;
-  /// Towards the goal in straight steps that end at first contact, then along the surfaces. `held`: holding(goal) as it is now.
-  /// False when a limit of the search was met: the next tick goes on.
+  /// Towards the goal in straight steps that end at first contact, then along the surfaces. `held`: holding(goal) as it
+  /// is now. False when a limit of the search was met: the next tick goes on.
   bool follow(const Vec3d& goal, const Holding& held) ARGIL_REALTIME;
   /// Somebody else moved it (a cut); contacts are forgotten.
   void moveTo(const Vec3d& at) noexcept;
@@ -95,8 +97,8 @@ class Proxy {
   double clearance_ = 0;
   std::array<ContactPoint, kMaxContacts> contacts_;
   int contactCount_ = 0;
-  bool stuck_ = false;   // The last tick moved nothing though the goal asked for it.
-  int part_ = 0;         // Step of the tick; in the first one an overlap within the tolerance is given back.
+  bool stuck_ = false;  // The last tick moved nothing though the goal asked for it.
+  int part_ = 0;        // Step of the tick; in the first one an overlap within the tolerance is given back.
   bool smoothNormals_ = true;
   int steps_ = 8, mostSearches_ = 20, searches_ = 0;
   int escapeRing_ = 0, escapeRay_ = -1;

@@ -13,13 +13,13 @@
 
 namespace argil::haptics {
 
-/// Holder of the current T. The publisher (one thread at a time) replaces it; readers announce the epoch that they read, or
-/// that they are parked; the publisher frees an old T once every reader has announced a later epoch or is parked. A reader
-/// never frees, never waits, never touches a reference count.
+/// Holder of the current T. The publisher (one thread at a time) replaces it; readers announce the epoch that they
+/// read, or that they are parked; the publisher frees an old T once every reader has announced a later epoch or is
+/// parked. A reader never frees, never waits, never touches a reference count.
 ///
-/// Why it is safe: the new pointer is stored before the epoch is raised, a reader announces before it loads the pointer, and
-/// all four are sequentially consistent. A reader that announces the raised epoch therefore sees the new pointer; one seen
-/// parked announces later than that look, so it sees the new pointer too.
+/// Why it is safe: the new pointer is stored before the epoch is raised, a reader announces before it loads the
+/// pointer, and all four are sequentially consistent. A reader that announces the raised epoch therefore sees the new
+/// pointer; one seen parked announces later than that look, so it sees the new pointer too.
 template <class T>
 class Published {
  public:
@@ -35,8 +35,8 @@ class Published {
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
 
-    /// The current T, or null before the first publish. Valid until the next enter() or park() of this reader. A store and
-    /// two loads.
+    /// The current T, or null before the first publish. Valid until the next enter() or park() of this reader. A store
+    /// and two loads.
     const T* enter() ARGIL_REALTIME {
       auto& announced = source_->slots_[slot_].epoch;
       announced.store(source_->epoch_.load(), std::memory_order_seq_cst);

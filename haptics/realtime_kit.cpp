@@ -24,8 +24,8 @@
 namespace argil::haptics {
 namespace {
 
-constexpr int kHighestAsked =
-    85;  // Of Argil's own priorities, that of a device's thread: it gets the most that is lent.
+// Of Argil's own priorities, that of a device's thread: it gets the most that is lent.
+constexpr int kHighestAsked = 85;
 constexpr size_t kMostBytes = 1 << 20;  // Of a message: nobody here sends more than some hundred.
 constexpr size_t kHeaderBytes = 16;
 constexpr const char* kService = "org.freedesktop.RealtimeKit1";

@@ -6,17 +6,24 @@
 namespace argil::haptics {
 namespace {
 
-bool finite(const DeviceState& state) { return state.pose.translation.allFinite() && state.pose.rotation.coeffs().allFinite(); }
+bool finite(const DeviceState& state) {
+  return state.pose.translation.allFinite() && state.pose.rotation.coeffs().allFinite();
+}
 
 }  // namespace
 
 const char* sentence(Fault fault) noexcept {
   switch (fault) {
-    case Fault::none: return "no fault";
-    case Fault::notFinite: return "a force or a device position was not a finite number";
-    case Fault::commandTooLarge: return "forces over twice the device's peak were asked for";
-    case Fault::tooFast: return "the device moved faster than its sheet allows";
-    case Fault::implausible: return "the device told a place far outside of its reach";
+    case Fault::none:
+      return "no fault";
+    case Fault::notFinite:
+      return "a force or a device position was not a finite number";
+    case Fault::commandTooLarge:
+      return "forces over twice the device's peak were asked for";
+    case Fault::tooFast:
+      return "the device moved faster than its sheet allows";
+    case Fault::implausible:
+      return "the device told a place far outside of its reach";
   }
   return "unknown fault";
 }
@@ -80,8 +87,10 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   const double ticked = times.tickS == kOnePeriod || times.tickS == periodS_ ? 1.0 : times.tickS / periodS_;
   const bool there = fresh && plausible(state);
   if (fresh) {
-    if (!there) trip(finite(state) ? Fault::implausible : Fault::notFinite);
-    else if (!raw.allFinite()) trip(Fault::notFinite);
+    if (!there)
+      trip(finite(state) ? Fault::implausible : Fault::notFinite);
+    else if (!raw.allFinite())
+      trip(Fault::notFinite);
     else {
       rawOver_ = raw.norm() > kRawOverFactor * peak_ ? rawOver_ + 1 : 0;
       if (rawOver_ >= kRawOverTicks) trip(Fault::commandTooLarge);

@@ -13,14 +13,17 @@
 
 namespace argil::haptics {
 
-inline constexpr double kFadeSeconds = 0.020;      ///< From a fault to zero force, at most.
-inline constexpr int kRawOverTicks = 5;            ///< So many commands over twice the peak in a row are a fault.
+inline constexpr double kFadeSeconds = 0.020;  ///< From a fault to zero force, at most.
+inline constexpr int kRawOverTicks = 5;        ///< So many commands over twice the peak in a row are a fault.
 inline constexpr double kRawOverFactor = 2.0;
-inline constexpr double kSlewPeakSeconds = 0.002;  ///< Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
-inline constexpr double kStartFraction = 0.1;      ///< Forces begin once the command is below this part of the peak.
+/// Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
+inline constexpr double kSlewPeakSeconds = 0.002;
+inline constexpr double kStartFraction = 0.1;  ///< Forces begin once the command is below this part of the peak.
 inline constexpr int kSpeedTicks = 8;  ///< Device speed is judged over so many positions: one glitch is not a speed.
-inline constexpr double kFarthestMm = 10'000;      ///< From its origin (a recorded path has its own): a device that says more says garbage.
-inline constexpr double kWatchdogSeconds = 0.015;  ///< A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
+/// From its origin (a recorded path has its own): a device that says more says garbage.
+inline constexpr double kFarthestMm = 10'000;
+/// A servo silent for so long is dead: zero within 20 ms with the watchdog's own period.
+inline constexpr double kWatchdogSeconds = 0.015;
 
 /// Why the output is latched at zero.
 enum class Fault : uint8_t { none, notFinite, commandTooLarge, tooFast, implausible };
@@ -34,8 +37,8 @@ struct TickTimes {
 
 /// Every command passes here: whatever comes in, what goes out is finite, no longer than the sheet's peak, and changes
 /// by no more than the slew limit a period. A fault fades the force within kFadeSeconds to a latched stop. One thread.
-/// A mouse or a pen (DeviceSheet::pointing) has no motor that could hurt: it is limited alike, and never stopped, whatever
-/// it does.
+/// A mouse or a pen (DeviceSheet::pointing) has no motor that could hurt: it is limited alike, and never stopped,
+/// whatever it does.
 class Safety {
  public:
   /// `periodS`: time between ticks.

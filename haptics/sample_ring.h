@@ -11,7 +11,8 @@
 
 namespace argil::haptics {
 
-/// What happened in a tick. Bits of StylusSample::flags and of ServoTick::run's answer: the tick degrades, it never fails.
+/// What happened in a tick. Bits of StylusSample::flags and of ServoTick::run's answer: the tick degrades, it never
+/// fails.
 enum TickFlag : uint32_t {
   kOverrun = 1u << 0,      ///< The tick began later than a whole period.
   kStale = 1u << 1,        ///< The device did not answer: force zero.
@@ -25,8 +26,8 @@ enum TickFlag : uint32_t {
   kCutting = 1u << 9,      ///< Clay is to be changed at this sample's cut point.
   kNoScene = 1u << 10,     ///< Nothing published yet.
   kIncomplete = 1u << 11,  ///< A limit of the contact search was met; the nearest contacts were kept.
-  kGuideConflict =
-      1u << 12,  ///< Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
+  /// Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
+  kGuideConflict = 1u << 12,
   kWarm = 1u << 13,      ///< Force held below the peak: the motors have used up their heat budget.
   kPanning = 1u << 14,   ///< A wall of the workspace is pressed and moves it.
   kClutched = 1u << 15,  ///< The clutch is held: the hand moves, the tip stays.
@@ -35,27 +36,28 @@ enum TickFlag : uint32_t {
 
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.
 struct StylusSample {
-  uint64_t index = 0;       ///< Counts ticks of the servo, dropped samples included.
-  double timeS = 0;  ///< When the tick began, since the servo began. Virtual time: exactly its index over the rate.
-  Pose device;              ///< Where the stylus is.
+  uint64_t index = 0;  ///< Counts ticks of the servo, dropped samples included.
+  double timeS = 0;    ///< When the tick began, since the servo began. Virtual time: exactly its index over the rate.
+  Pose device;         ///< Where the stylus is.
   Vec3d proxy = Vec3d::Zero();
   Vec3d cutPoint = Vec3d::Zero();  ///< Centre of the ball that changes the clay; valid with kCutting.
   Vec3d forceN = Vec3d::Zero();    ///< On the hand, as commanded after safety.
-  double depthMm = 0;       ///< Engaged depth of a cut, else depth of the device below the proxy.
-  uint32_t planes = 0;      ///< Active ones that hold the proxy.
-  float pressure = 0;       ///< 0 to 1.
-  uint32_t buttons = 0;     ///< Bit a button.
-  uint32_t tool = 0;        ///< Scene::Tool::id at that tick.
-  uint32_t flags = 0;       ///< TickFlag.
+  double depthMm = 0;              ///< Engaged depth of a cut, else depth of the device below the proxy.
+  uint32_t planes = 0;             ///< Active ones that hold the proxy.
+  float pressure = 0;              ///< 0 to 1.
+  uint32_t buttons = 0;            ///< Bit a button.
+  uint32_t tool = 0;               ///< Scene::Tool::id at that tick.
+  uint32_t flags = 0;              ///< TickFlag.
 };
 
-/// Bounded ring: one producer that never waits, one consumer. When full the newest sample is dropped and counted. Allocates
-/// in its constructor alone, and touches every page there.
+/// Bounded ring: one producer that never waits, one consumer. When full the newest sample is dropped and counted.
+/// Allocates in its constructor alone, and touches every page there.
 template <class T>
 class BoundedRing {
  public:
   /// Holds at least `minimum` items (rounded up to a power of two).
-  explicit BoundedRing(size_t minimum) : items_(std::bit_ceil(minimum < 2 ? size_t{2} : minimum)), mask_(items_.size() - 1) {}
+  explicit BoundedRing(size_t minimum)
+      : items_(std::bit_ceil(minimum < 2 ? size_t{2} : minimum)), mask_(items_.size() - 1) {}
 
   /// Producer's thread. False when full: `item` is dropped. Real-time safe.
   bool push(const T& item) noexcept {

@@ -13,10 +13,13 @@ void require(bool good, const char* what) {
 }
 
 bool rigid(const Pose& pose) {
-  return pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && std::abs(pose.rotation.norm() - 1) < 1e-6;
+  return pose.translation.allFinite() && pose.rotation.coeffs().allFinite() &&
+         std::abs(pose.rotation.norm() - 1) < 1e-6;
 }
 
-bool positive(double value, double most) { return std::isfinite(value) && value > 0 && value <= most; }
+bool positive(double value, double most) {
+  return std::isfinite(value) && value > 0 && value <= most;
+}
 
 }  // namespace
 
@@ -27,7 +30,8 @@ void Scene::check() const {
     require(rigid(piece.pose), "the pose of a piece is not finite or its quaternion not of unit length");
     require(piece.material < materials.size(), "a piece names a material that is not there");
     if (!piece.rows) continue;
-    for (const uint16_t row : *piece.rows) require(row < materials.size(), "a row of a piece's materials names one that is not there");
+    for (const uint16_t row : *piece.rows)
+      require(row < materials.size(), "a row of a piece's materials names one that is not there");
   }
   require(parts.size() <= kMaxParts, "more than 64 parts");
   for (const Part& part : parts) {
@@ -51,7 +55,8 @@ void Scene::check() const {
     require(std::isfinite(m.dragNsmm) && m.dragNsmm >= 0, "drag must not be negative");
     require(m.dynamicFriction >= 0 && m.dynamicFriction <= m.staticFriction && m.staticFriction <= 4,
             "friction must be 0 to 4, sliding no more than sticking");
-    require(std::isfinite(m.viscousFrictionNsmm) && m.viscousFrictionNsmm >= 0, "viscous friction must not be negative");
+    require(std::isfinite(m.viscousFrictionNsmm) && m.viscousFrictionNsmm >= 0,
+            "viscous friction must not be negative");
     require(m.texture < static_cast<int64_t>(textures.size()) && (m.texture < 0 || textures[size_t(m.texture)]),
             "a material names a texture that is not there");
   }

@@ -19,14 +19,14 @@ class Texture;   // haptics/texture.h
 
 /// How a piece of clay feels. A row of a table.
 struct Material {
-  double stiffnessNmm = 1.0;     ///< Of the surface, N/mm; never rendered above the device's own limit.
-  double hardnessNmm2 = 0.05;    ///< σ: pressure at which it yields to a cut, N/mm².
-  double viscosityNsmm = 0.01;   ///< η: how slowly it yields, N·s/mm.
-  double dragNsmm = 0.002;       ///< Against the motion of a tool that cuts, N·s/mm at full engagement.
-  double staticFriction = 0;     ///< μ_s: a ball at rest stays while |f_t| ≤ μ_s |f_n|. 0 to 4.
-  double dynamicFriction = 0;    ///< μ_d of a ball that slides; at most μ_s.
+  double stiffnessNmm = 1.0;       ///< Of the surface, N/mm; never rendered above the device's own limit.
+  double hardnessNmm2 = 0.05;      ///< σ: pressure at which it yields to a cut, N/mm².
+  double viscosityNsmm = 0.01;     ///< η: how slowly it yields, N·s/mm.
+  double dragNsmm = 0.002;         ///< Against the motion of a tool that cuts, N·s/mm at full engagement.
+  double staticFriction = 0;       ///< μ_s: a ball at rest stays while |f_t| ≤ μ_s |f_n|. 0 to 4.
+  double dynamicFriction = 0;      ///< μ_d of a ball that slides; at most μ_s.
   double viscousFrictionNsmm = 0;  ///< b: drag of sliding on top, N·s/mm.
-  int32_t texture = -1;          ///< Index into Scene::textures; none below zero.
+  int32_t texture = -1;            ///< Index into Scene::textures; none below zero.
 
   friend bool operator==(const Material&, const Material&) = default;
 };
@@ -36,18 +36,20 @@ using MaterialRows = std::array<uint16_t, 256>;
 
 /// A clay model at its place in the world.
 struct Piece {
-  clay::Version version;         ///< Held by the scene: it lives as long as a reader can see it.
-  Pose pose;                     ///< From the version's millimetres to the world's.
-  uint32_t material = 0;         ///< Index into Scene::materials.
-  bool hideMasked = false;       ///< Clay whose mask is above 127 is not felt; from within, what is left of the surface is felt from behind.
-  std::shared_ptr<const MaterialRows> rows = nullptr;  ///< Null: all of it feels like `material`. Never read in clay without that channel.
+  clay::Version version;  ///< Held by the scene: it lives as long as a reader can see it.
+  Pose pose;              ///< From the version's millimetres to the world's.
+  uint32_t material = 0;  ///< Index into Scene::materials.
+  /// Clay whose mask is above 127 is not felt; from within, what is left of the surface is felt from behind.
+  bool hideMasked = false;
+  /// Null: all of it feels like `material`. Never read in clay without that channel.
+  std::shared_ptr<const MaterialRows> rows = nullptr;
 };
 
 /// A mesh that is touched as it is, without being clay.
 struct Part {
   std::shared_ptr<const PartMesh> mesh;  ///< Held by the scene; the publisher frees it.
-  Pose pose;                     ///< From the mesh's millimetres to the world's.
-  uint32_t material = 0;         ///< Index into Scene::materials; hardness and viscosity mean nothing here.
+  Pose pose;                             ///< From the mesh's millimetres to the world's.
+  uint32_t material = 0;                 ///< Index into Scene::materials; hardness and viscosity mean nothing here.
 };
 
 /// How a tool that works on clay feels.
@@ -59,22 +61,25 @@ enum class Work : uint8_t {
 
 /// What the hand holds: a ball.
 struct Tool {
-  uint32_t id = 0;               ///< Comes back in StylusSample::tool.
+  uint32_t id = 0;  ///< Comes back in StylusSample::tool.
   double radiusMm = 3;
-  std::optional<Work> work;      ///< None: only touches.
-  uint32_t buttons = 1;          ///< It works while one of these buttons is down.
+  std::optional<Work> work;  ///< None: only touches.
+  uint32_t buttons = 1;      ///< It works while one of these buttons is down.
 };
 
 /// Where touch trades accuracy for speed.
 struct Quality {
-  int contactSteps = 8;          ///< Straight parts of the proxy's way in a tick, 1 to 64.
-  int contactSearches = 20;      ///< Nearest-point searches in a tick, 4 to 200: bounds its cost; what is left is done in the next.
-  bool smoothNormals = true;     ///< Force directions from smooth normals instead of the facets between voxels or of triangles.
+  int contactSteps = 8;  ///< Straight parts of the proxy's way in a tick, 1 to 64.
+  /// Nearest-point searches in a tick, 4 to 200: bounds its cost; what is left is done in the next.
+  int contactSearches = 20;
+  /// Force directions from smooth normals instead of the facets between voxels or of triangles.
+  bool smoothNormals = true;
 };
 
 struct Scene {
   std::vector<Piece> pieces;
-  size_t workedOn = SIZE_MAX;   ///< So many pieces, counted from the first, are changed by the tool; the others are felt and never cut.
+  /// So many pieces, counted from the first, are changed by the tool; the others are felt and never cut.
+  size_t workedOn = SIZE_MAX;
   std::vector<Part> parts;
   std::vector<Guide> guides;
   std::vector<Material> materials{1};
@@ -84,7 +89,8 @@ struct Scene {
   Quality quality;
   /// Every sample with a smaller index was carved into the pieces as they stand here (StylusSample::index).
   uint64_t samplesApplied = 0;
-  /// The oldest sample that waited when clay was changed to what stands here; UINT64_MAX when no sample changed it. From edit to feel.
+  /// The oldest sample that waited when clay was changed to what stands here; UINT64_MAX when no sample changed it.
+  /// From edit to feel.
   uint64_t editedFrom = UINT64_MAX;
 
   /// Throws Error when a number is not finite or out of range, or an index points nowhere. Call before publishing.

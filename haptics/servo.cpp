@@ -23,13 +23,20 @@ double checkedRate(double rateHz) {
 
 const char* sentence(ServoState state) noexcept {
   switch (state) {
-    case ServoState::running: return "the device is felt";
-    case ServoState::warm: return "the device's motors are warm: forces are weaker until they have cooled";
-    case ServoState::waiting: return "forces wait: move the stylus away from what it touches";
-    case ServoState::noScene: return "there is nothing to feel yet";
-    case ServoState::silent: return "the device does not answer: check its plug and its power; forces come back gently once it does";
-    case ServoState::hung: return "the machine is too busy for steady forces: the device was let go until it keeps up";
-    case ServoState::stopped: return "forces are off after a fault: let the stylus rest, then reset the device";
+    case ServoState::running:
+      return "the device is felt";
+    case ServoState::warm:
+      return "the device's motors are warm: forces are weaker until they have cooled";
+    case ServoState::waiting:
+      return "forces wait: move the stylus away from what it touches";
+    case ServoState::noScene:
+      return "there is nothing to feel yet";
+    case ServoState::silent:
+      return "the device does not answer: check its plug and its power; forces come back gently once it does";
+    case ServoState::hung:
+      return "the machine is too busy for steady forces: the device was let go until it keeps up";
+    case ServoState::stopped:
+      return "forces are off after a fault: let the stylus rest, then reset the device";
   }
   return "unknown state";
 }
@@ -52,7 +59,9 @@ Servo::Servo(Device& device, Published<Scene>& scene, const Options& options)
       statistics_(std::make_unique<ServoStatistics>()),
       copied_(std::make_unique<ServoStatistics>()) {}
 
-Servo::~Servo() { stop(); }
+Servo::~Servo() {
+  stop();
+}
 
 void Servo::count(uint32_t flags) ARGIL_REALTIME {
   lastFlags_.store(flags, std::memory_order_relaxed);
@@ -70,7 +79,8 @@ void Servo::count(uint32_t flags) ARGIL_REALTIME {
   add(kQueueFull, s.queueFull);
   add(kStopped, s.stopped);
   add(kIncomplete, s.incomplete);
-  if (const uint64_t ticks = tick_.feltAfterTicks()) s.editToFeel.add(static_cast<int64_t>(double(ticks) * 1e9 / options_.rateHz));
+  if (const uint64_t ticks = tick_.feltAfterTicks())
+    s.editToFeel.add(static_cast<int64_t>(double(ticks) * 1e9 / options_.rateHz));
   s.peakForceN = std::max(s.peakForceN, tick_.last().forceN.norm());
 }
 
@@ -114,8 +124,10 @@ void Servo::stop() {
 }
 
 void Servo::loop() {
-  if (options_.realtime) grant_ = becomeRealtime(options_.priority, true);
-  else grant_ = {false, false, "real-time scheduling not asked for"};
+  if (options_.realtime)
+    grant_ = becomeRealtime(options_.priority, true);
+  else
+    grant_ = {false, false, "real-time scheduling not asked for"};
   const FlushDenormals flushed;
   const double periodNs = 1e9 / options_.rateHz;
   // Index nextIndex_ is due at `origin` + nextIndex_ · period, so that time goes on after a stop and never drifts.

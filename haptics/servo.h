@@ -15,9 +15,10 @@ namespace argil::haptics {
 
 /// What was counted over all ticks since the servo was made.
 struct ServoStatistics {
-  Histogram compute;    ///< Duration of a tick.
-  Histogram lateness;   ///< Of its beginning after its time; paced only.
-  Histogram editToFeel; ///< From a sample to the tick that feels the clay as it changed it, the oldest of each edit; whole ticks.
+  Histogram compute;   ///< Duration of a tick.
+  Histogram lateness;  ///< Of its beginning after its time; paced only.
+  /// From a sample to the tick that feels the clay as it changed it, the oldest of each edit; whole ticks.
+  Histogram editToFeel;
   uint64_t ticks = 0, touching = 0, leaving = 0, cutting = 0;
   uint64_t overrun = 0, stale = 0, clamped = 0, slewed = 0, queueFull = 0, stopped = 0, incomplete = 0;
   uint64_t missed = 0;  ///< Ticks that never were because one before them was late.
@@ -27,12 +28,12 @@ struct ServoStatistics {
 /// What a person is told about a servo.
 enum class ServoState : uint8_t {
   running,
-  warm,       ///< Runs; forces are held below the peak until the motors have cooled.
-  waiting,    ///< Forces begin once they are small.
-  noScene,    ///< Nothing published yet.
-  silent,     ///< The device does not answer; zero force until it does.
-  hung,       ///< The watchdog has cut the device: no tick ended for kWatchdogSeconds.
-  stopped,    ///< Latched at zero by a fault, until reset().
+  warm,     ///< Runs; forces are held below the peak until the motors have cooled.
+  waiting,  ///< Forces begin once they are small.
+  noScene,  ///< Nothing published yet.
+  silent,   ///< The device does not answer; zero force until it does.
+  hung,     ///< The watchdog has cut the device: no tick ended for kWatchdogSeconds.
+  stopped,  ///< Latched at zero by a fault, until reset().
 };
 /// What it is and what to do about it. A fault's own sentence says more.
 [[nodiscard]] const char* sentence(ServoState state) noexcept;
@@ -41,11 +42,11 @@ enum class ServoState : uint8_t {
 class Servo {
  public:
   struct Options {
-    double rateHz = 1000;        ///< 100 to 8000.
-    bool realtime = true;        ///< Ask for real-time scheduling and locked memory in start().
+    double rateHz = 1000;  ///< 100 to 8000.
+    bool realtime = true;  ///< Ask for real-time scheduling and locked memory in start().
     int priority = 80;
     std::string contact = "proxy";  ///< One of contactNames().
-    bool measureCompute = true;  ///< Also in virtual time.
+    bool measureCompute = true;     ///< Also in virtual time.
   };
 
   /// `device` and `scene` must outlive it. Throws Error for options out of range.
@@ -55,9 +56,9 @@ class Servo {
   Servo(const Servo&) = delete;
   Servo& operator=(const Servo&) = delete;
 
-  /// Runs `ticks` ticks of virtual time at once, in the calling thread, on from where the last call ended. `between` is called
-  /// before each tick, outside of it, with the index and the time of the tick to come: the session drains samples and
-  /// publishes there, so that a publishing delay counted in ticks is the same in every run.
+  /// Runs `ticks` ticks of virtual time at once, in the calling thread, on from where the last call ended. `between` is
+  /// called before each tick, outside of it, with the index and the time of the tick to come: the session drains
+  /// samples and publishes there, so that a publishing delay counted in ticks is the same in every run.
   void runVirtual(uint64_t ticks, const std::function<void(uint64_t index, double timeS)>& between = {});
 
   /// Starts the paced thread and a watchdog beside it; returns what the system granted, within kRealtimeKitSeconds.
@@ -69,11 +70,11 @@ class Servo {
   [[nodiscard]] const std::string& grant() const noexcept { return grant_.sentence; }
   [[nodiscard]] bool running() const noexcept { return thread_.joinable(); }
 
-  [[nodiscard]] SampleRing& samples() noexcept { return samples_; }  ///< One consumer.
-  [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return tick_.latest(); }  ///< One reader.
+  [[nodiscard]] SampleRing& samples() noexcept { return samples_; }                         ///< One consumer.
+  [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return tick_.latest(); }     ///< One reader.
   [[nodiscard]] LatestValue<Reactions>& reactions() noexcept { return tick_.reactions(); }  ///< One reader.
-  /// Asks the running servo for a copy of its statistics and gives the last one that came: false before the first. The copy is made
-  /// between two ticks, some µs. One thread.
+  /// Asks the running servo for a copy of its statistics and gives the last one that came: false before the first. The
+  /// copy is made between two ticks, some µs. One thread.
   bool copyStatistics(ServoStatistics& out);
   /// Only while the servo does not run.
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return *statistics_; }
@@ -114,7 +115,7 @@ class Servo {
   uint64_t nextIndex_ = 0;
   int64_t parkedNs_ = 0;  // When the paced thread ended; 0: never.
   std::thread thread_, watchdog_;
-  RealtimeGrant grant_;               // Written by the thread before it says that it is ready.
+  RealtimeGrant grant_;  // Written by the thread before it says that it is ready.
   std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
   std::atomic<uint32_t> lastFlags_{kNoScene};

@@ -130,7 +130,8 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     raw = touched = workspace_.toDevice(out.force);
     reactions.all = out.reactions;
     reactions.count = out.reactionCount;
-    // Walls on top of a contact that takes the whole peak saturate, which is no fault; a contact over the peak is for safety to judge.
+    // Walls on top of a contact that takes the whole peak saturate, which is no fault; a contact over the peak is for
+    // safety to judge.
     if (scene->workspace.walls.on && raw.norm() <= in.peakForceN) {
       raw += workspace_.wallForce();
       if (const double size = raw.norm(); size > in.peakForceN) {
@@ -145,7 +146,9 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
       energy.force = raw;
       energy.storedNmm = workspace_.wallEnergyNmm();
       // Half of force times stretch: right for a spring of any stiffness. Device millimetres.
-      const double stretched = workspace_.grip() * std::max(0.0, 0.5 * (out.force - out.ambient).dot(out.proxy - in.hand) / workspace_.scale());
+      const double stretched =
+          workspace_.grip() *
+          std::max(0.0, 0.5 * (out.force - out.ambient).dot(out.proxy - in.hand) / workspace_.scale());
       energy.storedNmm += stretched;
       // What is cut damps by itself.
       if (stretched > 0 && !(out.flags & kCutting)) energy.dampingNsmm = coupling_.dampingNsmm;

@@ -30,7 +30,8 @@ struct Reactions {
 class ServoTick {
  public:
   /// All three references must outlive it. `periodS`: 1/8000 to 1/100 s. `contact`: one of contactNames().
-  ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS, std::string_view contact = "proxy");
+  ServoTick(Device& device, Published<Scene>& scene, SampleRing& samples, double periodS,
+            std::string_view contact = "proxy");
 
   /// Runs one tick that begins at servo time `timeS`; TickFlag bits of what happened. `late`: it began a whole period
   /// late. All that follows time (velocities, heat, energy, limits of speed and slew, what glides) goes by the time
@@ -40,8 +41,8 @@ class ServoTick {
   uint32_t run(double timeS, bool late) ARGIL_REALTIME;
   /// The servo stops: zero force, the scene is let go.
   void park(double timeS) ARGIL_REALTIME;
-  /// Begins anew after park(): the proxy at the hand, no fault, forces from zero. The workspace stays where it was panned to, and
-  /// the motors as warm as they are.
+  /// Begins anew after park(): the proxy at the hand, no fault, forces from zero. The workspace stays where it was
+  /// panned to, and the motors as warm as they are.
   void reset() noexcept;
 
   /// Instead of what coupleTo() gives for the device's delay as it is measured, to measure stability; `controlled`:
@@ -57,8 +58,8 @@ class ServoTick {
   [[nodiscard]] HeatBudget& heat() noexcept { return heat_; }  ///< Not while the servo runs.
   /// The mapping as it stands; to reset() it (the tip jumps home) the servo must not run.
   [[nodiscard]] WorkspaceMap& workspace() noexcept { return workspace_; }
-  /// In the last tick clay was read for the first time that samples had changed: how many ticks ago the oldest of them was (Scene::editedFrom);
-  /// else 0.
+  /// In the last tick clay was read for the first time that samples had changed: how many ticks ago the oldest of them
+  /// was (Scene::editedFrom); else 0.
   [[nodiscard]] uint64_t feltAfterTicks() const noexcept { return feltAfter_; }
   /// The newest sample, for a cursor: one reader.
   [[nodiscard]] LatestValue<StylusSample>& latest() noexcept { return latest_; }

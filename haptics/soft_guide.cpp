@@ -103,7 +103,9 @@ Pull wellPull(const Vec3d& d, const WellShape& shape, const SoftLimits& limits) 
   return pull;
 }
 
-double wellDepthNmm(const WellShape& shape, double forceN) noexcept { return forceN * shape.rangeMm / (6 * kTop); }
+double wellDepthNmm(const WellShape& shape, double forceN) noexcept {
+  return forceN * shape.rangeMm / (6 * kTop);
+}
 
 Pull softPull(const Guide& guide, const Scene& scene, TouchableClay* clay, const Vec3d& at, const Vec3d& velocity,
               const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME {

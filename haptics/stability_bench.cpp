@@ -14,13 +14,14 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kToolMm = 1, kVoxelMm = 0.25;  // Small voxels: contact's own tolerance (0.02 of one) is below what is judged.
+// Small voxels: contact's own tolerance (0.02 of one) is below what is judged.
+constexpr double kToolMm = 1, kVoxelMm = 0.25;
 constexpr double kGrowMm = 1;
-constexpr double kPress = 0.25;       // Of the peak: how hard the hand presses.
+constexpr double kPress = 0.25;  // Of the peak: how hard the hand presses.
 constexpr double kGlideMms = 20;
-constexpr double kRestMm = 2;         // Above the clay, before and between.
+constexpr double kRestMm = 2;  // Above the clay, before and between.
 constexpr double kWindowS = 0.1;
-constexpr double kSide = 16, kDeep = 4;  // Of the clay, mm.
+constexpr double kSide = 16, kDeep = 4;                    // Of the clay, mm.
 constexpr double kLeast = 0.5, kMost = 200, kRung = 1.25;  // N/mm; of the ladder.
 
 struct Blocks {
@@ -51,7 +52,9 @@ const Blocks& blocks() {
 }
 
 // A hand that only pushes holds no place.
-bool none(const HandModel& hand) { return !(hand.stiffnessNmm > 0); }
+bool none(const HandModel& hand) {
+  return !(hand.stiffnessNmm > 0);
+}
 
 struct Plan {
   HandPath path;
@@ -134,7 +137,8 @@ class Swing {
   [[nodiscard]] double largest() const {
     double worst = 0;
     for (size_t from = 0; from + window_ <= all_.size(); from += std::max<size_t>(1, window_ / 2)) {
-      const auto [lo, hi] = std::minmax_element(all_.begin() + static_cast<ptrdiff_t>(from), all_.begin() + static_cast<ptrdiff_t>(from + window_));
+      const auto [lo, hi] = std::minmax_element(all_.begin() + static_cast<ptrdiff_t>(from),
+                                                all_.begin() + static_cast<ptrdiff_t>(from + window_));
       worst = std::max(worst, *hi - *lo);
     }
     return worst;
@@ -271,16 +275,21 @@ class Loop {
 
 std::span<const StabilityHand> stabilityHands() {
   // Of the size that studies of fingers and arms on a stylus report; the mass is what moves with the tool.
-  static const StabilityHand hands[] = {{"none", {0, 0, 0}}, {"light", {0.03, 0.002, 0.15}}, {"firm", {0.15, 0.012, 0.8}}};
+  static const StabilityHand hands[] = {
+      {"none", {0, 0, 0}}, {"light", {0.03, 0.002, 0.15}}, {"firm", {0.15, 0.012, 0.8}}};
   return hands;
 }
 
 const char* name(StabilityTask task) noexcept {
   switch (task) {
-    case StabilityTask::grasp: return "grasp";
-    case StabilityTask::tap: return "tap";
-    case StabilityTask::glide: return "glide";
-    case StabilityTask::grow: return "grow";
+    case StabilityTask::grasp:
+      return "grasp";
+    case StabilityTask::tap:
+      return "tap";
+    case StabilityTask::glide:
+      return "glide";
+    case StabilityTask::grow:
+      return "grow";
   }
   return "?";
 }
@@ -289,13 +298,14 @@ StabilityFigures runStability(const StabilityCase& asked) {
   StabilityCase what = asked;
   if (!what.encoderSteps) what.sheet.resolutionMm = 0;
   if (what.exchangesHz > 0)
-    what.coupling =
-        coupleTo(what.sheet, std::max(1 / what.rateHz, 1 / what.exchangesHz), what.delayS);  // About: for the plan.
+    // About: for the plan.
+    what.coupling = coupleTo(what.sheet, std::max(1 / what.rateHz, 1 / what.exchangesHz), what.delayS);
   const Plan plan = planOf(what);
   Loop loop(what, plan.path);
   const auto ticks = static_cast<uint64_t>(plan.endS * what.rateHz);
   const auto judgedFrom = static_cast<uint64_t>(plan.judgedFromS * what.rateHz);
-  const auto grow = plan.growS > 0 ? static_cast<uint64_t>(plan.growS * what.rateHz) : std::numeric_limits<uint64_t>::max();
+  const auto grow =
+      plan.growS > 0 ? static_cast<uint64_t>(plan.growS * what.rateHz) : std::numeric_limits<uint64_t>::max();
   StabilityFigures f;
   Swing swing(static_cast<size_t>(kWindowS * what.rateHz));
   Vec3d last = Vec3d::Zero();
@@ -318,7 +328,8 @@ StabilityFigures runStability(const StabilityCase& asked) {
   f.stiffnessNmm = loop.tick().coupling().stiffnessNmm;
   f.givenNmm = loop.work - loop.lost;
   double allowed = kQuietJump * what.sheet.peakForceN;
-  if (what.task == StabilityTask::glide && what.encoderSteps) allowed += what.coupling.stiffnessNmm * what.sheet.resolutionMm;
+  if (what.task == StabilityTask::glide && what.encoderSteps)
+    allowed += what.coupling.stiffnessNmm * what.sheet.resolutionMm;
   f.quiet = !f.stopped && f.cycleMm <= kQuietCycleMm && f.jumpN <= allowed;
   return f;
 }

@@ -4,7 +4,9 @@
 
 namespace argil::haptics {
 
-Subspace Subspace::at(const Vec3d& point) ARGIL_REALTIME { return {0, point, {Vec3d::Zero(), Vec3d::Zero()}}; }
+Subspace Subspace::at(const Vec3d& point) ARGIL_REALTIME {
+  return {0, point, {Vec3d::Zero(), Vec3d::Zero()}};
+}
 
 Subspace Subspace::line(const Vec3d& point, const Vec3d& direction) ARGIL_REALTIME {
   return {1, point, {direction.normalized(), Vec3d::Zero()}};

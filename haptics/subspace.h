@@ -10,7 +10,8 @@ namespace argil::haptics {
 
 /// An affine set. Invariant: the first min(dimension, 2) axes are orthonormal.
 struct Subspace {
-  int dimension = 3;               ///< 3: all of space; 2: the plane through origin spanned by both axes; 1: the line along axes[0]; 0: origin.
+  /// 3: all of space; 2: the plane through origin spanned by both axes; 1: the line along axes[0]; 0: origin.
+  int dimension = 3;
   Vec3d origin = Vec3d::Zero();
   std::array<Vec3d, 2> axes{Vec3d::UnitX(), Vec3d::UnitY()};
 
@@ -27,13 +28,16 @@ struct Subspace {
     return part;
   }
   /// The place of the set nearest to p.
-  [[nodiscard]] Vec3d nearest(const Vec3d& p) const ARGIL_REALTIME { return dimension == 3 ? p : Vec3d(origin + along(p - origin)); }
+  [[nodiscard]] Vec3d nearest(const Vec3d& p) const ARGIL_REALTIME {
+    return dimension == 3 ? p : Vec3d(origin + along(p - origin));
+  }
 
-  /// Keeps what both hold. False, and unchanged, when they have no place in common: parallel within kParallelSine and apart by more
-  /// than kApartMm.
+  /// Keeps what both hold. False, and unchanged, when they have no place in common: parallel within kParallelSine and
+  /// apart by more than kApartMm.
   bool intersect(const Subspace& other) ARGIL_REALTIME;
 
-  static constexpr double kParallelSine = 1e-4;  ///< Flatter angles would throw the common place far away for a rounding error.
+  /// Flatter angles would throw the common place far away for a rounding error.
+  static constexpr double kParallelSine = 1e-4;
   static constexpr double kApartMm = 1e-6;
 
   friend bool operator==(const Subspace&, const Subspace&) = default;

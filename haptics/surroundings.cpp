@@ -17,7 +17,8 @@ void Surroundings::clear() noexcept {
   for (Motion& motion : motions_) motion = {};
 }
 
-void Surroundings::use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard, bool changed) ARGIL_REALTIME {
+void Surroundings::use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard,
+                       bool changed) ARGIL_REALTIME {
   Thing& thing = things_[index];
   changed = changed || thing.touchable != &touchable;
   thing.touchable = &touchable;

@@ -14,11 +14,11 @@ namespace argil::haptics {
 
 /// Nearest point of anything, and of what.
 struct Around : Nearest {
-  int thing = -1;                ///< Index, or -1. The same from scene to scene.
+  int thing = -1;  ///< Index, or -1. The same from scene to scene.
 };
 
-/// The touchables of the scene that is read now: pieces of clay first. Each keeps where its surface was last time, so a search
-/// asks only those that can be near. One thread, the servo's; everything is allocated with it.
+/// The touchables of the scene that is read now: pieces of clay first. Each keeps where its surface was last time, so a
+/// search asks only those that can be near. One thread, the servo's; everything is allocated with it.
 class Surroundings {
  public:
   /// Reads `scene` from now on, a tick of `periodS` after the last; the caller holds it. `withClay` false: a tool that
@@ -81,7 +81,9 @@ class Surroundings {
     return size_t(thing) >= kFirstPart && size_t(thing) < kFirstKeepOut ? thing - int(kFirstPart) : -1;
   }
   /// It is there, and holds the ball.
-  [[nodiscard]] bool there(int thing) const noexcept { return thing >= 0 && things_[size_t(thing)].touchable != nullptr; }
+  [[nodiscard]] bool there(int thing) const noexcept {
+    return thing >= 0 && things_[size_t(thing)].touchable != nullptr;
+  }
   /// Goes before clay and parts where not all can hold.
   [[nodiscard]] bool hard(int thing) const noexcept { return things_[size_t(thing)].hard; }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
@@ -108,12 +110,14 @@ class Surroundings {
     bool known = false, moving = false;
     bool gentle = false;  // It may have jumped.
   };
-  void use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard, bool changed) ARGIL_REALTIME;
+  void use(size_t index, Touchable& touchable, const Pose& pose, uint32_t material, bool hard,
+           bool changed) ARGIL_REALTIME;
   bool follow(Motion& motion, const Pose& to, bool same) const ARGIL_REALTIME;
   void felt(size_t index, const Pose& at) ARGIL_REALTIME;
 
   // A thing keeps its index from scene to scene: pieces from 0, then parts, then keep-outs.
-  static constexpr size_t kFirstPart = kMaxPieces, kFirstKeepOut = kFirstPart + kMaxParts, kMaxThings = kFirstKeepOut + kMaxGuides;
+  static constexpr size_t kFirstPart = kMaxPieces, kFirstKeepOut = kFirstPart + kMaxParts,
+                          kMaxThings = kFirstKeepOut + kMaxGuides;
   std::vector<TouchableClay> clay_ = std::vector<TouchableClay>(kMaxPieces);
   size_t clayCount_ = 0, workedOn_ = 0;
   std::array<TouchablePart, kMaxParts> parts_;

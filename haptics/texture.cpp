@@ -47,10 +47,13 @@ double latticeNoise(const Vec3d& p, uint64_t seed, Vec3d& slope) noexcept {
     d[a] = 30 * t * t * (1 + t * (t - 2));
   }
   double c[2][2][2];
-  for (int i = 0; i < 8; ++i) c[i >> 2][(i >> 1) & 1][i & 1] = latticeValue(base[0] + (i >> 2), base[1] + ((i >> 1) & 1), base[2] + (i & 1), seed);
+  for (int i = 0; i < 8; ++i)
+    c[i >> 2][(i >> 1) & 1][i & 1] =
+        latticeValue(base[0] + (i >> 2), base[1] + ((i >> 1) & 1), base[2] + (i & 1), seed);
   double y[2], dy[2], dz[2];
   for (int i = 0; i < 2; ++i) {
-    const double low = c[i][0][0] + w[2] * (c[i][0][1] - c[i][0][0]), high = c[i][1][0] + w[2] * (c[i][1][1] - c[i][1][0]);
+    const double low = c[i][0][0] + w[2] * (c[i][0][1] - c[i][0][0]),
+                 high = c[i][1][0] + w[2] * (c[i][1][1] - c[i][1][0]);
     const double lowZ = c[i][0][1] - c[i][0][0], highZ = c[i][1][1] - c[i][1][0];
     y[i] = low + w[1] * (high - low);
     dy[i] = high - low;
@@ -70,7 +73,8 @@ std::vector<float> shrink(const std::vector<float>& from, int width, int height,
         const double begin = i * scale, end = (i + 1) * scale;
         double sum = 0;
         for (int k = static_cast<int>(begin); k < n && k < end; ++k)
-          sum += double(in[size_t(r) * rowStride + size_t(k) * stride]) * (std::min(end, k + 1.0) - std::max(begin, double(k)));
+          sum += double(in[size_t(r) * rowStride + size_t(k) * stride]) *
+                 (std::min(end, k + 1.0) - std::max(begin, double(k)));
         out[size_t(r) * size_t(m) + size_t(i)] = static_cast<float>(sum / scale);
       }
     return out;
@@ -80,7 +84,8 @@ std::vector<float> shrink(const std::vector<float>& from, int width, int height,
   const std::vector<float> columns = along(rows, height, toHeight, toWidth, size_t(toWidth), 1);
   std::vector<float> out(columns.size());
   for (int x = 0; x < toWidth; ++x)
-    for (int y = 0; y < toHeight; ++y) out[size_t(y) * size_t(toWidth) + size_t(x)] = columns[size_t(x) * size_t(toHeight) + size_t(y)];
+    for (int y = 0; y < toHeight; ++y)
+      out[size_t(y) * size_t(toWidth) + size_t(x)] = columns[size_t(x) * size_t(toHeight) + size_t(y)];
   return out;
 }
 
@@ -128,7 +133,8 @@ Texture::Texture(const Grain& shape) : shape_(shape), amplitude_(shape.amplitude
 Texture::Texture(const HeightMap& shape) : amplitude_(shape.amplitudeMm), finest_(2 * shape.mmPerPixel) {
   requireSizes(1, shape.amplitudeMm);
   require(shape.mmPerPixel >= 1e-3 && shape.mmPerPixel <= 1e3, "a pixel must be 0.001 to 1 000 mm");
-  require(shape.width >= 2 && shape.height >= 2 && shape.width <= 4096 && shape.height <= 4096, "an image must be 2 to 4096 pixels along each edge");
+  require(shape.width >= 2 && shape.height >= 2 && shape.width <= 4096 && shape.height <= 4096,
+          "an image must be 2 to 4096 pixels along each edge");
   require(shape.grey.size() == size_t(shape.width) * size_t(shape.height), "an image holds a grey level a pixel");
   std::vector<float> pixels(shape.grey.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -139,7 +145,8 @@ Texture::Texture(const HeightMap& shape) : amplitude_(shape.amplitudeMm), finest
   image.pitch = shape.mmPerPixel;
   int width = shape.width, height = shape.height;
   while (true) {
-    image.levels.push_back({width, height, shape.mmPerPixel * shape.width / width, shape.mmPerPixel * shape.height / height, image.pixels.size()});
+    image.levels.push_back({width, height, shape.mmPerPixel * shape.width / width,
+                            shape.mmPerPixel * shape.height / height, image.pixels.size()});
     image.pixels.insert(image.pixels.end(), pixels.begin(), pixels.end());
     if (width == 1 && height == 1) break;
     const int w = (width + 1) / 2, h = (height + 1) / 2;
@@ -174,7 +181,8 @@ double Texture::grain(const Grain& g, const Vec3d& at, double finestMm, Vec3d& s
   return sum / total;
 }
 
-double Texture::level(const Image& image, const Level& l, double u, double v, double& du, double& dv) const ARGIL_REALTIME {
+double Texture::level(const Image& image, const Level& l, double u, double v, double& du,
+                      double& dv) const ARGIL_REALTIME {
   const Taps x(u / l.pitchX, l.width), y(v / l.pitchY, l.height);
   const float* pixels = image.pixels.data() + l.first;
   double value = 0;
@@ -245,9 +253,12 @@ double Texture::projected(const Vec3d& at, const Vec3d& normal, double finestMm,
 double Texture::height(const Vec3d& at, const Vec3d& normal, double finestMm, Vec3d* slope) const ARGIL_REALTIME {
   Vec3d along = Vec3d::Zero();
   double value = 0;
-  if (const Ridges* r = std::get_if<Ridges>(&shape_)) value = ridges(*r, at, finestMm, along);
-  else if (const Grain* g = std::get_if<Grain>(&shape_)) value = grain(*g, at, finestMm, along);
-  else value = projected(at, normal, finestMm, along);
+  if (const Ridges* r = std::get_if<Ridges>(&shape_))
+    value = ridges(*r, at, finestMm, along);
+  else if (const Grain* g = std::get_if<Grain>(&shape_))
+    value = grain(*g, at, finestMm, along);
+  else
+    value = projected(at, normal, finestMm, along);
   if (slope) *slope = amplitude_ * (along - normal * normal.dot(along));
   return amplitude_ * (value - 1);
 }

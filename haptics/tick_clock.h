@@ -20,8 +20,8 @@ class TickClock {
 
   struct Step {
     double heldS = 0;  ///< Since the tick before: how long the last command was in force. 0 at the first tick.
-    double seconds =
-        0;  ///< What is integrated: heldS, at least kLeast of a period. One period at the first tick and after a gap.
+    /// What is integrated: heldS, at least kLeast of a period. One period at the first tick and after a gap.
+    double seconds = 0;
     bool gap = false;  ///< Over a period and kStallSeconds: nothing may be concluded from what lies before it.
     bool first = false;
     /// For laws that take kOnePeriod for "as usual": a first tick is one.
@@ -43,8 +43,8 @@ class TickClock {
   void reset() noexcept { begun_ = false; }
 
  private:
-  static constexpr double kOnTimeS =
-      1e-9;  // Above the rounding of hours counted in seconds, far below what a clock resolves in use.
+  // Above the rounding of hours counted in seconds, far below what a clock resolves in use.
+  static constexpr double kOnTimeS = 1e-9;
   static constexpr double kLeast = 0.02;  // Of a period: laws of contact divide by the time of a tick.
 
   double periodS_, lastS_ = 0;

@@ -21,7 +21,8 @@ TickFigures measureTicks(const Scene& scene, const HandPath& path, uint64_t tick
   Published<Scene> published;
   published.publish(std::make_unique<const Scene>(scene));
   TickFigures figures;
-  figures.radiusVoxels = scene.tool.radiusMm / (scene.pieces.empty() ? scene.parts[0].mesh->resolutionMm() : scene.pieces[0].version.grid().voxelMm);
+  figures.radiusVoxels = scene.tool.radiusMm / (scene.pieces.empty() ? scene.parts[0].mesh->resolutionMm()
+                                                                     : scene.pieces[0].version.grid().voxelMm);
   Servo::Options options;
   SimulatedDevice::Options device;
   device.prescribed = true;
@@ -39,7 +40,8 @@ TickFigures measureTicks(const Scene& scene, const HandPath& path, uint64_t tick
   return figures;
 }
 
-HandPath glideOnBall(const Vec3d& centreMm, double ballRadiusMm, double toolRadiusMm, double depthMm, double turns, double seconds) {
+HandPath glideOnBall(const Vec3d& centreMm, double ballRadiusMm, double toolRadiusMm, double depthMm, double turns,
+                     double seconds) {
   const double r = ballRadiusMm + toolRadiusMm - depthMm;
   // Not along a plane of voxels: the axis is askew.
   const Vec3d axis = Vec3d(0.2, 0.3, 1).normalized();
@@ -68,13 +70,16 @@ clay::TriangleMesh icosphere(double radiusMm, int level) {
       for (uint32_t c = b + 1; c < 12; ++c) {
         const Vec3d &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
         if ((p - q).norm() > edge || (q - r).norm() > edge || (r - p).norm() > edge) continue;
-        if ((q - p).cross(r - p).dot(p) > 0) mesh.triangles.push_back({a, b, c});
-        else mesh.triangles.push_back({a, c, b});
+        if ((q - p).cross(r - p).dot(p) > 0)
+          mesh.triangles.push_back({a, b, c});
+        else
+          mesh.triangles.push_back({a, c, b});
       }
   for (int l = 0; l < level; ++l) {
     std::unordered_map<uint64_t, uint32_t> middles;
     const auto middle = [&](uint32_t a, uint32_t b) {
-      const auto [it, fresh] = middles.try_emplace(uint64_t{std::min(a, b)} << 32 | std::max(a, b), static_cast<uint32_t>(mesh.positions.size()));
+      const auto [it, fresh] = middles.try_emplace(uint64_t{std::min(a, b)} << 32 | std::max(a, b),
+                                                   static_cast<uint32_t>(mesh.positions.size()));
       if (fresh) mesh.positions.push_back(radiusMm * (mesh.positions[a] + mesh.positions[b]).normalized());
       return it->second;
     };

@@ -64,7 +64,8 @@ uint32_t TouchableClay::material(Coord voxel) ARGIL_REALTIME {
   return (*rows_)[rowSlot_.value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7))];
 }
 
-// In clay, unless it came in through clay that is hidden: what is left is then a sheet, felt from behind. Clay that grew over a free place is solid.
+// In clay, unless it came in through clay that is hidden: what is left is then a sheet, felt from behind. Clay that
+// grew over a free place is solid.
 bool TouchableClay::solid(const Vec3d& world, const Vec3d& at) ARGIL_REALTIME {
   const bool inside = surface_.inside(at);
   if (!surface_.hides()) {
@@ -95,7 +96,9 @@ Nearest TouchableClay::nearest(const Vec3d& p, double reachMm, const Vec3d* hint
   if (hint) near = toVoxel(*hint);
   const SurfacePoint found = surface_.nearest(at, reachMm / voxelMm_, hint ? &near : nullptr);
   // Less than a voxel is asked of places on the surface itself, which say nothing about the side.
-  const double sign = reachMm < voxelMm_ ? (surface_.inside(at) && !(within_ && surface_.hides()) ? -1.0 : 1.0) : solid(p, at) ? -1.0 : 1.0;
+  const double sign = reachMm < voxelMm_ ? (surface_.inside(at) && !(within_ && surface_.hides()) ? -1.0 : 1.0)
+                      : solid(p, at)     ? -1.0
+                                         : 1.0;
   if (!found.found) return {false, p, sign * reachMm};
   return {true, toWorld(found.point), sign * found.distance * voxelMm_};
 }
@@ -105,7 +108,8 @@ Vec3d TouchableClay::normal(const Vec3d& point) ARGIL_REALTIME {
     // The rim of what is left is an edge, though the field goes on.
     const Vec3d at = toVoxel(point);
     for (int axis = 0; axis < 3; ++axis)
-      if (surface_.hidden(Vec3d(at + Vec3d::Unit(axis))) || surface_.hidden(Vec3d(at - Vec3d::Unit(axis)))) return Vec3d::Zero();
+      if (surface_.hidden(Vec3d(at + Vec3d::Unit(axis))) || surface_.hidden(Vec3d(at - Vec3d::Unit(axis))))
+        return Vec3d::Zero();
   }
   Vec3f gradient;
   surface_.sampler().tricubic(toVoxel(point), gradient);

@@ -37,7 +37,8 @@ Vec3d TouchablePart::normal(const Vec3d& point) ARGIL_REALTIME {
   for (const Answer& answer : answers_)
     if (answer.point == point) triangle = answer.triangle;
   // An older one: a search of next to no reach.
-  if (triangle == PartMesh::kNone) triangle = mesh_->nearest(at, mesh_->resolutionMm(), answers_[last_].triangle).triangle;
+  if (triangle == PartMesh::kNone)
+    triangle = mesh_->nearest(at, mesh_->resolutionMm(), answers_[last_].triangle).triangle;
   return pose_.rotation * mesh_->normal(triangle, at);
 }
 

@@ -9,8 +9,8 @@
 
 namespace argil::haptics {
 
-/// The nearest point on the triangles, from both faces: distances are never negative. Gaps narrower than a ball hold it, because
-/// its centre is never let nearer to the rims than its radius. Servo thread only.
+/// The nearest point on the triangles, from both faces: distances are never negative. Gaps narrower than a ball hold
+/// it, because its centre is never let nearer to the rims than its radius. Servo thread only.
 class TouchablePart final : public Touchable {
  public:
   /// Reads `part` from now on, touched by a ball of that radius; the scene that holds it is held by the caller. True
@@ -25,7 +25,8 @@ class TouchablePart final : public Touchable {
 
   /// Zero at a crease (edges sharper than 40°, borders, edges of more than two triangles).
   Vec3d normal(const Vec3d& point) ARGIL_REALTIME override;
-  /// The mesh's, but no more than an eighth of the ball's radius: a small ball on a large coarse part sinks in no deeper for it.
+  /// The mesh's, but no more than an eighth of the ball's radius: a small ball on a large coarse part sinks in no
+  /// deeper for it.
   [[nodiscard]] double resolutionMm() const ARGIL_REALTIME override { return resolution_; }
 
  private:
@@ -33,8 +34,8 @@ class TouchablePart final : public Touchable {
   uint64_t number_ = 0;  // Addresses of meshes are reused.
   Pose pose_;
   double resolution_ = 1;
-  // The triangles of the last answers. The very last is a better hint than any point, and contacts ask for the normal of what was
-  // found some searches ago.
+  // The triangles of the last answers. The very last is a better hint than any point, and contacts ask for the normal
+  // of what was found some searches ago.
   struct Answer {
     Vec3d point = Vec3d::Zero();
     uint32_t triangle = PartMesh::kNone;

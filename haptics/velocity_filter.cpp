@@ -7,10 +7,10 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kLongestS = 0.016;    // A window longer than this lags behind what a hand does on purpose.
-constexpr double kSmoothingHz = 150;   // Of the low-pass on the slope: it halves the noise for a millisecond of lag.
-constexpr double kMarginSteps = 1.0;   // Both ends of a line are off by half a step at most.
-constexpr double kTogether = 0.1;      // Of a period: positions closer in time are one.
+constexpr double kLongestS = 0.016;   // A window longer than this lags behind what a hand does on purpose.
+constexpr double kSmoothingHz = 150;  // Of the low-pass on the slope: it halves the noise for a millisecond of lag.
+constexpr double kMarginSteps = 1.0;  // Both ends of a line are off by half a step at most.
+constexpr double kTogether = 0.1;     // Of a period: positions closer in time are one.
 
 // A division is most of what a step back costs.
 struct Inverses {

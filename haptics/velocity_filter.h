@@ -9,10 +9,11 @@
 
 namespace argil::haptics {
 
-/// First-order adaptive windowing, end-fit (Janabi-Sharifi, Hayward, Chen 2000), per axis: the slope from the newest position back
-/// to the oldest one such that a straight line between them passes within one encoder step of all in between. Slow: a long
-/// window, little noise; quick changes: a short one, little lag. A low-pass takes off the edges where the window changes. Cost:
-/// about kWindow operations an axis. One thread. Measured cut-off, lag and noise: NOTES.md, "Stability".
+/// First-order adaptive windowing, end-fit (Janabi-Sharifi, Hayward, Chen 2000), per axis: the slope from the newest
+/// position back to the oldest one such that a straight line between them passes within one encoder step of all in
+/// between. Slow: a long window, little noise; quick changes: a short one, little lag. A low-pass takes off the edges
+/// where the window changes. Cost: about kWindow operations an axis. One thread. Measured cut-off, lag and noise:
+/// NOTES.md, "Stability".
 class VelocityFilter {
  public:
   static constexpr int kWindow = 64;  ///< Ticks that it looks back at most.

@@ -10,21 +10,25 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kFrontMargin = 0.1;     // Of the reach's depth, kept free before what is nearest to the person.
-constexpr double kGripSeconds = 0.05;    // The clutch takes the force away and gives it back in this time: soft, and too short to wait for.
-constexpr double kWallPeakShare = 0.5;   // A wall never takes more of the motors: contact is felt beside it.
+constexpr double kFrontMargin = 0.1;  // Of the reach's depth, kept free before what is nearest to the person.
+// The clutch takes the force away and gives it back in this time: soft, and too short to wait for.
+constexpr double kGripSeconds = 0.05;
+constexpr double kWallPeakShare = 0.5;  // A wall never takes more of the motors: contact is felt beside it.
 
 void require(bool good, const char* what) {
   if (!good) throw Error(std::string("workspace of the device: ") + what);
 }
 
-bool within(double value, double least, double most) { return value >= least && value <= most; }
+bool within(double value, double least, double most) {
+  return value >= least && value <= most;
+}
 
 }  // namespace
 
 void Workspace::check() const {
-  require(pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && std::abs(pose.rotation.norm() - 1) < 1e-6,
-          "its pose is not finite or its quaternion not of unit length");
+  require(
+      pose.translation.allFinite() && pose.rotation.coeffs().allFinite() && std::abs(pose.rotation.norm() - 1) < 1e-6,
+      "its pose is not finite or its quaternion not of unit length");
   require(within(scale, 1e-6, 1e6), "the scale must be 1e-6 to 1e6");
   require(std::isfinite(depthMm), "the depth must be finite");
   require(within(glideMms, 0, 1e4), "the glide must be 0 to 10 000 mm/s");
@@ -34,7 +38,8 @@ void Workspace::check() const {
   require(within(walls.speedMmsN, 0, 1000), "the walls' speed must be 0 to 1000 mm/s for a newton");
 }
 
-double touchableDepthMm(const Workspace& workspace, const DeviceSheet& sheet, std::span<const Eigen::AlignedBox3d> world, double behindMm) {
+double touchableDepthMm(const Workspace& workspace, const DeviceSheet& sheet,
+                        std::span<const Eigen::AlignedBox3d> world, double behindMm) {
   double nearest = -std::numeric_limits<double>::infinity();
   for (const Eigen::AlignedBox3d& box : world) {
     if (box.isEmpty()) continue;
@@ -51,25 +56,31 @@ Vec3d WorkspaceMap::Mapping::apply(const Vec3d& device) const ARGIL_REALTIME {
 }
 
 bool WorkspaceMap::Mapping::same(const Mapping& other) const ARGIL_REALTIME {
-  return scale == other.scale && depthMm == other.depthMm && mirrored == other.mirrored && pose.translation == other.pose.translation &&
-         pose.rotation.coeffs() == other.pose.rotation.coeffs();
+  return scale == other.scale && depthMm == other.depthMm && mirrored == other.mirrored &&
+         pose.translation == other.pose.translation && pose.rotation.coeffs() == other.pose.rotation.coeffs();
 }
 
-void WorkspaceMap::reset() noexcept { *this = WorkspaceMap(); }
+void WorkspaceMap::reset() noexcept {
+  *this = WorkspaceMap();
+}
 
-// The tip under the new mapping: it stays where it was. While contact holds the ball, that is the tip which a person sees, and the spring from there to the
-// hand's place is scaled, so that its length at the hand and with it the force stay.
+// The tip under the new mapping: it stays where it was. While contact holds the ball, that is the tip which a person
+// sees, and the spring from there to the hand's place is scaled, so that its length at the hand and with it the force
+// stay.
 Vec3d WorkspaceMap::change(const Mapping& next, const Vec3d* held) ARGIL_REALTIME {
   Vec3d tip = tip_;
   if (held && next.scale != now_.scale) tip = *held + next.scale / now_.scale * (tip_ - *held);
   const Vec3d left = tip - next.apply(device_);
-  if (next.scale != now_.scale || next.mirrored != now_.mirrored) shift_ = left - lag_;
-  else lag_ = left - shift_;
+  if (next.scale != now_.scale || next.mirrored != now_.mirrored)
+    shift_ = left - lag_;
+  else
+    lag_ = left - shift_;
   now_ = next;
   return tip;
 }
 
-void WorkspaceMap::pressWalls(const PanWalls& walls, const DeviceSheet& sheet, const Vec3d& device, double periodS) ARGIL_REALTIME {
+void WorkspaceMap::pressWalls(const PanWalls& walls, const DeviceSheet& sheet, const Vec3d& device,
+                              double periodS) ARGIL_REALTIME {
   const Vec3d half = 0.5 * walls.share * sheet.workspaceMm;
   const Vec3d press = device - device.cwiseMin(half).cwiseMax(-half);
   const double depth = press.norm();
@@ -88,21 +99,26 @@ void WorkspaceMap::pressWalls(const PanWalls& walls, const DeviceSheet& sheet, c
 
 void WorkspaceMap::glide(double step) ARGIL_REALTIME {
   const double left = lag_.norm();
-  if (left <= step) lag_.setZero();
-  else lag_ -= lag_ * (step / left);
+  if (left <= step)
+    lag_.setZero();
+  else
+    lag_ -= lag_ * (step / left);
 }
 
-Pose WorkspaceMap::toWorld(const Workspace& workspace, const DeviceSheet& sheet, const Pose& device, uint32_t buttons, double periodS,
-                           const Vec3d* held) ARGIL_REALTIME {
+Pose WorkspaceMap::toWorld(const Workspace& workspace, const DeviceSheet& sheet, const Pose& device, uint32_t buttons,
+                           double periodS, const Vec3d* held) ARGIL_REALTIME {
   const Handedness frame = workspace.frame == Handedness::either ? sheet.handedness : workspace.frame;
   const Mapping next{workspace.pose, workspace.scale, workspace.depthMm, frame == Handedness::left};
   clutched_ = (buttons & workspace.clutchButtons) != 0;
   panning_ = false;
   wall_.setZero();
   wallEnergy_ = 0;
-  if (!begun_) now_ = next;
-  else if (!next.same(now_)) tip_ = change(next, held);
-  else if (!held && !clutched_) glide(workspace.glideMms * now_.scale * periodS);
+  if (!begun_)
+    now_ = next;
+  else if (!next.same(now_))
+    tip_ = change(next, held);
+  else if (!held && !clutched_)
+    glide(workspace.glideMms * now_.scale * periodS);
   if (workspace.walls.on) pressWalls(workspace.walls, sheet, device.translation, periodS);
 
   const Vec3d plain = now_.apply(device.translation);

@@ -14,21 +14,25 @@ namespace argil::haptics {
 /// A box inside the device's reach whose walls are felt as springs; a wall that is pressed moves the workspace.
 struct PanWalls {
   bool on = false;
-  double share = 0.85;             ///< Edges of the box in those of the sheet's workspace, 0.1 to 1.
-  double stiffnessNmm = 0.4;       ///< 0.01 to 10; never above the sheet's own top stiffness.
-  double restMm = 1;               ///< So deep in the wall nothing moves yet: a hand at rest wanders this far. 0 to 10.
-  double speedMmsN = 30;           ///< Of the tip for each newton beyond that, in mm of hand a second. 0 to 1000.
+  double share = 0.85;        ///< Edges of the box in those of the sheet's workspace, 0.1 to 1.
+  double stiffnessNmm = 0.4;  ///< 0.01 to 10; never above the sheet's own top stiffness.
+  double restMm = 1;          ///< So deep in the wall nothing moves yet: a hand at rest wanders this far. 0 to 10.
+  double speedMmsN = 30;      ///< Of the tip for each newton beyond that, in mm of hand a second. 0 to 1000.
 };
 
-/// Settings, part of a scene: world = pose · (scale · device + depth), with x of a left-handed device mirrored first. While
-/// nothing ever changed, no wall was pressed and no clutch was used, the servo maps just so; WorkspaceMap says what it does then.
+/// Settings, part of a scene: world = pose · (scale · device + depth), with x of a left-handed device mirrored first.
+/// While nothing ever changed, no wall was pressed and no clutch was used, the servo maps just so; WorkspaceMap says
+/// what it does then.
 struct Workspace {
   Pose pose;
-  double scale = 1;                ///< World mm per device mm, 1e-6 to 1e6. Stiffness is kept at the hand.
+  double scale = 1;                       ///< World mm per device mm, 1e-6 to 1e6. Stiffness is kept at the hand.
   Handedness frame = Handedness::either;  ///< Of the device's axes: `left` mirrors x; `either` as the sheet says.
-  double depthMm = 0;              ///< World mm along the device's z (towards the person): touchableDepthMm() or the person's own choice.
-  uint32_t clutchButtons = 0;      ///< While one of these is down the hand moves and the tip stays: to re-centre. 0: no clutch.
-  /// After a change of pose or depth the tip glides to its new place at so many mm of hand a second while it touches nothing. 0: never.
+  /// World mm along the device's z (towards the person): touchableDepthMm() or the person's own choice.
+  double depthMm = 0;
+  /// While one of these is down the hand moves and the tip stays: to re-centre. 0: no clutch.
+  uint32_t clutchButtons = 0;
+  /// After a change of pose or depth the tip glides to its new place at so many mm of hand a second while it touches
+  /// nothing. 0: never.
   double glideMms = 100;
   PanWalls walls;
 
@@ -43,35 +47,38 @@ struct Workspace {
   /// Throws Error when a number is not finite or out of range.
   void check() const;
 
-  [[nodiscard]] static Vec3d mirror(const Vec3d& v, bool mirrored) noexcept { return mirrored ? Vec3d(-v.x(), v.y(), v.z()) : v; }
+  [[nodiscard]] static Vec3d mirror(const Vec3d& v, bool mirrored) noexcept {
+    return mirrored ? Vec3d(-v.x(), v.y(), v.z()) : v;
+  }
 };
 
-/// The depth (Workspace::depthMm) at which the front of the device's reach lies a little before what is nearest to the person of
-/// all `world` boxes (of pieces, parts and guides), and `behindMm` deeper for a person who wants to reach past it. Zero for no boxes.
-[[nodiscard]] double touchableDepthMm(const Workspace& workspace, const DeviceSheet& sheet, std::span<const Eigen::AlignedBox3d> world,
-                                      double behindMm = 0);
+/// The depth (Workspace::depthMm) at which the front of the device's reach lies a little before what is nearest to the
+/// person of all `world` boxes (of pieces, parts and guides), and `behindMm` deeper for a person who wants to reach
+/// past it. Zero for no boxes.
+[[nodiscard]] double touchableDepthMm(const Workspace& workspace, const DeviceSheet& sheet,
+                                      std::span<const Eigen::AlignedBox3d> world, double behindMm = 0);
 
-/// What the servo keeps of a workspace from tick to tick. Invariant: no change of the settings moves the tip in the tick in which
-/// it arrives. A change of scale or handedness then holds for good (zoom is about the tip); pose and depth are glided to.
-/// One thread, the servo's. Recipe: NOTES.md, "Workspace".
+/// What the servo keeps of a workspace from tick to tick. Invariant: no change of the settings moves the tip in the
+/// tick in which it arrives. A change of scale or handedness then holds for good (zoom is about the tip); pose and
+/// depth are glided to. One thread, the servo's. Recipe: NOTES.md, "Workspace".
 class WorkspaceMap {
  public:
   /// Back to the plain mapping: the tip is where pose and scale say.
   void reset() noexcept;
 
-  /// The stylus in the world. `held`: where contact held the tool's ball in the last tick, or null while it was free: a zoom in mid-
-  /// press keeps that place, the force, and the depth that the hand is in.
-  Pose toWorld(const Workspace& workspace, const DeviceSheet& sheet, const Pose& device, uint32_t buttons, double periodS,
-               const Vec3d* held = nullptr) ARGIL_REALTIME;
+  /// The stylus in the world. `held`: where contact held the tool's ball in the last tick, or null while it was free: a
+  /// zoom in mid- press keeps that place, the force, and the depth that the hand is in.
+  Pose toWorld(const Workspace& workspace, const DeviceSheet& sheet, const Pose& device, uint32_t buttons,
+               double periodS, const Vec3d* held = nullptr) ARGIL_REALTIME;
 
   // Of the last toWorld():
-  /// A world force in the device's frame. Fades out while the clutch is held: a constant force on a hand that goes anywhere gives
-  /// energy without end.
+  /// A world force in the device's frame. Fades out while the clutch is held: a constant force on a hand that goes
+  /// anywhere gives energy without end.
   [[nodiscard]] Vec3d toDevice(const Vec3d& forceN) const ARGIL_REALTIME;
   /// A device force in world directions, for samples.
   [[nodiscard]] Vec3d turnToWorld(const Vec3d& forceN) const ARGIL_REALTIME;
-  /// A velocity of the hand in the world, mm/s. What the mapping itself adds (walls, glide, zoom) is no speed that a damper may push
-  /// against, so velocities are measured in the device's frame.
+  /// A velocity of the hand in the world, mm/s. What the mapping itself adds (walls, glide, zoom) is no speed that a
+  /// damper may push against, so velocities are measured in the device's frame.
   [[nodiscard]] Vec3d velocityToWorld(const Vec3d& mmS) const ARGIL_REALTIME { return now_.scale * turnToWorld(mmS); }
   /// Of the pan walls on the hand, device frame, N; at most half of the sheet's peak.
   [[nodiscard]] const Vec3d& wallForce() const noexcept { return wall_; }

@@ -23,8 +23,8 @@ class AtomicFile {
   /// Throws Error (kind work): no space, I/O error.
   void write(std::span<const std::byte> bytes);
   /// Durable once it returns: the file is flushed, renamed, and its folder flushed. Throws Error (kind work); the
-  /// target is then the old one, unless inPlace(). `mayReplace` false: throws as well when there is a file of that name by
-  /// now.
+  /// target is then the old one, unless inPlace(). `mayReplace` false: throws as well when there is a file of that name
+  /// by now.
   void commit(bool mayReplace = true);
   /// The file has its name. When commit() threw all the same, the folder could not be flushed: a power cut may bring
   /// the old file back.

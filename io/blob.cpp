@@ -21,7 +21,9 @@ constexpr int kZstdLevel = 3;
 
 constexpr size_t kMostSlice = kMostRecordBody - sizeof(ChunkHead);
 
-[[noreturn]] void damaged(const char* what) { throw Error(std::string("damaged: ") + what, Error::Kind::work); }
+[[noreturn]] void damaged(const char* what) {
+  throw Error(std::string("damaged: ") + what, Error::Kind::work);
+}
 
 struct Chunk {
   ChunkHead head;
@@ -46,7 +48,8 @@ bool readChunk(RecordSource& source, RecordId id, Chunk& chunk) {
 Chunk firstChunk(RecordSource& source, RecordId id) {
   Chunk chunk;
   if (id == 0 || !readChunk(source, id, chunk)) damaged("the beginning of a stored text, picture or mesh is missing");
-  if (chunk.head.index != 0 || chunk.head.count == 0) damaged("a stored text, picture or mesh does not begin where it should");
+  if (chunk.head.index != 0 || chunk.head.count == 0)
+    damaged("a stored text, picture or mesh does not begin where it should");
   return chunk;
 }
 
@@ -59,7 +62,8 @@ std::optional<ChunkHead> chunkHeadOf(std::span<const std::byte> body) {
   return head;
 }
 
-RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink, RecordId as) {
+RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink,
+                 RecordId as) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
   const size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
   RecordCodec codec = RecordCodec::raw;
@@ -71,7 +75,8 @@ RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids
   ChunkHead head{};
   head.blobKind = static_cast<uint8_t>(kind);
   const size_t count = std::max<size_t>(1, (stream.size() + kMostSlice - 1) / kMostSlice);
-  if (count > std::numeric_limits<uint32_t>::max()) throw Error("a mesh or picture is too large for a document", Error::Kind::work);
+  if (count > std::numeric_limits<uint32_t>::max())
+    throw Error("a mesh or picture is too large for a document", Error::Kind::work);
   head.count = static_cast<uint32_t>(count);
   head.bytes = bytes.size();
   head.checksum = XXH3_64bits(bytes.data(), bytes.size());
@@ -96,7 +101,8 @@ std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source,
   const RecordCodec codec = chunk.codec;
   if (head.blobKind != static_cast<uint8_t>(kind)) damaged("a stored text, picture or mesh is of another kind");
   if (head.bytes > most) throw Error("a stored text, picture or mesh is larger than Argil takes", Error::Kind::work);
-  if (codec != RecordCodec::raw && codec != RecordCodec::zstd) damaged("a stored text, picture or mesh is packed in an unknown way");
+  if (codec != RecordCodec::raw && codec != RecordCodec::zstd)
+    damaged("a stored text, picture or mesh is packed in an unknown way");
   // Memory grows with what was read, not with what the first chunk announces.
   std::vector<std::byte> bytes;
   ZSTD_DCtx* unpacker = ZSTD_createDCtx();
@@ -111,7 +117,8 @@ std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source,
       bool full = true;
       while (in.pos < in.size || full) {
         ZSTD_outBuffer out{window.data(), window.size(), 0};
-        if (ZSTD_isError(ZSTD_decompressStream(unpacker, &out, &in)) != 0) damaged("a stored text, picture or mesh cannot be unpacked");
+        if (ZSTD_isError(ZSTD_decompressStream(unpacker, &out, &in)) != 0)
+          damaged("a stored text, picture or mesh cannot be unpacked");
         bytes.insert(bytes.end(), window.begin(), window.begin() + static_cast<std::ptrdiff_t>(out.pos));
         full = out.pos == out.size;
         if (bytes.size() > head.bytes) break;
@@ -119,8 +126,9 @@ std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source,
     }
     if (bytes.size() > head.bytes) damaged("a stored text, picture or mesh is longer than it says");
     if (++index == head.count) break;
-    if (!readChunk(source, id + index, chunk) || chunk.head.index != index || chunk.codec != codec || chunk.head.checksum != head.checksum ||
-        chunk.head.count != head.count || chunk.head.blobKind != head.blobKind || chunk.head.bytes != head.bytes || chunk.slice.empty())
+    if (!readChunk(source, id + index, chunk) || chunk.head.index != index || chunk.codec != codec ||
+        chunk.head.checksum != head.checksum || chunk.head.count != head.count ||
+        chunk.head.blobKind != head.blobKind || chunk.head.bytes != head.bytes || chunk.slice.empty())
       damaged("a piece of a stored text, picture or mesh is missing");
   }
   if (bytes.size() != head.bytes || XXH3_64bits(bytes.data(), bytes.size()) != head.checksum)

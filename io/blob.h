@@ -14,10 +14,10 @@ namespace argil::io {
 
 /// What a blob is, so that a damaged file can be salvaged. Stored in files: numbers are never given a new meaning.
 enum class BlobKind : uint8_t {
-  head = 1,       ///< What a saved document consists of, JSON: the newest one counts.
-  state = 2,      ///< A document at one moment, JSON (engine/document_text.h).
-  mesh = 3,       ///< A part's mesh.
-  picture = 4,    ///< PNG.
+  head = 1,     ///< What a saved document consists of, JSON: the newest one counts.
+  state = 2,    ///< A document at one moment, JSON (engine/document_text.h).
+  mesh = 3,     ///< A part's mesh.
+  picture = 4,  ///< PNG.
 };
 
 /// Stands in front of each chunk of a blob, little endian.
@@ -34,11 +34,14 @@ static_assert(sizeof(ChunkHead) == 32);
 /// The head of a chunk record's body; nothing when the body is too short. Any bytes are allowed.
 [[nodiscard]] std::optional<ChunkHead> chunkHeadOf(std::span<const std::byte> body);
 
-/// Writes a blob as chunks of consecutive ids (kind, index, count of chunks, length in all and a checksum of the whole stand in each); packed with zstd. The id of
-/// the first names it. `as`, not 0: the id that the same bytes got before, in another file.
-RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink, RecordId as = 0);
+/// Writes a blob as chunks of consecutive ids (kind, index, count of chunks, length in all and a checksum of the whole
+/// stand in each); packed with zstd. The id of the first names it. `as`, not 0: the id that the same bytes got before,
+/// in another file.
+RecordId putBlob(BlobKind kind, std::span<const std::byte> bytes, RecordIds& ids, RecordSet& held, RecordSink& sink,
+                 RecordId as = 0);
 
-/// The bytes of a blob, at most `most` of them. Throws Error (kind work) when a chunk is missing or damaged, it is of another kind, or longer.
+/// The bytes of a blob, at most `most` of them. Throws Error (kind work) when a chunk is missing or damaged, it is of
+/// another kind, or longer.
 [[nodiscard]] std::vector<std::byte> getBlob(BlobKind kind, RecordId id, RecordSource& source, size_t most);
 
 /// The ids of its chunks, added to `live`. Throws Error (kind work) when one is missing.

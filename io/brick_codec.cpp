@@ -23,7 +23,9 @@ uint32_t ordered(float value) {
   const auto bits = std::bit_cast<uint32_t>(value);
   return bits ^ (static_cast<uint32_t>(static_cast<int32_t>(bits) >> 31) | 0x80000000u);
 }
-float unordered(uint32_t order) { return std::bit_cast<float>(order ^ (~static_cast<uint32_t>(static_cast<int32_t>(order) >> 31) | 0x80000000u)); }
+float unordered(uint32_t order) {
+  return std::bit_cast<float>(order ^ (~static_cast<uint32_t>(static_cast<int32_t>(order) >> 31) | 0x80000000u));
+}
 
 // How distances are counted: floats in voxels, codes in steps.
 struct FloatNumbers {
@@ -40,23 +42,31 @@ struct CodeNumbers {
   static constexpr int kFirstLength = 14;
   static constexpr float band = clay::kMostCode;
   [[nodiscard]] static float beyond() { return 4 * band; }
-  static uint32_t order(float predicted) { return static_cast<uint32_t>(static_cast<int32_t>(predicted)); }  // predictions are whole
+  // predictions are whole
+  static uint32_t order(float predicted) { return static_cast<uint32_t>(static_cast<int32_t>(predicted)); }
   static float value(uint32_t order) { return static_cast<float>(static_cast<int32_t>(order)); }
 };
 
 // Differences of both signs as small numbers.
-uint32_t zigzag(uint32_t step) { return (step << 1) ^ (0u - (step >> 31)); }
-uint32_t unzigzag(uint32_t code) { return (code >> 1) ^ (0u - (code & 1)); }
+uint32_t zigzag(uint32_t step) {
+  return (step << 1) ^ (0u - (step >> 31));
+}
+uint32_t unzigzag(uint32_t code) {
+  return (code >> 1) ^ (0u - (code & 1));
+}
 
-int bitLength(uint32_t value) { return 32 - std::countl_zero(value); }
+int bitLength(uint32_t value) {
+  return 32 - std::countl_zero(value);
+}
 
 constexpr int kCornerBits = 3;
-constexpr int kMostPrefix = 4;     // longer ones say the length in kLengthBits instead
+constexpr int kMostPrefix = 4;  // longer ones say the length in kLengthBits instead
 constexpr int kLengthBits = 5;
 
-// Goes through the voxels (index x·64 + y·8 + z, from the chosen corner) in order and calls step(index, prediction as an ordered number), which returns
-// the value there. The prediction is Lorenzo's: exact where the field is a sum of functions of two coordinates each. Where values are clamped it goes on
-// from what it predicted instead, so that a plane that comes back into the band is still known. Encoder and decoder must do the same arithmetic.
+// Goes through the voxels (index x·64 + y·8 + z, from the chosen corner) in order and calls step(index, prediction as
+// an ordered number), which returns the value there. The prediction is Lorenzo's: exact where the field is a sum of
+// functions of two coordinates each. Where values are clamped it goes on from what it predicted instead, so that a
+// plane that comes back into the band is still known. Encoder and decoder must do the same arithmetic.
 template <class Numbers, class Step>
 void predict(const Numbers& numbers, const Step& step) {
   const float band = numbers.band, beyond = numbers.beyond();
@@ -75,7 +85,10 @@ void predict(const Numbers& numbers, const Step& step) {
     for (int y = 0; y < 8; ++y) {
       const int row = x * 64 + y * 8;
       float base[8];
-      for (int z = 0; z < 8; ++z) base[z] = x == 0 ? (y == 0 ? 0.0f : at[row + z - 8]) : y == 0 ? at[row + z - 64] : (at[row + z - 8] - at[row + z - 72]) + at[row + z - 64];
+      for (int z = 0; z < 8; ++z)
+        base[z] = x == 0   ? (y == 0 ? 0.0f : at[row + z - 8])
+                  : y == 0 ? at[row + z - 64]
+                           : (at[row + z - 8] - at[row + z - 72]) + at[row + z - 64];
       float first = base[0];
       if (y == 0 && x > 1) first = 2 * at[row - 64] - at[row - 128];
       if (x == 0 && y > 1) first = 2 * at[row - 8] - at[row - 16];
@@ -153,23 +166,25 @@ size_t encode(const typename Numbers::Value* phi, const Numbers& numbers, std::b
   BitWriter writer(to);
   writer.add(static_cast<uint64_t>((corner >> 6 & 4) | (corner >> 3 & 2) | (corner & 1)), kCornerBits);
   Lengths lengths(Numbers::kFirstLength);
-  predict(numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
-    const auto value = static_cast<float>(phi[index ^ corner]);
-    const uint32_t code = zigzag(numbers.order(value) - predicted);
-    const int plain = lengths.plainBits(index);
-    lengths.set(index, code);
-    const int prefix = bitLength(code >> plain);
-    if (prefix < kMostPrefix) {
-      writer.add((uint64_t{1} << prefix) - 1, prefix + 1);
-      const int rest = plain + std::max(0, prefix - 1);
-      writer.add(code & ((uint64_t{1} << rest) - 1), rest);
-    } else {
-      const int length = bitLength(code);
-      writer.add((uint64_t{1} << kMostPrefix) - 1 + (static_cast<uint64_t>(length - 1) << kMostPrefix), kMostPrefix + kLengthBits);
-      writer.add(code & ((uint64_t{1} << (length - 1)) - 1), length - 1);
-    }
-    return value;
-  });
+  predict(
+      numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+        const auto value = static_cast<float>(phi[index ^ corner]);
+        const uint32_t code = zigzag(numbers.order(value) - predicted);
+        const int plain = lengths.plainBits(index);
+        lengths.set(index, code);
+        const int prefix = bitLength(code >> plain);
+        if (prefix < kMostPrefix) {
+          writer.add((uint64_t{1} << prefix) - 1, prefix + 1);
+          const int rest = plain + std::max(0, prefix - 1);
+          writer.add(code & ((uint64_t{1} << rest) - 1), rest);
+        } else {
+          const int length = bitLength(code);
+          writer.add((uint64_t{1} << kMostPrefix) - 1 + (static_cast<uint64_t>(length - 1) << kMostPrefix),
+                     kMostPrefix + kLengthBits);
+          writer.add(code & ((uint64_t{1} << (length - 1)) - 1), length - 1);
+        }
+        return value;
+      });
   return static_cast<size_t>(writer.finish() - to);
 }
 
@@ -180,27 +195,30 @@ size_t decode(const std::byte* from, const Numbers& numbers, float* phi) {
   const auto first = static_cast<int>(from[0]);
   const int corner = (first & 4 ? 448 : 0) | (first & 2 ? 56 : 0) | (first & 1 ? 7 : 0);
   Lengths lengths(Numbers::kFirstLength);
-  predict(numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
-    uint64_t bits;
-    std::memcpy(&bits, from + at / 8, 8);
-    bits >>= at % 8;  // 57 at least
-    const int plain = lengths.plainBits(index);
-    const int prefix = std::min(std::countr_one(bits), kMostPrefix);
-    uint32_t code;
-    if (prefix < kMostPrefix) {
-      const int rest = plain + std::max(0, prefix - 1);
-      code = static_cast<uint32_t>((bits >> (prefix + 1)) & ((uint64_t{1} << rest) - 1)) | static_cast<uint32_t>((prefix > 0 ? uint64_t{1} : 0) << rest);
-      at += static_cast<size_t>(prefix + 1 + rest);
-    } else {
-      const auto rest = static_cast<int>((bits >> kMostPrefix) & ((1u << kLengthBits) - 1));
-      code = static_cast<uint32_t>((bits >> (kMostPrefix + kLengthBits)) & ((uint64_t{1} << rest) - 1)) | static_cast<uint32_t>(uint64_t{1} << rest);
-      at += static_cast<size_t>(kMostPrefix + kLengthBits + rest);
-    }
-    lengths.set(index, code);
-    const float value = numbers.value(predicted + unzigzag(code));
-    phi[index ^ corner] = value;
-    return value;
-  });
+  predict(
+      numbers, [&](int index, uint32_t predicted) __attribute__((always_inline)) {
+        uint64_t bits;
+        std::memcpy(&bits, from + at / 8, 8);
+        bits >>= at % 8;  // 57 at least
+        const int plain = lengths.plainBits(index);
+        const int prefix = std::min(std::countr_one(bits), kMostPrefix);
+        uint32_t code;
+        if (prefix < kMostPrefix) {
+          const int rest = plain + std::max(0, prefix - 1);
+          code = static_cast<uint32_t>((bits >> (prefix + 1)) & ((uint64_t{1} << rest) - 1)) |
+                 static_cast<uint32_t>((prefix > 0 ? uint64_t{1} : 0) << rest);
+          at += static_cast<size_t>(prefix + 1 + rest);
+        } else {
+          const auto rest = static_cast<int>((bits >> kMostPrefix) & ((1u << kLengthBits) - 1));
+          code = static_cast<uint32_t>((bits >> (kMostPrefix + kLengthBits)) & ((uint64_t{1} << rest) - 1)) |
+                 static_cast<uint32_t>(uint64_t{1} << rest);
+          at += static_cast<size_t>(kMostPrefix + kLengthBits + rest);
+        }
+        lengths.set(index, code);
+        const float value = numbers.value(predicted + unzigzag(code));
+        phi[index ^ corner] = value;
+        return value;
+      });
   return (at + 7) / 8;
 }
 
@@ -210,14 +228,16 @@ bool settle(clay::FloatBrick& brick, float band) {
   int32_t bad = 0, inBand = 0;
   for (const float phi : brick.value) {  // apart from the next loop, so that it runs on vectors
     const auto bits = std::bit_cast<int32_t>(phi);
-    const int32_t size = bits & 0x7fffffff;  // in the order of the absolute values; NaN is above all
+    const int32_t size = bits & 0x7fffffff;          // in the order of the absolute values; NaN is above all
     bad |= (bandBits - size) | ((size - 1) & bits);  // negative: out of the band; -0
     inBand |= size - bandBits;
   }
   for (size_t x = 0; x < clay::kBrickEdge; ++x) {
     uint64_t word = 0;
     for (size_t i = 0; i < 64; i += 4) {
-      const auto sign = [&](size_t k) { return static_cast<uint64_t>(std::bit_cast<uint32_t>(brick.value[x * 64 + i + k]) >> 31) << k; };
+      const auto sign = [&](size_t k) {
+        return static_cast<uint64_t>(std::bit_cast<uint32_t>(brick.value[x * 64 + i + k]) >> 31) << k;
+      };
       word |= (sign(0) | sign(1) | sign(2) | sign(3)) << i;
     }
     brick.inside[x] = word;
@@ -278,9 +298,12 @@ std::optional<Coord> BrickCodec::unpack(const RecordView& record, float band, cl
     return work_.data();
   };
   const bool isFixed = brick.step != 0;
-  const RecordCodec raw = isFixed ? RecordCodec::raw16 : RecordCodec::raw, predicted = isFixed ? RecordCodec::predicted16 : RecordCodec::predicted;
+  const RecordCodec raw = isFixed ? RecordCodec::raw16 : RecordCodec::raw,
+                    predicted = isFixed ? RecordCodec::predicted16 : RecordCodec::predicted;
   const size_t rawBytes = isFixed ? kRawCodeBytes : kRawBytes;
-  if (record.header.codec == raw ? packed.size() != rawBytes : record.header.codec != predicted || packed.size() >= rawBytes) return std::nullopt;
+  if (record.header.codec == raw ? packed.size() != rawBytes
+                                 : record.header.codec != predicted || packed.size() >= rawBytes)
+    return std::nullopt;
   if (isFixed) {
     auto& fixed = static_cast<clay::FixedBrick&>(brick);
     if (record.header.codec == raw) {

@@ -11,7 +11,8 @@ namespace argil::io {
 /// Writes one piece while the next is filled.
 class ByteSink::Writer {
  public:
-  explicit Writer(AtomicFile& file) : file_(file), piece_(kSize), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+  explicit Writer(AtomicFile& file)
+      : file_(file), piece_(kSize), thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
   /// Swaps in a piece that may be filled. Throws what writing an earlier one threw.
   void take(std::vector<std::byte>& piece, size_t size) {

@@ -13,9 +13,10 @@
 
 namespace argil::io {
 
-/// Collects bytes and hands them to the file in large pieces: while one is written, by a thread of the sink's own that starts with the second, the next is filled. Single
-/// numbers are little endian. Memory: two pieces. One thread; the file is the sink's from the first byte to flush(). Every member may throw what AtomicFile::write throws,
-/// also for bytes that were given before.
+/// Collects bytes and hands them to the file in large pieces: while one is written, by a thread of the sink's own that
+/// starts with the second, the next is filled. Single numbers are little endian. Memory: two pieces. One thread; the
+/// file is the sink's from the first byte to flush(). Every member may throw what AtomicFile::write throws, also for
+/// bytes that were given before.
 class ByteSink {
  public:
   static constexpr size_t kSize = size_t(512) << 10;  ///< Bytes of a piece: fits the second cache.

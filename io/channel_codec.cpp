@@ -37,7 +37,8 @@ void packClayHead(const ClayHead& head, std::vector<std::byte>& body) {
 
 std::optional<ClayHead> parseClayHead(const RecordView& record) {
   const std::span<const std::byte> body = record.body;
-  if (record.header.kind != RecordKind::clay || record.header.codec != RecordCodec::raw || body.size() < kIdBytes || (body.size() - kIdBytes) % (1 + kIdBytes) != 0)
+  if (record.header.kind != RecordKind::clay || record.header.codec != RecordCodec::raw || body.size() < kIdBytes ||
+      (body.size() - kIdBytes) % (1 + kIdBytes) != 0)
     return std::nullopt;
   const auto known = [&](RecordId id) { return id != 0 && id < record.header.id; };
   ClayHead head;
@@ -78,7 +79,8 @@ std::optional<Coord> unpackChannelBrick(const RecordView& record, std::span<uint
   if (record.header.codec == RecordCodec::raw) {
     if (rest.size() != values.size()) return std::nullopt;
     std::memcpy(values.data(), rest.data(), values.size());
-  } else if (record.header.codec != RecordCodec::zstd || ZSTD_decompress(values.data(), values.size(), rest.data(), rest.size()) != values.size()) {
+  } else if (record.header.codec != RecordCodec::zstd ||
+             ZSTD_decompress(values.data(), values.size(), rest.data(), rest.size()) != values.size()) {
     return std::nullopt;
   }
   int32_t coord[3];

@@ -21,7 +21,9 @@ size_t rankOf(const PlaceSet& set, int place) {
 }  // namespace
 
 void ChannelReading::lose(const char* what) {
-  if (!mending_) throw Error(fmt::format("damaged: {} of the clay's colours, materials or masks is missing or damaged", what), Error::Kind::work);
+  if (!mending_)
+    throw Error(fmt::format("damaged: {} of the clay's colours, materials or masks is missing or damaged", what),
+                Error::Kind::work);
   ++lost_;
   exact_ = false;
 }
@@ -41,8 +43,10 @@ void ChannelReading::fill(clay::Channel channel, const clay::Version& bricksOf, 
   uint8_t values[clay::kBrickVoxels];
   std::fill(std::begin(values), std::end(values), full ? uint8_t{255} : uint8_t{0});
   const auto walk = [&](const auto& self, const clay::TreePlace& place) -> void {
-    const Coord end = place.first() + Coord{1, 1, 1} * (1 << (3 * place.level())), blockEnd = first + Coord{1, 1, 1} * (1 << (3 * level));
-    const bool apart = place.first().x >= blockEnd.x || place.first().y >= blockEnd.y || place.first().z >= blockEnd.z || end.x <= first.x || end.y <= first.y || end.z <= first.z;
+    const Coord end = place.first() + Coord{1, 1, 1} * (1 << (3 * place.level())),
+                blockEnd = first + Coord{1, 1, 1} * (1 << (3 * level));
+    const bool apart = place.first().x >= blockEnd.x || place.first().y >= blockEnd.y ||
+                       place.first().z >= blockEnd.z || end.x <= first.x || end.y <= first.y || end.z <= first.z;
     if (apart || place.isTile()) return;
     if (place.level() == 0)
       exact_ = set(channel, place.first(), values) && exact_;
@@ -91,7 +95,8 @@ void ChannelReading::visit(clay::Channel channel, State now, State near, int lev
       nodes_.emplace(now.id, *nowNode);
     }
   }
-  if (near.id != 0 && !(nearNode = load(near.id, level, first))) throw Error("damaged: a node of the version beside it is missing or damaged", Error::Kind::work);
+  if (near.id != 0 && !(nearNode = load(near.id, level, first)))
+    throw Error("damaged: a node of the version beside it is missing or damaged", Error::Kind::work);
   size_t nowNext = 0, nearNext = 0;
   const auto childOf = [](const std::optional<NodeBody>& node, State whole, int place, size_t& next) {
     if (!node) return State{0, whole.full};
@@ -124,7 +129,8 @@ void ChannelReading::loadBricks(clay::Channel channel) {
   for (size_t i = 0; i < wanted_.size(); ++i) {
     if (there[i]) continue;
     lose("a brick");
-    if (editor_.find(channel, wanted_[i].coord) != clay::ChannelSlot()) editor_.setChannelTile(channel, wanted_[i].coord, false);
+    if (editor_.find(channel, wanted_[i].coord) != clay::ChannelSlot())
+      editor_.setChannelTile(channel, wanted_[i].coord, false);
   }
   wanted_.clear();
 }
@@ -162,7 +168,8 @@ clay::Version ChannelReading::run(const ClayHead& head, const ClayHead& nearHead
   const auto stateOf = [](RecordId id) { return State{id, false}; };
   for (const clay::Channel channel : clay::kAllChannels) {
     const auto index = static_cast<size_t>(channel);
-    visit(channel, stateOf(head.channels[index]), stateOf(nearHead.channels[index]), clay::kTreeLevels, clay::treeFirst());
+    visit(channel, stateOf(head.channels[index]), stateOf(nearHead.channels[index]), clay::kTreeLevels,
+          clay::treeFirst());
     loadBricks(channel);
   }
   clay::Version version = editor_.commit();
@@ -170,7 +177,8 @@ clay::Version ChannelReading::run(const ClayHead& head, const ClayHead& nearHead
     const RecordId id = head.channels[static_cast<size_t>(channel)];
     if (id != 0) exact_ = teach(channel, id, clay::TreePlace::root(version, channel)) && exact_;
   }
-  if (lost_ > 0) read.notes.push_back(fmt::format("{} places of colour, material or mask were damaged: they are unset", lost_));
+  if (lost_ > 0)
+    read.notes.push_back(fmt::format("{} places of colour, material or mask were damaged: they are unset", lost_));
   return version;
 }
 

@@ -15,9 +15,18 @@ namespace argil::io {
 /// One reading, after that of the distances. Bytes outside of the band, which no Argil writes, are left out.
 class ChannelReading {
  public:
-  /// `version` has the distances already, and the channels of `near`, a version that it was made from. `mending`: what is lost is unset, else throws Error.
-  ChannelReading(ClayRecords& memo, RecordSource& source, const clay::Version& version, const clay::Version& near, uint32_t owner, bool mending, Job* job)
-      : memo_(memo), source_(source), version_(version), near_(near), editor_(version), owner_(owner), mending_(mending), job_(job) {}
+  /// `version` has the distances already, and the channels of `near`, a version that it was made from. `mending`: what
+  /// is lost is unset, else throws Error.
+  ChannelReading(ClayRecords& memo, RecordSource& source, const clay::Version& version, const clay::Version& near,
+                 uint32_t owner, bool mending, Job* job)
+      : memo_(memo),
+        source_(source),
+        version_(version),
+        near_(near),
+        editor_(version),
+        owner_(owner),
+        mending_(mending),
+        job_(job) {}
 
   /// `nearHead`: of `near`, all zero where it has no channels. Adds to read.notes; the new version.
   [[nodiscard]] clay::Version run(const ClayHead& head, const ClayHead& nearHead, ReadClay& read);
@@ -51,9 +60,9 @@ class ChannelReading {
   uint32_t owner_;
   bool mending_;
   Job* job_;
-  std::vector<Wanted> wanted_;                   // of the channel in work
-  std::map<RecordId, NodeBody> nodes_;           // loaded, of what is read
-  std::map<RecordId, uint64_t> serials_;         // of bricks
+  std::vector<Wanted> wanted_;            // of the channel in work
+  std::map<RecordId, NodeBody> nodes_;    // loaded, of what is read
+  std::map<RecordId, uint64_t> serials_;  // of bricks
   uint64_t lost_ = 0;
   bool exact_ = true;
 };

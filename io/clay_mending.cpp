@@ -28,16 +28,21 @@ constexpr int kRounds = 1, kSweeps = 1;
 constexpr size_t kManyLost = 600;
 #else
 constexpr size_t kMostWallBricks = size_t{1} << 16;  // 140 MB
-// Relaxation of lost bricks: eight sweeps carry a value through a brick, eight rounds through a few bricks side by side.
+// Relaxation of lost bricks: eight sweeps carry a value through a brick, eight rounds through a few bricks side by
+// side.
 constexpr int kRounds = 8, kSweeps = 8;
 constexpr size_t kManyLost = 20000;  // then two rounds must do
 #endif
-constexpr int kLargeLevel = 2;  // blocks of 512 voxels
-constexpr float kSettled = 1e-3f;   // voxels a sweep: far below what such a guess is off
+constexpr int kLargeLevel = 2;     // blocks of 512 voxels
+constexpr float kSettled = 1e-3f;  // voxels a sweep: far below what such a guess is off
 
-int edgeOf(int level) { return 1 << (3 * level); }
+int edgeOf(int level) {
+  return 1 << (3 * level);
+}
 
-int& axisOf(Coord& c, int axis) { return axis == 0 ? c.x : axis == 1 ? c.y : c.z; }
+int& axisOf(Coord& c, int axis) {
+  return axis == 0 ? c.x : axis == 1 ? c.y : c.z;
+}
 
 // Faces 0 to 5: lower and upper along x, y, z.
 Coord across(Coord first, int level, int face) {
@@ -47,12 +52,16 @@ Coord across(Coord first, int level, int face) {
 
 bool inTree(Coord c) {
   const Coord low = clay::treeFirst();
-  const auto in = [](int32_t at, int32_t from) { return at >= from && int64_t{at} < int64_t{from} + edgeOf(clay::kTreeLevels); };
+  const auto in = [](int32_t at, int32_t from) {
+    return at >= from && int64_t{at} < int64_t{from} + edgeOf(clay::kTreeLevels);
+  };
   return in(c.x, low.x) && in(c.y, low.y) && in(c.z, low.z);
 }
 
 bool inReach(Coord first, int level) {
-  const auto in = [level](int32_t c) { return c >= -clay::kBrickReach && int64_t{c} + edgeOf(level) <= clay::kBrickReach; };
+  const auto in = [level](int32_t c) {
+    return c >= -clay::kBrickReach && int64_t{c} + edgeOf(level) <= clay::kBrickReach;
+  };
   return in(first.x) && in(first.y) && in(first.z);
 }
 
@@ -104,7 +113,8 @@ float relax(Halo& at, std::array<float, clay::kBrickVoxels>& values) {
     for (int x = 1; x < 9; ++x)
       for (int y = 1; y < 9; ++y)
         for (int z = 1; z < 9; ++z) {
-          const float sum = ((at[x - 1][y][z] + at[x + 1][y][z]) + (at[x][y - 1][z] + at[x][y + 1][z])) + (at[x][y][z + 1] + at[x][y][z - 1]);
+          const float sum = ((at[x - 1][y][z] + at[x + 1][y][z]) + (at[x][y - 1][z] + at[x][y + 1][z])) +
+                            (at[x][y][z + 1] + at[x][y][z - 1]);
           const float next = sum / 6;
           change = std::max(change, std::abs(next - at[x][y][z]));
           at[x][y][z] = next;
@@ -123,7 +133,8 @@ class Mending {
   void addLost(const LostBlock& block) {
     for (int level = clay::kTreeLevels; level > block.level; --level) {
       const auto known = index_[static_cast<size_t>(level)].find(clay::Editor::blockFirst(block.first, level));
-      if (known != index_[static_cast<size_t>(level)].end() && known->second != kAbove) return;  // all of it is lost already
+      // all of it is lost already
+      if (known != index_[static_cast<size_t>(level)].end() && known->second != kAbove) return;
     }
     if (index_[static_cast<size_t>(block.level)].contains(block.first)) return;
     const TreePlace at = placeAt(version_, block.first, block.level);
@@ -169,12 +180,14 @@ class Mending {
     leaves_.push_back({first, level});
   }
 
-  // Calls back with what touches a block (one step away across `face` of a leaf) on its side towards that leaf: a leaf, or a known tile or brick.
+  // Calls back with what touches a block (one step away across `face` of a leaf) on its side towards that leaf: a leaf,
+  // or a known tile or brick.
   void visitTouching(Coord first, int level, int face, const std::function<void(Leaf*, const TreePlace&, int)>& visit) {
     if (!inTree(first)) return visit(nullptr, TreePlace(), level);
     for (int above = level + 1; above <= clay::kTreeLevels; ++above) {
       const auto known = index_[static_cast<size_t>(above)].find(clay::Editor::blockFirst(first, above));
-      if (known != index_[static_cast<size_t>(above)].end() && known->second != kAbove) return visit(&leaves_[known->second], TreePlace(), level);
+      if (known != index_[static_cast<size_t>(above)].end() && known->second != kAbove)
+        return visit(&leaves_[known->second], TreePlace(), level);
     }
     visitWithin(first, level, face, visit);
   }
@@ -197,11 +210,12 @@ class Mending {
       leaf.decided = cautious && leaf.level >= kLargeLevel;
       if (leaf.decided) continue;
       for (int face = 0; face < 6; ++face) {
-        visitTouching(across(leaf.first, leaf.level, face), leaf.level, face, [&](Leaf* other, const TreePlace& at, int level) {
-          if (other) return;
-          const int64_t area = int64_t{64} << (6 * level);
-          leaf.votes += at.brick() ? signOfFace(*at.brick(), face ^ 1) : at.tile() == Tile::inside ? area : -area;
-        });
+        visitTouching(
+            across(leaf.first, leaf.level, face), leaf.level, face, [&](Leaf* other, const TreePlace& at, int level) {
+              if (other) return;
+              const int64_t area = int64_t{64} << (6 * level);
+              leaf.votes += at.brick() ? signOfFace(*at.brick(), face ^ 1) : at.tile() == Tile::inside ? area : -area;
+            });
       }
       if (leaf.votes == 0) continue;
       leaf.tile = leaf.votes > 0 ? Tile::inside : Tile::outside;
@@ -251,13 +265,15 @@ class Mending {
             Coord to = from + Coord{1, 1, 1};
             axisOf(to, face / 2) = face % 2 == 0 ? 0 : 9;
             const int offset = clay::Brick::offset(from.x, from.y, from.z);
-            halo[to.x][to.y][to.z] = other == indexOf.end() ? slot.phi(offset, band) : values[other->second][static_cast<size_t>(offset)];
+            halo[to.x][to.y][to.z] =
+                other == indexOf.end() ? slot.phi(offset, band) : values[other->second][static_cast<size_t>(offset)];
           });
         }
         settled[i] = relax(halo, values[i]) < kSettled;
         if (settled[i]) continue;
         for (int face = 0; face < 6; ++face)
-          if (const auto other = indexOf.find(across(bricks[i], 0, face)); other != indexOf.end()) settled[other->second] = 0;
+          if (const auto other = indexOf.find(across(bricks[i], 0, face)); other != indexOf.end())
+            settled[other->second] = 0;
       }
     }
     for (size_t i = 0; i < bricks.size(); ++i) editor.setVoxels(bricks[i], values[i]);
@@ -282,7 +298,8 @@ class Mending {
         forFaceChildren(first, level, face, [&](Coord child) { self(self, child, level - 1, face, tile); });
       else if (!other.brick() && other.tile() != tile) {
         // Before they are counted out one by one: a face of level 8 would have 64^8.
-        if (2 * (uint64_t{1} << (6 * level)) > kMostWallBricks) throw Error("damaged: too much of the clay is lost", Error::Kind::work);
+        if (2 * (uint64_t{1} << (6 * level)) > kMostWallBricks)
+          throw Error("damaged: too much of the clay is lost", Error::Kind::work);
         addPair(addPair, first, level, face, tile);
       }
     };
@@ -303,7 +320,9 @@ class Mending {
         const Coord d{n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
         const clay::Slot beside = version_.find(brick + d);
         if (!beside.isTile() || beside.tile() == tile) continue;
-        const auto gap = [](int at, int towards) { return towards == 0 ? 0.0f : static_cast<float>(towards < 0 ? at : 7 - at) + 0.5f; };
+        const auto gap = [](int at, int towards) {
+          return towards == 0 ? 0.0f : static_cast<float>(towards < 0 ? at : 7 - at) + 0.5f;
+        };
         for (int k = 0; k < clay::kBrickVoxels; ++k) {
           const float x = gap(k >> 6, d.x), y = gap(k >> 3 & 7, d.y), z = gap(k & 7, d.z);
           phi[static_cast<size_t>(k)] = std::min(phi[static_cast<size_t>(k)], std::sqrt(x * x + y * y + z * z));
@@ -327,7 +346,8 @@ Version mendClay(const Version& damaged, std::span<const LostBlock> lost) {
   if (lost.empty()) return damaged;
   Mending mending(damaged);
   std::vector<LostBlock> blocks(lost.begin(), lost.end());
-  std::stable_sort(blocks.begin(), blocks.end(), [](const LostBlock& a, const LostBlock& b) { return a.level > b.level; });
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [](const LostBlock& a, const LostBlock& b) { return a.level > b.level; });
   for (const LostBlock& block : blocks) mending.addLost(block);
   return mending.run();
 }

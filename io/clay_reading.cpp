@@ -20,7 +20,9 @@ namespace {
 constexpr size_t kMostNodes = size_t{1} << 19;     // 2 GiB of nodes
 constexpr size_t kBatchBytes = size_t{256} << 10;  // handed to an unpacking thread at once: stays in its cache
 
-[[noreturn]] void damaged(const std::string& what) { throw Error("damaged: " + what, Error::Kind::work); }
+[[noreturn]] void damaged(const std::string& what) {
+  throw Error("damaged: " + what, Error::Kind::work);
+}
 
 bool inReach(Coord brick) {
   const auto in = [](int32_t c) { return c >= -clay::kBrickReach && c < clay::kBrickReach; };
@@ -29,17 +31,22 @@ bool inReach(Coord brick) {
 
 size_t rankOf(const PlaceSet& set, int place) {
   size_t rank = 0;
-  for (int word = 0; word < place >> 6; ++word) rank += static_cast<size_t>(std::popcount(set[static_cast<size_t>(word)]));
-  return rank + static_cast<size_t>(std::popcount(set[static_cast<size_t>(place >> 6)] & ((uint64_t{1} << (place & 63)) - 1)));
+  for (int word = 0; word < place >> 6; ++word)
+    rank += static_cast<size_t>(std::popcount(set[static_cast<size_t>(word)]));
+  return rank +
+         static_cast<size_t>(std::popcount(set[static_cast<size_t>(place >> 6)] & ((uint64_t{1} << (place & 63)) - 1)));
 }
 
 }  // namespace
 
-void fetchRecords(RecordSource& source, std::span<const RecordId> ids, const std::function<void(size_t, const RecordView&)>& each) {
+void fetchRecords(RecordSource& source, std::span<const RecordId> ids,
+                  const std::function<void(size_t, const RecordView&)>& each) {
   std::vector<size_t> order(ids.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  if (!std::is_sorted(ids.begin(), ids.end())) std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return ids[a] < ids[b]; });
-  order.erase(std::unique(order.begin(), order.end(), [&](size_t a, size_t b) { return ids[a] == ids[b]; }), order.end());
+  if (!std::is_sorted(ids.begin(), ids.end()))
+    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return ids[a] < ids[b]; });
+  order.erase(std::unique(order.begin(), order.end(), [&](size_t a, size_t b) { return ids[a] == ids[b]; }),
+              order.end());
   std::vector<RecordId> rising(order.size());
   std::transform(order.begin(), order.end(), rising.begin(), [&](size_t i) { return ids[i]; });
   source.getMany(rising, [&](size_t index, std::span<const std::byte> bytes) {
@@ -143,7 +150,8 @@ void ClayReading::loadNodes(size_t begin, size_t end) {
     auto node = parseNode(record);
     if (!node || record.header.owner != owner_ || node->level != item.level || node->first != item.first) return;
     bool reached = true;
-    if (node->level == 1) forEachPlace(node->record, [&](int place) { reached &= inReach(clay::childFirst(node->first, 1, place)); });
+    if (node->level == 1)
+      forEachPlace(node->record, [&](int place) { reached &= inReach(clay::childFirst(node->first, 1, place)); });
     if (!reached) return;
     item.body = std::move(*node);
     item.there = true;
@@ -167,7 +175,8 @@ void ClayReading::compareNear(size_t begin, size_t end) {
   fetchRecords(source_, ids, [&](size_t index, const RecordView& record) {
     Item& item = items_[of[index]];
     auto node = parseNode(record);
-    if (node && record.header.owner == owner_ && node->level == item.level && node->first == item.first) item.near = std::move(*node);
+    if (node && record.header.owner == owner_ && node->level == item.level && node->first == item.first)
+      item.near = std::move(*node);
   });
   for (const size_t i : of) {
     Item& item = items_[i];
@@ -205,7 +214,8 @@ void ClayReading::expand(size_t index) {
       bricks_.push_back({id, first});
     }
   });
-  if (items_.size() > kMostNodes || bricks_.size() > kMostBricks) throw Error("the clay has more bricks than Argil can hold", Error::Kind::work);
+  if (items_.size() > kMostNodes || bricks_.size() > kMostBricks)
+    throw Error("the clay has more bricks than Argil can hold", Error::Kind::work);
 }
 
 void ClayReading::loadBricks(int threads) {
@@ -232,7 +242,9 @@ void ClayReading::setTile(const clay::TreePlace& at, clay::Tile tile) {
 void ClayReading::build() {
   for (Item& item : items_) {
     if (!item.there) continue;
-    const auto tileAt = [&](int place) { return holds(item.body.inside, place) ? clay::Tile::inside : clay::Tile::outside; };
+    const auto tileAt = [&](int place) {
+      return holds(item.body.inside, place) ? clay::Tile::inside : clay::Tile::outside;
+    };
     PlaceSet changed{};
     if (item.base.isTile()) {
       // From what most of it is.
@@ -243,7 +255,8 @@ void ClayReading::build() {
       if (item.level > 1)
         for (size_t i = 0; i < item.body.ids.size(); ++i) items_[item.firstChild + i].under = most;
       for (size_t word = 0; word < 8; ++word)
-        changed[word] = most == clay::Tile::inside ? ~(item.body.inside[word] | item.body.record[word]) : item.body.inside[word];
+        changed[word] =
+            most == clay::Tile::inside ? ~(item.body.inside[word] | item.body.record[word]) : item.body.inside[word];
       forEachPlace(changed, [&](int place) { setTile(item.base.child(place), tileAt(place)); });
     } else {
       for (size_t word = 0; word < 8; ++word) changed[word] = ~item.body.record[word];
@@ -276,9 +289,12 @@ std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadC
     std::vector<std::pair<Coord, RecordId>> found;
     mend.bricksIn(owner_, block.first, edge, [&](Coord coord, RecordId id) {
       const Coord d = coord - block.first;
-      if (inReach(coord) && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge) found.emplace_back(coord, id);
+      if (inReach(coord) && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge)
+        found.emplace_back(coord, id);
     });
-    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; });
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first < b.first : a.second > b.second;
+    });
     std::optional<Coord> filled;
     for (const auto& [coord, id] : found) {
       if (filled == coord || !source_.get(id, bytes)) continue;
@@ -297,11 +313,15 @@ std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadC
     if (job_) job_->step(1);
   }
   if (read.bricksLost > 0)
-    read.notes.push_back(fmt::format("{} of {} bricks of the clay were damaged: {} were taken from an earlier state, {} were filled from the clay around them", read.bricksLost,
-                                     bricks_.size(), inPlace, read.bricksLost - inPlace));
+    read.notes.push_back(
+        fmt::format("{} of {} bricks of the clay were damaged: {} were taken from an earlier state, {} were filled "
+                    "from the clay around them",
+                    read.bricksLost, bricks_.size(), inPlace, read.bricksLost - inPlace));
   if (read.blocksLost > 0)
-    read.notes.push_back(fmt::format("{} blocks of the clay were lost: {} bricks in them were found, what lies between was guessed from the clay around it", read.blocksLost,
-                                     inBlocks));
+    read.notes.push_back(
+        fmt::format("{} blocks of the clay were lost: {} bricks in them were found, what lies between was guessed from "
+                    "the clay around it",
+                    read.blocksLost, inBlocks));
   return still;
 }
 
@@ -354,8 +374,10 @@ ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int 
     if (job_) job_->step(0);
   }
   loadBricks(threads);
-  const auto lost = static_cast<size_t>(std::count_if(bricks_.begin(), bricks_.end(), [](const Place& place) { return !place.sound; }));
-  if (lost > 0 && !mend) damaged(fmt::format("{} of {} bricks of the clay are missing or damaged", lost, bricks_.size()));
+  const auto lost = static_cast<size_t>(
+      std::count_if(bricks_.begin(), bricks_.end(), [](const Place& place) { return !place.sound; }));
+  if (lost > 0 && !mend)
+    damaged(fmt::format("{} of {} bricks of the clay are missing or damaged", lost, bricks_.size()));
   build();
   std::vector<LostBlock> blocks;
   if (mend) blocks = fillFromOlder(*mend, read);
@@ -378,7 +400,8 @@ struct Root {
 Root headOf(RecordSource& source, RecordId root) {
   std::vector<std::byte> bytes;
   if (root != 0 && source.get(root, bytes))
-    if (const auto record = parseRecord(bytes); record && record->header.id == root && record->header.kind == RecordKind::clay) {
+    if (const auto record = parseRecord(bytes);
+        record && record->header.id == root && record->header.kind == RecordKind::clay) {
       const auto head = parseClayHead(*record);
       if (!head) damaged("the root of the clay's trees says nothing that can be");
       return {*head, true, record->header.owner};
@@ -390,17 +413,20 @@ Root headOf(RecordSource& source, RecordId root) {
 
 }  // namespace
 
-void ClayRecords::readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead, const clay::Version& near, RecordId root, uint32_t owner, bool mending, Job* job,
+void ClayRecords::readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead,
+                               const clay::Version& near, RecordId root, uint32_t owner, bool mending, Job* job,
                                ReadClay& read) {
   if (head.channels == std::array<RecordId, clay::kChannels>{} && nearHead.channels == head.channels) return;
   ChannelReading channels(*this, source, read.version, near, owner, mending, job);
   read.version = channels.run(head, nearHead, read);
-  if (root != head.distances && channels.exact() && nodes_.find(keyOf(clay::TreePlace::root(read.version), owner)) == head.distances)
+  if (root != head.distances && channels.exact() &&
+      nodes_.find(keyOf(clay::TreePlace::root(read.version), owner)) == head.distances)
     nodes_.set(keyOf(read.version, owner), root);
 }
 
-ReadClay ClayRecords::read(RecordSource& source, RecordId root, const clay::Grid& grid, std::shared_ptr<clay::Store> store, Job* job, int threads,
-                           const OlderBricks* mend, uint32_t owner) {
+ReadClay ClayRecords::read(RecordSource& source, RecordId root, const clay::Grid& grid,
+                           std::shared_ptr<clay::Store> store, Job* job, int threads, const OlderBricks* mend,
+                           uint32_t owner) {
   const Root found = headOf(source, root);
   if (found.channels && owner == 0) owner = found.owner;
   const clay::Version empty = clay::Version::empty(std::move(store), grid);
@@ -409,11 +435,13 @@ ReadClay ClayRecords::read(RecordSource& source, RecordId root, const clay::Grid
   return read;
 }
 
-ReadClay ClayRecords::readNear(RecordSource& source, RecordId root, const clay::Version& near, RecordId nearRoot, Job* job) {
+ReadClay ClayRecords::readNear(RecordSource& source, RecordId root, const clay::Version& near, RecordId nearRoot,
+                               Job* job) {
   if (root == nearRoot) return {near, 0, 0, {}};
   const Root found = headOf(source, root), beside = headOf(source, nearRoot);
   const uint32_t owner = found.channels ? found.owner : beside.owner;
-  ReadClay read = ClayReading(*this, source, near, job).run(found.head.distances, beside.head.distances, owner, 1, nullptr);
+  ReadClay read =
+      ClayReading(*this, source, near, job).run(found.head.distances, beside.head.distances, owner, 1, nullptr);
   readChannels(source, found.head, beside.head, near, root, owner, false, job, read);
   return read;
 }

@@ -12,10 +12,13 @@
 
 namespace argil::io {
 
-/// Calls back with each of `ids` (any order) that is there and sound and has that id: (index in ids, the record). An id that stands twice is there once.
-void fetchRecords(RecordSource& source, std::span<const RecordId> ids, const std::function<void(size_t, const RecordView&)>& each);
+/// Calls back with each of `ids` (any order) that is there and sound and has that id: (index in ids, the record). An id
+/// that stands twice is there once.
+void fetchRecords(RecordSource& source, std::span<const RecordId> ids,
+                  const std::function<void(size_t, const RecordView&)>& each);
 
-/// One reading. Level by level the nodes, then all bricks in order of their ids while other threads unpack, then the tree is built in its own order.
+/// One reading. Level by level the nodes, then all bricks in order of their ids while other threads unpack, then the
+/// tree is built in its own order.
 class ClayReading {
  public:
   /// `base`: what the new version is made from.
@@ -28,10 +31,10 @@ class ClayReading {
  private:
   struct Item {  // a node
     RecordId id = 0;
-    RecordId nearId = 0;    // of the base's node at this place
+    RecordId nearId = 0;  // of the base's node at this place
     int level = 0;
     Coord first;
-    clay::TreePlace base;   // what the base has there
+    clay::TreePlace base;             // what the base has there
     std::optional<clay::Tile> under;  // what its parent put there before
     bool there = false;
     NodeBody body;

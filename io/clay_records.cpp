@@ -80,7 +80,9 @@ struct ClayWriting {
         continue;
       }
       add(body.record, i);
-      body.ids.push_back(child.isNode() ? node(child, channel) : channel ? brick(*child.channelBrick()) : brick(*child.brick()));
+      body.ids.push_back(child.isNode() ? node(child, channel)
+                         : channel      ? brick(*child.channelBrick())
+                                        : brick(*child.brick()));
     }
     // A sink may let another writer in meanwhile, who may have come to this node first.
     if (id == 0) id = memo.nodes_.find(key);
@@ -92,14 +94,26 @@ struct ClayWriting {
   }
 };
 
-RecordId ClayRecords::write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec, Job* job) {
-  ClayWriting writing{*this, owner, held, sink, codec, job, static_cast<double>(version.stats().bricks + version.stats().channelBricks), version.grid().band, {}, {}};
+RecordId ClayRecords::write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink,
+                            RecordCodec codec, Job* job) {
+  ClayWriting writing{*this,
+                      owner,
+                      held,
+                      sink,
+                      codec,
+                      job,
+                      static_cast<double>(version.stats().bricks + version.stats().channelBricks),
+                      version.grid().band,
+                      {},
+                      {}};
   return writing.version(version);
 }
 
 ClayRecords::NodeKey ClayRecords::keyOf(const clay::Version& version, uint32_t owner) {
   const NodeKey distances = keyOf(clay::TreePlace::root(version), owner);
-  if (std::none_of(clay::kAllChannels.begin(), clay::kAllChannels.end(), [&](clay::Channel channel) { return version.has(channel); })) return distances;
+  if (std::none_of(clay::kAllChannels.begin(), clay::kAllChannels.end(),
+                   [&](clay::Channel channel) { return version.has(channel); }))
+    return distances;
   clay::Hasher first, second;
   const auto add = [&](const NodeKey& key) {
     first.add(key.node.address);
@@ -139,7 +153,8 @@ void ClayRecords::forgetUnused(std::span<const clay::Version> inUse) {
     if (root.isNode()) keep(keep, root, false);
     for (const clay::Channel channel : clay::kAllChannels)
       if (version.has(channel)) keep(keep, clay::TreePlace::root(version, channel), true);
-    const NodeKey whole = keyOf(version, 0);  // the owner counts for versions of one tile alone, which have no channels
+    // the owner counts for versions of one tile alone, which have no channels
+    const NodeKey whole = keyOf(version, 0);
     if (const RecordId id = nodes_.find(whole)) nodes.set(whole, id);
   }
   nodes_.forEach([&](const NodeKey& key, RecordId id) {

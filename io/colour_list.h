@@ -11,13 +11,16 @@
 
 namespace argil::io {
 
-/// Takes the numbers of a colour for vertex after vertex (or face after face) and decides at the end: where none exceeds 1, 1 is full, else 255 is.
+/// Takes the numbers of a colour for vertex after vertex (or face after face) and decides at the end: where none
+/// exceeds 1, 1 is full, else 255 is.
 class ColourList {
  public:
-  /// Three or four numbers, red green blue alpha, for the item `index`; items may be left out, indices only rise. What is not finite is 0.
+  /// Three or four numbers, red green blue alpha, for the item `index`; items may be left out, indices only rise. What
+  /// is not finite is 0.
   void add(size_t index, std::span<const double> numbers);
   [[nodiscard]] bool empty() const { return colours_.empty(); }
-  /// One an item for `count` items, white where none was added; empty when none was added at all. The list is empty afterwards.
+  /// One an item for `count` items, white where none was added; empty when none was added at all. The list is empty
+  /// afterwards.
   [[nodiscard]] std::vector<Colour> take(size_t count);
 
  private:

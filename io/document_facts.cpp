@@ -16,7 +16,8 @@ namespace argil::io {
 namespace {
 
 constexpr const char* kMetaTable = "CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID";
-constexpr const char* kRecordTable = "CREATE TABLE record(id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, body BLOB NOT NULL)";
+constexpr const char* kRecordTable =
+    "CREATE TABLE record(id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, body BLOB NOT NULL)";
 constexpr int kMostMetaRows = 64;
 constexpr size_t kMostVersionShown = 40;
 
@@ -108,7 +109,8 @@ void writeFacts(Database& database, const DocumentFacts& facts, const std::strin
   set("stamp", static_cast<int64_t>(facts.stamp));
   set("head", static_cast<int64_t>(facts.head));
   set("next_id", static_cast<int64_t>(facts.nextId));
-  if (database.number("PRAGMA user_version") < facts.needs) database.run(("PRAGMA user_version = " + std::to_string(facts.needs)).c_str());
+  if (database.number("PRAGMA user_version") < facts.needs)
+    database.run(("PRAGMA user_version = " + std::to_string(facts.needs)).c_str());
   const auto setText = [&](const std::string& key, const std::string& value) {
     put.bind(0, key).bind(1, value).step();
     put.reset();
@@ -119,7 +121,8 @@ void writeFacts(Database& database, const DocumentFacts& facts, const std::strin
 }
 
 DocumentFacts readFacts(Database& database, const std::string& name) {
-  if (metaNumber(database, "check", name) != checksumOfMeta(database, name)) failDamaged(name, "its table of facts has changed");
+  if (metaNumber(database, "check", name) != checksumOfMeta(database, name))
+    failDamaged(name, "its table of facts has changed");
   DocumentFacts facts;
   facts.save = static_cast<uint64_t>(metaNumber(database, "save", name));
   facts.stamp = static_cast<uint64_t>(metaNumber(database, "stamp", name));
@@ -130,11 +133,13 @@ DocumentFacts readFacts(Database& database, const std::string& name) {
   facts.writtenBy = displayName(metaText(database, "written_by").substr(0, kMostVersionShown));
   facts.lineage = readLineage(metaText(database, "lineage"), name);
   if (facts.stamp == 0) failDamaged(name, "its last save has no stamp");
-  if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId) failDamaged(name, "its ids are out of range");
+  if (facts.nextId == 0 || facts.nextId > kMostIds || facts.head >= facts.nextId)
+    failDamaged(name, "its ids are out of range");
   return facts;
 }
 
-// Exactly our two tables: whatever else a schema can hold (views, triggers, indices, generated columns, checks) is code.
+// Exactly our two tables: whatever else a schema can hold (views, triggers, indices, generated columns, checks) is
+// code.
 void checkTables(Database& database, const std::string& name) {
   const int64_t version = database.number("PRAGMA user_version");
   int ours = 0, others = 0;
@@ -142,7 +147,8 @@ void checkTables(Database& database, const std::string& name) {
     Query all(database, "SELECT type, name, sql FROM sqlite_schema LIMIT 8");
     while (all.step()) {
       const std::string table = all.text(1), sql = all.text(2);
-      const bool known = all.text(0) == "table" && ((table == "meta" && sql == kMetaTable) || (table == "record" && sql == kRecordTable));
+      const bool known = all.text(0) == "table" &&
+                         ((table == "meta" && sql == kMetaTable) || (table == "record" && sql == kRecordTable));
       (known ? ours : others) += 1;
     }
   }
@@ -157,7 +163,8 @@ void checkTables(Database& database, const std::string& name) {
     fail(name, "was written by Argil " + who + " and needs at least that to be read; nothing was opened");
   }
   if (ours == 2 && others == 0) return;
-  if (version > kDocumentSchema) fail(name, "was written by a newer Argil and needs that to be read; nothing was opened");
+  if (version > kDocumentSchema)
+    fail(name, "was written by a newer Argil and needs that to be read; nothing was opened");
   failDamaged(name, "its tables are not those of a document");
 }
 

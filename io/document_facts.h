@@ -20,8 +20,8 @@ struct DocumentFacts {
   uint64_t stamp = 0;  ///< Random, so that two saves of one count are told apart.
   RecordId head = 0;
   RecordId nextId = 1;
-  int needs = 1;       ///< The least schema that knows all kinds of its records.
-  int schema = 0;      ///< The highest of its writers; what is written has this program's at least.
+  int needs = 1;          ///< The least schema that knows all kinds of its records.
+  int schema = 0;         ///< The highest of its writers; what is written has this program's at least.
   std::string writtenBy;  ///< Read, never written: that is this program's version.
   Lineage lineage;        ///< The saves before this one.
 };

@@ -19,16 +19,17 @@
 #include "io/atomic_file.h"
 #include "io/document_facts.h"
 #include "io/folder_flush.h"
-#include "io/replaced_file.h"
 #include "io/input.h"
 #include "io/open_documents.h"
+#include "io/replaced_file.h"
 #include "io/sqlite.h"
 
 namespace argil::io {
 
 namespace {
 
-/// One record of the largest size fits in a leaf page: 8192 - 35 bytes of payload are kept local (sqlite.org/fileformat2.html, "B-tree cell format").
+/// One record of the largest size fits in a leaf page: 8192 - 35 bytes of payload are kept local
+/// (sqlite.org/fileformat2.html, "B-tree cell format").
 constexpr int64_t kPageBytes = 8192;
 /// What SQLite adds to a record in its page: cell pointer, sizes, id, kind.
 constexpr int64_t kRowOverhead = 16;
@@ -73,8 +74,10 @@ void checkFile(const std::filesystem::path& path, const std::string& name) {
   }
   if (S_ISDIR(facts.st_mode)) fail(name, "is a folder; name a file in it");
   if (!S_ISREG(facts.st_mode)) fail(name, "is not a regular file; name a document");
-  if (::access(path.c_str(), R_OK) != 0) fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check its permissions");
-  if (!isDocument(path)) fail(name, "is not an Argil document, or its beginning is damaged; if it was one, recover what is whole in it");
+  if (::access(path.c_str(), R_OK) != 0)
+    fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check its permissions");
+  if (!isDocument(path))
+    fail(name, "is not an Argil document, or its beginning is damaged; if it was one, recover what is whole in it");
 }
 
 /// The rollback journal or log of a file that is replaced would be taken for that of its successor.
@@ -92,8 +95,8 @@ struct DocumentFile::State {
   bool checked = false;  ///< Its structure is sound: else what is added may be laid over what is there.
   DocumentFacts facts;
   std::optional<OpenDocument> registered;  ///< As long as the database is open under its own name.
-  std::unique_ptr<AtomicFile> fresh;  ///< Until the first commit.
-  Replaced replaced;                  ///< By the first commit.
+  std::unique_ptr<AtomicFile> fresh;       ///< Until the first commit.
+  Replaced replaced;                       ///< By the first commit.
   std::unique_ptr<Database> database;
   std::optional<Query> insert, one, walk;
 
@@ -107,12 +110,14 @@ struct DocumentFile::State {
     registered.reset();
   }
 
-  /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed on the disk, and one flush at the end.
+  /// A new database in a temporary file. If it fails, that is thrown away: no rollback journal is needed on the disk,
+  /// and one flush at the end.
   void openFresh() {
     if (!fresh) fresh = std::make_unique<AtomicFile>(path);
     database = std::make_unique<Database>(fresh->temporary(), name);
     database->expectWriting();
-    database->run("PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA auto_vacuum = NONE");
+    database->run(
+        "PRAGMA page_size = 8192; PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF; PRAGMA auto_vacuum = NONE");
     database->run("BEGIN IMMEDIATE");
     makeTables(*database);
     prepare();
@@ -143,7 +148,9 @@ struct DocumentFile::State {
     walk.emplace(*database, "SELECT id, body FROM record WHERE id >= ?1 ORDER BY id");
   }
 
-  [[nodiscard]] std::string changed() const { return name + ": was changed by another program since it was opened; save it under another name"; }
+  [[nodiscard]] std::string changed() const {
+    return name + ": was changed by another program since it was opened; save it under another name";
+  }
 
   /// Null before the first transaction of a new file.
   Database* reader() {
@@ -175,7 +182,8 @@ struct DocumentFile::State {
                  Error::Kind::work);
   }
 
-  /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it was replaced.
+  /// Renames over the target while nobody else writes to what is replaced: who waits for its lock finds then that it
+  /// was replaced.
   void putInPlace(AtomicFile& file) {
     const std::filesystem::path target = file.target();
     if (!replaced.isStill(Replaced::at(target))) throw writtenMeanwhile();
@@ -227,7 +235,9 @@ struct DocumentFile::State {
   void checkStructure() {
     if (checked || soundSaves.contains(facts.stamp)) return;
     Query check(*database, "PRAGMA quick_check(1)");
-    if (!check.step() || check.text(0) != "ok") throw Error(name + ": is damaged, so that a save could destroy what is whole in it; save it under another name", Error::Kind::work);
+    if (!check.step() || check.text(0) != "ok")
+      throw Error(name + ": is damaged, so that a save could destroy what is whole in it; save it under another name",
+                  Error::Kind::work);
     checked = true;
   }
 
@@ -314,9 +324,13 @@ std::unique_ptr<DocumentFile> DocumentFile::open(const std::filesystem::path& pa
   return std::unique_ptr<DocumentFile>(new DocumentFile(std::move(state)));
 }
 
-const std::filesystem::path& DocumentFile::path() const { return state_->path; }
+const std::filesystem::path& DocumentFile::path() const {
+  return state_->path;
+}
 
-uint64_t DocumentFile::save() const { return state_->facts.save; }
+uint64_t DocumentFile::save() const {
+  return state_->facts.save;
+}
 
 uint64_t DocumentFile::stamp() const {
   return state_->facts.stamp;
@@ -343,9 +357,13 @@ RecordId DocumentFile::sharedNow(uint64_t stamp) {
   return database == nullptr ? 0 : io::sharedWith(readFacts(*database, state_->name), stamp);
 }
 
-RecordId DocumentFile::head() const { return state_->facts.head; }
+RecordId DocumentFile::head() const {
+  return state_->facts.head;
+}
 
-RecordId DocumentFile::nextId() const { return state_->facts.nextId; }
+RecordId DocumentFile::nextId() const {
+  return state_->facts.nextId;
+}
 
 RecordSet DocumentFile::held() {
   RecordSet set;
@@ -365,7 +383,8 @@ namespace {
 
 /// A record under a wrong id would be another one's content with a valid checksum.
 bool isRecord(std::span<const std::byte> body, RecordId id) {
-  return body.size() >= kRecordHeaderBytes && body.size() <= kMostRecordBytes && std::memcmp(body.data() + kIdOffset, &id, sizeof id) == 0;
+  return body.size() >= kRecordHeaderBytes && body.size() <= kMostRecordBytes &&
+         std::memcmp(body.data() + kIdOffset, &id, sizeof id) == 0;
 }
 
 /// Ends a read transaction whatever happens.
@@ -400,7 +419,8 @@ bool DocumentFile::get(RecordId id, std::vector<std::byte>& record) {
   return true;
 }
 
-void DocumentFile::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void DocumentFile::getMany(std::span<const RecordId> ids,
+                           const std::function<void(size_t, std::span<const std::byte>)>& each) {
   Database* database = state_->reader();
   if (database == nullptr || ids.empty()) return;
   const Reading reading(*database);
@@ -412,7 +432,8 @@ void DocumentFile::getMany(std::span<const RecordId> ids, const std::function<vo
     onRow = walk.step(bad);
     if (onRow) at = static_cast<RecordId>(walk.number(0));
   };
-  // Walking over a row is several times cheaper than a search; how far that pays depends on how many rows are not wanted.
+  // Walking over a row is several times cheaper than a search; how far that pays depends on how many rows are not
+  // wanted.
   constexpr int kMostSteps = 64;
   int steps = 4;
   size_t i = 0;
@@ -468,7 +489,8 @@ DocumentFile::Transaction::~Transaction() {
 std::unique_ptr<DocumentFile::Transaction> DocumentFile::begin() {
   State& file = *state_;
   auto state = std::make_unique<Transaction::State>();
-  if (!file.toWrite) throw Error(file.name + ": was opened for reading only; save it under another name", Error::Kind::work);
+  if (!file.toWrite)
+    throw Error(file.name + ": was opened for reading only; save it under another name", Error::Kind::work);
   Database* database = file.reader();
   if (file.facts.save == 0) {
     try {
@@ -483,7 +505,8 @@ std::unique_ptr<DocumentFile::Transaction> DocumentFile::begin() {
     if (!file.registered->isStill(file.path)) throw Error(file.changed(), Error::Kind::work);
     database->run("BEGIN IMMEDIATE");
     try {
-      if (!file.registered->isStill(file.path) || readFacts(*database, file.name).stamp != file.facts.stamp) throw Error(file.changed(), Error::Kind::work);
+      if (!file.registered->isStill(file.path) || readFacts(*database, file.name).stamp != file.facts.stamp)
+        throw Error(file.changed(), Error::Kind::work);
       file.checkStructure();
     } catch (...) {
       database->rollBack();
@@ -551,7 +574,8 @@ void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   next.head = head;
   next.nextId = std::max(next.nextId, nextId);
   next.needs = std::max(next.needs, state_->needs);
-  if (next.nextId > kMostIds) throw Error(file.name + ": has used up its record numbers; save under another name", Error::Kind::work);
+  if (next.nextId > kMostIds)
+    throw Error(file.name + ": has used up its record numbers; save under another name", Error::Kind::work);
   writeFacts(*file.database, next, file.name);
   const int64_t fileBytes = state_->compacts ? file.database->number("PRAGMA page_count") * kPageBytes : 0;
   try {
@@ -572,7 +596,8 @@ void DocumentFile::Transaction::commit(RecordId head, RecordId nextId) {
   file.facts = next;
   state_->done = true;
   soundSaves.add(next.stamp);
-  if (state_->compacts && fileBytes >= kLeastShrinkBytes && fileBytes > 2 * state_->liveBytes && file.database) file.shrink();
+  if (state_->compacts && fileBytes >= kLeastShrinkBytes && fileBytes > 2 * state_->liveBytes && file.database)
+    file.shrink();
 }
 
 bool isDocument(const std::filesystem::path& path) {
@@ -581,8 +606,10 @@ bool isDocument(const std::filesystem::path& path) {
   std::array<unsigned char, 100> header{};
   const ssize_t got = ::pread(fd, header.data(), header.size(), 0);
   closeKeepingLocks(fd);
-  const uint32_t application = uint32_t{header[68]} << 24 | uint32_t{header[69]} << 16 | uint32_t{header[70]} << 8 | header[71];
-  return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 && application == kDocumentApplicationId;
+  const uint32_t application =
+      uint32_t{header[68]} << 24 | uint32_t{header[69]} << 16 | uint32_t{header[70]} << 8 | header[71];
+  return got == static_cast<ssize_t>(header.size()) && std::memcmp(header.data(), "SQLite format 3", 16) == 0 &&
+         application == kDocumentApplicationId;
 }
 
 }  // namespace argil::io

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kDefaultBits = 16;
 constexpr int kNormalBits = 10;  // of each of the two numbers that a direction becomes
-constexpr int kMostBits = 29;  // Draco's own predictions overflow above
+constexpr int kMostBits = 29;    // Draco's own predictions overflow above
 constexpr int kSpeed = 3;
 
 [[noreturn]] void failWork(const std::string& what) {

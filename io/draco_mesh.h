@@ -26,10 +26,10 @@ struct Placement {
 
 struct DracoStream {
   std::shared_ptr<draco::EncoderBuffer> buffer;
-  uint64_t points = 0, triangles = 0;       ///< As the stream has them: triangles that repeat a corner go.
+  uint64_t points = 0, triangles = 0;          ///< As the stream has them: triangles that repeat a corner go.
   int position = 0, colour = -1, normal = -1;  ///< Unique ids of its attributes; −1: none.
-  FilePoint low{}, high{};                  ///< Box of the positions as they will be decoded.
-  double coordinateMm = 0, distanceMm = 0;  ///< The most that a coordinate, a vertex moved.
+  FilePoint low{}, high{};                     ///< Box of the positions as they will be decoded.
+  double coordinateMm = 0, distanceMm = 0;     ///< The most that a coordinate, a vertex moved.
   [[nodiscard]] std::span<const std::byte> bytes() const;
 };
 

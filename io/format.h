@@ -47,7 +47,8 @@ class MeshEncoder {
 struct Format {
   std::string_view name;
   std::string_view extension;  ///< Lower case with its dot.
-  /// True when the content can be nothing else. `bytes` may be the beginning of the file alone for a row that is read in a process.
+  /// True when the content can be nothing else. `bytes` may be the beginning of the file alone for a row that is read
+  /// in a process.
   bool (*recognizes)(const Input&);
   // How it is read: exactly one of the three, or none when the format is only written.
   MeshFile (*parseMesh)(const Input&) = nullptr;
@@ -55,7 +56,8 @@ struct Format {
   ModelFile (*readInProcess)(const std::filesystem::path&, Job*) = nullptr;
   // How it is written: piece by piece, or as a whole, or not.
   std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&) = nullptr;
-  /// Puts the model, which was checked, into the file and says in the report what was lost; the caller counts and commits. May throw Error, Cancelled.
+  /// Puts the model, which was checked, into the file and says in the report what was lost; the caller counts and
+  /// commits. May throw Error, Cancelled.
   void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*) = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
   // What a file of it can say.

@@ -1,9 +1,9 @@
 #include "io/input.h"
 
-#include <cctype>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <cctype>
 
 #include <algorithm>
 #include <cerrno>

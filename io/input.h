@@ -18,7 +18,7 @@ struct Input {
   std::span<const std::byte> bytes;
   std::string name;
   Job* job = nullptr;
-  uint64_t packed = 0;  ///< Bytes of the file that these were unpacked from; 0: they are the file.
+  uint64_t packed = 0;                ///< Bytes of the file that these were unpacked from; 0: they are the file.
   std::filesystem::path folder = {};  ///< Where the file lies, for what it names beside it; empty: not looked there.
 
   [[nodiscard]] std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
@@ -47,7 +47,8 @@ struct FileBytes {
 /// Of a file's name, in small letters, with its dot: ".stl"; empty: none.
 [[nodiscard]] std::string endingOf(const std::filesystem::path& path);
 
-/// A name from inside a file as valid UTF-8 of one line, at most 200 bytes, blanks around it gone; "?" for what is neither.
+/// A name from inside a file as valid UTF-8 of one line, at most 200 bytes, blanks around it gone; "?" for what is
+/// neither.
 [[nodiscard]] std::string cleanName(std::string_view text);
 
 /// Tells a job now and then how far a reader is.

@@ -26,9 +26,13 @@ namespace {
 
 constexpr size_t kBufferBytes = size_t{1} << 20;
 
-std::string reason(int error) { return std::generic_category().message(error); }
+std::string reason(int error) {
+  return std::generic_category().message(error);
+}
 
-[[noreturn]] void failWork(const std::filesystem::path& path, const std::string& wrong) { throw Error(displayName(path) + ": " + wrong, Error::Kind::work); }
+[[noreturn]] void failWork(const std::filesystem::path& path, const std::string& wrong) {
+  throw Error(displayName(path) + ": " + wrong, Error::Kind::work);
+}
 
 /// As create_directories, but for the user alone: what was modelled is nobody else's business. What was made is on the
 /// disk: a journal in a folder that a power cut takes away is lost however often it was flushed itself.
@@ -110,7 +114,9 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, bool unnamed) : 
   // Under a hidden name until it is locked: nobody may take it for one that a crash left.
   const std::filesystem::path hidden = folder / ("." + path.filename().string() + "." + std::to_string(::getpid()));
   state.fd = ::open(hidden.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  if (state.fd < 0) failWork(path, "the journal cannot be made (" + reason(errno) + "); set ARGIL_STATE to a folder that can be written");
+  if (state.fd < 0)
+    failWork(path,
+             "the journal cannot be made (" + reason(errno) + "); set ARGIL_STATE to a folder that can be written");
   int error = 0;
   // A description of its own: closing it must not keep or end the lock.
   const int reading = ::open(hidden.c_str(), O_RDONLY | O_CLOEXEC);
@@ -124,7 +130,8 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, bool unnamed) : 
   } else if (::renameat2(AT_FDCWD, hidden.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) != 0) {
     error = errno;
     // Some file systems know no such rename.
-    if (error == EINVAL && ::access(path.c_str(), F_OK) != 0) error = ::rename(hidden.c_str(), path.c_str()) == 0 ? 0 : errno;
+    if (error == EINVAL && ::access(path.c_str(), F_OK) != 0)
+      error = ::rename(hidden.c_str(), path.c_str()) == 0 ? 0 : errno;
   }
   if (error != 0) {
     ::unlink(hidden.c_str());
@@ -186,7 +193,9 @@ uint64_t JournalWriter::synced() const {
   return state_->synced;
 }
 
-std::shared_ptr<WrittenRecords> JournalWriter::records() const { return state_->records; }
+std::shared_ptr<WrittenRecords> JournalWriter::records() const {
+  return state_->records;
+}
 
 double JournalWriter::syncSeconds() const {
   const std::lock_guard lock(state_->mutex);
@@ -275,19 +284,30 @@ void JournalReader::append(RecordKind kind, std::span<const std::byte> body) {
     failWork(state.path, "the journal cannot be flushed to the disk (" + reason(errno) + ")");
 }
 
-uint64_t JournalReader::records() const { return state_->records->records(); }
+uint64_t JournalReader::records() const {
+  return state_->records->records();
+}
 
-uint64_t JournalReader::damagedPlaces() const { return state_->records->gaps(); }
+uint64_t JournalReader::damagedPlaces() const {
+  return state_->records->gaps();
+}
 
-RecordId JournalReader::highestId() const { return state_->records->highestId(); }
+RecordId JournalReader::highestId() const {
+  return state_->records->highestId();
+}
 
-bool JournalReader::get(RecordId id, std::vector<std::byte>& record) { return state_->records->get(id, record); }
+bool JournalReader::get(RecordId id, std::vector<std::byte>& record) {
+  return state_->records->get(id, record);
+}
 
-void JournalReader::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void JournalReader::getMany(std::span<const RecordId> ids,
+                            const std::function<void(size_t, std::span<const std::byte>)>& each) {
   state_->records->getMany(ids, each);
 }
 
-void JournalReader::remove() { ::unlink(state_->path.c_str()); }
+void JournalReader::remove() {
+  ::unlink(state_->path.c_str());
+}
 
 std::vector<std::filesystem::path> abandonedJournals(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> found;

@@ -14,22 +14,24 @@
 
 namespace argil::io {
 
-/// The writing side. The file is locked (flock) as long as this lives, so that others can tell a journal in work from one that a crash left.
-/// One thread writes; sync() may be called by another one beside it.
+/// The writing side. The file is locked (flock) as long as this lives, so that others can tell a journal in work from
+/// one that a crash left. One thread writes; sync() may be called by another one beside it.
 class JournalWriter : public RecordSink {
  public:
   /// Makes the file, and its folder with access for the user alone (on the disk with its parents when this returns).
   /// `unnamed`: nobody else finds the file, and it ends with this program. Throws Error (kind work).
   explicit JournalWriter(const std::filesystem::path& path, bool unnamed = false);
   ~JournalWriter() override;
-  /// Into a buffer of ours; large buffers go to the file. Throws Error (kind work) when the file cannot take it: the journal is then as it was after the last sync().
+  /// Into a buffer of ours; large buffers go to the file. Throws Error (kind work) when the file cannot take it: the
+  /// journal is then as it was after the last sync().
   void put(const RecordHeader& header, std::span<const std::byte> body) override;
-  /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put() does.
+  /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put()
+  /// does.
   void write();
   /// What was put is on the disk when it returns (fdatasync; the first time the file's name too). Throws Error (kind
   /// work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
-  [[nodiscard]] bool broken() const;   ///< Something failed: begin another file.
+  [[nodiscard]] bool broken() const;      ///< Something failed: begin another file.
   [[nodiscard]] uint64_t bytes() const;   ///< Put.
   [[nodiscard]] uint64_t synced() const;  ///< Of these on the disk: what a failure leaves.
   /// What write() or sync() gave to the file, to be read back; outlives this writer and the file's name. Any thread.
@@ -64,7 +66,8 @@ class JournalReader : public RecordSource {
   [[nodiscard]] uint64_t damagedPlaces() const;
   [[nodiscard]] RecordId highestId() const;
   bool get(RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void getMany(std::span<const RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
   /// Puts an event behind all else, on the disk when it returns. Only with the lock. forEachEvent() does not show it.
   /// Throws Error (kind work); it may be there all the same.
   void append(RecordKind kind, std::span<const std::byte> body);

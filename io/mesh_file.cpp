@@ -33,8 +33,12 @@ void addPolygon(MeshFile& file, std::span<const uint32_t> corners) {
   for (size_t i = 2; i < corners.size(); ++i) file.mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
-MeshFile parseMesh(std::span<const std::byte> bytes, const std::string& name, Job* job) { return meshOf(parseModel(bytes, name, job)); }
+MeshFile parseMesh(std::span<const std::byte> bytes, const std::string& name, Job* job) {
+  return meshOf(parseModel(bytes, name, job));
+}
 
-MeshFile readMesh(const std::filesystem::path& path, Job* job) { return meshOf(readModel(path, job)); }
+MeshFile readMesh(const std::filesystem::path& path, Job* job) {
+  return meshOf(readModel(path, job));
+}
 
 }  // namespace argil::io

@@ -24,7 +24,8 @@ constexpr size_t kStep = 16384;
 
 // `streamed`: that can be written piece by piece.
 const Format& formatFor(const std::filesystem::path& path, const WriteOptions& options, bool streamed) {
-  const std::string extension = endingOf(options.extension.empty() ? path : std::filesystem::path("x" + options.extension));
+  const std::string extension =
+      endingOf(options.extension.empty() ? path : std::filesystem::path("x" + options.extension));
   std::string supported;
   for (const Format& format : formats()) {
     if (format.encoder == nullptr && (streamed || format.write == nullptr)) continue;
@@ -58,11 +59,14 @@ std::string rounded(double value) {
   return text;
 }
 
-[[noreturn]] void failWork(const std::string& name, const std::string& wrong) { throw Error(name + ": " + wrong, Error::Kind::work); }
+[[noreturn]] void failWork(const std::string& name, const std::string& wrong) {
+  throw Error(name + ": " + wrong, Error::Kind::work);
+}
 
-/// Notes what 32-bit numbers lose. The first that cannot be written is looked for where the whole says that there is one: most have none, and then one pass without
-/// branches is enough.
-void checkPositions(const std::string& name, std::span<const Vec3d> positions, uint64_t first, bool single, WriteReport& report) {
+/// Notes what 32-bit numbers lose. The first that cannot be written is looked for where the whole says that there is
+/// one: most have none, and then one pass without branches is enough.
+void checkPositions(const std::string& name, std::span<const Vec3d> positions, uint64_t first, bool single,
+                    WriteReport& report) {
   bool good = true;
   double loss = 0;
   const double most = single ? double(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
@@ -70,9 +74,11 @@ void checkPositions(const std::string& name, std::span<const Vec3d> positions, u
   for (size_t i = 0; i < 3 * positions.size(); ++i) good &= std::abs(numbers[i]) <= most;
   if (!good) {
     for (size_t i = 0; i < 3 * positions.size(); ++i) {
-      if (!std::isfinite(numbers[i])) failWork(name, "vertex " + std::to_string(first + i / 3) + " is not finite; nothing was written");
+      if (!std::isfinite(numbers[i]))
+        failWork(name, "vertex " + std::to_string(first + i / 3) + " is not finite; nothing was written");
       if (std::abs(numbers[i]) > most) {
-        failWork(name, "a coordinate of " + rounded(numbers[i]) + " mm does not fit the format; move the model nearer to the origin or write .obj");
+        failWork(name, "a coordinate of " + rounded(numbers[i]) +
+                           " mm does not fit the format; move the model nearer to the origin or write .obj");
       }
     }
   }
@@ -137,8 +143,9 @@ void refuseCoarse(const std::string& name, const Eigen::AlignedBox3d& box, doubl
 
 void warnOfRounding(const std::string& name, const WriteOptions& options, WriteReport& report) {
   if (report.rounding <= options.tolerance) return;
-  report.warning = name + ": coordinates lose up to " + rounded(report.rounding) + " mm to the format's 32-bit numbers, more than " +
-                   rounded(options.tolerance) + " mm; move the model nearer to the origin or write .obj";
+  report.warning = name + ": coordinates lose up to " + rounded(report.rounding) +
+                   " mm to the format's 32-bit numbers, more than " + rounded(options.tolerance) +
+                   " mm; move the model nearer to the origin or write .obj";
 }
 
 }  // namespace
@@ -187,12 +194,15 @@ MeshWriter::MeshWriter(const std::filesystem::path& path, const MeshCounts& coun
 
 MeshWriter::~MeshWriter() = default;
 
-void MeshWriter::vertices(std::span<const Vec3d> positions) { vertices(positions, {}); }
+void MeshWriter::vertices(std::span<const Vec3d> positions) {
+  vertices(positions, {});
+}
 
 void MeshWriter::vertices(std::span<const Vec3d> positions, std::span<const Colour> colours) {
   State& s = *state_;
   if (positions.size() > s.counts.vertices - s.report.vertices) s.failWork("more vertices came than were announced");
-  if (colours.size() != (s.counts.colours ? positions.size() : 0)) s.failWork("vertices came without the colours that were announced, or with others");
+  if (colours.size() != (s.counts.colours ? positions.size() : 0))
+    s.failWork("vertices came without the colours that were announced, or with others");
   while (!positions.empty()) {
     const auto piece = positions.first(std::min(kStep, positions.size()));
     checkPositions(s.name, piece, s.report.vertices, s.single, s.report);
@@ -259,7 +269,8 @@ void requireWritable(const std::filesystem::path& path, const WriteOptions& opti
   static_cast<void>(formatFor(path, options, false));
   std::error_code failed;
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, failed)) fail(displayName(path), "its folder is not there; make it first or name another");
+  if (!std::filesystem::is_directory(folder, failed))
+    fail(displayName(path), "its folder is not there; make it first or name another");
   if (std::filesystem::is_directory(path, failed)) fail(displayName(path), "is a folder; name a file");
 }
 
@@ -297,7 +308,8 @@ std::vector<std::string> lossesOf(const std::filesystem::path& path, const Model
   return sentences;
 }
 
-WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options, Job* job) {
+WriteReport writeModel(const std::filesystem::path& path, const ModelView& model, const WriteOptions& options,
+                       Job* job) {
   const Format& format = formatFor(path, options, false);
   MeshCounts counts;
   for (const ModelObject& object : model.objects) {
@@ -307,7 +319,8 @@ WriteReport writeModel(const std::filesystem::path& path, const ModelView& model
   requireAmount(path, counts);
   if (format.write == nullptr) {
     for (const ModelObject& object : model.objects) {
-      counts.colours = counts.colours || object.colour || !object.vertexColours.empty() || !object.triangleColours.empty();
+      counts.colours =
+          counts.colours || object.colour || !object.vertexColours.empty() || !object.triangleColours.empty();
       counts.triangleColours = counts.triangleColours || !object.triangleColours.empty();
     }
     MeshWriter writer(path, counts, options, job);

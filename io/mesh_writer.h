@@ -19,8 +19,8 @@ struct WriteOptions {
   std::string extension = {};  ///< Chooses the format, such as ".stl"; empty: the ending of the path.
   bool text = false;           ///< STL only: text instead of binary.
   bool doubles = false;        ///< PLY only: 64-bit coordinates, which some readers do not know.
-  /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that welds
-  /// equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
+  /// STL only: vertices that its 32-bit numbers would make one are moved apart by a last digit, so that a reader that
+  /// welds equal positions finds the same surface. For surfaces whose vertices are all meant to be different.
   bool distinct = false;
   /// For what other formats hold, whose colours part vertices. 3MF: in an object with open edges vertices in one place
   /// become one, as its readers take no others for joined; triangles without an area that this leaves go. glTF: normals
@@ -29,7 +29,8 @@ struct WriteOptions {
   /// glTF only: compressed with Draco (KHR_draco_mesh_compression), to a tenth. Many programs cannot open such files,
   /// Debian's Blender and assimp among them.
   bool draco = false;
-  /// glTF with Draco, and .drc: mm that a coordinate may move by quantization; 0: a 131 070th of the model's largest extent (16 bits). No finer than 2^-29 of the extent.
+  /// glTF with Draco, and .drc: mm that a coordinate may move by quantization; 0: a 131 070th of the model's largest
+  /// extent (16 bits). No finer than 2^-29 of the extent.
   double quantization = 0;
   /// mm: what a coordinate may lose to 32-bit numbers before the report warns.
   double tolerance = std::numeric_limits<double>::infinity();
@@ -38,7 +39,7 @@ struct WriteOptions {
 struct MeshCounts {
   uint64_t vertices = 0;
   uint64_t triangles = 0;
-  bool colours = false;  ///< Each vertex has one. PLY and OBJ keep them, without alpha; STL does not.
+  bool colours = false;          ///< Each vertex has one. PLY and OBJ keep them, without alpha; STL does not.
   bool triangleColours = false;  ///< Each triangle has one. PLY keeps them, without alpha.
 };
 
@@ -48,7 +49,8 @@ struct WriteReport {
   uint64_t triangles = 0;
   uint64_t bytes = 0;
   double rounding = 0;  ///< mm: the most that a coordinate lost to 32-bit numbers.
-  double deviation = 0;  ///< mm: the farthest that a vertex was moved, where the format rounds on purpose (Draco); measured on all of them.
+  /// mm: the farthest that a vertex was moved, where the format rounds on purpose (Draco); measured on all of them.
+  double deviation = 0;
   std::string warning;  ///< A sentence when that is more than the tolerance, else empty.
 };
 
@@ -85,8 +87,8 @@ class MeshWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Throws the Error that MeshWriter would for an ending that is not supported or a folder that is not there: before long work, not
-/// after it.
+/// Throws the Error that MeshWriter would for an ending that is not supported or a folder that is not there: before
+/// long work, not after it.
 void requireWritable(const std::filesystem::path& path, const WriteOptions& options = {});
 
 /// A whole mesh at once, as MeshWriter does it.

@@ -74,7 +74,9 @@ constexpr std::array kFormats = {
            .triangleColours = true},
 };
 
-bool isRead(const Format& format) { return format.parseMesh || format.parseModel || format.readInProcess; }
+bool isRead(const Format& format) {
+  return format.parseMesh || format.parseModel || format.readInProcess;
+}
 
 bool isWritten(const Format& format) {
   return format.encoder || format.write;
@@ -132,7 +134,8 @@ ModelFile modelOf(MeshFile&& file) {
 ModelFile parsed(const Format& format, const Input& input) {
   try {
     ModelFile model = format.parseMesh ? modelOf(format.parseMesh(input)) : format.parseModel(input);
-    if (model.objects.empty()) fail(input.name, "holds no triangles (read as " + std::string(format.name) + "); check what was exported");
+    if (model.objects.empty())
+      fail(input.name, "holds no triangles (read as " + std::string(format.name) + "); check what was exported");
     if (input.job != nullptr) input.job->step(1);
     return model;
   } catch (const std::bad_alloc&) {
@@ -153,8 +156,8 @@ ModelFile readZipped(const Input& input) {
   size_t models = 0;
   for (const ZipReader::Part& part : zip.parts()) {
     const std::string ending = endingOf(part.name);
-    const bool hidden =
-        part.name.starts_with("__MACOSX/");  // Where the Finder keeps its own notes, under the names of the files.
+    // Where the Finder keeps its own notes, under the names of the files.
+    const bool hidden = part.name.starts_with("__MACOSX/");
     if (hidden || std::none_of(kFormats.begin(), kFormats.end(),
                                [&](const Format& each) { return isRead(each) && each.extension == ending; }))
       continue;
@@ -170,7 +173,9 @@ ModelFile readZipped(const Input& input) {
 
 }  // namespace
 
-std::span<const Format> formats() { return kFormats; }
+std::span<const Format> formats() {
+  return kFormats;
+}
 
 std::string readableEndings() {
   return endingsOf(isRead);
@@ -216,7 +221,8 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
   byVertex = byVertex && !byTriangle;
   for (ModelObject& each : objects) {
     const auto first = static_cast<uint32_t>(all.mesh.positions.size());
-    if (all.mesh.positions.size() + each.mesh.positions.size() > UINT32_MAX) throw Error("the objects of the model have too many vertices together: reduce them first");
+    if (all.mesh.positions.size() + each.mesh.positions.size() > UINT32_MAX)
+      throw Error("the objects of the model have too many vertices together: reduce them first");
     const Colour plain = each.colour.value_or(Colour());
     if (byVertex) {
       if (each.vertexColours.empty()) each.vertexColours.resize(each.mesh.positions.size(), plain);

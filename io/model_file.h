@@ -24,25 +24,25 @@ struct Colour {
 
 /// One thing of a model, placed: all transforms of the file are applied (an odd mirror also turns the triangles).
 struct ModelObject {
-  std::string name;                       ///< As the file has it; may be empty.
-  clay::TriangleMesh mesh;                ///< In the file's unit.
-  std::vector<Colour> vertexColours;      ///< One a vertex, or empty.
-  std::vector<Colour> triangleColours;    ///< One a triangle, or empty: goes before vertexColours.
-  std::optional<Colour> colour;           ///< Of the whole, where the file says so.
+  std::string name;                     ///< As the file has it; may be empty.
+  clay::TriangleMesh mesh;              ///< In the file's unit.
+  std::vector<Colour> vertexColours;    ///< One a vertex, or empty.
+  std::vector<Colour> triangleColours;  ///< One a triangle, or empty: goes before vertexColours.
+  std::optional<Colour> colour;         ///< Of the whole, where the file says so.
   uint32_t assembly = 0;  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
 };
 
-/// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there is at least one object; nothing is
-/// promised about topology.
+/// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there
+/// is at least one object; nothing is promised about topology.
 struct ModelFile {
   std::vector<ModelObject> objects;
   std::vector<ModelObject>
       negatives;  ///< What slicers cut away from the objects of the same assembly; held to the same promises.
-  std::optional<double> unitMm;    ///< mm in one unit where the format says so (3MF; glTF: 1000); none: ask the person.
-  std::string format;              ///< "STL (binary)", "3MF", "glTF (binary, Draco)", ...
-  uint64_t faces = 0;              ///< As the file has them, before polygons became triangles.
-  uint64_t polygons = 0;           ///< Faces of more than three corners.
-  bool welded = false;             ///< Vertices of equal coordinates were made one.
+  std::optional<double> unitMm;  ///< mm in one unit where the format says so (3MF; glTF: 1000); none: ask the person.
+  std::string format;            ///< "STL (binary)", "3MF", "glTF (binary, Draco)", ...
+  uint64_t faces = 0;            ///< As the file has them, before polygons became triangles.
+  uint64_t polygons = 0;         ///< Faces of more than three corners.
+  bool welded = false;           ///< Vertices of equal coordinates were made one.
   std::vector<std::pair<std::string, std::string>> metadata;  ///< Title, designer and the like.
   std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
 };

@@ -29,7 +29,8 @@ void packNode(const NodeBody& node, std::vector<std::byte>& body) {
   for (const RecordId id : node.ids) {
     const auto step = static_cast<int64_t>(id - before);
     before = id;
-    auto left = (static_cast<uint64_t>(step) << 1) ^ static_cast<uint64_t>(step >> 63);  // small for steps of both signs
+    // small for steps of both signs
+    auto left = (static_cast<uint64_t>(step) << 1) ^ static_cast<uint64_t>(step >> 63);
     for (; left >= 128; left >>= 7) body.push_back(static_cast<std::byte>(left | 128));
     body.push_back(static_cast<std::byte>(left));
   }
@@ -37,7 +38,8 @@ void packNode(const NodeBody& node, std::vector<std::byte>& body) {
 
 std::optional<NodeBody> parseNode(const RecordView& record) {
   const std::span<const std::byte> body = record.body;
-  if (record.header.kind != RecordKind::node || record.header.codec != RecordCodec::raw || body.size() < kFixedBytes) return std::nullopt;
+  if (record.header.kind != RecordKind::node || record.header.codec != RecordCodec::raw || body.size() < kFixedBytes)
+    return std::nullopt;
   NodeBody node;
   node.level = static_cast<int>(body[0]);
   if (node.level < 1 || node.level > clay::kTreeLevels) return std::nullopt;

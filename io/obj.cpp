@@ -168,7 +168,8 @@ class ObjReader {
     addPolygon(file_, corners_);
   }
 
-  /// One object each where "o" names several that have no vertex in common; else all is one, or a surface would be torn.
+  /// One object each where "o" names several that have no vertex in common; else all is one, or a surface would be
+  /// torn.
   ModelFile model() {
     ModelFile model;
     model.format = std::move(file_.format);
@@ -178,7 +179,8 @@ class ObjReader {
     std::vector<Colour> ofTriangles;
     // Colours of vertices go before: who paints keeps a material beside it.
     if (colours.empty() && !materialRuns_.empty()) ofTriangles = materialColours();
-    const bool several = std::any_of(runs_.begin(), runs_.end(), [this](const Run& run) { return run.object != runs_[0].object; });
+    const bool several =
+        std::any_of(runs_.begin(), runs_.end(), [this](const Run& run) { return run.object != runs_[0].object; });
     if (several && apart()) {
       split(model, colours, ofTriangles);
     } else if (!file_.mesh.triangles.empty()) {

@@ -14,7 +14,7 @@ constexpr TextCursor::Rules kRules{.hashComments = true, .backslashContinues = f
 
 struct Header {
   bool found = false;
-  bool colours = false;      ///< Behind the position and the normal, if there is one.
+  bool colours = false;  ///< Behind the position and the normal, if there is one.
   bool normals = false;
   bool homogeneous = false;  ///< Four coordinates a vertex.
   bool anyDimension = false;
@@ -100,7 +100,8 @@ MeshFile parseOff(const Input& input) {
     if (header.colours) {
       std::array<double, 7> more;
       const size_t count = numbersOnLine(cursor, more), before = header.normals ? 3 : 0;
-      if (count >= before + 3) vertexColours.add(v, std::span(more).subspan(before, std::min<size_t>(count - before, 4)));
+      if (count >= before + 3)
+        vertexColours.add(v, std::span(more).subspan(before, std::min<size_t>(count - before, 4)));
     }
     cursor.skipLine();
     ticker.at(cursor.offset());

@@ -7,8 +7,9 @@
 
 namespace argil::io {
 
-/// POSIX lets go of all locks that a process has on a file when it closes any descriptor of that file, and SQLite's locks are of that kind (fcntl(2), "Advisory
-/// record locking"; sqlite.org/howtocorrupt.html, 2.2). So whoever else reads a file that may be an open document closes it by closeKeepingLocks(). Any thread.
+/// POSIX lets go of all locks that a process has on a file when it closes any descriptor of that file, and SQLite's
+/// locks are of that kind (fcntl(2), "Advisory record locking"; sqlite.org/howtocorrupt.html, 2.2). So whoever else
+/// reads a file that may be an open document closes it by closeKeepingLocks(). Any thread.
 class OpenDocument {
  public:
   /// The file is there; before SQLite opens it.

@@ -220,8 +220,12 @@ class TextValues {
 bool namesVertices(const Property& p) {
   return p.countType && isWhole(p.type) && (p.name == "vertex_indices" || p.name == "vertex_index");
 }
-bool isCorners(const Element& element, const Property& p) { return element.name == "face" && namesVertices(p); }
-bool isStrips(const Element& element) { return element.name == "tristrips"; }
+bool isCorners(const Element& element, const Property& p) {
+  return element.name == "face" && namesVertices(p);
+}
+bool isStrips(const Element& element) {
+  return element.name == "tristrips";
+}
 
 /// Part of a colour that a property holds, 0 to 3, or -1.
 int colourPart(const Property& p) {
@@ -260,7 +264,9 @@ class ElementColours {
     bytes_.resize(index);
     bytes_.insert(bytes_.end(), count, Colour{byte(0), byte(1), byte(2), count_ == 4 ? byte(3) : uint8_t{255}});
   }
-  [[nodiscard]] std::vector<Colour> take(size_t count) { return scale_ == 0 ? fractions_.take(count) : std::move(bytes_); }
+  [[nodiscard]] std::vector<Colour> take(size_t count) {
+    return scale_ == 0 ? fractions_.take(count) : std::move(bytes_);
+  }
 
  private:
   bool there_ = false;
@@ -374,7 +380,8 @@ void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFi
                     " corners and needs 3; repair the file or export it again");
       }
       corners.clear();
-      for (int64_t c = 0; c < count; ++c) corners.push_back(checkedVertex(values, values.whole(property.type), vertices, "face ", f));
+      for (int64_t c = 0; c < count; ++c)
+        corners.push_back(checkedVertex(values, values.whole(property.type), vertices, "face ", f));
       addPolygon(file, corners);
     }
     colours.put(first, file.mesh.triangles.size() - first);
@@ -383,8 +390,8 @@ void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFi
   if (colours.there()) file.triangleColours = colours.take(file.mesh.triangles.size());
 }
 
-/// Strips of triangles: each vertex makes one with the two before it, every other one turned; -1 begins a new strip. A triangle that
-/// names a vertex twice only leads to the next.
+/// Strips of triangles: each vertex makes one with the two before it, every other one turned; -1 begins a new strip. A
+/// triangle that names a vertex twice only leads to the next.
 template <class Values>
 void readStrips(Values& values, const Element& element, uint64_t vertices, MeshFile& file, Ticker& ticker) {
   uint64_t strips = 0;

@@ -52,14 +52,16 @@ void appendRecord(std::vector<std::byte>& to, const RecordHeader& header, std::s
 }
 
 std::optional<RecordView> parseRecord(std::span<const std::byte> bytes) {
-  if (bytes.size() < kRecordHeaderBytes || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0) return std::nullopt;
+  if (bytes.size() < kRecordHeaderBytes || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
+    return std::nullopt;
   Packed packed;
   std::memcpy(&packed, bytes.data(), sizeof packed);
   if (packed.bodyBytes > kMostRecordBody || packed.bodyBytes > bytes.size() - kRecordHeaderBytes) return std::nullopt;
   const auto body = bytes.subspan(kRecordHeaderBytes, packed.bodyBytes);
   if (checksumOf(packed, body) != packed.checksum) return std::nullopt;
   RecordView view;
-  view.header = {static_cast<RecordKind>(packed.kind), static_cast<RecordCodec>(packed.codec), packed.bodyBytes, packed.owner, packed.id};
+  view.header = {static_cast<RecordKind>(packed.kind), static_cast<RecordCodec>(packed.codec), packed.bodyBytes,
+                 packed.owner, packed.id};
   view.body = body;
   view.whole = bytes.first(kRecordHeaderBytes + packed.bodyBytes);
   return view;

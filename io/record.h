@@ -13,14 +13,15 @@
 
 namespace argil::io {
 
-/// Names a record for the life of a document and its journals; 0 is none. Numbers are given in rising order and never used twice.
+/// Names a record for the life of a document and its journals; 0 is none. Numbers are given in rising order and never
+/// used twice.
 using RecordId = uint64_t;
 
 /// Stored in files: numbers are never given a new meaning.
 enum class RecordKind : uint8_t {
   brick = 1,  ///< One clay brick: coordinate and 512 distances (clay_records.h).
-  node =
-      2,  ///< One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
+  /// One node of a version's tree: which of its 512 places are inside, outside, or a record (clay_records.h).
+  node = 2,
   chunk = 3,         ///< A piece of a blob: a mesh, a picture, a text (blob.h).
   channelBrick = 4,  ///< One channel of one brick: coordinate and 512 bytes (channel_codec.h).
   clay = 5,          ///< A version with channels: the roots of its trees (channel_codec.h).
@@ -45,7 +46,7 @@ enum class RecordCodec : uint8_t {
   raw = 0,
   zstd = 1,
   predicted = 2,  ///< Bricks alone (brick_codec.h).
-  raw16 = 3,        ///< The same of bricks of 16-bit distances.
+  raw16 = 3,      ///< The same of bricks of 16-bit distances.
   predicted16 = 4,
 };
 
@@ -60,14 +61,14 @@ inline constexpr size_t kRecordHeaderBytes = 40;
 inline constexpr size_t kMostRecordBytes = 8000;
 inline constexpr size_t kMostRecordBody = kMostRecordBytes - kRecordHeaderBytes;
 
-/// As it stands in front of each body, little endian: magic (8 bytes), kind, codec, body length (2 bytes), owner (4), id (8), reserved (8, zero), XXH3-64
-/// of the 32 bytes before and the body (8).
+/// As it stands in front of each body, little endian: magic (8 bytes), kind, codec, body length (2 bytes), owner (4),
+/// id (8), reserved (8, zero), XXH3-64 of the 32 bytes before and the body (8).
 struct RecordHeader {
   RecordKind kind{};
   RecordCodec codec = RecordCodec::raw;
   uint16_t bodyBytes = 0;
-  uint32_t owner = 0;   ///< Of bricks and nodes: which clay of the document; else 0.
-  RecordId id = 0;      ///< 0: nothing refers to it.
+  uint32_t owner = 0;  ///< Of bricks and nodes: which clay of the document; else 0.
+  RecordId id = 0;     ///< 0: nothing refers to it.
 };
 
 /// Header and body. Points into the bytes that it was read from.
@@ -80,13 +81,16 @@ struct RecordView {
 /// Appends a record. The body is at most kMostRecordBody bytes long.
 void appendRecord(std::vector<std::byte>& to, const RecordHeader& header, std::span<const std::byte> body);
 
-/// The record that begins at the first byte; nothing when there is none, it is cut off or its checksum differs. Any bytes are allowed.
+/// The record that begins at the first byte; nothing when there is none, it is cut off or its checksum differs. Any
+/// bytes are allowed.
 [[nodiscard]] std::optional<RecordView> parseRecord(std::span<const std::byte> bytes);
 
-/// Where the next whole and sound record begins at or behind `from`; bytes.size() when there is none. Any bytes are allowed. Cost O(bytes).
+/// Where the next whole and sound record begins at or behind `from`; bytes.size() when there is none. Any bytes are
+/// allowed. Cost O(bytes).
 [[nodiscard]] size_t findRecord(std::span<const std::byte> bytes, size_t from);
 
-/// Takes records, whole ones of one kind and id each. What put() throws leaves nothing half-written where the file can promise it.
+/// Takes records, whole ones of one kind and id each. What put() throws leaves nothing half-written where the file can
+/// promise it.
 class RecordSink {
  public:
   virtual ~RecordSink() = default;
@@ -97,10 +101,13 @@ class RecordSink {
 class RecordSource {
  public:
   virtual ~RecordSource() = default;
-  /// The record, copied into `record`: header and body as parseRecord takes them. False when it is not there. What is there may be damaged. One thread.
+  /// The record, copied into `record`: header and body as parseRecord takes them. False when it is not there. What is
+  /// there may be damaged. One thread.
   virtual bool get(RecordId id, std::vector<std::byte>& record) = 0;
-  /// Calls back with each of `ids` (rising) that is there, in that order: (index in ids, the record). Faster than one by one.
-  virtual void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
+  /// Calls back with each of `ids` (rising) that is there, in that order: (index in ids, the record). Faster than one
+  /// by one.
+  virtual void getMany(std::span<const RecordId> ids,
+                       const std::function<void(size_t, std::span<const std::byte>)>& each) = 0;
 };
 
 /// Which ids a file holds: 128 bytes of memory for one that stands alone, a bit where many stand together. A file may

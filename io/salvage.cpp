@@ -67,7 +67,8 @@ Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make
     const auto body = record.body;
     if (record.header.id == 0) return;
     if (record.header.kind == RecordKind::brick && body.size() >= 12) {
-      state.bricks.push_back({record.header.owner, numberAt<int32_t>(body, 0), numberAt<int32_t>(body, 4), numberAt<int32_t>(body, 8), record.header.id});
+      state.bricks.push_back({record.header.owner, numberAt<int32_t>(body, 0), numberAt<int32_t>(body, 4),
+                              numberAt<int32_t>(body, 8), record.header.id});
     } else if (record.header.kind == RecordKind::chunk) {
       const auto head = chunkHeadOf(body);
       if (!head) return;
@@ -76,7 +77,9 @@ Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make
     }
   });
   // The file may hold a record twice, where SQLite has moved it.
-  const auto orderBricks = [](const Brick& a, const Brick& b) { return a.place() != b.place() ? a.place() < b.place() : a.id > b.id; };
+  const auto orderBricks = [](const Brick& a, const Brick& b) {
+    return a.place() != b.place() ? a.place() < b.place() : a.id > b.id;
+  };
   std::sort(state.bricks.begin(), state.bricks.end(), orderBricks);
   const auto same = [](const Brick& a, const Brick& b) { return a.id == b.id && a.place() == b.place(); };
   state.bricks.erase(std::unique(state.bricks.begin(), state.bricks.end(), same), state.bricks.end());
@@ -86,22 +89,36 @@ Salvage::Salvage(const std::filesystem::path& path, Job* job) : state_(std::make
 
 Salvage::~Salvage() = default;
 
-const std::vector<RecordId>& Salvage::heads() const { return state_->heads; }
+const std::vector<RecordId>& Salvage::heads() const {
+  return state_->heads;
+}
 
-const std::vector<RecordId>& Salvage::states() const { return state_->states; }
+const std::vector<RecordId>& Salvage::states() const {
+  return state_->states;
+}
 
-uint64_t Salvage::records() const { return state_->records->records(); }
+uint64_t Salvage::records() const {
+  return state_->records->records();
+}
 
-RecordId Salvage::highestId() const { return state_->records->highestId(); }
+RecordId Salvage::highestId() const {
+  return state_->records->highestId();
+}
 
-bool Salvage::get(RecordId id, std::vector<std::byte>& record) { return state_->records->get(id, record); }
+bool Salvage::get(RecordId id, std::vector<std::byte>& record) {
+  return state_->records->get(id, record);
+}
 
-void Salvage::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void Salvage::getMany(std::span<const RecordId> ids,
+                      const std::function<void(size_t, std::span<const std::byte>)>& each) {
   state_->records->getMany(ids, each);
 }
 
-void Salvage::bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const {
-  const auto in = [edge](int32_t value, int32_t from) { return value >= from && int64_t(value) < int64_t(from) + edge; };
+void Salvage::bricksIn(uint32_t owner, Coord first, int32_t edge,
+                       const std::function<void(Coord, RecordId)>& each) const {
+  const auto in = [edge](int32_t value, int32_t from) {
+    return value >= from && int64_t(value) < int64_t(from) + edge;
+  };
   const auto before = [](const Brick& a, const std::tuple<uint32_t, int32_t>& b) { return std::tie(a.owner, a.x) < b; };
   auto at = std::lower_bound(state_->bricks.begin(), state_->bricks.end(), std::tuple(owner, first.x), before);
   for (; at != state_->bricks.end() && at->owner == owner && in(at->x, first.x); ++at) {

@@ -14,8 +14,8 @@
 
 namespace argil::io {
 
-/// What can still be read of a damaged document or journal: every sound record found by scanning its bytes, whatever stands around it. Never throws for
-/// content; throws Error when the file cannot be read at all.
+/// What can still be read of a damaged document or journal: every sound record found by scanning its bytes, whatever
+/// stands around it. Never throws for content; throws Error when the file cannot be read at all.
 class Salvage : public RecordSource, public OlderBricks {
  public:
   explicit Salvage(const std::filesystem::path& path, Job* job = nullptr);
@@ -27,8 +27,10 @@ class Salvage : public RecordSource, public OlderBricks {
   [[nodiscard]] uint64_t records() const;
   [[nodiscard]] RecordId highestId() const;
   bool get(RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
-  void bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const override;
+  void getMany(std::span<const RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void bricksIn(uint32_t owner, Coord first, int32_t edge,
+                const std::function<void(Coord, RecordId)>& each) const override;
 
  private:
   struct State;

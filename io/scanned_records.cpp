@@ -36,7 +36,8 @@ int openForScan(const std::filesystem::path& path, bool writable) {
   fail(name, "is not a regular file; name a file");
 }
 
-ScannedRecords::ScannedRecords(const std::filesystem::path& path, Job* job, const Visit& visit) : ScannedRecords(openForScan(path, false), path, job, visit) {}
+ScannedRecords::ScannedRecords(const std::filesystem::path& path, Job* job, const Visit& visit)
+    : ScannedRecords(openForScan(path, false), path, job, visit) {}
 
 ScannedRecords::ScannedRecords(int fd, const std::filesystem::path& path, Job* job, const Visit& visit) : fd_(fd) {
   try {
@@ -47,7 +48,9 @@ ScannedRecords::ScannedRecords(int fd, const std::filesystem::path& path, Job* j
   }
 }
 
-ScannedRecords::~ScannedRecords() { closeKeepingLocks(fd_); }
+ScannedRecords::~ScannedRecords() {
+  closeKeepingLocks(fd_);
+}
 
 void ScannedRecords::scan(const std::string& name, Job* job, const Visit& visit) {
   struct stat facts {};
@@ -83,14 +86,16 @@ void ScannedRecords::scan(const std::string& name, Job* job, const Visit& visit)
     if (job != nullptr) job->step(std::min(1.0, double(start) / size));
   }
   std::stable_sort(ids_.begin(), ids_.end(), [](const Entry& a, const Entry& b) { return a.id < b.id; });
-  const auto first = std::unique(ids_.rbegin(), ids_.rend(), [](const Entry& a, const Entry& b) { return a.id == b.id; });
+  const auto first =
+      std::unique(ids_.rbegin(), ids_.rend(), [](const Entry& a, const Entry& b) { return a.id == b.id; });
   ids_.erase(ids_.begin(), first.base());
 }
 
 bool ScannedRecords::read(Place place, std::vector<std::byte>& record) const {
   record.resize(place.bytes);
   for (size_t done = 0; done < record.size();) {
-    const ssize_t got = ::pread(fd_, record.data() + done, record.size() - done, static_cast<off_t>(place.offset + done));
+    const ssize_t got =
+        ::pread(fd_, record.data() + done, record.size() - done, static_cast<off_t>(place.offset + done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
     done += static_cast<size_t>(got);
@@ -99,11 +104,13 @@ bool ScannedRecords::read(Place place, std::vector<std::byte>& record) const {
 }
 
 bool ScannedRecords::get(RecordId id, std::vector<std::byte>& record) {
-  const auto found = std::lower_bound(ids_.begin(), ids_.end(), id, [](const Entry& entry, RecordId wanted) { return entry.id < wanted; });
+  const auto found = std::lower_bound(ids_.begin(), ids_.end(), id,
+                                      [](const Entry& entry, RecordId wanted) { return entry.id < wanted; });
   return found != ids_.end() && found->id == id && read(found->place, record);
 }
 
-void ScannedRecords::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void ScannedRecords::getMany(std::span<const RecordId> ids,
+                             const std::function<void(size_t, std::span<const std::byte>)>& each) {
   std::vector<std::byte> record;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (get(ids[i], record)) each(i, record);

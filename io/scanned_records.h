@@ -13,8 +13,8 @@
 
 namespace argil::io {
 
-/// Where in its file each record lies. The file is read in blocks and stays open; it is never mapped, as a file that somebody shortens would end the program.
-/// 16 bytes of memory a record, whatever the file's length. One thread.
+/// Where in its file each record lies. The file is read in blocks and stays open; it is never mapped, as a file that
+/// somebody shortens would end the program. 16 bytes of memory a record, whatever the file's length. One thread.
 class ScannedRecords : public RecordSource {
  public:
   /// Where a record stands, for read().
@@ -24,7 +24,8 @@ class ScannedRecords : public RecordSource {
   };
   using Visit = std::function<void(const RecordView&, Place)>;
 
-  /// Reads the whole file; `visit` sees each sound record in the order of the file. Throws Error when the file cannot be opened or read, Cancelled.
+  /// Reads the whole file; `visit` sees each sound record in the order of the file. Throws Error when the file cannot
+  /// be opened or read, Cancelled.
   ScannedRecords(const std::filesystem::path& path, Job* job, const Visit& visit);
   /// The same for a descriptor, which is closed at the end.
   ScannedRecords(int fd, const std::filesystem::path& path, Job* job, const Visit& visit);
@@ -41,7 +42,8 @@ class ScannedRecords : public RecordSource {
   bool read(Place place, std::vector<std::byte>& record) const;
   /// Of several with one id: the one that stands last.
   bool get(RecordId id, std::vector<std::byte>& record) override;
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void getMany(std::span<const RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
 
  private:
   struct Entry {
@@ -55,7 +57,8 @@ class ScannedRecords : public RecordSource {
   std::vector<Entry> ids_;  ///< Rising, each once.
 };
 
-/// A regular file for reading (`writable`: for writing too, as some file systems want for a lock). Throws Error for what is missing or something else.
+/// A regular file for reading (`writable`: for writing too, as some file systems want for a lock). Throws Error for
+/// what is missing or something else.
 [[nodiscard]] int openForScan(const std::filesystem::path& path, bool writable);
 
 }  // namespace argil::io

@@ -12,10 +12,12 @@ struct sqlite3_stmt;
 
 namespace argil::io {
 
-/// A connection that trusts nothing in the file: no code of a schema runs, limits are those of our rows, nothing is mapped into memory. One thread.
+/// A connection that trusts nothing in the file: no code of a schema runs, limits are those of our rows, nothing is
+/// mapped into memory. One thread.
 class Database {
  public:
-  /// The file is there (maybe empty). Messages call it `name`. What may not be written is opened for reading. Throws Error.
+  /// The file is there (maybe empty). Messages call it `name`. What may not be written is opened for reading. Throws
+  /// Error.
   Database(const std::filesystem::path& file, std::string name);
   ~Database();
   Database(const Database&) = delete;

@@ -44,8 +44,8 @@ bool beginsWithSolid(const Input& input) {
   return cursor.wordAhead() && is(cursor.word(), "solid");
 }
 
-/// Colours of a binary file as Magics writes them: the header says "COLOR=" and four bytes, the colour of the whole, and a triangle whose
-/// attribute has bit 15 clear has its own, five bits each of red, green and blue from bit 0 up
+/// Colours of a binary file as Magics writes them: the header says "COLOR=" and four bytes, the colour of the whole,
+/// and a triangle whose attribute has bit 15 clear has its own, five bits each of red, green and blue from bit 0 up
 /// (https://en.wikipedia.org/wiki/STL_(file_format)#Color). Others use the bits otherwise and do not say so.
 class Attributes {
  public:
@@ -280,7 +280,8 @@ class StlEncoder : public MeshEncoder {
     std::array<Vec3f, 4> vectors;
     uint16_t attributes;
   };
-  static_assert(std::endian::native == std::endian::little && sizeof(Vec3f) == 12 && offsetof(Record, attributes) == kTriangle - 2);
+  static_assert(std::endian::native == std::endian::little && sizeof(Vec3f) == 12 &&
+                offsetof(Record, attributes) == kTriangle - 2);
 
   /// Products of four 32-bit numbers are far from the limits of a double: neither tiny nor huge triangles need care.
   static Vec3d crossOf(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
@@ -288,7 +289,8 @@ class StlEncoder : public MeshEncoder {
     return (b.cast<double>() - from).cross(c.cast<double>() - from);
   }
 
-  /// Root and division, half of all the work, go over many triangles at once. A triangle without direction gets a normal of zero, as the format allows.
+  /// Root and division, half of all the work, go over many triangles at once. A triangle without direction gets a
+  /// normal of zero, as the format allows.
   void pack(std::span<const std::array<uint32_t, 3>> triangles, std::byte* to) {
     for (size_t i = 0; i < triangles.size(); ++i) {
       const auto& [a, b, c] = triangles[i];
@@ -300,7 +302,8 @@ class StlEncoder : public MeshEncoder {
     for (size_t i = 0; i < triangles.size(); ++i, to += kTriangle) {
       const auto& [a, b, c] = triangles[i];
       const auto at = Eigen::Index(i);
-      const Record record{{Vec3f(float(x_[at]), float(y_[at]), float(z_[at])), positions_[a], positions_[b], positions_[c]}, 0};
+      const Record record{
+          {Vec3f(float(x_[at]), float(y_[at]), float(z_[at])), positions_[a], positions_[b], positions_[c]}, 0};
       std::memcpy(to, &record, kTriangle);
     }
   }

@@ -185,7 +185,8 @@ SurfacePoints pointsOf(const ModelObject& object, Normals normals) {
       points.triangles[corner / 3][corner % 3] = uint32_t(points.vertex.size() - 1);
     }
   }
-  if (points.vertex.size() == mesh.positions.size()) {  // Each vertex is one point, unless some belong to no triangle.
+  // Each vertex is one point, unless some belong to no triangle.
+  if (points.vertex.size() == mesh.positions.size()) {
     bool same = true;
     for (uint32_t i = 0; i < points.vertex.size() && same; ++i) same = points.vertex[i] == i;
     if (same) {

@@ -22,9 +22,9 @@ struct SurfacePoints {
 
 enum class Normals : uint8_t {
   none,
-  creased,  ///< The mean of the triangles around a vertex, apart for those that an edge sharper than kCreaseDegrees
-            ///< divides.
-  joined,   ///< The same, with vertices in one place taken as one: for meshes whose colours part their vertices.
+  /// The mean of the triangles around a vertex, apart for those that an edge sharper than kCreaseDegrees divides.
+  creased,
+  joined,  ///< The same, with vertices in one place taken as one: for meshes whose colours part their vertices.
 };
 inline constexpr double kCreaseDegrees = 40;
 

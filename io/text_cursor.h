@@ -38,7 +38,8 @@ class TextCursor {
   double number(const char* what, bool anyLine = false);
   int64_t integer(const char* what, bool anyLine = false);
 
-  [[nodiscard]] uint64_t line() const { return line_; }  ///< Of the word read last, or of the place now; counts from 1.
+  /// Of the word read last, or of the place now; counts from 1.
+  [[nodiscard]] uint64_t line() const { return line_; }
   [[nodiscard]] size_t offset() const { return at_; }
   [[nodiscard]] size_t remaining() const { return text_.size() - at_; }
   /// Throws Error "NAME: line N: WRONG".

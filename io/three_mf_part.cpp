@@ -20,7 +20,8 @@ struct Unit {
   std::string_view name;
   double mm;
 };
-constexpr Unit kUnits[] = {{"micron", 0.001}, {"millimeter", 1}, {"centimeter", 10}, {"inch", 25.4}, {"foot", 304.8}, {"meter", 1000}};
+constexpr Unit kUnits[] = {{"micron", 0.001}, {"millimeter", 1}, {"centimeter", 10},
+                           {"inch", 25.4},    {"foot", 304.8},   {"meter", 1000}};
 
 struct Extension {
   std::string_view space;
@@ -41,13 +42,16 @@ constexpr Extension kExtensions[] = {
 
 std::string_view trimmed(std::string_view text) {
   const size_t first = text.find_first_not_of(' ');
-  return first == std::string_view::npos ? std::string_view() : text.substr(first, text.find_last_not_of(' ') - first + 1);
+  return first == std::string_view::npos ? std::string_view()
+                                         : text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
 double numberOf(const XmlScanner& xml, std::string_view text, std::string_view what) {
   double value = 0;
-  if (!parseNumber(text, value) && !parseNumber(trimmed(text), value)) xml.fail(shown(text) + " stands where " + std::string(what) + " should; a number is needed");
-  if (!std::isfinite(value)) xml.fail(std::string(what) + " is " + shown(text) + "; only finite numbers can be used, repair it");
+  if (!parseNumber(text, value) && !parseNumber(trimmed(text), value))
+    xml.fail(shown(text) + " stands where " + std::string(what) + " should; a number is needed");
+  if (!std::isfinite(value))
+    xml.fail(std::string(what) + " is " + shown(text) + "; only finite numbers can be used, repair it");
   return value;
 }
 
@@ -57,14 +61,16 @@ uint32_t indexOf(const XmlScanner& xml, std::string_view text, std::string_view 
   if (error == std::errc() && stop == text.data() + text.size()) return value;
   int64_t slowly = 0;
   if (!parseInteger(trimmed(text), slowly) || slowly < 0 || slowly > UINT32_MAX) {
-    xml.fail(shown(text) + " stands where " + std::string(what) + " should; a whole number that is not negative is needed");
+    xml.fail(shown(text) + " stands where " + std::string(what) +
+             " should; a whole number that is not negative is needed");
   }
   return static_cast<uint32_t>(slowly);
 }
 
 std::string_view required(const XmlScanner& xml, std::string_view name) {
   const std::string_view* value = xml.attribute(name);
-  if (value == nullptr) xml.fail("<" + std::string(xml.name().substr(0, 40)) + "> has no " + std::string(name) + "; export it again");
+  if (value == nullptr)
+    xml.fail("<" + std::string(xml.name().substr(0, 40)) + "> has no " + std::string(name) + "; export it again");
   return *value;
 }
 
@@ -72,10 +78,12 @@ Colour colourOf(const XmlScanner& xml, std::string_view text) {
   const std::string_view digits = text.substr(std::min<size_t>(text.size(), 1));
   uint32_t value = 0;
   const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
-  const bool whole = text.starts_with('#') && (digits.size() == 6 || digits.size() == 8) && error == std::errc() && stop == digits.data() + digits.size();
+  const bool whole = text.starts_with('#') && (digits.size() == 6 || digits.size() == 8) && error == std::errc() &&
+                     stop == digits.data() + digits.size();
   if (!whole) xml.fail(shown(text) + " is no colour; write #RRGGBB or #RRGGBBAA");
   if (digits.size() == 6) value = value << 8 | 0xff;
-  return {static_cast<uint8_t>(value >> 24), static_cast<uint8_t>(value >> 16), static_cast<uint8_t>(value >> 8), static_cast<uint8_t>(value)};
+  return {static_cast<uint8_t>(value >> 24), static_cast<uint8_t>(value >> 16), static_cast<uint8_t>(value >> 8),
+          static_cast<uint8_t>(value)};
 }
 
 /// The colours of one mesh while it is read: nothing, until a triangle has a property of its own.
@@ -105,7 +113,10 @@ class CornerColours {
 
 class PartReader {
  public:
-  PartReader(const Input& input, const std::string& path, Losses& losses) : xml_(input, path), ticker_(input), losses_(losses) { part_.path = path; }
+  PartReader(const Input& input, const std::string& path, Losses& losses)
+      : xml_(input, path), ticker_(input), losses_(losses) {
+    part_.path = path;
+  }
 
   Part read() {
     xml_.root();
@@ -125,8 +136,11 @@ class PartReader {
   void readUnit() {
     const std::string_view* name = xml_.attribute("unit");
     if (name == nullptr) return;
-    const auto* unit = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& each) { return each.name == *name; });
-    if (unit == std::end(kUnits)) xml_.fail("the unit " + shown(*name) + " is not known; 3MF has micron, millimeter, centimeter, inch, foot and meter");
+    const auto* unit =
+        std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& each) { return each.name == *name; });
+    if (unit == std::end(kUnits))
+      xml_.fail("the unit " + shown(*name) +
+                " is not known; 3MF has micron, millimeter, centimeter, inch, foot and meter");
     part_.unitMm = unit->mm;
   }
 
@@ -137,9 +151,12 @@ class PartReader {
       const std::string_view prefix = rest.substr(0, rest.find(' '));
       rest = trimmed(rest.substr(prefix.size()));
       const std::string_view space = xml_.spaceOf(prefix);
-      const auto* known = std::find_if(std::begin(kExtensions), std::end(kExtensions), [&](const Extension& each) { return each.space == space; });
+      const auto* known = std::find_if(std::begin(kExtensions), std::end(kExtensions),
+                                       [&](const Extension& each) { return each.space == space; });
       if (known != std::end(kExtensions) && known->name == nullptr) continue;
-      const std::string what = known != std::end(kExtensions) ? known->name : "an extension of 3MF that is not known (" + shown(space.empty() ? prefix : space) + ")";
+      const std::string what = known != std::end(kExtensions) ? known->name
+                                                              : "an extension of 3MF that is not known (" +
+                                                                    shown(space.empty() ? prefix : space) + ")";
       xml_.fail("the model needs " + what + ", which cannot be read; export it as plain triangles");
     }
   }
@@ -164,7 +181,8 @@ class PartReader {
       } else if (xml_.space() == kMaterial) {
         const bool texture = xml_.name().starts_with("texture");
         (texture ? losses_.textures : losses_.mixtures) = true;
-        if (const std::string_view* id = xml_.attribute("id")) unkept_.push_back(indexOf(xml_, *id, "the id of a property"));
+        if (const std::string_view* id = xml_.attribute("id"))
+          unkept_.push_back(indexOf(xml_, *id, "the id of a property"));
       } else if (xml_.name() == "slicestack") {
         losses_.slices = true;
       }
@@ -177,7 +195,8 @@ class PartReader {
     for (const size_t group = xml_.depth(); xml_.child(group);) {
       if (xml_.is(space, element)) colours.push_back(colourOf(xml_, required(xml_, attribute)));
     }
-    if (!groups_.emplace(id, std::move(colours)).second) xml_.fail("the id " + std::to_string(id) + " stands twice; export it again");
+    if (!groups_.emplace(id, std::move(colours)).second)
+      xml_.fail("the id " + std::to_string(id) + " stands twice; export it again");
   }
 
   std::optional<Colour> property(uint32_t group, uint32_t index) {
@@ -212,8 +231,10 @@ class PartReader {
         }
       }
     }
-    if (!object.content.mesh.triangles.empty() && !object.components.empty()) xml_.fail("an object has a mesh and components; export it again");
-    if (!part_.objects.emplace(id, std::move(object)).second) xml_.fail("the object " + std::to_string(id) + " stands twice; export it again");
+    if (!object.content.mesh.triangles.empty() && !object.components.empty())
+      xml_.fail("an object has a mesh and components; export it again");
+    if (!part_.objects.emplace(id, std::move(object)).second)
+      xml_.fail("the object " + std::to_string(id) + " stands twice; export it again");
   }
 
   void readMesh(ModelObject& object, std::optional<uint32_t> group, std::optional<Colour> colour) {
@@ -226,14 +247,16 @@ class PartReader {
         }
       } else if (xml_.is(kCore, "triangles")) {
         for (const size_t triangles = xml_.depth(); xml_.child(triangles);) {
-          if (xml_.is(kCore, "triangle")) highest = std::max(highest, readTriangle(object.mesh, group, colour, colours));
+          if (xml_.is(kCore, "triangle"))
+            highest = std::max(highest, readTriangle(object.mesh, group, colour, colours));
         }
       } else if (xml_.name() == "beamlattice") {
         losses_.beams = true;
       }
     }
     if (!object.mesh.triangles.empty() && highest >= object.mesh.positions.size()) {
-      xml_.fail("a triangle names vertex " + std::to_string(highest) + " and the mesh has " + std::to_string(object.mesh.positions.size()) + "; repair it or export it again");
+      xml_.fail("a triangle names vertex " + std::to_string(highest) + " and the mesh has " +
+                std::to_string(object.mesh.positions.size()) + "; repair it or export it again");
     }
     colours.finish(object);
   }
@@ -254,7 +277,8 @@ class PartReader {
     ticker_.at(xml_.offset());
   }
 
-  uint32_t readTriangle(clay::TriangleMesh& mesh, std::optional<uint32_t> group, std::optional<Colour> colour, CornerColours& colours) {
+  uint32_t readTriangle(clay::TriangleMesh& mesh, std::optional<uint32_t> group, std::optional<Colour> colour,
+                        CornerColours& colours) {
     std::array<uint32_t, 3> corners{}, properties{};
     unsigned seen = 0, seenProperties = 0;
     for (const XmlScanner::Attribute& each : xml_.attributes()) {
@@ -280,7 +304,9 @@ class PartReader {
         found[c] = own ? property(*group, properties[c]) : found[0];
       }
       const Colour other = colour.value_or(Colour());
-      if (found[0] || found[1] || found[2]) colours.set(mesh.triangles.size(), {found[0].value_or(other), found[1].value_or(other), found[2].value_or(other)});
+      if (found[0] || found[1] || found[2])
+        colours.set(mesh.triangles.size(),
+                    {found[0].value_or(other), found[1].value_or(other), found[2].value_or(other)});
     }
     mesh.triangles.push_back(corners);
     ticker_.at(xml_.offset());
@@ -344,16 +370,23 @@ bool Transform::mirrors() const {
 
 std::vector<std::string> Losses::sentences() const {
   std::vector<std::string> all;
-  const auto amount = [](uint64_t n, const char* one, const char* many) { return std::to_string(n) + (n == 1 ? one : many); };
+  const auto amount = [](uint64_t n, const char* one, const char* many) {
+    return std::to_string(n) + (n == 1 ? one : many);
+  };
   if (textures) all.emplace_back("textures were not kept; colours of materials were");
   if (mixtures) all.emplace_back("mixtures of materials were not kept");
-  if (badColours > 0) all.push_back(amount(badColours, " colour is", " colours are") + " named that the file does not have; they were left out");
-  if (supports > 0) all.push_back(amount(supports, " object is", " objects are") + " no model (support and the like) and not kept");
+  if (badColours > 0)
+    all.push_back(amount(badColours, " colour is", " colours are") +
+                  " named that the file does not have; they were left out");
+  if (supports > 0)
+    all.push_back(amount(supports, " object is", " objects are") + " no model (support and the like) and not kept");
   if (beams) all.emplace_back("beam lattices were not kept");
   if (slices) all.emplace_back("slices were not kept");
   return all;
 }
 
-Part readPart(const Input& input, const std::string& path, Losses& losses) { return PartReader(input, path, losses).read(); }
+Part readPart(const Input& input, const std::string& path, Losses& losses) {
+  return PartReader(input, path, losses).read();
+}
 
 }  // namespace argil::io::three_mf

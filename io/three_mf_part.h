@@ -38,15 +38,15 @@ struct Use {
 };
 
 struct Object {
-  ModelObject content;          ///< Without triangles when it has components.
+  ModelObject content;  ///< Without triangles when it has components.
   std::vector<Use> components;
-  bool printed = true;          ///< No support and nothing of another purpose.
+  bool printed = true;  ///< No support and nothing of another purpose.
 };
 
 /// What was there and is not kept.
 struct Losses {
-  uint64_t badColours = 0;    ///< Triangles or objects that name a property that is not there.
-  uint64_t supports = 0;      ///< Objects.
+  uint64_t badColours = 0;  ///< Triangles or objects that name a property that is not there.
+  uint64_t supports = 0;    ///< Objects.
   bool textures = false, mixtures = false, beams = false, slices = false;
   [[nodiscard]] std::vector<std::string> sentences() const;
 };
@@ -60,8 +60,9 @@ struct Part {
   bool hasResources = false, hasBuild = false;
 };
 
-/// Reads the XML of one part. Coordinates are finite, indices in range. Throws Error: not well formed, against the specification in what matters to geometry, an
-/// extension that is required and not known. Memory: the meshes, 12 bytes a triangle beside where triangles have colours.
+/// Reads the XML of one part. Coordinates are finite, indices in range. Throws Error: not well formed, against the
+/// specification in what matters to geometry, an extension that is required and not known. Memory: the meshes, 12 bytes
+/// a triangle beside where triangles have colours.
 Part readPart(const Input& input, const std::string& path, Losses& losses);
 
 }  // namespace argil::io::three_mf

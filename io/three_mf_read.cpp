@@ -18,13 +18,16 @@ using namespace three_mf;
 
 constexpr const char* kRelations = "http://schemas.openxmlformats.org/package/2006/relationships";
 constexpr const char* kRootRelations = "_rels/.rels";
-/// A few bytes of components can ask for anything: so many uses are followed, and so much is made of copies beside what the file holds.
+/// A few bytes of components can ask for anything: so many uses are followed, and so much is made of copies beside what
+/// the file holds.
 constexpr uint64_t kMostUses = 65536;
 constexpr uint64_t kMostCopied = 16'000'000;
 constexpr size_t kMostNested = 64;
 
 /// "/3D/a.model" as the archive names it.
-std::string_view inArchive(std::string_view path) { return path.starts_with('/') ? path.substr(1) : path; }
+std::string_view inArchive(std::string_view path) {
+  return path.starts_with('/') ? path.substr(1) : path;
+}
 
 /// A mesh that is placed: `transform` brings it into the coordinates of the build.
 struct Placed {
@@ -70,7 +73,9 @@ class PackageReader {
   }
 
  private:
-  [[noreturn]] void refuse(const Part& part, const std::string& wrong) const { fail(input_.name, "part " + shown(part.path) + ": " + wrong); }
+  [[noreturn]] void refuse(const Part& part, const std::string& wrong) const {
+    fail(input_.name, "part " + shown(part.path) + ": " + wrong);
+  }
 
   FileBytes unpack(std::string_view path) {
     const ZipReader::Part* found = zip_.find(inArchive(path));
@@ -103,9 +108,11 @@ class PackageReader {
     const auto known = parts_.find(key);
     if (known != parts_.end()) return known->second;
     const FileBytes bytes = unpack(path);
-    Part& made = parts_.emplace(key, readPart(Input{bytes.bytes(), input_.name, input_.job}, key, losses_)).first->second;
+    Part& made =
+        parts_.emplace(key, readPart(Input{bytes.bytes(), input_.name, input_.job}, key, losses_)).first->second;
     if (root_ == nullptr) root_ = &made;
-    if (made.unitMm != root_->unitMm) refuse(made, "its unit is another than that of the other parts; save the model with one unit");
+    if (made.unitMm != root_->unitMm)
+      refuse(made, "its unit is another than that of the other parts; save the model with one unit");
     for (const auto& [id, object] : made.objects) {
       held_ += std::max(object.content.mesh.triangles.size(), object.content.mesh.positions.size());
     }
@@ -124,19 +131,25 @@ class PackageReader {
   }
 
   void follow(Part& from, const Use& use, const Transform& outer, const Known& known) {
-    if (++uses_ > kMostUses) refuse(from, "it places more than " + std::to_string(kMostUses) + " objects; it may be an attack, or save it as fewer");
+    if (++uses_ > kMostUses)
+      refuse(from,
+             "it places more than " + std::to_string(kMostUses) + " objects; it may be an attack, or save it as fewer");
     Part& in = use.path.empty() ? from : part(use.path);
     const auto found = in.objects.find(use.object);
-    if (found == in.objects.end()) refuse(in, "object " + std::to_string(use.object) + " is used and not there; export it again");
+    if (found == in.objects.end())
+      refuse(in, "object " + std::to_string(use.object) + " is used and not there; export it again");
     Object& object = found->second;
     if (!object.printed) return;
-    if (std::find(trail_.begin(), trail_.end(), &object) != trail_.end()) refuse(in, "object " + std::to_string(use.object) + " contains itself; export it again");
-    if (trail_.size() >= kMostNested) refuse(in, "its objects are nested more than " + std::to_string(kMostNested) + " deep; save it as fewer");
+    if (std::find(trail_.begin(), trail_.end(), &object) != trail_.end())
+      refuse(in, "object " + std::to_string(use.object) + " contains itself; export it again");
+    if (trail_.size() >= kMostNested)
+      refuse(in, "its objects are nested more than " + std::to_string(kMostNested) + " deep; save it as fewer");
     const Transform transform = use.transform.then(outer);
     const std::string& own = object.content.name.empty() ? known.name : object.content.name;
     if (!object.content.mesh.triangles.empty()) {
       made_ += std::max(object.content.mesh.triangles.size(), object.content.mesh.positions.size());
-      if (made_ > kMostCopied && made_ - kMostCopied > held_) refuse(in, "its copies have too many triangles together; save it as fewer or reduce it");
+      if (made_ > kMostCopied && made_ - kMostCopied > held_)
+        refuse(in, "its copies have too many triangles together; save it as fewer or reduce it");
       const auto volumes = trail_.empty() ? slicer_.volumes.find(use.object) : slicer_.volumes.end();
       placed_.push_back(
           {&object, transform, own, known.kind, items_, volumes == slicer_.volumes.end() ? nullptr : &volumes->second});
@@ -162,7 +175,9 @@ class PackageReader {
       if (!placed.transform.isIdentity()) {
         for (Vec3d& p : object.mesh.positions) {
           p = placed.transform(p);
-          if (!p.allFinite()) fail(input_.name, "a transform moves " + (object.name.empty() ? "an object" : shown(object.name)) + " beyond all numbers; repair it");
+          if (!p.allFinite())
+            fail(input_.name, "a transform moves " + (object.name.empty() ? "an object" : shown(object.name)) +
+                                  " beyond all numbers; repair it");
         }
         if (placed.transform.mirrors()) {
           for (auto& triangle : object.mesh.triangles) std::swap(triangle[1], triangle[2]);
@@ -250,12 +265,15 @@ bool recognizesThreeMf(const Input& input) {
   if (!input.text().starts_with("PK\x03\x04")) return false;
   try {
     const ZipReader zip(input);
-    return std::any_of(zip.parts().begin(), zip.parts().end(), [](const ZipReader::Part& part) { return part.name.ends_with(".model"); });
+    return std::any_of(zip.parts().begin(), zip.parts().end(),
+                       [](const ZipReader::Part& part) { return part.name.ends_with(".model"); });
   } catch (const Error&) {
     return false;
   }
 }
 
-ModelFile parseThreeMf(const Input& input) { return PackageReader(input).read(); }
+ModelFile parseThreeMf(const Input& input) {
+  return PackageReader(input).read();
+}
 
 }  // namespace argil::io

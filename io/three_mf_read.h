@@ -9,8 +9,9 @@ namespace argil::io {
 /// A ZIP archive that holds a 3MF model.
 bool recognizesThreeMf(const Input& input);
 
-/// Every mesh that the build places, as an object of its own: items, components in components, in other parts too (production extension). Throws Error, Cancelled.
-/// Memory: the archive, its model parts unpacked one after another, the meshes.
+/// Every mesh that the build places, as an object of its own: items, components in components, in other parts too
+/// (production extension). Throws Error, Cancelled. Memory: the archive, its model parts unpacked one after another,
+/// the meshes.
 ModelFile parseThreeMf(const Input& input);
 
 }  // namespace argil::io

@@ -28,12 +28,14 @@ constexpr size_t kTokensPerThread = 3;
 constexpr std::string_view kModelPath = "3D/3dmodel.model";
 
 constexpr std::string_view kContentTypes =
-    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\n"
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Types "
+    "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\n"
     "<Default Extension=\"rels\" ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>\n"
     "<Default Extension=\"model\" ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/>\n</Types>\n";
 
 /// Names that the specification gives to metadata; others need a namespace. Application is ours.
-constexpr std::string_view kKnownMetadata[] = {"Title", "Designer", "Description", "Copyright", "LicenseTerms", "Rating", "CreationDate", "ModificationDate"};
+constexpr std::string_view kKnownMetadata[] = {"Title",        "Designer", "Description",  "Copyright",
+                                               "LicenseTerms", "Rating",   "CreationDate", "ModificationDate"};
 
 // The longest text of one element, for the memory of a block: a 32-bit float has 15 characters at most, an index 10.
 constexpr size_t kVertexBytes = 11 + 3 * 15 + 2 * 5 + 4;
@@ -50,7 +52,9 @@ void putNumber(char*& to, Number number) {
   to = std::to_chars(to, to + 16, number).ptr;
 }
 
-uint32_t packed(const Colour& c) { return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha; }
+uint32_t packed(const Colour& c) {
+  return uint32_t(c.red) << 24 | uint32_t(c.green) << 16 | uint32_t(c.blue) << 8 | c.alpha;
+}
 
 std::string hexadecimal(uint32_t colour) {
   constexpr char kDigits[] = "0123456789ABCDEF";
@@ -125,12 +129,15 @@ class ModelText {
     std::vector<uint32_t> materials;
     for (const ModelObject& object : model.objects) {
       if (object.mesh.triangles.empty()) continue;
-      const bool fits = (object.vertexColours.empty() || object.vertexColours.size() == object.mesh.positions.size()) &&
-                        (object.triangleColours.empty() || object.triangleColours.size() == object.mesh.triangles.size());
-      if (!fits) throw Error(name + ": an object has colours that do not fit its mesh; nothing was written", Error::Kind::work);
+      const bool fits =
+          (object.vertexColours.empty() || object.vertexColours.size() == object.mesh.positions.size()) &&
+          (object.triangleColours.empty() || object.triangleColours.size() == object.mesh.triangles.size());
+      if (!fits)
+        throw Error(name + ": an object has colours that do not fit its mesh; nothing was written", Error::Kind::work);
       plans_.emplace_back().object = &object;
       if (welds) weld(plans_.back());
-      if (object.triangleColours.empty() && object.vertexColours.empty() && object.colour) materials.push_back(packed(*object.colour));
+      if (object.triangleColours.empty() && object.vertexColours.empty() && object.colour)
+        materials.push_back(packed(*object.colour));
     }
     std::sort(materials.begin(), materials.end());
     materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
@@ -185,17 +192,22 @@ class ModelText {
   void addText(std::string text) { blocks_.push_back({Block::Kind::text, 0, 0, 0, std::move(text)}); }
 
   void addRange(Block::Kind kind, size_t plan, size_t count) {
-    for (size_t begin = 0; begin < count; begin += kBlock) blocks_.push_back({kind, plan, begin, std::min(begin + kBlock, count), {}});
+    for (size_t begin = 0; begin < count; begin += kBlock)
+      blocks_.push_back({kind, plan, begin, std::min(begin + kBlock, count), {}});
   }
 
   void addHead(const ModelView& model) {
-    std::string head = std::string("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xml:lang=\"en-US\" xmlns=\"") + three_mf::kCore + "\" xmlns:m=\"" +
-                       three_mf::kMaterial + "\" xmlns:argil=\"urn:argil\">\n<metadata name=\"Application\">Argil</metadata>\n";
+    std::string head =
+        std::string(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xml:lang=\"en-US\" xmlns=\"") +
+        three_mf::kCore + "\" xmlns:m=\"" + three_mf::kMaterial +
+        "\" xmlns:argil=\"urn:argil\">\n<metadata name=\"Application\">Argil</metadata>\n";
     // A name may stand once.
     std::vector<std::pair<std::string, std::string>> once;
     for (const auto& [given, value] : model.metadata) {
       if (given == "Application" || given.empty()) continue;
-      const bool known = std::find(std::begin(kKnownMetadata), std::end(kKnownMetadata), given) != std::end(kKnownMetadata);
+      const bool known =
+          std::find(std::begin(kKnownMetadata), std::end(kKnownMetadata), given) != std::end(kKnownMetadata);
       std::string name = known ? given : "argil:";
       for (const char c : known ? std::string_view() : std::string_view(given)) {
         const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -209,13 +221,15 @@ class ModelText {
         same->second += "; " + value;
       }
     }
-    for (const auto& [name, value] : once) head += "<metadata name=\"" + name + "\">" + xmlEscaped(value) + "</metadata>\n";
+    for (const auto& [name, value] : once)
+      head += "<metadata name=\"" + name + "\">" + xmlEscaped(value) + "</metadata>\n";
     addText(head + "<resources>\n");
   }
 
   void addMaterials(const std::vector<uint32_t>& materials, uint32_t id) {
     std::string text = "<basematerials id=\"" + std::to_string(id) + "\">\n";
-    for (const uint32_t colour : materials) text += "<base name=\"" + hexadecimal(colour) + "\" displaycolor=\"" + hexadecimal(colour) + "\"/>\n";
+    for (const uint32_t colour : materials)
+      text += "<base name=\"" + hexadecimal(colour) + "\" displaycolor=\"" + hexadecimal(colour) + "\"/>\n";
     addText(text + "</basematerials>\n");
   }
 
@@ -231,12 +245,14 @@ class ModelText {
       addRange(Block::Kind::colours, index, plan.colours.size());
       addText("</m:colorgroup>\n");
     } else if (object.colour) {
-      const auto material = std::lower_bound(materials.begin(), materials.end(), packed(*object.colour)) - materials.begin();
+      const auto material =
+          std::lower_bound(materials.begin(), materials.end(), packed(*object.colour)) - materials.begin();
       plan.property = " pid=\"1\" pindex=\"" + std::to_string(material) + "\"";
     }
     plan.id = id++;
     const std::string name = object.name.empty() ? "" : " name=\"" + xmlEscaped(object.name) + "\"";
-    addText("<object id=\"" + std::to_string(plan.id) + "\" type=\"model\"" + name + plan.property + ">\n<mesh>\n<vertices>\n");
+    addText("<object id=\"" + std::to_string(plan.id) + "\" type=\"model\"" + name + plan.property +
+            ">\n<mesh>\n<vertices>\n");
     addRange(Block::Kind::vertices, index, plan.vertices().size());
     addText("</vertices>\n<triangles>\n");
     addRange(Block::Kind::triangles, index, object.mesh.triangles.size());
@@ -296,8 +312,11 @@ class ModelText {
 };
 
 std::string relations() {
-  return std::string("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\n") +
-         "<Relationship Target=\"/" + std::string(kModelPath) + "\" Id=\"rel0\" Type=\"" + three_mf::kModelRelation + "\"/>\n</Relationships>\n";
+  return std::string(
+             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Relationships "
+             "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\n") +
+         "<Relationship Target=\"/" + std::string(kModelPath) + "\" Id=\"rel0\" Type=\"" + three_mf::kModelRelation +
+         "\"/>\n</Relationships>\n";
 }
 
 }  // namespace
@@ -312,7 +331,8 @@ void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions& 
   zip.begin(kModelPath, text.mostBytes());
   tbb::enumerable_thread_specific<DeflateBlock> packers;
   const auto tokens = kTokensPerThread * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
-  // Blocks on their way, by number: blocks leave in order, so those under way lie closer together than there are tokens. The pipeline does not free what it holds when it is cancelled.
+  // Blocks on their way, by number: blocks leave in order, so those under way lie closer together than there are
+  // tokens. The pipeline does not free what it holds when it is cancelled.
   std::vector<PackedBlock> underWay(tokens);
   size_t next = 0, written = 0;
   const auto number = [&](tbb::flow_control& control) -> size_t {
@@ -331,7 +351,8 @@ void writeThreeMf(AtomicFile& file, const ModelView& model, const WriteOptions& 
     ++written;
     if (job != nullptr) job->step(static_cast<double>(written) / static_cast<double>(text.blocks()));
   };
-  tbb::parallel_pipeline(tokens, tbb::make_filter<void, size_t>(tbb::filter_mode::serial_in_order, number) & tbb::make_filter<size_t, size_t>(tbb::filter_mode::parallel, pack) &
+  tbb::parallel_pipeline(tokens, tbb::make_filter<void, size_t>(tbb::filter_mode::serial_in_order, number) &
+                                     tbb::make_filter<size_t, size_t>(tbb::filter_mode::parallel, pack) &
                                      tbb::make_filter<size_t, void>(tbb::filter_mode::serial_in_order, put));
   zip.end();
   zip.finish();

@@ -18,10 +18,11 @@
 namespace argil::io {
 
 struct VdbObject {
-  std::string name;                ///< The grid's.
+  std::string name;       ///< The grid's.
   clay::Version version;  ///< Full band; φ as the file has it where its band is wide enough; with its colours.
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< Of the clay about zero, to where the file has it.
-  std::optional<Colour> colour;                                  ///< Of the whole, where the file says so.
+  /// Of the clay about zero, to where the file has it.
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  std::optional<Colour> colour;    ///< Of the whole, where the file says so.
   std::vector<std::string> notes;  ///< What was done to make it clay: band rebuilt, several grids, ...
 };
 
@@ -37,8 +38,9 @@ struct VdbView {
   clay::Version version;
   Vec3d positionMm = Vec3d::Zero();  ///< World = rotation · clay + this.
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  std::optional<Colour> colour = {};                                  ///< The piece's own.
-  std::vector<std::optional<std::array<uint8_t, 3>>> materials = {};  ///< sRGB of material 1, 2, ..., where it has one.
+  std::optional<Colour> colour = {};  ///< The piece's own.
+  /// sRGB of material 1, 2, ..., where it has one.
+  std::vector<std::optional<std::array<uint8_t, 3>>> materials = {};
 };
 /// Writes versions as level sets in mm, whole or not at all: values are distances in mm, the transform says place and
 /// voxel size, as other programs expect. What is painted, or of a material with a colour, is a grid `NAME.Cd` beside it

@@ -9,7 +9,7 @@
 namespace argil::io {
 namespace {
 
-constexpr uint64_t kMostGap = 16 << 10;   // bytes between two records that are rather read than skipped
+constexpr uint64_t kMostGap = 16 << 10;  // bytes between two records that are rather read than skipped
 constexpr uint64_t kMostRun = 1 << 20;
 
 // How many bytes came.
@@ -26,7 +26,9 @@ size_t readAt(int fd, uint64_t offset, std::span<std::byte> to) {
 
 }  // namespace
 
-WrittenRecords::~WrittenRecords() { ::close(fd_); }
+WrittenRecords::~WrittenRecords() {
+  ::close(fd_);
+}
 
 void WrittenRecords::add(RecordId id, uint64_t offset, size_t bytes) {
   const std::lock_guard lock(mutex_);
@@ -37,10 +39,12 @@ void WrittenRecords::add(RecordId id, uint64_t offset, size_t bytes) {
 const WrittenRecords::Entry* WrittenRecords::find(RecordId id) {
   if (!std::exchange(sorted_, true)) {
     std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.id < b.id; });
-    const auto first = std::unique(entries_.rbegin(), entries_.rend(), [](const Entry& a, const Entry& b) { return a.id == b.id; });
+    const auto first =
+        std::unique(entries_.rbegin(), entries_.rend(), [](const Entry& a, const Entry& b) { return a.id == b.id; });
     entries_.erase(entries_.begin(), first.base());
   }
-  const auto at = std::lower_bound(entries_.begin(), entries_.end(), id, [](const Entry& entry, RecordId wanted) { return entry.id < wanted; });
+  const auto at = std::lower_bound(entries_.begin(), entries_.end(), id,
+                                   [](const Entry& entry, RecordId wanted) { return entry.id < wanted; });
   return at != entries_.end() && at->id == id ? &*at : nullptr;
 }
 
@@ -56,7 +60,8 @@ bool WrittenRecords::get(RecordId id, std::vector<std::byte>& record) {
   return readAt(fd_, entry.offset, record) == record.size();
 }
 
-void WrittenRecords::getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) {
+void WrittenRecords::getMany(std::span<const RecordId> ids,
+                             const std::function<void(size_t, std::span<const std::byte>)>& each) {
   std::vector<std::pair<size_t, Entry>> wanted;
   {
     const std::lock_guard lock(mutex_);
@@ -78,7 +83,8 @@ void WrittenRecords::getMany(std::span<const RecordId> ids, const std::function<
     const size_t got = readAt(fd_, from, bytes);
     for (; begin < end; ++begin) {
       const auto& [index, entry] = wanted[begin];
-      if (entry.offset - from + entry.bytes <= got) each(index, std::span(bytes).subspan(entry.offset - from, entry.bytes));
+      if (entry.offset - from + entry.bytes <= got)
+        each(index, std::span(bytes).subspan(entry.offset - from, entry.bytes));
     }
   }
 }

@@ -9,8 +9,9 @@
 
 namespace argil::io {
 
-/// Remembers where its writer put each record: 16 bytes of memory a record. What has not reached the file yet, or what the file lost, is not there. Stays readable when
-/// the writer is gone and the file has no name any more. Any thread, several at once.
+/// Remembers where its writer put each record: 16 bytes of memory a record. What has not reached the file yet, or what
+/// the file lost, is not there. Stays readable when the writer is gone and the file has no name any more. Any thread,
+/// several at once.
 class WrittenRecords : public RecordSource {
  public:
   /// Takes over a descriptor for reading.
@@ -24,7 +25,8 @@ class WrittenRecords : public RecordSource {
 
   bool get(RecordId id, std::vector<std::byte>& record) override;
   /// Records that lie together are read together.
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override;
+  void getMany(std::span<const RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override;
 
  private:
   struct Entry {

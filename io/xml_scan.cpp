@@ -29,10 +29,13 @@ constexpr std::array<uint8_t, 256> makeClasses() {
 }
 constexpr std::array<uint8_t, 256> kClasses = makeClasses();
 
-bool has(char c, uint8_t flags) { return (kClasses[static_cast<unsigned char>(c)] & flags) != 0; }
+bool has(char c, uint8_t flags) {
+  return (kClasses[static_cast<unsigned char>(c)] & flags) != 0;
+}
 
 bool isCharacter(uint32_t code) {
-  return code == 9 || code == 10 || code == 13 || (code >= 0x20 && code < 0xd800) || (code >= 0xe000 && code < 0xfffe) || (code >= 0x10000 && code < 0x110000);
+  return code == 9 || code == 10 || code == 13 || (code >= 0x20 && code < 0xd800) ||
+         (code >= 0xe000 && code < 0xfffe) || (code >= 0x10000 && code < 0x110000);
 }
 
 void appendUtf8(std::string& to, uint32_t code) {
@@ -79,10 +82,12 @@ bool isUtf8(std::string_view text) {
   return true;
 }
 
-constexpr std::pair<std::string_view, char> kEntities[] = {{"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"apos", '\''}, {"quot", '"'}};
+constexpr std::pair<std::string_view, char> kEntities[] = {
+    {"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"apos", '\''}, {"quot", '"'}};
 
 bool equalIgnoringCase(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
 }
 
 }  // namespace
@@ -92,7 +97,8 @@ std::string xmlEscaped(std::string_view text) {
   while (!text.empty()) {
     const size_t bytes = characterBytes(text);
     const char c = text[0];
-    const auto* entity = std::find_if(std::begin(kEntities), std::end(kEntities), [&](const auto& each) { return each.second == c; });
+    const auto* entity =
+        std::find_if(std::begin(kEntities), std::end(kEntities), [&](const auto& each) { return each.second == c; });
     if (entity != std::end(kEntities)) {
       result.append("&").append(entity->first).append(";");
     } else if (bytes == 0 || (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t')) {
@@ -105,7 +111,8 @@ std::string xmlEscaped(std::string_view text) {
   return result;
 }
 
-XmlScanner::XmlScanner(const Input& input, std::string part) : input_(input), part_(std::move(part)), text_(input.text()) {
+XmlScanner::XmlScanner(const Input& input, std::string part)
+    : input_(input), part_(std::move(part)), text_(input.text()) {
   if (text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff")) fail("is written in UTF-16; save it as UTF-8");
   if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;
   if (!ahead("<?xml") || text_.size() - at_ < 6 || !has(text_[at_ + 5], kBlank)) return;
@@ -118,17 +125,21 @@ XmlScanner::XmlScanner(const Input& input, std::string part) : input_(input), pa
     const size_t close = open == std::string_view::npos ? open : declaration.find(declaration[open], open + 1);
     if (close == std::string_view::npos) fail("names no encoding; save it as UTF-8");
     const std::string_view name = declaration.substr(open + 1, close - open - 1);
-    if (!equalIgnoringCase(name, "utf-8") && !equalIgnoringCase(name, "us-ascii")) fail("is written in " + shown(name) + "; save it as UTF-8");
+    if (!equalIgnoringCase(name, "utf-8") && !equalIgnoringCase(name, "us-ascii"))
+      fail("is written in " + shown(name) + "; save it as UTF-8");
   }
   at_ = end + 2;
 }
 
 void XmlScanner::fail(const std::string& wrong) const {
-  const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size())), '\n');
+  const auto line =
+      1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size())), '\n');
   io::fail(input_.name, "part " + shown(part_) + ", line " + std::to_string(line) + ": " + wrong);
 }
 
-void XmlScanner::cutOff() const { fail("the text ends too early; it was cut off, export it again"); }
+void XmlScanner::cutOff() const {
+  fail("the text ends too early; it was cut off, export it again");
+}
 
 void XmlScanner::root() {
   if (next(nullptr) != Event::start) fail("there is no element; export it again");
@@ -183,7 +194,8 @@ XmlScanner::Event XmlScanner::next(std::string* text) {
   for (;;) {
     const size_t tag = std::min(text_.find('<', at_), text_.size());
     const std::string_view between = text_.substr(at_, tag - at_);
-    if (open_.empty() && !std::all_of(between.begin(), between.end(), [](char c) { return has(c, kBlank); })) fail("text stands outside of all elements; export it again");
+    if (open_.empty() && !std::all_of(between.begin(), between.end(), [](char c) { return has(c, kBlank); }))
+      fail("text stands outside of all elements; export it again");
     if (text != nullptr) resolve(between, false, *text);
     at_ = tag;
     if (at_ == text_.size()) {
@@ -274,15 +286,18 @@ void XmlScanner::resolve(std::string_view raw, bool isValue, std::string& to) co
       const size_t end = raw.find(';', i);
       if (end == std::string_view::npos) fail("'&' stands alone; write &amp; or export it again");
       const std::string_view entity = raw.substr(i + 1, end - i - 1);
-      const auto* known = std::find_if(std::begin(kEntities), std::end(kEntities), [&](const auto& each) { return each.first == entity; });
+      const auto* known = std::find_if(std::begin(kEntities), std::end(kEntities),
+                                       [&](const auto& each) { return each.first == entity; });
       if (known != std::end(kEntities)) {
         to += known->second;
       } else {
         const bool hexadecimal = entity.starts_with("#x");
         const std::string_view digits = entity.substr(std::min<size_t>(entity.size(), hexadecimal ? 2 : 1));
         uint32_t code = 0;
-        const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
-        if (!entity.starts_with('#') || error != std::errc() || stop != digits.data() + digits.size() || !isCharacter(code)) {
+        const auto [stop, error] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
+        if (!entity.starts_with('#') || error != std::errc() || stop != digits.data() + digits.size() ||
+            !isCharacter(code)) {
           fail("the entity " + shown(entity) + " is not known; packages have only those of XML, export it again");
         }
         appendUtf8(to, code);
@@ -300,7 +315,8 @@ void XmlScanner::resolve(std::string_view raw, bool isValue, std::string& to) co
 }
 
 void XmlScanner::startTag() {
-  if (open_.size() >= kMostDepth) fail("more than " + std::to_string(kMostDepth) + " elements are nested; it may be an attack, do not use it");
+  if (open_.size() >= kMostDepth)
+    fail("more than " + std::to_string(kMostDepth) + " elements are nested; it may be an attack, do not use it");
   const size_t nameBegin = ++at_;
   std::string_view prefix;
   std::string_view name = readName();
@@ -338,9 +354,12 @@ void XmlScanner::startTag() {
     }
     attribute.value = readValue();
     for (const RawAttribute& other : raw_) {
-      if (other.name == attribute.name && other.prefix == attribute.prefix) fail("the attribute " + shown(attribute.name) + " stands twice; export it again");
+      if (other.name == attribute.name && other.prefix == attribute.prefix)
+        fail("the attribute " + shown(attribute.name) + " stands twice; export it again");
     }
-    if (raw_.size() >= kMostAttributes) fail("an element has more than " + std::to_string(kMostAttributes) + " attributes; it may be an attack, do not use it");
+    if (raw_.size() >= kMostAttributes)
+      fail("an element has more than " + std::to_string(kMostAttributes) +
+           " attributes; it may be an attack, do not use it");
     declares = declares || attribute.prefix == "xmlns" || (attribute.prefix.empty() && attribute.name == "xmlns");
     raw_.push_back(attribute);
   }
@@ -355,7 +374,8 @@ void XmlScanner::startTag() {
   attributes_.clear();
   for (const RawAttribute& each : raw_) {
     const bool binds = each.prefix == "xmlns" || (each.prefix.empty() && each.name == "xmlns");
-    if (!binds) attributes_.push_back({each.prefix.empty() ? std::string_view() : known(each.prefix), each.name, each.value});
+    if (!binds)
+      attributes_.push_back({each.prefix.empty() ? std::string_view() : known(each.prefix), each.name, each.value});
   }
 }
 
@@ -378,7 +398,9 @@ void XmlScanner::endTag() {
     (void)readName();
   }
   const std::string_view name = text_.substr(begin, at_ - begin);
-  if (open_.empty() || open_.back() != name) fail("the element " + shown(open_.empty() ? name : open_.back()) + " is not closed where it should be; export it again");
+  if (open_.empty() || open_.back() != name)
+    fail("the element " + shown(open_.empty() ? name : open_.back()) +
+         " is not closed where it should be; export it again");
   passBlanks();
   if (at_ >= text_.size()) cutOff();
   if (text_[at_] != '>') fail("a closing tag holds more than a name; export it again");

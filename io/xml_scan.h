@@ -13,11 +13,13 @@
 
 namespace argil::io {
 
-/// `text` as it may stand between tags and in quotes: entities for what is special, '?' for what is no valid UTF-8 or no character of XML. No characters by number: lib3mf does not read them.
-/// (So a line end in quotes is read as a space.)
+/// `text` as it may stand between tags and in quotes: entities for what is special, '?' for what is no valid UTF-8 or
+/// no character of XML. No characters by number: lib3mf does not read them. (So a line end in quotes is read as a
+/// space.)
 std::string xmlEscaped(std::string_view text);
 
-/// Walks through a document element by element; what a caller does not enter is skipped, but must be well formed as far as tags go:
+/// Walks through a document element by element; what a caller does not enter is skipped, but must be well formed as far
+/// as tags go:
 ///
 ///     XmlScanner xml(input, "3D/3dmodel.model");
 ///     xml.root();
@@ -25,8 +27,9 @@ std::string xmlEscaped(std::string_view text);
 ///       if (xml.is(kCore, "metadata")) title = xml.text();
 ///     }
 ///
-/// A document type declaration is refused, so no entity but the five of XML and characters by number exist. Views into names and values hold until the next
-/// element. Memory: the depth of the document. At least 200 MB/s on elements with a few numbers.
+/// A document type declaration is refused, so no entity but the five of XML and characters by number exist. Views into
+/// names and values hold until the next element. Memory: the depth of the document. At least 200 MB/s on elements with
+/// a few numbers.
 class XmlScanner {
  public:
   struct Attribute {
@@ -37,20 +40,25 @@ class XmlScanner {
   static constexpr size_t kMostDepth = 64;
   static constexpr size_t kMostAttributes = 64;
 
-  /// `input` (its bytes are the document) must outlive the scanner; `part` is named in messages beside its name. Throws Error for another encoding.
+  /// `input` (its bytes are the document) must outlive the scanner; `part` is named in messages beside its name. Throws
+  /// Error for another encoding.
   XmlScanner(const Input& input, std::string part);
 
-  /// Goes to the root element. Throws Error when there is none. Everything here throws Error "NAME: part PART, line N: ..." for what is not well formed.
+  /// Goes to the root element. Throws Error when there is none. Everything here throws Error "NAME: part PART, line N:
+  /// ..." for what is not well formed.
   void root();
   /// Elements that are open: 1 in the root.
   [[nodiscard]] size_t depth() const { return open_.size(); }
-  /// Goes to the next child of the element that was entered at `depth`, over the rest of the one before; false at its end, which is then left.
+  /// Goes to the next child of the element that was entered at `depth`, over the rest of the one before; false at its
+  /// end, which is then left.
   bool child(size_t depth);
   /// After the last child() of the root: throws Error when anything but comments follows.
   void finish();
 
   /// Of the element where it stands.
-  [[nodiscard]] bool is(std::string_view space, std::string_view name) const { return name_ == name && space_ == space; }
+  [[nodiscard]] bool is(std::string_view space, std::string_view name) const {
+    return name_ == name && space_ == space;
+  }
   [[nodiscard]] std::string_view name() const { return name_; }
   [[nodiscard]] std::string_view space() const { return space_; }
   [[nodiscard]] const std::vector<Attribute>& attributes() const { return attributes_; }

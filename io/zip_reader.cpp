@@ -14,7 +14,8 @@ namespace argil::io {
 
 namespace {
 
-constexpr uint32_t kLocalHeader = 0x04034b50, kEntry = 0x02014b50, kEnd = 0x06054b50, kEnd64 = 0x06064b50, kEnd64Place = 0x07064b50;
+constexpr uint32_t kLocalHeader = 0x04034b50, kEntry = 0x02014b50, kEnd = 0x06054b50, kEnd64 = 0x06064b50,
+                   kEnd64Place = 0x07064b50;
 constexpr uint64_t kLocalHeaderBytes = 30, kEntryBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kEnd64PlaceBytes = 20;
 constexpr uint16_t kStored = 0, kDeflated = 8;
 constexpr uint16_t kEncrypted = 1;
@@ -34,7 +35,9 @@ std::string lower(std::string_view text) {
 std::string cleanName(const std::string& archive, std::string_view raw) {
   std::string name(raw);
   std::replace(name.begin(), name.end(), '\\', '/');
-  const auto bad = [&](const char* why) { fail(archive, "holds a part named " + shown(raw) + ", " + why + "; it may be an attack, do not use it"); };
+  const auto bad = [&](const char* why) {
+    fail(archive, "holds a part named " + shown(raw) + ", " + why + "; it may be an attack, do not use it");
+  };
   if (name.empty()) bad("which is no name");
   if (name.front() == '/') bad("which is an absolute path");
   if (name.find('\0') != std::string::npos) bad("which is no name");
@@ -49,14 +52,19 @@ std::string cleanName(const std::string& archive, std::string_view raw) {
 
 }  // namespace
 
-ZipReader::ZipReader(const Input& input) : input_(input) { readTable(); }
+ZipReader::ZipReader(const Input& input) : input_(input) {
+  readTable();
+}
 
-void ZipReader::damaged(const std::string& what) const { fail(input_.name, "is damaged or was cut off: " + what + "; export it again"); }
+void ZipReader::damaged(const std::string& what) const {
+  fail(input_.name, "is damaged or was cut off: " + what + "; export it again");
+}
 
 // Callers have checked that the bytes are there.
 uint64_t ZipReader::little(uint64_t at, int bytes) const {
   uint64_t value = 0;
-  for (int i = bytes - 1; i >= 0; --i) value = value << 8 | std::to_integer<uint64_t>(input_.bytes[at + static_cast<uint64_t>(i)]);
+  for (int i = bytes - 1; i >= 0; --i)
+    value = value << 8 | std::to_integer<uint64_t>(input_.bytes[at + static_cast<uint64_t>(i)]);
   return value;
 }
 
@@ -75,12 +83,14 @@ void ZipReader::readEnd(uint64_t& entries, uint64_t& begin, uint64_t& size) cons
   entries = little(end + 10, 2);
   size = little(end + 12, 4);
   begin = little(end + 16, 4);
-  if (little(end + 4, 2) != little(end + 6, 2) || little(end + 8, 2) != entries) fail(input_.name, "is one of several volumes; join them first");
+  if (little(end + 4, 2) != little(end + 6, 2) || little(end + 8, 2) != entries)
+    fail(input_.name, "is one of several volumes; join them first");
   const bool wide = entries == 0xffff || size == kElsewhere || begin == kElsewhere;
   uint64_t tableEnd = end;
   if (wide && end >= kEnd64PlaceBytes && little(end - kEnd64PlaceBytes, 4) == kEnd64Place) {
     const uint64_t at = little(end - kEnd64PlaceBytes + 8, 8);
-    if (at > end - kEnd64PlaceBytes || end - kEnd64PlaceBytes - at < kEnd64Bytes || little(at, 4) != kEnd64) damaged("its ZIP64 end is not where it should be");
+    if (at > end - kEnd64PlaceBytes || end - kEnd64PlaceBytes - at < kEnd64Bytes || little(at, 4) != kEnd64)
+      damaged("its ZIP64 end is not where it should be");
     entries = little(at + 32, 8);
     size = little(at + 40, 8);
     begin = little(at + 48, 8);
@@ -112,7 +122,8 @@ void ZipReader::readTable() {
   for (const Part& part : parts_) names.push_back(lower(part.name));
   std::sort(byName_.begin(), byName_.end(), [&](uint32_t a, uint32_t b) { return names[a] < names[b]; });
   for (size_t i = 1; i < byName_.size(); ++i) {
-    if (names[byName_[i]] == names[byName_[i - 1]]) damaged("it holds two parts named " + shown(parts_[byName_[i]].name));
+    if (names[byName_[i]] == names[byName_[i - 1]])
+      damaged("it holds two parts named " + shown(parts_[byName_[i]].name));
   }
 }
 
@@ -153,7 +164,9 @@ uint64_t ZipReader::readEntry(uint64_t at, uint64_t end) {
 
 const ZipReader::Part* ZipReader::find(std::string_view name) const {
   const std::string wanted = lower(name);
-  const auto found = std::lower_bound(byName_.begin(), byName_.end(), wanted, [&](uint32_t part, const std::string& text) { return lower(parts_[part].name) < text; });
+  const auto found =
+      std::lower_bound(byName_.begin(), byName_.end(), wanted,
+                       [&](uint32_t part, const std::string& text) { return lower(parts_[part].name) < text; });
   return found != byName_.end() && lower(parts_[*found].name) == wanted ? &parts_[*found] : nullptr;
 }
 
@@ -162,20 +175,25 @@ FileBytes ZipReader::read(const Part& part) {
   const std::string name = shown(part.name);
   if (part.flags & kEncrypted) fail(input_.name, "its part " + name + " is encrypted; save it without a password");
   if (part.method != kStored && part.method != kDeflated) {
-    fail(input_.name, "its part " + name + " is packed by method " + std::to_string(part.method) + ", which cannot be read; pack it with deflate");
+    fail(input_.name, "its part " + name + " is packed by method " + std::to_string(part.method) +
+                          ", which cannot be read; pack it with deflate");
   }
-  if (part.header > all || all - part.header < kLocalHeaderBytes || little(part.header, 4) != kLocalHeader) damaged("part " + name + " is not where it should be");
+  if (part.header > all || all - part.header < kLocalHeaderBytes || little(part.header, 4) != kLocalHeader)
+    damaged("part " + name + " is not where it should be");
   const uint64_t nameBytes = little(part.header + 26, 2), extraBytes = little(part.header + 28, 2);
   const uint64_t data = part.header + kLocalHeaderBytes + nameBytes + extraBytes;
   if (data > all || part.packed > all - data) damaged("part " + name + " reaches beyond the end");
   // Two programs must not see two different parts here.
-  if (little(part.header + 8, 2) != part.method || cleanName(input_.name, input_.text().substr(part.header + kLocalHeaderBytes, nameBytes)) != part.name) {
+  if (little(part.header + 8, 2) != part.method ||
+      cleanName(input_.name, input_.text().substr(part.header + kLocalHeaderBytes, nameBytes)) != part.name) {
     damaged("part " + name + " contradicts the table");
   }
   const bool stored = part.method == kStored;
-  if (stored ? part.size != part.packed : part.size / kDeflateRatio > part.packed) damaged("part " + name + " cannot have as many bytes as it says");
+  if (stored ? part.size != part.packed : part.size / kDeflateRatio > part.packed)
+    damaged("part " + name + " cannot have as many bytes as it says");
   if (part.size > kMostUnpacked || part.size > kMostTogether - unpacked_ || isTooDense(part.size, part.packed)) {
-    fail(input_.name, "its part " + name + " unpacks to " + std::to_string(part.size) + " bytes, more than is read; reduce the model or export it in another format");
+    fail(input_.name, "its part " + name + " unpacks to " + std::to_string(part.size) +
+                          " bytes, more than is read; reduce the model or export it in another format");
   }
   requireMemory(input_.name, part.size);
   unpacked_ += part.size;
@@ -185,19 +203,24 @@ FileBytes ZipReader::read(const Part& part) {
   try {
     result.data = std::make_unique_for_overwrite<std::byte[]>(std::max<uint64_t>(part.size, 1));
   } catch (const std::bad_alloc&) {
-    fail(input_.name, "its part " + name + " does not fit into memory (" + std::to_string(part.size) + " bytes); reduce the model first");
+    fail(input_.name, "its part " + name + " does not fit into memory (" + std::to_string(part.size) +
+                          " bytes); reduce the model first");
   }
   const std::byte* from = input_.bytes.data() + data;
   if (stored) {
     std::memcpy(result.data.get(), from, part.size);
   } else {
-    const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+    const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> unpacker(
+        libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     if (unpacker == nullptr) throw std::bad_alloc();
     size_t used = 0, made = 0;
-    const auto outcome = libdeflate_deflate_decompress_ex(unpacker.get(), from, part.packed, result.data.get(), part.size, &used, &made);
-    if (outcome != LIBDEFLATE_SUCCESS || used != part.packed || made != part.size) damaged("part " + name + " cannot be unpacked");
+    const auto outcome =
+        libdeflate_deflate_decompress_ex(unpacker.get(), from, part.packed, result.data.get(), part.size, &used, &made);
+    if (outcome != LIBDEFLATE_SUCCESS || used != part.packed || made != part.size)
+      damaged("part " + name + " cannot be unpacked");
   }
-  if (libdeflate_crc32(0, result.data.get(), part.size) != part.crc) damaged("the checksum of part " + name + " is wrong");
+  if (libdeflate_crc32(0, result.data.get(), part.size) != part.crc)
+    damaged("the checksum of part " + name + " is wrong");
   return result;
 }
 

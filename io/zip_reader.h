@@ -12,8 +12,9 @@
 
 namespace argil::io {
 
-/// Reads the archives that packages are made of (ECMA-376 part 2, "OPC"; PKWARE APPNOTE 6.3.9): stored and deflated parts, ZIP64, sizes behind the data. Refused:
-/// several volumes, encryption, anything after the end of the archive, and what lies about its sizes. Nothing is ever written under a name of the archive.
+/// Reads the archives that packages are made of (ECMA-376 part 2, "OPC"; PKWARE APPNOTE 6.3.9): stored and deflated
+/// parts, ZIP64, sizes behind the data. Refused: several volumes, encryption, anything after the end of the archive,
+/// and what lies about its sizes. Nothing is ever written under a name of the archive.
 class ZipReader {
  public:
   struct Part {

@@ -43,7 +43,9 @@ class Record {
   std::vector<std::byte> bytes_;
 };
 
-uint32_t fitting(uint64_t value) { return value < kElsewhere ? static_cast<uint32_t>(value) : kElsewhere; }
+uint32_t fitting(uint64_t value) {
+  return value < kElsewhere ? static_cast<uint32_t>(value) : kElsewhere;
+}
 
 }  // namespace
 
@@ -72,7 +74,8 @@ void DeflateBlock::pack(std::string_view bytes, std::vector<std::byte>& packed) 
   stream.next_out = reinterpret_cast<uint8_t*>(packed.data());
   stream.avail_out = static_cast<uint32_t>(packed.size());
   const int outcome = isal_deflate(&stream);
-  if (outcome != COMP_OK || stream.avail_in != 0 || stream.avail_out == 0) throw Error("a block could not be packed", Error::Kind::work);
+  if (outcome != COMP_OK || stream.avail_in != 0 || stream.avail_out == 0)
+    throw Error("a block could not be packed", Error::Kind::work);
   packed.resize(stream.total_out);
 }
 
@@ -85,7 +88,8 @@ std::span<const std::byte> DeflateBlock::end() {
 void ZipWriter::localHeader(const Entry& entry) {
   const bool behind = entry.flags & kSizesBehind;
   Record record;
-  record << uint32_t(0x04034b50) << (entry.wide ? kVersion64 : kVersion) << entry.flags << entry.method << kMidnight << (behind ? 0u : entry.crc);
+  record << uint32_t(0x04034b50) << (entry.wide ? kVersion64 : kVersion) << entry.flags << entry.method << kMidnight
+         << (behind ? 0u : entry.crc);
   if (entry.wide) {
     record << kElsewhere << kElsewhere;
   } else {
@@ -108,7 +112,8 @@ void ZipWriter::add(std::string_view name, std::string_view content) {
 void ZipWriter::begin(std::string_view name, uint64_t most) {
   // What packs badly grows by a thousandth.
   const bool wide = most + most / 1000 >= kElsewhere / 2;
-  entries_.push_back({.name = std::string(name), .header = file_.bytes(), .method = kDeflated, .flags = kSizesBehind, .wide = wide});
+  entries_.push_back(
+      {.name = std::string(name), .header = file_.bytes(), .method = kDeflated, .flags = kSizesBehind, .wide = wide});
   localHeader(entries_.back());
 }
 
@@ -145,9 +150,10 @@ void ZipWriter::finish() {
     const auto more = static_cast<uint16_t>(extra.bytes().size());
     Record record;
     const uint16_t version = more > 0 || entry.wide ? kVersion64 : kVersion;
-    record << uint32_t(0x02014b50) << version << version << entry.flags << entry.method << kMidnight << entry.crc << fitting(entry.packed) << fitting(entry.size)
-           << uint16_t(entry.name.size()) << uint16_t(more > 0 ? more + 4 : 0) << uint16_t(0) << uint16_t(0) << uint16_t(0) << uint32_t(0) << fitting(entry.header)
-           << std::string_view(entry.name);
+    record << uint32_t(0x02014b50) << version << version << entry.flags << entry.method << kMidnight << entry.crc
+           << fitting(entry.packed) << fitting(entry.size) << uint16_t(entry.name.size())
+           << uint16_t(more > 0 ? more + 4 : 0) << uint16_t(0) << uint16_t(0) << uint16_t(0) << uint32_t(0)
+           << fitting(entry.header) << std::string_view(entry.name);
     if (more > 0) record << kZip64Field << more;
     file_.write(record.bytes());
     file_.write(extra.bytes());
@@ -156,11 +162,13 @@ void ZipWriter::finish() {
   Record record;
   wide = wide || entries_.size() >= 0xffff;
   if (wide) {
-    record << uint32_t(0x06064b50) << uint64_t(44) << kVersion64 << kVersion64 << uint32_t(0) << uint32_t(0) << uint64_t(entries_.size()) << uint64_t(entries_.size())
-           << end - begin << begin << uint32_t(0x07064b50) << uint32_t(0) << end << uint32_t(1);
+    record << uint32_t(0x06064b50) << uint64_t(44) << kVersion64 << kVersion64 << uint32_t(0) << uint32_t(0)
+           << uint64_t(entries_.size()) << uint64_t(entries_.size()) << end - begin << begin << uint32_t(0x07064b50)
+           << uint32_t(0) << end << uint32_t(1);
   }
   const auto count = static_cast<uint16_t>(entries_.size() >= 0xffff ? 0xffff : entries_.size());
-  record << uint32_t(0x06054b50) << uint32_t(0) << count << count << uint32_t(end - begin) << fitting(begin) << uint16_t(0);
+  record << uint32_t(0x06054b50) << uint32_t(0) << count << count << uint32_t(end - begin) << fitting(begin)
+         << uint16_t(0);
   file_.write(record.bytes());
 }
 

@@ -13,8 +13,8 @@
 
 namespace argil::io {
 
-/// Packs a block of at most kMostBytes so that blocks packed on any thread, one after the other, are one stream of deflate (RFC 1951): each ends on a byte and
-/// looks back to nothing before it. One object a thread; about 0.4 MB.
+/// Packs a block of at most kMostBytes so that blocks packed on any thread, one after the other, are one stream of
+/// deflate (RFC 1951): each ends on a byte and looks back to nothing before it. One object a thread; about 0.4 MB.
 class DeflateBlock {
  public:
   static constexpr size_t kMostBytes = size_t(4) << 20;
@@ -33,7 +33,8 @@ class DeflateBlock {
   std::unique_ptr<State> state_;
 };
 
-/// Writes parts one after the other; ZIP64 where a number needs it. All dates are 1980-01-01, so that equal content gives equal bytes. Part names are ASCII.
+/// Writes parts one after the other; ZIP64 where a number needs it. All dates are 1980-01-01, so that equal content
+/// gives equal bytes. Part names are ASCII.
 class ZipWriter {
  public:
   explicit ZipWriter(AtomicFile& file) : file_(file) {}

@@ -12,7 +12,8 @@ namespace {
 
 /// Quads that one picture reads to make levels of detail: about 15 ms on one core;
 constexpr size_t kQuadsAPicture = 250'000;
-/// or more where pictures are slow for want of them: this part of the triangles that the last one drew, a small part of its time.
+/// or more where pictures are slow for want of them: this part of the triangles that the last one drew, a small part of
+/// its time.
 constexpr double kQuadsATriangle = 0.5;
 
 }  // namespace

@@ -13,7 +13,8 @@ struct Colour {
   friend bool operator==(const Colour&, const Colour&) = default;
 };
 
-/// sRGB bytes of a piece's materials (clay::Channel::material 1, 2, ...); nothing, or a row that is not there: the piece's own colour.
+/// sRGB bytes of a piece's materials (clay::Channel::material 1, 2, ...); nothing, or a row that is not there: the
+/// piece's own colour.
 using MaterialColours = std::vector<std::optional<std::array<uint8_t, 3>>>;
 
 }  // namespace argil::render

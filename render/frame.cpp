@@ -17,7 +17,8 @@ constexpr double kNearPart = 1e-3;
 /// An orthographic view at most this steep to the ground shows lines in the picture's plane instead of the ground's
 /// edge.
 constexpr double kEdgeOn = 0.05;
-/// Segments that turn less than this (cosine) at a joint meet with flat ends, so that what is see-through does not overlap.
+/// Segments that turn less than this (cosine) at a joint meet with flat ends, so that what is see-through does not
+/// overlap.
 constexpr double kSmoothJoint = 0.978;
 constexpr int kRingSegments = 72, kDotSegments = 12;
 constexpr double kDotPixels = 2.6;  // Radius of a pointer's dot.
@@ -137,7 +138,8 @@ class Planner {
       }
       farthest_ = last;
       eyes([&](double side, FrameUniforms::Eye& eye) {
-        const Vec3d forward = c * axes_.forward - side * s * axes_.right, right = c * axes_.right + side * s * axes_.forward;
+        const Vec3d forward = c * axes_.forward - side * s * axes_.right,
+                    right = c * axes_.right + side * s * axes_.forward;
         eye = {pack(right), pack(axes_.up), pack(forward), pack(converge * (axes_.forward - forward))};
       });
     }
@@ -147,8 +149,8 @@ class Planner {
   template <class Make>
   void eyes(const Make& make) {
     auto& out = plan_.uniforms.eyes;
-    const double first = stereo_.mode == StereoMode::mono ? 0
-                         : stereo_.both()                 ? (stereo_.swapEyes ? 1 : -1)
+    const double first = stereo_.mode == StereoMode::mono      ? 0
+                         : stereo_.both()                      ? (stereo_.swapEyes ? 1 : -1)
                          : stereo_.mode == StereoMode::leftEye ? -1
                                                                : 1;
     make(first, out[0]);
@@ -236,7 +238,8 @@ class Planner {
     const double half = view_.heightAtTarget() * (1 + double(width_) / height_);
     Vec3d middle = view_.target - plan_.eye + axes_.forward * (0.98 * farthest_ - view_.distance());
     middle += axes_.up * (ground_ - (middle + plan_.eye).z()) / axes_.up.z();
-    const Colour colour = look().lightBackground ? Colour{0.25f, 0.27f, 0.30f, 0.8f} : Colour{0.80f, 0.83f, 0.87f, 0.8f};
+    const Colour colour =
+        look().lightBackground ? Colour{0.25f, 0.27f, 0.30f, 0.8f} : Colour{0.80f, 0.83f, 0.87f, 0.8f};
     LineInstance ground = line(middle - half * axes_.right, middle + half * axes_.right, colour, 1.5 * unit());
     ground.ends = 4;
     return ground;
@@ -280,7 +283,8 @@ class Planner {
     u.drop = pack(drop, std::max(beam, 1e-6 * radius));
     u.marker[0] = float(std::clamp(0.22 * radius, 2.5 * endPixel, 5 * endPixel));
     u.marker[1] = float(1.1 * endPixel);
-    plan_.landing = rectangle(end, std::hypot(1.5 * radius + 2 * double(u.marker[0]), radius + 2 * double(u.marker[1])));
+    plan_.landing =
+        rectangle(end, std::hypot(1.5 * radius + 2 * double(u.marker[0]), radius + 2 * double(u.marker[1])));
     if (beam <= radius) return;
     const Vec3d start = rel + radius * drop;
     worldLines(Depth::hidden).push_back(line(start, end, {tint.r, tint.g, tint.b, 0.22f}, 6 * unit()));
@@ -297,7 +301,8 @@ class Planner {
       const FrameUniforms::Eye& eye = u.eyes[size_t(i)];
       const Vec3d p = rel - vec(eye.place);
       for (int corner = 0; corner < 8; ++corner) {
-        const double x = p.dot(vec(eye.right)) + ((corner & 1) ? radius : -radius), y = p.dot(vec(eye.up)) + ((corner & 2) ? radius : -radius),
+        const double x = p.dot(vec(eye.right)) + ((corner & 1) ? radius : -radius),
+                     y = p.dot(vec(eye.up)) + ((corner & 2) ? radius : -radius),
                      z = p.dot(vec(eye.forward)) + ((corner & 4) ? radius : -radius), w = plan_.perspective ? z : 1;
         if (w <= 0) return {0, 0, int(width), int(height)};
         const double px = (0.5 + 0.5 * (x * double(u.scale[0]) / w + double(eye.place[3]))) * width;
@@ -322,7 +327,8 @@ class Planner {
     polyline(ring);
   }
 
-  /// The footprint's ring, and a dot where the tool points: on top, so that neither a bump nor the eye's angle hides it.
+  /// The footprint's ring, and a dot where the tool points: on top, so that neither a bump nor the eye's angle hides
+  /// it.
   void mark(const Cursor::Footprint& print, double radius, const Colour& tint) {
     footprint(print, radius, tint);
     const double dot = kDotPixels * mmPerPixelAt(print.pointMm - plan_.eye);

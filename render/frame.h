@@ -32,7 +32,7 @@ static_assert(sizeof(FrameUniforms) == 35 * 16);
 struct LineInstance {
   float a[3], widthSamples;
   float b[3], ends = 0;  ///< 1: flat at a, 2: at b, 3: both, else round; 4 more: does not fade with depth.
-  float colour[4];  ///< Display-linear, alpha.
+  float colour[4];       ///< Display-linear, alpha.
 };
 static_assert(sizeof(LineInstance) == 48);
 
@@ -69,7 +69,8 @@ struct FramePlan {
   std::vector<FillRun> fills;  ///< Of vertices, in the order to draw.
 
   Vec3d eye = Vec3d::Zero();  ///< Between both eyes; what "relative to the eye" means.
-  /// The sides of what is seen, by both eyes together: a point p in world mm is outside where normal · (p − eye) > offset.
+  /// The sides of what is seen, by both eyes together: a point p in world mm is outside where normal · (p − eye) >
+  /// offset.
   struct Side {
     Vec3d normal;
     double offset;
@@ -87,6 +88,7 @@ struct Subject {
 /// z of the ground: the lowest point of the clay, 0 without clay.
 [[nodiscard]] double groundHeight(const Box& bounds);
 
-[[nodiscard]] FramePlan planFrame(const Shot& shot, const Subject& subject, const Quality& quality, int width, int height);
+[[nodiscard]] FramePlan planFrame(const Shot& shot, const Subject& subject, const Quality& quality, int width,
+                                  int height);
 
 }  // namespace argil::render

@@ -46,9 +46,8 @@ bool deviceHas(VkPhysicalDevice device, const char* extension) {
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> all(count);
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, all.data());
-  return std::any_of(all.begin(), all.end(), [&](const VkExtensionProperties& e) {
-    return std::strcmp(e.extensionName, extension) == 0;
-  });
+  return std::any_of(all.begin(), all.end(),
+                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, extension) == 0; });
 }
 
 }  // namespace
@@ -61,7 +60,8 @@ void check(VkResult result, const char* what) {
   }
   if (result == VK_ERROR_DEVICE_LOST) advice = "the work is safe, the view has to be started again";
   if (result == VK_ERROR_SURFACE_LOST_KHR) advice = "the work is safe, open the window again";
-  throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " + what + "; " + advice,
+  throw Error(std::string("cannot draw: ") + resultName(result) + " (" + std::to_string(int(result)) + ") when " +
+                  what + "; " + advice,
               Error::Kind::work);
 }
 
@@ -361,8 +361,8 @@ VkImageAspectFlags Texture::aspect() const {
   return format_ == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 }
 
-Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage,
-                 uint32_t layers, VkFormat alias, VkComponentMapping swizzle)
+Texture::Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage, uint32_t layers,
+                 VkFormat alias, VkComponentMapping swizzle)
     : gpu_(&gpu), format_(format), extent_{width, height} {
   auto info = structure<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
   info.imageType = VK_IMAGE_TYPE_2D;
@@ -423,7 +423,8 @@ void Texture::reset() {
   gpu_->settle();
   vkDestroyImageView(gpu_->device(), view_, nullptr);
   vkDestroyImageView(gpu_->device(), aliasView_, nullptr);
-  for (VkImageView& each : layerViews_) vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
+  for (VkImageView& each : layerViews_)
+    vkDestroyImageView(gpu_->device(), std::exchange(each, VK_NULL_HANDLE), nullptr);
   vkDestroyImage(gpu_->device(), image_, nullptr);
   gpu_->free(memory_, taken_);
   gpu_ = nullptr;
@@ -445,7 +446,8 @@ void barrier(VkCommandBuffer commands, const MemoryUse& from, const MemoryUse& t
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
-void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from, const ImageUse& to) {
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from,
+                const ImageUse& to) {
   auto barrier = structure<VkImageMemoryBarrier2>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2);
   barrier.srcStageMask = from.stage;
   barrier.srcAccessMask = from.access;

@@ -27,7 +27,8 @@ template <class T>
   return result;
 }
 
-/// Throws Error (work) with what was being done, unless the call succeeded. Calls that can lose the device go through Gpu::check.
+/// Throws Error (work) with what was being done, unless the call succeeded. Calls that can lose the device go through
+/// Gpu::check.
 void check(VkResult result, const char* what);
 
 /// A buffer with memory of its own: there are few, large ones; what lives in them is sub-allocated by RangeAllocator.
@@ -58,8 +59,8 @@ class Buffer {
 class Texture {
  public:
   Texture() = default;
-  /// `layers` 0: one layer, seen as a plain image; else seen as an array of so many. `alias`: a format of the same size in which
-  /// aliasView() shows the same bytes. `swizzle`: how shaders see the channels.
+  /// `layers` 0: one layer, seen as a plain image; else seen as an array of so many. `alias`: a format of the same size
+  /// in which aliasView() shows the same bytes. `swizzle`: how shaders see the channels.
   Texture(Gpu& gpu, VkFormat format, uint32_t width, uint32_t height, VkImageUsageFlags usage, uint32_t layers = 0,
           VkFormat alias = VK_FORMAT_UNDEFINED, VkComponentMapping swizzle = {});
   ~Texture() { reset(); }
@@ -117,7 +118,8 @@ class Gpu {
   /// Names a submission; later ones are greater.
   using Ticket = uint64_t;
 
-  /// Uses `device`, `validation` and `memoryLimitBytes` of the options. Throws Error (work) when there is no driver or no such device.
+  /// Uses `device`, `validation` and `memoryLimitBytes` of the options. Throws Error (work) when there is no driver or
+  /// no such device.
   Gpu(const RendererOptions& options, std::shared_ptr<MessageLog> log);
   ~Gpu();
   Gpu(const Gpu&) = delete;
@@ -196,7 +198,8 @@ struct ImageUse {
   VkAccessFlags2 access;
   VkImageLayout layout;
 };
-void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from, const ImageUse& to);
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, const ImageUse& from,
+                const ImageUse& to);
 inline void transition(VkCommandBuffer commands, const Texture& texture, const ImageUse& from, const ImageUse& to) {
   transition(commands, texture.image(), texture.aspect(), from, to);
 }

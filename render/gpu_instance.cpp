@@ -50,7 +50,8 @@ const std::vector<std::string>& surfaceExtensions() {
     std::vector<VkExtensionProperties> all(count);
     vkEnumerateInstanceExtensionProperties(nullptr, &count, all.data());
     std::vector<std::string> result;
-    for (const std::string name : {"VK_KHR_surface", "VK_KHR_xcb_surface", "VK_KHR_xlib_surface", "VK_KHR_wayland_surface"}) {
+    for (const std::string name :
+         {"VK_KHR_surface", "VK_KHR_xcb_surface", "VK_KHR_xlib_surface", "VK_KHR_wayland_surface"}) {
       // Drivers look for a Wayland server at once and complain when there can be none.
       if (name == "VK_KHR_wayland_surface" && !std::getenv("XDG_RUNTIME_DIR")) continue;
       if (std::any_of(all.begin(), all.end(), [&](const auto& e) { return e.extensionName == name; })) {

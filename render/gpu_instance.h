@@ -23,8 +23,8 @@ bool openLoader();
 /// The validation layer is installed.
 bool layerPresent();
 
-/// Extensions for surfaces in windows of any kind that the loader has. Every instance is made with them: volk keeps one pointer a
-/// function for all instances, and a window may come at any time.
+/// Extensions for surfaces in windows of any kind that the loader has. Every instance is made with them: volk keeps one
+/// pointer a function for all instances, and a window may come at any time.
 const std::vector<std::string>& surfaceExtensions();
 
 /// Null when the driver refuses.

@@ -9,11 +9,12 @@ namespace argil::render {
 namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
-/// Vertices of a brick's last layer of cells lie behind this: fine ones stand up to clay::kSharpReach outside of their cell.
+/// Vertices of a brick's last layer of cells lie behind this: fine ones stand up to clay::kSharpReach outside of their
+/// cell.
 constexpr float kLastLayer = float(clay::kBrickEdge - 1) - clay::kSharpReach;
 
-/// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin wall does not
-/// collapse and each side keeps its light.
+/// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin
+/// wall does not collapse and each side keeps its light.
 struct Cluster {
   Vec3f sum = Vec3f::Zero();
   uint32_t count = 0;
@@ -83,8 +84,7 @@ bool NormalCone::facesAway(const Vec3d& centre, double radius, const Vec3d& eye)
   if (length <= radius) return false;
   const double along = std::clamp(to.dot(axis.cast<double>()) / length, -1.0, 1.0), cosCone = double(cosine);
   // cos(angle + cone) · length: how far the least turned triangle faces away, over the ball.
-  const double least =
-      along * cosCone - std::sqrt(1 - along * along) * std::sqrt(std::max(0.0, 1 - cosCone * cosCone));
+  const double least = along * cosCone - std::sqrt(1 - along * along) * std::sqrt(std::max(0.0, 1 - cosCone * cosCone));
   return least * length > radius;
 }
 

@@ -11,15 +11,15 @@
 
 namespace argil::render {
 
-/// How many cells of a brick are taken together along each axis, level by level; level 0 is the surface itself. (Of 3, the last group
-/// along an axis has 2.)
+/// How many cells of a brick are taken together along each axis, level by level; level 0 is the surface itself. (Of 3,
+/// the last group along an axis has 2.)
 inline constexpr std::array<int, 5> kGroupCells{1, 2, 3, 4, 8};
 inline constexpr int kLevels = int(kGroupCells.size());
 
-/// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the same half, the
-/// one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis of `locked` (bits x, y, z), fine ones of it lie up to a voxel
-/// before that layer, stand for themselves.
-/// Depends on the mesh alone. The mesh has normals. About 30 ns a vertex.
+/// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the
+/// same half, the one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis
+/// of `locked` (bits x, y, z), fine ones of it lie up to a voxel before that layer, stand for themselves. Depends on
+/// the mesh alone. The mesh has normals. About 30 ns a vertex.
 void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, std::vector<uint16_t>& out);
 
 /// Directions in which triangles face: all within an angle of an axis.

@@ -36,9 +36,11 @@ bool finite(const Colour& c) {
 }
 
 void check(const Cursor& c) {
-  if (!c.positionMm.allFinite() || !direction(c.shaft) || !direction(c.drop) || !(c.radiusMm > 0) || !std::isfinite(c.radiusMm) ||
-      !finite(c.tint)) {
-    throw Error("the cursor's position, shaft, drop, radius or tint is not finite, or its radius not above zero; leave the cursor out instead");
+  if (!c.positionMm.allFinite() || !direction(c.shaft) || !direction(c.drop) || !(c.radiusMm > 0) ||
+      !std::isfinite(c.radiusMm) || !finite(c.tint)) {
+    throw Error(
+        "the cursor's position, shaft, drop, radius or tint is not finite, or its radius not above zero; leave the "
+        "cursor out instead");
   }
   if (!c.forceN.allFinite() || !(c.fullForceN > 0) || !std::isfinite(c.fullForceN))
     throw Error("the cursor's force is not finite or its full force not above zero; give a force of zero instead");
@@ -87,7 +89,8 @@ void check(const Overlays& overlays) {
     return std::all_of(all.begin(), all.end(), [](const Vec3d& p) { return p.allFinite(); });
   };
   for (const Polyline& path : overlays.polylines) {
-    if (!points(path.pointsMm)) throw Error("a path to be drawn holds a point that is not finite; leave that point out");
+    if (!points(path.pointsMm))
+      throw Error("a path to be drawn holds a point that is not finite; leave that point out");
     if (!within(path.widthPixels, 0, 1000) || !finite(path.colour))
       throw Error("a path to be drawn has a width outside of 0 to 1000 pixels or a colour that is not finite");
   }

@@ -16,11 +16,12 @@ enum class Shading : uint8_t {
   material,  ///< Lit with the piece's roughness and gloss (Cook-Torrance, GGX), for how it would look made.
 };
 
-/// Materials for Shading::matcap, computed, no pictures. Clay and wax take the piece's colour, the others have their own.
+/// Materials for Shading::matcap, computed, no pictures. Clay and wax take the piece's colour, the others have their
+/// own.
 enum class Matcap : uint8_t { clay, wax, porcelain, steel, rubber, normals };
 
-/// A plane that cuts the picture open: clay on the side of the normal is not drawn and throws no shadow, cut faces are one
-/// flat colour. What is open (parts) shows its inner side instead.
+/// A plane that cuts the picture open: clay on the side of the normal is not drawn and throws no shadow, cut faces are
+/// one flat colour. What is open (parts) shows its inner side instead.
 struct Section {
   Vec3d pointMm = Vec3d::Zero(), normal = Vec3d::UnitZ();
 };
@@ -28,16 +29,16 @@ struct Section {
 struct Look {
   Shading shading = Shading::lit;
   Matcap matcap = Matcap::clay;
-  bool cavity = true;          ///< Darker hollows, lighter ridges, ambient occlusion of what is near.
-  double cavityStrength = 1;   ///< 0 to 2.
-  bool keyShadow = true;       ///< Clay shades itself and the ground. Also needs Quality::keyShadow.
-  bool cursorShadow = true;    ///< The tool's shadow on clay and ground.
-  bool beam = true;            ///< From the tool to where it would land.
-  bool depthFade = false;      ///< What is farther away fades towards the background.
+  bool cavity = true;              ///< Darker hollows, lighter ridges, ambient occlusion of what is near.
+  double cavityStrength = 1;       ///< 0 to 2.
+  bool keyShadow = true;           ///< Clay shades itself and the ground. Also needs Quality::keyShadow.
+  bool cursorShadow = true;        ///< The tool's shadow on clay and ground.
+  bool beam = true;                ///< From the tool to where it would land.
+  bool depthFade = false;          ///< What is farther away fades towards the background.
   double depthFadeStrength = 0.6;  ///< Of the farthest point of the clay: 0 to 1.
-  bool grid = true;            ///< Ground at the lowest point of the clay, lines at round numbers of mm.
-  bool scaleBar = true;        ///< A labelled length, true in the plane through the view's target.
-  bool xray = true;            ///< Guides and widgets show faintly through clay.
+  bool grid = true;                ///< Ground at the lowest point of the clay, lines at round numbers of mm.
+  bool scaleBar = true;            ///< A labelled length, true in the plane through the view's target.
+  bool xray = true;                ///< Guides and widgets show faintly through clay.
   bool lightBackground = false;
   std::optional<Section> section;
 };

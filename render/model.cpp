@@ -21,9 +21,9 @@ std::optional<Ray> kept(const Ray& whole, const std::optional<Section>& section)
   return ray;
 }
 
-/// A software driver takes memory for every picture and gives it back: kept by the process, a picture of 200 k triangles costs a third
-/// less. What is as large as an image of the window goes back all the same, or a window that changes its size would leave the heap in pieces.
-/// For the whole process: that is how malloc is told.
+/// A software driver takes memory for every picture and gives it back: kept by the process, a picture of 200 k
+/// triangles costs a third less. What is as large as an image of the window goes back all the same, or a window that
+/// changes its size would leave the heap in pieces. For the whole process: that is how malloc is told.
 void keepFreedMemory() {
 #ifdef __GLIBC__
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
@@ -57,8 +57,8 @@ UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {
 
 UploadStats Model::updatePart(PieceId id, const clay::TriangleMesh& mesh) {
   std::unique_ptr<PartLayout> part;
-  const UploadStats stats = buffers_.update(
-      [&](UploadSink& sink) { part = std::make_unique<PartLayout>(mesh, buffers_.ranges(), sink); });
+  const UploadStats stats =
+      buffers_.update([&](UploadSink& sink) { part = std::make_unique<PartLayout>(mesh, buffers_.ranges(), sink); });
   Piece piece;
   piece.part = std::move(part);
   pieces_[id] = std::move(piece);
@@ -125,7 +125,8 @@ Box Model::bounds(PieceId id) const {
 
 uint64_t Model::triangleCount() const {
   uint64_t sum = 0;
-  for (const auto& [id, piece] : pieces_) sum += piece.clay ? piece.clay->triangleCount() : piece.part->draw().triangles;
+  for (const auto& [id, piece] : pieces_)
+    sum += piece.clay ? piece.clay->triangleCount() : piece.part->draw().triangles;
   return sum;
 }
 

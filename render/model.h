@@ -20,9 +20,9 @@ struct Sight {
   /// Each eye's own place and direction; the same as above for one.
   std::vector<std::pair<Vec3d, Vec3d>> eyes;
   bool perspective = true;
-  double mmPerPixel = 1;              ///< At distance 1 in perspective, else everywhere.
-  double detailPixels = 1;            ///< See Quality.
-  bool backsSeen = false;             ///< A section shows the inside: triangles that face away count.
+  double mmPerPixel = 1;               ///< At distance 1 in perspective, else everywhere.
+  double detailPixels = 1;             ///< See Quality.
+  bool backsSeen = false;              ///< A section shows the inside: triangles that face away count.
   std::vector<FramePlan::Side> sides;  ///< Empty: all is seen.
 };
 
@@ -45,8 +45,8 @@ class Model {
 
   // Drawing (clay_draw.cpp)
 
-  /// Before a picture is recorded: makes some of the levels that it wants and that are not there yet, at most a part of what drawing
-  /// takes. Until then finer ones are drawn.
+  /// Before a picture is recorded: makes some of the levels that it wants and that are not there yet, at most a part of
+  /// what drawing takes. Until then finer ones are drawn.
   void prepare(const Sight& sight);
   /// Whether some clay has paint, so that vertices have each their own (Variant::painted).
   [[nodiscard]] bool painted() const { return buffers_.painted(); }

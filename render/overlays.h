@@ -10,7 +10,8 @@
 namespace argil::render {
 
 /// The tool: a ball on a stylus. Its shadow falls on clay and ground; a beam drops from it to where it would land, with
-/// a dot and a ring there (Look::cursorShadow, Look::beam). Its drawn stylus keeps a useful size in the picture; the ball is true to scale, so it grows as it comes nearer.
+/// a dot and a ring there (Look::cursorShadow, Look::beam). Its drawn stylus keeps a useful size in the picture; the
+/// ball is true to scale, so it grows as it comes nearer.
 struct Cursor {
   Vec3d positionMm = Vec3d::Zero();    ///< Centre of the ball.
   Vec3d shaft = Vec3d(0.3, -0.25, 1);  ///< Direction from the ball to the hand, any length.
@@ -25,7 +26,9 @@ struct Cursor {
   };
   std::optional<Footprint> footprint;
   Colour tint{0.35f, 0.81f, 0.98f, 1};  ///< Of ball and ring while free.
-  bool flat = false;  ///< Of a mouse or a pen, which would only hide the work: neither ball nor stylus, the footprint's ring and a dot in it.
+  /// Of a mouse or a pen, which would only hide the work: neither ball nor stylus, the footprint's ring and a dot in
+  /// it.
+  bool flat = false;
 };
 
 /// How lines and faces of widgets meet the clay.

@@ -30,7 +30,8 @@ PartLayout::PartLayout(const clay::TriangleMesh& mesh, BufferRanges& ranges, Upl
   }
   for (const auto& t : mesh.triangles) {
     for (const uint32_t corner : t) {
-      if (corner >= mesh.positions.size()) throw Error("a part to be drawn has a triangle without a vertex; repair the mesh");
+      if (corner >= mesh.positions.size())
+        throw Error("a part to be drawn has a triangle without a vertex; repair the mesh");
       bounds_.add(mesh.positions[corner]);
     }
   }

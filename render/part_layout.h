@@ -8,8 +8,8 @@
 
 namespace argil::render {
 
-/// Vertices with normals from the faces around them, apart where faces meet at more than 40°; the same format as clay's, in units that
-/// hold the mesh 2³⁰ wide. One thread.
+/// Vertices with normals from the faces around them, apart where faces meet at more than 40°; the same format as
+/// clay's, in units that hold the mesh 2³⁰ wide. One thread.
 class PartLayout {
  public:
   /// Throws Error for positions that are not finite, triangles that name a missing one, and what BufferRanges throws.

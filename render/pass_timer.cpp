@@ -53,9 +53,9 @@ std::vector<PassTime> PassTimer::read() const {
     const auto at = uint32_t((picture_ - back) % kSets);
     const Set& set = sets_[at];
     const auto count = uint32_t(set.names.size());
-    const VkResult result = vkGetQueryPoolResults(
-        gpu_.device(), pool_, at * (kMost + 1), count + 1, sizeof stamps, stamps.data(), sizeof(Stamp),
-        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    const VkResult result =
+        vkGetQueryPoolResults(gpu_.device(), pool_, at * (kMost + 1), count + 1, sizeof stamps, stamps.data(),
+                              sizeof(Stamp), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
     if (result != VK_SUCCESS && result != VK_NOT_READY) return {};
     if (!std::all_of(stamps.begin(), stamps.begin() + count + 1, [](const Stamp& s) { return s.available != 0; })) {
       continue;

@@ -9,8 +9,8 @@
 
 namespace argil::render {
 
-/// Timestamps between the passes of the last pictures. Several pictures may be under way: each has a set of its own, and a picture
-/// that is still being drawn is not waited for. Does nothing on a device without a clock.
+/// Timestamps between the passes of the last pictures. Several pictures may be under way: each has a set of its own,
+/// and a picture that is still being drawn is not waited for. Does nothing on a device without a clock.
 class PassTimer {
  public:
   explicit PassTimer(Gpu& gpu);
@@ -18,7 +18,8 @@ class PassTimer {
   PassTimer(const PassTimer&) = delete;
   PassTimer& operator=(const PassTimer&) = delete;
 
-  /// Before the first pass of a picture. Outside of rendering, as mark() is: within multiview a timestamp would be several.
+  /// Before the first pass of a picture. Outside of rendering, as mark() is: within multiview a timestamp would be
+  /// several.
   void begin(VkCommandBuffer commands);
   /// After a pass; `name` must live on. Past kMost passes are left out.
   void mark(VkCommandBuffer commands, const char* name);

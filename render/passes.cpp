@@ -23,10 +23,10 @@ constexpr ImageUse kDrawDepth{
     VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL};
 constexpr ImageUse kRead{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-constexpr ImageUse kTestDepth{
-    VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
-    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
-    VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL};
+constexpr ImageUse kTestDepth{VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT |
+                                  VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+                              VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
+                              VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL};
 
 VkRenderingAttachmentInfo attachment(VkImageView view, VkImageLayout layout, VkAttachmentLoadOp load,
                                      VkClearValue clear = {}) {
@@ -47,8 +47,8 @@ VkRenderingAttachmentInfo depthAttachment(VkImageView view, VkAttachmentLoadOp l
   return attachment(view, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, load, clear);
 }
 
-void beginPass(VkCommandBuffer commands, VkExtent2D extent, int turn, std::span<const VkRenderingAttachmentInfo> colours,
-               const VkRenderingAttachmentInfo* depth) {
+void beginPass(VkCommandBuffer commands, VkExtent2D extent, int turn,
+               std::span<const VkRenderingAttachmentInfo> colours, const VkRenderingAttachmentInfo* depth) {
   auto info = structure<VkRenderingInfo>(VK_STRUCTURE_TYPE_RENDERING_INFO);
   info.renderArea.extent = extent;
   info.layerCount = 1;
@@ -75,22 +75,28 @@ int Renderer::State::samplesOf(int width, int height) const {
 
 void Renderer::State::resize(int width, int height, const FramePlan& plan, int samples) {
   // What a look does not use is kept as a single pixel. Once there, images stay: looks change back and forth.
-  const auto serves = [&](const Targets& t) { return t.width == width && t.height == height && t.samples == samples && t.eyes == plan.eyes(); };
+  const auto serves = [&](const Targets& t) {
+    return t.width == width && t.height == height && t.samples == samples && t.eyes == plan.eyes();
+  };
   const auto fits = [&](const Targets& t) {
-    return serves(t) && (t.cavities || !plan.look.cavity) && (t.shadowPixels == quality.shadowPixels || !plan.look.keyShadow);
+    return serves(t) && (t.cavities || !plan.look.cavity) &&
+           (t.shadowPixels == quality.shadowPixels || !plan.look.keyShadow);
   };
   if (fits(targets)) return;
   // Moving pictures and those at rest differ in their samples and take turns: the images of both are kept.
-  const bool turns = targets.width == width && targets.height == height && targets.eyes == plan.eyes() && targets.samples != samples;
+  const bool turns =
+      targets.width == width && targets.height == height && targets.eyes == plan.eyes() && targets.samples != samples;
   if (turns) std::swap(targets, resting);
   if (!turns) resting = Targets();
   if (!fits(targets)) makeTargets(width, height, plan, samples);
   gpu.settle();  // frames under way read the same set
-  pipelines.bind(uniforms.handle(), {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
+  pipelines.bind(uniforms.handle(),
+                 {&targets.depth, &targets.normal, &targets.cavity, &targets.shadow, &targets.colour, &targets.albedo});
 }
 
 void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, int samples) {
-  const bool same = targets.width == width && targets.height == height && targets.samples == samples && targets.eyes == plan.eyes();
+  const bool same =
+      targets.width == width && targets.height == height && targets.samples == samples && targets.eyes == plan.eyes();
   const bool cavities = plan.look.cavity || (same && targets.cavities);
   const int shadowPixels = plan.look.keyShadow ? quality.shadowPixels : (same ? targets.shadowPixels : 1);
   targets = Targets();
@@ -101,7 +107,8 @@ void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, 
   made.eyes = plan.eyes();
   made.cavities = cavities;
   made.shadowPixels = shadowPixels;
-  const auto w = uint32_t(width), h = uint32_t(height), fineW = uint32_t(width * samples), fineH = uint32_t(height * samples);
+  const auto w = uint32_t(width), h = uint32_t(height), fineW = uint32_t(width * samples),
+             fineH = uint32_t(height * samples);
   const auto eyes = uint32_t(made.eyes), s = uint32_t(made.shadowPixels);
   constexpr VkImageUsageFlags sampled = VK_IMAGE_USAGE_SAMPLED_BIT;
   constexpr VkImageUsageFlags colour = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
@@ -112,9 +119,11 @@ void Renderer::State::makeTargets(int width, int height, const FramePlan& plan, 
   made.albedo = Texture(gpu, kAlbedoFormat, fineW, fineH, colour | sampled, eyes);
   made.cavity = Texture(gpu, kCavityFormat, whole(cavities, w), whole(cavities, h), colour | sampled, eyes);
   made.shadow = Texture(gpu, kDepthFormat, s, s, depth | sampled);
-  made.colour = Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
+  made.colour =
+      Texture(gpu, kColourFormat, whole(!made.direct(), fineW), whole(!made.direct(), fineH), colour | sampled, eyes);
   made.picture = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, 0, kColourFormat);
-  made.framed = Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+  made.framed =
+      Texture(gpu, kPictureFormat, w, h, colour | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
   targets = std::move(made);
 }
 
@@ -139,7 +148,8 @@ VkImageView Renderer::State::viewFor(const Texture& texture, int turn) const {
   return targets.eyes == 1 || turn == kBothEyes ? texture.view() : texture.layerView(uint32_t(turn));
 }
 
-void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first, size_t count) {
+void Renderer::State::drawLines(VkCommandBuffer commands, Pass pass, const OverlayConstants& constants, size_t first,
+                                size_t count) {
   if (count == 0) return;
   bind(commands, pass);
   const VkBuffer buffer = frame().lines.handle();
@@ -169,8 +179,8 @@ void Renderer::State::drawOverlays(VkCommandBuffer commands, const FramePlan& pl
     bind(commands, Pass::shaft);
     vkCmdDraw(commands, kShaftVertices, 1, 0, 0);
   }
-  const size_t hidden = plan.worldLines[size_t(Depth::hidden)].size(), xray = plan.worldLines[size_t(Depth::xray)].size(),
-               onTop = plan.worldLines[size_t(Depth::onTop)].size();
+  const size_t hidden = plan.worldLines[size_t(Depth::hidden)].size(),
+               xray = plan.worldLines[size_t(Depth::xray)].size(), onTop = plan.worldLines[size_t(Depth::onTop)].size();
   drawLines(commands, Pass::linesBehind, {0, kXray}, hidden, xray);
   drawLines(commands, Pass::lines, {}, 0, hidden + xray);
   if (plan.cursor) {

@@ -15,7 +15,8 @@ constexpr ImageUse kDrawn{VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                           VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
                           VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL};
 constexpr ImageUse kWanted{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
-constexpr ImageUse kCopyTo{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+constexpr ImageUse kCopyTo{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                           VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
 constexpr ImageUse kCopyFrom{VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT,
                              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
 
@@ -62,11 +63,13 @@ void Renderer::State::uploadOverlays(const FramePlan& plan) {
   const VkDeviceSize bytes = fillsAt + plan.fillVertices.size() * sizeof(FillVertex);
   if (bytes == 0) return;
   Buffer& lines = frame().lines;
-  if (lines.size() < bytes) lines = Buffer(gpu, bytes + bytes / 2, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
+  if (lines.size() < bytes)
+    lines = Buffer(gpu, bytes + bytes / 2, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT, Buffer::Memory::upload);
   auto* out = reinterpret_cast<LineInstance*>(lines.mapped());
   for (const auto& each : plan.worldLines) out = std::copy(each.begin(), each.end(), out);
   std::copy(plan.screenLines.begin(), plan.screenLines.end(), out);
-  std::copy(plan.fillVertices.begin(), plan.fillVertices.end(), reinterpret_cast<FillVertex*>(lines.mapped() + fillsAt));
+  std::copy(plan.fillVertices.begin(), plan.fillVertices.end(),
+            reinterpret_cast<FillVertex*>(lines.mapped() + fillsAt));
 }
 
 void Renderer::State::takeSlot() {
@@ -104,8 +107,9 @@ void Renderer::State::recordFrame(VkCommandBuffer commands, const FramePlan& pla
   // Written by the device itself, in order: the frame before may still read them.
   static_assert(sizeof plan.uniforms <= 65536 && sizeof plan.uniforms % 4 == 0);
   vkCmdUpdateBuffer(commands, uniforms.handle(), 0, sizeof plan.uniforms, &plan.uniforms);
-  barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
-          {VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_UNIFORM_READ_BIT});
+  barrier(
+      commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
+      {VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_UNIFORM_READ_BIT});
   recordPicture(commands, plan);
   ++pictures;
   transition(commands, targets.picture, kDrawn, kCopyFrom);
@@ -120,8 +124,8 @@ void Renderer::State::recordPanels(VkCommandBuffer commands, const UiFrame& pane
   VkImageCopy copy{};
   copy.srcSubresource = copy.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   copy.extent = {extent.width, extent.height, 1};
-  vkCmdCopyImage(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, targets.framed.image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
-                 &copy);
+  vkCmdCopyImage(commands, targets.picture.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, targets.framed.image(),
+                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
   transition(commands, targets.framed, kCopyTo, kDrawn);
   ui.draw(commands, panels, slot, targets.framed);
   transition(commands, targets.framed, kDrawn, kCopyFrom);
@@ -139,8 +143,8 @@ Image Renderer::State::readBack(const Texture& source) {
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     copy.imageExtent = {extent.width, extent.height, 1};
-    vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                           targets.readback.handle(), 1, &copy);
+    vkCmdCopyImageToBuffer(commands, source.image(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, targets.readback.handle(), 1,
+                           &copy);
     barrier(commands, {VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
             {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT});
   });

@@ -9,7 +9,8 @@
 namespace argil::render {
 
 inline constexpr VkFormat kNormalFormat = VK_FORMAT_R16G16_SFLOAT;
-inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_UNORM;  ///< Square roots of display-linear; alpha: material's code.
+/// Square roots of display-linear; alpha: material's code.
+inline constexpr VkFormat kAlbedoFormat = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 inline constexpr VkFormat kCavityFormat = VK_FORMAT_R8G8_UNORM;
 /// What passes draw colours into: they write display-linear, blending is linear, memory holds sRGB.
@@ -28,7 +29,8 @@ struct PieceConstants {
 };
 static_assert(sizeof(PieceConstants) == 64);
 
-/// What shaders/clay.frag needs of a piece: display-linear colour, the code of its material (negative: its back is drawn too).
+/// What shaders/clay.frag needs of a piece: display-linear colour, the code of its material (negative: its back is
+/// drawn too).
 [[nodiscard]] std::array<float, 4> surfaceOf(const PieceLook& look, bool bothSides = false);
 
 /// Push constants of lines, fills and the ball.
@@ -64,8 +66,8 @@ enum class Pass : size_t {
 /// What shaders are specialised for, so that what a picture does not use costs nothing. Mirrors the constants of
 /// shaders/frame.glsl, by their numbers.
 struct Variant {
-  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursorShadow = 0,
-          depthFade = 0, section = 0, ground = 0, stereoMode = 0, samples = 1, painted = 0;
+  int32_t eye = 0, perspective = 1, shading = 0, matcap = 0, keyShadow = 0, cavity = 0, cursorShadow = 0, depthFade = 0,
+          section = 0, ground = 0, stereoMode = 0, samples = 1, painted = 0;
 };
 
 /// Variant::eye of a multiview pass.

@@ -10,8 +10,8 @@ struct Quality {
   bool cavity = true;       ///< The cavity pass, where the look asks for it.
   double detailPixels = 1;  ///< Triangles coarser than this may stand for finer ones: 0 (never) to 8 pixels.
 
-  /// The stated rule: while the camera or a stroke moves, one sample a pixel, no key shadow, no cavity, detail of 2 pixels (off
-  /// by one at most); the full picture as soon as all has rested for a fifth of a second.
+  /// The stated rule: while the camera or a stroke moves, one sample a pixel, no key shadow, no cavity, detail of 2
+  /// pixels (off by one at most); the full picture as soon as all has rested for a fifth of a second.
   [[nodiscard]] Quality moving() const {
     Quality q = *this;
     q.supersample = 1;

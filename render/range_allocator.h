@@ -9,8 +9,8 @@
 
 namespace argil::render {
 
-/// Hands out ranges of [0, capacity) and merges what is given back. The smallest free range that is long enough is taken, the
-/// lowest of equal ones. Deterministic; O(log free ranges). One thread.
+/// Hands out ranges of [0, capacity) and merges what is given back. The smallest free range that is long enough is
+/// taken, the lowest of equal ones. Deterministic; O(log free ranges). One thread.
 class RangeAllocator {
  public:
   explicit RangeAllocator(uint32_t capacity = 0) { grow(capacity); }
@@ -27,7 +27,7 @@ class RangeAllocator {
   [[nodiscard]] uint32_t end() const;
 
  private:
-  std::map<uint32_t, uint32_t> free_;                // begin → count; never adjacent
+  std::map<uint32_t, uint32_t> free_;               // begin → count; never adjacent
   std::set<std::pair<uint32_t, uint32_t>> bySize_;  // count, begin of the same
   uint32_t capacity_ = 0, used_ = 0;
 };

@@ -12,7 +12,8 @@ void check(const Quality& q) {
   if (q.supersample < 1 || q.supersample > 4 || q.shadowPixels < 256 || q.shadowPixels > 8192 ||
       !(q.detailPixels >= 0 && q.detailPixels <= 8)) {
     throw Error(
-        "render quality: supersample must lie between 1 and 4, shadowPixels between 256 and 8192, detailPixels between 0 and 8");
+        "render quality: supersample must lie between 1 and 4, shadowPixels between 256 and 8192, detailPixels between "
+        "0 and 8");
   }
 }
 

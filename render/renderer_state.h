@@ -55,12 +55,13 @@ struct Renderer::State {
 
   // Pictures (picture.cpp, passes.cpp)
 
-  /// Checks a picture that was asked for, plans it, makes its images, takes the slot of the frame before the last when the device
-  /// is done with it, and uploads what the picture needs.
+  /// Checks a picture that was asked for, plans it, makes its images, takes the slot of the frame before the last when
+  /// the device is done with it, and uploads what the picture needs.
   FramePlan prepare(const Shot& shot, int width, int height, const UiFrame* panels);
   /// All passes. Ends with the picture in `targets.picture`, as a colour attachment that was just written.
   void recordPicture(VkCommandBuffer commands, const FramePlan& plan);
-  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from, with panels `targets.framed` too.
+  /// The picture and panels over it. Ends with `targets.picture` ready to be copied from, with panels `targets.framed`
+  /// too.
   void recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels);
   /// Panels over the picture that `targets.picture` holds.
   void recordPanels(VkCommandBuffer commands, const UiFrame& panels);
@@ -102,7 +103,7 @@ struct Renderer::State {
 
   // Of the picture that is being recorded
   Variant variant;
-  bool eyesTogether;  ///< In one multiview pass.
+  bool eyesTogether;         ///< In one multiview pass.
   VkDeviceSize fillsAt = 0;  ///< Where fills begin in its slot's lines, bytes.
 
   // Frames and the window (renderer_window.cpp)
@@ -117,10 +118,10 @@ struct Renderer::State {
   WindowHooks hooks;  ///< Kept when the device is lost.
   bool attached = false;
   std::unique_ptr<WindowTarget> window;
-  bool showing = false;  ///< The picture drawn last is the one in the window.
-  int64_t waitedNs = 0;  ///< Of the last frame: see Renderer::waitedNs().
-  uint64_t pictures = 0; ///< Drawn so far, with all passes.
-  Image shown;           ///< What the window shows if another picture was drawn since.
+  bool showing = false;   ///< The picture drawn last is the one in the window.
+  int64_t waitedNs = 0;   ///< Of the last frame: see Renderer::waitedNs().
+  uint64_t pictures = 0;  ///< Drawn so far, with all passes.
+  Image shown;            ///< What the window shows if another picture was drawn since.
 };
 
 template <class Constants>

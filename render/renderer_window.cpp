@@ -56,13 +56,21 @@ void Renderer::detach() {
   s.shown = {};
 }
 
-bool Renderer::present(const Shot& shot, const UiFrame& panels) { return presentFrame(&shot, panels); }
+bool Renderer::present(const Shot& shot, const UiFrame& panels) {
+  return presentFrame(&shot, panels);
+}
 
-bool Renderer::presentPanels(const UiFrame& panels) { return holdsPicture() && presentFrame(nullptr, panels); }
+bool Renderer::presentPanels(const UiFrame& panels) {
+  return holdsPicture() && presentFrame(nullptr, panels);
+}
 
-bool Renderer::holdsPicture() const { return state_->showing; }
+bool Renderer::holdsPicture() const {
+  return state_->showing;
+}
 
-int64_t Renderer::waitedNs() const { return state_->waitedNs; }
+int64_t Renderer::waitedNs() const {
+  return state_->waitedNs;
+}
 
 // Without a shot: the picture that is there with other panels.
 bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
@@ -74,7 +82,8 @@ bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     const std::optional<VkExtent2D> extent = s.window->prepare();
     if (!extent) return false;
-    const int width = int(std::clamp(extent->width, kLeastEdge, kMostEdge)), height = int(std::clamp(extent->height, kLeastEdge, kMostEdge));
+    const int width = int(std::clamp(extent->width, kLeastEdge, kMostEdge)),
+              height = int(std::clamp(extent->height, kLeastEdge, kMostEdge));
     FramePlan plan;
     if (shot) {
       plan = s.prepare(*shot, width, height, &panels);
@@ -92,8 +101,10 @@ bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
     try {
       s.frame().ticket = s.gpu.submit(
           [&](VkCommandBuffer commands) {
-            if (shot) s.recordFrame(commands, plan, &panels);
-            else s.recordPanels(commands, panels);
+            if (shot)
+              s.recordFrame(commands, plan, &panels);
+            else
+              s.recordPanels(commands, panels);
             copyToWindow(commands, s.targets.framed, *s.window, turn->image);
           },
           {turn->free, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, turn->drawn});
@@ -103,7 +114,8 @@ bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
       s.window->giveUp();
       throw;
     }
-    // Where the device has a clock, its work is told by that: whatever else takes time is a wait for it or for the screen.
+    // Where the device has a clock, its work is told by that: whatever else takes time is a wait for it or for the
+    // screen.
     const int64_t showNs = std::chrono::nanoseconds(Clock::now() - submitted).count();
     s.waitedNs = s.timer.read().empty() ? forImageNs : s.waitedNs + forImageNs + showNs;
     s.showing = true;

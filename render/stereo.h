@@ -18,12 +18,11 @@ enum class StereoMode : uint8_t {
 };
 
 /// Both eyes look along parallel axes; their pictures are shifted so that the plane at `convergence` has no parallax
-/// (off-axis frusta: no keystone). A point at distance z along the view appears in the right eye's picture to the right of its
-/// place in the left eye's by  eyeDistance · (1/convergence − 1/z) · (width in pixels per unit of x/z)  pixels: negative, so to
-/// the left, when it is nearer than the convergence.
-/// Orthographic views have no depth: there each eye turns by atan(eyeDistancePart / 2) about the point of the view's axis at
-/// the convergence, and the same point has a parallax of  2 · sin(angle) · (z − convergence)  mm.
-/// Lines on the screen (scale bar, labels) have no parallax.
+/// (off-axis frusta: no keystone). A point at distance z along the view appears in the right eye's picture to the right
+/// of its place in the left eye's by  eyeDistance · (1/convergence − 1/z) · (width in pixels per unit of x/z)  pixels:
+/// negative, so to the left, when it is nearer than the convergence. Orthographic views have no depth: there each eye
+/// turns by atan(eyeDistancePart / 2) about the point of the view's axis at the convergence, and the same point has a
+/// parallax of  2 · sin(angle) · (z − convergence)  mm. Lines on the screen (scale bar, labels) have no parallax.
 struct Stereo {
   StereoMode mode = StereoMode::mono;
   double eyeDistancePart = 0.035;  ///< Between the eyes, as a part of the distance to the target: 0 to 0.2.
@@ -36,7 +35,8 @@ struct Stereo {
   }
 };
 
-/// Names for people and files: "mono", "anaglyph", "side-by-side", "top-bottom", "left-eye", "right-eye", in the order of the modes.
+/// Names for people and files: "mono", "anaglyph", "side-by-side", "top-bottom", "left-eye", "right-eye", in the order
+/// of the modes.
 [[nodiscard]] std::span<const std::string_view> stereoModeNames();
 [[nodiscard]] std::optional<StereoMode> stereoModeNamed(std::string_view name);
 

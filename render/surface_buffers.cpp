@@ -45,12 +45,14 @@ void SurfaceBuffers::Staging::reserve(uint32_t vertices, uint32_t indices) {
 
 /// As many as there are vertices; new ones are unpainted.
 void SurfaceBuffers::Staging::growPaint() {
-  const VkDeviceSize before = owner_.paint_.size(), size = owner_.vertices_.size() / sizeof(SurfaceVertex) * sizeof(PackedPaint);
+  const VkDeviceSize before = owner_.paint_.size(),
+                     size = owner_.vertices_.size() / sizeof(SurfaceVertex) * sizeof(PackedPaint);
   if (size <= before) return;
   grow(owner_.paint_, size, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   owner_.gpu_.run([&](VkCommandBuffer commands) {
     vkCmdFillBuffer(commands, owner_.paint_.handle(), before, VK_WHOLE_SIZE, kUnpainted);
-    barrier(commands, VK_PIPELINE_STAGE_2_CLEAR_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
+    barrier(commands, VK_PIPELINE_STAGE_2_CLEAR_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
             VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT);
   });
 }

@@ -185,9 +185,14 @@ PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& mat
   const float light = 1 - kMaskDarkens * float(paint.mask) / 255, cover = float(paint.cover) / 255;
   const auto byte = [](float value) { return uint32_t(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f); };
   // A material that has a colour takes the place of the piece's own.
-  const auto* ground = paint.material > 0 && paint.material <= materials.size() && materials[paint.material - 1u] ? &*materials[paint.material - 1u] : nullptr;
-  const auto root = [&](uint8_t channel, size_t of) { return byte(std::sqrt((linear(channel) * cover + (ground ? linear((*ground)[of]) * (1 - cover) : 0)) * light)); };
-  return root(paint.red, 0) | root(paint.green, 1) << 8 | root(paint.blue, 2) << 16 | byte(ground ? 0 : (1 - cover) * light) << 24;
+  const auto* ground = paint.material > 0 && paint.material <= materials.size() && materials[paint.material - 1u]
+                           ? &*materials[paint.material - 1u]
+                           : nullptr;
+  const auto root = [&](uint8_t channel, size_t of) {
+    return byte(std::sqrt((linear(channel) * cover + (ground ? linear((*ground)[of]) * (1 - cover) : 0)) * light));
+  };
+  return root(paint.red, 0) | root(paint.green, 1) << 8 | root(paint.blue, 2) << 16 |
+         byte(ground ? 0 : (1 - cover) * light) << 24;
 }
 
 PackedPaint SurfaceLayout::paintOf(const BrickEntry& brick, size_t index) const {
@@ -201,7 +206,8 @@ void SurfaceLayout::colourMaterials(const MaterialColours& colours, UploadSink& 
   for (const auto& [coord, brick] : bricks_) {
     if (!brick.paint) continue;
     writePaint(brick, sink);
-    for (int n = 0; n < 8; ++n) changedChunks.insert((coord + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);  // Their coarser levels.
+    // Their coarser levels.
+    for (int n = 0; n < 8; ++n) changedChunks.insert((coord + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
   }
   updateDraws(changedChunks);
 }

@@ -27,15 +27,16 @@ inline constexpr int kUnitsPerVoxel = 1 << 14;
 /// Index ranges are handed out in steps of a quad's two triangles.
 inline constexpr uint32_t kIndicesPerQuad = 6;
 
-/// A vertex as the GPU reads it, 16 bytes. Integers, so that a shader subtracts an anchor near the eye without rounding.
+/// A vertex as the GPU reads it, 16 bytes. Integers, so that a shader subtracts an anchor near the eye without
+/// rounding.
 struct SurfaceVertex {
   int32_t x = 0, y = 0, z = 0;
   clay::PackedNormal normal;
 };
 static_assert(sizeof(SurfaceVertex) == 16);
 
-/// What a vertex shows of its clay's channels, as the GPU reads it: square roots of the display-linear colour that it adds (red lowest), and in the highest
-/// byte how much of the piece's own colour is left. A mask darkens both.
+/// What a vertex shows of its clay's channels, as the GPU reads it: square roots of the display-linear colour that it
+/// adds (red lowest), and in the highest byte how much of the piece's own colour is left. A mask darkens both.
 using PackedPaint = uint32_t;
 inline constexpr PackedPaint kUnpainted = 0xff000000;
 [[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& materials = {});
@@ -86,10 +87,10 @@ struct ChunkDraw {
   };
   Coord chunk;
   Vec3d min = Vec3d::Zero(), max = Vec3d::Zero();  ///< Voxel coordinates that hold all its triangles.
-  std::array<Range, kLevels> levels;  ///< Level 0 is always made.
-  NormalCone cone;                    ///< Of level 0.
-  bool coned = false;                 ///< The cone was found.
-  uint64_t changedIn = 0;             ///< The picture before which it last changed.
+  std::array<Range, kLevels> levels;               ///< Level 0 is always made.
+  NormalCone cone;                                 ///< Of level 0.
+  bool coned = false;                              ///< The cone was found.
+  uint64_t changedIn = 0;                          ///< The picture before which it last changed.
 
   /// The coarsest level that is made, up to `wanted`.
   [[nodiscard]] const Range& at(int wanted) const {
@@ -112,7 +113,8 @@ class SurfaceLayout {
   /// Throws Error (work) when a quad names a vertex that no brick has, for a mesh without normals, or past 4 G indices;
   /// unless whole() still holds, the layout is unusable then.
   void apply(const clay::SurfaceDelta& delta, UploadSink& sink);
-  /// Whether masked clay (above half) is left out too, beside what is of the unseen material. Writes the triangles of painted bricks anew when it changes.
+  /// Whether masked clay (above half) is left out too, beside what is of the unseen material. Writes the triangles of
+  /// painted bricks anew when it changes.
   void hideMasked(bool hide, UploadSink& sink);
   /// Colours of materials. Writes the paint of painted bricks anew when they change.
   void colourMaterials(const MaterialColours& colours, UploadSink& sink);
@@ -124,8 +126,8 @@ class SurfaceLayout {
   [[nodiscard]] const std::vector<ChunkDraw>& draws() const { return draws_; }
   [[nodiscard]] uint64_t triangleCount() const { return 2 * quads_; }
   [[nodiscard]] uint64_t brickCount() const { return bricks_.size(); }
-  /// Tight box of all vertices, turned and then moved by `translation`. O(chunks + bricks of changed chunks + vertices at its sides,
-  /// where turned).
+  /// Tight box of all vertices, turned and then moved by `translation`. O(chunks + bricks of changed chunks + vertices
+  /// at its sides, where turned).
   [[nodiscard]] Box bounds(const Eigen::Quaterniond& rotation = Eigen::Quaterniond::Identity(),
                            const Vec3d& translation = Vec3d::Zero()) const;
   /// A box that holds all chunks, in the piece's mm. O(1).
@@ -135,12 +137,12 @@ class SurfaceLayout {
 
   // Levels of detail (surface_levels.cpp)
 
-  /// Starts the next picture. Levels are not made for chunks that changed within the last kRestPictures of them: a stroke pays
-  /// nothing for them.
+  /// Starts the next picture. Levels are not made for chunks that changed within the last kRestPictures of them: a
+  /// stroke pays nothing for them.
   void nextPicture() { ++picture_; }
   [[nodiscard]] bool atRest(size_t at) const { return picture_ >= draws_[at].changedIn + kRestPictures; }
-  /// Makes `level` (0 to 4) and the cone of the chunk draws()[at], unless they are made or the chunk is not at rest. Returns the
-  /// quads that were read: the cost, about 60 ns each.
+  /// Makes `level` (0 to 4) and the cone of the chunk draws()[at], unless they are made or the chunk is not at rest.
+  /// Returns the quads that were read: the cost, about 60 ns each.
   size_t prepareChunk(size_t at, int level, UploadSink& sink);
 
   static constexpr uint64_t kRestPictures = 8;
@@ -160,9 +162,9 @@ class SurfaceLayout {
   struct Chunk {
     uint32_t firstQuad = 0;  // of its block
     RangeAllocator quads{0};
-    std::vector<Coord> bricks;  // with quads; sorted
+    std::vector<Coord> bricks;                         // with quads; sorted
     std::array<ChunkLevel, size_t(kLevels)> levels{};  // above 0
-    size_t draw = SIZE_MAX;                         // in draws_
+    size_t draw = SIZE_MAX;                            // in draws_
     mutable std::optional<Box> tight;  // of the vertices that its quads name, in voxels; found when asked for
   };
   struct CoordHash {
@@ -178,8 +180,11 @@ class SurfaceLayout {
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
   [[nodiscard]] PackedPaint paintOf(const BrickEntry& brick, size_t index) const;
   void writePaint(const BrickEntry& brick, UploadSink& sink);
-  [[nodiscard]] bool unseen(const clay::VertexPaint& paint) const { return paint.material == kUnseenMaterial || (hideMasked_ && paint.mask > 127); }
-  [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;  // all of its corners
+  [[nodiscard]] bool unseen(const clay::VertexPaint& paint) const {
+    return paint.material == kUnseenMaterial || (hideMasked_ && paint.mask > 127);
+  }
+  // all of its corners
+  [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;
   void noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite, std::set<Coord>& changedChunks);
   bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
   void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);

@@ -9,8 +9,8 @@ namespace {
 
 constexpr int kChunkEdge = 1 << kChunkBits;
 
-/// Along which axes a brick is its chunk's last. Quads of other chunks name vertices of such bricks as they are, so their outer layer
-/// stays: no crack opens between chunks, whatever level each is drawn at.
+/// Along which axes a brick is its chunk's last. Quads of other chunks name vertices of such bricks as they are, so
+/// their outer layer stays: no crack opens between chunks, whatever level each is drawn at.
 unsigned lastAlong(Coord brick) {
   constexpr int last = kChunkEdge - 1;
   return unsigned((brick.x & last) == last) | unsigned((brick.y & last) == last) << 1 |
@@ -66,8 +66,8 @@ NormalCone SurfaceLayout::coneOf(const Chunk& chunk) const {
   return cone.cone();
 }
 
-/// A level has vertices of its own, in the order in which its triangles name them: a device that fetched one in nine of the finer
-/// ones would wait for memory most of the time.
+/// A level has vertices of its own, in the order in which its triangles name them: a device that fetched one in nine of
+/// the finer ones would wait for memory most of the time.
 void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& sink) {
   struct Source {
     const BrickEntry* brick = nullptr;

@@ -14,11 +14,13 @@ bool SurfaceLayout::unseen(const Bases& bases, const std::array<clay::VertexRef,
 }
 
 // Triangles of a brick and of those above it name its vertices.
-void SurfaceLayout::noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite, std::set<Coord>& changedChunks) {
+void SurfaceLayout::noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite,
+                               std::set<Coord>& changedChunks) {
   for (const Coord coord : repainted) {
     BrickEntry& brick = bricks_.at(coord);
     const bool before = brick.unseen;
-    brick.unseen = brick.paint && std::any_of(brick.paint->vertices.begin(), brick.paint->vertices.end(), [&](const clay::VertexPaint& paint) { return unseen(paint); });
+    brick.unseen = brick.paint && std::any_of(brick.paint->vertices.begin(), brick.paint->vertices.end(),
+                                              [&](const clay::VertexPaint& paint) { return unseen(paint); });
     if (!before && !brick.unseen) continue;
     for (int n = 0; n < 8; ++n) {
       const Coord above = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};

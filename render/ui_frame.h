@@ -8,9 +8,9 @@
 namespace argil::render {
 
 struct UiVertex {
-  float x = 0, y = 0;      ///< Interface units from the top left corner.
+  float x = 0, y = 0;  ///< Interface units from the top left corner.
   float u = 0, v = 0;
-  uint32_t rgba = 0;       ///< sRGB, red in the lowest byte, straight alpha.
+  uint32_t rgba = 0;  ///< sRGB, red in the lowest byte, straight alpha.
 };
 static_assert(sizeof(UiVertex) == 20);
 

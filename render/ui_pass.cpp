@@ -181,8 +181,8 @@ void UiPass::setTexture(uint32_t texture, int width, int height, int channels, c
   const auto limit = int(gpu_.properties().limits.maxImageDimension2D);
   if (width < 1 || height < 1 || width > limit || height > limit || (channels != 1 && channels != 4) || !pixels) {
     throw Error("a panel's picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels with " +
-                std::to_string(channels) + " channels cannot be drawn; give 1 or 4 channels and at most " + std::to_string(limit) +
-                " pixels along each side");
+                std::to_string(channels) + " channels cannot be drawn; give 1 or 4 channels and at most " +
+                std::to_string(limit) + " pixels along each side");
   }
   const VkDeviceSize bytes = VkDeviceSize(width) * VkDeviceSize(height) * VkDeviceSize(channels);
   Buffer staging(gpu_, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, Buffer::Memory::upload);
@@ -191,7 +191,8 @@ void UiPass::setTexture(uint32_t texture, int width, int height, int channels, c
   gpu_.settle();  // its set is written below
   Panel& panel = textures_[texture];
   const VkExtent2D extent{uint32_t(width), uint32_t(height)};
-  if (panel.channels != channels || panel.image.extent().width != extent.width || panel.image.extent().height != extent.height) {
+  if (panel.channels != channels || panel.image.extent().width != extent.width ||
+      panel.image.extent().height != extent.height) {
     constexpr VkComponentMapping coverage{VK_COMPONENT_SWIZZLE_ONE, VK_COMPONENT_SWIZZLE_ONE, VK_COMPONENT_SWIZZLE_ONE,
                                           VK_COMPONENT_SWIZZLE_R};
     Texture image(gpu_, channels == 1 ? VK_FORMAT_R8_UNORM : VK_FORMAT_R8G8B8A8_UNORM, extent.width, extent.height,
@@ -213,7 +214,8 @@ void UiPass::setTexture(uint32_t texture, int width, int height, int channels, c
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     copy.imageExtent = {extent.width, extent.height, 1};
-    vkCmdCopyBufferToImage(commands, staging.handle(), panel.image.image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
+    vkCmdCopyBufferToImage(commands, staging.handle(), panel.image.image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1,
+                           &copy);
     transition(commands, panel.image, kFill, kSample);
   });
 }
@@ -226,7 +228,8 @@ void UiPass::check(const UiFrame& frame) const {
   for (const UiCommand& command : frame.commands) {
     const auto texture = textures_.find(command.texture);
     if (texture == textures_.end() || !texture->second.set) {
-      throw Error("panels name picture " + std::to_string(command.texture) + ", which was not set; call setUiTexture first");
+      throw Error("panels name picture " + std::to_string(command.texture) +
+                  ", which was not set; call setUiTexture first");
     }
     if (size_t(command.firstIndex) + command.indexCount > frame.indices.size()) {
       throw Error("panels name more indices than their frame has; give the indices of all commands");
@@ -243,7 +246,8 @@ void UiPass::check(const UiFrame& frame) const {
 void UiPass::upload(const UiFrame& frame, size_t slot) {
   if (frame.empty() || frame.vertices.empty() || frame.indices.empty()) return;
   Slot& to = slots_[slot];
-  const size_t vertexBytes = frame.vertices.size() * sizeof(UiVertex), indexBytes = frame.indices.size() * sizeof(uint16_t);
+  const size_t vertexBytes = frame.vertices.size() * sizeof(UiVertex),
+               indexBytes = frame.indices.size() * sizeof(uint16_t);
   fit(gpu_, to.vertices, vertexBytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   fit(gpu_, to.indices, indexBytes, VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
   std::memcpy(to.vertices.mapped(), frame.vertices.data(), vertexBytes);

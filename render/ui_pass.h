@@ -12,8 +12,9 @@ namespace argil::render {
 /// Frames that may be under way at once: one is drawn while the next is made.
 inline constexpr size_t kFramesInFlight = 2;
 
-/// Draws the triangles of a UiFrame, clipped and textured, blended in sRGB into a picture that already holds sRGB. A pass of its own
-/// instead of the interface library's: that one calls Vulkan's functions by their names, which are volk's pointers here.
+/// Draws the triangles of a UiFrame, clipped and textured, blended in sRGB into a picture that already holds sRGB. A
+/// pass of its own instead of the interface library's: that one calls Vulkan's functions by their names, which are
+/// volk's pointers here.
 class UiPass {
  public:
   UiPass(Gpu& gpu, VkFormat picture);

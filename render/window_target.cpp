@@ -21,7 +21,8 @@ VkSemaphore makeSemaphore(Gpu& gpu) {
 }  // namespace
 
 WindowTarget::WindowTarget(Gpu& gpu, const WindowHooks& hooks) : gpu_(gpu), hooks_(hooks) {
-  if (!hooks.makeSurface || !hooks.size) throw Error("a window cannot be drawn in without its size and a way to make a surface");
+  if (!hooks.makeSurface || !hooks.size)
+    throw Error("a window cannot be drawn in without its size and a way to make a surface");
   for (const std::string& wanted : hooks.instanceExtensions) {
     if (std::find(surfaceExtensions().begin(), surfaceExtensions().end(), wanted) == surfaceExtensions().end()) {
       throw Error("the Vulkan loader cannot draw in windows of this kind: it lacks " + wanted + "; " + kInstallHint,
@@ -51,7 +52,8 @@ void WindowTarget::makeSurface() {
   if (made == 0) throw Error("the window gives no surface to draw on; open it again", Error::Kind::work);
   surface_ = reinterpret_cast<VkSurfaceKHR>(made);
   VkBool32 fits = VK_FALSE;
-  gpu_.check(vkGetPhysicalDeviceSurfaceSupportKHR(gpu_.physical(), gpu_.family(), surface_, &fits), "looking at the window");
+  gpu_.check(vkGetPhysicalDeviceSurfaceSupportKHR(gpu_.physical(), gpu_.family(), surface_, &fits),
+             "looking at the window");
   if (!fits) {
     throw Error("'" + std::string(gpu_.properties().deviceName) +
                     "' cannot show pictures in this window; choose another device with ARGIL_GPU",
@@ -63,16 +65,17 @@ void WindowTarget::chooseFormat() {
   uint32_t count = 0;
   gpu_.check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu_.physical(), surface_, &count, nullptr), "asking for formats");
   std::vector<VkSurfaceFormatKHR> offered(count);
-  gpu_.check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu_.physical(), surface_, &count, offered.data()), "asking for formats");
-  for (const VkFormat wanted :
-       {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_A8B8G8R8_UNORM_PACK32}) {
+  gpu_.check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu_.physical(), surface_, &count, offered.data()),
+             "asking for formats");
+  for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_A8B8G8R8_UNORM_PACK32}) {
     for (const VkSurfaceFormatKHR& format : offered) {
       if (format.format != wanted || format.colorSpace != VK_COLOR_SPACE_SRGB_NONLINEAR_KHR) continue;
       format_ = format;
       return;
     }
   }
-  throw Error("the window takes no pictures of 8 bits a channel; choose another device with ARGIL_GPU", Error::Kind::work);
+  throw Error("the window takes no pictures of 8 bits a channel; choose another device with ARGIL_GPU",
+              Error::Kind::work);
 }
 
 std::optional<VkExtent2D> WindowTarget::prepare() {
@@ -93,7 +96,8 @@ std::optional<VkExtent2D> WindowTarget::prepare() {
   VkExtent2D extent = capabilities.currentExtent;
   if (extent.width == UINT32_MAX) {  // the window takes the size of what is shown
     extent.width = std::clamp(uint32_t(size[0]), capabilities.minImageExtent.width, capabilities.maxImageExtent.width);
-    extent.height = std::clamp(uint32_t(size[1]), capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
+    extent.height =
+        std::clamp(uint32_t(size[1]), capabilities.minImageExtent.height, capabilities.maxImageExtent.height);
   }
   if (extent.width == 0 || extent.height == 0) return std::nullopt;
   build(capabilities, extent);
@@ -137,14 +141,16 @@ void WindowTarget::build(const VkSurfaceCapabilitiesKHR& capabilities, VkExtent2
   uint32_t count = 0;
   gpu_.check(vkGetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, nullptr), "asking for the window's images");
   images_.resize(count);
-  gpu_.check(vkGetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, images_.data()), "asking for the window's images");
+  gpu_.check(vkGetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, images_.data()),
+             "asking for the window's images");
   for (uint32_t i = 0; i < count; ++i) drawn_.push_back(makeSemaphore(gpu_));
   for (VkSemaphore& semaphore : free_) semaphore = makeSemaphore(gpu_);
 }
 
 std::optional<WindowTarget::Turn> WindowTarget::take(size_t slot) {
   uint32_t index = 0;
-  const VkResult result = vkAcquireNextImageKHR(gpu_.device(), swapchain_, kPatienceNs, free_[slot], VK_NULL_HANDLE, &index);
+  const VkResult result =
+      vkAcquireNextImageKHR(gpu_.device(), swapchain_, kPatienceNs, free_[slot], VK_NULL_HANDLE, &index);
   if (result == VK_TIMEOUT || result == VK_NOT_READY) return std::nullopt;
   if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_ERROR_SURFACE_LOST_KHR) {
     stale_ = true;

@@ -10,8 +10,8 @@
 
 namespace argil::render {
 
-/// Follows the window's size; makes its swapchain anew when the window or the driver asks for it. Images are 8-bit and take sRGB values as
-/// they are.
+/// Follows the window's size; makes its swapchain anew when the window or the driver asks for it. Images are 8-bit and
+/// take sRGB values as they are.
 class WindowTarget {
  public:
   /// Throws Error when this device cannot show pictures in that window.
@@ -28,8 +28,8 @@ class WindowTarget {
     VkImage image;
     VkSemaphore free, drawn;  ///< Wait for the first before writing, signal the second after.
   };
-  /// The image whose turn it is; the device must be done with the slot's last frame. Nothing when the window changed meanwhile or shows
-  /// no pictures: prepare() again. A turn that is taken must be shown or given up.
+  /// The image whose turn it is; the device must be done with the slot's last frame. Nothing when the window changed
+  /// meanwhile or shows no pictures: prepare() again. A turn that is taken must be shown or given up.
   std::optional<Turn> take(size_t slot);
   void show(const Turn& turn);
   void giveUp() { stale_ = true; }

@@ -1,5 +1,5 @@
-// The command line: parses, calls a verb, turns what is thrown into one line and an exit code (0 done, 1 the work failed,
-// 2 the call or the input is wrong).
+// The command line: parses, calls a verb, turns what is thrown into one line and an exit code (0 done, 1 the work
+// failed, 2 the call or the input is wrong).
 
 #include <CLI/CLI.hpp>
 
@@ -39,7 +39,8 @@ constexpr bool kHasStudio = false;
 std::vector<std::string> withVerb(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   constexpr std::array<std::string_view, 4> kOwn{"--help", "-h", "--help-all", "--version"};
-  if (kHasStudio && !words.empty() && words[0].starts_with('-') && std::find(kOwn.begin(), kOwn.end(), words[0]) == kOwn.end())
+  if (kHasStudio && !words.empty() && words[0].starts_with('-') &&
+      std::find(kOwn.begin(), kOwn.end(), words[0]) == kOwn.end())
     words.insert(words.begin(), "studio");
   return words;
 }
@@ -49,7 +50,8 @@ CLI::Validator numberFrom(double least, double most) {
   return {[least, most](const std::string& text) {
             double number = 0;
             const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-            const bool good = error == std::errc() && end == text.data() + text.size() && number >= least && number <= most;
+            const bool good =
+                error == std::errc() && end == text.data() + text.size() && number >= least && number <= most;
             return good ? std::string() : fmt::format("give {} to {} instead of {}", least, most, text);
           },
           ""};
@@ -59,7 +61,8 @@ CLI::Validator numberFrom(double least, double most) {
 std::array<int, 2> parseSize(const std::string& text) {
   int width = 0, height = 0;
   char rest = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 || width > 8192 || height > 8192)
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 || width > 8192 ||
+      height > 8192)
     throw Error(fmt::format("--size {}: give WIDTHxHEIGHT in pixels, 16 to 8192 each", text));
   return {width, height};
 }
@@ -102,8 +105,10 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--record", sculpt.record, "The strokes as they were cut, as a script that repeats them");
   sculptVerb->add_flag("--live", sculpt.live, "Hand-driven strokes through the servo in real time");
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
-  sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
-  sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")->capture_default_str();
+  sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")
+      ->check(CLI::IsMember({16, 32}));
+  sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")
+      ->capture_default_str();
   surfaceOption(sculptVerb, sculpt.surface, "fine in files, draft in pictures");
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
@@ -121,7 +126,8 @@ int run(int argc, char** argv) {
                        io::writableEndings() + ")")
       ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
-  convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")->check(CLI::IsMember({16, 32}));
+  convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")
+      ->check(CLI::IsMember({16, 32}));
   addPlace(convertVerb, convert.place);
   surfaceOption(convertVerb, convert.surface, "fine");
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
@@ -144,7 +150,8 @@ int run(int argc, char** argv) {
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
   cli::RecoverOptions recover;
-  auto* recoverVerb = app.add_subcommand("recover", "What sessions that ended by a crash left, and its way into a file");
+  auto* recoverVerb =
+      app.add_subcommand("recover", "What sessions that ended by a crash left, and its way into a file");
   recoverVerb->add_option("journal", recover.journal, "A journal; all are listed when left out");
   recoverVerb->add_option("-o,--output", recover.output, "Document to write (.argil)");
   recoverVerb->add_option("--base", recover.base, "Where the saved document that the journal was kept for lies by now");
@@ -157,16 +164,25 @@ int run(int argc, char** argv) {
   std::string renderSize = "1280x720";
   auto* renderVerb = app.add_subcommand("render", "A picture of a document or model, or the frames of a turntable");
   renderVerb->add_option("file", render.input, "Document or model")->required();
-  renderVerb->add_option("-o,--output", render.output, "Picture (.png); with --frames %d or %03d in it for the frame's number")->required();
-  renderVerb->add_option("--frames", render.frames, "Frames of one revolution about the upright axis")->capture_default_str();
+  renderVerb
+      ->add_option("-o,--output", render.output,
+                   "Picture (.png); with --frames %d or %03d in it for the frame's number")
+      ->required();
+  renderVerb->add_option("--frames", render.frames, "Frames of one revolution about the upright axis")
+      ->capture_default_str();
   renderVerb->add_option("--samples", render.samples, "Samples a pixel along each axis, 1 to 4")->capture_default_str();
   renderVerb->add_option("--shading", render.shading, "matcap, lit or material")->capture_default_str();
-  renderVerb->add_option("--matcap", render.matcap, "clay, wax, porcelain, steel, rubber or normals")->capture_default_str();
-  renderVerb->add_option("--stereo", render.stereo, "mono, anaglyph, side-by-side, top-bottom, left-eye or right-eye")->capture_default_str();
-  renderVerb->add_option("--eye-distance", render.eyeDistance, "Between the eyes, as a part of the distance to the centre, 0 to 0.2; 0.035 when left out");
-  renderVerb->add_option("--convergence", render.convergence, "Distance without parallax, as a part of the same, 0.2 to 5; 1 when left out");
+  renderVerb->add_option("--matcap", render.matcap, "clay, wax, porcelain, steel, rubber or normals")
+      ->capture_default_str();
+  renderVerb->add_option("--stereo", render.stereo, "mono, anaglyph, side-by-side, top-bottom, left-eye or right-eye")
+      ->capture_default_str();
+  renderVerb->add_option("--eye-distance", render.eyeDistance,
+                         "Between the eyes, as a part of the distance to the centre, 0 to 0.2; 0.035 when left out");
+  renderVerb->add_option("--convergence", render.convergence,
+                         "Distance without parallax, as a part of the same, 0.2 to 5; 1 when left out");
   renderVerb->add_option("--depth-fade", render.depthFade, "How much the farthest of the clay fades, 0 to 1");
-  renderVerb->add_option("--section", render.section, "Cut open by a plane: X,Y,Z,NX,NY,NZ, a point in mm and the side that is left out");
+  renderVerb->add_option("--section", render.section,
+                         "Cut open by a plane: X,Y,Z,NX,NY,NZ, a point in mm and the side that is left out");
   renderVerb->add_flag("--light", render.light, "Light background");
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
@@ -178,21 +194,27 @@ int run(int argc, char** argv) {
   cli::FeelOptions feel;
   auto* feelVerb = app.add_subcommand("feel", "What a hand feels along a recorded path: forces tick by tick");
   feelVerb->add_option("file", feel.input, "Mesh, made clay")->required();
-  feelVerb->add_option("--path", feel.path, "Hand path (CSV: t_s,x_mm,y_mm,z_mm; other layouts with --units)")->required();
+  feelVerb->add_option("--path", feel.path, "Hand path (CSV: t_s,x_mm,y_mm,z_mm; other layouts with --units)")
+      ->required();
   feelVerb->add_option("-o,--output", feel.output, "Every tick as CSV");
   feelVerb->add_option("--contact", feel.contact, "proxy, god-object or penalty")->capture_default_str();
   feelVerb->add_option("--device", feel.device, "Whose limits hold (argil devices lists them)")->capture_default_str();
   feelVerb->add_option("--radius", feel.radiusMm, "Radius of the ball in mm")->capture_default_str();
   feelVerb->add_option("--voxel", feel.voxelMm, "Voxel size in mm");
   feelVerb->add_flag("--part", feel.part, "Touch the mesh as it is, without making it clay");
-  feelVerb->add_option("--size", feel.sizeMm, "Centre the mesh at zero and scale it until its longest side is this, mm");
-  feelVerb->add_option("--stiffness", feel.stiffnessNmm, "Of the surface in N/mm; 1 when left out, never above the device's own");
+  feelVerb->add_option("--size", feel.sizeMm,
+                       "Centre the mesh at zero and scale it until its longest side is this, mm");
+  feelVerb->add_option("--stiffness", feel.stiffnessNmm,
+                       "Of the surface in N/mm; 1 when left out, never above the device's own");
   feelVerb->add_option("--friction", feel.friction, "Coefficient, sticking and sliding")->capture_default_str();
   feelVerb->add_option("--texture", feel.texture,
-                       "ridges:WAVELENGTH:AMPLITUDE, bumps:WAVELENGTH:AMPLITUDE, grain:WAVELENGTH:AMPLITUDE or image:FILE:MM_PER_PIXEL:AMPLITUDE, in mm");
+                       "ridges:WAVELENGTH:AMPLITUDE, bumps:WAVELENGTH:AMPLITUDE, grain:WAVELENGTH:AMPLITUDE or "
+                       "image:FILE:MM_PER_PIXEL:AMPLITUDE, in mm");
   feelVerb->add_option("--rate", feel.rateHz, "Ticks a second")->capture_default_str();
-  feelVerb->add_flag("--free", feel.freeHand, "A simulated hand and device in closed loop; else the hand is on the path whatever the force");
-  feelVerb->add_option("--units", feel.layout.units, "Of the path: mm, um, cm, m, in, ft; columns are then found by their usual names");
+  feelVerb->add_flag("--free", feel.freeHand,
+                     "A simulated hand and device in closed loop; else the hand is on the path whatever the force");
+  feelVerb->add_option("--units", feel.layout.units,
+                       "Of the path: mm, um, cm, m, in, ft; columns are then found by their usual names");
   feelVerb->add_option("--columns", feel.layout.columns, "Which column is which: t=clock,x=tip_x,...");
   feelVerb->add_option("--rows", feel.layout.rows, "Only rows whose column holds this: demo=3");
   feelVerb->add_flag("--fit", feel.fit, "Centre the path on the model and scale it down until it is no larger");
@@ -206,7 +228,8 @@ int run(int argc, char** argv) {
   benchVerb->add_option("names", bench.names, cli::benchNames() + "; all but day and stability when left out");
   benchVerb->add_option("--json", bench.json, "Figures as JSON");
   benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz or stability)");
-  benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")->capture_default_str();
+  benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")
+      ->capture_default_str();
   benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
   benchVerb->add_option("--folder", bench.folder, "Where files are written; that of temporary files when left out");
   benchVerb->add_option("--stroke", bench.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
@@ -226,22 +249,29 @@ int run(int argc, char** argv) {
   toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");
 
   cli::DevicesOptions devices;
-  auto* devicesVerb = app.add_subcommand("devices", "The devices that are plugged in or simulated, and what they can do");
+  auto* devicesVerb =
+      app.add_subcommand("devices", "The devices that are plugged in or simulated, and what they can do");
   devicesVerb->add_option("--sheet", devices.sheet, "All that is known of this one");
   devicesVerb->add_option("--test", devices.test, "Try this one for a few seconds");
-  devicesVerb->add_option("--firmware", devices.firmware, "Firmware file of a Novint Falcon, loaded where it is missing");
+  devicesVerb->add_option("--firmware", devices.firmware,
+                          "Firmware file of a Novint Falcon, loaded where it is missing");
 
 #ifdef ARGIL_STUDIO
   studio::StudioOptions studio;
   std::string studioSize, studioTheme;
-  auto* studioVerb = app.add_subcommand("studio", "Open the studio; argil alone, or with options of the studio, does too");
+  auto* studioVerb =
+      app.add_subcommand("studio", "Open the studio; argil alone, or with options of the studio, does too");
   studioVerb->add_option("file", studio.file, "Document (.argil), script (.json), level set or model to open");
   studioVerb->add_option("--size", studioSize, "Of the window in pixels");
-  studioVerb->add_option("--scale", studio.scale, "Pixels an interface unit, 0.5 to 4; as the display says when left out")->check(numberFrom(0.5, 4));
-  studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")->capture_default_str();
+  studioVerb
+      ->add_option("--scale", studio.scale, "Pixels an interface unit, 0.5 to 4; as the display says when left out")
+      ->check(numberFrom(0.5, 4));
+  studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")
+      ->capture_default_str();
   studioVerb->add_option("--theme", studioTheme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   studioVerb->add_option("--play", studio.play, "A recording in place of a person; the studio ends with it");
-  studioVerb->add_option("--speed", studio.playSpeed, "The recording so many times as fast, 0.1 to 100")->check(numberFrom(0.1, 100));
+  studioVerb->add_option("--speed", studio.playSpeed, "The recording so many times as fast, 0.1 to 100")
+      ->check(numberFrom(0.1, 100));
   studioVerb->add_option("--record", studio.record, "Record what the person does");
   studioVerb->add_option("--report", studio.report, "Figures as JSON at the end");
   studioVerb->add_flag("--validate", studio.validate, "With Vulkan's validation layer");

@@ -9,7 +9,14 @@
 namespace argil::haptics {
 
 /// Vendor requests of the FTDI chip (type 0x40, index 0) and the values that the Falcon needs.
-enum class FtdiRequest : uint8_t { reset = 0, modemLines = 1, flowControl = 2, baudDivisor = 3, lineFormat = 4, latencyTimer = 9 };
+enum class FtdiRequest : uint8_t {
+  reset = 0,
+  modemLines = 1,
+  flowControl = 2,
+  baudDivisor = 3,
+  lineFormat = 4,
+  latencyTimer = 9
+};
 inline constexpr uint16_t kFtdiPurgeRx = 1, kFtdiPurgeTx = 2;
 inline constexpr uint16_t kFtdiDtrOn = 0x0101, kFtdiDtrOff = 0x0100, kFtdiRtsOff = 0x0200;
 
@@ -20,8 +27,9 @@ enum class Transfer : uint8_t {
   gone,     ///< Unplugged or broken: close() and open() anew.
 };
 
-/// A byte stream to one device, with the modem-status bytes of its IN packets taken out. Calls come from one thread, the device's
-/// own; they wait for their bus, at most as long as told. After a first open() reads and writes allocate nothing.
+/// A byte stream to one device, with the modem-status bytes of its IN packets taken out. Calls come from one thread,
+/// the device's own; they wait for their bus, at most as long as told. After a first open() reads and writes allocate
+/// nothing.
 class ByteTransport {
  public:
   virtual ~ByteTransport() = default;
@@ -47,7 +55,8 @@ class ByteTransport {
   [[nodiscard]] virtual bool clearToSend() const noexcept = 0;
 };
 
-/// What a packet of at most 64 bytes carries behind its two status bytes; `clearToSend` as it says, unchanged if too short.
+/// What a packet of at most 64 bytes carries behind its two status bytes; `clearToSend` as it says, unchanged if too
+/// short.
 inline std::span<const uint8_t> withoutModemStatus(std::span<const uint8_t> packet, bool& clearToSend) noexcept {
   constexpr uint8_t kClearToSend = 0x10;
   if (packet.size() < 2) return {};

@@ -12,15 +12,18 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kLateExchanges = 4;  // The servo and the device beat against each other; one hiccup of a bus is no fault.
+// The servo and the device beat against each other; one hiccup of a bus is no fault.
+constexpr double kLateExchanges = 4;
 
 constexpr double kGuessExchanges = 2;  // Of delay, until it is measured: a soft beginning.
 
-constexpr int64_t ns(double seconds) { return static_cast<int64_t>(seconds * 1e9); }
+constexpr int64_t ns(double seconds) {
+  return static_cast<int64_t>(seconds * 1e9);
+}
 
 bool sane(const DeviceState& s) {
-  return s.pose.translation.allFinite() && s.pose.rotation.coeffs().allFinite() && s.pose.rotation.norm() > 0.5 && s.pressure >= 0 &&
-         s.pressure <= 1;
+  return s.pose.translation.allFinite() && s.pose.rotation.coeffs().allFinite() && s.pose.rotation.norm() > 0.5 &&
+         s.pressure >= 0 && s.pressure <= 1;
 }
 
 }  // namespace
@@ -30,7 +33,8 @@ ThreadedDevice::ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> li
       link_(std::move(link)),
       options_(options),
       delay_(sheet_.rateHz > 0 ? kGuessExchanges / sheet_.rateHz : 0) {
-  if (!(sheet_.rateHz >= 1 && sheet_.rateHz <= 10000)) throw Error("device " + sheet_.name + ": its sheet must name a rate of 1 to 10000 Hz");
+  if (!(sheet_.rateHz >= 1 && sheet_.rateHz <= 10000))
+    throw Error("device " + sheet_.name + ": its sheet must name a rate of 1 to 10000 Hz");
   periodNs_ = ns(1 / sheet_.rateHz);
   lateNs_ = ns(options_.lateSeconds > 0 ? options_.lateSeconds : kLateExchanges / sheet_.rateHz);
   stallNs_ = std::max(ns(kStallSeconds), lateNs_);

@@ -1,5 +1,6 @@
 #pragma once
-// What all drivers of hardware share: a thread for each device, states, reconnecting, zero force when anything is wrong.
+// What all drivers of hardware share: a thread for each device, states, reconnecting, zero force when anything is
+// wrong.
 
 #include <atomic>
 #include <memory>
@@ -15,8 +16,8 @@
 
 namespace argil::haptics {
 
-/// One kind of hardware at the other end of a cable. Only the device's thread calls it; it may wait, on its own I/O alone, and
-/// never throws.
+/// One kind of hardware at the other end of a cable. Only the device's thread calls it; it may wait, on its own I/O
+/// alone, and never throws.
 class DeviceLink {
  public:
   virtual ~DeviceLink() = default;
@@ -25,13 +26,14 @@ class DeviceLink {
   DeviceLink& operator=(const DeviceLink&) = delete;
 
   enum class Opened { ready, absent, refused };
-  /// Finds the device and greets it. Anything but `ready` leaves nothing open and says in `sentence` what is wrong and what to
-  /// do; with `ready` the sentence says where it is. May take a second.
+  /// Finds the device and greets it. Anything but `ready` leaves nothing open and says in `sentence` what is wrong and
+  /// what to do; with `ready` the sentence says where it is. May take a second.
   virtual Opened open(std::string& sentence) = 0;
 
   enum class Exchanged { state, nothing, garbage, gone };
-  /// Sends `forceN` (N, device's frame, finite, within the sheet) and waits for an answer until `deadlineNs` of nowNs().
-  /// `nothing`: no answer in time; `garbage`: one that cannot be one; `gone`: unplugged. `state` counts only with `state`.
+  /// Sends `forceN` (N, device's frame, finite, within the sheet) and waits for an answer until `deadlineNs` of
+  /// nowNs(). `nothing`: no answer in time; `garbage`: one that cannot be one; `gone`: unplugged. `state` counts only
+  /// with `state`.
   virtual Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept = 0;
 
   /// Sends zero force as well as it still can and closes. Idempotent.
@@ -52,16 +54,17 @@ class ThreadedDevice final : public Device {
   static constexpr double kSilentSeconds = 0.1;
 
   struct Options {
-    double lateSeconds = 0;   ///< An answer older than this is late; 0: four exchanges at the sheet's rate.
-    bool realtime = true;     ///< Ask for SCHED_FIFO.
-    int priority = 85;        ///< Above the servo and its watchdog.
-    bool manual =
-        false;  ///< In virtual time: no thread, whoever made it calls begin() and end(); the link is never used.
+    double lateSeconds = 0;  ///< An answer older than this is late; 0: four exchanges at the sheet's rate.
+    bool realtime = true;    ///< Ask for SCHED_FIFO.
+    int priority = 85;       ///< Above the servo and its watchdog.
+    /// In virtual time: no thread, whoever made it calls begin() and end(); the link is never used.
+    bool manual = false;
   };
 
   /// Starts at once; a device that is not there yet is used as soon as it is.
   ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> link, const Options& options);
-  ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> link) : ThreadedDevice(std::move(sheet), std::move(link), Options()) {}
+  ThreadedDevice(DeviceSheet sheet, std::unique_ptr<DeviceLink> link)
+      : ThreadedDevice(std::move(sheet), std::move(link), Options()) {}
   /// Zero force, then closed.
   ~ThreadedDevice() override;
 
@@ -81,16 +84,18 @@ class ThreadedDevice final : public Device {
 
   // Any thread.
   [[nodiscard]] DeviceCondition condition() const noexcept { return condition_.load(); }
-  [[nodiscard]] uint64_t exchanges() const noexcept { return exchanges_.load(std::memory_order_relaxed); }  ///< Good ones.
-  [[nodiscard]] uint64_t failures() const noexcept { return failures_.load(std::memory_order_relaxed); }    ///< Bad or missing answers.
+  /// Good ones.
+  [[nodiscard]] uint64_t exchanges() const noexcept { return exchanges_.load(std::memory_order_relaxed); }
+  /// Bad or missing answers.
+  [[nodiscard]] uint64_t failures() const noexcept { return failures_.load(std::memory_order_relaxed); }
 
  private:
   struct Answer {
     DeviceState state;
     int64_t atNs = 0;
     int64_t beganNs = 0;  // Its exchange.
-    int64_t lagNs =
-        -1;  // Of the command that was sent with it, from the servo to its first exchange; below zero: none was.
+    // Of the command that was sent with it, from the servo to its first exchange; below zero: none was.
+    int64_t lagNs = -1;
   };
   struct Sentence {
     char text[240] = {};
@@ -105,12 +110,12 @@ class ThreadedDevice final : public Device {
   std::unique_ptr<DeviceLink> link_;
   Options options_;
   int64_t periodNs_, lateNs_, stallNs_;
-  LatestValue<Answer> answers_;    // Device thread to servo.
-  ForceLine forces_;               // Servo to device thread.
+  LatestValue<Answer> answers_;  // Device thread to servo.
+  ForceLine forces_;             // Servo to device thread.
   mutable LatestValue<Sentence> sentence_;
-  mutable std::mutex readers_;     // Of the sentence, among themselves: the device's thread never waits for them.
-  Answer answer_;                  // The servo's.
-  DelayMeter delay_;               // The servo adds to it.
+  mutable std::mutex readers_;  // Of the sentence, among themselves: the device's thread never waits for them.
+  Answer answer_;               // The servo's.
+  DelayMeter delay_;            // The servo adds to it.
   // The device's thread's, while it serves.
   bool answering_ = false;
   int64_t beganNs_ = 0, lastWrittenNs_ = 0, lagNs_ = -1;

@@ -25,7 +25,8 @@ uint8_t check(std::span<const uint8_t> bytes) {
 std::array<uint8_t, 8> forcePacket(const Vec3d& forceN) {
   std::array<uint8_t, 8> packet{'F'};
   for (int a = 0; a < 3; ++a) {
-    const auto mn = static_cast<int16_t>(std::clamp(std::trunc(kMnPerN * forceN[a]), -32767.0, 32767.0));  // Never up: not over the sheet.
+    // Never up: not over the sheet.
+    const auto mn = static_cast<int16_t>(std::clamp(std::trunc(kMnPerN * forceN[a]), -32767.0, 32767.0));
     packet[static_cast<size_t>(1 + 2 * a)] = static_cast<uint8_t>(mn);
     packet[static_cast<size_t>(2 + 2 * a)] = static_cast<uint8_t>(mn >> 8);
   }
@@ -36,14 +37,15 @@ std::array<uint8_t, 8> forcePacket(const Vec3d& forceN) {
 bool decode(std::span<const uint8_t, 9> answer, DeviceState& state) {
   if (answer[0] != 'P' || answer[8] != check(answer.first(8))) return false;
   for (size_t a = 0; a < 3; ++a)
-    state.pose.translation[static_cast<int>(a)] = static_cast<int16_t>(answer[1 + 2 * a] | answer[2 + 2 * a] << 8) / kStepsPerMm;
+    state.pose.translation[static_cast<int>(a)] =
+        static_cast<int16_t>(answer[1 + 2 * a] | answer[2 + 2 * a] << 8) / kStepsPerMm;
   state.buttons = answer[7];
   state.pressure = state.buttons ? 1.0f : 0.0f;
   return true;
 }
 
-// 6. The link. ThreadedDevice calls it on a thread of its own and does the rest: states, reconnecting, zero force when anything
-// is wrong, no force over the sheet, hand-offs to the servo.
+// 6. The link. ThreadedDevice calls it on a thread of its own and does the rest: states, reconnecting, zero force when
+// anything is wrong, no force over the sheet, hand-offs to the servo.
 class TemplateLink final : public DeviceLink {
  public:
   explicit TemplateLink(std::string port) : name_(std::move(port)) {}
@@ -52,9 +54,12 @@ class TemplateLink final : public DeviceLink {
   // 6a. Find it and greet it. Leave nothing open unless it is ready; say in a sentence what a person can do.
   Opened open(std::string& sentence) override {
     switch (port_.open(name_, sentence)) {
-      case SerialPort::Opened::absent: return Opened::absent;
-      case SerialPort::Opened::refused: return Opened::refused;
-      case SerialPort::Opened::ready: break;
+      case SerialPort::Opened::absent:
+        return Opened::absent;
+      case SerialPort::Opened::refused:
+        return Opened::refused;
+      case SerialPort::Opened::ready:
+        break;
     }
     sentence = name_;
     return Opened::ready;
@@ -62,7 +67,8 @@ class TemplateLink final : public DeviceLink {
 
   // 6b. One exchange: force out, state in, no later than the deadline. Judge what comes before you believe it.
   Exchanged exchange(const Vec3d& forceN, int64_t deadlineNs, DeviceState& state) noexcept override {
-    if (!port_.discardInput()) return Exchanged::garbage;  // An answer that came late must not be taken for this one's.
+    // An answer that came late must not be taken for this one's.
+    if (!port_.discardInput()) return Exchanged::garbage;
     const int written = port_.write(forcePacket(forceN));
     if (written != 1) return written < 0 ? Exchanged::gone : Exchanged::nothing;
     std::array<uint8_t, 9> answer;
@@ -113,6 +119,7 @@ std::unique_ptr<Device> openTemplate(const TemplateOptions& options) {
 // 7. An emulator in tests/support/ that speaks the same bytes (template_emulator.h is fifty lines), and a rig in
 //    tests/unit/haptics/device_conformance_rigs.cpp: the suite then tries all that can go wrong.
 // 8. Finding and opening it by name: haptics/devices/registry.cpp, a row in each of its two tables.
-// 9. Rights without root: a line in installer/99-argil.rules. What is estimated or to be checked on hardware: haptics/NOTES.md.
+// 9. Rights without root: a line in installer/99-argil.rules. What is estimated or to be checked on hardware:
+// haptics/NOTES.md.
 
 }  // namespace argil::haptics

@@ -1,8 +1,9 @@
 #pragma once
 // A driver to copy: the numbered steps here, in driver_template.cpp, and at the end of that file.
 //
-// It drives a made-up arm on a serial line. Request, 8 bytes: 'F', three little-endian int16 of millinewtons, the exclusive or of
-// what came before. Answer, 9 bytes: 'P', three int16 of hundredths of a millimetre, the buttons, the exclusive or again.
+// It drives a made-up arm on a serial line. Request, 8 bytes: 'F', three little-endian int16 of millinewtons, the
+// exclusive or of what came before. Answer, 9 bytes: 'P', three int16 of hundredths of a millimetre, the buttons, the
+// exclusive or again.
 
 #include <memory>
 #include <string>
@@ -18,7 +19,8 @@ struct TemplateOptions {
   std::string port = "/dev/ttyACM0";
 };
 
-// 3. The sheet: contact, coupling and safety take every limit from it. Published figures, or estimates marked as such in NOTES.md.
+// 3. The sheet: contact, coupling and safety take every limit from it. Published figures, or estimates marked as such
+// in NOTES.md.
 [[nodiscard]] const DeviceSheet& templateSheet();
 
 // 4. One function that opens it. Throws Error for options out of range, never for a device that is absent.

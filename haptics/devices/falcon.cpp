@@ -20,14 +20,17 @@ namespace argil::haptics {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kOpenNs = 400 * kMs;    // An open() longer than this would keep a person waiting who closes the device.
-constexpr int64_t kAskNs = 200 * kMs;     // Loading firmware resets a Falcon: only one that was silent for so long.
+// An open() longer than this would keep a person waiting who closes the device.
+constexpr int64_t kOpenNs = 400 * kMs;
+constexpr int64_t kAskNs = 200 * kMs;  // Loading firmware resets a Falcon: only one that was silent for so long.
 constexpr int64_t kAnswerNs = 20 * kMs;
-constexpr int64_t kBootNs = 2000 * kMs;   // A boot loader answers by then, or there is none: it may be a running Falcon that was silent.
-constexpr int64_t kLostNs = 25 * kMs;     // An answer that did not come by then will not.
-constexpr int kMostWaiting = 64;          // Packets taken at once from a line that never ends.
+// A boot loader answers by then, or there is none: it may be a running Falcon that was silent.
+constexpr int64_t kBootNs = 2000 * kMs;
+constexpr int64_t kLostNs = 25 * kMs;  // An answer that did not come by then will not.
+constexpr int kMostWaiting = 64;       // Packets taken at once from a line that never ends.
 constexpr int64_t kLastWriteNs = 20 * kMs;
-// Motor value for a torque about an arm's axis of 1 N·mm: the factor and the sign that libnifalcon uses. To be checked on hardware.
+// Motor value for a torque about an arm's axis of 1 N·mm: the factor and the sign that libnifalcon uses. To be checked
+// on hardware.
 constexpr double kMotorPerNmm = -10;
 // Motor values are whole: the force that they make may be longer than the one asked for by 1e-3 of the peak.
 constexpr double kRoundingRoom = 1e-3;
@@ -35,8 +38,8 @@ constexpr double kRoundingRoom = 1e-3;
 constexpr FalconCommand kAskHoming = {{}, kFalconLedRed, true};
 constexpr const char* kNoAnswer = "it does not answer: look at its cable and its power";
 
-/// A Falcon as the device's thread drives it. open() leaves the line open while a Falcon is being loaded or homed, so that the next
-/// open() goes on there.
+/// A Falcon as the device's thread drives it. open() leaves the line open while a Falcon is being loaded or homed, so
+/// that the next open() goes on there.
 class FalconLink final : public DeviceLink {
  public:
   FalconLink(std::unique_ptr<ByteTransport> transport, std::vector<uint8_t> firmware, double peakN)
@@ -57,7 +60,8 @@ class FalconLink final : public DeviceLink {
   Opened load(int64_t deadlineNs, std::string& sentence);
   Opened home(int64_t deadlineNs, std::string& sentence);
   Opened unplugged(std::string& sentence);
-  /// From now on the guard, if there is one, zeroes the motors when this program dies. What keeps it from doing so, or nothing.
+  /// From now on the guard, if there is one, zeroes the motors when this program dies. What keeps it from doing so, or
+  /// nothing.
   [[nodiscard]] std::string beGuarded();
   [[nodiscard]] std::array<int, 3> motors(Vec3d forceN) const noexcept;
 
@@ -69,10 +73,10 @@ class FalconLink final : public DeviceLink {
   std::optional<FalconLoader> loader_;
   int64_t loadingSinceNs_ = 0;
   FalconDecoder decoder_;
-  int owed_ = 0;           // Answers not yet come to packets sent.
-  int64_t heardNs_ = 0;    // When bytes last went either way.
-  bool resting_ = false;   // The last packet sent told the motors to rest.
-  FalconPose pose_;  // Of the last answer; its Jacobian is zero until there is one, and so are the motors.
+  int owed_ = 0;          // Answers not yet come to packets sent.
+  int64_t heardNs_ = 0;   // When bytes last went either way.
+  bool resting_ = false;  // The last packet sent told the motors to rest.
+  FalconPose pose_;       // Of the last answer; its Jacobian is zero until there is one, and so are the motors.
 };
 
 DeviceLink::Opened FalconLink::unplugged(std::string& sentence) {
@@ -98,7 +102,9 @@ DeviceLink::Opened FalconLink::open(std::string& sentence) {
     if (answer == Exchanged::state) return home(end, sentence);
     if (firmware_.empty()) {
       close();  // Another program may load it.
-      sentence = "it does not answer: look at its power; if it was switched on anew, set falcon.firmware to its firmware file, so that it can be loaded";
+      sentence =
+          "it does not answer: look at its power; if it was switched on anew, set falcon.firmware to its firmware "
+          "file, so that it can be loaded";
       return Opened::refused;
     }
     loader_.emplace(*transport_, firmware_);
@@ -111,12 +117,19 @@ DeviceLink::Opened FalconLink::open(std::string& sentence) {
 DeviceLink::Opened FalconLink::load(int64_t deadlineNs, std::string& sentence) {
   do {
     switch (loader_->step()) {
-      case FalconLoader::Progress::loading: break;
-      case FalconLoader::Progress::done: loader_.reset(); return Opened::ready;
-      case FalconLoader::Progress::gone: return unplugged(sentence);
+      case FalconLoader::Progress::loading:
+        break;
+      case FalconLoader::Progress::done:
+        loader_.reset();
+        return Opened::ready;
+      case FalconLoader::Progress::gone:
+        return unplugged(sentence);
       case FalconLoader::Progress::failed:
-        sentence = fmt::format("its firmware cannot be loaded, after {} attempts: {}; check that falcon.firmware is the file of this device, "
-                               "switch it off and on", loader_->attempts(), loader_->problem());
+        sentence = fmt::format(
+            "its firmware cannot be loaded, after {} attempts: {}; check that falcon.firmware is the file of this "
+            "device, "
+            "switch it off and on",
+            loader_->attempts(), loader_->problem());
         loader_.reset();
         return Opened::refused;
     }
@@ -154,7 +167,8 @@ DeviceLink::Opened FalconLink::home(int64_t deadlineNs, std::string& sentence) {
 std::string FalconLink::beGuarded() try {
   const FalconPacket zero = encodeFalcon({});
   if (guarded_ == Guard::kUnguarded && transport_->file() >= 0)
-    guarded_ = Guard::registerDevice(transport_->file(), std::as_bytes(std::span(zero)), Guard::Transport::usbBulk, kUsbOutEndpoint);
+    guarded_ = Guard::registerDevice(transport_->file(), std::as_bytes(std::span(zero)), Guard::Transport::usbBulk,
+                                     kUsbOutEndpoint);
   return "";
 } catch (const std::exception& error) {
   return std::string("; not guarded against the end of this program: ") + error.what();
@@ -185,9 +199,10 @@ bool FalconLink::hear(std::span<const uint8_t> bytes, FalconReply& reply) noexce
 DeviceLink::Exchanged FalconLink::talk(const FalconCommand& command, int64_t deadlineNs, FalconReply& reply) noexcept {
   std::array<uint8_t, 64> bytes;
   size_t count = 0;
-  for (int packets = 0; packets < kMostWaiting && transport_->read(bytes, count, 0) == Transfer::ok; ++packets) (void)hear({bytes.data(), count}, reply);
-  // Answers carry no number: one that is late looks like one to the next question, and a place of the past would be felt. So when one
-  // is owed, and the motors were told to rest, nothing is asked until it came or is lost.
+  for (int packets = 0; packets < kMostWaiting && transport_->read(bytes, count, 0) == Transfer::ok; ++packets)
+    (void)hear({bytes.data(), count}, reply);
+  // Answers carry no number: one that is late looks like one to the next question, and a place of the past would be
+  // felt. So when one is owed, and the motors were told to rest, nothing is asked until it came or is lost.
   if (owed_ > 0 && resting_ && nowNs() - heardNs_ > kLostNs) owed_ = 0;
   const bool ask = owed_ == 0 || !resting_;
   if (ask) {
@@ -197,8 +212,10 @@ DeviceLink::Exchanged FalconLink::talk(const FalconCommand& command, int64_t dea
     ++owed_;
     heardNs_ = nowNs();
     resting_ = command.motors == FalconCommand().motors;
-    if (resting_) Guard::rest(guarded_);
-    else Guard::beat(guarded_);
+    if (resting_)
+      Guard::rest(guarded_);
+    else
+      Guard::beat(guarded_);
   }
   bool any = false;
   for (;;) {
@@ -208,7 +225,8 @@ DeviceLink::Exchanged FalconLink::talk(const FalconCommand& command, int64_t dea
       any = true;
       const bool whole = hear({bytes.data(), count}, reply);
       // A boot loader that waits for firmware sends back what it gets.
-      const bool echo = reply.counts == command.motors && reply.homed == 0 && reply.buttons == kFalconHomingBit + command.leds;
+      const bool echo =
+          reply.counts == command.motors && reply.homed == 0 && reply.buttons == kFalconHomingBit + command.leds;
       if (whole && owed_ == 0 && !echo) return ask ? Exchanged::state : Exchanged::nothing;
     }
     if (result == Transfer::ok && nowNs() <= deadlineNs) continue;
@@ -255,7 +273,9 @@ void FalconLink::close() noexcept {
 
 }  // namespace
 
-std::vector<UsbPlace> findFalcons() { return findUsb(kFalconVendor, kFalconProduct); }
+std::vector<UsbPlace> findFalcons() {
+  return findUsb(kFalconVendor, kFalconProduct);
+}
 
 std::unique_ptr<Device> openFalcon(const FalconOptions& options) {
   return openFalcon(options, std::make_unique<UsbTransport>(kFalconVendor, kFalconProduct, options.where));
@@ -267,15 +287,16 @@ std::unique_ptr<Device> openFalcon(const FalconOptions& options, std::unique_ptr
   const DeviceSheet& sheet = deviceSheet("falcon");
   ThreadedDevice::Options thread;
   thread.realtime = options.realtime;
-  return std::make_unique<ThreadedDevice>(sheet, std::make_unique<FalconLink>(std::move(transport), std::move(firmware), sheet.peakForceN),
-                                          thread);
+  return std::make_unique<ThreadedDevice>(
+      sheet, std::make_unique<FalconLink>(std::move(transport), std::move(firmware), sheet.peakForceN), thread);
 }
 
 int zeroFalcons() noexcept try {
   int zeroed = 0;
   for (const UsbPlace& place : findFalcons()) {
     UsbTransport line(kFalconVendor, kFalconProduct, place.where);
-    if (line.open() == ByteTransport::Opening::opened && line.write(encodeFalcon({}), kLastWriteNs) == Transfer::ok) ++zeroed;
+    if (line.open() == ByteTransport::Opening::opened && line.write(encodeFalcon({}), kLastWriteNs) == Transfer::ok)
+      ++zeroed;
   }
   return zeroed;
 } catch (const std::exception&) {

@@ -14,8 +14,9 @@ constexpr double kRad = std::numbers::pi / 180;
 constexpr double kHinges = 2 * kG.hinge, kHingesSquare = kHinges * kHinges;
 // A leg's joint on the grip and its arm's axis on the base differ by a constant, so the grip can be shrunk to a point.
 constexpr double kAxisU = kG.baseU - kG.gripU, kAxisV = kG.baseV - kG.gripV;
-// How far the rods lean sideways, for the first guess: (kLean[0] + kLean[1] · sum of the arms' angles) × the difference of the
-// other two arms' angles, mm. Least squares over the ball of 100 mm about the centre, 1.8 mm rms; the guess of the place is then 0.15 mm off.
+// How far the rods lean sideways, for the first guess: (kLean[0] + kLean[1] · sum of the arms' angles) × the difference
+// of the other two arms' angles, mm. Least squares over the ball of 100 mm about the centre, 1.8 mm rms; the guess of
+// the place is then 0.15 mm off.
 constexpr std::array<double, 2> kLean = {36.1, 10.5};
 constexpr double kStepDoneMm = 0.3;  // Newton squares the error: less than 0.003 mm is left after such a step.
 constexpr int kMostSteps = 8;        // One or two within the workspace, more where the linkage is nearly stretched.
@@ -37,8 +38,8 @@ struct Arms {
   std::array<double, 3> angle, cosine, sine;
 };
 
-/// The spheres around the three knees meet in two points: the one farther from the base. The hinges make each leg's surface a
-/// torus; with the rods' lean guessed it is a sphere.
+/// The spheres around the three knees meet in two points: the one farther from the base. The hinges make each leg's
+/// surface a torus; with the rods' lean guessed it is a sphere.
 bool meet(const Arms& arms, const std::array<Vec3d, 3>& knees, Vec3d& p) {
   std::array<double, 3> square;
   const double perDifference = kLean[0] + kLean[1] * (arms.angle[0] + arms.angle[1] + arms.angle[2]);
@@ -48,14 +49,16 @@ bool meet(const Arms& arms, const std::array<Vec3d, 3>& knees, Vec3d& p) {
     // √(1 − x) by its series: near enough for a guess.
     square[i] = kHingesSquare + kG.rod * kG.rod + 2 * kHinges * kG.rod * (1 - leanSquare * (0.5 + 0.125 * leanSquare));
   }
-  // The centre of the circle of places as far from each knee as its sphere says, then up along the normal of the knees' plane.
+  // The centre of the circle of places as far from each knee as its sphere says, then up along the normal of the knees'
+  // plane.
   const Vec3d a = knees[1] - knees[0], b = knees[2] - knees[0];
   const Vec3d normal = a.cross(b);
   const double normalSquare = normal.squaredNorm();
   if (!(normalSquare > 1)) return false;
   const double perNormal = 1 / normalSquare;
-  const Vec3d across = ((a.squaredNorm() + square[0] - square[1]) * b - (b.squaredNorm() + square[0] - square[2]) * a).cross(normal) *
-                       (0.5 * perNormal);
+  const Vec3d across =
+      ((a.squaredNorm() + square[0] - square[1]) * b - (b.squaredNorm() + square[0] - square[2]) * a).cross(normal) *
+      (0.5 * perNormal);
   const double heightSquare = (square[0] - across.squaredNorm()) * perNormal;
   if (!(heightSquare > 0)) return false;
   p = knees[0] + across + normal * std::copysign(std::sqrt(heightSquare), normal.z());
@@ -72,9 +75,9 @@ bool solve(const Arms& arms, FalconPose& pose) {
   Vec3d p;
   if (!meet(arms, knees, p)) return false;
 
-  // A leg closes where x, from its knee to the grip, lies on the torus of radii hinges and rod about the knee's sideways axis t:
-  // S² = 4 hinges² (|x|² − (t·x)²) with S = |x|² + hinges² − rod². Without roots, so a step costs one division. Its gradient is
-  // along the rods.
+  // A leg closes where x, from its knee to the grip, lies on the torus of radii hinges and rod about the knee's
+  // sideways axis t: S² = 4 hinges² (|x|² − (t·x)²) with S = |x|² + hinges² − rod². Without roots, so a step costs one
+  // division. Its gradient is along the rods.
   std::array<Vec3d, 3> rods, crosses;
   double perDeterminant = 0;
   for (int step = 0;; ++step) {
@@ -103,7 +106,9 @@ bool solve(const Arms& arms, FalconPose& pose) {
   return true;
 }
 
-double armAngle(int count) { return (kFalconHomeDeg + kFalconDegPerCount * count) * kRad; }
+double armAngle(int count) {
+  return (kFalconHomeDeg + kFalconDegPerCount * count) * kRad;
+}
 
 /// Of every count that an arm can have: three lines of cache a tick instead of three sines and cosines.
 struct Turn {
@@ -111,7 +116,8 @@ struct Turn {
 };
 const std::vector<Turn> kTurns = [] {
   std::vector<Turn> turns;
-  for (int count = -kMostCounts; count <= kMostCounts; ++count) turns.push_back({std::cos(armAngle(count)), std::sin(armAngle(count))});
+  for (int count = -kMostCounts; count <= kMostCounts; ++count)
+    turns.push_back({std::cos(armAngle(count)), std::sin(armAngle(count))});
   return turns;
 }();
 

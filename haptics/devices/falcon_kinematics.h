@@ -8,17 +8,18 @@
 
 namespace argil::haptics {
 
-/// The Falcon's linkage, mm: three arms of length `arm` about axes on the base, each joined to the grip by a parallelogram of
-/// length `rod` whose ends sit `hinge` away from the arm and from the grip. Names in brackets: Stamper's thesis (1997), p. 30.
-/// Lengths as published with libnifalcon; leg i lies at angle kFalconLegDeg[i] about the z axis.
+/// The Falcon's linkage, mm: three arms of length `arm` about axes on the base, each joined to the grip by a
+/// parallelogram of length `rod` whose ends sit `hinge` away from the arm and from the grip. Names in brackets:
+/// Stamper's thesis (1997), p. 30. Lengths as published with libnifalcon; leg i lies at angle kFalconLegDeg[i] about
+/// the z axis.
 struct FalconGeometry {
-  double arm = 60;             ///< [a]
-  double rod = 102.5;          ///< [b]
-  double gripU = 14.43;        ///< [c] From a leg's joint to the grip's centre, radially
-  double gripV = -25;          ///< [f] … and sideways.
-  double hinge = 11.25;        ///< [d = e]
-  double baseU = 40;           ///< [r] From the base's centre to an arm's axis, radially
-  double baseV = -23.09;       ///< [s] … and sideways.
+  double arm = 60;        ///< [a]
+  double rod = 102.5;     ///< [b]
+  double gripU = 14.43;   ///< [c] From a leg's joint to the grip's centre, radially
+  double gripV = -25;     ///< [f] … and sideways.
+  double hinge = 11.25;   ///< [d = e]
+  double baseU = 40;      ///< [r] From the base's centre to an arm's axis, radially
+  double baseV = -23.09;  ///< [s] … and sideways.
 };
 inline constexpr std::array<double, 3> kFalconLegDeg = {105, -15, -135};
 
@@ -29,8 +30,8 @@ inline constexpr double kFalconHomeDeg = 35;
 /// Centre of the workspace on the mechanism's z axis, mm from its base plane: the device's origin.
 inline constexpr double kFalconCentreMm = 115;
 
-/// Where the grip's centre is and how it moves with the arms. Frame of the device: origin at kFalconCentreMm before the base, x to
-/// the right, y up, z towards the person.
+/// Where the grip's centre is and how it moves with the arms. Frame of the device: origin at kFalconCentreMm before the
+/// base, x to the right, y up, z towards the person.
 struct FalconPose {
   Vec3d positionMm = Vec3d::Zero();
   /// dp/dθ, mm per radian: column i is the motion of the grip for arm i alone.
@@ -43,7 +44,8 @@ using FalconCounts = std::array<int, 3>;
 [[nodiscard]] Vec3d falconArmAngles(const FalconCounts& counts) ARGIL_REALTIME;
 
 /// Forward kinematics from encoder counts: intersection of three spheres in closed form, then
-/// Newton steps on the exact linkage, whose hinges bend the spheres. False, `pose` untouched, where no place fits these angles.
+/// Newton steps on the exact linkage, whose hinges bend the spheres. False, `pose` untouched, where no place fits these
+/// angles.
 [[nodiscard]] bool falconPose(const FalconCounts& counts, FalconPose& pose) ARGIL_REALTIME;
 /// The same from any angles, radians.
 [[nodiscard]] bool falconPose(const Vec3d& anglesRad, FalconPose& pose) ARGIL_REALTIME;

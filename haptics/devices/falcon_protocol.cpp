@@ -19,13 +19,13 @@ constexpr uint16_t kBootLatencyMs = 16, kRunLatencyMs = 1;  // With less than 16
 constexpr std::array<uint8_t, 3> kGreeting = {0x0a, 0x43, 0x0d};
 constexpr std::array<uint8_t, 4> kGreetingReply = {0x0a, 0x44, 0x2c, 0x0d};
 constexpr uint8_t kFastByte = 0x41;
-constexpr size_t kPiece = 62;          // A packet of the chip less its two status bytes: so an echo fits into one.
+constexpr size_t kPiece = 62;  // A packet of the chip less its two status bytes: so an echo fits into one.
 constexpr int kMostGreetings = 100;
 constexpr int kMostAttempts = 5;
 constexpr size_t kMostFirmwareBytes = 1 << 20;  // Known ones have some ten thousand.
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kWriteNs = 200 * kMs;
-constexpr int64_t kGreetNs = 50 * kMs;          // 16 ms of latency timer, 8 ms of wire at 9600 baud, and as much again.
+constexpr int64_t kGreetNs = 50 * kMs;  // 16 ms of latency timer, 8 ms of wire at 9600 baud, and as much again.
 constexpr int64_t kClearNs = 400 * kMs;
 constexpr int64_t kEchoNs = 400 * kMs;
 
@@ -57,8 +57,8 @@ bool FalconDecoder::feed(uint8_t byte, FalconReply& reply) ARGIL_REALTIME {
     size_ = 1;
     return false;
   }
-  if (size_ == 0 || (size_ < 13 && (byte < kRaise || byte > kRaise + 0xf)) || (size_ == 13 && (byte < kRaise || byte > kRaise + 0x7f)) ||
-      (size_ == 15 && byte != kEnd)) {
+  if (size_ == 0 || (size_ < 13 && (byte < kRaise || byte > kRaise + 0xf)) ||
+      (size_ == 13 && (byte < kRaise || byte > kRaise + 0x7f)) || (size_ == 15 && byte != kEnd)) {
     drop();
     return false;
   }
@@ -67,7 +67,8 @@ bool FalconDecoder::feed(uint8_t byte, FalconReply& reply) ARGIL_REALTIME {
   size_ = 0;
   for (size_t arm = 0; arm < 3; ++arm) {
     unsigned bits = 0;
-    for (size_t nibble = 0; nibble < 4; ++nibble) bits |= unsigned(packet_[1 + 4 * arm + nibble] - kRaise) << (4 * nibble);
+    for (size_t nibble = 0; nibble < 4; ++nibble)
+      bits |= unsigned(packet_[1 + 4 * arm + nibble] - kRaise) << (4 * nibble);
     reply.counts[arm] = static_cast<int16_t>(bits);
   }
   const auto flags = static_cast<uint8_t>(packet_[13] - kRaise);
@@ -88,16 +89,21 @@ Transfer enterFalconRunningMode(ByteTransport& transport) {
 
 std::vector<uint8_t> readFalconFirmware(const std::string& path) {
   if (path.empty())
-    throw Error("Falcon: no firmware is given: set falcon.firmware to the firmware file of your device (it comes with its drivers)");
+    throw Error(
+        "Falcon: no firmware is given: set falcon.firmware to the firmware file of your device (it comes with its "
+        "drivers)");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file)
-    throw Error(fmt::format("Falcon: the firmware file '{}' cannot be read ({}): set falcon.firmware to the file of your device", path,
-                            std::strerror(errno)));
+    throw Error(fmt::format(
+        "Falcon: the firmware file '{}' cannot be read ({}): set falcon.firmware to the file of your device", path,
+        std::strerror(errno)));
   const auto size = static_cast<int64_t>(file.tellg());
-  if (size == 0) throw Error(fmt::format("Falcon: the firmware file '{}' is empty: copy it anew from the device's drivers", path));
+  if (size == 0)
+    throw Error(fmt::format("Falcon: the firmware file '{}' is empty: copy it anew from the device's drivers", path));
   if (size < 0 || size > int64_t(kMostFirmwareBytes))
-    throw Error(fmt::format("Falcon: '{}' is no firmware of a Falcon, which holds at most {} bytes: set falcon.firmware to the right file", path,
-                            kMostFirmwareBytes));
+    throw Error(fmt::format(
+        "Falcon: '{}' is no firmware of a Falcon, which holds at most {} bytes: set falcon.firmware to the right file",
+        path, kMostFirmwareBytes));
   std::vector<uint8_t> bytes(static_cast<size_t>(size));
   file.seekg(0);
   file.read(reinterpret_cast<char*>(bytes.data()), size);
@@ -132,11 +138,16 @@ Transfer FalconLoader::readAll(std::span<uint8_t> into, int64_t timeoutNs) {
 
 FalconLoader::Progress FalconLoader::step() {
   switch (stage_) {
-    case Stage::setUp: return setUp();
-    case Stage::greet: return greet();
-    case Stage::speedUp: return speedUp();
-    case Stage::stream: return stream();
-    case Stage::run: break;
+    case Stage::setUp:
+      return setUp();
+    case Stage::greet:
+      return greet();
+    case Stage::speedUp:
+      return speedUp();
+    case Stage::stream:
+      return stream();
+    case Stage::run:
+      break;
   }
   const Transfer result = enterFalconRunningMode(transport_);
   return result == Transfer::ok ? Progress::done : failed(result, "its line cannot be set to running speed");
@@ -146,10 +157,15 @@ FalconLoader::Progress FalconLoader::setUp() {
   ++attempts_;
   greetings_ = 0;
   loaded_ = readBegin_ = readEnd_ = 0;
-  const std::pair<FtdiRequest, uint16_t> requests[] = {
-      {FtdiRequest::reset, kFtdiPurgeRx},         {FtdiRequest::reset, kFtdiPurgeTx},    {FtdiRequest::latencyTimer, kBootLatencyMs},
-      {FtdiRequest::baudDivisor, kBootBaud},      {FtdiRequest::lineFormat, k8N1},       {FtdiRequest::flowControl, 0},
-      {FtdiRequest::modemLines, kFtdiRtsOff},     {FtdiRequest::modemLines, kFtdiDtrOff}, {FtdiRequest::modemLines, kFtdiDtrOn}};
+  const std::pair<FtdiRequest, uint16_t> requests[] = {{FtdiRequest::reset, kFtdiPurgeRx},
+                                                       {FtdiRequest::reset, kFtdiPurgeTx},
+                                                       {FtdiRequest::latencyTimer, kBootLatencyMs},
+                                                       {FtdiRequest::baudDivisor, kBootBaud},
+                                                       {FtdiRequest::lineFormat, k8N1},
+                                                       {FtdiRequest::flowControl, 0},
+                                                       {FtdiRequest::modemLines, kFtdiRtsOff},
+                                                       {FtdiRequest::modemLines, kFtdiDtrOff},
+                                                       {FtdiRequest::modemLines, kFtdiDtrOn}};
   for (const auto& [request, value] : requests)
     if (const Transfer result = transport_.control(request, value); result != Transfer::ok)
       return failed(result, "its line cannot be set up for loading");
@@ -186,9 +202,10 @@ FalconLoader::Progress FalconLoader::speedUp() {
   result = transport_.write({&kFastByte, 1}, kWriteNs);
   uint8_t echo = 0;
   if (result == Transfer::ok) result = readAll({&echo, 1}, kEchoNs);
-  if (result != Transfer::ok || echo != kFastByte) return failed(result, "its boot loader does not follow to loading speed");
-  // Streaming before the device is clear to send is what makes loads fail. One that never says so is tried all the same: the echo
-  // tells.
+  if (result != Transfer::ok || echo != kFastByte)
+    return failed(result, "its boot loader does not follow to loading speed");
+  // Streaming before the device is clear to send is what makes loads fail. One that never says so is tried all the
+  // same: the echo tells.
   const int64_t end = nowNs() + kClearNs;
   while (!transport_.clearToSend() && nowNs() < end) {
     size_t count = 0;
@@ -205,10 +222,13 @@ FalconLoader::Progress FalconLoader::stream() {
   std::array<uint8_t, kPiece> echo;
   const std::span<uint8_t> back(echo.data(), piece.size());
   if (result == Transfer::ok) result = readAll(back, kEchoNs);
-  if (result != Transfer::ok) return failed(result, fmt::format("the echo of its firmware stopped near byte {} of {}", loaded_, firmware_.size()));
+  if (result != Transfer::ok)
+    return failed(result,
+                  fmt::format("the echo of its firmware stopped near byte {} of {}", loaded_, firmware_.size()));
   const auto wrong = std::mismatch(piece.begin(), piece.end(), back.begin()).first;
   if (wrong != piece.end())
-    return failed(Transfer::ok, fmt::format("byte {} of its firmware came back wrong", loaded_ + size_t(wrong - piece.begin())));
+    return failed(Transfer::ok,
+                  fmt::format("byte {} of its firmware came back wrong", loaded_ + size_t(wrong - piece.begin())));
   loaded_ += piece.size();
   if (loaded_ == firmware_.size()) stage_ = Stage::run;
   return Progress::loading;

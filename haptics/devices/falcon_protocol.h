@@ -21,21 +21,22 @@ inline constexpr uint8_t kFalconHomingBit = 0x01;
 inline constexpr uint8_t kFalconAllHomed = 7;
 
 struct FalconCommand {
-  std::array<int, 3> motors{};   ///< −4096 to 4096; what is beyond is cut there.
-  uint8_t leds = 0;              ///< Sum of kFalconLed…
+  std::array<int, 3> motors{};  ///< −4096 to 4096; what is beyond is cut there.
+  uint8_t leds = 0;             ///< Sum of kFalconLed…
   bool homing = false;
 };
 struct FalconReply {
   FalconCounts counts{};
-  uint8_t buttons = 0;           ///< 1 right, 2 forward, 4 centre, 8 left.
-  uint8_t homed = 0;             ///< A bit an arm.
+  uint8_t buttons = 0;  ///< 1 right, 2 forward, 4 centre, 8 left.
+  uint8_t homed = 0;    ///< A bit an arm.
 };
 
 /// '<', three motors as four nibbles each, LEDs, a filler, '>'; each byte between raised by 0x41, low nibble first.
 using FalconPacket = std::array<uint8_t, 16>;
 [[nodiscard]] FalconPacket encodeFalcon(const FalconCommand& command) ARGIL_REALTIME;
 
-/// Finds replies in a stream of bytes that may be split anywhere and hold garbage. Never fails: what is no packet is dropped.
+/// Finds replies in a stream of bytes that may be split anywhere and hold garbage. Never fails: what is no packet is
+/// dropped.
 class FalconDecoder {
  public:
   /// True when `byte` ends a whole, well-formed packet, which is then in `reply`.
@@ -53,18 +54,20 @@ class FalconDecoder {
 /// Latency 1 ms, 1.5 Mbaud, buffers empty: how a Falcon whose firmware runs is spoken to.
 Transfer enterFalconRunningMode(ByteTransport& transport);
 
-/// The firmware file that a person gives (Argil ships none: it is not free). Throws Error when the path is empty or the file is
-/// missing, empty or larger than any firmware of a Falcon.
+/// The firmware file that a person gives (Argil ships none: it is not free). Throws Error when the path is empty or the
+/// file is missing, empty or larger than any firmware of a Falcon.
 [[nodiscard]] std::vector<uint8_t> readFalconFirmware(const std::string& path);
 
-/// Puts firmware into a Falcon, step by step, so that whoever drives it can stop in between: boot handshake at 9600 baud, faster
-/// line, the file in pieces of 62 bytes whose echo is compared, running mode. An attempt that fails is begun anew from the start.
+/// Puts firmware into a Falcon, step by step, so that whoever drives it can stop in between: boot handshake at 9600
+/// baud, faster line, the file in pieces of 62 bytes whose echo is compared, running mode. An attempt that fails is
+/// begun anew from the start.
 class FalconLoader {
  public:
   enum class Progress : uint8_t { loading, done, failed, gone };
 
   /// Both must outlive it.
-  FalconLoader(ByteTransport& transport, std::span<const uint8_t> firmware) : transport_(transport), firmware_(firmware) {}
+  FalconLoader(ByteTransport& transport, std::span<const uint8_t> firmware)
+      : transport_(transport), firmware_(firmware) {}
 
   /// One exchange: at most half a second. After done, failed or gone it is over.
   Progress step();

@@ -1,6 +1,6 @@
-// The protocol is the one of Haply's serial interface: an opcode byte, then little-endian 32-bit floats. Forces are newtons,
-// positions metres, velocities m/s (docs.haply.co, "Developing with Inverse3"). Answers carry no checksum: they are judged by
-// opcode, length and whether their numbers can be.
+// The protocol is the one of Haply's serial interface: an opcode byte, then little-endian 32-bit floats. Forces are
+// newtons, positions metres, velocities m/s (docs.haply.co, "Developing with Inverse3"). Answers carry no checksum:
+// they are judged by opcode, length and whether their numbers can be.
 
 #include "haptics/devices/haply.h"
 
@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little, "floats go out and com
 
 enum Opcode : uint8_t {
   kWake = 0x0A,
-  kIdentity = 0x0B,   // Answers kWake.
+  kIdentity = 0x0B,  // Answers kWake.
   kForce = 0x2A,
   kState = 0x2B,      // Answers kForce.
   kGripState = 0xDB,  // Asks for kGripStatus.
@@ -32,12 +32,13 @@ enum Opcode : uint8_t {
 };
 
 constexpr size_t kStateBytes = 1 + 6 * 4;
-constexpr size_t kGripHeadBytes = 1 + 2 + 4 * 4 + 1 + 1 + 1;  // Opcode, id, quaternion, error, hall sensor, length of what follows.
+// Opcode, id, quaternion, error, hall sensor, length of what follows.
+constexpr size_t kGripHeadBytes = 1 + 2 + 4 * 4 + 1 + 1 + 1;
 constexpr int64_t kWakeNs = 300'000'000;
 constexpr int64_t kQuietNs = 3'000'000;     // So long without a byte ends what a device says after waking.
 constexpr size_t kMostIdentityBytes = 512;  // What a device says of itself is some twenty bytes.
 constexpr double kMmPerM = 1000;
-constexpr double kFarthestM = 1;            // The arm reaches 0.4 m.
+constexpr double kFarthestM = 1;  // The arm reaches 0.4 m.
 constexpr double kFastestMs = 50;
 constexpr double kGripRateHz = 60;
 
@@ -177,7 +178,8 @@ class ArmLink final : public DeviceLink {
     const int got = port_.readAll(answer, deadlineNs);
     if (got != 1) return got < 0 ? Exchanged::gone : Exchanged::nothing;
     const Vec3d position = floats(&answer[1]), velocity = floats(&answer[13]);
-    if (answer[0] != kState || !(position.norm() < kFarthestM) || !(velocity.norm() < kFastestMs)) return Exchanged::garbage;
+    if (answer[0] != kState || !(position.norm() < kFarthestM) || !(velocity.norm() < kFastestMs))
+      return Exchanged::garbage;
     state.pose.translation = kMmPerM * position - options_.centreMm;
     if (grip_ && grip_->read(0, held_)) {
       state.pose.rotation = held_.pose.rotation;
@@ -210,7 +212,8 @@ class ArmLink final : public DeviceLink {
 }  // namespace
 
 std::array<uint8_t, 13> haplyForcePacket(const Vec3d& forceN) noexcept {
-  const std::array<float, 3> f = {static_cast<float>(forceN.x()), static_cast<float>(forceN.y()), static_cast<float>(forceN.z())};
+  const std::array<float, 3> f = {static_cast<float>(forceN.x()), static_cast<float>(forceN.y()),
+                                  static_cast<float>(forceN.z())};
   std::array<uint8_t, 13> packet{kForce};
   std::memcpy(&packet[1], f.data(), sizeof f);
   return packet;

@@ -6,7 +6,7 @@
 namespace argil::haptics {
 namespace {
 
-constexpr uint32_t kMostBits = 8 * 4096;   // Of a report: the kernel takes no longer ones.
+constexpr uint32_t kMostBits = 8 * 4096;  // Of a report: the kernel takes no longer ones.
 constexpr size_t kMostFields = 1024;
 constexpr size_t kMostArrays = 64;
 constexpr size_t kMostPushes = 16;
@@ -56,15 +56,25 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
     for (size_t i = 0; i < bytes; ++i) value |= uint32_t{d[at + i]} << (8 * i);
     at += bytes;
     switch (prefix & 0xFC) {
-      case 0x04: g.page = static_cast<uint16_t>(value); break;
-      case 0x14: g.least = signedOf(value, bytes); break;
-      case 0x24: g.most = g.least < 0 ? int64_t{signedOf(value, bytes)} : int64_t{value}; break;
-      case 0x74: g.bits = value; break;
+      case 0x04:
+        g.page = static_cast<uint16_t>(value);
+        break;
+      case 0x14:
+        g.least = signedOf(value, bytes);
+        break;
+      case 0x24:
+        g.most = g.least < 0 ? int64_t{signedOf(value, bytes)} : int64_t{value};
+        break;
+      case 0x74:
+        g.bits = value;
+        break;
       case 0x84:
         g.report = static_cast<uint8_t>(value);
         inputs.numbered = true;
         break;
-      case 0x94: g.count = value; break;
+      case 0x94:
+        g.count = value;
+        break;
       case 0xA4:
         if (stack.size() >= kMostPushes) return refuse("is beyond all bounds");
         stack.push_back(g);
@@ -77,7 +87,9 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
       case 0x08:
         if (l.usages.size() < kMostFields) l.usages.push_back(bytes == 4 ? value : (uint32_t{g.page} << 16 | value));
         break;
-      case 0x18: l.first = bytes == 4 ? value : (uint32_t{g.page} << 16 | value); break;
+      case 0x18:
+        l.first = bytes == 4 ? value : (uint32_t{g.page} << 16 | value);
+        break;
       case 0x28: {
         const uint32_t last = bytes == 4 ? value : (uint32_t{g.page} << 16 | value);
         for (uint32_t u = l.first; u <= last && l.usages.size() < kMostFields; ++u) l.usages.push_back(u);
@@ -97,8 +109,9 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
           if (inputs.fields.size() >= kMostFields) return refuse("is beyond all bounds");
           // More values than usages: the last usage goes on.
           const uint32_t usage = l.usages[std::min<size_t>(i, l.usages.size() - 1)];
-          inputs.fields.push_back({g.report, used[g.report], static_cast<uint8_t>(g.bits), static_cast<uint16_t>(usage >> 16),
-                                   static_cast<uint16_t>(usage), g.least, static_cast<int32_t>(std::min<int64_t>(g.most, INT32_MAX))});
+          inputs.fields.push_back({g.report, used[g.report], static_cast<uint8_t>(g.bits),
+                                   static_cast<uint16_t>(usage >> 16), static_cast<uint16_t>(usage), g.least,
+                                   static_cast<int32_t>(std::min<int64_t>(g.most, INT32_MAX))});
         }
         l = {};
         break;
@@ -106,8 +119,11 @@ std::optional<HidInputs> parseHidDescriptor(std::span<const uint8_t> d, std::str
       case 0x90:  // Output, feature, collection and its end: locals do not live beyond a main item.
       case 0xB0:
       case 0xA0:
-      case 0xC0: l = {}; break;
-      default: break;
+      case 0xC0:
+        l = {};
+        break;
+      default:
+        break;
     }
   }
   if (inputs.fields.empty() && inputs.arrays.empty()) return refuse("names no input");

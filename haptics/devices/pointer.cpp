@@ -8,14 +8,16 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kSteepest = 1.5;       // Of a pen's tilt, rad.
-constexpr size_t kRing = 1024;          // Samples: a second of the fastest mouse.
-constexpr size_t kMostLate = 256;       // Samples beyond the ring.
-constexpr size_t kMostBehind = 64;      // Samples that wait: from here on several of a stroke share a tick.
-constexpr double kArrivedMm = 0.01;     // From the point at which the buttons change,
-constexpr int kMostWaitTicks = 100;     // unless it takes longer than this.
+constexpr double kSteepest = 1.5;    // Of a pen's tilt, rad.
+constexpr size_t kRing = 1024;       // Samples: a second of the fastest mouse.
+constexpr size_t kMostLate = 256;    // Samples beyond the ring.
+constexpr size_t kMostBehind = 64;   // Samples that wait: from here on several of a stroke share a tick.
+constexpr double kArrivedMm = 0.01;  // From the point at which the buttons change,
+constexpr int kMostWaitTicks = 100;  // unless it takes longer than this.
 
-bool within(double value, double least, double most) { return value >= least && value <= most; }
+bool within(double value, double least, double most) {
+  return value >= least && value <= most;
+}
 
 }  // namespace
 
@@ -36,25 +38,28 @@ PointerDevice::PointerDevice(const PointerOptions& options) : options_(options),
 
 bool PointerDevice::feed(const PointerSample& s) noexcept {
   const double length = s.direction.norm();
-  if (!s.origin.allFinite() || !(length > 1e-9) || !std::isfinite(length) || !within(s.wheel, -1e6, 1e6) || !(s.pressure <= 1) ||
-      !within(s.tiltX, -kSteepest, kSteepest) || !within(s.tiltY, -kSteepest, kSteepest))
+  if (!s.origin.allFinite() || !(length > 1e-9) || !std::isfinite(length) || !within(s.wheel, -1e6, 1e6) ||
+      !(s.pressure <= 1) || !within(s.tiltX, -kSteepest, kSteepest) || !within(s.tiltY, -kSteepest, kSteepest))
     return false;
   if (std::isfinite(s.surfaceMm)) surfaceMm_ = s.surfaceMm;
   const Vec3d direction = s.direction / length;
   const double pressed = std::max(0.0f, s.pressure);
   DeviceState state;
-  state.pose.translation = s.origin + (surfaceMm_ + s.wheel * options_.wheelStepMm + pressed * options_.penDepthMm) * direction;
+  state.pose.translation =
+      s.origin + (surfaceMm_ + s.wheel * options_.wheelStepMm + pressed * options_.penDepthMm) * direction;
   if (!state.pose.translation.allFinite()) return false;
   // The stylus' own z looks back at the person; tilt leans it.
-  state.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -direction) * Eigen::AngleAxisd(s.tiltX, Vec3d::UnitY()) *
-                        Eigen::AngleAxisd(s.tiltY, Vec3d::UnitX());
+  state.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -direction) *
+                        Eigen::AngleAxisd(s.tiltX, Vec3d::UnitY()) * Eigen::AngleAxisd(s.tiltY, Vec3d::UnitX());
   state.pressure = s.pressure >= 0 ? s.pressure : (s.buttons ? 1.0f : 0.0f);
   state.buttons = s.buttons;
   send({state, true});
   return true;
 }
 
-void PointerDevice::leave() noexcept { send({{}, false}); }
+void PointerDevice::leave() noexcept {
+  send({{}, false});
+}
 
 void PointerDevice::send(const Fed& fed) noexcept {
   present_.store(fed.present);

@@ -19,7 +19,9 @@ RecordedDevice::RecordedDevice(HandPath path, Options options) : path_(std::move
   double fastest = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     farthest = farthest.cwiseMax(points[i].position.cwiseAbs());
-    if (i > 0) fastest = std::max(fastest, (points[i].position - points[i - 1].position).norm() / (points[i].timeS - points[i - 1].timeS));
+    if (i > 0)
+      fastest = std::max(
+          fastest, (points[i].position - points[i - 1].position).norm() / (points[i].timeS - points[i - 1].timeS));
   }
   sheet_.workspaceMm = 2 * farthest;
   sheet_.topSpeedMms = std::max(sheet_.topSpeedMms, 1.5 * fastest);  // What a hand did is no fault of a mechanism.

@@ -9,8 +9,8 @@
 
 namespace argil::haptics {
 
-/// Plays a hand path in servo time from the first read() on. Before a loop begins anew, and after the end of a path that does
-/// not loop, read() is false: the servo starts gently where the path jumps. No force out.
+/// Plays a hand path in servo time from the first read() on. Before a loop begins anew, and after the end of a path
+/// that does not loop, read() is false: the servo starts gently where the path jumps. No force out.
 class RecordedDevice final : public Device {
  public:
   struct Options {

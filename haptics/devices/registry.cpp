@@ -50,7 +50,8 @@ std::vector<SerialNode> serialNodes(const std::string& sys, const std::string& d
     std::error_code bad;
     const fs::path usb = fs::canonical(entry.path() / "device", bad).parent_path();
     if (bad || !fs::exists(usb / "idVendor", bad)) continue;
-    nodes.push_back({(fs::path(dev) / entry.path().filename()).string(), firstLine(usb / "product"), firstLine(usb / "idVendor"), firstLine(usb / "idProduct")});
+    nodes.push_back({(fs::path(dev) / entry.path().filename()).string(), firstLine(usb / "product"),
+                     firstLine(usb / "idVendor"), firstLine(usb / "idProduct")});
   }
   std::sort(nodes.begin(), nodes.end(), [](const SerialNode& a, const SerialNode& b) {
     return a.node.size() != b.node.size() ? a.node.size() < b.node.size() : a.node < b.node;
@@ -64,19 +65,25 @@ bool isGrip(const SerialNode& n) {
 }
 bool isArm(const SerialNode& n) {
   // The arm is built on a Teensy and may still carry that board's general name.
-  return !isGrip(n) && (n.product.find("Haply") != std::string::npos || n.product.find("Inverse3") != std::string::npos ||
-                        (n.vendorId == "16c0" && n.productId == "0483"));
+  return !isGrip(n) &&
+         (n.product.find("Haply") != std::string::npos || n.product.find("Inverse3") != std::string::npos ||
+          (n.vendorId == "16c0" && n.productId == "0483"));
 }
 
 void findFalcons(const std::string& sys, const std::string& dev, std::vector<FoundDevice>& found) {
   std::vector<fs::path> usb;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(fs::path(sys) / "bus" / "usb" / "devices", none)) usb.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(fs::path(sys) / "bus" / "usb" / "devices", none))
+    usb.push_back(entry.path());
   std::sort(usb.begin(), usb.end());
   for (const fs::path& path : usb) {
-    if (firstLine(path / "idVendor") != fmt::format("{:04x}", kFalconVendor) || firstLine(path / "idProduct") != fmt::format("{:04x}", kFalconProduct)) continue;
-    const int bus = std::atoi(firstLine(path / "busnum").c_str()), address = std::atoi(firstLine(path / "devnum").c_str());
-    const std::string node = (fs::path(dev) / "bus" / "usb" / fmt::format("{:03}", bus) / fmt::format("{:03}", address)).string();
+    if (firstLine(path / "idVendor") != fmt::format("{:04x}", kFalconVendor) ||
+        firstLine(path / "idProduct") != fmt::format("{:04x}", kFalconProduct))
+      continue;
+    const int bus = std::atoi(firstLine(path / "busnum").c_str()),
+              address = std::atoi(firstLine(path / "devnum").c_str());
+    const std::string node =
+        (fs::path(dev) / "bus" / "usb" / fmt::format("{:03}", bus) / fmt::format("{:03}", address)).string();
     // The folder's name is the bus and its ports, as FalconOptions::where.
     found.push_back({"falcon:" + path.filename().string(), "Novint Falcon", node, refusal(node)});
   }
@@ -89,7 +96,8 @@ void findHaply(const std::string& sys, const std::string& dev, std::vector<Found
     if (!isArm(n)) continue;
     const bool named = n.vendorId != "16c0";
     found.push_back({"haply:" + n.node + (grip != nodes.end() ? "," + grip->node : ""),
-                     (named ? "Haply Inverse3" : "Haply Inverse3, or another thing built on a Teensy") + std::string(grip != nodes.end() ? " with its grip" : ""),
+                     (named ? "Haply Inverse3" : "Haply Inverse3, or another thing built on a Teensy") +
+                         std::string(grip != nodes.end() ? " with its grip" : ""),
                      n.node, refusal(n.node)});
   }
 }
@@ -105,7 +113,9 @@ std::string readFile(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in || path.empty()) throw Error("recorded: " + (path.empty() ? "name a file of a hand path, as recorded:FILE" : path + " cannot be read; check the name"));
+  if (!in || path.empty())
+    throw Error("recorded: " + (path.empty() ? "name a file of a hand path, as recorded:FILE"
+                                             : path + " cannot be read; check the name"));
   return text.str();
 }
 
@@ -119,7 +129,8 @@ struct Kind {
 
 std::unique_ptr<Device> recorded(const std::string& file, const OpenDeviceOptions& options) {
   const std::string text = readFile(file);
-  HandPath path = options.layout.units.empty() ? HandPath::fromCsv(text, file) : HandPath::fromCsv(text, file, options.layout);
+  HandPath path =
+      options.layout.units.empty() ? HandPath::fromCsv(text, file) : HandPath::fromCsv(text, file, options.layout);
   return std::make_unique<RecordedDevice>(std::move(path), RecordedDevice::Options{"recorded", options.loop});
 }
 
@@ -158,8 +169,10 @@ const Kind kKinds[] = {
     {"falcon", true, [](const std::string&, const OpenDeviceOptions&) { return deviceSheet("falcon"); }, falcon},
     {"haply", true, [](const std::string&, const OpenDeviceOptions&) { return haplySheet(); }, haply},
     {"spacemouse", true, [](const std::string&, const OpenDeviceOptions&) { return spaceMouseSheet(); }, spaceMouse},
-    {"recorded", false, [](const std::string& file, const OpenDeviceOptions& o) { return recorded(file, o)->sheet(); }, recorded},
-    {"simulated", false, [](const std::string& sheet, const OpenDeviceOptions&) { return deviceSheet(sheet); }, simulated},
+    {"recorded", false, [](const std::string& file, const OpenDeviceOptions& o) { return recorded(file, o)->sheet(); },
+     recorded},
+    {"simulated", false, [](const std::string& sheet, const OpenDeviceOptions&) { return deviceSheet(sheet); },
+     simulated},
 };
 
 // The kind of a name, and what follows its colon.
@@ -173,7 +186,8 @@ std::pair<const Kind*, std::string> kindOf(const std::string& name) {
     if (sheet.name == name) return {&kKinds[std::size(kKinds) - 1], name};
     names += ", simulated:" + sheet.name;
   }
-  throw Error("no device is called '" + name + "': choose one of falcon, haply, haply:PORT, spacemouse, recorded:FILE" + names);
+  throw Error("no device is called '" + name + "': choose one of falcon, haply, haply:PORT, spacemouse, recorded:FILE" +
+              names);
 }
 
 }  // namespace
@@ -196,6 +210,8 @@ DeviceSheet sheetOfDevice(const std::string& name, const OpenDeviceOptions& opti
   return kind->sheet(rest, options);
 }
 
-bool isHardware(const std::string& name) { return kindOf(name).first->hardware; }
+bool isHardware(const std::string& name) {
+  return kindOf(name).first->hardware;
+}
 
 }  // namespace argil::haptics

@@ -22,14 +22,15 @@ struct FoundDevice {
 [[nodiscard]] std::vector<FoundDevice> findDevices(const std::string& sys = "/sys", const std::string& dev = "/dev");
 
 struct OpenDeviceOptions {
-  HandPathLayout layout;  ///< For "recorded:FILE": with units empty the file has the house's own layout.
-  bool loop = false;      ///< Begin a recorded path anew at its end.
+  HandPathLayout layout;       ///< For "recorded:FILE": with units empty the file has the house's own layout.
+  bool loop = false;           ///< Begin a recorded path anew at its end.
   std::string falconFirmware;  ///< For "falcon": setting falcon.firmware; empty: it must be loaded already.
 };
 
-/// Opens by name: "falcon" (the first that nobody uses), "falcon:BUS-PORT"; "haply" (the first there is, with its grip), "haply:PORT", "haply:PORT,GRIP"; "spacemouse", "spacemouse:NODE";
-/// "recorded:FILE"; "simulated:SHEET", or the SHEET alone where no hardware has that name: a hand that holds still at the origin.
-/// Throws Error that lists the names for an unknown one; a device of a known kind that is not there yet is used as soon as it is.
+/// Opens by name: "falcon" (the first that nobody uses), "falcon:BUS-PORT"; "haply" (the first there is, with its
+/// grip), "haply:PORT", "haply:PORT,GRIP"; "spacemouse", "spacemouse:NODE"; "recorded:FILE"; "simulated:SHEET", or the
+/// SHEET alone where no hardware has that name: a hand that holds still at the origin. Throws Error that lists the
+/// names for an unknown one; a device of a known kind that is not there yet is used as soon as it is.
 [[nodiscard]] std::unique_ptr<Device> openDevice(const std::string& name, const OpenDeviceOptions& options = {});
 
 /// The sheet that goes with such a name; opens nothing but a recorded file. Throws as openDevice().

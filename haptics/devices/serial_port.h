@@ -16,16 +16,16 @@ class SerialPort {
   SerialPort& operator=(const SerialPort&) = delete;
 
   enum class Opened { ready, absent, refused };
-  /// 115200 baud, 8N1, no flow control (a CDC ACM device takes no notice of the speed), for this process alone. Otherwise
-  /// `sentence` says what is wrong and what to do.
+  /// 115200 baud, 8N1, no flow control (a CDC ACM device takes no notice of the speed), for this process alone.
+  /// Otherwise `sentence` says what is wrong and what to do.
   Opened open(const std::string& path, std::string& sentence);
   void close() noexcept;
   [[nodiscard]] bool isOpen() const noexcept { return fd_ >= 0; }
   /// -1 while closed.
   [[nodiscard]] int fd() const noexcept { return fd_; }
 
-  /// Number of bytes read, as many as came at once, at least one; 0 when none came by `deadlineNs` of nowNs(); -1 when the
-  /// device is gone.
+  /// Number of bytes read, as many as came at once, at least one; 0 when none came by `deadlineNs` of nowNs(); -1 when
+  /// the device is gone.
   [[nodiscard]] int read(std::span<uint8_t> bytes, int64_t deadlineNs) noexcept;
   /// Exactly `bytes.size()` bytes: 1, or 0 when they did not come by then, or -1 when the device is gone.
   [[nodiscard]] int readAll(std::span<uint8_t> bytes, int64_t deadlineNs) noexcept;

@@ -7,9 +7,9 @@
 namespace argil::haptics {
 namespace {
 
-// Peak, continuous force, step, top stiffness, moving mass and friction are published figures where they exist. Where they
-// do not (damping everywhere; mass and friction of the delta robots; a continuous force of the Falcon and the omega.3) the
-// row holds an estimate of the usual size for a mechanism of that kind: NOTES.md, "Simulated device".
+// Peak, continuous force, step, top stiffness, moving mass and friction are published figures where they exist. Where
+// they do not (damping everywhere; mass and friction of the delta robots; a continuous force of the Falcon and the
+// omega.3) the row holds an estimate of the usual size for a mechanism of that kind: NOTES.md, "Simulated device".
 DeviceSheet row(const char* name, const char* like, Vec3d workspaceMm, double peakN, double continuousN, double stepMm,
                 double topNmm, double topDampingNsmm, double massKg, double frictionN, double dampingNsmm, int dofIn,
                 int buttons) {
@@ -47,7 +47,9 @@ const std::array<DeviceSheet, 6>& rows() {
 
 }  // namespace
 
-std::span<const DeviceSheet> deviceSheets() { return rows(); }
+std::span<const DeviceSheet> deviceSheets() {
+  return rows();
+}
 
 const DeviceSheet& deviceSheet(std::string_view name) {
   std::string names;

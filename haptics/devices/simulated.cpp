@@ -15,9 +15,12 @@ constexpr double kMmPerM = 1000.0;  // N / kg is m/s².
 
 SimulatedDevice::SimulatedDevice(DeviceSheet sheet, HandPath path, const Options& options)
     : sheet_(std::move(sheet)), path_(std::move(path)), options_(options) {
-  if (!(options.delayS >= 0 && options.delayS <= kMaxDelayS)) throw Error("simulated device: the delay must be 0 to 0.015 s");
-  if (!(options.fineStepS >= 1e-6 && options.fineStepS <= 1e-3)) throw Error("simulated device: the fine step must be 1e-6 to 1e-3 s");
-  if (!(options.hand.massKg >= 0 && options.hand.dampingNsmm >= 0 && options.hand.stiffnessNmm >= 0 && sheet_.massKg > 0))
+  if (!(options.delayS >= 0 && options.delayS <= kMaxDelayS))
+    throw Error("simulated device: the delay must be 0 to 0.015 s");
+  if (!(options.fineStepS >= 1e-6 && options.fineStepS <= 1e-3))
+    throw Error("simulated device: the fine step must be 1e-6 to 1e-3 s");
+  if (!(options.hand.massKg >= 0 && options.hand.dampingNsmm >= 0 && options.hand.stiffnessNmm >= 0 &&
+        sheet_.massKg > 0))
     throw Error("simulated device: masses, damping and stiffness must not be negative");
   if (path_.empty()) throw Error("simulated device: the hand path holds no points");
   wanted_ = path_.at(0, hint_);
@@ -39,7 +42,8 @@ bool SimulatedDevice::read(double timeS, DeviceState& state) ARGIL_REALTIME {
 }
 
 void SimulatedDevice::write(double timeS, const Vec3d& forceN) ARGIL_REALTIME {
-  if (commandCount_ == kCommands) {  // More writes than the delay line holds: the oldest would have been replaced anyway.
+  // More writes than the delay line holds: the oldest would have been replaced anyway.
+  if (commandCount_ == kCommands) {
     firstCommand_ = (firstCommand_ + 1) % kCommands;
     --commandCount_;
   }
@@ -88,15 +92,17 @@ void SimulatedDevice::step(double timeS) ARGIL_REALTIME {
   Vec3d wantedVelocity = (wanted_.position - before.position) / dt;
   if (wantedVelocity.norm() > sheet_.topSpeedMms) wantedVelocity.setZero();
   // Spring and dampers implicit: the energy cannot grow by integration, at any step.
-  const Vec3d force = motor_ + wanted_.forceN + hand.stiffnessNmm * (wanted_.position - position_) +
-                      hand.dampingNsmm * wantedVelocity;
+  const Vec3d force =
+      motor_ + wanted_.forceN + hand.stiffnessNmm * (wanted_.position - position_) + hand.dampingNsmm * wantedVelocity;
   const double resist = hand.dampingNsmm + sheet_.dampingNsmm + hand.stiffnessNmm * dt;
   velocity_ = (velocity_ + perMass * force) / (1.0 + perMass * resist);
   // Coulomb friction takes speed away, never reverses it.
   const double speed = velocity_.norm();
   const double taken = perMass * sheet_.frictionN;
-  if (speed <= taken) velocity_.setZero();
-  else velocity_ *= 1.0 - taken / speed;
+  if (speed <= taken)
+    velocity_.setZero();
+  else
+    velocity_ *= 1.0 - taken / speed;
   position_ += dt * velocity_;
 }
 

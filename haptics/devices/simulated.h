@@ -10,22 +10,22 @@ namespace argil::haptics {
 
 /// A hand as a mass, a damper and a spring that ties the stylus to the place where the hand wants to be.
 struct HandModel {
-  double massKg = 0.1;           ///< Moves with the stylus.
-  double dampingNsmm = 0.005;    ///< N·s/mm.
-  double stiffnessNmm = 0.5;     ///< N/mm; 0 for a hand that only pushes (HandPoint::forceN).
+  double massKg = 0.1;         ///< Moves with the stylus.
+  double dampingNsmm = 0.005;  ///< N·s/mm.
+  double stiffnessNmm = 0.5;   ///< N/mm; 0 for a hand that only pushes (HandPoint::forceN).
 };
 
-/// Mass, damping and Coulomb friction of the sheet, encoder steps, actuator limit, a delay of whole or fractional ticks between command
-/// and motor, commands held between ticks; integrated at a fixed fine step. Deterministic: the same calls give the same
-/// bits. Model and sources: NOTES.md, "Simulated device".
+/// Mass, damping and Coulomb friction of the sheet, encoder steps, actuator limit, a delay of whole or fractional ticks
+/// between command and motor, commands held between ticks; integrated at a fixed fine step. Deterministic: the same
+/// calls give the same bits. Model and sources: NOTES.md, "Simulated device".
 class SimulatedDevice final : public Device {
  public:
   struct Options {
     HandModel hand;
-    double delayS = 0;             ///< From write() to the motor: 0 to 15 ms.
-    double fineStepS = 5e-5;       ///< Integration step: 1e-6 to 1e-3 s.
-    bool encoderSteps = true;      ///< False: positions are exact, to judge contact alone.
-    bool prescribed = false;       ///< The stylus is on the path, whatever the force: an infinitely strong hand.
+    double delayS = 0;         ///< From write() to the motor: 0 to 15 ms.
+    double fineStepS = 5e-5;   ///< Integration step: 1e-6 to 1e-3 s.
+    bool encoderSteps = true;  ///< False: positions are exact, to judge contact alone.
+    bool prescribed = false;   ///< The stylus is on the path, whatever the force: an infinitely strong hand.
   };
 
   /// `path` is in the device's frame. Throws Error for an option out of range.
@@ -38,9 +38,9 @@ class SimulatedDevice final : public Device {
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
 
   // For tests and plots; the servo's thread or after it stopped.
-  [[nodiscard]] const Vec3d& position() const noexcept { return position_; }       ///< Before the encoders, mm.
-  [[nodiscard]] const Vec3d& velocity() const noexcept { return velocity_; }       ///< mm/s.
-  [[nodiscard]] const Vec3d& motorForce() const noexcept { return motor_; }        ///< N, after delay and limit.
+  [[nodiscard]] const Vec3d& position() const noexcept { return position_; }  ///< Before the encoders, mm.
+  [[nodiscard]] const Vec3d& velocity() const noexcept { return velocity_; }  ///< mm/s.
+  [[nodiscard]] const Vec3d& motorForce() const noexcept { return motor_; }   ///< N, after delay and limit.
   /// Kinetic and spring energy of device and hand, N·mm.
   [[nodiscard]] double energyNmm() const noexcept;
 

@@ -24,9 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kStillNs = 100'000'000;  // A deflected puck reports every 8 or 16 ms: one that says nothing for so long has let go.
-constexpr int64_t kSpoiledNs = 30'000'000;  // So long after a report that made no sense nothing is believed but a good one.
-constexpr int kMostReports = 64;            // Of a node in an exchange: what the kernel keeps for a reader.
+// A deflected puck reports every 8 or 16 ms: one that says nothing for so long has let go.
+constexpr int64_t kStillNs = 100'000'000;
+// So long after a report that made no sense nothing is believed but a good one.
+constexpr int64_t kSpoiledNs = 30'000'000;
+constexpr int kMostReports = 64;  // Of a node in an exchange: what the kernel keeps for a reader.
 constexpr uint16_t kDesktop = 1, kButtons = 9, kFirstAxis = 0x30;
 
 bool isAxis(const HidField& f) {
@@ -115,7 +117,8 @@ class HidrawSource final : public HidSource {
 
 class SpaceMouseLink final : public DeviceLink {
  public:
-  SpaceMouseLink(const SpaceMouseOptions& options, std::unique_ptr<HidSource> source) : options_(options), source_(std::move(source)) {}
+  SpaceMouseLink(const SpaceMouseOptions& options, std::unique_ptr<HidSource> source)
+      : options_(options), source_(std::move(source)) {}
 
   Opened open(std::string& sentence) override {
     const Opened opened = source_->open(sentence);
@@ -241,11 +244,14 @@ class SpaceMouseLink final : public DeviceLink {
     const double beyond = std::max(0.0, std::abs(part) - options_.deadZone) / (1 - options_.deadZone);
     // The device's own axes are x right, y towards the person, z down: half a turn about x from ours.
     const double value = std::copysign(beyond, axis % 3 == 0 ? part : -part);
-    if (axis < 3) velocity_[axis] = options_.topSpeedMms * value;
-    else turn_[axis - 3] = options_.topTurnRads * value;
+    if (axis < 3)
+      velocity_[axis] = options_.topSpeedMms * value;
+    else
+      turn_[axis - 3] = options_.topTurnRads * value;
   }
 
-  static constexpr double kFarthest = 2;  // Some devices go a little beyond the range that they name; twice is none of theirs.
+  // Some devices go a little beyond the range that they name; twice is none of theirs.
+  static constexpr double kFarthest = 2;
 
   SpaceMouseOptions options_;
   std::unique_ptr<HidSource> source_;
@@ -338,10 +344,13 @@ std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options) {
 }
 
 std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options, std::unique_ptr<HidSource> source) {
-  if (!(options.topSpeedMms >= 1 && options.topSpeedMms <= 1000)) throw Error("spacemouse: the top speed must be 1 to 1000 mm/s");
-  if (!(options.topTurnRads >= 0 && options.topTurnRads <= 20)) throw Error("spacemouse: the top turn must be 0 to 20 rad/s");
+  if (!(options.topSpeedMms >= 1 && options.topSpeedMms <= 1000))
+    throw Error("spacemouse: the top speed must be 1 to 1000 mm/s");
+  if (!(options.topTurnRads >= 0 && options.topTurnRads <= 20))
+    throw Error("spacemouse: the top turn must be 0 to 20 rad/s");
   if (!(options.deadZone >= 0 && options.deadZone <= 0.5)) throw Error("spacemouse: the dead zone must be 0 to 0.5");
-  if (!(options.boxMm.allFinite() && options.boxMm.minCoeff() > 0)) throw Error("spacemouse: the box must have edges above zero");
+  if (!(options.boxMm.allFinite() && options.boxMm.minCoeff() > 0))
+    throw Error("spacemouse: the box must have edges above zero");
   DeviceSheet sheet = spaceMouseSheet();
   sheet.workspaceMm = options.boxMm;
   sheet.resolutionMm = options.topSpeedMms / sheet.rateHz;

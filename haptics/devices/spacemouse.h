@@ -27,19 +27,20 @@ class HidSource {
 };
 
 struct SpaceMouseOptions {
-  std::string node =
-      {};  ///< Such as /dev/hidraw3, which stands for all nodes of its device; empty: the first device there is.
-  double topSpeedMms = 120;     ///< At full deflection, mm/s: 1 to 1000.
-  double topTurnRads = 1.5;     ///< At full deflection, rad/s: 0 to 20.
-  double deadZone = 0.03;       ///< Part of full deflection that counts as rest: 0 to 0.5.
+  /// Such as /dev/hidraw3, which stands for all nodes of its device; empty: the first device there is.
+  std::string node = {};
+  double topSpeedMms = 120;       ///< At full deflection, mm/s: 1 to 1000.
+  double topTurnRads = 1.5;       ///< At full deflection, rad/s: 0 to 20.
+  double deadZone = 0.03;         ///< Part of full deflection that counts as rest: 0 to 0.5.
   Vec3d boxMm = {200, 200, 200};  ///< The stylus stays in this box around its origin.
 };
 
-/// The puck's deflection is a velocity: its place is what that adds up to. x to the right, y away from the person, z up.
-/// Throws Error for options out of range; a device that is not there yet is used as soon as it is.
+/// The puck's deflection is a velocity: its place is what that adds up to. x to the right, y away from the person, z
+/// up. Throws Error for options out of range; a device that is not there yet is used as soon as it is.
 [[nodiscard]] std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options);
 /// The same from elsewhere than a hidraw node.
-[[nodiscard]] std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options, std::unique_ptr<HidSource> source);
+[[nodiscard]] std::unique_ptr<Device> openSpaceMouse(const SpaceMouseOptions& options,
+                                                     std::unique_ptr<HidSource> source);
 
 [[nodiscard]] const DeviceSheet& spaceMouseSheet();
 /// Whether these ids may be those of a SpaceMouse or one of its kin: all of 3Dconnexion's (its ordinary mice too: their
@@ -48,8 +49,8 @@ struct SpaceMouseOptions {
 
 /// A HID node of the system.
 struct HidNode {
-  std::string node;  ///< /dev/hidrawN.
-  std::string name;  ///< As the device calls itself.
+  std::string node;    ///< /dev/hidrawN.
+  std::string name;    ///< As the device calls itself.
   std::string device;  ///< The same for all nodes of one physical device.
   uint16_t vendor = 0, product = 0;
   bool sixAxes = true;  ///< False: it says that it is none.

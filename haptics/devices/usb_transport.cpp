@@ -16,9 +16,9 @@ namespace {
 
 constexpr uint8_t kOut = kUsbOutEndpoint, kIn = 0x81, kVendorRequest = 0x40;
 constexpr int kInterface = 0;
-constexpr size_t kPacket = 64;        // A full-speed bulk packet; a longer read would hold status bytes in its midst.
-constexpr size_t kReads = 2;          // One is handled while the other listens.
-constexpr size_t kRing = 4096;        // Far more than is ever unread: a power of two.
+constexpr size_t kPacket = 64;  // A full-speed bulk packet; a longer read would hold status bytes in its midst.
+constexpr size_t kReads = 2;    // One is handled while the other listens.
+constexpr size_t kRing = 4096;  // Far more than is ever unread: a power of two.
 constexpr unsigned kControlMs = 500;
 constexpr int64_t kCancelNs = 1'000'000'000;
 
@@ -33,9 +33,12 @@ std::string placeOf(libusb_device* device) {
 std::string whyNot(int error) {
   switch (error) {
     case LIBUSB_ERROR_ACCESS:
-      return "this user may not open it: copy installer/99-argil.rules to /etc/udev/rules.d, then unplug it and plug it in again";
-    case LIBUSB_ERROR_BUSY: return "another program uses it: close that first";
-    default: return fmt::format("it cannot be opened ({}): unplug it and plug it in again", libusb_error_name(error));
+      return "this user may not open it: copy installer/99-argil.rules to /etc/udev/rules.d, then unplug it and plug "
+             "it in again";
+    case LIBUSB_ERROR_BUSY:
+      return "another program uses it: close that first";
+    default:
+      return fmt::format("it cannot be opened ({}): unplug it and plug it in again", libusb_error_name(error));
   }
 }
 
@@ -107,13 +110,21 @@ struct UsbTransport::Usb {
         usb.listen(one);
         break;
       }
-      case LIBUSB_TRANSFER_OVERFLOW: usb.listen(one); break;
-      case LIBUSB_TRANSFER_STALL: usb.stalled = true; break;
-      case LIBUSB_TRANSFER_CANCELLED: break;
-      default: usb.gone = true;
+      case LIBUSB_TRANSFER_OVERFLOW:
+        usb.listen(one);
+        break;
+      case LIBUSB_TRANSFER_STALL:
+        usb.stalled = true;
+        break;
+      case LIBUSB_TRANSFER_CANCELLED:
+        break;
+      default:
+        usb.gone = true;
     }
   }
-  static void wentOut(libusb_transfer* transfer) noexcept { static_cast<Usb*>(transfer->user_data)->sendActive = false; }
+  static void wentOut(libusb_transfer* transfer) noexcept {
+    static_cast<Usb*>(transfer->user_data)->sendActive = false;
+  }
 
   void listen(Listening& one) noexcept {
     if (!handle || gone || closing) return;
@@ -135,7 +146,8 @@ struct UsbTransport::Usb {
       if (!one.active) listen(one);
   }
   [[nodiscard]] bool anyActive() const noexcept {
-    return sendActive || std::any_of(listening.begin(), listening.end(), [](const Listening& one) { return one.active; });
+    return sendActive ||
+           std::any_of(listening.begin(), listening.end(), [](const Listening& one) { return one.active; });
   }
 };
 
@@ -161,8 +173,9 @@ UsbTransport::~UsbTransport() {
 ByteTransport::Opening UsbTransport::open() {
   Usb& usb = *usb_;
   close();
-  usb.sentence = usb.where.empty() ? "not plugged in: connect its USB cable and its power"
-                                   : fmt::format("not plugged in at USB {}: connect its USB cable there and its power", usb.where);
+  usb.sentence = usb.where.empty()
+                     ? "not plugged in: connect its USB cable and its power"
+                     : fmt::format("not plugged in at USB {}: connect its USB cable there and its power", usb.where);
   Opening result = Opening::absent;
   overDevices(usb.context, usb.vendor, usb.product, [&](libusb_device* device) {
     if (!usb.where.empty() && placeOf(device) != usb.where) return false;
@@ -209,17 +222,23 @@ void UsbTransport::close() noexcept {
   usb.sendActive = false;
 }
 
-std::string UsbTransport::sentence() const { return usb_->sentence; }
+std::string UsbTransport::sentence() const {
+  return usb_->sentence;
+}
 
 Transfer UsbTransport::control(FtdiRequest request, uint16_t value) {
   Usb& usb = *usb_;
   if (!usb.handle || usb.gone) return Transfer::gone;
-  const int result = libusb_control_transfer(usb.handle, kVendorRequest, static_cast<uint8_t>(request), value, 0, nullptr, 0, kControlMs);
+  const int result = libusb_control_transfer(usb.handle, kVendorRequest, static_cast<uint8_t>(request), value, 0,
+                                             nullptr, 0, kControlMs);
   if (request == FtdiRequest::reset && value == kFtdiPurgeRx) usb.ringBegin = usb.ringEnd;
   switch (result) {
-    case LIBUSB_ERROR_TIMEOUT: return Transfer::timeout;
-    case LIBUSB_ERROR_PIPE: return Transfer::stall;
-    default: break;
+    case LIBUSB_ERROR_TIMEOUT:
+      return Transfer::timeout;
+    case LIBUSB_ERROR_PIPE:
+      return Transfer::stall;
+    default:
+      break;
   }
   if (result < 0) usb.gone = true;
   return usb.gone ? Transfer::gone : Transfer::ok;
@@ -246,12 +265,15 @@ Transfer UsbTransport::write(std::span<const uint8_t> bytes, int64_t timeoutNs) 
   }
   if (usb.gone) return Transfer::gone;
   switch (usb.sending->status) {
-    case LIBUSB_TRANSFER_COMPLETED: return size_t(usb.sending->actual_length) == size ? Transfer::ok : Transfer::timeout;
-    case LIBUSB_TRANSFER_CANCELLED: return Transfer::timeout;
+    case LIBUSB_TRANSFER_COMPLETED:
+      return size_t(usb.sending->actual_length) == size ? Transfer::ok : Transfer::timeout;
+    case LIBUSB_TRANSFER_CANCELLED:
+      return Transfer::timeout;
     case LIBUSB_TRANSFER_STALL:
       if (libusb_clear_halt(usb.handle, kOut) == LIBUSB_ERROR_NO_DEVICE) break;
       return Transfer::stall;
-    default: break;
+    default:
+      break;
   }
   usb.gone = true;
   return Transfer::gone;
@@ -290,6 +312,8 @@ int UsbTransport::file() const noexcept {
   return file;
 }
 
-bool UsbTransport::clearToSend() const noexcept { return usb_->clearToSend; }
+bool UsbTransport::clearToSend() const noexcept {
+  return usb_->clearToSend;
+}
 
 }  // namespace argil::haptics

@@ -18,23 +18,23 @@ inline constexpr uint32_t kMostObjects = uint32_t{1} << 18;
 inline constexpr uint32_t kMostGrids = 1000;
 
 enum class Kind : uint32_t {
-  error = 1,  ///< Text: what is wrong with the file and what to do; the last message.
-  memory,     ///< Nothing: there was not enough of it; the last message.
-  note,       ///< Text.
-  format,     ///< Text.
-  metadata,   ///< Text: key, a zero byte, value.
-  object,     ///< Object, then its name. Its arrays follow, each complete before the next begins.
-  positions,  ///< Of 3 doubles.
-  triangles,  ///< Of 3 uint32_t.
-  colours,    ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
-  grid,       ///< Grid, then its name. Its tiles follow, then its bricks.
-  tiles,      ///< Of Tile: what is inside.
-  bricks,     ///< Of Brick.
+  error = 1,     ///< Text: what is wrong with the file and what to do; the last message.
+  memory,        ///< Nothing: there was not enough of it; the last message.
+  note,          ///< Text.
+  format,        ///< Text.
+  metadata,      ///< Text: key, a zero byte, value.
+  object,        ///< Object, then its name. Its arrays follow, each complete before the next begins.
+  positions,     ///< Of 3 doubles.
+  triangles,     ///< Of 3 uint32_t.
+  colours,       ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
+  grid,          ///< Grid, then its name. Its tiles follow, then its bricks.
+  tiles,         ///< Of Tile: what is inside.
+  bricks,        ///< Of Brick.
   colourBricks,  ///< Of ColourBrick; each where a brick was sent.
-  picture,    ///< Picture. Its levels, or its pixels, follow.
-  levels,     ///< Of float, 0 black to 1 white, row by row from the top.
-  pixels,     ///< Of 4 bytes, sRGB and alpha, row by row from the top.
-  end,        ///< Nothing: all was sent.
+  picture,       ///< Picture. Its levels, or its pixels, follow.
+  levels,        ///< Of float, 0 black to 1 white, row by row from the top.
+  pixels,        ///< Of 4 bytes, sRGB and alpha, row by row from the top.
+  end,           ///< Nothing: all was sent.
 };
 
 // What a level set says of its colours in a .vdb file: the name of their grid, and the one that it has itself, linear

@@ -1,7 +1,7 @@
 // Runs a fuzz target (LLVMFuzzerTestOneInput) without libFuzzer: mutates a kept corpus, the same way in every run.
 //   fuzz_NAME CORPUS-FOLDER [--run N]
-// 20 000 inputs, or fewer where 2 s of its CPU time are over before; ten times both with ARGIL_LONG=1. When an input breaks the target its
-// number is printed; --run N repeats that one, and writes it to the file fuzz-input.
+// 20 000 inputs, or fewer where 2 s of its CPU time are over before; ten times both with ARGIL_LONG=1. When an input
+// breaks the target its number is printed; --run N repeats that one, and writes it to the file fuzz-input.
 
 #include <algorithm>
 #include <csignal>
@@ -26,7 +26,9 @@ using Bytes = std::vector<uint8_t>;
 
 volatile uint64_t currentRun = 0;
 
-void tellRun() { std::fprintf(stderr, "\nfuzz: broken by run %llu; repeat it with --run\n", (unsigned long long)currentRun); }
+void tellRun() {
+  std::fprintf(stderr, "\nfuzz: broken by run %llu; repeat it with --run\n", (unsigned long long)currentRun);
+}
 
 void onSignal(int number) {
   tellRun();
@@ -50,10 +52,26 @@ class Numbers {  // SplitMix64
 };
 
 // What readers trip over: ends of ranges, numbers that are none, counts that lie.
-const std::string kTokens[] = {"0", "-1", "1e999", "nan", "inf", "-0", "4294967295", "4294967296", "18446744073709551616",
-                               "2147483648", "1e-320", "\n", "\r\n", " ", "#", std::string("\0\0\0\0", 4),
-                               std::string("\xff\xff\xff\xff", 4), std::string("\x00\x00\x80\x7f", 4),
-                               std::string("\x00\x00\xc0\x7f", 4), std::string("\xff\xff\xff\x7f", 4)};
+const std::string kTokens[] = {"0",
+                               "-1",
+                               "1e999",
+                               "nan",
+                               "inf",
+                               "-0",
+                               "4294967295",
+                               "4294967296",
+                               "18446744073709551616",
+                               "2147483648",
+                               "1e-320",
+                               "\n",
+                               "\r\n",
+                               " ",
+                               "#",
+                               std::string("\0\0\0\0", 4),
+                               std::string("\xff\xff\xff\xff", 4),
+                               std::string("\x00\x00\x80\x7f", 4),
+                               std::string("\x00\x00\xc0\x7f", 4),
+                               std::string("\xff\xff\xff\x7f", 4)};
 
 void mutateOnce(Bytes& bytes, const std::vector<Bytes>& corpus, Numbers& numbers) {
   const size_t at = numbers.below(bytes.size() + 1);
@@ -125,7 +143,8 @@ int main(int count, char** arguments) {
   if (count >= 4 && std::strcmp(arguments[2], "--run") == 0) {
     currentRun = std::strtoull(arguments[3], nullptr, 10);
     const Bytes bytes = inputOf(currentRun, corpus);
-    std::ofstream("fuzz-input", std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    std::ofstream("fuzz-input", std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     return LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   }
   const char* longer = std::getenv("ARGIL_LONG");

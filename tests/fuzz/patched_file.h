@@ -1,5 +1,6 @@
 #pragma once
-// A file as an input describes it: its own bytes, or a sound file that was damaged. The fuzzer need not know what a whole one looks like.
+// A file as an input describes it: its own bytes, or a sound file that was damaged. The fuzzer need not know what a
+// whole one looks like.
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -19,7 +20,9 @@ namespace argil::tests {
 class MemoryFolder {
  public:
   MemoryFolder() {
-    std::string pattern = std::filesystem::exists("/dev/shm") ? "/dev/shm/argil-fuzz-XXXXXX" : (std::filesystem::temp_directory_path() / "argil-fuzz-XXXXXX").string();
+    std::string pattern = std::filesystem::exists("/dev/shm")
+                              ? "/dev/shm/argil-fuzz-XXXXXX"
+                              : (std::filesystem::temp_directory_path() / "argil-fuzz-XXXXXX").string();
     require(mkdtemp(pattern.data()) != nullptr);
     path_ = pattern;
   }
@@ -44,22 +47,29 @@ inline std::string contentOf(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// An even first byte: the rest is the file. Odd: `whole`, damaged at places: (offset in 3 bytes, length, bytes)...; a length of 0 cuts it there, of 255 tears
-/// 4096 bytes out.
+/// An even first byte: the rest is the file. Odd: `whole`, damaged at places: (offset in 3 bytes, length, bytes)...; a
+/// length of 0 cuts it there, of 255 tears 4096 bytes out.
 inline std::string patched(ByteInput& input, const std::string& whole) {
-  const auto text = [](std::span<const std::byte> bytes) { return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()); };
+  const auto text = [](std::span<const std::byte> bytes) {
+    return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
   if (input.byte() % 2 == 0) return std::string(text(input.rest()));
   std::string file = whole;
   while (!input.empty() && !file.empty()) {
     const size_t low = input.two(), at = (low | size_t{input.byte()} << 16) % file.size();
     const uint8_t length = input.byte();
-    if (length == 0) file.resize(at);
-    else if (length == 255) file.erase(at, 4096);
-    else file.replace(at, std::min<size_t>(length, file.size() - at), text(input.some(length)));
+    if (length == 0)
+      file.resize(at);
+    else if (length == 255)
+      file.erase(at, 4096);
+    else
+      file.replace(at, std::min<size_t>(length, file.size() - at), text(input.some(length)));
   }
   return file;
 }
 
-inline void write(const std::filesystem::path& file, std::string_view content) { std::ofstream(file, std::ios::binary | std::ios::trunc) << content; }
+inline void write(const std::filesystem::path& file, std::string_view content) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << content;
+}
 
 }  // namespace argil::tests

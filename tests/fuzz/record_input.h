@@ -1,8 +1,10 @@
 #pragma once
-// Any bytes as records with right checksums: what a fuzzer could never guess. A list of orders, a byte each with what belongs to it:
+// Any bytes as records with right checksums: what a fuzzer could never guess. A list of orders, a byte each with what
+// belongs to it:
 //   0 a record: kind, codec, owner, id (2 bytes), length (2), body      1 a blob: its kind, length (2), bytes
-//   2 a brick: codec, owner, id (2), coordinate (3), pattern (2)        3 a node: owner, id (2), level, coordinate (3), count, (place (2), id (2))...
-//   4 a brick of a channel: codec, owner, id (2), coordinate (3), pattern  5 a version with channels: owner, id (2), id of its distances (2), count, (channel, id (2))...
+//   2 a brick: codec, owner, id (2), coordinate (3), pattern (2)        3 a node: owner, id (2), level, coordinate (3),
+//   count, (place (2), id (2))... 4 a brick of a channel: codec, owner, id (2), coordinate (3), pattern  5 a version
+//   with channels: owner, id (2), id of its distances (2), count, (channel, id (2))...
 // Numbers are little endian, the order is the byte modulo 6; what is cut off ends the list.
 
 #include <algorithm>
@@ -62,17 +64,21 @@ class RecordList : public io::RecordSink, public io::RecordSource, public io::Ol
     record = found->second;
     return true;
   }
-  void getMany(std::span<const io::RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
+  void getMany(std::span<const io::RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override {
     for (size_t i = 0; i < ids.size(); ++i) {
       const auto found = records_.find(ids[i]);
       if (found != records_.end()) each(i, found->second);
     }
   }
-  void bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, io::RecordId)>& each) const override {
+  void bricksIn(uint32_t owner, Coord first, int32_t edge,
+                const std::function<void(Coord, io::RecordId)>& each) const override {
     const auto in = [edge](int32_t at, int32_t from) { return at >= from && int64_t{at} < int64_t{from} + edge; };
     for (const auto& [id, bytes] : records_) {
       const auto record = io::parseRecord(bytes);
-      if (!record || record->header.kind != io::RecordKind::brick || record->header.owner != owner || record->body.size() < 12) continue;
+      if (!record || record->header.kind != io::RecordKind::brick || record->header.owner != owner ||
+          record->body.size() < 12)
+        continue;
       int32_t at[3];
       std::memcpy(at, record->body.data(), sizeof at);
       if (in(at[0], first.x) && in(at[1], first.y) && in(at[2], first.z)) each({at[0], at[1], at[2]}, id);
@@ -132,8 +138,10 @@ inline void putNode(ByteInput& input, io::RecordSink& sink) {
   for (int count = input.byte(); count > 0 && !input.empty(); --count) {
     const uint16_t place = input.two();
     const io::RecordId child = input.two();
-    if (child == 0) io::add(node.inside, place % 512);
-    else children[place % 512] = child;
+    if (child == 0)
+      io::add(node.inside, place % 512);
+    else
+      children[place % 512] = child;
   }
   for (const auto& [place, child] : children) {
     node.inside[size_t(place) / 64] &= ~(uint64_t{1} << (place % 64));
@@ -152,7 +160,8 @@ inline void putChannelBrick(ByteInput& input, io::RecordSink& sink) {
   clay::ChannelBrick brick;
   brick.coord = coordOf(input);
   const uint8_t pattern = input.byte();
-  for (size_t i = 0; i < clay::kBrickVoxels; ++i) brick.value[i] = pattern & 1 ? static_cast<uint8_t>(i * pattern >> 3) : pattern;
+  for (size_t i = 0; i < clay::kBrickVoxels; ++i)
+    brick.value[i] = pattern & 1 ? static_cast<uint8_t>(i * pattern >> 3) : pattern;
   std::vector<std::byte> body;
   io::packChannelBrick(brick, codec, body);
   sink.put({io::RecordKind::channelBrick, codec, 0, owner, id}, body);
@@ -195,10 +204,17 @@ inline RecordList recordsOf(ByteInput& input) {
         io::putBlob(kind, input.some(length), ids, held, list);
         break;
       }
-      case 2: record_input::putBrick(input, list); break;
-      case 4: record_input::putChannelBrick(input, list); break;
-      case 5: record_input::putClayHead(input, list); break;
-      default: record_input::putNode(input, list);
+      case 2:
+        record_input::putBrick(input, list);
+        break;
+      case 4:
+        record_input::putChannelBrick(input, list);
+        break;
+      case 5:
+        record_input::putClayHead(input, list);
+        break;
+      default:
+        record_input::putNode(input, list);
     }
   }
   return list;

@@ -14,8 +14,8 @@ inline constexpr int kMost = 4096;  // mutants in one build
 inline int active = -1;             // from ARGIL_MUTANT; -1: none, the program behaves as it was written
 inline uint8_t* reached = nullptr;  // one byte a mutant, shared with the file that ARGIL_MUTANT_TRACE names
 
-// Before every other initialiser, and before a reader confines itself. A shared mapping, so that a program that is killed
-// has still told what it reached.
+// Before every other initialiser, and before a reader confines itself. A shared mapping, so that a program that is
+// killed has still told what it reached.
 __attribute__((constructor(101))) static void readEnvironment() {
   if (reached || active >= 0) return;
   if (const char* number = std::getenv("ARGIL_MUTANT")) active = std::atoi(number);

@@ -10,7 +10,8 @@ namespace argil::haptics::testing {
 /// What an emulator does wrong on command. `split` is allowed: a driver must cope with it.
 enum class Misbehaviour { none, split, garbage, notFinite, shortAnswers, wrongEcho, late, silent };
 
-/// One device of a kind, at the other end of its emulator. All calls from the test's thread. Has a constant Traits kTraits.
+/// One device of a kind, at the other end of its emulator. All calls from the test's thread. Has a constant Traits
+/// kTraits.
 class DeviceRig {
  public:
   virtual ~DeviceRig() = default;
@@ -29,8 +30,9 @@ class DeviceRig {
   /// Puts the emulated hand there, in the device's frame.
   virtual void hand(const Vec3d& positionMm, uint32_t buttons) = 0;
   [[nodiscard]] virtual Vec3d place() const { return Vec3d::Zero(); }
-  [[nodiscard]] virtual Vec3d forceN() const { return Vec3d::Zero(); }  ///< The last that the motors were told, device's frame.
-  [[nodiscard]] virtual double peakN() const { return 0; }              ///< The longest ever.
+  /// The last that the motors were told, device's frame.
+  [[nodiscard]] virtual Vec3d forceN() const { return Vec3d::Zero(); }
+  [[nodiscard]] virtual double peakN() const { return 0; }  ///< The longest ever.
   /// False where this kind cannot do that wrong.
   virtual bool misbehave(Misbehaviour) { return false; }
   virtual void unplug() {}

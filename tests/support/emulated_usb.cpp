@@ -19,10 +19,16 @@
 namespace argil::haptics::testing {
 namespace {
 
-// As an FTDI chip describes itself: one vendor interface, bulk IN 0x81 and OUT 0x02 of 64 bytes, under the Falcon's numbers.
+// As an FTDI chip describes itself: one vendor interface, bulk IN 0x81 and OUT 0x02 of 64 bytes, under the Falcon's
+// numbers.
 constexpr const char* kDescriptors =
-    "12010002000000080304" "48cb" "0004" "000000" "01"
-    "0902200001010080" "2d"
+    "12010002000000080304"
+    "48cb"
+    "0004"
+    "000000"
+    "01"
+    "0902200001010080"
+    "2d"
     "0904000002ffffff00"
     "07058102400000"
     "07050202400000";
@@ -99,12 +105,15 @@ struct Plugged {
       case USBDEVFS_RELEASEINTERFACE:
         if (claimedBy == client) claimedBy = nullptr;
         return complete(0, 0);
-      case USBDEVFS_GETDRIVER: return complete(-1, ENODATA);
+      case USBDEVFS_GETDRIVER:
+        return complete(-1, ENODATA);
       case USBDEVFS_CLEAR_HALT:
-      case USBDEVFS_RESET: return complete(0, 0);
+      case USBDEVFS_RESET:
+        return complete(0, 0);
       case USBDEVFS_SUBMITURB: {
         Urb urb{umockdev_ioctl_data_resolve(argument, 0, sizeof(usbdevfs_urb), nullptr), nullptr};
-        urb.buffer = umockdev_ioctl_data_resolve(urb.data, offsetof(usbdevfs_urb, buffer), gsize(urb.head().buffer_length), nullptr);
+        urb.buffer = umockdev_ioctl_data_resolve(urb.data, offsetof(usbdevfs_urb, buffer),
+                                                 gsize(urb.head().buffer_length), nullptr);
         begin(flying.insert(flying.end(), urb));
         return complete(0, 0);
       }
@@ -122,19 +131,22 @@ struct Plugged {
       }
       case USBDEVFS_DISCARDURB: {
         const auto address = *reinterpret_cast<const gulong*>(argument->data);
-        const auto urb = std::find_if(flying.begin(), flying.end(), [&](const Urb& u) { return u.data->client_addr == address; });
+        const auto urb =
+            std::find_if(flying.begin(), flying.end(), [&](const Urb& u) { return u.data->client_addr == address; });
         if (urb == flying.end()) return complete(-1, EINVAL);
         finish(urb, -ENOENT, 0);
         return complete(0, 0);
       }
-      default: return complete(-1, ENOTTY);
+      default:
+        return complete(-1, ENOTTY);
     }
   }
 };
 
 gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer user) {
-  static_cast<Plugged*>(user)->handle(umockdev_ioctl_client_get_request(client), umockdev_ioctl_client_get_arg(client), client,
-                                      [&](int result, int error) { umockdev_ioctl_client_complete(client, result, error); });
+  static_cast<Plugged*>(user)->handle(
+      umockdev_ioctl_client_get_request(client), umockdev_ioctl_client_get_arg(client), client,
+      [&](int result, int error) { umockdev_ioctl_client_complete(client, result, error); });
   return TRUE;
 }
 
@@ -181,8 +193,10 @@ void EmulatedUsb::plug(FalconEmulator& emulator, const std::string& port) {
   emulator.replug();
   require(umockdev_testbed_attach_ioctl(bus_->testbed, one.node.c_str(), one.handler, nullptr), "no ioctl handler");
   const std::string text = fmt::format(
-      "P: /devices/usb1/1-{0}\nN: bus/usb/001/{1:03}\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM={1:03}\n"
-      "E: DEVNAME=/dev/bus/usb/001/{1:03}\nE: DEVTYPE=usb_device\nA: busnum=1\\n\nA: devnum={1}\\n\nA: bConfigurationValue=1\\n\n"
+      "P: /devices/usb1/1-{0}\nN: bus/usb/001/{1:03}\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: "
+      "DEVNUM={1:03}\n"
+      "E: DEVNAME=/dev/bus/usb/001/{1:03}\nE: DEVTYPE=usb_device\nA: busnum=1\\n\nA: devnum={1}\\n\nA: "
+      "bConfigurationValue=1\\n\n"
       "A: speed=12\\n\nH: descriptors={2}\n",
       port, address, kDescriptors);
   require(umockdev_testbed_add_from_string(bus_->testbed, text.c_str(), nullptr), "no device");

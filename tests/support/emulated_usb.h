@@ -1,5 +1,6 @@
 #pragma once
-// A USB bus that does not exist, for programs started under umockdev-wrapper: libusb sees what is plugged in here as it sees hardware.
+// A USB bus that does not exist, for programs started under umockdev-wrapper: libusb sees what is plugged in here as it
+// sees hardware.
 
 #include <memory>
 #include <string>

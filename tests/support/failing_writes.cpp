@@ -86,7 +86,9 @@ long failed() {
 }
 
 /// The write of half, where the plan wants one.
-bool takesHalf(bool first, size_t bytes) { return first && plan.shortFirst && bytes > 1; }
+bool takesHalf(bool first, size_t bytes) {
+  return first && plan.shortFirst && bytes > 1;
+}
 
 }  // namespace
 
@@ -158,7 +160,9 @@ ssize_t pwrite64(int fd, const void* bytes, size_t count, off64_t offset) {
                 [&](long done) { tracing::wrote(fd, bytes, static_cast<size_t>(done), offset); });
 }
 
-ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) { return pwrite64(fd, bytes, count, offset); }
+ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) {
+  return pwrite64(fd, bytes, count, offset);
+}
 
 ssize_t writev(int fd, const iovec* parts, int count) {
   bool first;
@@ -188,7 +192,9 @@ int ftruncate64(int fd, off64_t length) noexcept {
                                  [&](long) { tracing::resized(fd, static_cast<uint64_t>(length)); }));
 }
 
-int ftruncate(int fd, off_t length) noexcept { return ftruncate64(fd, length); }
+int ftruncate(int fd, off_t length) noexcept {
+  return ftruncate64(fd, length);
+}
 
 int truncate64(const char* path, off64_t length) noexcept {
   return static_cast<int>(traced([&] { return ::syscall(SYS_truncate, path, length); },
@@ -205,7 +211,9 @@ int renameat2(int fromFolder, const char* from, int toFolder, const char* to, un
                                  [&](long) { tracing::renamed(fromFolder, from, toFolder, to); }));
 }
 
-int rename(const char* from, const char* to) noexcept { return renameat2(AT_FDCWD, from, AT_FDCWD, to, 0); }
+int rename(const char* from, const char* to) noexcept {
+  return renameat2(AT_FDCWD, from, AT_FDCWD, to, 0);
+}
 
 // These are traced but never fail on purpose.
 

@@ -11,7 +11,7 @@ namespace {
 
 // The protocol once more, from the published description and not from the driver's headers.
 constexpr uint8_t kRaise = 0x41;
-constexpr int64_t kWireNs = 107'000;  // 16 bytes at 1.5 Mbaud, one way.
+constexpr int64_t kWireNs = 107'000;     // 16 bytes at 1.5 Mbaud, one way.
 constexpr int64_t kLoadByteNs = 71'000;  // A byte at 140 kbaud.
 constexpr int64_t kLateNs = 20'000'000;
 constexpr size_t kPayload = 62;
@@ -21,7 +21,8 @@ constexpr double kHomeDeg = 35, kDegPerCount = 0.0364346590909;
 FalconPose poseAt(const Vec3d& position) {
   Vec3d angles;
   FalconPose pose;
-  if (!falconInverse(position, angles) || !falconPose(angles, pose)) std::abort();  // A test put the hand out of reach.
+  // A test put the hand out of reach.
+  if (!falconInverse(position, angles) || !falconPose(angles, pose)) std::abort();
   return pose;
 }
 
@@ -140,8 +141,11 @@ void FalconEmulator::control(uint8_t request, uint16_t value) {
       divisor_ = value;
       if (value == 0x2 && mode_ == Mode::loaded) mode_ = Mode::running;
       break;
-    case 9: latencyNs_ = int64_t{value} * 1'000'000; break;
-    default: break;
+    case 9:
+      latencyNs_ = int64_t{value} * 1'000'000;
+      break;
+    default:
+      break;
   }
 }
 
@@ -183,7 +187,7 @@ void FalconEmulator::take(uint8_t byte, int64_t atNs) {
     return;
   }
   if (mode_ != Mode::loading) return;  // Echoes at any speed: harsher than the real one, whose echo would be garbled.
-  if (atNs < clearAtNs_) return;  // Not listening yet: lost, and so is its echo.
+  if (atNs < clearAtNs_) return;       // Not listening yet: lost, and so is its echo.
   uint8_t echo = byte;
   if (wrongEchoes_ > 0 && streamed_ % 100 == 70) {
     --wrongEchoes_;
@@ -214,7 +218,8 @@ void FalconEmulator::command(int64_t atNs) {
   std::vector<uint8_t> bytes = {'<'};
   for (int arm = 0; arm < 3; ++arm) {
     const auto count = std::lround((angles[arm] * 57.29577951308232 - kHomeDeg) / kDegPerCount);
-    for (int shift = 0; shift < 16; shift += 4) bytes.push_back(static_cast<uint8_t>(kRaise + ((count >> shift) & 0xf)));
+    for (int shift = 0; shift < 16; shift += 4)
+      bytes.push_back(static_cast<uint8_t>(kRaise + ((count >> shift) & 0xf)));
   }
   bytes.push_back(static_cast<uint8_t>(kRaise + buttons_ + (homed_ ? 0x70 : 0)));
   bytes.push_back(kRaise);
@@ -236,20 +241,25 @@ void FalconEmulator::command(int64_t atNs) {
   int64_t due = atNs + 2 * kWireNs;
   if (fault_ == FalconFault::late) due += kLateNs;
   if (fault_ != FalconFault::split) return answer(bytes, due);
-  for (size_t i = 0; i < bytes.size(); i += 5) answer({bytes.begin() + long(i), bytes.begin() + long(std::min(i + 5, bytes.size()))}, due);
+  for (size_t i = 0; i < bytes.size(); i += 5)
+    answer({bytes.begin() + long(i), bytes.begin() + long(std::min(i + 5, bytes.size()))}, due);
 }
 
-void FalconEmulator::answer(std::vector<uint8_t> bytes, int64_t dueNs) { answers_.push_back({dueNs, std::move(bytes)}); }
+void FalconEmulator::answer(std::vector<uint8_t> bytes, int64_t dueNs) {
+  answers_.push_back({dueNs, std::move(bytes)});
+}
 
 size_t FalconEmulator::in(std::array<uint8_t, 64>& packet, int64_t atNs) {
   const std::scoped_lock lock(mutex_);
   packet[0] = static_cast<uint8_t>(0x01 | (mode_ >= Mode::loading && atNs >= clearAtNs_ ? 0x10 : 0));
   packet[1] = 0x60;
-  // Less than a full packet waits for the latency timer, which ticks on a grid of its own; the rest of a split answer does not.
+  // Less than a full packet waits for the latency timer, which ticks on a grid of its own; the rest of a split answer
+  // does not.
   const auto tick = [&](int64_t t) { return (t + latencyNs_ - 1) / latencyNs_ * latencyNs_; };
   if (!answers_.empty()) {
     const Chunk& first = answers_.front();
-    const bool due = first.bytes.size() >= kPayload ? first.dueNs <= atNs : (tick(first.dueNs) <= atNs || lastInNs_ >= tick(first.dueNs));
+    const bool due = first.bytes.size() >= kPayload ? first.dueNs <= atNs
+                                                    : (tick(first.dueNs) <= atNs || lastInNs_ >= tick(first.dueNs));
     if (due) {
       const size_t count = std::min(first.bytes.size(), kPayload);
       std::memcpy(packet.data() + 2, first.bytes.data(), count);
@@ -265,14 +275,27 @@ size_t FalconEmulator::in(std::array<uint8_t, 64>& packet, int64_t atNs) {
 
 bool misbehave(FalconEmulator& falcon, Misbehaviour what) {
   switch (what) {
-    case Misbehaviour::none: falcon.misbehave(FalconFault::none); return true;
-    case Misbehaviour::split: falcon.misbehave(FalconFault::split); return true;
-    case Misbehaviour::garbage: falcon.misbehave(FalconFault::garbage); return true;
-    case Misbehaviour::shortAnswers: falcon.misbehave(FalconFault::shortPackets); return true;
-    case Misbehaviour::late: falcon.misbehave(FalconFault::late); return true;
-    case Misbehaviour::silent: falcon.misbehave(FalconFault::silent); return true;
-    case Misbehaviour::notFinite:                // Its numbers are whole.
-    case Misbehaviour::wrongEcho: return false;  // Only while firmware is loaded.
+    case Misbehaviour::none:
+      falcon.misbehave(FalconFault::none);
+      return true;
+    case Misbehaviour::split:
+      falcon.misbehave(FalconFault::split);
+      return true;
+    case Misbehaviour::garbage:
+      falcon.misbehave(FalconFault::garbage);
+      return true;
+    case Misbehaviour::shortAnswers:
+      falcon.misbehave(FalconFault::shortPackets);
+      return true;
+    case Misbehaviour::late:
+      falcon.misbehave(FalconFault::late);
+      return true;
+    case Misbehaviour::silent:
+      falcon.misbehave(FalconFault::silent);
+      return true;
+    case Misbehaviour::notFinite:  // Its numbers are whole.
+    case Misbehaviour::wrongEcho:
+      return false;  // Only while firmware is loaded.
   }
   return false;
 }
@@ -283,7 +306,9 @@ ByteTransport::Opening FalconLine::open() {
   return open_ ? Opening::opened : Opening::absent;
 }
 
-std::string FalconLine::sentence() const { return open_ ? "emulated" : "not plugged in: connect its USB cable and its power"; }
+std::string FalconLine::sentence() const {
+  return open_ ? "emulated" : "not plugged in: connect its USB cable and its power";
+}
 
 Transfer FalconLine::control(FtdiRequest request, uint16_t value) {
   if (gone()) return Transfer::gone;

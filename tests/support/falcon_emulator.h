@@ -1,5 +1,6 @@
 #pragma once
-// A Falcon that does not exist: its FTDI chip, boot loader, firmware and arm, byte for byte, which misbehave on command.
+// A Falcon that does not exist: its FTDI chip, boot loader, firmware and arm, byte for byte, which misbehave on
+// command.
 
 #include <array>
 #include <cstdint>
@@ -37,26 +38,28 @@ class FalconEmulator {
   // Hand side.
   void hand(const Vec3d& positionMm, uint8_t rawButtons);
   void setHomed(bool homed);
-  void powerCycle();                       ///< Firmware and homing are lost, motors off.
-  void loadElsewhere();                    ///< Another program loads and homes it.
+  void powerCycle();     ///< Firmware and homing are lost, motors off.
+  void loadElsewhere();  ///< Another program loads and homes it.
   void misbehave(FalconFault fault);
-  void wrongEchoes(int count);             ///< So many bytes of the firmware come back wrong.
-  void ignoreGreetings(int count);         ///< The boot loader is deaf to so many.
-  void setClearAfterNs(int64_t ns);        ///< Clear to send so long after it followed to loading speed; what comes before is lost.
+  void wrongEchoes(int count);      ///< So many bytes of the firmware come back wrong.
+  void ignoreGreetings(int count);  ///< The boot loader is deaf to so many.
+  /// Clear to send so long after it followed to loading speed; what comes before is lost.
+  void setClearAfterNs(int64_t ns);
   void unplug();
   void replug();
-  [[nodiscard]] Vec3d forceN() const;      ///< Of the motors on the hand, device's frame.
-  [[nodiscard]] double peakN() const;      ///< The longest ever.
-  [[nodiscard]] uint8_t lights() const;    ///< The byte of LEDs and homing as last sent, without the 0x41.
+  [[nodiscard]] Vec3d forceN() const;    ///< Of the motors on the hand, device's frame.
+  [[nodiscard]] double peakN() const;    ///< The longest ever.
+  [[nodiscard]] uint8_t lights() const;  ///< The byte of LEDs and homing as last sent, without the 0x41.
   [[nodiscard]] bool running() const;
   [[nodiscard]] uint64_t packets() const;  ///< Whole ones taken while running.
-  [[nodiscard]] std::vector<std::pair<uint8_t, uint16_t>> requests() const;  ///< Every control request so far: number, value.
+  /// Every control request so far: number, value.
+  [[nodiscard]] std::vector<std::pair<uint8_t, uint16_t>> requests() const;
 
   // Bus side.
   [[nodiscard]] bool plugged() const;
-  [[nodiscard]] uint64_t plugging() const; ///< Counts up with every unplugging: what was opened before is gone.
+  [[nodiscard]] uint64_t plugging() const;  ///< Counts up with every unplugging: what was opened before is gone.
   void control(uint8_t request, uint16_t value);
-  [[nodiscard]] bool out(std::span<const uint8_t> bytes);                  ///< False: the endpoint halted.
+  [[nodiscard]] bool out(std::span<const uint8_t> bytes);  ///< False: the endpoint halted.
   /// The next IN packet at that time, its two status bytes first; 0 when there is none yet.
   [[nodiscard]] size_t in(std::array<uint8_t, 64>& packet, int64_t atNs);
 

@@ -22,8 +22,8 @@ struct Property {
   std::string_view owner, name;
   Is is;
   bool needed = false;
-  std::string_view of =
-      {};  // The list that an index goes into, the kind of the objects, or all values that are allowed.
+  // The list that an index goes into, the kind of the objects, or all values that are allowed.
+  std::string_view of = {};
   double low = -kInfinite, high = kInfinite;
   size_t length = 0;  // Of numbers; 0: depends on others.
 };

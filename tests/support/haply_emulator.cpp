@@ -35,8 +35,10 @@ size_t HaplyArmEmulator::answer(std::span<const uint8_t> in, const Hand& hand, s
 
 void HaplyArmEmulator::spoil(Misbehaviour what, std::vector<uint8_t>& out) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  if (what == Misbehaviour::wrongEcho) out[0] = 0x2C;
-  else if (out.size() >= 9) std::memcpy(&out[5], &nan, 4);
+  if (what == Misbehaviour::wrongEcho)
+    out[0] = 0x2C;
+  else if (out.size() >= 9)
+    std::memcpy(&out[5], &nan, 4);
 }
 
 size_t HaplyGripEmulator::answer(std::span<const uint8_t> in, const Hand& hand, std::vector<uint8_t>& out) {
@@ -54,8 +56,10 @@ size_t HaplyGripEmulator::answer(std::span<const uint8_t> in, const Hand& hand, 
 
 void HaplyGripEmulator::spoil(Misbehaviour what, std::vector<uint8_t>& out) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  if (what == Misbehaviour::wrongEcho) out[0] = 0xDF;
-  else if (out.size() >= 7) std::memcpy(&out[3], &nan, 4);
+  if (what == Misbehaviour::wrongEcho)
+    out[0] = 0xDF;
+  else if (out.size() >= 7)
+    std::memcpy(&out[3], &nan, 4);
 }
 
 }  // namespace argil::haptics::testing

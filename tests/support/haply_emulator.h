@@ -5,7 +5,8 @@
 
 namespace argil::haptics::testing {
 
-/// The arm: wake and force are all it understands. Metres and newtons, as the real one. It has no watchdog: a force stays.
+/// The arm: wake and force are all it understands. Metres and newtons, as the real one. It has no watchdog: a force
+/// stays.
 class HaplyArmEmulator final : public PtyEmulator {
  public:
   /// `centreMm` is what the driver takes as the middle of the workspace.

@@ -21,7 +21,7 @@ struct PeerObject {
 };
 
 struct PeerModel {
-  DWORD unit = 0;  ///< NMR::MODELUNIT_MILLIMETER, ...
+  DWORD unit = 0;                   ///< NMR::MODELUNIT_MILLIMETER, ...
   std::vector<PeerObject> objects;  ///< Of the items of the build, in their order.
   std::vector<io::Colour> materials;
   std::vector<std::pair<std::string, std::string>> metadata;
@@ -83,13 +83,19 @@ inline PeerModel readByLib3mf(const std::filesystem::path& path) {
   check(lib3mf_reader_getwarningcount(reader, &count), "warnings");
   for (DWORD i = 0; i < count; ++i) {
     DWORD code = 0;
-    result.warnings.push_back(peer::text([&](char* to, ULONG size, ULONG* needed) { return lib3mf_reader_getwarningutf8(reader, i, &code, to, size, needed); }));
+    result.warnings.push_back(peer::text([&](char* to, ULONG size, ULONG* needed) {
+      return lib3mf_reader_getwarningutf8(reader, i, &code, to, size, needed);
+    }));
   }
   check(lib3mf_model_getunit(model, &result.unit), "unit");
   check(lib3mf_model_getmetadatacount(model, &count), "metadata");
   for (DWORD i = 0; i < count; ++i) {
-    result.metadata.emplace_back(peer::text([&](char* to, ULONG size, ULONG* needed) { return lib3mf_model_getmetadatakeyutf8(model, i, to, size, needed); }),
-                                 peer::text([&](char* to, ULONG size, ULONG* needed) { return lib3mf_model_getmetadatavalueutf8(model, i, to, size, needed); }));
+    result.metadata.emplace_back(peer::text([&](char* to, ULONG size, ULONG* needed) {
+                                   return lib3mf_model_getmetadatakeyutf8(model, i, to, size, needed);
+                                 }),
+                                 peer::text([&](char* to, ULONG size, ULONG* needed) {
+                                   return lib3mf_model_getmetadatavalueutf8(model, i, to, size, needed);
+                                 }));
   }
   PLib3MFModelResourceIterator* groups = nullptr;
   check(lib3mf_model_getbasematerials(model, &groups), "materials");
@@ -116,13 +122,18 @@ inline PeerModel readByLib3mf(const std::filesystem::path& path) {
     check(lib3mf_builditem_getobjectresource(item, &mesh), "object");
     own(mesh);
     PeerObject object;
-    object.name = peer::text([&](char* to, ULONG size, ULONG* needed) { return lib3mf_object_getnameutf8(mesh, to, size, needed); });
+    object.name = peer::text(
+        [&](char* to, ULONG size, ULONG* needed) { return lib3mf_object_getnameutf8(mesh, to, size, needed); });
     check(lib3mf_meshobject_getvertexcount(mesh, &count), "vertices");
     object.positions.resize(count);
-    check(lib3mf_meshobject_getvertices(mesh, reinterpret_cast<MODELMESHVERTEX*>(object.positions.data()), count, nullptr), "vertices");
+    check(lib3mf_meshobject_getvertices(mesh, reinterpret_cast<MODELMESHVERTEX*>(object.positions.data()), count,
+                                        nullptr),
+          "vertices");
     check(lib3mf_meshobject_gettrianglecount(mesh, &count), "triangles");
     object.triangles.resize(count);
-    check(lib3mf_meshobject_gettriangleindices(mesh, reinterpret_cast<MODELMESHTRIANGLE*>(object.triangles.data()), count, nullptr), "triangles");
+    check(lib3mf_meshobject_gettriangleindices(mesh, reinterpret_cast<MODELMESHTRIANGLE*>(object.triangles.data()),
+                                               count, nullptr),
+          "triangles");
     PLib3MFPropertyHandler* properties = nullptr;
     check(lib3mf_meshobject_createpropertyhandler(mesh, &properties), "properties");
     own(properties);

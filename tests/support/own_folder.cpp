@@ -1,5 +1,5 @@
-// Every test program works in a folder of its own, gone afterwards: two that run at once, of two build folders or of two
-// people, never meet, and the journals of documents never lie with those of the person who runs the tests.
+// Every test program works in a folder of its own, gone afterwards: two that run at once, of two build folders or of
+// two people, never meet, and the journals of documents never lie with those of the person who runs the tests.
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

@@ -99,27 +99,35 @@ inline std::string zip(const std::vector<PackedPart>& parts, bool wide = false) 
 }
 
 inline const std::string kRelations =
-    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
-    "<Relationship Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\" Target=\"/3D/3dmodel.model\" Id=\"rel0\"/></Relationships>";
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Relationships "
+    "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+    "<Relationship Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\" Target=\"/3D/3dmodel.model\" "
+    "Id=\"rel0\"/></Relationships>";
 
 /// What stands between <model> and </model>, as a whole document; `attributes` go to the model.
 inline std::string modelXml(const std::string& inside, const std::string& attributes = "unit=\"millimeter\"") {
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model " + attributes +
-         " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\""
+         " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
+         "xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\""
          " xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\">\n" +
          inside + "\n</model>\n";
 }
 
-inline std::string threeMf(const std::string& inside, const std::string& attributes = "unit=\"millimeter\"", std::vector<PackedPart> more = {}) {
-  more.insert(more.begin(), {{"[Content_Types].xml", "<Types/>"}, {"_rels/.rels", kRelations}, {"3D/3dmodel.model", modelXml(inside, attributes), true}});
+inline std::string threeMf(const std::string& inside, const std::string& attributes = "unit=\"millimeter\"",
+                           std::vector<PackedPart> more = {}) {
+  more.insert(more.begin(), {{"[Content_Types].xml", "<Types/>"},
+                             {"_rels/.rels", kRelations},
+                             {"3D/3dmodel.model", modelXml(inside, attributes), true}});
   return zip(more);
 }
 
 /// <mesh> of a tetrahedron with corners 0, x, y, z at 1; `extra` are attributes of its triangles.
 inline std::string tetrahedronXml(const std::vector<std::string>& extra = {"", "", "", ""}) {
-  return "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/><vertex x=\"0\" y=\"0\" z=\"1\"/></vertices>\n"
-         "<triangles><triangle v1=\"0\" v2=\"2\" v3=\"1\" " + extra[0] + "/><triangle v1=\"0\" v2=\"1\" v3=\"3\" " + extra[1] +
-         "/>\n<triangle v1=\"0\" v2=\"3\" v3=\"2\" " + extra[2] + "/><triangle v1=\"1\" v2=\"2\" v3=\"3\" " + extra[3] + "/></triangles></mesh>";
+  return "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" "
+         "z=\"0\"/><vertex x=\"0\" y=\"0\" z=\"1\"/></vertices>\n"
+         "<triangles><triangle v1=\"0\" v2=\"2\" v3=\"1\" " +
+         extra[0] + "/><triangle v1=\"0\" v2=\"1\" v3=\"3\" " + extra[1] + "/>\n<triangle v1=\"0\" v2=\"3\" v3=\"2\" " +
+         extra[2] + "/><triangle v1=\"1\" v2=\"2\" v3=\"3\" " + extra[3] + "/></triangles></mesh>";
 }
 
 }  // namespace argil::samples

@@ -18,12 +18,17 @@ using namespace std::chrono_literals;
 
 PtyEmulator::PtyEmulator() {
   static std::atomic<int> number{0};
-  path_ = std::filesystem::temp_directory_path() / ("argil-pty-" + std::to_string(getpid()) + "-" + std::to_string(number++));
+  path_ = std::filesystem::temp_directory_path() /
+          ("argil-pty-" + std::to_string(getpid()) + "-" + std::to_string(number++));
 }
 
-PtyEmulator::~PtyEmulator() { stop(); }
+PtyEmulator::~PtyEmulator() {
+  stop();
+}
 
-void PtyEmulator::stop() { unplug(); }
+void PtyEmulator::stop() {
+  unplug();
+}
 
 void PtyEmulator::plug() {
   unplug();
@@ -78,7 +83,8 @@ void PtyEmulator::send(int master, std::vector<uint8_t> bytes) {
   const Misbehaviour what = misbehaviour_.load();
   const auto put = [master](std::span<const uint8_t> part) { (void)!write(master, part.data(), part.size()); };
   switch (what) {
-    case Misbehaviour::none: break;
+    case Misbehaviour::none:
+      break;
     case Misbehaviour::split:
       put(std::span(bytes).first(bytes.size() / 2));
       std::this_thread::sleep_for(200us);
@@ -87,11 +93,18 @@ void PtyEmulator::send(int master, std::vector<uint8_t> bytes) {
     case Misbehaviour::garbage:
       for (uint8_t& b : bytes) b = static_cast<uint8_t>(random_());
       break;
-    case Misbehaviour::shortAnswers: bytes.resize(bytes.size() / 2); break;
-    case Misbehaviour::late: std::this_thread::sleep_for(30ms); break;
-    case Misbehaviour::silent: return;
+    case Misbehaviour::shortAnswers:
+      bytes.resize(bytes.size() / 2);
+      break;
+    case Misbehaviour::late:
+      std::this_thread::sleep_for(30ms);
+      break;
+    case Misbehaviour::silent:
+      return;
     case Misbehaviour::notFinite:
-    case Misbehaviour::wrongEcho: spoil(what, bytes); break;
+    case Misbehaviour::wrongEcho:
+      spoil(what, bytes);
+      break;
   }
   put(bytes);
 }

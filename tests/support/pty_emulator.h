@@ -16,8 +16,8 @@
 
 namespace argil::haptics::testing {
 
-/// Its path is a link that leads to the terminal while plugged in and nowhere otherwise. A kind of device says how it answers;
-/// what is done wrong to the answer is the same for all.
+/// Its path is a link that leads to the terminal while plugged in and nowhere otherwise. A kind of device says how it
+/// answers; what is done wrong to the answer is the same for all.
 class PtyEmulator {
  public:
   PtyEmulator();
@@ -44,7 +44,8 @@ class PtyEmulator {
     Vec3d positionMm = Vec3d::Zero();
     uint32_t buttons = 0;
   };
-  /// Takes one whole request off the front of `in`, adds the answer to `out`; bytes taken, 0 when there is no whole request.
+  /// Takes one whole request off the front of `in`, adds the answer to `out`; bytes taken, 0 when there is no whole
+  /// request.
   virtual size_t answer(std::span<const uint8_t> in, const Hand& hand, std::vector<uint8_t>& out) = 0;
   /// Spoils an answer of this kind: numbers that are none, or another's opcode.
   virtual void spoil(Misbehaviour what, std::vector<uint8_t>& out) = 0;

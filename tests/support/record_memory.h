@@ -32,14 +32,16 @@ class RecordMemory : public RecordSink, public RecordSource, public OlderBricks 
     record = at->second;
     return true;
   }
-  void getMany(std::span<const RecordId> ids, const std::function<void(size_t, std::span<const std::byte>)>& each) override {
+  void getMany(std::span<const RecordId> ids,
+               const std::function<void(size_t, std::span<const std::byte>)>& each) override {
     for (size_t i = 0; i < ids.size(); ++i) {
       if (i > 0 && ids[i] <= ids[i - 1]) throw std::logic_error("ids do not rise");
       const auto at = records.find(ids[i]);
       if (at != records.end()) each(i, at->second);
     }
   }
-  void bricksIn(uint32_t owner, Coord first, int32_t edge, const std::function<void(Coord, RecordId)>& each) const override {
+  void bricksIn(uint32_t owner, Coord first, int32_t edge,
+                const std::function<void(Coord, RecordId)>& each) const override {
     if (!bricks_) {
       bricks_.emplace();
       for (const auto& [id, bytes] : records) {
@@ -52,7 +54,8 @@ class RecordMemory : public RecordSink, public RecordSource, public OlderBricks 
     }
     for (const BrickRecord& brick : *bricks_) {
       const Coord d = brick.coord - first;
-      if (brick.owner == owner && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge) each(brick.coord, brick.id);
+      if (brick.owner == owner && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge)
+        each(brick.coord, brick.id);
     }
   }
   /// Puts another record in the place of one, with a right checksum.
@@ -64,10 +67,10 @@ class RecordMemory : public RecordSink, public RecordSource, public OlderBricks 
   [[nodiscard]] RecordView at(RecordId id) const { return *parseRecord(records.at(id)); }
 
   std::map<RecordId, std::vector<std::byte>> records;
-  std::vector<RecordId> order;           ///< As they were put.
+  std::vector<RecordId> order;  ///< As they were put.
   std::map<RecordKind, uint64_t> puts;
   uint64_t bytesPut = 0;
-  uint64_t failAfter = UINT64_MAX;       ///< So many more puts succeed.
+  uint64_t failAfter = UINT64_MAX;  ///< So many more puts succeed.
 
  private:
   struct BrickRecord {

@@ -20,7 +20,9 @@ inline std::vector<std::byte> someBytes(size_t size, uint64_t seed) {
 }
 
 /// The body that record `id` has in these tests.
-inline std::vector<std::byte> bodyOf(io::RecordId id) { return someBytes((id * 977) % (io::kMostRecordBody + 1), id); }
+inline std::vector<std::byte> bodyOf(io::RecordId id) {
+  return someBytes((id * 977) % (io::kMostRecordBody + 1), id);
+}
 
 /// A brick or node (by turns) with that body.
 inline void putSample(io::RecordSink& sink, io::RecordId id) {

@@ -25,11 +25,19 @@ NoThreads::NoThreads(int first) {
   threadsRefused = 0;
   threadsLeft = first;
 }
-NoThreads::~NoThreads() { threadsLeft = INT_MAX; }
-int NoThreads::refused() { return threadsRefused; }
+NoThreads::~NoThreads() {
+  threadsLeft = INT_MAX;
+}
+int NoThreads::refused() {
+  return threadsRefused;
+}
 
-NoAlignedMemory::NoAlignedMemory(int first) { blocksLeft = first; }
-NoAlignedMemory::~NoAlignedMemory() { blocksLeft = INT_MAX; }
+NoAlignedMemory::NoAlignedMemory(int first) {
+  blocksLeft = first;
+}
+NoAlignedMemory::~NoAlignedMemory() {
+  blocksLeft = INT_MAX;
+}
 
 }  // namespace argil::tests
 

@@ -1,5 +1,6 @@
 #pragma once
-// A SpaceMouse in either of its layouts, with the descriptors of real ones, at the far end of a socket that keeps reports apart.
+// A SpaceMouse in either of its layouts, with the descriptors of real ones, at the far end of a socket that keeps
+// reports apart.
 
 #include <array>
 #include <atomic>

@@ -17,7 +17,8 @@ class TemplateEmulator final : public PtyEmulator {
     if (in.size() < 8) return 0;
     if (check(in.first(7)) == in[7]) {
       Vec3d force;
-      for (size_t a = 0; a < 3; ++a) force[static_cast<int>(a)] = static_cast<int16_t>(in[1 + 2 * a] | in[2 + 2 * a] << 8) / 1000.0;
+      for (size_t a = 0; a < 3; ++a)
+        force[static_cast<int>(a)] = static_cast<int16_t>(in[1 + 2 * a] | in[2 + 2 * a] << 8) / 1000.0;
       motors(force);
     }
     out = {'P'};
@@ -31,8 +32,10 @@ class TemplateEmulator final : public PtyEmulator {
     return 8;
   }
   void spoil(Misbehaviour what, std::vector<uint8_t>& out) override {
-    if (what == Misbehaviour::wrongEcho) out[0] = 'Q';
-    else out[8] = static_cast<uint8_t>(out[8] ^ 1);  // Integers are never not finite: a wrong sum is its like.
+    if (what == Misbehaviour::wrongEcho)
+      out[0] = 'Q';
+    else
+      out[8] = static_cast<uint8_t>(out[8] ^ 1);  // Integers are never not finite: a wrong sum is its like.
   }
 
  private:

@@ -23,7 +23,8 @@ inline std::shared_ptr<const clay::HeightImage> crossImage() {
 inline std::shared_ptr<const clay::StampShape> slab() {
   clay::Grid grid;
   grid.voxelMm = 0.5;
-  static const auto shape = clay::StampShape::of(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), {20, 14, 10}, 2));
+  static const auto shape =
+      clay::StampShape::of(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), {20, 14, 10}, 2));
   return shape;
 }
 

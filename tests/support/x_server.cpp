@@ -35,7 +35,8 @@ std::string programPath(const std::string& name) {
   return {};
 }
 
-/// Starts a program that ends when this process does. `keep`: a file descriptor that it inherits under its number, or -1.
+/// Starts a program that ends when this process does. `keep`: a file descriptor that it inherits under its number, or
+/// -1.
 pid_t start(const std::vector<std::string>& command, int keep) {
   std::vector<char*> arguments;
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -81,12 +82,14 @@ bool hasManager(Display* display) {
   int format = 0;
   unsigned long count = 0, left = 0;
   unsigned char* data = nullptr;
-  XGetWindowProperty(display, DefaultRootWindow(display), name, 0, 1, False, XA_WINDOW, &type, &format, &count, &left, &data);
+  XGetWindowProperty(display, DefaultRootWindow(display), name, 0, 1, False, XA_WINDOW, &type, &format, &count, &left,
+                     &data);
   if (data) XFree(data);
   return count == 1;
 }
 
-/// Shows a small window and waits until a manager has given it a frame. A manager that has just come up misses the first ones.
+/// Shows a small window and waits until a manager has given it a frame. A manager that has just come up misses the
+/// first ones.
 bool managesWindows(Display* display) {
   const Window root = DefaultRootWindow(display);
   const Window window = XCreateSimpleWindow(display, root, 0, 0, 16, 16, 0, 0, 0);
@@ -146,7 +149,8 @@ void XServer::startServer(const Options& options) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe for Xvfb");
   const std::string screen = std::to_string(options.width) + "x" + std::to_string(options.height) + "x24";
-  server_ = start({programPath("Xvfb"), "-displayfd", std::to_string(ends[1]), "-screen", "0", screen, "-nolisten", "tcp", "-noreset"},
+  server_ = start({programPath("Xvfb"), "-displayfd", std::to_string(ends[1]), "-screen", "0", screen, "-nolisten",
+                   "tcp", "-noreset"},
                   ends[1]);
   close(ends[1]);
   // It writes its number and a line's end when it is ready; the pipe closes when it fails.

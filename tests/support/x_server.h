@@ -9,8 +9,8 @@
 
 namespace argil::support {
 
-/// An X server (Xvfb) of its own for this process, and a window manager (openbox) if wanted. Several processes may each have one at once.
-/// Sets DISPLAY while it lives; both programs end with it, and with this process however it ends.
+/// An X server (Xvfb) of its own for this process, and a window manager (openbox) if wanted. Several processes may each
+/// have one at once. Sets DISPLAY while it lives; both programs end with it, and with this process however it ends.
 class XServer {
  public:
   struct Options {

@@ -52,7 +52,8 @@ constexpr std::array kBenchmarks = {
 std::string machine() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0) return fmt::format("{}, {} cores", line.substr(line.find(':') + 2), std::thread::hardware_concurrency());
+    if (line.rfind("model name", 0) == 0)
+      return fmt::format("{}, {} cores", line.substr(line.find(':') + 2), std::thread::hardware_concurrency());
   return fmt::format("{} cores", std::thread::hardware_concurrency());
 }
 
@@ -60,7 +61,8 @@ std::string machine() {
 
 double Samples::quantile(double q) const {
   if (us_.empty()) return 0;
-  const auto at = static_cast<ptrdiff_t>(std::min(q * static_cast<double>(us_.size()), static_cast<double>(us_.size() - 1)));
+  const auto at =
+      static_cast<ptrdiff_t>(std::min(q * static_cast<double>(us_.size()), static_cast<double>(us_.size() - 1)));
   std::nth_element(us_.begin(), us_.begin() + at, us_.end());
   return us_[static_cast<size_t>(at)];
 }
@@ -75,7 +77,9 @@ BenchResult Samples::result(std::string name) const {
   return r;
 }
 
-void BenchReport::heading(const std::string& text) const { fmt::print("\n{}\n", text); }
+void BenchReport::heading(const std::string& text) const {
+  fmt::print("\n{}\n", text);
+}
 
 void BenchReport::add(BenchResult r) {
   if (r.peer && !r.ratio && r.median > 0) r.ratio = *r.peer / r.median;

@@ -2,8 +2,8 @@
 // What benchmarks share: a result, how it is printed, how it is kept.
 
 #include <chrono>
-#include <ctime>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,17 +15,18 @@ namespace argil::cli {
 
 /// A figure. Keys that do not apply stay empty and are left out of the JSON.
 struct BenchResult {
-  std::string name;         ///< A path, such as edit/ball20/48M.
+  std::string name;  ///< A path, such as edit/ball20/48M.
   std::string unit = "us";
   double median = 0;
   std::optional<double> p99, p999;
   uint64_t n = 0;
   int threads = 1;
-  std::optional<double> peer;   ///< The same work by the named library in the same run, in `unit`.
+  std::optional<double> peer;  ///< The same work by the named library in the same run, in `unit`.
   std::string peerName;
   std::optional<double> ratio;  ///< peer / median.
-  std::optional<uint64_t> bricks, chunks, triangles, bytes, memory, hash;  ///< memory: bytes at the peak, beside what was there before.
-  std::string note;             ///< For the reader of the table; not in the JSON.
+  /// memory: bytes at the peak, beside what was there before.
+  std::optional<uint64_t> bricks, chunks, triangles, bytes, memory, hash;
+  std::string note;  ///< For the reader of the table; not in the JSON.
 };
 
 /// Microseconds of many runs.
@@ -45,7 +46,9 @@ class Samples {
 /// Microseconds since it was made, by the steady clock.
 class Stopwatch {
  public:
-  [[nodiscard]] double us() const { return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start_).count(); }
+  [[nodiscard]] double us() const {
+    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start_).count();
+  }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -80,15 +83,15 @@ class BenchReport {
 struct BenchOptions {
   std::vector<std::string> names;  ///< As benchNames() lists them; empty: those that run by default.
   std::filesystem::path json;
-  std::filesystem::path figure;     ///< SVG, of the one benchmark that draws: buzz or stability.
-  double largest = 48;              ///< Million active voxels of the largest model.
-  double seconds = 60;              ///< Of the paced servo.
-  std::filesystem::path folder;     ///< Where files are written; empty: the folder of temporary files.
-  double longestS = 60;             ///< day: of the hand, in one stroke; 1 to 600.
-  double cellSeconds = 20;          ///< day: a stroke that has taken so much work is cut off.
+  std::filesystem::path figure;                 ///< SVG, of the one benchmark that draws: buzz or stability.
+  double largest = 48;                          ///< Million active voxels of the largest model.
+  double seconds = 60;                          ///< Of the paced servo.
+  std::filesystem::path folder;                 ///< Where files are written; empty: the folder of temporary files.
+  double longestS = 60;                         ///< day: of the hand, in one stroke; 1 to 600.
+  double cellSeconds = 20;                      ///< day: a stroke that has taken so much work is cut off.
   std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
-  double hours = 4;                 ///< day: simulated.
-  std::vector<std::string> tools;   ///< day: ids of the tools that are measured; empty: all that need no file.
+  double hours = 4;                             ///< day: simulated.
+  std::vector<std::string> tools;  ///< day: ids of the tools that are measured; empty: all that need no file.
   Job* job = nullptr;
 };
 

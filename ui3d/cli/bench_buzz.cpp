@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kZoomFromS = 1.4, kZoomToS = 1.6;
 
-ChartSeries series(const std::string& name, int colour, const haptics::BuzzRun& run, double fromS, double toS, double (*value)(const haptics::BuzzTick&)) {
+ChartSeries series(const std::string& name, int colour, const haptics::BuzzRun& run, double fromS, double toS,
+                   double (*value)(const haptics::BuzzTick&)) {
   ChartSeries s;
   s.name = name;
   s.colour = colour;
@@ -26,15 +27,21 @@ ChartSeries series(const std::string& name, int colour, const haptics::BuzzRun& 
   return s;
 }
 
-double forceOf(const haptics::BuzzTick& tick) { return tick.force.z(); }
-double heightOf(const haptics::BuzzTick& tick) { return tick.hand.z(); }
+double forceOf(const haptics::BuzzTick& tick) {
+  return tick.force.z();
+}
+double heightOf(const haptics::BuzzTick& tick) {
+  return tick.hand.z();
+}
 
 }  // namespace
 
 void benchBuzz(BenchReport& report, const BenchOptions& options) {
   const haptics::DeviceSheet& sheet = haptics::deviceSheet("premium15");
-  report.heading(fmt::format("buzz: {} N/mm at a wall that a threshold cut out, voxels of {} mm, hand and {} in closed loop, 1 kHz, one tick of delay",
-                             haptics::kBuzzStiffnessNmm, haptics::kBuzzVoxelMm, sheet.like));
+  report.heading(
+      fmt::format("buzz: {} N/mm at a wall that a threshold cut out, voxels of {} mm, hand and {} in closed loop, 1 "
+                  "kHz, one tick of delay",
+                  haptics::kBuzzStiffnessNmm, haptics::kBuzzVoxelMm, sheet.like));
   Chart chart;
   chart.title = "A field that jumps within a voxel, pressed and glided along";
   chart.panelWidth = 900;
@@ -68,13 +75,18 @@ void benchBuzz(BenchReport& report, const BenchOptions& options) {
     chart.panels[0].series.push_back(series(name, colour, run, 0, 10, forceOf));
     chart.panels[1].series.push_back(series(name, colour, run, 0, 10, heightOf));
     chart.panels[2].series.push_back(series(name, colour, run, kZoomFromS, kZoomToS, forceOf));
-    caption.push_back(fmt::format("{}: force changes by {:.2f} % of the device's peak from tick to tick (RMS), the tool turns round {:.0f} times a second.",
-                                  name, run.jumpRms, run.reversals));
+    caption.push_back(
+        fmt::format("{}: force changes by {:.2f} % of the device's peak from tick to tick (RMS), the tool turns round "
+                    "{:.0f} times a second.",
+                    name, run.jumpRms, run.reversals));
     ++colour;
   }
-  caption.insert(caption.begin(), fmt::format("Wall of 4 voxels of {} mm, cut out by a threshold; ball of {} mm, {} N/mm; simulated {} and hand, 1 kHz, one tick of delay.",
-                                              haptics::kBuzzVoxelMm, haptics::kBuzzBallMm, haptics::kBuzzStiffnessNmm, sheet.like));
-  caption.push_back("No safety and no passivity control: contact alone. Made by: argil bench buzz --figure docs/buzz.svg");
+  caption.insert(caption.begin(),
+                 fmt::format("Wall of 4 voxels of {} mm, cut out by a threshold; ball of {} mm, {} N/mm; simulated {} "
+                             "and hand, 1 kHz, one tick of delay.",
+                             haptics::kBuzzVoxelMm, haptics::kBuzzBallMm, haptics::kBuzzStiffnessNmm, sheet.like));
+  caption.push_back(
+      "No safety and no passivity control: contact alone. Made by: argil bench buzz --figure docs/buzz.svg");
   chart.caption = std::move(caption);
   if (options.figure.empty()) return;
   const std::string svg = chart.svg();

@@ -5,7 +5,8 @@
 // four times, then goes on to the next square of the sphere. It rests on the clay as it is: each sample lies where the
 // surface was when the sample before it was applied. Samples come 250 times a second and are published four at a time.
 //
-// Cost is time of the processor; latency is by the clock and that of a queue: a batch is begun when its last sample has come and the batch before it is done.
+// Cost is time of the processor; latency is by the clock and that of a queue: a batch is begun when its last sample has
+// come and the batch before it is done.
 
 #include <malloc.h>
 
@@ -38,7 +39,8 @@ constexpr double kCoverS = 7.5, kSquareS = 30;          // to cover a square onc
 constexpr double kModelMm = 40;                         // radius of the model (bench_models.h)
 constexpr double kLeastShare = 0.75, kMostShare = 1.3;  // of the model's radius: the hand digs or builds no farther
 constexpr double kMemoryEveryS = 0.25;
-constexpr double kTurnUs = 1e-3 * double(engine::EditLoop::kTurnBudgetNs);  // after which the studio shows what there is
+// after which the studio shows what there is
+constexpr double kTurnUs = 1e-3 * double(engine::EditLoop::kTurnBudgetNs);
 constexpr std::array kLengths = {1.0, 10.0, 60.0, 600.0};
 constexpr double kShortS = 10;  // longer strokes are compared with one of this length
 
@@ -85,7 +87,7 @@ struct Cell {
   std::vector<Mark> marks;
   bool cutOff = false;
   Samples latency;
-  Samples picture;  // from one version with its surface to the next, in turns as the studio takes them
+  Samples picture;                   // from one version with its surface to the next, in turns as the studio takes them
   uint64_t beyond = 0, changed = 0;  // bytes
   uint64_t hash = 0;
   [[nodiscard]] const Mark* shortOne() const {
@@ -244,8 +246,8 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
                     "beside 10 s (! above {}); latency; p99 from picture to picture, ms (! above {}); "
                     "bytes beyond the clay ÷ bytes changed (! above {} and {} MB); bricks computed for a second of "
                     "hand, first 10 s and all",
-                    "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth, limits.pictureMs,
-                    limits.memory, limits.spareBytes >> 20));
+                    "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
+                    limits.pictureMs, limits.memory, limits.spareBytes >> 20));
     for (const engine::ToolRow& row : engine::toolTable()) {
       if (row.file != engine::ToolFile::none) continue;
       if (!options.tools.empty() &&
@@ -297,8 +299,9 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
       }
     }
   }
-  fmt::print("\n  {} cells: {} grow, {} do not keep hand time, {} show too seldom, {} take too much memory, {} were cut off\n", cells,
-             grown, late, slow, heavy, cut);
+  fmt::print(
+      "\n  {} cells: {} grow, {} do not keep hand time, {} show too seldom, {} take too much memory, {} were cut off\n",
+      cells, grown, late, slow, heavy, cut);
 }
 
 void benchDay(BenchReport& report, const BenchOptions& options) {

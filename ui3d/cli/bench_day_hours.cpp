@@ -33,7 +33,8 @@ namespace fs = std::filesystem;
 using namespace engine;
 
 constexpr uint64_t kSeed = 20261121;
-constexpr uint64_t kUndoBytes = uint64_t{192} << 20;  // full within the first quarter, so that quarters can be compared
+// full within the first quarter, so that quarters can be compared
+constexpr uint64_t kUndoBytes = uint64_t{192} << 20;
 constexpr double kMillions = 1;
 // Random strokes lay more than they take: within an hour a ball is five times the surface that it was. A quarter is
 // comparable with another because its clay is: the hand begins anew.
@@ -210,10 +211,11 @@ void reportQuarter(BenchReport& report, int number, const Quarter& q, const Quar
   };
   BenchResult r = q.batch.result(fmt::format("day/hours/batch/quarter{}", number));
   r.memory = q.most;
-  r.note = fmt::format("{} strokes; p99 {}; bytes in use {}; resident {:.0f} MB; {} bricks of clay; {:.0f} MB of steps, {} of them on disk", q.strokes,
-                       beside(q.batch.quantile(0.99), first.batch.quantile(0.99)),
-                       beside(double(q.most), double(first.most)), double(q.resident) / 1e6, q.bricks,
-                       double(q.undoBytes) / 1e6, q.onDisk);
+  r.note = fmt::format(
+      "{} strokes; p99 {}; bytes in use {}; resident {:.0f} MB; {} bricks of clay; {:.0f} MB of steps, {} of them on "
+      "disk",
+      q.strokes, beside(q.batch.quantile(0.99), first.batch.quantile(0.99)), beside(double(q.most), double(first.most)),
+      double(q.resident) / 1e6, q.bricks, double(q.undoBytes) / 1e6, q.onDisk);
   report.add(std::move(r));
   r = q.undo.result(fmt::format("day/hours/undo/quarter{}", number));
   r.note = fmt::format("median {}", beside(q.undo.median(), first.undo.median()));
@@ -226,11 +228,11 @@ void reportQuarter(BenchReport& report, int number, const Quarter& q, const Quar
 }  // namespace
 
 void benchDayHours(BenchReport& report, const BenchOptions& options) {
-  report.heading(
-      fmt::format("day, hours: {:g} simulated hours of strokes with ten tools, undo, redo, a save every {:g} min, a "
-                  "job every {:g} min, {:g} M voxels begun anew every {:g} min; "
-                  "{} MiB for undo; journal on; seed {}; by quarters",
-                  options.hours, kSaveEveryS / 60, kJobEveryS / 60, kMillions, kAnewEveryS / 60, kUndoBytes >> 20, kSeed));
+  report.heading(fmt::format(
+      "day, hours: {:g} simulated hours of strokes with ten tools, undo, redo, a save every {:g} min, a "
+      "job every {:g} min, {:g} M voxels begun anew every {:g} min; "
+      "{} MiB for undo; journal on; seed {}; by quarters",
+      options.hours, kSaveEveryS / 60, kJobEveryS / 60, kMillions, kAnewEveryS / 60, kUndoBytes >> 20, kSeed));
   const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) /
                           fmt::format("argil-bench-day-{}", getpid());
   fs::create_directories(folder);

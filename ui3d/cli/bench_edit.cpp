@@ -28,7 +28,7 @@ namespace {
 
 using namespace clay;
 
-constexpr double kRadius = 20;     // voxels
+constexpr double kRadius = 20;  // voxels
 constexpr int kFresh = 400, kPeerDabs = 20;
 constexpr int kWalk = 140;  // goes not quite once around the smallest sphere
 
@@ -58,7 +58,9 @@ const std::shared_ptr<const Brush>& carving() {
   return brush;
 }
 
-Stamp dabAt(const Vec3d& at) { return {at, at, kRadius}; }
+Stamp dabAt(const Vec3d& at) {
+  return {at, at, kRadius};
+}
 
 // Points of the sphere no two of which lie within a dab of each other, in random order: fresh clay, cold memory.
 std::vector<Vec3d> freshPlaces(const Model& model, uint64_t seed, int count) {
@@ -67,7 +69,8 @@ std::vector<Vec3d> freshPlaces(const Model& model, uint64_t seed, int count) {
   const Vec3d centre = model.sphere.version.grid().toVoxel(Vec3d(3, 5, 7));
   std::vector<Vec3d> places;
   while (static_cast<int>(places.size()) < count)
-    places.push_back(centre + Vec3d(normal(random), normal(random), normal(random)).normalized() * model.sphere.radiusVoxels);
+    places.push_back(centre +
+                     Vec3d(normal(random), normal(random), normal(random)).normalized() * model.sphere.radiusVoxels);
   return places;
 }
 
@@ -129,7 +132,8 @@ void freshDab(Model& m, const Vec3d& at) {
   const size_t bytes = brickBytes(base.store()->precision());
   std::vector<std::byte> target(work.size() * bytes);
   Stopwatch copyWatch;
-  for (size_t i = 0; i < work.size(); ++i) std::memcpy(&target[i * bytes], static_cast<const void*>(work[i].from), bytes);
+  for (size_t i = 0; i < work.size(); ++i)
+    std::memcpy(&target[i * bytes], static_cast<const void*>(work[i].from), bytes);
   m.copy.add(copyWatch.us());
 
   m.surface.update(base);
@@ -142,7 +146,9 @@ void walk(Model& m, int count) {
   const Version base = m.sphere.version;
   const Vec3d centre = base.grid().toVoxel(Vec3d(3, 5, 7));
   const double radius = m.sphere.radiusVoxels, step = 0.1 * 2 * kRadius / radius;
-  const auto at = [&](int i) { return Vec3d(centre + radius * Vec3d(std::cos(0.3 + i * step), std::sin(0.3 + i * step), 0.2).normalized()); };
+  const auto at = [&](int i) {
+    return Vec3d(centre + radius * Vec3d(std::cos(0.3 + i * step), std::sin(0.3 + i * step), 0.2).normalized());
+  };
   Version version = base;
   for (int i = 0; i < count; ++i) {
     Stopwatch watch;
@@ -184,7 +190,8 @@ void peer(BenchReport& report, const Model& m) {
   for (int i = 0; i < kPeerDabs; ++i) {
     const Vec3d c = m.places[static_cast<size_t>(i)];
     const int reach = static_cast<int>(kRadius + band) + 1;
-    const openvdb::Coord middle(static_cast<int>(std::lround(c.x())), static_cast<int>(std::lround(c.y())), static_cast<int>(std::lround(c.z())));
+    const openvdb::Coord middle(static_cast<int>(std::lround(c.x())), static_cast<int>(std::lround(c.y())),
+                                static_cast<int>(std::lround(c.z())));
     const openvdb::CoordBBox bounds(middle.offsetBy(-reach), middle.offsetBy(reach));
     Stopwatch watch;
     auto accessor = grid->getAccessor();
@@ -240,9 +247,13 @@ void freshDabs(std::vector<Model>& models, Job* job) {
   }
 }
 
-// Counts on a sphere follow how much clay the ball holds there; over that share they say how much the size of the model costs.
+// Counts on a sphere follow how much clay the ball holds there; over that share they say how much the size of the model
+// costs.
 void reportFresh(BenchReport& report, const std::vector<Model>& models, const std::string& name) {
-  const auto counts = [](const Model& m) { return std::array{m.changed, m.made, m.nodes, m.touched * sizeof(FloatBrick) + Editor::Counts{m.made, m.nodes}.bytes()}; };
+  const auto counts = [](const Model& m) {
+    return std::array{m.changed, m.made, m.nodes,
+                      m.touched * sizeof(FloatBrick) + Editor::Counts{m.made, m.nodes}.bytes()};
+  };
   for (const Model& m : models) {
     BenchResult r = m.fresh.result(name + m.sphere.name);
     // Bricks touched: computed or turned into tiles. Bytes: those bricks read, the nodes copied, the bricks written.
@@ -252,15 +263,20 @@ void reportFresh(BenchReport& report, const std::vector<Model>& models, const st
     r.bytes = static_cast<uint64_t>(perDab(m.touched * sizeof(FloatBrick) + Editor::Counts{m.made, m.nodes}.bytes()));
     r.triangles = m.triangles / kFresh;
     const auto here = counts(m), last = counts(models.back());
-    const auto off = [&](size_t i, double over) { return 100 * (static_cast<double>(here[i]) / static_cast<double>(last[i]) / over - 1); };
+    const auto off = [&](size_t i, double over) {
+      return 100 * (static_cast<double>(here[i]) / static_cast<double>(last[i]) / over - 1);
+    };
     const double over = m.share / models.back().share;
-    r.note = fmt::format("{:.2f}× the smallest's time; per dab {:.1f} bricks touched, {:.1f} changed, {:.1f} made, {:.2f} nodes; beside the largest's, changed, made, "
-                         "nodes, bytes: {:+.1f} {:+.1f} {:+.1f} {:+.1f} %",
-                         m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made), perDab(m.nodes), off(0, 1), off(1, 1),
-                         off(2, 1), off(3, 1));
+    r.note = fmt::format(
+        "{:.2f}× the smallest's time; per dab {:.1f} bricks touched, {:.1f} changed, {:.1f} made, {:.2f} nodes; beside "
+        "the largest's, changed, made, "
+        "nodes, bytes: {:+.1f} {:+.1f} {:+.1f} {:+.1f} %",
+        m.fresh.median() / models.front().fresh.median(), perDab(m.touched), perDab(m.changed), perDab(m.made),
+        perDab(m.nodes), off(0, 1), off(1, 1), off(2, 1), off(3, 1));
     if (m.share < 1)
-      r.note += fmt::format("; over the clay in the ball ({:.3f} of that on a flat face): {:+.1f} {:+.1f} {:+.1f} {:+.1f} %", m.share, off(0, over), off(1, over),
-                            off(2, over), off(3, over));
+      r.note +=
+          fmt::format("; over the clay in the ball ({:.3f} of that on a flat face): {:+.1f} {:+.1f} {:+.1f} {:+.1f} %",
+                      m.share, off(0, over), off(1, over), off(2, over), off(3, over));
     report.add(r);
   }
 }
@@ -313,8 +329,11 @@ void precisions(BenchReport& report, const BenchOptions& options) {
     const VersionStats stats = m.sphere.version.stats();
     BenchResult r = m.fresh.result("edit/ball20-" + name);
     r.bytes = stats.bytes() / stats.bricks;
-    r.note = fmt::format("bytes: a brick with its share of nodes; the edit alone {:.1f} us, {:.3f}× 32 bits; after 20 dabs the surface lies {:.6f} voxel from that of 32 bits at most", m.freshEdit.median(),
-                         m.freshEdit.median() / models[0].freshEdit.median(), worstBetween(strokes[0], strokes[k]));
+    r.note = fmt::format(
+        "bytes: a brick with its share of nodes; the edit alone {:.1f} us, {:.3f}× 32 bits; after 20 dabs the surface "
+        "lies {:.6f} voxel from that of 32 bits at most",
+        m.freshEdit.median(), m.freshEdit.median() / models[0].freshEdit.median(),
+        worstBetween(strokes[0], strokes[k]));
     report.add(r);
     r = m.stroke.result("edit/ball20-stroke-" + name);
     r.note = fmt::format("{:.3f}× 32 bits", m.stroke.median() / models[0].stroke.median());
@@ -328,7 +347,9 @@ void precisions(BenchReport& report, const BenchOptions& options) {
 }  // namespace
 
 void benchEdit(BenchReport& report, const BenchOptions& options) {
-  report.heading(fmt::format("edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn", kRadius));
+  report.heading(fmt::format(
+      "edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn",
+      kRadius));
   std::vector<Model> models;
   for (const double size : sizesFrom1M(options.largest)) {
     Model m;
@@ -375,7 +396,8 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   }
   models.clear();
 
-  report.heading("the same fresh dab on the flat faces of a cube: what is left of the counts' differences when curvature is gone");
+  report.heading(
+      "the same fresh dab on the flat faces of a cube: what is left of the counts' differences when curvature is gone");
   for (const double size : sizesFrom1M(options.largest)) {
     Model m;
     m.sphere = benchCube(size);

@@ -54,10 +54,12 @@ Solid turnedBox(double round, double angle) {
   clay::Editor editor(clay::Version::empty(clay::Store::make(), grid));
   constexpr int kBricks = 4;
   for (int b = 0; b < 8 * kBricks * kBricks * kBricks; ++b) {
-    const Coord brick{b / (4 * kBricks * kBricks) - kBricks, b / (2 * kBricks) % (2 * kBricks) - kBricks, b % (2 * kBricks) - kBricks};
+    const Coord brick{b / (4 * kBricks * kBricks) - kBricks, b / (2 * kBricks) % (2 * kBricks) - kBricks,
+                      b % (2 * kBricks) - kBricks};
     std::array<float, clay::kBrickVoxels> phi;
     for (int i = 0; i < clay::kBrickVoxels; ++i)
-      phi[static_cast<size_t>(i)] = static_cast<float>(solid.distance((brick * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d()));
+      phi[static_cast<size_t>(i)] =
+          static_cast<float>(solid.distance((brick * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d()));
     editor.setVoxels(brick, phi);
   }
   solid.version = editor.commit();
@@ -69,7 +71,8 @@ std::vector<Vec3d> creasesOf(const clay::TriangleMesh& mesh, double voxelMm) {
   std::map<std::pair<uint32_t, uint32_t>, Vec3d> normalAt;
   std::vector<Vec3d> points;
   for (const auto& t : mesh.triangles) {
-    const Vec3d normal = (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]).normalized();
+    const Vec3d normal =
+        (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]).normalized();
     for (size_t i = 0; i < 3; ++i) {
       const auto [a, b] = std::minmax(t[i], t[(i + 1) % 3]);
       const auto [other, first] = normalAt.try_emplace({a, b}, normal);
@@ -106,7 +109,9 @@ Measured measure(const Solid& solid, clay::Grade grade) {
   }
   for (const auto& t : mesh.triangles)
     for (int i = 0; i <= 3; ++i)
-      for (int j = 0; i + j <= 3; ++j) take(solid.distance((i * mesh.positions[t[0]] + j * mesh.positions[t[1]] + (3 - i - j) * mesh.positions[t[2]]) / 3));
+      for (int j = 0; i + j <= 3; ++j)
+        take(solid.distance((i * mesh.positions[t[0]] + j * mesh.positions[t[1]] + (3 - i - j) * mesh.positions[t[2]]) /
+                            3));
   const clay::NearestTriangle tree(mesh);
   for (const Vec3d& p : solid.edges) take(std::sqrt(tree.nearest(p).squared));
   return result;
@@ -128,7 +133,9 @@ void add(BenchReport& report, const std::string& name, const Solid& solid) {
 }  // namespace
 
 void benchFineError(BenchReport& report, const BenchOptions& options) {
-  report.heading("fine: the largest error in voxels, over points of all triangles and of the true edges, with the time beside that of the draft");
+  report.heading(
+      "fine: the largest error in voxels, over points of all triangles and of the true edges, with the time beside "
+      "that of the draft");
   for (const double round : {0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0}) {
     if (options.job) options.job->step(0);
     add(report, fmt::format("box/round {:g}", round), turnedBox(round, 0.9));
@@ -141,8 +148,8 @@ void benchFineError(BenchReport& report, const BenchOptions& options) {
     clay::ImportOptions import;
     import.grid.voxelMm = clay::suggestVoxelMm(mesh, along);
     add(report, fmt::format("fandisk/{}", along),
-        {clay::meshToClay(clay::Store::make(), mesh, import, options.job).version, [&](const Vec3d& p) { return std::sqrt(tree.nearest(p).squared); },
-         creasesOf(mesh, import.grid.voxelMm)});
+        {clay::meshToClay(clay::Store::make(), mesh, import, options.job).version,
+         [&](const Vec3d& p) { return std::sqrt(tree.nearest(p).squared); }, creasesOf(mesh, import.grid.voxelMm)});
   }
 }
 

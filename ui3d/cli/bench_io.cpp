@@ -20,9 +20,9 @@
 #include "io/model_file.h"
 #include "io/model_writer.h"
 #include "ui3d/cli/bench.h"
-#include "ui3d/cli/peak_memory.h"
 #include "ui3d/cli/bench_io_3mf.h"
 #include "ui3d/cli/bench_models.h"
+#include "ui3d/cli/peak_memory.h"
 
 namespace argil::cli {
 
@@ -68,7 +68,10 @@ RawTimes writeRaw(const fs::path& path, const std::vector<char>& bytes) {
   const bool written = file >= 0 && ::fsync(file) == 0;
   if (file >= 0) ::close(file);
   times.us = watch.us();
-  if (!written || fs::file_size(path) != bytes.size()) throw Error(fmt::format("bench --folder {}: cannot be written ({})", path.parent_path().string(), std::strerror(errno)), Error::Kind::work);
+  if (!written || fs::file_size(path) != bytes.size())
+    throw Error(
+        fmt::format("bench --folder {}: cannot be written ({})", path.parent_path().string(), std::strerror(errno)),
+        Error::Kind::work);
   return times;
 }
 
@@ -81,10 +84,12 @@ BenchResult inMs(BenchResult result) {
 /// Writes a file several times, flushed to the disk each time, beside the same bytes from memory; then reads it.
 class Rows {
  public:
-  Rows(BenchReport& report, const fs::path& folder, uint64_t triangles, Job* job) : report_(report), folder_(folder), triangles_(triangles), job_(job) {}
+  Rows(BenchReport& report, const fs::path& folder, uint64_t triangles, Job* job)
+      : report_(report), folder_(folder), triangles_(triangles), job_(job) {}
 
   /// `file`: its ending says what reads it. `write` returns the bytes of the file.
-  void add(const std::string& name, const std::string& file, const std::function<uint64_t(const fs::path&)>& write, bool readBack = true) {
+  void add(const std::string& name, const std::string& file, const std::function<uint64_t(const fs::path&)>& write,
+           bool readBack = true) {
     const fs::path path = folder_ / file, rawPath = folder_ / "bench-raw.bin";
     Samples writing, raw, rawBeforeFlush, reading;
     uint64_t size = 0, writeMemory = 0, readMemory = 0;
@@ -105,7 +110,9 @@ class Rows {
         readMemory = std::max(readMemory, peak.bytes());
         uint64_t triangles = 0;
         for (const io::ModelObject& object : back.objects) triangles += object.mesh.triangles.size();
-        if (triangles != triangles_) throw Error(fmt::format("{} was read back with {} triangles of {}", file, triangles, triangles_), Error::Kind::work);
+        if (triangles != triangles_)
+          throw Error(fmt::format("{} was read back with {} triangles of {}", file, triangles, triangles_),
+                      Error::Kind::work);
       }
       std::vector<char> bytes(size);
       std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(size));
@@ -121,7 +128,8 @@ class Rows {
     row.triangles = triangles_;
     row.bytes = size;
     row.memory = writeMemory;
-    row.note = fmt::format("{:.0f} MB/s; from memory without flushing {:.0f} ms", static_cast<double>(size) / writing.median(), rawBeforeFlush.median() / 1000);
+    row.note = fmt::format("{:.0f} MB/s; from memory without flushing {:.0f} ms",
+                           static_cast<double>(size) / writing.median(), rawBeforeFlush.median() / 1000);
     report_.add(row);
     if (!readBack) return;
     row = inMs(reading.result("io/" + name + "/read"));
@@ -155,8 +163,9 @@ void benchReduction(BenchReport& report, double millions, Job* job) {
     BenchResult result = inMs(samples.result("io/reduce/" + name));
     result.triangles = reduced.mesh.triangles.size();
     result.memory = peak.bytes();
-    result.note = fmt::format("of {}; measured {:.5f} mm at most ({:.3f} voxel), RMS {:.5f}, at {} points", mesh.triangles.size(), reduced.deviation.most(),
-                              reduced.deviation.most() / voxel, reduced.deviation.rmsMm, reduced.deviation.points);
+    result.note = fmt::format("of {}; measured {:.5f} mm at most ({:.3f} voxel), RMS {:.5f}, at {} points",
+                              mesh.triangles.size(), reduced.deviation.most(), reduced.deviation.most() / voxel,
+                              reduced.deviation.rmsMm, reduced.deviation.points);
     report.add(result);
   };
   row("tenth", {mesh.triangles.size() / 10, {}});
@@ -168,16 +177,20 @@ void benchReduction(BenchReport& report, double millions, Job* job) {
 
 void benchIo(BenchReport& report, const BenchOptions& options) {
   const fs::path folder = options.folder.empty() ? fs::temp_directory_path() : options.folder;
-  if (!fs::is_directory(folder)) throw Error(fmt::format("bench --folder {}: there is no such folder; make it first", folder.string()));
+  if (!fs::is_directory(folder))
+    throw Error(fmt::format("bench --folder {}: there is no such folder; make it first", folder.string()));
   const double millions = std::min(kMostTriangles, options.largest / 2);
   io::ModelObject object;
   object.mesh = torus(millions);
   const io::ModelView model{{&object, 1}, {}};
-  report.heading(fmt::format("io: a closed mesh of {} triangles, files in {}, flushed to the disk; then the surface of clay reduced", object.mesh.triangles.size(), folder.string()));
+  report.heading(fmt::format(
+      "io: a closed mesh of {} triangles, files in {}, flushed to the disk; then the surface of clay reduced",
+      object.mesh.triangles.size(), folder.string()));
   const uint64_t triangles = object.mesh.triangles.size();
   Rows rows(report, folder, triangles, options.job);
   const auto writer = [&](const io::WriteOptions& how) {
-    return [&model, how, job = options.job](const fs::path& path) { return io::writeModel(path, model, how, job).bytes; };
+    return
+        [&model, how, job = options.job](const fs::path& path) { return io::writeModel(path, model, how, job).bytes; };
   };
   rows.add("stl", "bench.stl", writer({}));
   rows.add("stl-distinct", "bench.stl", writer({.distinct = true}), false);

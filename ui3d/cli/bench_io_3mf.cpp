@@ -25,7 +25,9 @@ uint64_t memory(const char* which) {
 }
 
 /// From here on VmHWM is the peak.
-void forgetPeak() { std::ofstream("/proc/self/clear_refs") << "5"; }
+void forgetPeak() {
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
 
 void writeRaw(const fs::path& path, const clay::TriangleMesh& mesh) {
   std::ofstream raw(path, std::ios::binary);
@@ -35,7 +37,8 @@ void writeRaw(const fs::path& path, const clay::TriangleMesh& mesh) {
   for (const Vec3d& p : mesh.positions) {
     for (const double x : {p.x(), p.y(), p.z()}) put(static_cast<float>(x));
   }
-  raw.write(reinterpret_cast<const char*>(mesh.triangles.data()), static_cast<std::streamsize>(mesh.triangles.size() * sizeof mesh.triangles[0]));
+  raw.write(reinterpret_cast<const char*>(mesh.triangles.data()),
+            static_cast<std::streamsize>(mesh.triangles.size() * sizeof mesh.triangles[0]));
   if (!raw.flush()) throw Error("the folder of the benchmark is full", Error::Kind::work);
 }
 
@@ -60,7 +63,8 @@ PeerRun runPeer(const fs::path& program, const fs::path& raw, const fs::path& ou
 
 void benchThreeMf(BenchReport& report, const io::ModelView& model, const fs::path& folder, int runs, Job* job) {
   const clay::TriangleMesh& mesh = model.objects[0].mesh;
-  const fs::path ours = folder / "bench-ours.3mf", theirs = folder / "bench-lib3mf.3mf", raw = folder / "bench-mesh.raw";
+  const fs::path ours = folder / "bench-ours.3mf", theirs = folder / "bench-lib3mf.3mf",
+                 raw = folder / "bench-mesh.raw";
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "bench-lib3mf";
   const bool peerThere = fs::exists(program);
   if (peerThere) writeRaw(raw, mesh);
@@ -83,7 +87,8 @@ void benchThreeMf(BenchReport& report, const io::ModelView& model, const fs::pat
     Stopwatch reading;
     const io::ModelFile back = io::readModel(ours);
     read.add(reading.us());
-    if (back.objects.at(0).mesh.triangles != mesh.triangles) throw Error("a 3MF file was read back as something else", Error::Kind::work);
+    if (back.objects.at(0).mesh.triangles != mesh.triangles)
+      throw Error("a 3MF file was read back as something else", Error::Kind::work);
   }
   const auto inMs = [](BenchResult result) {
     result.unit = "ms";
@@ -97,7 +102,8 @@ void benchThreeMf(BenchReport& report, const io::ModelView& model, const fs::pat
   if (peerThere) {
     row.peer = peer.median() / 1000;
     row.peerName = "lib3mf";
-    row.note += fmt::format("; size {:.3f} of lib3mf's {} bytes (not flushed; {:.0f} MB in all)", static_cast<double>(bytes) / static_cast<double>(peerBytes), peerBytes,
+    row.note += fmt::format("; size {:.3f} of lib3mf's {} bytes (not flushed; {:.0f} MB in all)",
+                            static_cast<double>(bytes) / static_cast<double>(peerBytes), peerBytes,
                             static_cast<double>(peerPeakKb) / 1000);
   }
   report.add(row);

@@ -24,11 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kStrokes = 40;
-constexpr int kPoints = 300;          // one a millisecond of a person's time, here one after the other
+constexpr int kPoints = 300;  // one a millisecond of a person's time, here one after the other
 constexpr double kToolVoxels = 20;
 
 // Strokes across the sphere, at fresh places; calls back with the time of each publish, as the edit thread would.
-uint64_t sculpt(engine::Session& session, const BenchModel& model, uint64_t seed, Samples& edit, const std::function<void()>& afterStroke) {
+uint64_t sculpt(engine::Session& session, const BenchModel& model, uint64_t seed, Samples& edit,
+                const std::function<void()>& afterStroke) {
   engine::Random random(seed);
   const clay::Grid grid = session.version().grid();
   const double radius = model.radiusVoxels * grid.voxelMm;
@@ -37,7 +38,8 @@ uint64_t sculpt(engine::Session& session, const BenchModel& model, uint64_t seed
   uint64_t touched = 0;
   for (int stroke = 0; stroke < kStrokes; ++stroke) {
     const clay::Version before = session.version();
-    Vec3d at = random.inBall().normalized(), step = random.inBall().cross(at).normalized() * (0.2 * tool.radiusMm / radius);
+    Vec3d at = random.inBall().normalized(),
+          step = random.inBall().cross(at).normalized() * (0.2 * tool.radiusMm / radius);
     session.beginStroke(tool);
     for (int i = 0; i < kPoints; ++i) {
       const Stopwatch watch;
@@ -47,7 +49,8 @@ uint64_t sculpt(engine::Session& session, const BenchModel& model, uint64_t seed
       at += step;
     }
     session.endStroke();
-    clay::Version::forEachDifference(before, session.version(), [&](Coord, clay::Slot, clay::Slot b) { touched += b.brick() != nullptr; });
+    clay::Version::forEachDifference(before, session.version(),
+                                     [&](Coord, clay::Slot, clay::Slot b) { touched += b.brick() != nullptr; });
     afterStroke();
   }
   return touched;
@@ -56,13 +59,15 @@ uint64_t sculpt(engine::Session& session, const BenchModel& model, uint64_t seed
 }  // namespace
 
 void benchKeep(BenchReport& report, const BenchOptions& options) {
-  report.heading(fmt::format("keep: {} strokes of {} samples, tool of {} voxels; files in {}", kStrokes, kPoints, kToolVoxels, fs::temp_directory_path().string()));
+  report.heading(fmt::format("keep: {} strokes of {} samples, tool of {} voxels; files in {}", kStrokes, kPoints,
+                             kToolVoxels, fs::temp_directory_path().string()));
   for (const double size : benchSizes(options.largest)) {
     const BenchModel model = benchSphere(size);
     const fs::path folder = fs::temp_directory_path() / fmt::format("argil-bench-keep-{}", getpid());
     fs::create_directories(folder);
     const fs::path file = folder / "model.argil";
-    const auto add = [&](const std::string& name, double us, const std::string& note, std::optional<uint64_t> bytes = {}) {
+    const auto add = [&](const std::string& name, double us, const std::string& note,
+                         std::optional<uint64_t> bytes = {}) {
       BenchResult r;
       r.name = fmt::format("keep/{}/{}", name, model.name);
       r.median = us;
@@ -74,7 +79,10 @@ void benchKeep(BenchReport& report, const BenchOptions& options) {
     {
       Stopwatch watch;
       engine::saveDocument(file, engine::Document::of(model.version), options.job);
-      add("save-all", watch.us(), fmt::format("{} bricks, {:.0f} bytes each", model.version.stats().bricks, double(fs::file_size(file)) / double(model.version.stats().bricks)), fs::file_size(file));
+      add("save-all", watch.us(),
+          fmt::format("{} bricks, {:.0f} bytes each", model.version.stats().bricks,
+                      double(fs::file_size(file)) / double(model.version.stats().bricks)),
+          fs::file_size(file));
     }
     Samples edit[2];
     for (const bool journal : {false, true}) {
@@ -109,7 +117,9 @@ void benchKeep(BenchReport& report, const BenchOptions& options) {
       BenchResult r = cpu.result(fmt::format("keep/journal-cpu-a-stroke/{}", model.name));
       r.bricks = touched / kStrokes;
       r.bytes = (after.bytes - before.bytes) / kStrokes;
-      r.note = fmt::format("{:.2f}x the bytes of the bricks that strokes changed; the disk was waited for {:.1f} ms a stroke", double(after.bytes - before.bytes) / (double(touched) * 2048), 1e3 * (after.syncS - before.syncS) / kStrokes);
+      r.note = fmt::format(
+          "{:.2f}x the bytes of the bricks that strokes changed; the disk was waited for {:.1f} ms a stroke",
+          double(after.bytes - before.bytes) / (double(touched) * 2048), 1e3 * (after.syncS - before.syncS) / kStrokes);
       report.add(std::move(r));
 
       Stopwatch saving;
@@ -150,7 +160,8 @@ void benchKeep(BenchReport& report, const BenchOptions& options) {
       BenchResult r = during.result(fmt::format("keep/sample-while-saving/{}", model.name));
       r.peer = edit[0].median();
       r.peerName = "without";
-      r.note = fmt::format("p99 without {:.1f}; the whole was saved {} times meanwhile", edit[0].quantile(0.99), saves.load());
+      r.note = fmt::format("p99 without {:.1f}; the whole was saved {} times meanwhile", edit[0].quantile(0.99),
+                           saves.load());
       report.add(std::move(r));
     }
     BenchResult r = edit[1].result(fmt::format("keep/sample-with-journal/{}", model.name));

@@ -1,4 +1,5 @@
-// argil bench render: what a picture costs, pass by pass, from 0.2 M triangles to as many as the device holds, and what a dab uploads.
+// argil bench render: what a picture costs, pass by pass, from 0.2 M triangles to as many as the device holds, and what
+// a dab uploads.
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/VolumeToMesh.h>
@@ -75,7 +76,13 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
                {"moving-side-by-side", Quality{}.moving(), StereoMode::sideBySide},
                {"still", Quality{}, StereoMode::mono},
                {"still-side-by-side", Quality{}, StereoMode::sideBySide},
-               {"moving-all-triangles", [] { Quality q = Quality{}.moving(); q.detailPixels = 0; return q; }(), StereoMode::mono}};
+               {"moving-all-triangles",
+                [] {
+                  Quality q = Quality{}.moving();
+                  q.detailPixels = 0;
+                  return q;
+                }(),
+                StereoMode::mono}};
   for (const auto& kind : kinds) {
     renderer.setQuality(kind.quality);
     const render::Shot shot = shotOf(renderer, kind.stereo);
@@ -100,8 +107,9 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
     r.p99 = whole.quantile(0.99);
     r.chunks = stats.chunksDrawn;
     r.triangles = stats.trianglesDrawn;
-    r.note = fmt::format("{:.1f} frames/s, {:.1f} M triangles/s, {} draw calls, settled after {} pictures; ms:{}", 1e6 / whole.median(),
-                         double(stats.trianglesDrawn) / whole.median(), stats.drawCalls, settled, passes(times, order));
+    r.note = fmt::format("{:.1f} frames/s, {:.1f} M triangles/s, {} draw calls, settled after {} pictures; ms:{}",
+                         1e6 / whole.median(), double(stats.trianglesDrawn) / whole.median(), stats.drawCalls, settled,
+                         passes(times, order));
     report.add(r);
     for (const std::string& pass : order) {
       BenchResult part = times.at(pass).result(path + "/" + pass);
@@ -111,7 +119,8 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
   }
 }
 
-/// A dab's surface onto the device; beside it what a renderer does that knows nothing of bricks: mesh the whole field, send the whole.
+/// A dab's surface onto the device; beside it what a renderer does that knows nothing of bricks: mesh the whole field,
+/// send the whole.
 void dabs(BenchReport& report, const BenchOptions& options, Renderer& renderer, Scene& scene) {
   renderer.setQuality(Quality{}.moving());
   const render::Shot shot = shotOf(renderer, render::StereoMode::mono);
@@ -170,8 +179,9 @@ void dabs(BenchReport& report, const BenchOptions& options, Renderer& renderer, 
   r.bytes = uint64_t(bytes.median());
   r.peer = peer.median();
   r.peerName = "volumeToMesh of the whole (its copy to the device not counted)";
-  r.note = fmt::format("{:.2f} MB with 24 bytes a vertex and 12 a triangle there; levels of all {} dabs, once at rest: {:.2f} MB", double(peerBytes) / 1e6,
-                       kDabs, double(after) / 1e6);
+  r.note = fmt::format(
+      "{:.2f} MB with 24 bytes a vertex and 12 a triangle there; levels of all {} dabs, once at rest: {:.2f} MB",
+      double(peerBytes) / 1e6, kDabs, double(after) / 1e6);
   report.add(r);
   r = frame.result("render/dab-picture/" + scene.name);
   r.p99 = frame.quantile(0.99);
@@ -182,8 +192,12 @@ void dabs(BenchReport& report, const BenchOptions& options, Renderer& renderer, 
 }  // namespace
 
 void benchRender(BenchReport& report, const BenchOptions& options) {
-  if (render::devices().empty()) throw Error("bench render: no Vulkan driver; install mesa-vulkan-drivers (it draws in software where there is no GPU)", Error::Kind::work);
-  report.heading("render: a sphere that fills 1280×720; a picture from the call to its bytes, passes by the device's clock");
+  if (render::devices().empty())
+    throw Error(
+        "bench render: no Vulkan driver; install mesa-vulkan-drivers (it draws in software where there is no GPU)",
+        Error::Kind::work);
+  report.heading(
+      "render: a sphere that fills 1280×720; a picture from the call to its bytes, passes by the device's clock");
   for (const double millions : {0.2, 1.0, 10.0, 40.0}) {
     if (millions / kTrianglesPerVoxel > options.largest * 1.05) break;
     Scene scene{benchSphere(millions / kTrianglesPerVoxel), Surface(), fmt::format("{:g}M-tri", millions), millions};

@@ -1,4 +1,5 @@
-// argil bench stability: how stiff a wall may be before device and hand shake, in virtual time, beside what theory says.
+// argil bench stability: how stiff a wall may be before device and hand shake, in virtual time, beside what theory
+// says.
 
 #include <algorithm>
 #include <array>
@@ -22,7 +23,8 @@ namespace argil::cli {
 namespace {
 
 constexpr std::array kRates = {1000.0, 2000.0, 4000.0};
-constexpr std::array kDampings = {0.0, 0.2, 0.5, 1.0};  // Of the sheet's top damping; the second is what couplings have.
+// Of the sheet's top damping; the second is what couplings have.
+constexpr std::array kDampings = {0.0, 0.2, 0.5, 1.0};
 constexpr size_t kCoupled = 1;
 constexpr std::array kAllRates = {125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0};
 constexpr std::array kDelaysMs = {0.0, 1.0, 2.0, 3.0, 5.0};
@@ -38,17 +40,21 @@ haptics::DeviceSheet atRate(haptics::DeviceSheet sheet, double rateHz) {
 /// Every combination, in one array.
 class Map {
  public:
-  explicit Map(std::span<const haptics::DeviceSheet> sheets) : sheets_(sheets), limits_(sheets.size() * kRates.size() * kHands * kTasks * kDampings.size() * 2) {}
+  explicit Map(std::span<const haptics::DeviceSheet> sheets)
+      : sheets_(sheets), limits_(sheets.size() * kRates.size() * kHands * kTasks * kDampings.size() * 2) {}
 
   [[nodiscard]] size_t size() const { return limits_.size(); }
   [[nodiscard]] double at(size_t device, size_t rate, size_t hand, size_t task, size_t damping, bool controlled) const {
-    return limits_[((((device * kRates.size() + rate) * kHands + hand) * kTasks + task) * kDampings.size() + damping) * 2 + (controlled ? 1 : 0)];
+    return limits_[((((device * kRates.size() + rate) * kHands + hand) * kTasks + task) * kDampings.size() + damping) *
+                       2 +
+                   (controlled ? 1 : 0)];
   }
   /// The least of grasping, tapping and clay that grows.
   [[nodiscard]] double held(size_t device, size_t rate, size_t hand, size_t damping, bool controlled) const {
     double least = 1e9;
     for (size_t task = 0; task < kTasks; ++task)
-      if (haptics::kStabilityTasks[task] != haptics::StabilityTask::glide) least = std::min(least, at(device, rate, hand, task, damping, controlled));
+      if (haptics::kStabilityTasks[task] != haptics::StabilityTask::glide)
+        least = std::min(least, at(device, rate, hand, task, damping, controlled));
     return least;
   }
   [[nodiscard]] double gliding(size_t device, size_t rate, size_t hand, size_t damping, bool controlled) const {
@@ -119,19 +125,23 @@ void table(BenchReport& report, const Map& map, std::span<const haptics::DeviceS
       const haptics::CouplingBounds bounds = haptics::couplingBounds(sheet, 1 / kRates[r]);
       const haptics::Coupling coupling = haptics::coupleTo(sheet, 1 / kRates[r]);
       const std::string base = fmt::format("stability/{}/{:g}kHz/", sheets[d].name, kRates[r] / 1000);
-      fmt::print("  {:<10} {:g} kHz: 2b/T {:.2f}, 2c/Δ {:.2f}, sheet's top {:.2f}, coupled at {:.2f}\n", sheets[d].name, kRates[r] / 1000, bounds.colgateBrownNmm,
-                 bounds.quantizationNmm, sheets[d].topStiffnessNmm, coupling.stiffnessNmm);
+      fmt::print("  {:<10} {:g} kHz: 2b/T {:.2f}, 2c/Δ {:.2f}, sheet's top {:.2f}, coupled at {:.2f}\n", sheets[d].name,
+                 kRates[r] / 1000, bounds.colgateBrownNmm, bounds.quantizationNmm, sheets[d].topStiffnessNmm,
+                 coupling.stiffnessNmm);
       keep(report, base + "colgate-brown", "N/mm", bounds.colgateBrownNmm);
       keep(report, base + "quantization", "N/mm", bounds.quantizationNmm);
       keep(report, base + "coupling", "N/mm", coupling.stiffnessNmm);
       for (size_t h = 0; h < kHands; ++h) {
         std::string line = fmt::format("    {:<6}", haptics::stabilityHands()[h].name);
         for (size_t t = 0; t < kTasks; ++t) {
-          line += fmt::format("  {} {:6.2f} → {:6.2f}", haptics::name(haptics::kStabilityTasks[t]), map.at(d, r, h, t, 0, false), map.at(d, r, h, t, kCoupled, true));
+          line += fmt::format("  {} {:6.2f} → {:6.2f}", haptics::name(haptics::kStabilityTasks[t]),
+                              map.at(d, r, h, t, 0, false), map.at(d, r, h, t, kCoupled, true));
           for (size_t b = 0; b < kDampings.size(); ++b)
             for (const bool controlled : {false, true})
-              keep(report, fmt::format("{}{}/{}/B{:g}/{}", base, haptics::stabilityHands()[h].name, haptics::name(haptics::kStabilityTasks[t]), kDampings[b],
-                                       controlled ? "controlled" : "bare"),
+              keep(report,
+                   fmt::format("{}{}/{}/B{:g}/{}", base, haptics::stabilityHands()[h].name,
+                               haptics::name(haptics::kStabilityTasks[t]), kDampings[b],
+                               controlled ? "controlled" : "bare"),
                    "N/mm", map.at(d, r, h, t, b, controlled));
         }
         fmt::print("{}\n", line);
@@ -156,14 +166,17 @@ Chart figure(const Map& map, std::span<const haptics::DeviceSheet> sheets) {
   chart.columns = static_cast<int>(sheets.size());
   chart.panelWidth = 300;
   chart.panelHeight = 260;
-  const auto panelOf = [&](size_t d, const std::string& title, ChartAxis x, auto&& bare, auto&& controlled, auto&& rateOf, size_t points, auto&& place) {
+  const auto panelOf = [&](size_t d, const std::string& title, ChartAxis x, auto&& bare, auto&& controlled,
+                           auto&& rateOf, size_t points, auto&& place) {
     ChartPanel panel;
     panel.title = title;
     panel.x = std::move(x);
     panel.y = {d == 0 ? "stiffness, N/mm" : "", true, 0.5, 250.0, {}};
-    ChartSeries cb = series("2b/T (Colgate, Brown)", 0, Line::dashed, Mark::none), quant = series("2c/Δ (Diolaiti)", 0, Line::dotted, Mark::none);
+    ChartSeries cb = series("2b/T (Colgate, Brown)", 0, Line::dashed, Mark::none),
+                quant = series("2c/Δ (Diolaiti)", 0, Line::dotted, Mark::none);
     ChartSeries coupled = series("what Argil couples at", 3, Line::solid, Mark::triangle);
-    ChartSeries bareHeld = series("held, without control", 2, Line::dashed, Mark::dot), heldLine = series("held, with passivity control", 2, Line::solid, Mark::dot);
+    ChartSeries bareHeld = series("held, without control", 2, Line::dashed, Mark::dot),
+                heldLine = series("held, with passivity control", 2, Line::solid, Mark::dot);
     ChartSeries bareGlide = series("gliding, without control", 1, Line::dashed, Mark::square);
     ChartSeries glide = series("gliding, with passivity control", 1, Line::solid, Mark::square);
     for (size_t i = 0; i < points; ++i) {
@@ -188,21 +201,26 @@ Chart figure(const Map& map, std::span<const haptics::DeviceSheet> sheets) {
     for (size_t d = 0; d < sheets.size(); ++d) {
       ChartAxis x{"rate, kHz", false, {}, {}, {"1", "2", "4"}};
       panelOf(
-          d, fmt::format("{}, hand: {}", sheets[d].name, haptics::stabilityHands()[h].name), x, [&](size_t i, bool held) { return one(d, i, h, 0, false, held); },
-          [&](size_t i, bool held) { return one(d, i, h, kCoupled, true, held); }, [](size_t i) { return kRates[i]; }, kRates.size(),
-          [](size_t i) { return static_cast<double>(i); });
+          d, fmt::format("{}, hand: {}", sheets[d].name, haptics::stabilityHands()[h].name), x,
+          [&](size_t i, bool held) { return one(d, i, h, 0, false, held); },
+          [&](size_t i, bool held) { return one(d, i, h, kCoupled, true, held); }, [](size_t i) { return kRates[i]; },
+          kRates.size(), [](size_t i) { return static_cast<double>(i); });
     }
   for (size_t d = 0; d < sheets.size(); ++d) {
     ChartAxis x{"damping, parts of the sheet's top", false, -0.05, 1.05, {}};
     panelOf(
-        d, fmt::format("{}, 1 kHz, light hand", sheets[d].name), x, [&](size_t i, bool held) { return one(d, 0, 1, i, false, held); },
-        [&](size_t i, bool held) { return one(d, 0, 1, i, true, held); }, [](size_t) { return kRates[0]; }, kDampings.size(),
-        [](size_t i) { return kDampings[i]; });
+        d, fmt::format("{}, 1 kHz, light hand", sheets[d].name), x,
+        [&](size_t i, bool held) { return one(d, 0, 1, i, false, held); },
+        [&](size_t i, bool held) { return one(d, 0, 1, i, true, held); }, [](size_t) { return kRates[0]; },
+        kDampings.size(), [](size_t i) { return kDampings[i]; });
   }
   chart.caption = {
-      "Quiet: over the last 0.4 s of a task the tool swings by no more than 10 µm across the clay and the force changes by no more than 1 % of the peak in a tick (gliding: and one encoder step's worth).",
-      "Held: the least of grasping, tapping three times, and 1 mm of clay growing under the tool, pressed midway between two encoder steps. Gliding: 20 mm/s along flat clay. Real servo tick, virtual time.",
-      "Upper three rows: without control no damping, with control that of the coupling. Made by: argil bench stability --figure FILE"};
+      "Quiet: over the last 0.4 s of a task the tool swings by no more than 10 µm across the clay and the force "
+      "changes by no more than 1 % of the peak in a tick (gliding: and one encoder step's worth).",
+      "Held: the least of grasping, tapping three times, and 1 mm of clay growing under the tool, pressed midway "
+      "between two encoder steps. Gliding: 20 mm/s along flat clay. Real servo tick, virtual time.",
+      "Upper three rows: without control no damping, with control that of the coupling. Made by: argil bench stability "
+      "--figure FILE"};
   return chart;
 }
 
@@ -261,14 +279,17 @@ void energies(BenchReport& report, std::span<const haptics::DeviceSheet> sheets)
     c.controlled = false;
     c.coupling.dampingNsmm = 0;
     const haptics::ContactEnergy off = haptics::energyOfContacts(c, kContacts);
-    fmt::print("  {:<10} work of the motor {:9.1f} mJ, worst of one tap {:7.4f} mJ, given to the hand {:.4f} mJ; without control {:9.1f}, {:7.4f}, {:.4f} mJ\n",
-               sheet.name, on.workNmm, on.worstNmm, on.givenNmm, off.workNmm, off.worstNmm, off.givenNmm);
+    fmt::print(
+        "  {:<10} work of the motor {:9.1f} mJ, worst of one tap {:7.4f} mJ, given to the hand {:.4f} mJ; without "
+        "control {:9.1f}, {:7.4f}, {:.4f} mJ\n",
+        sheet.name, on.workNmm, on.worstNmm, on.givenNmm, off.workNmm, off.worstNmm, off.givenNmm);
     keep(report, fmt::format("stability/{}/energy-of-contacts", sheet.name), "mJ", on.workNmm, on.contacts);
     keep(report, fmt::format("stability/{}/energy-given-to-the-hand", sheet.name), "mJ", on.givenNmm, on.contacts);
     given += on.givenNmm;
     work += on.workNmm;
   }
-  fmt::print("  {:<10} work of the motor {:9.1f} mJ, given to the hand {:.4f} mJ in {} taps\n", "all", work, given, kContacts * sheets.size());
+  fmt::print("  {:<10} work of the motor {:9.1f} mJ, given to the hand {:.4f} mJ in {} taps\n", "all", work, given,
+             kContacts * sheets.size());
 }
 
 }  // namespace

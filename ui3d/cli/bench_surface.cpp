@@ -37,7 +37,10 @@ double copyBandwidth() {
 
 void benchSurface(BenchReport& report, const BenchOptions& options) {
   const double copy = copyBandwidth();
-  report.heading(fmt::format("surface: the whole sphere from its field; positions and quads on both sides, then with normals; memcpy copies {:.1f} GB/s", copy));
+  report.heading(
+      fmt::format("surface: the whole sphere from its field; positions and quads on both sides, then with normals; "
+                  "memcpy copies {:.1f} GB/s",
+                  copy));
   for (const double size : benchSizes(options.largest)) {
     const BenchModel model = benchSphere(size);
     const auto grid = std::static_pointer_cast<openvdb::FloatGrid>(clay::toVdb(model.version).grid);
@@ -72,7 +75,8 @@ void benchSurface(BenchReport& report, const BenchOptions& options) {
         r.triangles = triangles;
         r.bytes = vertices * vertexBytes + triangles / 2 * sizeof(std::array<clay::VertexRef, 4>);
         const double speed = static_cast<double>(*r.bytes) / r.median * 1e-3;
-        r.note = fmt::format("{:.1f} M triangles/s, {:.2f} GB/s of surface: {:.0f} % of the copy", static_cast<double>(triangles) / r.median, speed, 100 * speed / copy);
+        r.note = fmt::format("{:.1f} M triangles/s, {:.2f} GB/s of surface: {:.0f} % of the copy",
+                             static_cast<double>(triangles) / r.median, speed, 100 * speed / copy);
         if (vertexBytes > sizeof(Vec3f)) r.hash = hash;
         report.add(r);
       };

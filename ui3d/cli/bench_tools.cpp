@@ -23,7 +23,10 @@ constexpr int kStamps = 120;
 }  // namespace
 
 void benchTools(BenchReport& report, const std::vector<double>& sizes, Job* job) {
-  report.heading(fmt::format("each tool: a stamp of {} voxels in a stroke whose stamps are a tenth of a radius apart, redistancing included; the edit alone, one thread", kRadius));
+  report.heading(
+      fmt::format("each tool: a stamp of {} voxels in a stroke whose stamps are a tenth of a radius apart, "
+                  "redistancing included; the edit alone, one thread",
+                  kRadius));
   for (const double size : sizes) {
     const BenchModel model = benchSphere(size);
     const Vec3d centre = model.version.grid().toVoxel(Vec3d(3, 5, 7));
@@ -40,7 +43,10 @@ void benchTools(BenchReport& report, const std::vector<double>& sizes, Job* job)
       uint64_t touched = 0;
       {
         BrushStroke stroke(model.version, brush);
-        const auto at = [&](int i) { return Vec3d(centre + model.radiusVoxels * Vec3d(std::cos(0.3 + i * step), std::sin(0.3 + i * step), 0.2).normalized()); };
+        const auto at = [&](int i) {
+          return Vec3d(centre + model.radiusVoxels *
+                                    Vec3d(std::cos(0.3 + i * step), std::sin(0.3 + i * step), 0.2).normalized());
+        };
         for (int i = 0; i < kStamps; ++i) {
           Stamp stamp{at(i), at(i + 1), kRadius, static_cast<float>(tool.strength)};
           const Vec3d normal = (stamp.a - centre).normalized(), x = Vec3d(-normal.y(), normal.x(), 0).normalized();

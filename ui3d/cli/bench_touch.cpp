@@ -48,7 +48,8 @@ void add(BenchReport& report, std::string name, const haptics::TickFigures& figu
 
 // A ball slides over a sphere at 30 mm/s, pressed in by 1 mm, on a prescribed path: ticks in virtual time, warm.
 void slide(BenchReport& report, double millions, double ballVoxels, bool rough) {
-  const double radius = std::sqrt(millions * 1e6 / (24 * M_PI)) * kVoxelMm, ball = ballVoxels * kVoxelMm, seconds = kTicks / 1000.0;
+  const double radius = std::sqrt(millions * 1e6 / (24 * M_PI)) * kVoxelMm, ball = ballVoxels * kVoxelMm,
+               seconds = kTicks / 1000.0;
   clay::Grid grid;
   grid.voxelMm = kVoxelMm;
   haptics::Scene scene;
@@ -57,7 +58,8 @@ void slide(BenchReport& report, double millions, double ballVoxels, bool rough) 
   if (rough) roughen(scene);
   const double turns = 30 * seconds / (2 * M_PI * radius);
   const haptics::HandPath path = haptics::glideOnBall(Vec3d::Zero(), radius, ball, std::min(1.0, ball), turns, seconds);
-  add(report, fmt::format("touch/ball{:g}v{}/{:g}M", ballVoxels, rough ? "-rough" : "", millions), haptics::measureTicks(scene, path, kTicks),
+  add(report, fmt::format("touch/ball{:g}v{}/{:g}M", ballVoxels, rough ? "-rough" : "", millions),
+      haptics::measureTicks(scene, path, kTicks),
       fmt::format("ball of {:g} voxels{}; ", ballVoxels, rough ? ", friction and texture" : ""));
 }
 
@@ -66,7 +68,8 @@ void slideOnPart(BenchReport& report, bool rough) {
   constexpr double kRadius = 40, kBall = 3, kSeconds = kTicks / 1000.0;
   haptics::Scene scene = haptics::partScene(kRadius, 8, kBall);
   if (rough) roughen(scene);
-  const haptics::HandPath path = haptics::glideOnBall(scene.parts[0].pose.translation, kRadius, kBall, 1, 30 * kSeconds / (2 * M_PI * kRadius), kSeconds);
+  const haptics::HandPath path = haptics::glideOnBall(scene.parts[0].pose.translation, kRadius, kBall, 1,
+                                                      30 * kSeconds / (2 * M_PI * kRadius), kSeconds);
   add(report, fmt::format("touch/ball3{}/1M-tri", rough ? "-rough" : ""), haptics::measureTicks(scene, path, kTicks),
       fmt::format("mesh part of 1.3 M triangles{}; ", rough ? ", friction and texture" : ""));
 }
@@ -81,12 +84,14 @@ engine::Script strokes(double seconds) {
     stroke.tool.id = s % 4 == 3 ? "add" : s % 4 == 2 ? "smooth" : "carve";
     stroke.tool.radiusMm = 3;
     stroke.tool.strength = 0.5f;
-    const double turn = 2.399963 * s, reach = 5 + 25 * std::sqrt((s + 0.5) / count);  // sunflower: spread evenly over the top
+    // sunflower: spread evenly over the top
+    const double turn = 2.399963 * s, reach = 5 + 25 * std::sqrt((s + 0.5) / count);
     const Vec3d middle(reach * std::cos(turn), reach * std::sin(turn), 0);
     for (int i = 0; i <= 50; ++i) {
       const double t = i / 50.0;
       const double depth = 2 * std::sin(M_PI * t);
-      stroke.path.push_back({2.5 * t, middle + Vec3d(8 * (t - 0.5), 4 * std::sin(2 * M_PI * t), 20 + 3 + 1 - 3 * depth)});
+      stroke.path.push_back(
+          {2.5 * t, middle + Vec3d(8 * (t - 0.5), 4 * std::sin(2 * M_PI * t), 20 + 3 + 1 - 3 * depth)});
     }
     script.strokes.push_back(std::move(stroke));
   }
@@ -94,7 +99,8 @@ engine::Script strokes(double seconds) {
 }
 
 // Hand-driven strokes in real time, edits on their own thread, a bare sleep loop beside it in the same seconds.
-void paced(BenchReport& report, const std::string& suffix, const clay::Grid& grid, const Vec3d& blockMm, double seconds, Job* job) {
+void paced(BenchReport& report, const std::string& suffix, const clay::Grid& grid, const Vec3d& blockMm, double seconds,
+           Job* job) {
   engine::Session session(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), blockMm, 3));
   clay::Surface surface;
   engine::RunOptions run;
@@ -112,31 +118,37 @@ void paced(BenchReport& report, const std::string& suffix, const clay::Grid& gri
     if (peer) {
       r.peer = peer->median;
       r.peerName = "bare sleep loop";
-      note += fmt::format("bare p99 {:.1f} p99.9 {:.1f}: {:.2f}× and {:.2f}× of it", peer->p99, peer->p999, t.p99 / peer->p99, t.p999 / peer->p999);
+      note += fmt::format("bare p99 {:.1f} p99.9 {:.1f}: {:.2f}× and {:.2f}× of it", peer->p99, peer->p999,
+                          t.p99 / peer->p99, t.p999 / peer->p999);
     }
     r.note = std::move(note);
     report.add(r);
   };
-  row("touch/paced-compute", servo.compute, nullptr, fmt::format("peak force {:.2f} of {:.2f} N", servo.peakForceN, servo.forceLimitN));
+  row("touch/paced-compute", servo.compute, nullptr,
+      fmt::format("peak force {:.2f} of {:.2f} N", servo.peakForceN, servo.forceLimitN));
   row("touch/paced-lateness", servo.lateness.value(), &servo.bareLateness.value(), "");
-  row("touch/edit-to-feel", servo.editToFeel, nullptr, "from the oldest sample of an edit to the tick that feels the clay as it changed it; whole ticks");
+  row("touch/edit-to-feel", servo.editToFeel, nullptr,
+      "from the oldest sample of an edit to the tick that feels the clay as it changed it; whole ticks");
   row("touch/paced-edit", done.edit, nullptr,
-      fmt::format("sample to changed triangles; {} ticks, {} cutting, {} overrun, {} missed, {} dropped", servo.ticks, servo.cutting, servo.overrun,
-                  servo.missed, servo.dropped));
+      fmt::format("sample to changed triangles; {} ticks, {} cutting, {} overrun, {} missed, {} dropped", servo.ticks,
+                  servo.cutting, servo.overrun, servo.missed, servo.dropped));
   if (!servo.grant.empty()) report.heading(servo.grant);
 }
 
 }  // namespace
 
 void benchTouch(BenchReport& report, const BenchOptions& options) {
-  report.heading("touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm (a 3 mm ball is 12 voxels)");
+  report.heading(
+      "touch: a tick back to back in virtual time, pressed 1 mm into a sphere with voxels of 0.25 mm (a 3 mm ball is "
+      "12 voxels)");
   for (const double millions : benchSizes(options.largest)) slide(report, millions, 12, true);
   slide(report, 0.8, 12, false);
   for (const double ball : {0.5, 1.0, 3.0, 6.0, 24.0}) slide(report, 0.8, ball, true);
   slideOnPart(report, false);
   slideOnPart(report, true);
 
-  report.heading(fmt::format("touch: paced at 1 kHz for about {:g} s while the clay is cut, smoothed and built up", options.seconds));
+  report.heading(fmt::format("touch: paced at 1 kHz for about {:g} s while the clay is cut, smoothed and built up",
+                             options.seconds));
   paced(report, "", clay::Grid(), kBlock, options.seconds, options.job);
   // A block of the same height as wide as it takes; voxels in the band of all six sides.
   const double side = std::sqrt(options.largest * 1e6 / 12) * kVoxelMm;

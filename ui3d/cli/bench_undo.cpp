@@ -33,7 +33,8 @@ void stroke(engine::Session& session, const BenchModel& model, engine::Random& r
   tool.radiusMm = kToolVoxels * grid.voxelMm;
   tool.id = std::array{"carve", "add", "smooth"}[random.below(3)];
   const int points = kLeastPoints + static_cast<int>(random.below(kMostPoints - kLeastPoints));
-  Vec3d at = random.inBall().normalized(), step = random.inBall().cross(at).normalized() * (0.2 * tool.radiusMm / radius);
+  Vec3d at = random.inBall().normalized(),
+        step = random.inBall().cross(at).normalized() * (0.2 * tool.radiusMm / radius);
   session.beginStroke(tool);
   for (int i = 0; i < points; ++i) {
     session.addPoint(0.001 * i, Vec3d(3, 5, 7) + radius * at.normalized());
@@ -52,7 +53,8 @@ uint64_t collected(const engine::Session& session) {
 
 // What a session, its keeper and its budget do together in a workbench.
 struct Work {
-  Work(engine::OpenedDocument& opened, const fs::path& folder) : session(opened.states, opened.done), archive(opened.archive) {
+  Work(engine::OpenedDocument& opened, const fs::path& folder)
+      : session(opened.states, opened.done), archive(opened.archive) {
     engine::KeeperOptions keep;
     keep.folder = folder / "journals";
     keeper = std::make_unique<engine::Keeper>(keep, [](const std::string& trouble) {
@@ -60,7 +62,9 @@ struct Work {
     });
     records = keeper->begin(opened.states, opened.done, archive, opened.base, engine::newWriter());
     session.setWatch(keeper.get());
-    session.setReader([this](uint64_t kept, const engine::Document& near) { return engine::readStep(*keeper, *archive, records, kept, near); });
+    session.setReader([this](uint64_t kept, const engine::Document& near) {
+      return engine::readStep(*keeper, *archive, records, kept, near);
+    });
   }
   ~Work() { session.setWatch(nullptr); }
   engine::UndoUse settle() {
@@ -78,9 +82,12 @@ struct Work {
 
 void benchUndo(BenchReport& report, const BenchOptions& options) {
   BenchModel model = benchSphere(benchSizes(options.largest).back());
-  const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) / fmt::format("argil-bench-undo-{}", getpid());
-  report.heading(fmt::format("undo: {} strokes of {} to {} radii, tool of {} voxels, carve, add and smooth; {} MiB for undo; files in {}", kSteps, kLeastPoints / 5, kMostPoints / 5, kToolVoxels,
-                             engine::UndoBudget::kStandard >> 20, folder.parent_path().string()));
+  const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) /
+                          fmt::format("argil-bench-undo-{}", getpid());
+  report.heading(fmt::format(
+      "undo: {} strokes of {} to {} radii, tool of {} voxels, carve, add and smooth; {} MiB for undo; files in {}",
+      kSteps, kLeastPoints / 5, kMostPoints / 5, kToolVoxels, engine::UndoBudget::kStandard >> 20,
+      folder.parent_path().string()));
   fs::create_directories(folder);
   engine::saveDocument(folder / "model.argil", engine::Document::of(model.version), options.job);
   model.version = {};
@@ -112,8 +119,10 @@ void benchUndo(BenchReport& report, const BenchOptions& options) {
     memory.median = std::ldexp(double(use.bytes), -20);
     memory.n = kSteps;
     memory.bytes = use.bytes;
-    memory.note = fmt::format("{} steps in memory, {} on disk; the store holds {:.1f} MiB beside the newest version; journals {:.0f} MiB", use.inMemory, use.onDisk, std::ldexp(double(collected(session)), -20),
-                              std::ldexp(double(work.keeper->counts().bytes), -20));
+    memory.note = fmt::format(
+        "{} steps in memory, {} on disk; the store holds {:.1f} MiB beside the newest version; journals {:.0f} MiB",
+        use.inMemory, use.onDisk, std::ldexp(double(collected(session)), -20),
+        std::ldexp(double(work.keeper->counts().bytes), -20));
     report.add(memory);
 
     const uint64_t last = session.version().hash();
@@ -125,12 +134,15 @@ void benchUndo(BenchReport& report, const BenchOptions& options) {
         const size_t to = session.undoSteps() + (back ? -1 : 1);
         const bool resident = session.states()[to].document != nullptr;
         Stopwatch watch;
-        if (back) session.undo();
-        else session.redo();
+        if (back)
+          session.undo();
+        else
+          session.redo();
         (resident ? inMemory : onDisk)[back ? 0 : 1].add(watch.us());
         most = std::max(most, work.settle().bytes);
       }
-      if (session.version().hash() != (back ? first : last)) throw Error("bench undo: a step came back as another one; this is a fault in Argil", Error::Kind::work);
+      if (session.version().hash() != (back ? first : last))
+        throw Error("bench undo: a step came back as another one; this is a fault in Argil", Error::Kind::work);
     }
     for (const bool back : {true, false}) {
       const char* what = back ? "undo" : "redo";

@@ -35,7 +35,7 @@ constexpr int kCancels = 3;
 constexpr double kLatestCancelUs = 10e6;  // into the work
 constexpr double kLargestRebuild = 12;    // million active voxels: the peer's seconds and memory
 constexpr double kLargest = 64;
-constexpr int kAlone = 400;               // dabs before and after
+constexpr int kAlone = 400;  // dabs before and after
 constexpr uint64_t kSeed = 20261120;
 constexpr auto kLook = std::chrono::milliseconds(2);
 
@@ -63,7 +63,8 @@ class Hand {
   Hand() : model_(benchSphere(1)), random_(kSeed) { surface_.update(model_.version); }
   void dab(Samples& samples) {
     std::normal_distribution<double> normal;
-    const Vec3d at = model_.version.grid().toVoxel(Vec3d(3, 5, 7)) + Vec3d(normal(random_), normal(random_), normal(random_)).normalized() * model_.radiusVoxels;
+    const Vec3d at = model_.version.grid().toVoxel(Vec3d(3, 5, 7)) +
+                     Vec3d(normal(random_), normal(random_), normal(random_)).normalized() * model_.radiusVoxels;
     Version after;
     Stopwatch watch;
     {
@@ -144,7 +145,8 @@ void alone(Hand& hand, Samples& samples) {
 }
 
 // `runs` times; `free` frees what is left after each.
-void measure(BenchReport& report, Hand& hand, const std::string& name, int runs, const Operation& operation, const std::function<void()>& free, const Peer& peer) {
+void measure(BenchReport& report, Hand& hand, const std::string& name, int runs, const Operation& operation,
+             const std::function<void()>& free, const Peer& peer) {
   Samples still, beside, times;
   alone(hand, still);
   Run first, worst;
@@ -158,7 +160,8 @@ void measure(BenchReport& report, Hand& hand, const std::string& name, int runs,
   std::mt19937_64 random(kSeed);
   double usable = 0, threads = 0;
   for (int i = 0; i < kCancels; ++i) {
-    const double at = std::min(times.median(), kLatestCancelUs) * std::uniform_real_distribution<double>(0.02, 0.9)(random);
+    const double at =
+        std::min(times.median(), kLatestCancelUs) * std::uniform_real_distribution<double>(0.02, 0.9)(random);
     const Cancel cancel = cancelled(operation, hand, at);
     free();
     usable = std::max(usable, cancel.usableUs);
@@ -174,17 +177,22 @@ void measure(BenchReport& report, Hand& hand, const std::string& name, int runs,
   r.peerName = peer.name;
   r.bricks = first.bricks;
   r.memory = first.memory;
-  r.note = fmt::format("the first {:.2f} s, of which threads had {:.2f} s of cores; longest between two reports {:.0f} ms; {} cancels at random: a dab done after {:.1f} ms, threads free after {:.0f} ms at most",
-                       first.us / 1e6, first.cpuSeconds, worst.longestGapUs / 1e3, kCancels, usable / 1e3, threads / 1e3);
+  r.note = fmt::format(
+      "the first {:.2f} s, of which threads had {:.2f} s of cores; longest between two reports {:.0f} ms; {} cancels "
+      "at random: a dab done after {:.1f} ms, threads free after {:.0f} ms at most",
+      first.us / 1e6, first.cpuSeconds, worst.longestGapUs / 1e3, kCancels, usable / 1e3, threads / 1e3);
   report.add(r);
   if (beside.count() < 20) return;
   BenchResult dabs = beside.result("whole/dab-beside-" + name);
-  dabs.note = fmt::format("on another piece meanwhile; alone {:.0f} us median, {:.0f} us p99: {:.2f}× and {:.2f}×", still.median(), still.quantile(0.99), beside.median() / still.median(),
+  dabs.note = fmt::format("on another piece meanwhile; alone {:.0f} us median, {:.0f} us p99: {:.2f}× and {:.2f}×",
+                          still.median(), still.quantile(0.99), beside.median() / still.median(),
                           beside.quantile(0.99) / still.quantile(0.99));
   report.add(dabs);
 }
 
-openvdb::FloatGrid::Ptr levelSet(const Version& v) { return std::static_pointer_cast<openvdb::FloatGrid>(toVdb(v).grid); }
+openvdb::FloatGrid::Ptr levelSet(const Version& v) {
+  return std::static_pointer_cast<openvdb::FloatGrid>(toVdb(v).grid);
+}
 
 template <class Work>
 double timeOf(const Work& work) {
@@ -200,8 +208,9 @@ void benchWhole(BenchReport& report, const BenchOptions& options) {
   const BenchModel model = benchSphere(size);
   const Version& sphere = model.version;
   const Grid& grid = sphere.grid();
-  report.heading(fmt::format("whole: operations on a sphere of 40 mm with {:.1f} million active voxels in {} bricks, all cores; seed {}", double(sphere.activeVoxels()) / 1e6,
-                             sphere.stats().bricks, kSeed));
+  report.heading(fmt::format(
+      "whole: operations on a sphere of 40 mm with {:.1f} million active voxels in {} bricks, all cores; seed {}",
+      double(sphere.activeVoxels()) / 1e6, sphere.stats().bricks, kSeed));
   const Version other = makeSphere(Store::make(), grid, Vec3d(30, 20, 7), 35);
 
   Peer csg, rebuilt;
@@ -211,7 +220,9 @@ void benchWhole(BenchReport& report, const BenchOptions& options) {
     const double copied = timeOf([&] { joined = openvdb::tools::csgUnionCopy(*a, *b); });
     joined.reset();
     const double stolen = timeOf([&] { openvdb::tools::csgUnion(*a, *b); });
-    csg = {copied, fmt::format("csgUnionCopy (min alone, distances are not made anew; csgUnion, which takes both grids apart for it, {:.0f})", stolen)};
+    csg = {copied, fmt::format("csgUnionCopy (min alone, distances are not made anew; csgUnion, which takes both grids "
+                               "apart for it, {:.0f})",
+                               stolen)};
   }
   {
     const double million = std::min(size, kLargestRebuild);
@@ -228,12 +239,18 @@ void benchWhole(BenchReport& report, const BenchOptions& options) {
     while (sphere.store()->collect()) {
     }
   };
-  measure(report, hand, "join/" + model.name, 7, [&](Job* job) { return combine(sphere, other, Combination::join, {}, job); }, freeSphere, csg);
+  measure(
+      report, hand, "join/" + model.name, 7,
+      [&](Job* job) { return combine(sphere, other, Combination::join, {}, job); }, freeSphere, csg);
   const double wall = 6 * grid.voxelMm;
-  measure(report, hand, "shell-6-voxels/" + model.name, 1, [&](Job* job) { return shell(sphere, wall, 0, 0, job); }, freeSphere, rebuilt);
+  measure(
+      report, hand, "shell-6-voxels/" + model.name, 1, [&](Job* job) { return shell(sphere, wall, 0, 0, job); },
+      freeSphere, rebuilt);
   Grid coarse = grid;
   coarse.voxelMm *= 1.5;
-  measure(report, hand, "resample-1.5/" + model.name, 1, [&](Job* job) { return resample(sphere, coarse, Eigen::Isometry3d::Identity(), 0, job); }, freeSphere, rebuilt);
+  measure(
+      report, hand, "resample-1.5/" + model.name, 1,
+      [&](Job* job) { return resample(sphere, coarse, Eigen::Isometry3d::Identity(), 0, job); }, freeSphere, rebuilt);
 }
 
 }  // namespace argil::cli

@@ -25,7 +25,8 @@ namespace {
 
 // Above one a count of triangles, else a part of what there is.
 uint64_t wantedTriangles(double reduce, uint64_t triangles) {
-  if (!(reduce > 0) || !std::isfinite(reduce)) throw Error(fmt::format("--reduce {}: give a count of triangles, or a part of them between 0 and 1", reduce));
+  if (!(reduce > 0) || !std::isfinite(reduce))
+    throw Error(fmt::format("--reduce {}: give a count of triangles, or a part of them between 0 and 1", reduce));
   return reduce < 1 ? static_cast<uint64_t>(reduce * static_cast<double>(triangles)) : static_cast<uint64_t>(reduce);
 }
 
@@ -64,7 +65,8 @@ void convertClay(const ConvertOptions& options) {
   if (options.bits) {
     auto document = std::make_shared<engine::Document>(*loaded.document);
     for (engine::Piece& piece : document->pieces)
-      if (piece.version) piece.version = clay::withPrecision(piece.version, precisionOf(*options.bits), clay::WorkPart(options.job));
+      if (piece.version)
+        piece.version = clay::withPrecision(piece.version, precisionOf(*options.bits), clay::WorkPart(options.job));
     loaded.document = std::move(document);
   }
   const ProgressLine line("writing " + options.output.filename().string(), options.job);
@@ -80,7 +82,8 @@ void convertClay(const ConvertOptions& options) {
   engine::ModelExport what = exportOf(options, {});
   // What part of the triangles is wanted is known when there are some.
   if (options.reduce) what = exportOf(options, engine::modelOf(*loaded.document, what, options.job));
-  for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job)) fmt::print("{}\n", sentence);
+  for (const std::string& sentence : engine::writeModelFiles({options.output}, *loaded.document, what, options.job))
+    fmt::print("{}\n", sentence);
 }
 
 void convertMesh(const ConvertOptions& options) {
@@ -118,7 +121,8 @@ void convertMesh(const ConvertOptions& options) {
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);
-  fmt::print("{}: {} triangles, {} vertices, {} bytes, {}\n", options.output.string(), report.triangles, report.vertices, report.bytes, report.format);
+  fmt::print("{}: {} triangles, {} vertices, {} bytes, {}\n", options.output.string(), report.triangles,
+             report.vertices, report.bytes, report.format);
 }
 
 }  // namespace
@@ -128,7 +132,9 @@ void convert(const ConvertOptions& options) {
   requireModel(options.input, options.place);
   const bool toClay = engine::holdsClay(options.output.filename());
   if (!toClay) io::requireWritable(options.output);
-  if (toClay && (options.reduce || options.errorMm)) throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out", options.output.string()));
+  if (toClay && (options.reduce || options.errorMm))
+    throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out",
+                            options.output.string()));
   if (toClay && options.recentre)
     throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
   if (options.recentre && options.putBack) throw Error("--recentre and --put-back: give one of them");
@@ -145,7 +151,8 @@ void convert(const ConvertOptions& options) {
     throw Error(fmt::format("{}: --draco packs .glb and .gltf alone; leave it out", options.output.string()));
   if (byWayOfClay)
     convertClay(options);
-  else convertMesh(options);
+  else
+    convertMesh(options);
 }
 
 }  // namespace argil::cli

@@ -39,7 +39,8 @@ haptics::Material material(const FeelOptions& options) {
   if (options.stiffnessNmm) material.stiffnessNmm = *options.stiffnessNmm;
   if (!(material.stiffnessNmm > 0 && material.stiffnessNmm <= 1e4))
     throw Error(fmt::format("--stiffness {:g}: give more than 0 and at most 10 000 N/mm", material.stiffnessNmm));
-  if (!(options.friction >= 0 && options.friction <= 4)) throw Error(fmt::format("--friction {:g}: give 0 to 4", options.friction));
+  if (!(options.friction >= 0 && options.friction <= 4))
+    throw Error(fmt::format("--friction {:g}: give 0 to 4", options.friction));
   material.staticFriction = material.dynamicFriction = options.friction;
   return material;
 }
@@ -71,14 +72,17 @@ std::shared_ptr<const haptics::PartMesh> makePart(const FeelOptions& options) {
   }
 }
 
-void print(const engine::FeelSummary& s, const FeelOptions& options, const haptics::DeviceSheet& sheet, double stiffness) {
+void print(const engine::FeelSummary& s, const FeelOptions& options, const haptics::DeviceSheet& sheet,
+           double stiffness) {
   const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<18} {}\n", what, value); };
-  row("contact", fmt::format("{}, ball of {:g} mm, {:g} N/mm, {} ({:g} N)", options.contact, options.radiusMm, std::min(stiffness, sheet.topStiffnessNmm),
-                             sheet.name, sheet.peakForceN));
+  row("contact", fmt::format("{}, ball of {:g} mm, {:g} N/mm, {} ({:g} N)", options.contact, options.radiusMm,
+                             std::min(stiffness, sheet.topStiffnessNmm), sheet.name, sheet.peakForceN));
   row("hand", options.freeHand ? "free: simulated hand and device in closed loop" : "on the path, whatever the force");
-  row("ticks", fmt::format("{} ({} touching, {} clamped, {} incomplete)", s.ticks, s.touching, s.clamped, s.incomplete));
+  row("ticks",
+      fmt::format("{} ({} touching, {} clamped, {} incomplete)", s.ticks, s.touching, s.clamped, s.incomplete));
   row("largest force", fmt::format("{:.3f} N, deepest {:.3f} mm", s.peakN, s.deepestMm));
-  row("tick to tick", fmt::format("{:.3f} % of it RMS; median {:.3f}, p99 {:.3f}, largest {:.3f} %", s.jumpRms, s.jumpP50, s.jumpP99, s.jumpMax));
+  row("tick to tick", fmt::format("{:.3f} % of it RMS; median {:.3f}, p99 {:.3f}, largest {:.3f} %", s.jumpRms,
+                                  s.jumpP50, s.jumpP99, s.jumpMax));
   row(options.freeHand ? "tick compute" : "contact compute",
       fmt::format("median {:.2f}, p99 {:.2f}, p99.9 {:.2f} µs", s.compute.median, s.compute.p99, s.compute.p999));
   if (!s.fault.empty()) row("force stopped", s.fault);
@@ -90,15 +94,18 @@ void feel(const FeelOptions& options) {
   // What is wrong with the call is told before the work.
   static_cast<void>(haptics::makeContact(options.contact));
   const haptics::DeviceSheet& sheet = haptics::deviceSheet(options.device);
-  if (!(options.radiusMm > 0 && options.radiusMm <= 1e4)) throw Error(fmt::format("--radius {:g}: give more than 0 and at most 10 000 mm", options.radiusMm));
-  if (options.part && options.contact != "proxy") throw Error(fmt::format("--part: only the proxy touches a mesh as it is, not {}", options.contact));
+  if (!(options.radiusMm > 0 && options.radiusMm <= 1e4))
+    throw Error(fmt::format("--radius {:g}: give more than 0 and at most 10 000 mm", options.radiusMm));
+  if (options.part && options.contact != "proxy")
+    throw Error(fmt::format("--part: only the proxy touches a mesh as it is, not {}", options.contact));
   haptics::Scene scene;
   scene.materials[0] = material(options);
   if (!options.texture.empty()) {
     scene.textures.push_back(engine::parseTexture(options.texture));
     scene.materials[0].texture = 0;
   }
-  if (options.sizeMm && !(*options.sizeMm >= 1e-2 && *options.sizeMm <= 1e6)) throw Error(fmt::format("--size {:g}: give 0.01 to 1 000 000 mm", *options.sizeMm));
+  if (options.sizeMm && !(*options.sizeMm >= 1e-2 && *options.sizeMm <= 1e6))
+    throw Error(fmt::format("--size {:g}: give 0.01 to 1 000 000 mm", *options.sizeMm));
   engine::PathPlacement placement;
   placement.fit = options.fit;
   placement.pressMm = options.pressMm;
@@ -113,8 +120,10 @@ void feel(const FeelOptions& options) {
 
   clay::Version clay;
   if (!options.part || placement.fit || placement.onto) clay = makeClay(options);
-  if (options.part) scene.parts.push_back({makePart(options), {}, 0});
-  else scene.pieces.push_back({clay, {}, 0});
+  if (options.part)
+    scene.parts.push_back({makePart(options), {}, 0});
+  else
+    scene.pieces.push_back({clay, {}, 0});
   scene.tool.radiusMm = options.radiusMm;
   path = engine::placePath(path, clay, options.radiusMm, placement);
 

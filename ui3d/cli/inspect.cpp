@@ -53,15 +53,18 @@ nlohmann::ordered_json topologyJson(const clay::TopologyReport& t) {
 void printTopology(const clay::TopologyReport& t) {
   const Vec3d size = t.high - t.low;
   fmt::print("  size        {:.6g} × {:.6g} × {:.6g} mm\n", size.x(), size.y(), size.z());
-  fmt::print("  triangles   {} on {} vertices, {} bod{}\n", t.triangles, t.vertices, t.bodies, t.bodies == 1 ? "y" : "ies");
+  fmt::print("  triangles   {} on {} vertices, {} bod{}\n", t.triangles, t.vertices, t.bodies,
+             t.bodies == 1 ? "y" : "ies");
   fmt::print("  closed      {}{}\n", t.solid() ? "yes: a 2-manifold" : "no",
              t.solid() && t.degenerateTriangles > 0
                  ? fmt::format(", beside {} triangle{} without area", t.degenerateTriangles,
                                t.degenerateTriangles == 1 ? "" : "s")
                  : std::string());
   if (!t.solid())
-    fmt::print("  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} degenerate triangles\n",
-               t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
+    fmt::print(
+        "  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} "
+        "degenerate triangles\n",
+        t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
   fmt::print("  volume      {:.6g} mm³{}\n", t.volume, t.solid() ? "" : " (of an open mesh: about)");
   fmt::print("  area        {:.6g} mm²\n", t.area);
 }
@@ -78,8 +81,10 @@ void inspectClay(const InspectOptions& options) {
   json["history_steps"] = loaded.steps;
   json["guides"] = document.guides.size();
   if (!options.json) {
-    fmt::print("{}: {}, {} piece{}, {} part{}, {} guide{}, {} step{} of history\n", options.input.string(), loaded.what, document.pieces.size(), document.pieces.size() == 1 ? "" : "s",
-               document.parts.size(), document.parts.size() == 1 ? "" : "s", document.guides.size(), document.guides.size() == 1 ? "" : "s", loaded.steps, loaded.steps == 1 ? "" : "s");
+    fmt::print("{}: {}, {} piece{}, {} part{}, {} guide{}, {} step{} of history\n", options.input.string(), loaded.what,
+               document.pieces.size(), document.pieces.size() == 1 ? "" : "s", document.parts.size(),
+               document.parts.size() == 1 ? "" : "s", document.guides.size(), document.guides.size() == 1 ? "" : "s",
+               loaded.steps, loaded.steps == 1 ? "" : "s");
     for (const std::string& note : loaded.notes) fmt::print("  note        {}\n", note);
   }
   for (const engine::Piece& piece : document.pieces) {
@@ -88,11 +93,19 @@ void inspectClay(const InspectOptions& options) {
     const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
     const clay::VersionStats stats = piece.version.stats();
     const uint64_t active = piece.version.activeVoxels();
-    json["pieces"].push_back({{"name", piece.name}, {"voxel_mm", piece.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}, {"channel_bricks", stats.channelBricks},
-                              {"hash", fmt::format("{:016x}", piece.version.hash())}, {"surface", topologyJson(skin)}});
+    json["pieces"].push_back({{"name", piece.name},
+                              {"voxel_mm", piece.version.grid().voxelMm},
+                              {"bricks", stats.bricks},
+                              {"bytes", stats.bytes()},
+                              {"active_voxels", active},
+                              {"channel_bricks", stats.channelBricks},
+                              {"hash", fmt::format("{:016x}", piece.version.hash())},
+                              {"surface", topologyJson(skin)}});
     if (options.json) continue;
-    fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden", piece.locked ? ", locked" : "");
-    fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(piece.version));
+    fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden",
+               piece.locked ? ", locked" : "");
+    fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks,
+               static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(piece.version));
     printTopology(skin);
   }
   for (const engine::Part& part : document.parts) {
@@ -147,12 +160,16 @@ void inspect(const InspectOptions& options) {
     const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
     const clay::VersionStats stats = imported.version.stats();
     const uint64_t active = imported.version.activeVoxels();
-    json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm}, {"bricks", stats.bricks}, {"bytes", stats.bytes()}, {"active_voxels", active}};
+    json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm},
+                    {"bricks", stats.bricks},
+                    {"bytes", stats.bytes()},
+                    {"active_voxels", active}};
     json["repair"] = imported.report.sentences();
     json["surface"] = topologyJson(skin);
     if (!options.json) {
       fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);
-      fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks, static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(imported.version));
+      fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks,
+                 static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(imported.version));
       printTopology(skin);
     }
   }

@@ -46,7 +46,8 @@ void requireModel(const std::filesystem::path& file, const engine::ImportPlace& 
     throw Error(fmt::format("{}: clay has its size and place; leave --up, --height and --ground out", file.string()));
 }
 
-clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job, bool tell) {
+clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh,
+                          std::optional<double> voxelMm, Job* job, bool tell) {
   const ProgressLine line("making clay", job);
   try {
     clay::ImportOptions options;

@@ -19,8 +19,9 @@ namespace argil::cli {
 /// Throws Error for a file that holds clay when anything but its units was wished for: clay has its size and place.
 void requireModel(const std::filesystem::path& file, const engine::ImportPlace& wish);
 
-/// Makes the mesh of a file clay, with `voxelMm` or 256 voxels along its longest side; with `tell` prints what was repaired. What is
-/// wrong is told with the file's name.
-[[nodiscard]] clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh, std::optional<double> voxelMm, Job* job, bool tell = true);
+/// Makes the mesh of a file clay, with `voxelMm` or 256 voxels along its longest side; with `tell` prints what was
+/// repaired. What is wrong is told with the file's name.
+[[nodiscard]] clay::Imported meshAsClay(const std::filesystem::path& file, const clay::TriangleMesh& mesh,
+                                        std::optional<double> voxelMm, Job* job, bool tell = true);
 
 }  // namespace argil::cli

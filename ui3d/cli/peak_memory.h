@@ -8,7 +8,8 @@
 
 namespace argil::cli {
 
-/// The most memory of the process since this was made, beside what was there then: what the system counts as resident. Zero where it does not say. One at a time.
+/// The most memory of the process since this was made, beside what was there then: what the system counts as resident.
+/// Zero where it does not say. One at a time.
 class PeakMemory {
  public:
   PeakMemory() {

@@ -11,8 +11,8 @@ namespace argil::cli {
 /// The job that Ctrl-C cancels: installed once, by main.
 Job& interruptibleJob();
 
-/// Shows `what` and the job's percentage on stderr while it lives, when that is a terminal and the work takes longer than
-/// 0.3 s; clears the line at the end.
+/// Shows `what` and the job's percentage on stderr while it lives, when that is a terminal and the work takes longer
+/// than 0.3 s; clears the line at the end.
 class ProgressLine {
  public:
   ProgressLine(std::string what, const Job* job);

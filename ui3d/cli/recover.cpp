@@ -17,7 +17,9 @@
 namespace argil::cli {
 namespace {
 
-std::string localTime(std::chrono::system_clock::time_point at) { return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(std::chrono::system_clock::to_time_t(at))); }
+std::string localTime(std::chrono::system_clock::time_point at) {
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(std::chrono::system_clock::to_time_t(at)));
+}
 
 }  // namespace
 
@@ -32,7 +34,8 @@ void recover(const RecoverOptions& options) {
       if (each.strokes > 0 && each.leavesOut == 0)
         fmt::print("  --without-last leaves out the stroke that was under way\n");
     }
-    fmt::print("{} to recover{}\n", found.empty() ? "nothing" : std::to_string(found.size()), found.empty() ? "" : ": argil recover JOURNAL -o FILE.argil");
+    fmt::print("{} to recover{}\n", found.empty() ? "nothing" : std::to_string(found.size()),
+               found.empty() ? "" : ": argil recover JOURNAL -o FILE.argil");
     return;
   }
   if (options.output.empty()) throw Error("-o: name the document to write (.argil)");

@@ -21,7 +21,8 @@ namespace {
 constexpr int kMostFrames = 10000;
 
 template <class Value>
-Value chosen(const char* option, const std::string& text, std::optional<Value> value, std::span<const std::string_view> names) {
+Value chosen(const char* option, const std::string& text, std::optional<Value> value,
+             std::span<const std::string_view> names) {
   if (value) return *value;
   throw Error(fmt::format("{} {}: choose one of {}", option, text, fmt::join(names, ", ")));
 }
@@ -30,8 +31,9 @@ render::Section parseSection(const std::string& text) {
   render::Section section;
   char rest = 0;
   Vec3d &p = section.pointMm, &n = section.normal;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%c", &p.x(), &p.y(), &p.z(), &n.x(), &n.y(), &n.z(), &rest) != 6 || !p.allFinite() ||
-      !n.allFinite() || n.squaredNorm() == 0)
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%c", &p.x(), &p.y(), &p.z(), &n.x(), &n.y(), &n.z(), &rest) !=
+          6 ||
+      !p.allFinite() || !n.allFinite() || n.squaredNorm() == 0)
     throw Error(fmt::format("--section {}: give X,Y,Z,NX,NY,NZ: a point in mm and a normal that is not zero", text));
   return section;
 }
@@ -69,7 +71,8 @@ NumberPlace numberPlace(const std::string& name) {
     place = {at, padded ? size_t(read) : 2, padded ? width : 0};
     ++found;
   }
-  if (found != 1) throw Error(fmt::format("{}: frames need a place for their number in the name, once: turn-%03d.png", name));
+  if (found != 1)
+    throw Error(fmt::format("{}: frames need a place for their number in the name, once: turn-%03d.png", name));
   return place;
 }
 
@@ -94,10 +97,12 @@ render::View turntableView(render::View view, const render::Box& bounds, double 
 void render(const RenderOptions& options) {
   static_cast<void>(render::View::named(options.view, {}, 1));  // a wrong name is told before the work
   render::Shot shot = shotOf(options);
-  if (options.frames < 1 || options.frames > kMostFrames) throw Error(fmt::format("--frames {}: give 1 to {}", options.frames, kMostFrames));
+  if (options.frames < 1 || options.frames > kMostFrames)
+    throw Error(fmt::format("--frames {}: give 1 to {}", options.frames, kMostFrames));
   const std::string name = options.output.string();
   const NumberPlace place = options.frames > 1 ? numberPlace(name) : NumberPlace{};
-  if (options.samples < 1 || options.samples > 4) throw Error(fmt::format("--samples {}: give 1 to 4", options.samples));
+  if (options.samples < 1 || options.samples > 4)
+    throw Error(fmt::format("--samples {}: give 1 to 4", options.samples));
 
   requireModel(options.input, options.place);
   const engine::LoadedDocument loaded = [&] {
@@ -126,8 +131,8 @@ void render(const RenderOptions& options) {
     render::writePng(image, options.frames > 1 ? frameName(name, place, i) : name);
   }
   const std::string what = options.frames > 1 ? fmt::format("{} frames of ", options.frames) : "";
-  fmt::print("{}: {}{} × {} pixels, {} triangles, drawn by {}\n", name, what, options.size[0], options.size[1], renderer.triangleCount(),
-             renderer.deviceName());
+  fmt::print("{}: {}{} × {} pixels, {} triangles, drawn by {}\n", name, what, options.size[0], options.size[1],
+             renderer.triangleCount(), renderer.deviceName());
 }
 
 }  // namespace argil::cli

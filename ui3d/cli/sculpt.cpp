@@ -11,9 +11,9 @@
 #include "clay/sampler.h"
 #include "clay/store.h"
 #include "clay/vertex_channels.h"
-#include "engine/prepare_clay.h"
 #include "engine/kept_document.h"
 #include "engine/load_document.h"
+#include "engine/prepare_clay.h"
 #include "engine/run.h"
 #include "haptics/devices/sheets.h"
 #include "io/atomic_file.h"
@@ -34,10 +34,12 @@ ordered_json timingJson(const engine::Timing& t) {
   return {{"n", t.n}, {"median_us", t.median}, {"p99_us", t.p99}, {"p999_us", t.p999}, {"max_us", t.max}};
 }
 
-std::string timingText(const engine::Timing& t) { return fmt::format("{:8.1f} {:8.1f} {:8.1f} µs", t.median, t.p99, t.p999); }
+std::string timingText(const engine::Timing& t) {
+  return fmt::format("{:8.1f} {:8.1f} {:8.1f} µs", t.median, t.p99, t.p999);
+}
 
-// A way out of the clay from a place that the tool has cut: of the 26 directions that are free for as long as the stylus,
-// the one that points most away from the middle.
+// A way out of the clay from a place that the tool has cut: of the 26 directions that are free for as long as the
+// stylus, the one that points most away from the middle.
 Vec3d freeDirection(const clay::Version& version, const Vec3d& fromMm, const Vec3d& outwards) {
   constexpr int kLongVoxels = 120;
   clay::Sampler field(version);
@@ -60,7 +62,8 @@ Vec3d freeDirection(const clay::Version& version, const Vec3d& fromMm, const Vec
 // The tool just lifted from where a stroke ended, so that the picture shows what made it, and where.
 render::Cursor cursorAfter(const engine::ScriptStroke& last, const clay::Version& version, const Vec3d& centreMm) {
   const Vec3d end = last.path.back().mm, outwards = end - centreMm;
-  const Vec3d away = freeDirection(version, end, outwards.norm() > 1e-9 ? Vec3d(outwards.normalized()) : Vec3d(Vec3d::UnitZ()));
+  const Vec3d away =
+      freeDirection(version, end, outwards.norm() > 1e-9 ? Vec3d(outwards.normalized()) : Vec3d(Vec3d::UnitZ()));
   render::Cursor cursor;
   cursor.radiusMm = last.tool.radiusMm;
   cursor.positionMm = end + 3 * cursor.radiusMm * away;
@@ -70,8 +73,8 @@ render::Cursor cursorAfter(const engine::ScriptStroke& last, const clay::Version
 }
 
 // The same for the last stroke whose end the picture shows; the very last when it shows none.
-std::optional<render::Cursor> shownCursor(const engine::Script& strokes, const clay::Version& version, const render::Renderer& renderer,
-                                          const render::View& view) {
+std::optional<render::Cursor> shownCursor(const engine::Script& strokes, const clay::Version& version,
+                                          const render::Renderer& renderer, const render::View& view) {
   std::optional<render::Cursor> first;
   for (size_t i = strokes.strokes.size(); i-- > 0;) {
     const render::Cursor cursor = cursorAfter(strokes.strokes[i], version, renderer.bounds().centre());
@@ -156,33 +159,40 @@ clay::TopologyReport together(const std::vector<Figures>& pieces) {
   return sum;
 }
 
-void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces, const clay::TopologyReport& skin, const SculptOptions& options) {
+void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces, const clay::TopologyReport& skin,
+                const SculptOptions& options) {
   const auto row = [](const char* what, const std::string& value) { fmt::print("  {:<26} {}\n", what, value); };
   fmt::print("  {:<26} {:>8} {:>8} {:>8}\n", "", "median", "p99", "p99.9");
-  row("strokes", fmt::format("{} ({} points, {} stamps, {} versions)", run.strokes, run.points, run.stamps, run.versions));
+  row("strokes",
+      fmt::format("{} ({} points, {} stamps, {} versions)", run.strokes, run.points, run.stamps, run.versions));
   row("edit latency", timingText(run.edit));
   if (run.servo) {
     const engine::ServoReport& s = *run.servo;
     row("servo compute", timingText(s.compute));
     if (s.lateness) row("servo lateness", timingText(*s.lateness));
     if (s.bareLateness) row("bare sleep loop", timingText(*s.bareLateness));
-    row("servo ticks", fmt::format("{} ({} touching, {} cutting; {} overrun, {} missed, {} samples dropped)", s.ticks, s.touching, s.cutting, s.overrun,
-                                   s.missed, s.dropped));
+    row("servo ticks", fmt::format("{} ({} touching, {} cutting; {} overrun, {} missed, {} samples dropped)", s.ticks,
+                                   s.touching, s.cutting, s.overrun, s.missed, s.dropped));
     row("peak force", fmt::format("{:.2f} N of {:.2f} N ({})", s.peakForceN, s.forceLimitN, options.device));
-    if (s.stalls > 0) row("stalls", fmt::format("{}: the machine stood still so long that the watchdog let go of the force", s.stalls));
+    if (s.stalls > 0)
+      row("stalls", fmt::format("{}: the machine stood still so long that the watchdog let go of the force", s.stalls));
     if (!s.grant.empty()) row("real time", s.grant);
     if (!s.fault.empty()) row("force stopped", s.fault);
   }
   row("triangles", fmt::format("{} on {} vertices", skin.triangles, skin.vertices));
   row("closed", skin.closed() ? "yes: every edge in two faces, every vertex one fan"
-                              : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices", skin.boundaryEdges,
-                                            skin.nonManifoldEdges, skin.nonManifoldVertices));
+                              : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices",
+                                            skin.boundaryEdges, skin.nonManifoldEdges, skin.nonManifoldVertices));
   row("volume", fmt::format("{:.1f} mm³", skin.volume));
   for (const Figures& piece : pieces) {
     const clay::Version& version = piece.version;
-    const std::string clay = fmt::format("voxels of {:g} mm, {} bricks, {:.1f} MiB", version.grid().voxelMm, version.stats().bricks, static_cast<double>(version.stats().bytes()) / (1 << 20));
-    if (pieces.size() == 1) row("clay", clay);
-    else row(piece.name.c_str(), fmt::format("{:.1f} mm³, {}", piece.skin.volume, clay));
+    const std::string clay =
+        fmt::format("voxels of {:g} mm, {} bricks, {:.1f} MiB", version.grid().voxelMm, version.stats().bricks,
+                    static_cast<double>(version.stats().bytes()) / (1 << 20));
+    if (pieces.size() == 1)
+      row("clay", clay);
+    else
+      row(piece.name.c_str(), fmt::format("{:.1f} mm³, {}", piece.skin.volume, clay));
   }
 }
 
@@ -201,10 +211,14 @@ ordered_json surfaceJson(const clay::TopologyReport& skin) {
 }
 
 ordered_json clayJson(const clay::Version& version) {
-  return {{"voxel_mm", version.grid().voxelMm}, {"bricks", version.stats().bricks}, {"bytes", version.stats().bytes()}, {"hash", fmt::format("{:016x}", version.hash())}};
+  return {{"voxel_mm", version.grid().voxelMm},
+          {"bricks", version.stats().bricks},
+          {"bytes", version.stats().bytes()},
+          {"hash", fmt::format("{:016x}", version.hash())}};
 }
 
-ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>& pieces, const clay::TopologyReport& skin, const clay::Version& version) {
+ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>& pieces,
+                        const clay::TopologyReport& skin, const clay::Version& version) {
   ordered_json json;
   json["strokes"] = run.strokes;
   json["points"] = run.points;
@@ -214,17 +228,28 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
   json["edit_latency"] = timingJson(run.edit);
   if (run.servo) {
     const engine::ServoReport& s = *run.servo;
-    json["servo"] = {{"ticks", s.ticks},       {"touching", s.touching}, {"cutting", s.cutting},   {"overrun", s.overrun},
-                     {"missed", s.missed},     {"dropped", s.dropped},   {"clamped", s.clamped},   {"stalls", s.stalls},       {"compute", timingJson(s.compute)},
+    json["servo"] = {{"ticks", s.ticks},
+                     {"touching", s.touching},
+                     {"cutting", s.cutting},
+                     {"overrun", s.overrun},
+                     {"missed", s.missed},
+                     {"dropped", s.dropped},
+                     {"clamped", s.clamped},
+                     {"stalls", s.stalls},
+                     {"compute", timingJson(s.compute)},
                      {"edit_to_feel", timingJson(s.editToFeel)},
-                     {"peak_force_n", s.peakForceN}, {"force_limit_n", s.forceLimitN}, {"fault", s.fault}};
+                     {"peak_force_n", s.peakForceN},
+                     {"force_limit_n", s.forceLimitN},
+                     {"fault", s.fault}};
     if (s.lateness) json["servo"]["lateness"] = timingJson(*s.lateness);
     if (s.bareLateness) json["servo"]["bare_lateness"] = timingJson(*s.bareLateness);
     json["servo"]["real_time"] = s.grant;
   }
   json["surface"] = surfaceJson(skin);
   if (version) json["clay"] = clayJson(version);
-  for (const Figures& piece : pieces) json["pieces"].push_back({{"name", piece.name}, {"surface", surfaceJson(piece.skin)}, {"clay", clayJson(piece.version)}});
+  for (const Figures& piece : pieces)
+    json["pieces"].push_back(
+        {{"name", piece.name}, {"surface", surfaceJson(piece.skin)}, {"clay", clayJson(piece.version)}});
   json["notes"] = run.notes;
   return json;
 }
@@ -245,7 +270,8 @@ void sculpt(const SculptOptions& options) {
   prepare.job = options.job;
   engine::PreparedClay clay = [&] {
     const ProgressLine line("making clay", options.job);
-    return engine::prepareClay(clay::Store::make(options.bits ? precisionOf(*options.bits) : script.precision), script, prepare);
+    return engine::prepareClay(clay::Store::make(options.bits ? precisionOf(*options.bits) : script.precision), script,
+                               prepare);
   }();
   for (const std::string& note : clay.notes) fmt::print("{}\n", note);
   engine::Session session(std::move(clay.document));
@@ -256,8 +282,9 @@ void sculpt(const SculptOptions& options) {
 
   // The clay of the strokes alone is followed in the picture; what is several pieces is drawn anew.
   const engine::DocumentPtr begun = session.document();
-  const bool simple = script.operations.empty() && begun->pieces.size() == 1 && begun->parts.empty() && begun->pieces[0].visible &&
-                      begun->pieces[0].pose.translation.isZero(0) && begun->pieces[0].pose.rotation.vec().isZero(0);
+  const bool simple = script.operations.empty() && begun->pieces.size() == 1 && begun->parts.empty() &&
+                      begun->pieces[0].visible && begun->pieces[0].pose.translation.isZero(0) &&
+                      begun->pieces[0].pose.rotation.vec().isZero(0);
   const double aspect = static_cast<double>(options.size[0]) / options.size[1];
   std::optional<render::Renderer> renderer;
   render::View view;
@@ -303,8 +330,8 @@ void sculpt(const SculptOptions& options) {
     if (simple) {
       const uint64_t bytes = changed.empty() ? 0 : renderer->update(changed.delta()).bytes;
       overlays.cursor = shownCursor(report.recorded, session.version(), *renderer, view);
-      fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture", static_cast<double>(uploaded) * 1e-6,
-                 static_cast<double>(bytes) * 1e-6, renderer->deviceName());
+      fmt::print("  {:<26} {:.1f} MB for the whole model, {:.1f} MB for what changed; drawn by {}\n", "picture",
+                 static_cast<double>(uploaded) * 1e-6, static_cast<double>(bytes) * 1e-6, renderer->deviceName());
     } else {
       renderer.emplace();
       showDocument(*session.document(), drawn, *renderer);
@@ -348,7 +375,9 @@ void sculpt(const SculptOptions& options) {
     out.write(std::as_bytes(std::span(text)));
     out.commit();
   }
-  if (!skin.closed()) throw Error("the surface is not closed: this is a fault of Argil; please report it with the script", Error::Kind::work);
+  if (!skin.closed())
+    throw Error("the surface is not closed: this is a fault of Argil; please report it with the script",
+                Error::Kind::work);
 }
 
 }  // namespace argil::cli

@@ -20,16 +20,21 @@ void print(bool json) {
   std::string_view group;
   for (const engine::ToolRow& row : engine::toolTable()) {
     if (json) {
-      nlohmann::ordered_json each{{"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"opposite", row.opposite}};
+      nlohmann::ordered_json each{
+          {"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"opposite", row.opposite}};
       for (const auto& parameter : row.parameters)
-        each["parameters"].push_back({{"id", parameter.id}, {"name", parameter.name}, {"help", parameter.help}, {"values", engine::valuesOf(parameter)}});
+        each["parameters"].push_back({{"id", parameter.id},
+                                      {"name", parameter.name},
+                                      {"help", parameter.help},
+                                      {"values", engine::valuesOf(parameter)}});
       rows.push_back(each);
       continue;
     }
     if (row.group != group) fmt::print("{}{}\n", group.empty() ? "" : "\n", row.group);
     group = row.group;
     std::string own;
-    for (const auto& parameter : engine::ownParameters(row)) own += (own.empty() ? "" : ", ") + std::string(parameter.id);
+    for (const auto& parameter : engine::ownParameters(row))
+      own += (own.empty() ? "" : ", ") + std::string(parameter.id);
     fmt::print("  {:<12} {:<15} {} ({})\n", row.id, row.name, row.help, own);
   }
   if (json) fmt::print("{}\n", rows.dump(2));
@@ -41,7 +46,8 @@ void printOperations(bool json) {
   std::string_view group;
   for (const engine::PieceJob& row : engine::pieceJobs()) {
     if (json) {
-      nlohmann::ordered_json each{{"id", row.id}, {"name", row.name}, {"group", row.group}, {"help", row.help}, {"pieces", row.pieces}, {"takes", engine::keysOf(row)}};
+      nlohmann::ordered_json each{{"id", row.id},     {"name", row.name},     {"group", row.group},
+                                  {"help", row.help}, {"pieces", row.pieces}, {"takes", engine::keysOf(row)}};
       each["parameters"] = nlohmann::ordered_json::array();
       for (const auto& parameter : row.parameters)
         each["parameters"].push_back({{"key", engine::keyOf(parameter)},
@@ -57,7 +63,8 @@ void printOperations(bool json) {
     fmt::print("  {:<14} {}\n", row.id, row.help);
     for (const auto& parameter : row.parameters) {
       const auto standard = engine::scriptValue(parameter, parameter.standard);
-      fmt::print("    {:<16} {:<22} {}: {}\n", engine::keyOf(parameter), engine::valuesOf(parameter), standard.is_number() ? fmt::format("{:g}", parameter.standard) : standard.dump(), parameter.help);
+      fmt::print("    {:<16} {:<22} {}: {}\n", engine::keyOf(parameter), engine::valuesOf(parameter),
+                 standard.is_number() ? fmt::format("{:g}", parameter.standard) : standard.dump(), parameter.help);
     }
     fmt::print("    {}\n", fmt::join(engine::keysOf(row), ", "));
   }

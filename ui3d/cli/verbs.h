@@ -16,19 +16,22 @@
 namespace argil::cli {
 
 /// 16 or 32 bits a voxel.
-inline clay::Precision precisionOf(int bits) { return bits == 16 ? clay::Precision::fixed16 : clay::Precision::float32; }
+inline clay::Precision precisionOf(int bits) {
+  return bits == 16 ? clay::Precision::fixed16 : clay::Precision::float32;
+}
 
 struct SculptOptions {
   std::filesystem::path script;
-  std::filesystem::path input;                  ///< A mesh in place of the script's clay.
+  std::filesystem::path input;  ///< A mesh in place of the script's clay.
   std::vector<std::filesystem::path> outputs;
   std::filesystem::path png, beforePng;
-  std::filesystem::path report;                 ///< JSON.
-  std::filesystem::path record;                 ///< The strokes as they were cut, as a script.
+  std::filesystem::path report;  ///< JSON.
+  std::filesystem::path record;  ///< The strokes as they were cut, as a script.
   bool live = false;
   std::optional<double> voxelMm;
   std::optional<int> bits;  ///< As precisionOf(); else the script's.
-  std::optional<clay::Grade> surface;  ///< None: fine where it is written, as convert has it, draft where it is drawn.
+  /// None: fine where it is written, as convert has it, draft where it is drawn.
+  std::optional<clay::Grade> surface;
   std::string device = "touch";
   std::string view = "iso";
   std::array<int, 2> size{1280, 720};
@@ -39,15 +42,15 @@ void sculpt(const SculptOptions& options);
 
 struct ConvertOptions {
   std::filesystem::path input, output;
-  std::optional<double> voxelMm;  ///< By way of clay, which closes and repairs; else triangle by triangle.
-  std::optional<int> bits;        ///< Of clay, as precisionOf(); else what a document has.
-  engine::ImportPlace place;      ///< Of an input that is a model.
-  std::optional<double> reduce;   ///< To so many triangles at most, or below 1 to that part of them.
-  std::optional<double> errorMm;  ///< To as few triangles as keep within this.
-  bool draco = false;             ///< glTF packed with Draco.
-  bool recentre = false;          ///< Moved to zero before it is written.
-  bool putBack = false;           ///< Clay where the imported file had it.
-  std::string destination;        ///< Of engine::exportPresets(); empty: none.
+  std::optional<double> voxelMm;            ///< By way of clay, which closes and repairs; else triangle by triangle.
+  std::optional<int> bits;                  ///< Of clay, as precisionOf(); else what a document has.
+  engine::ImportPlace place;                ///< Of an input that is a model.
+  std::optional<double> reduce;             ///< To so many triangles at most, or below 1 to that part of them.
+  std::optional<double> errorMm;            ///< To as few triangles as keep within this.
+  bool draco = false;                       ///< glTF packed with Draco.
+  bool recentre = false;                    ///< Moved to zero before it is written.
+  bool putBack = false;                     ///< Clay where the imported file had it.
+  std::string destination;                  ///< Of engine::exportPresets(); empty: none.
   clay::Grade surface = clay::Grade::fine;  ///< Of clay that becomes triangles.
   Job* job = nullptr;
 };
@@ -79,13 +82,13 @@ struct RenderOptions {
   std::string view = "iso";
   bool orthographic = false;
   std::array<int, 2> size{1280, 720};
-  int frames = 1;                        ///< Above 1: one revolution about the upright axis through the model's centre.
-  int samples = 2;                       ///< A pixel along each axis: 1 to 4.
+  int frames = 1;   ///< Above 1: one revolution about the upright axis through the model's centre.
+  int samples = 2;  ///< A pixel along each axis: 1 to 4.
   std::string shading = "lit", matcap = "clay", stereo = "mono";  ///< As render/look.h and render/stereo.h name them.
-  std::optional<double> eyeDistance, convergence;  ///< Parts of the distance to the model's centre.
-  std::optional<double> depthFade;       ///< 0 to 1.
-  std::string section;                   ///< X,Y,Z,NX,NY,NZ; empty: none.
-  bool light = false;                    ///< A light background.
+  std::optional<double> eyeDistance, convergence;                 ///< Parts of the distance to the model's centre.
+  std::optional<double> depthFade;                                ///< 0 to 1.
+  std::string section;                                            ///< X,Y,Z,NX,NY,NZ; empty: none.
+  bool light = false;                                             ///< A light background.
   Job* job = nullptr;
 };
 /// A picture, or the frames of a turntable: then the output's name holds one %d or %0Nd for the frame's number, from 0.
@@ -93,20 +96,20 @@ void render(const RenderOptions& options);
 
 struct FeelOptions {
   std::filesystem::path input;
-  std::filesystem::path path;                   ///< CSV of a hand path.
-  std::filesystem::path output;                 ///< CSV, a row a tick; empty: the summary alone.
-  haptics::HandPathLayout layout;               ///< Of a file that is not in the project's own layout; else empty.
+  std::filesystem::path path;      ///< CSV of a hand path.
+  std::filesystem::path output;    ///< CSV, a row a tick; empty: the summary alone.
+  haptics::HandPathLayout layout;  ///< Of a file that is not in the project's own layout; else empty.
   std::string contact = "proxy", device = "touch";
   double radiusMm = 3;
   std::optional<double> voxelMm, stiffnessNmm;
-  std::optional<double> sizeMm;                 ///< The mesh is centred at zero and scaled until its longest side is this.
+  std::optional<double> sizeMm;  ///< The mesh is centred at zero and scaled until its longest side is this.
   double friction = 0;
-  std::string texture;                          ///< As engine::parseTexture reads it.
+  std::string texture;  ///< As engine::parseTexture reads it.
   double rateHz = 1000;
   bool freeHand = false;
-  bool part = false;                            ///< The mesh as it is, not made clay.
+  bool part = false;  ///< The mesh as it is, not made clay.
   bool fit = false;
-  std::string move, onto;                       ///< "x,y,z"; empty: not.
+  std::string move, onto;  ///< "x,y,z"; empty: not.
   double pressMm = 1;
   Job* job = nullptr;
 };
@@ -114,8 +117,8 @@ struct FeelOptions {
 void feel(const FeelOptions& options);
 
 struct DevicesOptions {
-  std::string sheet;  ///< Name of a device whose sheet to print.
-  std::string test;   ///< Name of a device to try for a few seconds. Neither: list them.
+  std::string sheet;     ///< Name of a device whose sheet to print.
+  std::string test;      ///< Name of a device to try for a few seconds. Neither: list them.
   std::string firmware;  ///< File of a Falcon's firmware, which is loaded where it is missing.
 };
 void devices(const DevicesOptions& options);
@@ -124,7 +127,7 @@ struct ToolsOptions {
   bool json = false, ids = false;
   bool scripts = false;     ///< The page on scripts, docs/scripts.md.
   bool operations = false;  ///< Those on whole pieces in place of the tools.
-  std::string demo;  ///< Id of a tool: prints the script of its scene instead.
+  std::string demo;         ///< Id of a tool: prints the script of its scene instead.
 };
 /// Prints the tools that there are and what can be set of each.
 void tools(const ToolsOptions& options);

@@ -21,13 +21,19 @@ using Text = std::string_view;
 
 constexpr double kRadiusStep = 1.15;  // Of a tool, for each press of a key.
 
-const engine::Thing* selected(const Context& c) { return c.now.document->thing(c.state.selected); }
-bool hasSelected(const Context& c) { return selected(c) != nullptr; }
+const engine::Thing* selected(const Context& c) {
+  return c.now.document->thing(c.state.selected);
+}
+bool hasSelected(const Context& c) {
+  return selected(c) != nullptr;
+}
 bool hasRecoverable(const Context& c) {
   const auto list = c.bench.recoverable();
   return list && !list->empty();
 }
-bool hasClay(const Context& c) { return !c.now.document->pieces.empty(); }
+bool hasClay(const Context& c) {
+  return !c.now.document->pieces.empty();
+}
 
 // Document
 
@@ -38,7 +44,9 @@ void addClay(Context& c, Text shape) {
   clay.add(c.bench);
   c.state.shown.firstStart = false;
 }
-void openDialog(Context& c, Text dialog) { c.state.wishes.dialog = dialog; }
+void openDialog(Context& c, Text dialog) {
+  c.state.wishes.dialog = dialog;
+}
 
 void changeSelected(Context& c, const char* verb, void (*change)(engine::Thing&)) {
   const engine::Thing* thing = selected(c);
@@ -49,13 +57,17 @@ void changeSelected(Context& c, const char* verb, void (*change)(engine::Thing&)
 }
 void hideSelected(Context& c, Text) {
   const engine::Thing* thing = selected(c);
-  if (thing && thing->visible) changeSelected(c, "Hide", [](engine::Thing& t) { t.visible = false; });
-  else changeSelected(c, "Show", [](engine::Thing& t) { t.visible = true; });
+  if (thing && thing->visible)
+    changeSelected(c, "Hide", [](engine::Thing& t) { t.visible = false; });
+  else
+    changeSelected(c, "Show", [](engine::Thing& t) { t.visible = true; });
 }
 void lockSelected(Context& c, Text) {
   const engine::Thing* thing = selected(c);
-  if (thing && !thing->locked) changeSelected(c, "Lock", [](engine::Thing& t) { t.locked = true; });
-  else changeSelected(c, "Unlock", [](engine::Thing& t) { t.locked = false; });
+  if (thing && !thing->locked)
+    changeSelected(c, "Lock", [](engine::Thing& t) { t.locked = true; });
+  else
+    changeSelected(c, "Unlock", [](engine::Thing& t) { t.locked = false; });
 }
 void removeSelected(Context& c, Text) {
   const engine::Thing* thing = selected(c);
@@ -102,7 +114,8 @@ void paste(Context& c, Text) {
 void moveSelected(Context& c, int by) {
   const engine::Thing* thing = selected(c);
   if (!thing) return;
-  c.bench.edit("Move " + thing->name + " in the list", [id = thing->id, by](engine::Document& d) { d.reorder(id, by); });
+  c.bench.edit("Move " + thing->name + " in the list",
+               [id = thing->id, by](engine::Document& d) { d.reorder(id, by); });
 }
 void showAll(Context& c, Text) {
   c.bench.edit("Show everything", [](engine::Document& d) {
@@ -131,20 +144,31 @@ void switchDeformBox(Context& c, Text) {
     c.camera.focus(all, freeAspect(layoutOf(c).free, c.width, c.height));
   }
 }
-bool hasDeformBox(const Context& c) { return c.state.deformBox.has_value(); }
+bool hasDeformBox(const Context& c) {
+  return c.state.deformBox.has_value();
+}
 
 // Told apart at a glance, in the order in which they come.
-constexpr std::array<std::array<float, 3>, 6> kMaterialColours{{{0.36f, 0.55f, 0.75f}, {0.55f, 0.70f, 0.38f}, {0.80f, 0.45f, 0.38f}, {0.62f, 0.50f, 0.74f}, {0.85f, 0.74f, 0.36f}, {0.40f, 0.66f, 0.63f}}};
+constexpr std::array<std::array<float, 3>, 6> kMaterialColours{{{0.36f, 0.55f, 0.75f},
+                                                                {0.55f, 0.70f, 0.38f},
+                                                                {0.80f, 0.45f, 0.38f},
+                                                                {0.62f, 0.50f, 0.74f},
+                                                                {0.85f, 0.74f, 0.36f},
+                                                                {0.40f, 0.66f, 0.63f}}};
 
 const engine::Piece* operatedOn(const Context& c) {
   const engine::Piece* piece = c.now.document->piece(c.state.selected);
   return piece ? piece : c.now.document->piece(c.now.document->active);
 }
-bool hasFreePiece(const Context& c) { return operatedOn(c) && !operatedOn(c)->locked; }
+bool hasFreePiece(const Context& c) {
+  return operatedOn(c) && !operatedOn(c)->locked;
+}
 
 // Operations on whole pieces: those that need nothing but a piece are done at once, the others are asked about.
 
-bool asks(const engine::PieceJob& job) { return job.pieces == 2 || job.takesPlane || job.takesCurve || !job.parameters.empty(); }
+bool asks(const engine::PieceJob& job) {
+  return job.pieces == 2 || job.takesPlane || job.takesCurve || !job.parameters.empty();
+}
 void operate(Context& c, Text id) {
   const engine::PieceJob* job = engine::findPieceJob(id);
   if (!job) return;
@@ -162,9 +186,15 @@ void operate(Context& c, Text id) {
   if (job->pieces == 1 && c.now.document->piece(c.state.selected)) arguments.pieces = {c.state.selected};
   c.bench.operate(std::string(id), arguments);
 }
-bool hasDrawnCurve(const Context& c) { return c.state.drawnCurve && c.state.drawnCurve->drawn() && c.state.drawnCurve->cuts(); }
-void keepOtherSide(Context& c, Text) { c.state.drawnCurve->arguments.keep = c.state.drawnCurve->kept() > 0 ? -1 : 1; }
-bool hasTwoPieces(const Context& c) { return c.now.document->pieces.size() > 1; }
+bool hasDrawnCurve(const Context& c) {
+  return c.state.drawnCurve && c.state.drawnCurve->drawn() && c.state.drawnCurve->cuts();
+}
+void keepOtherSide(Context& c, Text) {
+  c.state.drawnCurve->arguments.keep = c.state.drawnCurve->kept() > 0 ? -1 : 1;
+}
+bool hasTwoPieces(const Context& c) {
+  return c.now.document->pieces.size() > 1;
+}
 
 bool hidesPart(const Context& c) {
   const engine::Piece* piece = operatedOn(c);
@@ -172,21 +202,33 @@ bool hidesPart(const Context& c) {
 }
 
 // Of those that are asked for between two strokes.
-constexpr std::array<std::pair<Text, const char*>, 6> kPieceKeys{{{"cut-curve", "Shift+C"}, {"mask-lasso", "Shift+M"}, {"mask-invert", "Ctrl+M"}, {"mask-clear", "Alt+M"},
-                                                                  {"mask-hide", "Shift+H"}, {"mask-show", "Ctrl+H"}}};
+constexpr std::array<std::pair<Text, const char*>, 6> kPieceKeys{{{"cut-curve", "Shift+C"},
+                                                                  {"mask-lasso", "Shift+M"},
+                                                                  {"mask-invert", "Ctrl+M"},
+                                                                  {"mask-clear", "Alt+M"},
+                                                                  {"mask-hide", "Shift+H"},
+                                                                  {"mask-show", "Ctrl+H"}}};
 
 void addPieceRows(std::vector<Action>& rows) {
   for (const engine::PieceJob& job : engine::pieceJobs()) {
     if (job.id == "lattice") continue;  // Its points are pulled: the deform box.
     const std::string id(job.id);
-    const auto key = std::find_if(kPieceKeys.begin(), kPieceKeys.end(), [&](const auto& each) { return each.first == job.id; });
-    rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece", key == kPieceKeys.end() ? "" : key->second, operate, id,
-                    id == "mask-show" ? hidesPart : job.pieces == 0 ? nullptr : job.pieces == 1 ? hasClay : hasTwoPieces});
+    const auto key =
+        std::find_if(kPieceKeys.begin(), kPieceKeys.end(), [&](const auto& each) { return each.first == job.id; });
+    rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece",
+                    key == kPieceKeys.end() ? "" : key->second, operate, id,
+                    id == "mask-show" ? hidesPart
+                    : job.pieces == 0 ? nullptr
+                    : job.pieces == 1 ? hasClay
+                                      : hasTwoPieces});
     if (id == "mask-hide") rows.back().checked = [](const Context& c, Text) { return hidesPart(c); };
   }
-  rows.push_back({"draw.apply", "Cut along the drawn curve", "The side that is to go goes.", "Piece", "Enter", [](Context& c, Text) { c.state.drawnCurve->apply = true; }, "", hasDrawnCurve});
-  rows.push_back({"draw.side", "Keep the other side", "Of a drawn curve.", "Piece", "Tab", keepOtherSide, "", hasDrawnCurve});
-  rows.push_back({"draw.cancel", "Put the drawn curve away", "Nothing is cut.", "Piece", "", [](Context& c, Text) { c.state.drawnCurve->cancel = true; }, "",
+  rows.push_back({"draw.apply", "Cut along the drawn curve", "The side that is to go goes.", "Piece", "Enter",
+                  [](Context& c, Text) { c.state.drawnCurve->apply = true; }, "", hasDrawnCurve});
+  rows.push_back(
+      {"draw.side", "Keep the other side", "Of a drawn curve.", "Piece", "Tab", keepOtherSide, "", hasDrawnCurve});
+  rows.push_back({"draw.cancel", "Put the drawn curve away", "Nothing is cut.", "Piece", "",
+                  [](Context& c, Text) { c.state.drawnCurve->cancel = true; }, "",
                   [](const Context& c) { return c.state.drawnCurve.has_value(); }});
 }
 
@@ -196,7 +238,9 @@ void takeTool(Context& c, Text id) {
   c.state.toolId = id;
   if (c.state.drawnCurve) c.state.drawnCurve->cancel = true;  // The hand wants to work.
 }
-bool isTool(const Context& c, Text id) { return c.state.toolId == id; }
+bool isTool(const Context& c, Text id) {
+  return c.state.toolId == id;
+}
 void scaleRadius(Context& c, double factor) {
   const engine::ToolRow* row = engine::findTool(c.state.toolId);
   if (!row) return;
@@ -207,15 +251,17 @@ void scaleRadius(Context& c, double factor) {
 void takeOpposite(Context& c, Text) {
   const engine::ToolRow* row = engine::findTool(c.state.toolId);
   if (!row) return;
-  if (row->opposite == row->id) c.state.tool().inverted = !c.state.tool().inverted;
-  else c.state.toolId = row->opposite;
+  if (row->opposite == row->id)
+    c.state.tool().inverted = !c.state.tool().inverted;
+  else
+    c.state.toolId = row->opposite;
 }
 bool hasOpposite(const Context& c) {
   const engine::ToolRow* row = engine::findTool(c.state.toolId);
   return row && !row->opposite.empty();
 }
 
-bool engine::Symmetry::* planeOf(Text axis) {
+bool engine::Symmetry::*planeOf(Text axis) {
   return axis == "x" ? &engine::Symmetry::x : axis == "y" ? &engine::Symmetry::y : &engine::Symmetry::z;
 }
 void switchSymmetry(Context& c, Text axis) {
@@ -227,13 +273,18 @@ void turnMore(Context& c, int by) {
   c.bench.setSymmetry(
       [by](engine::Symmetry& symmetry) { symmetry.turns = std::clamp(symmetry.turns + by, 1, engine::kMostTurns); });
 }
-bool isSymmetric(const Context& c, Text axis) { return c.now.document->symmetry.*planeOf(axis); }
+bool isSymmetric(const Context& c, Text axis) {
+  return c.now.document->symmetry.*planeOf(axis);
+}
 
 // A curve or a line; else null.
 const engine::Guide* selectedWay(const Context& c) {
   const engine::Guide* guide = c.now.document->guide(c.state.selected);
   if (!guide) return nullptr;
-  return guide->kind == engine::Guide::Kind::line || (guide->kind == engine::Guide::Kind::curve && guide->pointsMm.size() >= 2) ? guide : nullptr;
+  return guide->kind == engine::Guide::Kind::line ||
+                 (guide->kind == engine::Guide::Kind::curve && guide->pointsMm.size() >= 2)
+             ? guide
+             : nullptr;
 }
 void strokeAlongSelected(Context& c, Text) {
   if (const engine::Guide* guide = selectedWay(c)) c.bench.strokeAlong(placesAlong(*guide));
@@ -249,9 +300,15 @@ bool isGizmo(const Context& c, Text mode) {
 
 // View
 
-double aspect(const Context& c) { return freeAspect(layoutOf(c).free, c.width, c.height); }
-void look(Context& c, Text view) { c.camera.look(std::string(view), render::Box(), aspect(c)); }
-void focusAll(Context& c, Text) { c.camera.focus(c.renderer.bounds(), aspect(c)); }
+double aspect(const Context& c) {
+  return freeAspect(layoutOf(c).free, c.width, c.height);
+}
+void look(Context& c, Text view) {
+  c.camera.look(std::string(view), render::Box(), aspect(c));
+}
+void focusAll(Context& c, Text) {
+  c.camera.focus(c.renderer.bounds(), aspect(c));
+}
 void focusSelected(Context& c, Text) {
   render::Box box;
   const engine::Id id = c.state.selected ? c.state.selected : c.now.document->active;
@@ -271,8 +328,12 @@ constexpr float kZoomClicks = 3;  // Of the wheel, for each press of a key.
 void zoom(Context& c, float clicks) {
   c.camera.zoom(clicks, c.camera.view().target);
 }
-void switchProjection(Context& c, Text) { c.camera.toggleProjection(); }
-bool isOrthographic(const Context& c, Text) { return c.camera.view().projection == render::Projection::orthographic; }
+void switchProjection(Context& c, Text) {
+  c.camera.toggleProjection();
+}
+bool isOrthographic(const Context& c, Text) {
+  return c.camera.view().projection == render::Projection::orthographic;
+}
 void switchSection(Context& c, Text) {
   if (c.state.look.section) {
     c.state.section = c.state.look.section;
@@ -285,7 +346,9 @@ void switchSection(Context& c, Text) {
   }
   c.state.look.section = c.state.section;
 }
-bool hasSection(const Context& c, Text) { return c.state.look.section.has_value(); }
+bool hasSection(const Context& c, Text) {
+  return c.state.look.section.has_value();
+}
 
 bool render::Look::*lookOf(Text id) {
   for (const auto& row : lookRows())
@@ -300,7 +363,10 @@ bool isLook(const Context& c, Text id) {
   return member && c.state.look.*member;
 }
 
-struct NamedShading { Text id, name, help; render::Shading shading; };
+struct NamedShading {
+  Text id, name, help;
+  render::Shading shading;
+};
 constexpr std::array kShadings{
     NamedShading{"matcap", "Shade as a material ball", "Form at a glance, without lights.", render::Shading::matcap},
     NamedShading{"lit", "Shade by lights", "Key, fill and dome light on each piece's colour.", render::Shading::lit},
@@ -312,10 +378,14 @@ void setShading(Context& c, Text id) {
   }
 }
 bool isShading(const Context& c, Text id) {
-  return std::any_of(kShadings.begin(), kShadings.end(), [&](const auto& row) { return row.id == id && row.shading == c.state.look.shading; });
+  return std::any_of(kShadings.begin(), kShadings.end(),
+                     [&](const auto& row) { return row.id == id && row.shading == c.state.look.shading; });
 }
 
-struct NamedStereo { Text id, name, help; render::StereoMode mode; };
+struct NamedStereo {
+  Text id, name, help;
+  render::StereoMode mode;
+};
 constexpr std::array kStereo{
     NamedStereo{"mono", "Stereo off", "One picture for both eyes.", render::StereoMode::mono},
     NamedStereo{"anaglyph", "Stereo: red and cyan", "For red and cyan glasses.", render::StereoMode::anaglyph},
@@ -330,7 +400,8 @@ void setStereo(Context& c, Text id) {
   }
 }
 bool isStereo(const Context& c, Text id) {
-  return std::any_of(kStereo.begin(), kStereo.end(), [&](const auto& row) { return row.id == id && row.mode == c.state.stereo.mode; });
+  return std::any_of(kStereo.begin(), kStereo.end(),
+                     [&](const auto& row) { return row.id == id && row.mode == c.state.stereo.mode; });
 }
 
 // Panels
@@ -343,34 +414,48 @@ bool isPanel(const Context& c, Text id) {
   return row && isSeen(layoutOf(c), c.state, *row);
 }
 void setTheme(Context& c, Text id) {
-  c.state.theme = id == "dark" ? Theme::dark : id == "light" ? Theme::light : c.state.theme == Theme::dark ? Theme::light : Theme::dark;
+  c.state.theme = id == "dark"                   ? Theme::dark
+                  : id == "light"                ? Theme::light
+                  : c.state.theme == Theme::dark ? Theme::light
+                                                 : Theme::dark;
   c.state.look.lightBackground = c.state.theme == Theme::light;
 }
 
 void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"file.new", "New", "An empty document.", "File", "Ctrl+N", openDialog, "new"});
-  rows.push_back({"file.open", "Open…", "A saved document, a script or a model as the document.", "File", "Ctrl+O", openDialog, "open"});
-  rows.push_back({"file.recent", "Open recent…", "What was opened or saved last.", "File", "Ctrl+Shift+O", openDialog, "recent"});
-  rows.push_back({"file.recover", "Recover…", "What was not saved when Argil ended without asking.", "File", "", openDialog, "recover", hasRecoverable});
-  rows.push_back({"file.save", "Save", "The document with its history, to its file.", "File", "Ctrl+S", openDialog, "save"});
-  rows.push_back({"file.saveAs", "Save as…", "The document to another file, with which work goes on.", "File", "Ctrl+Shift+S", openDialog, "saveAs"});
+  rows.push_back({"file.open", "Open…", "A saved document, a script or a model as the document.", "File", "Ctrl+O",
+                  openDialog, "open"});
+  rows.push_back(
+      {"file.recent", "Open recent…", "What was opened or saved last.", "File", "Ctrl+Shift+O", openDialog, "recent"});
+  rows.push_back({"file.recover", "Recover…", "What was not saved when Argil ended without asking.", "File", "",
+                  openDialog, "recover", hasRecoverable});
+  rows.push_back(
+      {"file.save", "Save", "The document with its history, to its file.", "File", "Ctrl+S", openDialog, "save"});
+  rows.push_back({"file.saveAs", "Save as…", "The document to another file, with which work goes on.", "File",
+                  "Ctrl+Shift+S", openDialog, "saveAs"});
   rows.push_back({"file.saveCopy", "Save a copy without history…",
                   "The document alone, to be given away: nothing that was taken out or undone is in it.", "File", "",
                   openDialog, "saveCopy"});
-  rows.push_back({"file.import", "Import as clay…", "A model becomes a piece of clay of this document.", "File", "Ctrl+I", openDialog, "import"});
-  rows.push_back({"file.part", "Import as part…", "A model that is seen and felt, but not clay.", "File", "Ctrl+Shift+I", openDialog, "part"});
-  rows.push_back({"file.export", "Export…", "Writes the clay for printers and other programs.", "File", "Ctrl+E", openDialog, "export", hasClay});
+  rows.push_back({"file.import", "Import as clay…", "A model becomes a piece of clay of this document.", "File",
+                  "Ctrl+I", openDialog, "import"});
+  rows.push_back({"file.part", "Import as part…", "A model that is seen and felt, but not clay.", "File",
+                  "Ctrl+Shift+I", openDialog, "part"});
+  rows.push_back({"file.export", "Export…", "Writes the clay for printers and other programs.", "File", "Ctrl+E",
+                  openDialog, "export", hasClay});
   for (const FileKind& kind : fileKinds()) {
     if (kind.writes.empty()) continue;
-    rows.push_back({"file.export" + std::string(kind.ending), "Export " + std::string(kind.name) + "…", std::string(kind.writes), "File", "", openDialog,
-                    "export" + std::string(kind.ending), hasClay});
+    rows.push_back({"file.export" + std::string(kind.ending), "Export " + std::string(kind.name) + "…",
+                    std::string(kind.writes), "File", "", openDialog, "export" + std::string(kind.ending), hasClay});
   }
-  rows.push_back({"file.picture", "Save picture…", "The view as a PNG, at full quality and without panels.", "File", "Ctrl+Shift+P", openDialog, "picture"});
-  rows.push_back({"file.quit", "Quit", "Leaves Argil.", "File", "Ctrl+Q", [](Context& c, Text) { c.state.quit = true; }});
+  rows.push_back({"file.picture", "Save picture…", "The view as a PNG, at full quality and without panels.", "File",
+                  "Ctrl+Shift+P", openDialog, "picture"});
+  rows.push_back(
+      {"file.quit", "Quit", "Leaves Argil.", "File", "Ctrl+Q", [](Context& c, Text) { c.state.quit = true; }});
 
   rows.push_back({"edit.undo", "Undo", "One step back.", "Edit", "Ctrl+Z", [](Context& c, Text) { c.bench.undo(); }, "",
                   [](const Context& c) { return c.now.done > 0; }});
-  rows.push_back({"edit.redo", "Redo", "One step forward.", "Edit", "Ctrl+Shift+Z Ctrl+Y", [](Context& c, Text) { c.bench.redo(); }, "",
+  rows.push_back({"edit.redo", "Redo", "One step forward.", "Edit", "Ctrl+Shift+Z Ctrl+Y",
+                  [](Context& c, Text) { c.bench.redo(); }, "",
                   [](const Context& c) { return c.now.history && c.now.done < c.now.history->size(); }});
   rows.push_back({"edit.duplicate", "Duplicate", "A copy of what is selected, beside what is there.", "Edit",
                   "Ctrl+D Shift+D", duplicate, "", hasThing});
@@ -380,41 +465,59 @@ void addDocumentRows(std::vector<Action>& rows) {
                   "Ctrl+C", copy, "", hasThing});
   rows.push_back({"edit.paste", "Paste", "Puts what was copied beside what is there.", "Edit", "Ctrl+V", paste, "",
                   [](const Context& c) { return !c.state.copied.empty(); }});
-  rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected, "", hasSelected});
+  rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected,
+                  "", hasSelected});
   rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
-  rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L", lockSelected, "", hasSelected});
-  rows.push_back({"edit.moveUp", "Move up in the list", "Of two guides that contradict each other the upper one holds.", "Edit", "Alt+Up",
-                  [](Context& c, Text) { moveSelected(c, -1); }, "", hasSelected});
-  rows.push_back({"edit.moveDown", "Move down in the list", "Below the next of its kind.", "Edit", "Alt+Down", [](Context& c, Text) { moveSelected(c, 1); }, "", hasSelected});
-  rows.push_back({"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
-  rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "", [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
+  rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L",
+                  lockSelected, "", hasSelected});
+  rows.push_back({"edit.moveUp", "Move up in the list", "Of two guides that contradict each other the upper one holds.",
+                  "Edit", "Alt+Up", [](Context& c, Text) { moveSelected(c, -1); }, "", hasSelected});
+  rows.push_back({"edit.moveDown", "Move down in the list", "Below the next of its kind.", "Edit", "Alt+Down",
+                  [](Context& c, Text) { moveSelected(c, 1); }, "", hasSelected});
+  rows.push_back(
+      {"edit.delete", "Delete selected", "Undo brings it back.", "Edit", "Delete", removeSelected, "", hasSelected});
+  rows.push_back({"edit.selectNone", "Select nothing", "Puts the widgets away.", "Edit", "",
+                  [](Context& c, Text) { c.state.selected = 0; }, "", hasSelected});
 
-  rows.push_back({"clay.block", "Add a block", "A block of clay: 60 × 60 × 40 mm, or as large as what is there.", "Clay", "", addClay, "block"});
-  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay: 60 mm across, or as large as what is there.", "Clay", "", addClay, "sphere"});
-  rows.push_back({"clay.deformBox", "Deform box", "Points around a piece that pull its clay; bend, twist and taper.", "Clay", "", switchDeformBox, "",
-                  [](const Context& c) { return hasDeformBox(c) || (deformable(c) && !c.now.inStroke); }, [](const Context& c, Text) { return hasDeformBox(c); }});
+  rows.push_back({"clay.block", "Add a block", "A block of clay: 60 × 60 × 40 mm, or as large as what is there.",
+                  "Clay", "", addClay, "block"});
+  rows.push_back({"clay.sphere", "Add a ball", "A ball of clay: 60 mm across, or as large as what is there.", "Clay",
+                  "", addClay, "sphere"});
+  rows.push_back({"clay.deformBox", "Deform box", "Points around a piece that pull its clay; bend, twist and taper.",
+                  "Clay", "", switchDeformBox, "",
+                  [](const Context& c) { return hasDeformBox(c) || (deformable(c) && !c.now.inStroke); },
+                  [](const Context& c, Text) { return hasDeformBox(c); }});
   rows.push_back({"clay.deformApply", "Apply the deform box", "Keeps the clay as the box has made it.", "Clay", "",
                   [](Context& c, Text) { c.state.deformBox->apply = true; }, "", hasDeformBox});
   rows.push_back({"clay.deformCancel", "Cancel the deform box", "The clay as it was before.", "Clay", "",
                   [](Context& c, Text) { c.state.deformBox->cancel = true; }, "", hasDeformBox});
-  rows.push_back({"clay.materials", "Materials", "Names, colours and feel of what a piece is made of.", "Clay", "", [](Context& c, Text) {
+  rows.push_back({"clay.materials", "Materials", "Names, colours and feel of what a piece is made of.", "Clay", "",
+                  [](Context& c, Text) {
                     c.state.selected = operatedOn(c)->id;
                     c.state.shown.settings = true;
-                  }, "", [](const Context& c) { return operatedOn(c) != nullptr; }});
-  rows.push_back({"clay.materialAdd", "Add a material", "What the material tool can lay.", "Clay", "", [](Context& c, Text) { addMaterial(c, *operatedOn(c)); }, "", hasFreePiece});
-  rows.push_back({"clay.add", "Add clay…", "A block or a ball of the size that is wanted.", "Clay", "", openDialog, "clay"});
+                  },
+                  "", [](const Context& c) { return operatedOn(c) != nullptr; }});
+  rows.push_back({"clay.materialAdd", "Add a material", "What the material tool can lay.", "Clay", "",
+                  [](Context& c, Text) { addMaterial(c, *operatedOn(c)); }, "", hasFreePiece});
+  rows.push_back(
+      {"clay.add", "Add clay…", "A block or a ball of the size that is wanted.", "Clay", "", openDialog, "clay"});
 }
 
 void addHandRows(std::vector<Action>& rows) {
   for (const engine::ToolRow& tool : engine::toolTable()) {
-    rows.push_back({"tool." + std::string(tool.id), std::string(tool.name), std::string(tool.help), "Tool", std::string(tool.key), takeTool,
-                    std::string(tool.id), nullptr, isTool});
+    rows.push_back({"tool." + std::string(tool.id), std::string(tool.name), std::string(tool.help), "Tool",
+                    std::string(tool.key), takeTool, std::string(tool.id), nullptr, isTool});
   }
-  rows.push_back({"tool.smaller", "Smaller tool", "By an eighth; also F and a drag.", "Tool", "[", [](Context& c, Text) { scaleRadius(c, 1 / kRadiusStep); }});
-  rows.push_back({"tool.larger", "Larger tool", "By an eighth; also F and a drag.", "Tool", "]", [](Context& c, Text) { scaleRadius(c, kRadiusStep); }});
-  rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.", "Tool", "I", takeOpposite, "", hasOpposite});
-  rows.push_back({"tool.straight", "Straight lines", "A drag over the clay draws a straight line, which is worked along when the button comes up.", "Tool", "D",
-                  [](Context& c, Text) { c.state.straight = !c.state.straight; }, "", nullptr, [](const Context& c, Text) { return c.state.straight; }});
+  rows.push_back({"tool.smaller", "Smaller tool", "By an eighth; also F and a drag.", "Tool", "[",
+                  [](Context& c, Text) { scaleRadius(c, 1 / kRadiusStep); }});
+  rows.push_back({"tool.larger", "Larger tool", "By an eighth; also F and a drag.", "Tool", "]",
+                  [](Context& c, Text) { scaleRadius(c, kRadiusStep); }});
+  rows.push_back({"tool.opposite", "Opposite tool", "Add for carve, carve for add; Ctrl held does it for a stroke.",
+                  "Tool", "I", takeOpposite, "", hasOpposite});
+  rows.push_back({"tool.straight", "Straight lines",
+                  "A drag over the clay draws a straight line, which is worked along when the button comes up.", "Tool",
+                  "D", [](Context& c, Text) { c.state.straight = !c.state.straight; }, "", nullptr,
+                  [](const Context& c, Text) { return c.state.straight; }});
   struct Plane {
     const char *axis, *name, *help, *key;
   };
@@ -423,11 +526,15 @@ void addHandRows(std::vector<Action>& rows) {
                          Plane{"z", "Symmetry Z", "Strokes are repeated as mirror images along Z.", "Z"}})
     rows.push_back({std::string("symmetry.") + p.axis, p.name, p.help, "Tool", p.key, switchSymmetry, p.axis, nullptr,
                     isSymmetric});
-  rows.push_back({"symmetry.more", "Symmetry around z: one more", "Strokes are repeated around the z axis.", "Tool", "", [](Context& c, Text) { turnMore(c, 1); }});
-  rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "", [](Context& c, Text) { turnMore(c, -1); }, "",
+  rows.push_back({"symmetry.more", "Symmetry around z: one more", "Strokes are repeated around the z axis.", "Tool", "",
+                  [](Context& c, Text) { turnMore(c, 1); }});
+  rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "",
+                  [](Context& c, Text) { turnMore(c, -1); }, "",
                   [](const Context& c) { return c.now.document->symmetry.turns > 1; }});
 
-  struct Row { const char *kind, *name, *help; };
+  struct Row {
+    const char *kind, *name, *help;
+  };
   for (const Row& row : {Row{"plane", "Add a plane", "A plane to snap to, by eye and by touch."},
                          Row{"line", "Add a line", "Between two clicks."}, Row{"point", "Add a point", "At a click."},
                          Row{"curve", "Add a curve", "Through clicks on the clay; Enter ends it."},
@@ -439,16 +546,20 @@ void addHandRows(std::vector<Action>& rows) {
     rows.push_back({std::string("guides.") + row.kind, row.name, row.help, "Guides", "",
                     [](Context& c, Text kind) { c.state.wishes.place = kind; }, row.kind});
   }
-  rows.push_back({"guides.stroke", "Stroke along it", "The tool in hand goes along the selected curve or line.", "Guides", "", strokeAlongSelected, "",
+  rows.push_back({"guides.stroke", "Stroke along it", "The tool in hand goes along the selected curve or line.",
+                  "Guides", "", strokeAlongSelected, "",
                   [](const Context& c) { return selectedWay(c) && c.now.document->workedOn() && !c.now.inStroke; }});
-  struct Mode { const char *mode, *name, *key; };
+  struct Mode {
+    const char *mode, *name, *key;
+  };
   for (const Mode& m : {Mode{"move", "Move selected", "G"}, Mode{"rotate", "Rotate selected", "R"},
                         Mode{"scale", "Scale selected", "T"}}) {
     rows.push_back({std::string("gizmo.") + m.mode, m.name, "Handles on the selected thing.", "Guides", m.key, setGizmo,
                     m.mode, nullptr, isGizmo});
   }
   rows.push_back({"guides.snap", "Snap", "Dragged widgets snap to guides, clay and grid.", "Guides", "N",
-                  [](Context& c, Text) { c.state.snapWidgets = !c.state.snapWidgets; }, "", nullptr, [](const Context& c, Text) { return c.state.snapWidgets; }});
+                  [](Context& c, Text) { c.state.snapWidgets = !c.state.snapWidgets; }, "", nullptr,
+                  [](const Context& c, Text) { return c.state.snapWidgets; }});
 }
 
 void addViewRows(std::vector<Action>& rows) {
@@ -462,17 +573,23 @@ void addViewRows(std::vector<Action>& rows) {
     rows.push_back({std::string("view.") + row.view, row.name, "Looks from there at the same size.", "View", row.key,
                     look, row.view});
   }
-  rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "", nullptr, isOrthographic});
-  rows.push_back({"view.focus", "Focus on selected", "Fills the picture with it; with a drag the key sizes the tool.", "View", "F", focusSelected});
-  rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View", "Home Shift+F", focusAll});
-  rows.push_back({"view.quickRing", "Quick ring", "Undo, redo, size, zoom and move around the cursor; a click of a pen's button or of the right mouse button.", "View", "Q",
-                  [](Context& c, Text) { c.state.wishes.quickRing = true; }});
+  rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "",
+                  nullptr, isOrthographic});
+  rows.push_back({"view.focus", "Focus on selected", "Fills the picture with it; with a drag the key sizes the tool.",
+                  "View", "F", focusSelected});
+  rows.push_back({"view.all", "Focus on everything", "Fills the picture with all that is visible.", "View",
+                  "Home Shift+F", focusAll});
+  rows.push_back(
+      {"view.quickRing", "Quick ring",
+       "Undo, redo, size, zoom and move around the cursor; a click of a pen's button or of the right mouse button.",
+       "View", "Q", [](Context& c, Text) { c.state.wishes.quickRing = true; }});
   rows.push_back({"view.zoomIn", "Zoom in",
                   "Nearer to the middle of the picture; the wheel goes to what is under the pointer.", "View", "=",
                   [](Context& c, Text) { zoom(c, kZoomClicks); }});
   rows.push_back({"view.zoomOut", "Zoom out", "Away from the middle of the picture.", "View", "-",
                   [](Context& c, Text) { zoom(c, -kZoomClicks); }});
-  rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "", nullptr, hasSection});
+  rows.push_back({"view.section", "Section", "Cuts the picture open, not the clay.", "View", "K", switchSection, "",
+                  nullptr, hasSection});
   // Switches of the View panel.
   for (const auto& row : lookRows()) {
     const auto* look = std::get_if<Switch<render::Look>>(&row);
@@ -482,15 +599,20 @@ void addViewRows(std::vector<Action>& rows) {
                     switchLook, id, nullptr, isLook});
   }
   for (const auto& row : kShadings) {
-    rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setShading, std::string(row.id), nullptr, isShading});
+    rows.push_back({"shading." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "",
+                    setShading, std::string(row.id), nullptr, isShading});
   }
   for (const auto& row : kStereo) {
-    rows.push_back({"stereo." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "", setStereo, std::string(row.id), nullptr, isStereo});
+    rows.push_back({"stereo." + std::string(row.id), std::string(row.name), std::string(row.help), "View", "",
+                    setStereo, std::string(row.id), nullptr, isStereo});
   }
 
-  rows.push_back({"touch.stop", "Stop forces", "Zero force at once, until they are resumed.", "Touch", "Ctrl+.", [](Context& c, Text) { c.bench.stopForces(); }});
-  rows.push_back({"touch.resume", "Resume forces", "Forces begin anew, from zero.", "Touch", "Ctrl+Shift+.", [](Context& c, Text) { c.bench.resumeForces(); }});
-  rows.push_back({"touch.pointer", "Use mouse or pen", "Works without a force device.", "Touch", "", [](Context& c, Text) { c.bench.useDevice("pointer"); }});
+  rows.push_back({"touch.stop", "Stop forces", "Zero force at once, until they are resumed.", "Touch", "Ctrl+.",
+                  [](Context& c, Text) { c.bench.stopForces(); }});
+  rows.push_back({"touch.resume", "Resume forces", "Forces begin anew, from zero.", "Touch", "Ctrl+Shift+.",
+                  [](Context& c, Text) { c.bench.resumeForces(); }});
+  rows.push_back({"touch.pointer", "Use mouse or pen", "Works without a force device.", "Touch", "",
+                  [](Context& c, Text) { c.bench.useDevice("pointer"); }});
   rows.push_back({"touch.workspaceBox", "Show the device's reach", "The box that the hand can reach.", "Touch", "",
                   [](Context& c, Text) { c.state.showWorkspaceBox = !c.state.showWorkspaceBox; }, "", nullptr,
                   [](const Context& c, Text) { return c.state.showWorkspaceBox; }});
@@ -499,15 +621,18 @@ void addViewRows(std::vector<Action>& rows) {
 void addWindowRows(std::vector<Action>& rows) {
   for (const PanelRow& panel : panelTable()) {
     const bool help = panel.id == "shortcuts" || panel.id == "firstStart";
-    rows.push_back({"panel." + std::string(panel.id), std::string(panel.name), std::string(panel.help), help ? "Help" : "Window", std::string(panel.shortcut),
-                    switchPanel, std::string(panel.id), nullptr, isPanel});
+    rows.push_back({"panel." + std::string(panel.id), std::string(panel.name), std::string(panel.help),
+                    help ? "Help" : "Window", std::string(panel.shortcut), switchPanel, std::string(panel.id), nullptr,
+                    isPanel});
   }
   rows.push_back({"window.theme", "Light or dark", "Changes the theme.", "Window", "", setTheme});
   rows.push_back({"window.fullScreen", "Full screen", "The window alone on the screen.", "Window", "F11",
-                  [](Context& c, Text) { c.state.fullScreen = !c.state.fullScreen; }, "", nullptr, [](const Context& c, Text) { return c.state.fullScreen; }});
+                  [](Context& c, Text) { c.state.fullScreen = !c.state.fullScreen; }, "", nullptr,
+                  [](const Context& c, Text) { return c.state.fullScreen; }});
 }
 
-// How well one typed word is met by a text: 0: not at all. Letters in order; beginnings of words and letters that follow each other count more.
+// How well one typed word is met by a text: 0: not at all. Letters in order; beginnings of words and letters that
+// follow each other count more.
 int match(Text typed, Text text) {
   int score = 1;
   size_t at = 0;

@@ -13,16 +13,19 @@ using render::View;
 constexpr double kPi = std::numbers::pi;
 constexpr double kZoomPerClick = 1.15;
 constexpr double kGlideSeconds = 0.2;
-constexpr double kUprightPerRad = 4;      // A leaning view comes upright by e for each quarter of a radian of orbit.
-constexpr double kMostSeconds = 0.1;      // A 3D mouse after a stall of the window goes on, it does not leap.
-constexpr double kDeadZone = 0.06;        // Of an axis: a hand at rest on the cap.
-constexpr double kPanHeightsPerS = 1.0;   // Of the picture, at full deflection.
-constexpr double kZoomPerS = 1.5;         // Powers of e.
-constexpr double kTurnPerS = 2.0;         // rad.
-constexpr double kLeastDepth = 1e-3;      // Of the distance to the target: a pan of what lies in the eye moves nothing.
-constexpr double kOrthographicBack = 1e3; // Heights of the picture (at least 10 mm) behind the camera where rays begin.
+constexpr double kUprightPerRad = 4;     // A leaning view comes upright by e for each quarter of a radian of orbit.
+constexpr double kMostSeconds = 0.1;     // A 3D mouse after a stall of the window goes on, it does not leap.
+constexpr double kDeadZone = 0.06;       // Of an axis: a hand at rest on the cap.
+constexpr double kPanHeightsPerS = 1.0;  // Of the picture, at full deflection.
+constexpr double kZoomPerS = 1.5;        // Powers of e.
+constexpr double kTurnPerS = 2.0;        // rad.
+constexpr double kLeastDepth = 1e-3;     // Of the distance to the target: a pan of what lies in the eye moves nothing.
+// Heights of the picture (at least 10 mm) behind the camera where rays begin.
+constexpr double kOrthographicBack = 1e3;
 
-double halfTangent(const View& view) { return std::tan(0.5 * view.openingDegrees * kPi / 180); }
+double halfTangent(const View& view) {
+  return std::tan(0.5 * view.openingDegrees * kPi / 180);
+}
 
 Eigen::Quaterniond orientation(const View& view) {
   const View::Axes a = view.axes();
@@ -80,11 +83,15 @@ double allowed(const View& view, double factor) {
   return factor < 1 ? std::clamp(factor, std::min(least, 1.0), 1.0) : std::clamp(factor, 1.0, std::max(most, 1.0));
 }
 
-void scaleDistance(View& view, double factor) { view.position = view.target + factor * (view.position - view.target); }
+void scaleDistance(View& view, double factor) {
+  view.position = view.target + factor * (view.position - view.target);
+}
 
 }  // namespace
 
-Camera::Camera() { set(View::named("iso", {}, 16.0 / 9)); }
+Camera::Camera() {
+  set(View::named("iso", {}, 16.0 / 9));
+}
 
 void Camera::set(const View& view) {
   view.check();
@@ -105,7 +112,8 @@ void Camera::orbit(float dx, float dy, float height, const Vec3d& pivot) {
 
   const double distance = view_.distance();
   const Vec3d to = pivot - view_.position;
-  view_.position = pivot - to.dot(before.right) * after.right - to.dot(before.up) * after.up - to.dot(before.forward) * after.forward;
+  view_.position = pivot - to.dot(before.right) * after.right - to.dot(before.up) * after.up -
+                   to.dot(before.forward) * after.forward;
   view_.target = view_.position + distance * after.forward;
   view_.up = after.up;
 }
@@ -207,7 +215,8 @@ bool Camera::tick(double seconds) {
 
 Camera::Ray Camera::ray(float x, float y, float width, float height) const {
   const View::Axes a = view_.axes();
-  const double side = (x - 0.5 * double(width)) / (0.5 * double(height)), up = (0.5 * double(height) - y) / (0.5 * double(height));
+  const double side = (x - 0.5 * double(width)) / (0.5 * double(height)),
+               up = (0.5 * double(height) - y) / (0.5 * double(height));
   if (view_.projection == Projection::perspective) {
     const double tangent = halfTangent(view_);
     return {view_.position, (a.forward + tangent * (side * a.right + up * a.up)).normalized()};

@@ -13,7 +13,8 @@ constexpr double kMarginVoxels = 4;     // Around the surface's box: the march b
 constexpr int kHalvings = 12;
 
 // Part of the line inside a box that is grown by the margin.
-std::optional<std::array<double, 2>> inside(const render::Box& box, double margin, const Vec3d& origin, const Vec3d& direction) {
+std::optional<std::array<double, 2>> inside(const render::Box& box, double margin, const Vec3d& origin,
+                                            const Vec3d& direction) {
   double first = 0, last = 1e12;
   for (int axis = 0; axis < 3; ++axis) {
     const double low = box.min[axis] - margin - origin[axis], high = box.max[axis] + margin - origin[axis];
@@ -32,7 +33,8 @@ std::optional<std::array<double, 2>> inside(const render::Box& box, double margi
 bool hidden(const clay::Version& version, const Vec3d& p) {
   const auto near = [](double v) { return static_cast<int32_t>(std::floor(v + 0.5)); };
   const Coord voxel{near(p.x()), near(p.y()), near(p.z())};
-  return version.find(clay::Channel::mask, voxel >> 3).value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
+  return version.find(clay::Channel::mask, voxel >> 3)
+             .value(clay::Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)) > 127;
 }
 
 }  // namespace
@@ -46,7 +48,8 @@ std::optional<double> PinnedClay::distance(const Vec3d& origin, const Vec3d& dir
     if (!part) continue;
     clay::Sampler sampler(piece.version);
     const bool hides = piece.hideMasked && piece.version.has(clay::Channel::mask);
-    const Vec3d start = grid.toVoxel(piece.pose.applyInverse(origin)), step = piece.pose.rotation.conjugate() * direction;
+    const Vec3d start = grid.toVoxel(piece.pose.applyInverse(origin)),
+                step = piece.pose.rotation.conjugate() * direction;
     const double end = (*part)[1] / grid.voxelMm;
     double before = std::max((*part)[0], fromMm) / grid.voxelMm;
     // Beyond the band the field says "at least the band", so that is the longest step: a wall is not missed.

@@ -12,8 +12,8 @@ namespace {
 using render::Cursor;
 using render::View;
 
-constexpr double kFelt = 1e-3;       // N: less is no contact's force.
-constexpr double kReach = 3;         // Radii from the ball's centre to a footprint.
+constexpr double kFelt = 1e-3;          // N: less is no contact's force.
+constexpr double kReach = 3;            // Radii from the ball's centre to a footprint.
 constexpr double kMostAlongView = 0.9;  // Cosine: a stylus that points at the eye hides its own ball.
 
 double mmPerUnit(const View& view, const Vec3d& at, float heightUnits) {
@@ -34,7 +34,8 @@ Vec3d shaftOf(const Eigen::Quaterniond& rotation, const View& view, bool turns) 
   return (shaft + part * (leaning - shaft)).normalized();
 }
 
-Cursor basis(const Vec3d& at, const Eigen::Quaterniond& rotation, const engine::Tool& tool, const View& view, const CursorOptions& options) {
+Cursor basis(const Vec3d& at, const Eigen::Quaterniond& rotation, const engine::Tool& tool, const View& view,
+             const CursorOptions& options) {
   Cursor cursor;
   cursor.positionMm = at;
   cursor.radiusMm = std::max(tool.radiusMm, kLeastBallUnits * mmPerUnit(view, at, options.heightUnits));
@@ -49,15 +50,18 @@ Cursor basis(const Vec3d& at, const Eigen::Quaterniond& rotation, const engine::
 
 render::Colour tintOf(const engine::Tool& tool) {
   switch (engine::rowOf(tool).work) {
-    case haptics::Work::cut: return {0.35f, 0.81f, 0.98f, 1};
-    case haptics::Work::lay: return {0.47f, 0.88f, 0.45f, 1};
-    case haptics::Work::rub: return {0.79f, 0.66f, 0.98f, 1};
+    case haptics::Work::cut:
+      return {0.35f, 0.81f, 0.98f, 1};
+    case haptics::Work::lay:
+      return {0.47f, 0.88f, 0.45f, 1};
+    case haptics::Work::rub:
+      return {0.79f, 0.66f, 0.98f, 1};
   }
   return {0.9f, 0.9f, 0.9f, 1};
 }
 
-Cursor makeCursor(const haptics::StylusSample& sample, const engine::Tool& tool, const View& view, const CursorOptions& options,
-                  const std::optional<Cursor::Footprint>& footprint) {
+Cursor makeCursor(const haptics::StylusSample& sample, const engine::Tool& tool, const View& view,
+                  const CursorOptions& options, const std::optional<Cursor::Footprint>& footprint) {
   Cursor cursor = basis(sample.proxy, sample.device.rotation, tool, view, options);
   cursor.contact = (sample.flags & (haptics::kTouching | haptics::kCutting)) != 0;
   cursor.forceN = sample.forceN;
@@ -65,7 +69,8 @@ Cursor makeCursor(const haptics::StylusSample& sample, const engine::Tool& tool,
   return cursor;
 }
 
-Cursor pointerCursor(const Cursor::Footprint& surface, const engine::Tool& tool, const View& view, const CursorOptions& options, bool pressed) {
+Cursor pointerCursor(const Cursor::Footprint& surface, const engine::Tool& tool, const View& view,
+                     const CursorOptions& options, bool pressed) {
   CursorOptions leaning = options;
   leaning.turns = false;
   Cursor cursor = basis(surface.pointMm, Eigen::Quaterniond::Identity(), tool, view, leaning);
@@ -75,8 +80,8 @@ Cursor pointerCursor(const Cursor::Footprint& surface, const engine::Tool& tool,
   return cursor;
 }
 
-std::optional<Cursor::Footprint> footprintOf(const haptics::StylusSample& sample, const engine::Tool& tool, const View& view,
-                                             const PickSurface& pick) {
+std::optional<Cursor::Footprint> footprintOf(const haptics::StylusSample& sample, const engine::Tool& tool,
+                                             const View& view, const PickSurface& pick) {
   const Vec3d away = view.axes().forward;
   const bool held = (sample.flags & haptics::kTouching) != 0 && sample.forceN.norm() > kFelt;
   const std::array<Vec3d, 2> ways{held ? Vec3d(-sample.forceN.normalized()) : away, -Vec3d::UnitZ()};

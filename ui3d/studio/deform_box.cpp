@@ -13,10 +13,16 @@ constexpr double kLeastRange = 1;  // Percent of the extent: a range must have a
 }  // namespace
 
 DeformBox DeformBox::around(const engine::Piece& piece) {
-  return {.piece = piece.id, .pose = piece.pose, .base = piece.version, .bounds = clay::boundsOf(piece.version), .lattice = clay::Lattice::around(clay::brickBoundsOf(piece.version))};
+  return {.piece = piece.id,
+          .pose = piece.pose,
+          .base = piece.version,
+          .bounds = clay::boundsOf(piece.version),
+          .lattice = clay::Lattice::around(clay::brickBoundsOf(piece.version))};
 }
 
-void DeformBox::setCounts(const std::array<int, 3>& counts) { lattice = clay::Lattice(lattice.box(), counts); }
+void DeformBox::setCounts(const std::array<int, 3>& counts) {
+  lattice = clay::Lattice(lattice.box(), counts);
+}
 
 void DeformBox::rest() {
   setCounts(lattice.counts());
@@ -36,11 +42,16 @@ std::shared_ptr<const clay::Warp> DeformBox::warp() const {
     case Kind::bend: {
       if (bendDegrees == 0) return nullptr;
       const clay::Turn turn = clay::turnBy(bendTowards * kDegree);
-      return std::make_shared<clay::Bend>(along, turn.cosine * Vec3d::Unit((axis + 1) % 3) + turn.sine * Vec3d::Unit((axis + 2) % 3), bendDegrees * kDegree);
+      return std::make_shared<clay::Bend>(
+          along, turn.cosine * Vec3d::Unit((axis + 1) % 3) + turn.sine * Vec3d::Unit((axis + 2) % 3),
+          bendDegrees * kDegree);
     }
-    case Kind::twist: return twistDegrees == 0 ? nullptr : std::make_shared<clay::Twist>(along, twistDegrees * kDegree);
-    case Kind::taper: return taperPercent == 100 ? nullptr : std::make_shared<clay::Taper>(along, taperPercent / 100);
-    case Kind::lattice: break;
+    case Kind::twist:
+      return twistDegrees == 0 ? nullptr : std::make_shared<clay::Twist>(along, twistDegrees * kDegree);
+    case Kind::taper:
+      return taperPercent == 100 ? nullptr : std::make_shared<clay::Taper>(along, taperPercent / 100);
+    case Kind::lattice:
+      break;
   }
   return nullptr;
 }
@@ -49,8 +60,9 @@ bool DeformBox::sameShape(const DeformBox& o) const {
   if (kind != o.kind) return false;
   if (kind == Kind::lattice) return lattice.counts() == o.lattice.counts() && lattice.points() == o.lattice.points();
   if (axis != o.axis || fromPercent != o.fromPercent || toPercent != o.toPercent) return false;
-  return kind == Kind::bend ? bendDegrees == o.bendDegrees && bendTowards == o.bendTowards
-                            : kind == Kind::twist ? twistDegrees == o.twistDegrees : taperPercent == o.taperPercent;
+  return kind == Kind::bend    ? bendDegrees == o.bendDegrees && bendTowards == o.bendTowards
+         : kind == Kind::twist ? twistDegrees == o.twistDegrees
+                               : taperPercent == o.taperPercent;
 }
 
 }  // namespace argil::studio

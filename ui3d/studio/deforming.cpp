@@ -16,7 +16,8 @@ void Deforming::stop() {
   making_.reset();
 }
 
-bool Deforming::update(std::optional<DeformBox>& box, const engine::Document& document, bool held, const Edit& edit, const std::function<void()>& endMerge) {
+bool Deforming::update(std::optional<DeformBox>& box, const engine::Document& document, bool held, const Edit& edit,
+                       const std::function<void()>& endMerge) {
   if (!box) {
     const bool had = busy();
     stop();
@@ -41,7 +42,8 @@ bool Deforming::update(std::optional<DeformBox>& box, const engine::Document& do
     box.reset();
     return true;
   }
-  if (box->pose.translation != piece->pose.translation || !box->pose.rotation.isApprox(piece->pose.rotation, 0)) box->pose = piece->pose;
+  if (box->pose.translation != piece->pose.translation || !box->pose.rotation.isApprox(piece->pose.rotation, 0))
+    box->pose = piece->pose;
 
   if (box->cancel) {
     stop();
@@ -84,8 +86,9 @@ bool Deforming::update(std::optional<DeformBox>& box, const engine::Document& do
 void Deforming::begin(const DeformBox& box) {
   making_ = box;
   result_ = std::make_shared<Result>();
-  job_ = std::make_unique<engine::BackgroundJob>(
-      [base = box.base, warp = box.warp(), result = result_](Job& job) { result->version = clay::deform(base, *warp, clay::Store::make(base.store()->precision()), &job); });
+  job_ = std::make_unique<engine::BackgroundJob>([base = box.base, warp = box.warp(), result = result_](Job& job) {
+    result->version = clay::deform(base, *warp, clay::Store::make(base.store()->precision()), &job);
+  });
 }
 
 void Deforming::take(DeformBox& box, const Edit& edit) {
@@ -104,11 +107,12 @@ void Deforming::show(const DeformBox& box, const clay::Version& version, const E
   before_ = shown_;
   shown_ = version;
   waits_ = true;
-  edit("Deform",
-       [id = box.piece, version](engine::Document& document) {
-         if (engine::Piece* piece = document.piece(id)) piece->version = version;
-       },
-       fmt::format("deform box {}", boxes_));
+  edit(
+      "Deform",
+      [id = box.piece, version](engine::Document& document) {
+        if (engine::Piece* piece = document.piece(id)) piece->version = version;
+      },
+      fmt::format("deform box {}", boxes_));
 }
 
 }  // namespace argil::studio

@@ -10,23 +10,27 @@
 namespace argil::studio {
 namespace {
 
-constexpr double kStepUnits = 2;       // Of the window, between points.
-constexpr size_t kMostPoints = 2000;   // Less than a cut takes.
-constexpr double kLeastUnits = 12;     // A shorter way is no curve.
-constexpr double kCloseUnits = 18, kClosePart = 0.2;  // The end is at the beginning: so near, and by this part of the way at the most.
-constexpr int kCells = 96;             // Of the longer edge of what is shown of the sides.
-constexpr double kAround = 0.12;       // Of the extent, about piece and curve.
-constexpr double kBefore = 0.02;       // Of the extent: the sheet stands so far before the piece.
+constexpr double kStepUnits = 2;      // Of the window, between points.
+constexpr size_t kMostPoints = 2000;  // Less than a cut takes.
+constexpr double kLeastUnits = 12;    // A shorter way is no curve.
+// The end is at the beginning: so near, and by this part of the way at the most.
+constexpr double kCloseUnits = 18, kClosePart = 0.2;
+constexpr int kCells = 96;        // Of the longer edge of what is shown of the sides.
+constexpr double kAround = 0.12;  // Of the extent, about piece and curve.
+constexpr double kBefore = 0.02;  // Of the extent: the sheet stands so far before the piece.
 
 std::array<Vec3d, 8> cornersOf(const DrawnCurve& curve) {
   std::array<Vec3d, 8> corners;
   for (int i = 0; i < 8; ++i)
-    corners[size_t(i)] = curve.pose.apply(Vec3d((i & 1 ? curve.box.high : curve.box.low).x(), (i & 2 ? curve.box.high : curve.box.low).y(), (i & 4 ? curve.box.high : curve.box.low).z()));
+    corners[size_t(i)] = curve.pose.apply(Vec3d((i & 1 ? curve.box.high : curve.box.low).x(),
+                                                (i & 2 ? curve.box.high : curve.box.low).y(),
+                                                (i & 4 ? curve.box.high : curve.box.low).z()));
   return corners;
 }
 
 // Where the line of sight meets the sheet; in a view that looks along it there is none.
-std::optional<Vec3d> onSheet(const DrawnCurve& curve, const Camera& camera, float x, float y, float width, float height) {
+std::optional<Vec3d> onSheet(const DrawnCurve& curve, const Camera& camera, float x, float y, float width,
+                             float height) {
   double nearest = INFINITY, farthest = -INFINITY;
   for (const Vec3d& corner : cornersOf(curve)) {
     nearest = std::min(nearest, corner.dot(curve.directionMm));
@@ -38,7 +42,8 @@ std::optional<Vec3d> onSheet(const DrawnCurve& curve, const Camera& camera, floa
   const double before = nearest - kBefore * (farthest - nearest);
   double along = (before - ray.origin.dot(curve.directionMm)) / ahead;
   // An eye within the piece draws at some distance from itself.
-  if (camera.view().projection == render::Projection::perspective) along = std::max(along, 0.01 * camera.view().distance());
+  if (camera.view().projection == render::Projection::perspective)
+    along = std::max(along, 0.01 * camera.view().distance());
   return Vec3d(ray.origin + along * ray.direction);
 }
 
@@ -48,7 +53,9 @@ double unitsOf(const std::vector<Vec3d>& points, double unitMm) {
   return way / unitMm;
 }
 
-double unitMm(const Camera& camera, float height) { return camera.view().heightAtTarget() / std::max(1.0f, height); }
+double unitMm(const Camera& camera, float height) {
+  return camera.view().heightAtTarget() / std::max(1.0f, height);
+}
 
 using Vec2d = Eigen::Vector2d;
 
@@ -105,8 +112,10 @@ void DrawnCurve::move(const Camera& camera, float x, float y, float width, float
   if (straight) pointsMm.resize(1);
   const bool full = pointsMm.size() >= kMostPoints;
   if (!full && (*place - pointsMm.back()).norm() < kStepUnits * unitMm(camera, height)) return;
-  if (full) pointsMm.back() = *place;
-  else pointsMm.push_back(*place);
+  if (full)
+    pointsMm.back() = *place;
+  else
+    pointsMm.push_back(*place);
 }
 
 void DrawnCurve::release(const Camera& camera, float, float height) {
@@ -122,8 +131,10 @@ void DrawnCurve::release(const Camera& camera, float, float height) {
     clear();
     return;
   }
-  if (atOnce) apply = true;
-  else findSides();
+  if (atOnce)
+    apply = true;
+  else
+    findSides();
 }
 
 void DrawnCurve::findSides() {
@@ -144,7 +155,8 @@ void DrawnCurve::findSides() {
   low -= Vec2d::Constant(kAround * extent);
   high += Vec2d::Constant(kAround * extent);
   const double step = (high - low).maxCoeff() / kCells;
-  const int columns = std::max(1, static_cast<int>(std::ceil((high.x() - low.x()) / step))), rows = std::max(1, static_cast<int>(std::ceil((high.y() - low.y()) / step)));
+  const int columns = std::max(1, static_cast<int>(std::ceil((high.x() - low.x()) / step))),
+            rows = std::max(1, static_cast<int>(std::ceil((high.y() - low.y()) / step)));
   // Its number is named smooth, where it has one.
   double smooth = 0;
   for (const auto& parameter : job->parameters)
@@ -153,11 +165,14 @@ void DrawnCurve::findSides() {
   try {
     const clay::CurveDivider divider({pointsMm, directionMm, closed, smooth});
     for (int j = 0; j <= rows; ++j)
-      for (int i = 0; i <= columns; ++i) distances[size_t(j) * size_t(columns + 1) + size_t(i)] = divider.distance(lifted(low + step * Vec2d(i, j)));
+      for (int i = 0; i <= columns; ++i)
+        distances[size_t(j) * size_t(columns + 1) + size_t(i)] = divider.distance(lifted(low + step * Vec2d(i, j)));
   } catch (const Error&) {
     return;  // The operation itself will say why.
   }
-  const auto corner = [&](int i, int j) { return Corner{low + step * Vec2d(i, j), distances[size_t(j) * size_t(columns + 1) + size_t(i)]}; };
+  const auto corner = [&](int i, int j) {
+    return Corner{low + step * Vec2d(i, j), distances[size_t(j) * size_t(columns + 1) + size_t(i)]};
+  };
   for (size_t side = 0; side < 2; ++side) {
     const int sign = side == 0 ? 1 : -1;
     std::vector<Vec2d> triangles;
@@ -166,15 +181,18 @@ void DrawnCurve::findSides() {
       int begin = -1;  // Of a run of cells that lie within: one rectangle.
       for (int i = 0; i <= columns; ++i) {
         const bool there = i < columns;
-        const std::array<Corner, 4> cell{corner(i, j), corner(there ? i + 1 : i, j), corner(there ? i + 1 : i, j + 1), corner(i, j + 1)};
-        const bool whole = there && std::all_of(cell.begin(), cell.end(), [&](const Corner& c) { return sign * c.distance < 0; });
+        const std::array<Corner, 4> cell{corner(i, j), corner(there ? i + 1 : i, j), corner(there ? i + 1 : i, j + 1),
+                                         corner(i, j + 1)};
+        const bool whole =
+            there && std::all_of(cell.begin(), cell.end(), [&](const Corner& c) { return sign * c.distance < 0; });
         if (whole && begin < 0) begin = i;
         if (!whole && begin >= 0) {
           addPart({corner(begin, j), corner(i, j), corner(i, j + 1), corner(begin, j + 1)}, sign, triangles);
           begin = -1;
         }
         if (there && !whole) addPart(cell, sign, triangles);
-        const double room = std::min({-sign * cell[0].distance, step * i, step * (columns - i), step * j, step * (rows - j)});
+        const double room =
+            std::min({-sign * cell[0].distance, step * i, step * (columns - i), step * j, step * (rows - j)});
         if (room > widest) {
           widest = room;
           sides.sides[side].middleMm = lifted(cell[0].at);
@@ -220,7 +238,8 @@ bool followDrawnCurve(Context& context) {
     if (!ends) return true;
   }
   if (!ends) return false;
-  if (curve.hadPerspective && context.camera.view().projection == render::Projection::orthographic) context.camera.toggleProjection();
+  if (curve.hadPerspective && context.camera.view().projection == render::Projection::orthographic)
+    context.camera.toggleProjection();
   context.state.drawnCurve.reset();
   return true;
 }

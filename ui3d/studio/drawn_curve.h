@@ -13,7 +13,8 @@ namespace argil::studio {
 
 struct Context;
 
-/// What lies on either side of a curve, on the sheet on which it was drawn: as the cut will have it, smoothed and with its ends going straight on.
+/// What lies on either side of a curve, on the sheet on which it was drawn: as the cut will have it, smoothed and with
+/// its ends going straight on.
 struct CurveSides {
   /// The inside of a closed curve, the left of an open one; and the rest.
   struct Side {
@@ -23,25 +24,28 @@ struct CurveSides {
   std::array<Side, 2> sides;
 };
 
-/// In work from the moment that the operation is asked for until it is begun or given up. Plain state with the rules of drawing; followDrawnCurve() does the work.
+/// In work from the moment that the operation is asked for until it is begun or given up. Plain state with the rules of
+/// drawing; followDrawnCurve() does the work.
 struct DrawnCurve {
-  const engine::PieceJob* job = nullptr;   ///< Takes a curve.
-  engine::PieceArguments arguments;        ///< Piece and numbers; the curve is put in when it is begun.
-  bool atOnce = false;                     ///< Masks: done with each curve that is drawn, and ready for the next. Else it waits for `apply`.
-  bool hadPerspective = false;             ///< Comes back at the end: the curve goes straight through, so it is drawn without.
-  clay::BoxMm box;                         ///< Of the piece, in its millimetres,
-  haptics::Pose pose;                      ///< and where it stands.
+  const engine::PieceJob* job = nullptr;  ///< Takes a curve.
+  engine::PieceArguments arguments;       ///< Piece and numbers; the curve is put in when it is begun.
+  /// Masks: done with each curve that is drawn, and ready for the next. Else it waits for `apply`.
+  bool atOnce = false;
+  bool hadPerspective = false;  ///< Comes back at the end: the curve goes straight through, so it is drawn without.
+  clay::BoxMm box;              ///< Of the piece, in its millimetres,
+  haptics::Pose pose;           ///< and where it stands.
 
-  std::vector<Vec3d> pointsMm;             ///< World, on a sheet before the piece.
-  Vec3d directionMm = -Vec3d::UnitZ();     ///< Of sight, length one.
-  bool closed = false;                     ///< By its end, which came back to its beginning; the person may choose otherwise.
-  bool held = false;                       ///< Being drawn.
-  CurveSides sides;                        ///< Of a curve that is drawn and not held.
+  std::vector<Vec3d> pointsMm;          ///< World, on a sheet before the piece.
+  Vec3d directionMm = -Vec3d::UnitZ();  ///< Of sight, length one.
+  bool closed = false;  ///< By its end, which came back to its beginning; the person may choose otherwise.
+  bool held = false;    ///< Being drawn.
+  CurveSides sides;     ///< Of a curve that is drawn and not held.
 
-  bool apply = false, cancel = false;      ///< Asked for.
+  bool apply = false, cancel = false;  ///< Asked for.
 
   /// For a piece that exists and holds clay.
-  [[nodiscard]] static DrawnCurve of(const engine::PieceJob& job, const engine::Document& document, const engine::Piece& piece);
+  [[nodiscard]] static DrawnCurve of(const engine::PieceJob& job, const engine::Document& document,
+                                     const engine::Piece& piece);
   /// The button goes down: a new curve. False while the last one waits to be worked on.
   bool press(const Camera& camera, float x, float y, float width, float height);
   /// `straight`: one line from where it began.
@@ -60,9 +64,11 @@ struct DrawnCurve {
   [[nodiscard]] std::string hint() const;
 };
 
-/// Begins to draw for an operation on the selected piece, else on the active one; the view loses its perspective. Nothing where there is no such piece.
+/// Begins to draw for an operation on the selected piece, else on the active one; the view loses its perspective.
+/// Nothing where there is no such piece.
 void beginDrawnCurve(Context& context, const engine::PieceJob& job);
-/// Once a turn: begins the operation when that is asked for, ends when it is given up or the piece has gone. True when something that is seen changed.
+/// Once a turn: begins the operation when that is asked for, ends when it is given up or the piece has gone. True when
+/// something that is seen changed.
 bool followDrawnCurve(Context& context);
 
 }  // namespace argil::studio

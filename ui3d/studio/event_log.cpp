@@ -16,20 +16,22 @@ using Json = nlohmann::ordered_json;
 using Kind = Event::Kind;
 
 constexpr std::array kKinds = {
-    std::pair{Kind::move, "move"},       std::pair{Kind::press, "press"},   std::pair{Kind::release, "release"},
-    std::pair{Kind::wheel, "wheel"},     std::pair{Kind::keyDown, "down"},  std::pair{Kind::keyUp, "up"},
-    std::pair{Kind::text, "text"},       std::pair{Kind::enter, "enter"},   std::pair{Kind::leave, "leave"},
-    std::pair{Kind::resize, "resize"},   std::pair{Kind::drop, "drop"},     std::pair{Kind::focus, "focus"},
-    std::pair{Kind::close, "close"},     std::pair{Kind::motion6, "motion6"}, std::pair{Kind::screenshot, "screenshot"},
-    std::pair{Kind::check, "check"},
-    std::pair{Kind::lose, "lose"}};
-constexpr std::array kButtons = {std::pair{Button::left, "left"}, std::pair{Button::right, "right"}, std::pair{Button::middle, "middle"}};
-constexpr std::array kModifiers = {std::pair{kShift, "shift"}, std::pair{kControl, "ctrl"}, std::pair{kAlt, "alt"}, std::pair{kSuper, "super"}};
+    std::pair{Kind::move, "move"},     std::pair{Kind::press, "press"},     std::pair{Kind::release, "release"},
+    std::pair{Kind::wheel, "wheel"},   std::pair{Kind::keyDown, "down"},    std::pair{Kind::keyUp, "up"},
+    std::pair{Kind::text, "text"},     std::pair{Kind::enter, "enter"},     std::pair{Kind::leave, "leave"},
+    std::pair{Kind::resize, "resize"}, std::pair{Kind::drop, "drop"},       std::pair{Kind::focus, "focus"},
+    std::pair{Kind::close, "close"},   std::pair{Kind::motion6, "motion6"}, std::pair{Kind::screenshot, "screenshot"},
+    std::pair{Kind::check, "check"},   std::pair{Kind::lose, "lose"}};
+constexpr std::array kButtons = {std::pair{Button::left, "left"}, std::pair{Button::right, "right"},
+                                 std::pair{Button::middle, "middle"}};
+constexpr std::array kModifiers = {std::pair{kShift, "shift"}, std::pair{kControl, "ctrl"}, std::pair{kAlt, "alt"},
+                                   std::pair{kSuper, "super"}};
 // In the order of Key, from escape, f1, keypad0 and shift on.
-constexpr std::array kNamed = {"escape", "enter", "tab", "backspace", "insert", "delete", "right", "left",
-                               "down",   "up",    "page up", "page down", "home", "end"};
+constexpr std::array kNamed = {"escape", "enter", "tab", "backspace", "insert",    "delete", "right",
+                               "left",   "down",  "up",  "page up",   "page down", "home",   "end"};
 constexpr std::array kHeld = {"shift", "ctrl", "alt", "super"};
-constexpr int kNamedFirst = int(Key::escape), kFunctionFirst = int(Key::f1), kKeypadFirst = int(Key::keypad0), kHeldFirst = int(Key::shift);
+constexpr int kNamedFirst = int(Key::escape), kFunctionFirst = int(Key::f1), kKeypadFirst = int(Key::keypad0),
+              kHeldFirst = int(Key::shift);
 
 template <class Table, class Value>
 const char* nameIn(const Table& table, Value value) {
@@ -63,7 +65,9 @@ Key keyNamed(const std::string& name) {
 }
 
 // Recordings are read by people too: six digits are enough for any of these numbers.
-double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+double rounded(double value) {
+  return std::round(value * 1e6) / 1e6;
+}
 
 double number(const Json& json, const char* name, double otherwise) {
   const auto found = json.find(name);
@@ -88,7 +92,10 @@ bool flag(const Json& json, const char* name) {
   return found->get<bool>();
 }
 
-bool hasPlace(Kind kind) { return kind == Kind::move || kind == Kind::press || kind == Kind::release || kind == Kind::wheel || kind == Kind::enter; }
+bool hasPlace(Kind kind) {
+  return kind == Kind::move || kind == Kind::press || kind == Kind::release || kind == Kind::wheel ||
+         kind == Kind::enter;
+}
 
 }  // namespace
 
@@ -107,7 +114,9 @@ std::string toLine(const Event& event) {
   }
   switch (event.kind) {
     case Kind::press:
-    case Kind::release: json["button"] = nameIn(kButtons, event.button); break;
+    case Kind::release:
+      json["button"] = nameIn(kButtons, event.button);
+      break;
     case Kind::wheel:
       json["dx"] = rounded(event.dx);
       json["dy"] = rounded(event.dy);
@@ -117,19 +126,26 @@ std::string toLine(const Event& event) {
       json["key"] = keyName(event.key);
       if (event.repeat) json["repeat"] = true;
       break;
-    case Kind::text: json["character"] = event.character; break;
+    case Kind::text:
+      json["character"] = event.character;
+      break;
     case Kind::resize:
       json["width"] = event.width;
       json["height"] = event.height;
       json["scale"] = rounded(event.scale);
       break;
-    case Kind::focus: json["on"] = event.on; break;
+    case Kind::focus:
+      json["on"] = event.on;
+      break;
     case Kind::motion6:
       for (const float axis : event.axes) json["axes"].push_back(rounded(axis));
       break;
     case Kind::drop:
-    case Kind::screenshot: json["text"] = event.text; break;
-    default: break;
+    case Kind::screenshot:
+      json["text"] = event.text;
+      break;
+    default:
+      break;
   }
   for (const auto& [bit, name] : kModifiers)
     if (event.modifiers & bit) json["modifiers"].push_back(name);
@@ -143,7 +159,8 @@ Event fromLine(const std::string& line) {
   } catch (const Json::exception&) {
     throw Error("not JSON");
   }
-  if (!json.is_object()) throw Error("must be an object such as {\"t\": 0.5, \"kind\": \"move\", \"x\": 10, \"y\": 20}");
+  if (!json.is_object())
+    throw Error("must be an object such as {\"t\": 0.5, \"kind\": \"move\", \"x\": 10, \"y\": 20}");
   Event e;
   e.kind = valueIn(kKinds, word(json, "kind", nullptr), "kind of event");
   e.timeS = number(json, "t", 0);
@@ -161,7 +178,8 @@ Event fromLine(const std::string& line) {
   e.width = int(number(json, "width", 0));
   e.height = int(number(json, "height", 0));
   e.scale = float(number(json, "scale", 1));
-  if (e.kind == Kind::resize && (e.width < 0 || e.height < 0 || e.width > 16384 || e.height > 16384 || e.scale < 0.25f || e.scale > 8))
+  if (e.kind == Kind::resize &&
+      (e.width < 0 || e.height < 0 || e.width > 16384 || e.height > 16384 || e.scale < 0.25f || e.scale > 8))
     throw Error("a size is 0 to 16384 pixels, a scale 0.25 to 8");
   e.pressure = float(number(json, "pressure", -1));
   if (e.pressure > 1) throw Error("\"pressure\" is 0 to 1");
@@ -200,7 +218,8 @@ std::vector<Event> readEvents(const std::filesystem::path& file) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
     try {
       events.push_back(fromLine(line));
-      if (events.size() > 1 && events.back().timeS < events[events.size() - 2].timeS) throw Error("\"t\" is earlier than in the line before");
+      if (events.size() > 1 && events.back().timeS < events[events.size() - 2].timeS)
+        throw Error("\"t\" is earlier than in the line before");
     } catch (const Error& e) {
       throw Error(fmt::format("{}:{}: {}", file.string(), number, e.what()));
     }
@@ -209,7 +228,8 @@ std::vector<Event> readEvents(const std::filesystem::path& file) {
 }
 
 EventWriter::EventWriter(const std::filesystem::path& file) : file_(file) {
-  if (std::filesystem::exists(file)) throw Error(fmt::format("{}: is there already; give another name for the recording", file.string()));
+  if (std::filesystem::exists(file))
+    throw Error(fmt::format("{}: is there already; give another name for the recording", file.string()));
   out_.open(file);
   if (!out_) throw Error(fmt::format("{}: cannot be written; check the folder", file.string()));
 }

@@ -10,7 +10,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json numbers(const Vec3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+Json numbers(const Vec3d& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
 
 const Json& member(const Json& json, const char* name) {
   static const Json none;
@@ -40,7 +42,8 @@ bool takeView(const Json& json, Camera& camera) {
     view.projection = parallel.get<bool>() ? render::Projection::orthographic : render::Projection::perspective;
   try {
     // Beyond that a zoom would not get back.
-    if (!(view.heightAtTarget() >= Camera::kLeastHeightMm && view.heightAtTarget() <= Camera::kMostHeightMm)) return false;
+    if (!(view.heightAtTarget() >= Camera::kLeastHeightMm && view.heightAtTarget() <= Camera::kMostHeightMm))
+      return false;
     camera.set(view);
   } catch (const Error&) {
     return false;
@@ -84,13 +87,16 @@ std::string faceText(const StudioState& state, const Camera& camera) {
                   {"opening", view.openingDegrees},
                   {"orthographic", view.projection == render::Projection::orthographic}};
   if (const auto& section = state.look.section ? state.look.section : state.section)
-    json["section"] = {{"point", numbers(section->pointMm)}, {"normal", numbers(section->normal)}, {"shown", state.look.section.has_value()}};
+    json["section"] = {{"point", numbers(section->pointMm)},
+                       {"normal", numbers(section->normal)},
+                       {"shown", state.look.section.has_value()}};
   json["shading"] = render::shadingNames()[size_t(state.look.shading)];
   json["matcap"] = render::matcapNames()[size_t(state.look.matcap)];
   json["tool"]["id"] = state.toolId;
   const auto tool = state.tools.find(state.toolId);
   if (const engine::ToolRow* row = engine::findTool(state.toolId); row && tool != state.tools.end())
-    for (const auto& parameter : row->parameters) json["tool"]["numbers"][std::string(parameter.id)] = parameter.get(tool->second);
+    for (const auto& parameter : row->parameters)
+      json["tool"]["numbers"][std::string(parameter.id)] = parameter.get(tool->second);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

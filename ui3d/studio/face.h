@@ -1,5 +1,6 @@
 #pragma once
-// What of the studio goes into a saved document and comes back with it: where it was looked at from, cut open, and worked on with.
+// What of the studio goes into a saved document and comes back with it: where it was looked at from, cut open, and
+// worked on with.
 
 #include <string>
 
@@ -11,8 +12,8 @@ namespace argil::studio {
 /// A JSON object: camera, section, shading, the tool in hand and its numbers.
 [[nodiscard]] std::string faceText(const StudioState& state, const Camera& camera);
 
-/// Takes over what the text holds; what is missing, unknown or out of range leaves things as they are. True when the camera is now where
-/// the text says.
+/// Takes over what the text holds; what is missing, unknown or out of range leaves things as they are. True when the
+/// camera is now where the text says.
 bool applyFace(const std::string& text, StudioState& state, Camera& camera);
 
 }  // namespace argil::studio

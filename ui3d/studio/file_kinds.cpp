@@ -33,7 +33,7 @@ constexpr std::array kKinds{
     FileKind{".off", "OFF", "", true, true, "", false},
 };
 
-std::vector<std::string> endings(bool FileKind::* which) {
+std::vector<std::string> endings(bool FileKind::*which) {
   std::vector<std::string> result;
   for (const FileKind& kind : kKinds)
     if (kind.*which) result.emplace_back(kind.ending);
@@ -42,11 +42,14 @@ std::vector<std::string> endings(bool FileKind::* which) {
 
 }  // namespace
 
-std::span<const FileKind> fileKinds() { return kKinds; }
+std::span<const FileKind> fileKinds() {
+  return kKinds;
+}
 
 const FileKind* kindOf(const std::filesystem::path& file) {
   const std::string ending = io::endingOf(file);
-  const auto row = std::find_if(kKinds.begin(), kKinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
+  const auto row =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
   return row == kKinds.end() ? nullptr : &*row;
 }
 
@@ -55,8 +58,14 @@ bool asksForUnits(const std::filesystem::path& file) {
   return kind && kind->units.empty();
 }
 
-std::vector<std::string> endingsToOpen() { return endings(&FileKind::opens); }
-std::vector<std::string> endingsToImport() { return endings(&FileKind::imports); }
-std::vector<std::string> endingsOfImages() { return {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".pgm"}; }
+std::vector<std::string> endingsToOpen() {
+  return endings(&FileKind::opens);
+}
+std::vector<std::string> endingsToImport() {
+  return endings(&FileKind::imports);
+}
+std::vector<std::string> endingsOfImages() {
+  return {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".pgm"};
+}
 
 }  // namespace argil::studio

@@ -10,13 +10,13 @@
 namespace argil::studio {
 
 struct FileKind {
-  std::string_view ending;   ///< Small letters, with its dot.
-  std::string_view name;     ///< "3MF".
-  std::string_view units;    ///< What the format itself says of lengths; empty: nothing, so the person is asked.
-  bool opens = false;        ///< As a document of its own.
-  bool imports = false;      ///< Into the open document.
-  std::string_view writes;   ///< What it is written for, a sentence; empty: it is not.
-  bool reduces = false;      ///< Written as triangles, which can be made fewer.
+  std::string_view ending;  ///< Small letters, with its dot.
+  std::string_view name;    ///< "3MF".
+  std::string_view units;   ///< What the format itself says of lengths; empty: nothing, so the person is asked.
+  bool opens = false;       ///< As a document of its own.
+  bool imports = false;     ///< Into the open document.
+  std::string_view writes;  ///< What it is written for, a sentence; empty: it is not.
+  bool reduces = false;     ///< Written as triangles, which can be made fewer.
 };
 
 [[nodiscard]] std::span<const FileKind> fileKinds();

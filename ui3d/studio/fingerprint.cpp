@@ -46,9 +46,13 @@ uint64_t fingerprint(const render::Shot& shot, const render::Quality& quality) {
   mix.word(uint64_t(view.projection));
   mix(view.openingDegrees);
   const render::Look& look = shot.look;
-  const bool flags[] = {look.cavity, look.keyShadow, look.cursorShadow, look.beam, look.depthFade, look.grid, look.scaleBar, look.xray, look.lightBackground,
-                        look.section.has_value(), shot.stereo.swapEyes,
-                        shot.overlays.cursor.has_value(), quality.keyShadow, quality.cavity};
+  const bool flags[] = {look.cavity,          look.keyShadow,
+                        look.cursorShadow,    look.beam,
+                        look.depthFade,       look.grid,
+                        look.scaleBar,        look.xray,
+                        look.lightBackground, look.section.has_value(),
+                        shot.stereo.swapEyes, shot.overlays.cursor.has_value(),
+                        quality.keyShadow,    quality.cavity};
   for (const bool flag : flags) mix.word(flag);
   mix.word(uint64_t(look.shading));
   mix.word(uint64_t(look.matcap));

@@ -21,15 +21,23 @@ double quantile(std::vector<double> values, double part) {
 }
 
 Json spread(const std::vector<double>& values) {
-  return {{"n", values.size()}, {"median", quantile(values, 0.5)}, {"p99", quantile(values, 0.99)}, {"max", quantile(values, 1)}};
+  return {{"n", values.size()},
+          {"median", quantile(values, 0.5)},
+          {"p99", quantile(values, 0.99)},
+          {"max", quantile(values, 1)}};
 }
 
 Json spread(const haptics::Histogram& times, uint64_t stalls) {
-  return {{"n", times.count()}, {"median", times.quantileUs(0.5) * 1e-3}, {"p99", times.quantileUs(0.99) * 1e-3}, {"max", times.maxUs() * 1e-3},
+  return {{"n", times.count()},
+          {"median", times.quantileUs(0.5) * 1e-3},
+          {"p99", times.quantileUs(0.99) * 1e-3},
+          {"max", times.maxUs() * 1e-3},
           {"over_100_ms", stalls}};
 }
 
-double perSecond(double ms) { return ms > 0 ? 1000 / ms : 0; }
+double perSecond(double ms) {
+  return ms > 0 ? 1000 / ms : 0;
+}
 
 Json histogram(const std::vector<double>& counts) {
   Json bins = Json::object();
@@ -92,7 +100,9 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   json["frames_since_clay"] = sinceClay_;
   json["first_picture_ms"] = facts.firstPictureMs;
   json["opened_ms"] = facts.openedMs;
-  json["fps_moving"] = {{"n", intervalMs_.size()}, {"p50", perSecond(quantile(intervalMs_, 0.5))}, {"p99", perSecond(quantile(intervalMs_, 0.99))}};
+  json["fps_moving"] = {{"n", intervalMs_.size()},
+                        {"p50", perSecond(quantile(intervalMs_, 0.5))},
+                        {"p99", perSecond(quantile(intervalMs_, 0.99))}};
   json["frame_ms"] = spread(frameMs_);
   json["moving_frame_ms"] = spread(movingMs_);
   json["turn_ms"] = spread(turns_, stalls_);

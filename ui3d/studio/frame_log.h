@@ -53,19 +53,21 @@ class FrameLog {
     uint64_t deviceBytes = 0;
     bool validating = false;
     std::vector<std::string> validation;
-    double firstPictureMs = 0;   ///< Since the program began: the first picture that shows something of the file that it was started with;
-    double openedMs = 0;         ///< and the first of all of it as it is to be: clay, where the file held a mesh.
+    /// Since the program began: the first picture that shows something of the file that it was started with;
+    double firstPictureMs = 0;
+    double openedMs = 0;  ///< and the first of all of it as it is to be: clay, where the file held a mesh.
     uint64_t rssBytes = 0;
     uint64_t droppedSamples = 0;
-    size_t losses = 0;           ///< Of the device.
+    size_t losses = 0;  ///< Of the device.
   };
-  /// As JSON: frames, rates while moving, times of a frame and of a turn of the window's thread, bytes uploaded, from sample to screen, edits, device.
+  /// As JSON: frames, rates while moving, times of a frame and of a turn of the window's thread, bytes uploaded, from
+  /// sample to screen, edits, device.
   [[nodiscard]] std::string report(const Facts& facts, const engine::Snapshot& now) const;
 
  private:
   uint64_t frames_ = 0, clayFrames_ = 0, sinceClay_ = 0, stillFrames_ = 0, uploadedBytes_ = 0, largestUpload_ = 0;
-  std::vector<int64_t> ends_, begins_;         // Of every frame, to count between sample and screen.
-  std::vector<double> sampleBegun_;            // Frames begun after a sample until the one that shows it.
+  std::vector<int64_t> ends_, begins_;  // Of every frame, to count between sample and screen.
+  std::vector<double> sampleBegun_;     // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
   haptics::Histogram turns_, coreTurns_;
   uint64_t stalls_ = 0, coreStalls_ = 0;

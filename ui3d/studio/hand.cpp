@@ -8,7 +8,8 @@ namespace argil::studio {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// The tip glides to where a cursor jumped (PointerOptions::smoothSeconds); the clay is pressed once it is there, for which the pointer waits if that takes longer.
+// The tip glides to where a cursor jumped (PointerOptions::smoothSeconds); the clay is pressed once it is there, for
+// which the pointer waits if that takes longer.
 constexpr double kSettleS = 0.016;
 constexpr double kLastS = 0.012;  // From the last motion to the release: the tip has arrived.
 // The pointer adds this much depth at full pressure; the studio's own depth goes with the tool's size and replaces it.
@@ -19,7 +20,8 @@ constexpr int kMostPlaces = 2000;
 std::optional<double> surfaceUnder(const Hand::Stroke& stroke, const Camera::Ray& ray) {
   double from = 0;
   if (stroke.section) {  // What is cut away is not met.
-    const double above = stroke.section->normal.dot(ray.origin - stroke.section->pointMm), along = stroke.section->normal.dot(ray.direction);
+    const double above = stroke.section->normal.dot(ray.origin - stroke.section->pointMm),
+                 along = stroke.section->normal.dot(ray.direction);
     if (above > 0 && along < 0) from = -above / along;
   }
   return stroke.clay.distance(ray.origin, ray.direction, from);
@@ -35,8 +37,10 @@ std::vector<Vec3d> Hand::placesUnder(const Stroke& stroke, const Event& from, co
     const float t = static_cast<float>(i) / static_cast<float>(count);
     const Camera::Ray ray = stroke.camera.ray(from.x + t * dx, from.y + t * dy, stroke.width, stroke.height);
     const auto surface = surfaceUnder(stroke, ray);
-    if (surface) places.push_back(ray.origin + (*surface + (deep ? stroke.depthPart * stroke.radiusMm : 0)) * ray.direction);
-    else if (!places.empty()) break;
+    if (surface)
+      places.push_back(ray.origin + (*surface + (deep ? stroke.depthPart * stroke.radiusMm : 0)) * ray.direction);
+    else if (!places.empty())
+      break;
   }
   return places;
 }
@@ -68,7 +72,8 @@ haptics::PointerSample Hand::sampleOf(const Event& event, bool down) {
   sample.tiltX = event.tiltX;
   sample.tiltY = event.tiltY;
   sample.pressure = event.pressure;
-  // A pen that hardly touches puts the tip on the clay, its centre a radius above; all its pressure takes it as deep as a mouse goes.
+  // A pen that hardly touches puts the tip on the clay, its centre a radius above; all its pressure takes it as deep as
+  // a mouse goes.
   const double lifted = stroke_->cuts && event.pressure >= 0 ? -1 : 0;
   const double pressed = event.pressure >= 0 ? event.pressure : 1;
   const double depth = (lifted + (down ? pressed * (stroke_->depthPart - lifted) : 0)) * stroke_->radiusMm;

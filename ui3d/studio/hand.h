@@ -13,8 +13,8 @@
 
 namespace argil::studio {
 
-/// A stroke by mouse or pen. Each motion is handed on at its own time plus a lag that stays the same for the stroke, so that its shape and
-/// speed do not depend on how often pictures are drawn. One thread.
+/// A stroke by mouse or pen. Each motion is handed on at its own time plus a lag that stays the same for the stroke, so
+/// that its shape and speed do not depend on how often pictures are drawn. One thread.
 class Hand {
  public:
   explicit Hand(engine::Workbench& bench) : bench_(bench) {}
@@ -23,16 +23,18 @@ class Hand {
   struct Stroke {
     PinnedClay clay;
     Camera camera;
-    float width = 1, height = 1;       ///< Of the window, interface units.
+    float width = 1, height = 1;  ///< Of the window, interface units.
     std::optional<render::Section> section;
     double radiusMm = 1;
-    bool cuts = false;                 ///< The tip's place is what is cut: a pen's pressure rules its depth.
-    double depthPart = 0;              ///< Of the radius: how deep its centre goes under the surface.
-    std::optional<double> otherMm;     ///< Along the first line of sight: a part in front.
+    bool cuts = false;              ///< The tip's place is what is cut: a pen's pressure rules its depth.
+    double depthPart = 0;           ///< Of the radius: how deep its centre goes under the surface.
+    std::optional<double> otherMm;  ///< Along the first line of sight: a part in front.
   };
 
-  /// Where a straight line over the window meets the clay, world mm, from its first place to where the clay ends. `deep`: as deep under the surface as a stroke goes.
-  [[nodiscard]] static std::vector<Vec3d> placesUnder(const Stroke& stroke, const Event& from, const Event& to, bool deep);
+  /// Where a straight line over the window meets the clay, world mm, from its first place to where the clay ends.
+  /// `deep`: as deep under the surface as a stroke goes.
+  [[nodiscard]] static std::vector<Vec3d> placesUnder(const Stroke& stroke, const Event& from, const Event& to,
+                                                      bool deep);
 
   /// The cursor is here and no button is down; `surfaceMm`: along the ray, not finite when nothing is there.
   void hover(const Camera::Ray& ray, double surfaceMm, const Event& event);

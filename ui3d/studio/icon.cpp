@@ -16,7 +16,8 @@ render::Image icon(int pixels) {
   for (int row = 0; row < pixels; ++row) {
     for (int column = 0; column < pixels; ++column) {
       // The ball fills the square but for a pixel; its edge is softened over one.
-      const double x = (2 * (column + 0.5) / pixels - 1) * 1.04, y = (1 - 2 * (row + 0.5) / pixels) * 1.04, r = std::hypot(x, y);
+      const double x = (2 * (column + 0.5) / pixels - 1) * 1.04, y = (1 - 2 * (row + 0.5) / pixels) * 1.04,
+                   r = std::hypot(x, y);
       const double cover = std::clamp((1 - r) * pixels / 2 + 0.5, 0.0, 1.0);
       Vec3d normal(x, y, std::sqrt(std::max(0.0, 1 - r * r)));
       const double across = y - 0.35 * x - 0.12, groove = std::exp(-across * across / 0.018);

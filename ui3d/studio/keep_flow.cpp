@@ -62,6 +62,8 @@ KeepFlow::Next KeepFlow::follow(const engine::FileState& file, bool underWay, do
   return Next::nothing;
 }
 
-void KeepFlow::stay() { stage_ = Stage::idle; }
+void KeepFlow::stay() {
+  stage_ = Stage::idle;
+}
 
 }  // namespace argil::studio

@@ -18,7 +18,8 @@ struct Departure {
   engine::RecoverChoice how = {};                               ///< and how.
 };
 
-/// A state machine: it is told what the person and the workbench did and says what comes next. Knows no window. One thread.
+/// A state machine: it is told what the person and the workbench did and says what comes next. Knows no window. One
+/// thread.
 class KeepFlow {
  public:
   enum class Stage : uint8_t {
@@ -31,10 +32,12 @@ class KeepFlow {
   /// What whoever runs it has to do now.
   enum class Next : uint8_t { nothing, chooseName, save, go };
 
-  /// Something is worth asking: work that its file does not hold. A model that was opened and only looked at is nobody's work.
+  /// Something is worth asking: work that its file does not hold. A model that was opened and only looked at is
+  /// nobody's work.
   [[nodiscard]] static bool unkept(const engine::Snapshot& now);
 
-  /// Go at once where nothing is lost, else the question. Asked again meanwhile, the newer wish takes the older one's place.
+  /// Go at once where nothing is lost, else the question. Asked again meanwhile, the newer wish takes the older one's
+  /// place.
   Next want(Departure departure, const engine::Snapshot& now);
   Next answer(Answer answer, const engine::FileState& file);
   /// A name was chosen, and saving to it was asked for; or the dialog was closed without one.
@@ -50,13 +53,14 @@ class KeepFlow {
   [[nodiscard]] Stage stage() const { return stage_; }
   [[nodiscard]] const Departure& departure() const { return departure_; }
 
-  static constexpr double kFailedS = 0.3;  ///< Between two looks the edit thread may be just about to say that it works.
+  /// Between two looks the edit thread may be just about to say that it works.
+  static constexpr double kFailedS = 0.3;
 
  private:
   Stage stage_ = Stage::idle;
   Departure departure_;
   uint64_t refusedBefore_ = 0;  // Of its file, when the save was asked for.
-  double restingSinceS_ = -1;  // Negative: something is under way.
+  double restingSinceS_ = -1;   // Negative: something is under way.
 };
 
 }  // namespace argil::studio

@@ -2,7 +2,9 @@
 
 namespace argil::studio {
 
-std::string documentName(const engine::FileState& file) { return file.path.empty() ? "Untitled" : file.path.filename().string(); }
+std::string documentName(const engine::FileState& file) {
+  return file.path.empty() ? "Untitled" : file.path.filename().string();
+}
 
 std::string windowTitle(const engine::FileState& file) {
   if (file.path.empty() && !file.unsaved) return "Argil";

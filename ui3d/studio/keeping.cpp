@@ -20,7 +20,9 @@ constexpr int kLeastPixels = 16, kMostPixels = 8192;  // What the renderer takes
 // Of a picture as wide as the window for its height, its longer edge so long.
 std::array<int, 2> pixelsOf(float width, float height, int longest) {
   const double factor = longest / double(std::max(width, height));
-  const auto edge = [&](float units) { return std::clamp(int(std::lround(double(units) * factor)), kLeastPixels, kMostPixels); };
+  const auto edge = [&](float units) {
+    return std::clamp(int(std::lround(double(units) * factor)), kLeastPixels, kMostPixels);
+  };
   return {edge(width), edge(height)};
 }
 
@@ -101,19 +103,24 @@ bool SessionWindow::servePicture() {
     attempt([&] {
       const auto job = std::exchange(pictureJob_, nullptr);
       job->wait();
-      bench_.tell(engine::Message::Level::done, fmt::format("Saved {}: {} × {} pixels.", pictureFile_.filename().string(), fileImage_->width, fileImage_->height));
+      bench_.tell(engine::Message::Level::done,
+                  fmt::format("Saved {}: {} × {} pixels.", pictureFile_.filename().string(), fileImage_->width,
+                              fileImage_->height));
     });
     fileImage_.reset();
   }
   if (fileImage_ && !fileImage_->rgba.empty()) {
-    pictureJob_ = std::make_unique<engine::BackgroundJob>([image = fileImage_, file = pictureFile_](Job&) { render::writePng(*image, file.string()); });
+    pictureJob_ = std::make_unique<engine::BackgroundJob>(
+        [image = fileImage_, file = pictureFile_](Job&) { render::writePng(*image, file.string()); });
     return false;
   }
   if (!state_.wishes.picture || !waiting_.pieces.empty() || !partsWaiting_.empty()) return false;
   const PictureWish wish = *std::exchange(state_.wishes.picture, {});
   pictureFile_ = wish.file;
   fileImage_ = std::make_shared<render::Image>();
-  const auto [width, height] = pixelsOf(width_, height_, wish.longestPixels > 0 ? wish.longestPixels : int(std::lround(std::max(width_, height_) * scale_)));
+  const auto [width, height] =
+      pixelsOf(width_, height_,
+               wish.longestPixels > 0 ? wish.longestPixels : int(std::lround(std::max(width_, height_) * scale_)));
   frame_ = {};
   pictures_.run([this, shot = pictureShot(), quality = state_.quality, w = width, h = height, image = fileImage_] {
     renderer_.setQuality(quality);

@@ -20,14 +20,19 @@ float part(const PenAxis& axis, double value) {
   return axis.most > axis.least ? float(std::clamp((value - axis.least) / (axis.most - axis.least), 0.0, 1.0)) : 0.0f;
 }
 
-float tilt(double degrees) { return std::clamp(float(degrees * std::numbers::pi / 180), -kSteepest, kSteepest); }
+float tilt(double degrees) {
+  return std::clamp(float(degrees * std::numbers::pi / 180), -kSteepest, kSteepest);
+}
 
 // A device may vanish between two calls; X's own answer to that is to end the program.
-int forgive(Display*, XErrorEvent*) { return 0; }
+int forgive(Display*, XErrorEvent*) {
+  return 0;
+}
 
 }  // namespace
 
-PenState decodePen(const PenAxes& axes, std::span<const unsigned char> mask, std::span<const double> values, PenState before) {
+PenState decodePen(const PenAxes& axes, std::span<const unsigned char> mask, std::span<const double> values,
+                   PenState before) {
   size_t next = 0;
   for (int bit = 0; bit < int(mask.size()) * 8 && next < values.size(); ++bit) {
     if (!(mask[size_t(bit) / 8] & (1 << (bit % 8)))) continue;
@@ -98,7 +103,8 @@ Pen::Pen(unsigned long window) : state_(std::make_unique<State>()) {
   s.display = XOpenDisplay(nullptr);
   if (!s.display) return;
   int event = 0, error = 0, major = 2, minor = 2;
-  if (!XQueryExtension(s.display, "XInputExtension", &s.opcode, &event, &error) || XIQueryVersion(s.display, &major, &minor) != Success) {
+  if (!XQueryExtension(s.display, "XInputExtension", &s.opcode, &event, &error) ||
+      XIQueryVersion(s.display, &major, &minor) != Success) {
     XCloseDisplay(s.display);
     s.display = nullptr;
     return;
@@ -115,10 +121,18 @@ Pen::~Pen() {
   if (state_->display) XCloseDisplay(state_->display);
 }
 
-int Pen::descriptor() const { return state_->display ? ConnectionNumber(state_->display) : -1; }
-bool Pen::active(double nowS) const { return state_->heardS >= 0 && nowS - state_->heardS < kFreshS; }
-const PenState& Pen::state() const { return state_->now; }
-int Pen::count() const { return int(state_->pens.size()); }
+int Pen::descriptor() const {
+  return state_->display ? ConnectionNumber(state_->display) : -1;
+}
+bool Pen::active(double nowS) const {
+  return state_->heardS >= 0 && nowS - state_->heardS < kFreshS;
+}
+const PenState& Pen::state() const {
+  return state_->now;
+}
+int Pen::count() const {
+  return int(state_->pens.size());
+}
 
 void Pen::poll(double nowS, float scale, std::vector<Event>& events) {
   State& s = *state_;
@@ -127,7 +141,8 @@ void Pen::poll(double nowS, float scale, std::vector<Event>& events) {
   while (XPending(s.display) > 0) {
     XEvent x;
     XNextEvent(s.display, &x);
-    if (x.xcookie.type != GenericEvent || x.xcookie.extension != s.opcode || !XGetEventData(s.display, &x.xcookie)) continue;
+    if (x.xcookie.type != GenericEvent || x.xcookie.extension != s.opcode || !XGetEventData(s.display, &x.xcookie))
+      continue;
     if (x.xcookie.evtype == XI_HierarchyChanged || x.xcookie.evtype == XI_DeviceChanged) {
       changed = true;
     } else {
@@ -144,8 +159,9 @@ void Pen::poll(double nowS, float scale, std::vector<Event>& events) {
           move.timeS = nowS;
           move.x = float(e.event_x) / scale;
           move.y = float(e.event_y) / scale;
-          move.modifiers = uint8_t(((e.mods.effective & ShiftMask) ? kShift : 0) | ((e.mods.effective & ControlMask) ? kControl : 0) |
-                                   ((e.mods.effective & Mod1Mask) ? kAlt : 0));
+          move.modifiers =
+              uint8_t(((e.mods.effective & ShiftMask) ? kShift : 0) |
+                      ((e.mods.effective & ControlMask) ? kControl : 0) | ((e.mods.effective & Mod1Mask) ? kAlt : 0));
           move.pressure = s.now.pressure;
           move.tiltX = s.now.tiltX;
           move.tiltY = s.now.tiltY;

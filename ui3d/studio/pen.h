@@ -21,19 +21,21 @@ struct PenAxes {
   std::optional<PenAxis> pressure, tiltX, tiltY;
 };
 struct PenState {
-  float pressure = 0;           ///< 0 to 1.
-  float tiltX = 0, tiltY = 0;   ///< rad, to the right and towards the person, within ± 1.5.
-  bool eraser = false;          ///< The other end of it is at the tablet.
+  float pressure = 0;          ///< 0 to 1.
+  float tiltX = 0, tiltY = 0;  ///< rad, to the right and towards the person, within ± 1.5.
+  bool eraser = false;         ///< The other end of it is at the tablet.
 };
 
 /// Drivers show each end of a pen as a device of its own and tell them apart by their names alone.
 [[nodiscard]] bool namesEraser(std::string_view device);
 
-/// The valuators of an event: a bit for each in `mask`, values packed in order of the bits. What an event does not tell stays as it
-/// was `before`. Tilts come in degrees; values that are not finite count as not told.
-[[nodiscard]] PenState decodePen(const PenAxes& axes, std::span<const unsigned char> mask, std::span<const double> values, PenState before);
+/// The valuators of an event: a bit for each in `mask`, values packed in order of the bits. What an event does not tell
+/// stays as it was `before`. Tilts come in degrees; values that are not finite count as not told.
+[[nodiscard]] PenState decodePen(const PenAxes& axes, std::span<const unsigned char> mask,
+                                 std::span<const double> values, PenState before);
 
-/// Listens to all pens over a window of another connection. Without a pen or without XInput 2 it does nothing. One thread.
+/// Listens to all pens over a window of another connection. Without a pen or without XInput 2 it does nothing. One
+/// thread.
 class Pen {
  public:
   explicit Pen(unsigned long window);
@@ -45,7 +47,8 @@ class Pen {
   [[nodiscard]] int descriptor() const;
   /// Appends a `move` for every motion of a pen since the last time: pixels over `scale`.
   void poll(double nowS, float scale, std::vector<Event>& events);
-  /// Whether a pen told something in the last tenth of a second: then the window's own motions say the same again, without pressure.
+  /// Whether a pen told something in the last tenth of a second: then the window's own motions say the same again,
+  /// without pressure.
   [[nodiscard]] bool active(double nowS) const;
   [[nodiscard]] const PenState& state() const;
   [[nodiscard]] int count() const;

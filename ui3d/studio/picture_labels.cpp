@@ -11,7 +11,7 @@
 namespace argil::studio {
 namespace {
 
-constexpr float kMargin = 20;   // From the corner of the free part.
+constexpr float kMargin = 20;  // From the corner of the free part.
 constexpr float kTick = 4;
 
 }  // namespace
@@ -26,13 +26,15 @@ void drawLabel(const Widgets::Label& label, Theme theme) {
   list.AddText(at, IM_COL32(byte(label.colour.r), byte(label.colour.g), byte(label.colour.b), 255), label.text.c_str());
 }
 
-void drawScaleBar(const render::View& view, const std::array<float, 4>& free, float width, float height, const StudioState& state) {
+void drawScaleBar(const render::View& view, const std::array<float, 4>& free, float width, float height,
+                  const StudioState& state) {
   const render::ScaleBar bar = render::scaleBar(view, int(width), int(height));
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const bool light = state.look.lightBackground;
   const ImU32 ink = light ? IM_COL32(25, 28, 30, 255) : IM_COL32(238, 240, 242, 255);
   const ImU32 edge = light ? IM_COL32(255, 255, 255, 150) : IM_COL32(10, 10, 12, 150);
-  const float left = std::round(free[0] + kMargin), right = std::round(left + float(bar.pixels)), y = std::round(free[3] - kMargin);
+  const float left = std::round(free[0] + kMargin), right = std::round(left + float(bar.pixels)),
+              y = std::round(free[3] - kMargin);
   if (right + kMargin > free[2]) return;  // No room.
   const auto lines = [&](ImU32 colour, float wide) {
     list.AddLine(ImVec2(left, y), ImVec2(right, y), colour, wide);
@@ -42,7 +44,8 @@ void drawScaleBar(const render::View& view, const std::array<float, 4>& free, fl
   lines(ink, 1.5f);
   const auto text = [&](ImVec2 at, const std::string& words) {
     at = ImVec2(std::round(at.x), std::round(at.y));
-    for (const ImVec2 by : {ImVec2(1, 0), ImVec2(-1, 0), ImVec2(0, 1), ImVec2(0, -1)}) list.AddText(ImVec2(at.x + by.x, at.y + by.y), edge, words.c_str());
+    for (const ImVec2 by : {ImVec2(1, 0), ImVec2(-1, 0), ImVec2(0, 1), ImVec2(0, -1)})
+      list.AddText(ImVec2(at.x + by.x, at.y + by.y), edge, words.c_str());
     list.AddText(at, ink, words.c_str());
   };
   const std::string length = render::lengthLabel(bar.mm);

@@ -1,5 +1,6 @@
 #pragma once
-// Texts over the picture, below the panels, drawn with Dear ImGui: they stay sharp and clear of what covers the picture.
+// Texts over the picture, below the panels, drawn with Dear ImGui: they stay sharp and clear of what covers the
+// picture.
 
 #include <array>
 
@@ -11,8 +12,9 @@ namespace argil::studio {
 
 /// Centred on its place, on a plate that keeps it readable over any clay. Within a frame of ImGui.
 void drawLabel(const Widgets::Label& label, Theme theme);
-/// A length that is true in the plane through the view's target, and the spacing of the grid; bottom left in `free` (left, top, right,
-/// bottom). Sizes in interface units.
-void drawScaleBar(const render::View& view, const std::array<float, 4>& free, float width, float height, const StudioState& state);
+/// A length that is true in the plane through the view's target, and the spacing of the grid; bottom left in `free`
+/// (left, top, right, bottom). Sizes in interface units.
+void drawScaleBar(const render::View& view, const std::array<float, 4>& free, float width, float height,
+                  const StudioState& state);
 
 }  // namespace argil::studio

@@ -7,7 +7,9 @@
 namespace argil::studio {
 namespace {
 
-bool holds(const Event& event) { return event.kind == Event::Kind::check || event.kind == Event::Kind::screenshot; }
+bool holds(const Event& event) {
+  return event.kind == Event::Kind::check || event.kind == Event::Kind::screenshot;
+}
 
 }  // namespace
 
@@ -26,7 +28,9 @@ void Player::poll(double nowS, std::vector<Event>& events) {
   }
 }
 
-const Event* Player::waiting() const { return heldS_ ? &events_[next_] : nullptr; }
+const Event* Player::waiting() const {
+  return heldS_ ? &events_[next_] : nullptr;
+}
 
 void Player::passed(double nowS) {
   offsetS_ = nowS - events_[next_].timeS;
@@ -34,7 +38,9 @@ void Player::passed(double nowS) {
   heldS_.reset();
 }
 
-bool Player::stuck(double nowS) const { return heldS_ && nowS - *heldS_ > kCheckSeconds; }
+bool Player::stuck(double nowS) const {
+  return heldS_ && nowS - *heldS_ > kCheckSeconds;
+}
 
 double Player::nextS() const {
   return heldS_ || over() ? std::numeric_limits<double>::infinity() : events_[next_].timeS + offsetS_;

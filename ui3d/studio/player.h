@@ -9,7 +9,8 @@
 
 namespace argil::studio {
 
-/// Events come at their times; a check stops the recording's clock until it holds, a screenshot until it was taken. One thread.
+/// Events come at their times; a check stops the recording's clock until it holds, a screenshot until it was taken. One
+/// thread.
 class Player {
  public:
   static constexpr double kCheckSeconds = 60;
@@ -34,8 +35,8 @@ class Player {
  private:
   std::vector<Event> events_;
   size_t next_ = 0;
-  double offsetS_ = 0;             // Studio's clock less the recording's.
-  std::optional<double> heldS_;    // Since when it waits.
+  double offsetS_ = 0;           // Studio's clock less the recording's.
+  std::optional<double> heldS_;  // Since when it waits.
 };
 
 }  // namespace argil::studio

@@ -12,10 +12,12 @@ namespace argil::studio {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>, kEach = 2 * kPi / QuickRing::kItems;
-constexpr float kEdge = 4;         // To the window's edge.
+constexpr float kEdge = 4;  // To the window's edge.
 
 // Of an item's middle, from the right, clockwise as the window counts; the first is at the top.
-float angleOf(QuickRing::Item item) { return -kPi / 2 + kEach * float(int(item) - 1); }
+float angleOf(QuickRing::Item item) {
+  return -kPi / 2 + kEach * float(int(item) - 1);
+}
 
 }  // namespace
 
@@ -42,13 +44,20 @@ std::array<float, 2> QuickRing::place(Item item) const {
 
 const char* QuickRing::name(Item item) {
   switch (item) {
-    case Item::none: return "";
-    case Item::zoom: return "Zoom";
-    case Item::redo: return "Redo";
-    case Item::all: return "Show all";
-    case Item::move: return "Move";
-    case Item::size: return "Size";
-    case Item::undo: return "Undo";
+    case Item::none:
+      return "";
+    case Item::zoom:
+      return "Zoom";
+    case Item::redo:
+      return "Redo";
+    case Item::all:
+      return "Show all";
+    case Item::move:
+      return "Move";
+    case Item::size:
+      return "Size";
+    case Item::undo:
+      return "Undo";
   }
   return "";
 }

@@ -24,7 +24,9 @@ struct QuickRing {
   /// The middle of an item.
   [[nodiscard]] std::array<float, 2> place(Item item) const;
   [[nodiscard]] static const char* name(Item item);
-  [[nodiscard]] static bool dragged(Item item) { return item == Item::zoom || item == Item::move || item == Item::size; }
+  [[nodiscard]] static bool dragged(Item item) {
+    return item == Item::zoom || item == Item::move || item == Item::size;
+  }
   /// In a frame of the panels, over everything.
   void draw(Item hot) const;
 };

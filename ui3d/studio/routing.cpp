@@ -15,18 +15,22 @@ namespace {
 
 using Kind = Event::Kind;
 
-constexpr float kClickUnits = 4;       // A press that moves less is a click.
-constexpr float kSizeUnits = 160;      // A drag so long makes the tool e times as large.
-constexpr float kZoomUnits = 30;      // A drag so long in the ring zooms as a click of the wheel.
+constexpr float kClickUnits = 4;   // A press that moves less is a click.
+constexpr float kSizeUnits = 160;  // A drag so long makes the tool e times as large.
+constexpr float kZoomUnits = 30;   // A drag so long in the ring zooms as a click of the wheel.
 constexpr double kLongestMotionS = 0.1;
 constexpr double kLongestEndS = 0.25;  // From a release to the tick that sees it.
 constexpr double kToolPatienceS = 1;   // A press waits no longer for its tool: the machine hangs.
 
-bool isModifier(Key key) { return key == Key::shift || key == Key::control || key == Key::alt || key == Key::super; }
+bool isModifier(Key key) {
+  return key == Key::shift || key == Key::control || key == Key::alt || key == Key::super;
+}
 
 }  // namespace
 
-Camera::Ray SessionWindow::ray(const Event& event) const { return camera_.ray(event.x, event.y, width_, height_); }
+Camera::Ray SessionWindow::ray(const Event& event) const {
+  return camera_.ray(event.x, event.y, width_, height_);
+}
 
 Grip SessionWindow::grip(const Event& event, bool down) const {
   const Camera::Ray r = ray(event);
@@ -78,12 +82,22 @@ void SessionWindow::handle(const Event& event) {
   activeS_ = std::max(activeS_, event.timeS);
   if (handleQuickly(event)) return;
   switch (event.kind) {
-    case Kind::move: move(event); break;
-    case Kind::press: press(event); break;
-    case Kind::release: release(event); break;
-    case Kind::wheel: wheel(event); break;
+    case Kind::move:
+      move(event);
+      break;
+    case Kind::press:
+      press(event);
+      break;
+    case Kind::release:
+      release(event);
+      break;
+    case Kind::wheel:
+      wheel(event);
+      break;
     case Kind::keyDown:
-    case Kind::keyUp: key(event); break;
+    case Kind::keyUp:
+      key(event);
+      break;
     case Kind::enter:
       inWindow_ = true;
       mouse_ = event;
@@ -108,7 +122,9 @@ void SessionWindow::handle(const Event& event) {
       panels_.dropped(c, event.text);
       break;
     }
-    case Kind::close: state_.quit = true; break;  // The panels ask where work would be lost.
+    case Kind::close:
+      state_.quit = true;
+      break;  // The panels ask where work would be lost.
     case Kind::motion6: {
       std::array<float, 6> axes = event.axes;
       for (float& axis : axes) axis = std::clamp(std::isfinite(axis) ? axis : 0.0f, -1.0f, 1.0f);
@@ -118,14 +134,19 @@ void SessionWindow::handle(const Event& event) {
       changed();
       break;
     }
-    case Kind::lose: renderer_.simulateDeviceLoss(); break;
-    default: ui_.feed(event); break;
+    case Kind::lose:
+      renderer_.simulateDeviceLoss();
+      break;
+    default:
+      ui_.feed(event);
+      break;
   }
   // A text field that a key opened has the keyboard in the third frame.
   uiSteps_ = event.kind == Kind::keyDown ? 3 : 2;
 }
 
-// Ctrl or the eraser end of a pen turn the tool over, Shift makes it smooth. What cannot be turned over is smoothed away.
+// Ctrl or the eraser end of a pen turn the tool over, Shift makes it smooth. What cannot be turned over is smoothed
+// away.
 void SessionWindow::holdKeys(const Event& held) {
   const bool inPicture = (drag_ == Drag::none || drag_ == Drag::click) && !ui_.wantsText();
   const engine::ToolRow* row = engine::findTool(state_.toolId);
@@ -155,10 +176,11 @@ void SessionWindow::takeTool(const Event& held) {
   toolSent_ = tool;
 }
 
-// A press that may begin a stroke waits until the stroke before it has ended and its own tool is in the hand: some milliseconds. Without that a
-// stroke would begin with the tool of the one before.
+// A press that may begin a stroke waits until the stroke before it has ended and its own tool is in the hand: some
+// milliseconds. Without that a stroke would begin with the tool of the one before.
 bool SessionWindow::waits(const Event& event) {
-  if (event.kind != Kind::press || event.button != Button::left || drag_ != Drag::none || !bench_.usesPointer()) return false;
+  if (event.kind != Kind::press || event.button != Button::left || drag_ != Drag::none || !bench_.usesPointer())
+    return false;
   if (window_.nowS() - event.timeS > kToolPatienceS) return false;
   if (toolDiffers(event)) {
     takeTool(event);
@@ -176,22 +198,31 @@ void SessionWindow::move(const Event& event) {
   hoverStale_ = true;
   if (sizing(event)) return;
   switch (drag_) {
-    case Drag::orbit: camera_.orbit(dx, dy, height_, pivot_); break;
-    case Drag::pan: camera_.pan(dx, dy, height_, panDepthMm_); break;
+    case Drag::orbit:
+      camera_.orbit(dx, dy, height_, pivot_);
+      break;
+    case Drag::pan:
+      camera_.pan(dx, dy, height_, panDepthMm_);
+      break;
     case Drag::widget: {
       Context c = context();
       widgets_.handle(c, grip(event, true));
       break;
     }
     case Drag::curve:
-      if (state_.drawnCurve) state_.drawnCurve->move(camera_, event.x, event.y, width_, height_, (event.modifiers & kShift) != 0);
+      if (state_.drawnCurve)
+        state_.drawnCurve->move(camera_, event.x, event.y, width_, height_, (event.modifiers & kShift) != 0);
       break;
-    case Drag::ring: dragRing(event, dx, dy); break;
+    case Drag::ring:
+      dragRing(event, dx, dy);
+      break;
     case Drag::click:
       // Beside the clay a drag turns the view, so that one button is enough.
-      if (std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) > kClickUnits && !footprint_) drag_ = Drag::orbit;
+      if (std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) > kClickUnits && !footprint_)
+        drag_ = Drag::orbit;
       break;
-    default: break;
+    default:
+      break;
   }
   changed();
 }
@@ -249,10 +280,17 @@ bool SessionWindow::pressRing(const Event& event) {
 
 void SessionWindow::dragRing(const Event& event, float dx, float dy) {
   switch (ringItem_) {
-    case QuickRing::Item::move: camera_.pan(dx, dy, height_, panDepthMm_); break;
-    case QuickRing::Item::zoom: camera_.zoom((dx - dy) / kZoomUnits, pivot_); break;
-    case QuickRing::Item::size: scaleTool(event); break;
-    default: break;
+    case QuickRing::Item::move:
+      camera_.pan(dx, dy, height_, panDepthMm_);
+      break;
+    case QuickRing::Item::zoom:
+      camera_.zoom((dx - dy) / kZoomUnits, pivot_);
+      break;
+    case QuickRing::Item::size:
+      scaleTool(event);
+      break;
+    default:
+      break;
   }
 }
 
@@ -266,7 +304,9 @@ void SessionWindow::releaseRing(const Event& event) {
   }
   if (!ring_ || ring_->at(event.x, event.y) != item) return;
   Context c = context();
-  const char* id = item == QuickRing::Item::undo ? "edit.undo" : item == QuickRing::Item::redo ? "edit.redo" : "view.all";
+  const char* id = item == QuickRing::Item::undo   ? "edit.undo"
+                   : item == QuickRing::Item::redo ? "edit.redo"
+                                                   : "view.all";
   if (item == QuickRing::Item::all) ring_.reset();  // Undo is often wanted again.
   const Action* action = findAction(id);
   if (action && (!action->enabled || action->enabled(c))) action->run(c, action->argument);
@@ -296,9 +336,12 @@ void SessionWindow::press(const Event& event) {
   pivot_ = under(event);
   panDepthMm_ = camera_.view().axes().forward.dot(pivot_ - camera_.view().position);
   // Two buttons pan, as do Shift and one of the buttons that orbit.
-  if (second || (event.button != Button::left && (event.modifiers & kShift))) drag_ = Drag::pan;
-  else if (event.button != Button::left || (event.modifiers & kAlt)) drag_ = Drag::orbit;
-  else pressLeft(event, c);
+  if (second || (event.button != Button::left && (event.modifiers & kShift)))
+    drag_ = Drag::pan;
+  else if (event.button != Button::left || (event.modifiers & kAlt))
+    drag_ = Drag::orbit;
+  else
+    pressLeft(event, c);
   changed();
 }
 
@@ -321,7 +364,8 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   const engine::Piece* piece = now_->document->workedOn();
   // A piece that is not worked on is beside the clay: a click on it chooses it, a drag turns the view.
   if (!piece || piece->id != hit->piece) footprint_.reset();
-  if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;  // Beside a point of the box nothing is carved by mistake.
+  // Beside a point of the box nothing is carved by mistake.
+  if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;
   takeTool(event);
   if (state_.straight) {
     line_ = strokeHere();
@@ -350,7 +394,8 @@ Hand::Stroke SessionWindow::strokeHere() const {
 void SessionWindow::endLine(const Event& event) {
   const Hand::Stroke stroke = std::move(*line_);
   line_.reset();
-  if (std::vector<Vec3d> places = Hand::placesUnder(stroke, dragFrom_, event, true); places.size() >= 2) bench_.strokeAlong(std::move(places));
+  if (std::vector<Vec3d> places = Hand::placesUnder(stroke, dragFrom_, event, true); places.size() >= 2)
+    bench_.strokeAlong(std::move(places));
 }
 
 void SessionWindow::release(const Event& event) {
@@ -364,7 +409,8 @@ void SessionWindow::release(const Event& event) {
   }
   const bool click = std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) <= kClickUnits;
   const bool closedRing = std::exchange(ringClosed_, false);
-  const bool opensRing = click && drag_ == Drag::orbit && event.button != Button::left && held_.empty() && !closedRing && !(event.modifiers & (kShift | kAlt | kControl)) && !widgets_.placing();
+  const bool opensRing = click && drag_ == Drag::orbit && event.button != Button::left && held_.empty() &&
+                         !closedRing && !(event.modifiers & (kShift | kAlt | kControl)) && !widgets_.placing();
   if (opensRing) ring_ = QuickRing::around(event.x, event.y, width_, height_);
   if (drag_ == Drag::ring && event.button == Button::left) {
     releaseRing(event);
@@ -397,9 +443,12 @@ void SessionWindow::release(const Event& event) {
 void SessionWindow::workOnSelected() {
   const engine::Piece* piece = now_->document->piece(state_.selected);
   if (!piece || piece->id == now_->document->active || piece->locked) return;
-  bench_.edit("Work on " + piece->name, [id = piece->id](engine::Document& d) {
-    if (d.piece(id)) d.active = id;
-  }, "active");
+  bench_.edit(
+      "Work on " + piece->name,
+      [id = piece->id](engine::Document& d) {
+        if (d.piece(id)) d.active = id;
+      },
+      "active");
   bench_.tell(engine::Message::Level::done, piece->name + " is worked on now.");
 }
 
@@ -421,7 +470,8 @@ void SessionWindow::key(const Event& event) {
   const bool down = event.kind == Kind::keyDown;
   if (typing) {
     Context c = context();
-    if (down && (event.modifiers & kControl) && panels_.letsThrough(c, {event.key, event.modifiers})) runShortcut(c, {event.key, event.modifiers});
+    if (down && (event.modifiers & kControl) && panels_.letsThrough(c, {event.key, event.modifiers}))
+      runShortcut(c, {event.key, event.modifiers});
     sizeKey_ = sizing_ = false;
     return;
   }
@@ -447,7 +497,8 @@ void SessionWindow::key(const Event& event) {
   }
   if (!down || isModifier(event.key)) return;
   Context c = context();
-  if (dialog && (event.key == Key::escape || event.key == Key::enter)) return;  // For what is on top: the panels have seen it.
+  // For what is on top: the panels have seen it.
+  if (dialog && (event.key == Key::escape || event.key == Key::enter)) return;
   if (event.key == Key::escape) {
     if (ring_) {
       if (sizing_) state_.tool().radiusMm = sizeFromMm_;
@@ -457,7 +508,7 @@ void SessionWindow::key(const Event& event) {
       return;
     }
     if (state_.shown.firstStart && !widgets_.placing()) return;  // The start page closes.
-    if (!state_.over.empty() && drag_ == Drag::none) return;  // They fold it.
+    if (!state_.over.empty() && drag_ == Drag::none) return;     // They fold it.
     if (drag_ == Drag::line) {
       line_.reset();
       drag_ = Drag::panel;  // Until the button comes up.
@@ -498,7 +549,9 @@ void SessionWindow::key(const Event& event) {
 
 // What the free cursor is over: once a picture, when something moved.
 void SessionWindow::hover() {
-  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve || sizing_) return;
+  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve ||
+      sizing_)
+    return;
   hoverStale_ = false;
   footprint_.reset();
   overWidget_ = false;

@@ -1,11 +1,12 @@
 #pragma once
-// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), files (keeping.cpp), the loop (studio.cpp).
+// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), files (keeping.cpp), the
+// loop (studio.cpp).
 
 #include <map>
 #include <set>
 
-#include "engine/jobs.h"
 #include "clay/error.h"
+#include "engine/jobs.h"
 #include "render/renderer.h"
 #include "ui3d/studio/actions.h"
 #include "ui3d/studio/camera.h"
@@ -26,8 +27,8 @@
 
 namespace argil::studio {
 
-/// Between two pictures the window's thread has the renderer and does everything; while one is drawn the picture thread has it, and the
-/// window's thread only goes on with a stroke.
+/// Between two pictures the window's thread has the renderer and does everything; while one is drawn the picture thread
+/// has it, and the window's thread only goes on with a stroke.
 class SessionWindow {
  public:
   explicit SessionWindow(const StudioOptions& options);
@@ -133,18 +134,18 @@ class SessionWindow {
   FrameLog log_;
 
   std::shared_ptr<const engine::Snapshot> now_;
-  std::vector<Event> events_;              // Waiting to be handled, in order.
+  std::vector<Event> events_;  // Waiting to be handled, in order.
   float width_ = 1280, height_ = 720, scale_ = 1;
   Theme themeShown_ = Theme::dark;
   float scaleShown_ = 0;
-  int uiSteps_ = 2;                        // So many are to be done before the panels have settled.
-  double uiS_ = 0, nextUiS_ = 0;           // Times of the last and of the next step.
-  double changedS_ = 0;                    // When the picture changed last.
-  double activeS_ = 0;                     // When the person did something last.
+  int uiSteps_ = 2;               // So many are to be done before the panels have settled.
+  double uiS_ = 0, nextUiS_ = 0;  // Times of the last and of the next step.
+  double changedS_ = 0;           // When the picture changed last.
+  double activeS_ = 0;            // When the person did something last.
   double nextFrameS_ = 0, tickS_ = 0, motionS_ = 0;
 
   // The hand on mouse and keyboard
-  Event mouse_;                            // Where it is.
+  Event mouse_;  // Where it is.
   bool inWindow_ = false;
   Drag drag_ = Drag::none;
   Event dragFrom_;
@@ -155,17 +156,17 @@ class SessionWindow {
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;
-  std::optional<Hand::Stroke> line_;         // A straight line that is being drawn from dragFrom_.
-  std::optional<QuickRing> ring_;            // Open, until something of it was done or the hand presses beside it.
+  std::optional<Hand::Stroke> line_;  // A straight line that is being drawn from dragFrom_.
+  std::optional<QuickRing> ring_;     // Open, until something of it was done or the hand presses beside it.
   QuickRing::Item ringItem_ = QuickRing::Item::none;
-  bool ringClosed_ = false;                  // By the press that is held.
+  bool ringClosed_ = false;  // By the press that is held.
   bool overWidget_ = false, hoverStale_ = true;
   std::optional<engine::Tool> toolSent_;
-  double strokeS_ = -1e9;                    // When a stroke was on last.
+  double strokeS_ = -1e9;  // When a stroke was on last.
 
-  SizeBy sizedBy_ = SizeBy::millimetres;     // As the sizes of the tools were followed last.
-  bool sizeDue_ = false;                     // Another model is there, or will be when its surfaces are.
-  std::optional<engine::Tool> faceTool_;     // That the document came with.
+  SizeBy sizedBy_ = SizeBy::millimetres;  // As the sizes of the tools were followed last.
+  bool sizeDue_ = false;                  // Another model is there, or will be when its surfaces are.
+  std::optional<engine::Tool> faceTool_;  // That the document came with.
 
   // What the renderer has
   std::map<engine::Id, render::PieceLook> placed_;
@@ -177,30 +178,31 @@ class SessionWindow {
   render::UiFrame panelsFrame_;
   uint64_t shotShown_ = 0, panelsShown_ = 0;
   bool stillShown_ = false;
-  uint64_t madeShown_ = 0;                   // Snapshot::madeCount,
-  bool showMade_ = false;                    // and whether its thing is still to be brought into the view.
-  bool showAll_ = false;                     // As soon as its surface is there.
+  uint64_t madeShown_ = 0;  // Snapshot::madeCount,
+  bool showMade_ = false;   // and whether its thing is still to be brought into the view.
+  bool showAll_ = false;    // As soon as its surface is there.
   PictureCost cost_;
-  FrameDone frame_;                          // The picture thread's while it draws.
+  FrameDone frame_;  // The picture thread's while it draws.
   double failedS_ = -1e9;
   size_t losses_ = 0;
-  double firstPictureMs_ = 0, openedMs_ = 0; // Since the start: the first of what the file holds; all of it, as it was asked for.
+  // Since the start: the first of what the file holds; all of it, as it was asked for.
+  double firstPictureMs_ = 0, openedMs_ = 0;
   haptics::StylusSample stylus_;
-  bool cuts_ = true;                         // The stylus is on no widget.
+  bool cuts_ = true;                                   // The stylus is on no widget.
   std::shared_ptr<const clay::TriangleMesh> preview_;  // Shown while it becomes clay.
 
   // The document's file
   uint64_t openedShown_ = 0;
-  bool viewGiven_ = false;                   // By the document: it is not to be shown as a whole.
+  bool viewGiven_ = false;  // By the document: it is not to be shown as a whole.
   std::string titleShown_;
   std::filesystem::path pathShown_;
   std::filesystem::path pictureFile_;
-  std::shared_ptr<render::Image> fileImage_; // For pictureFile_: without pixels while it is drawn.
+  std::shared_ptr<render::Image> fileImage_;  // For pictureFile_: without pixels while it is drawn.
   std::unique_ptr<engine::BackgroundJob> pictureJob_;
 
   bool leave_ = false;
   size_t jobs_ = 0;
-  PictureThread pictures_;                   // Last: it uses the others.
+  PictureThread pictures_;  // Last: it uses the others.
 };
 
 }  // namespace argil::studio

@@ -16,7 +16,7 @@ constexpr double kLeastSizeMm = 1e-3, kMostSizeMm = 1e7;  // Of what tools may b
 
 struct PanelSwitch {
   const char* name;
-  bool PanelsShown::* member;
+  bool PanelsShown::*member;
 };
 constexpr PanelSwitch kPanels[] = {
     {"tools", &PanelsShown::tools},     {"settings", &PanelsShown::settings}, {"things", &PanelsShown::things},
@@ -25,12 +25,16 @@ constexpr PanelSwitch kPanels[] = {
 
 struct LookSwitch {
   const char* name;
-  bool render::Look::* member;
+  bool render::Look::*member;
 };
-constexpr LookSwitch kLook[] = {{"cavity", &render::Look::cavity},       {"keyShadow", &render::Look::keyShadow},
-                                {"cursorShadow", &render::Look::cursorShadow}, {"beam", &render::Look::beam},
-                                {"depthFade", &render::Look::depthFade}, {"grid", &render::Look::grid},
-                                {"scaleBar", &render::Look::scaleBar},   {"xray", &render::Look::xray},
+constexpr LookSwitch kLook[] = {{"cavity", &render::Look::cavity},
+                                {"keyShadow", &render::Look::keyShadow},
+                                {"cursorShadow", &render::Look::cursorShadow},
+                                {"beam", &render::Look::beam},
+                                {"depthFade", &render::Look::depthFade},
+                                {"grid", &render::Look::grid},
+                                {"scaleBar", &render::Look::scaleBar},
+                                {"xray", &render::Look::xray},
                                 {"lightBackground", &render::Look::lightBackground}};
 
 void take(const Json& json, const char* name, bool& into) {
@@ -60,8 +64,10 @@ Json part(const Json& json, const char* name) {
 }  // namespace
 
 fs::path settingsFile() {
-  if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && *config) return fs::path(config) / "argil" / "studio.json";
-  if (const char* home = std::getenv("HOME"); home && *home) return fs::path(home) / ".config" / "argil" / "studio.json";
+  if (const char* config = std::getenv("XDG_CONFIG_HOME"); config && *config)
+    return fs::path(config) / "argil" / "studio.json";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return fs::path(home) / ".config" / "argil" / "studio.json";
   return {};
 }
 
@@ -91,8 +97,14 @@ std::string settingsText(const StudioState& state) {
   look["matcap"] = int(state.look.matcap);
   look["cavity_strength"] = state.look.cavityStrength;
   for (const LookSwitch& row : kLook) look[row.name] = state.look.*row.member;
-  json["stereo"] = {{"mode", int(state.stereo.mode)}, {"eyes", state.stereo.eyeDistancePart}, {"convergence", state.stereo.convergencePart}, {"swap", state.stereo.swapEyes}};
-  json["quality"] = {{"supersample", state.quality.supersample}, {"key_shadow", state.quality.keyShadow}, {"cavity", state.quality.cavity}, {"detail", state.quality.detailPixels}};
+  json["stereo"] = {{"mode", int(state.stereo.mode)},
+                    {"eyes", state.stereo.eyeDistancePart},
+                    {"convergence", state.stereo.convergencePart},
+                    {"swap", state.stereo.swapEyes}};
+  json["quality"] = {{"supersample", state.quality.supersample},
+                     {"key_shadow", state.quality.keyShadow},
+                     {"cavity", state.quality.cavity},
+                     {"detail", state.quality.detailPixels}};
   json["quality"]["surface"] = int(state.surface);
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
@@ -108,11 +120,13 @@ std::string settingsText(const StudioState& state) {
 bool applySettings(const std::string& text, StudioState& state) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) return false;
-  if (const auto theme = json.find("theme"); theme != json.end() && theme->is_string()) state.theme = *theme == "light" ? Theme::light : Theme::dark;
+  if (const auto theme = json.find("theme"); theme != json.end() && theme->is_string())
+    state.theme = *theme == "light" ? Theme::light : Theme::dark;
   double scale = state.interfaceScale;
   take(json, "interface_scale", scale, 0, 4);
   state.interfaceScale = scale == 0 || scale >= 0.75 ? float(scale) : 0;
-  if (const auto tool = json.find("tool"); tool != json.end() && tool->is_string() && engine::findTool(tool->get<std::string>()))
+  if (const auto tool = json.find("tool");
+      tool != json.end() && tool->is_string() && engine::findTool(tool->get<std::string>()))
     state.toolId = tool->get<std::string>();
   take(json, "pen_curve", state.penCurve, -1, 1);
   choose(json, "size_by", state.sizeBy, 3);
@@ -130,14 +144,17 @@ bool applySettings(const std::string& text, StudioState& state) {
       parameter.change(tool, value);
     }
     if (row->opposite == row->id) take(values, "inverted", tool.inverted);
-    if (const auto file = values.find("file"); row->file != engine::ToolFile::none && file != values.end() && file->is_string()) tool.file = file->get<std::string>();
+    if (const auto file = values.find("file");
+        row->file != engine::ToolFile::none && file != values.end() && file->is_string())
+      tool.file = file->get<std::string>();
     state.tools[id] = tool;
   }
   take(json, "pointer_depth", state.pointerDepthMm, 0, 1);
   take(json, "snap", state.snapWidgets);
   take(json, "fold_panels", state.foldPanels);
   take(json, "start_page", state.startPage);
-  const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"), stereo = part(json, "stereo"), quality = part(json, "quality");
+  const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"),
+             stereo = part(json, "stereo"), quality = part(json, "quality");
   for (const PanelSwitch& panel : kPanels) take(panels, panel.name, state.shown.*panel.member);
   choose(look, "shading", state.look.shading, 3);
   choose(look, "matcap", state.look.matcap, 6);
@@ -156,8 +173,10 @@ bool applySettings(const std::string& text, StudioState& state) {
     if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())
     for (const Json& file : *recent)
-      if (file.is_string() && state.recentFiles.size() < StudioState::kMostRecent) state.recentFiles.push_back(file.get<std::string>());
-  if (const auto folder = json.find("folder"); folder != json.end() && folder->is_string()) state.lastFolder = folder->get<std::string>();
+      if (file.is_string() && state.recentFiles.size() < StudioState::kMostRecent)
+        state.recentFiles.push_back(file.get<std::string>());
+  if (const auto folder = json.find("folder"); folder != json.end() && folder->is_string())
+    state.lastFolder = folder->get<std::string>();
   take(json, "undo_memory_gib", state.undoGiB, 0, 64);
   take(imports, "voxel_given", state.imports.voxelGiven);
   take(imports, "voxel", state.imports.voxelMm, 0.01, 10);

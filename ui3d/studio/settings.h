@@ -13,7 +13,8 @@ namespace argil::studio {
 
 /// Theme, scale, shortcuts, recent files, panels, tools, looks, quality.
 [[nodiscard]] std::string settingsText(const StudioState& state);
-/// Takes over what the text holds. What is missing, unknown or out of range leaves the state as it is; false when it is no JSON object.
+/// Takes over what the text holds. What is missing, unknown or out of range leaves the state as it is; false when it is
+/// no JSON object.
 bool applySettings(const std::string& text, StudioState& state);
 
 /// Nothing happens when there is no file.

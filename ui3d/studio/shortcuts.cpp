@@ -14,28 +14,29 @@ using NamedKey = std::pair<std::string_view, Key>;
 
 // The first name of a key is the one that is shown.
 constexpr std::array kNamedKeys{
-    NamedKey{"Escape", Key::escape}, NamedKey{"Esc", Key::escape},     NamedKey{"Enter", Key::enter},
-    NamedKey{"Return", Key::enter},  NamedKey{"Tab", Key::tab},        NamedKey{"Backspace", Key::backspace},
-    NamedKey{"Insert", Key::insert}, NamedKey{"Delete", Key::remove},  NamedKey{"Right", Key::right},
-    NamedKey{"Left", Key::left},     NamedKey{"Down", Key::down},      NamedKey{"Up", Key::up},
+    NamedKey{"Escape", Key::escape}, NamedKey{"Esc", Key::escape},        NamedKey{"Enter", Key::enter},
+    NamedKey{"Return", Key::enter},  NamedKey{"Tab", Key::tab},           NamedKey{"Backspace", Key::backspace},
+    NamedKey{"Insert", Key::insert}, NamedKey{"Delete", Key::remove},     NamedKey{"Right", Key::right},
+    NamedKey{"Left", Key::left},     NamedKey{"Down", Key::down},         NamedKey{"Up", Key::up},
     NamedKey{"PageUp", Key::pageUp}, NamedKey{"PageDown", Key::pageDown}, NamedKey{"Home", Key::home},
     NamedKey{"End", Key::end},       NamedKey{"Space", Key(' ')},
 };
 constexpr std::array kModifiers{
-    std::pair<std::string_view, uint8_t>{"Ctrl", kControl}, std::pair<std::string_view, uint8_t>{"Alt", kAlt},
-    std::pair<std::string_view, uint8_t>{"Shift", kShift},  std::pair<std::string_view, uint8_t>{"Super", kSuper},
+    std::pair<std::string_view, uint8_t>{"Ctrl", kControl},    std::pair<std::string_view, uint8_t>{"Alt", kAlt},
+    std::pair<std::string_view, uint8_t>{"Shift", kShift},     std::pair<std::string_view, uint8_t>{"Super", kSuper},
     std::pair<std::string_view, uint8_t>{"Control", kControl},
 };
 
 bool sameWord(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
-    return std::tolower(x) == std::tolower(y);
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
 // "F7" or "Keypad7": the number, 0 to `most`; −1: not of this kind.
 int numbered(std::string_view word, std::string_view prefix, int most) {
-  if (word.size() <= prefix.size() || word.size() > prefix.size() + 2 || !sameWord(word.substr(0, prefix.size()), prefix)) return -1;
+  if (word.size() <= prefix.size() || word.size() > prefix.size() + 2 ||
+      !sameWord(word.substr(0, prefix.size()), prefix))
+    return -1;
   int number = 0;
   for (const char digit : word.substr(prefix.size())) {
     if (digit < '0' || digit > '9') return -1;
@@ -70,7 +71,8 @@ std::optional<Shortcut> parseShortcut(std::string_view text) {
   Shortcut shortcut;
   for (;;) {
     const size_t plus = text.find('+');
-    if (plus == std::string_view::npos || plus + 1 >= text.size()) break;  // The last word; a '+' at the end is the key itself.
+    // The last word; a '+' at the end is the key itself.
+    if (plus == std::string_view::npos || plus + 1 >= text.size()) break;
     const auto modifier = std::find_if(kModifiers.begin(), kModifiers.end(),
                                        [&](const auto& each) { return sameWord(each.first, text.substr(0, plus)); });
     if (modifier == kModifiers.end() || (shortcut.modifiers & modifier->second)) return std::nullopt;
@@ -92,7 +94,8 @@ std::string format(const Shortcut& shortcut) {
     if (key == shortcut.key) return text + std::string(name);
   }
   if (shortcut.key >= Key::f1 && shortcut.key <= Key::f12) return text + "F" + std::to_string(code - int(Key::f1) + 1);
-  if (shortcut.key >= Key::keypad0 && shortcut.key <= Key::keypad9) return text + "Keypad" + std::to_string(code - int(Key::keypad0));
+  if (shortcut.key >= Key::keypad0 && shortcut.key <= Key::keypad9)
+    return text + "Keypad" + std::to_string(code - int(Key::keypad0));
   return code > ' ' && code < 127 ? text + static_cast<char>(code) : std::string();
 }
 
@@ -114,18 +117,24 @@ void setShortcut(StudioState& state, const Action& action, std::string_view shor
   std::string kept;
   for (const std::string& word : words(shortcuts)) {
     const std::optional<Shortcut> shortcut = parseShortcut(word);
-    if (!shortcut) throw Error("'" + word + "' is no key: write a key with Ctrl, Alt or Shift before it, such as Ctrl+Shift+Z");
+    if (!shortcut)
+      throw Error("'" + word + "' is no key: write a key with Ctrl, Alt or Shift before it, such as Ctrl+Shift+Z");
     const Action* holder = actionOf(*shortcut, state);
     if (holder && holder->id != action.id) {
-      throw Error(format(*shortcut) + " is the key of \"" + holder->name + "\" already: take it away there first, or choose another");
+      throw Error(format(*shortcut) + " is the key of \"" + holder->name +
+                  "\" already: take it away there first, or choose another");
     }
     kept += (kept.empty() ? "" : " ") + format(*shortcut);
   }
-  if (kept == action.shortcut) state.keys.erase(action.id);
-  else state.keys[action.id] = kept;
+  if (kept == action.shortcut)
+    state.keys.erase(action.id);
+  else
+    state.keys[action.id] = kept;
 }
 
-void resetShortcut(StudioState& state, const Action& action) { setShortcut(state, action, action.shortcut); }
+void resetShortcut(StudioState& state, const Action& action) {
+  setShortcut(state, action, action.shortcut);
+}
 
 bool runShortcut(Context& context, const Shortcut& shortcut) {
   const Action* action = actionOf(shortcut, context.state);

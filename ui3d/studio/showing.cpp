@@ -16,21 +16,22 @@ namespace argil::studio {
 namespace {
 
 constexpr engine::Id kPreview = UINT32_MAX;
-constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
+constexpr double kStillS = 0.2;  // The full picture comes when nothing has moved for so long.
 constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
 constexpr double kMuchOther = 2;    // A model so many times larger or smaller than the last needs tools of other sizes.
 constexpr double kSameSize = 0.01;  // Of a view: less is rounding.
-constexpr double kLeastViewMm = 0.6, kMostViewMm = 6000;  // Beyond that zooming there and back would not bring all sizes back.
-constexpr double kAgainS = 1;       // After a picture failed.
+// Beyond that zooming there and back would not bring all sizes back.
+constexpr double kLeastViewMm = 0.6, kMostViewMm = 6000;
+constexpr double kAgainS = 1;  // After a picture failed.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
-  return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
-         a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed && a.hideMasked == b.hideMasked && a.materials == b.materials;
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r &&
+         a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed &&
+         a.hideMasked == b.hideMasked && a.materials == b.materials;
 }
-
 
 template <class Thing>
 render::PieceLook lookOf(const Thing& thing) {
@@ -70,7 +71,8 @@ bool SessionWindow::collect() {
   state_.figures.passes = frame_.passes;
   state_.figures.framesPerSecond = log_.framesPerSecond(frame_.endedNs);
   state_.figures.sampleToScreenMs = log_.lastSampleToScreenMs();
-  const bool loading = jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
+  const bool loading =
+      jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
   const double soFarMs = double(frame_.endedNs - startNs_) * 1e-6;
   if (firstPictureMs_ == 0 && (frame_.triangles > 0 || options_.file.empty())) firstPictureMs_ = soFarMs;
   if (openedMs_ == 0 && !loading && (frame_.triangles > 0 || options_.file.empty())) openedMs_ = soFarMs;
@@ -104,7 +106,8 @@ void SessionWindow::lost(const Error& error) {
   preview_.reset();
   placed_.clear();
   placedFor_.reset();
-  bench_.tell(engine::Message::Level::warning, "The graphics device was lost and has been started anew; the clay is untouched.");
+  bench_.tell(engine::Message::Level::warning,
+              "The graphics device was lost and has been started anew; the clay is untouched.");
   changed();
 }
 
@@ -144,7 +147,8 @@ void SessionWindow::follow() {
     parts_[part.id] = part.mesh.get();
     partsWaiting_.emplace_back(part.id, part.mesh);
   }
-  const bool newWorld = std::none_of(wanted.begin(), wanted.end(), [this](const auto& w) { return seen_.count(w.first) != 0; });
+  const bool newWorld =
+      std::none_of(wanted.begin(), wanted.end(), [this](const auto& w) { return seen_.count(w.first) != 0; });
   seen_.clear();
   for (const auto& [id, look] : wanted) seen_.insert(id);
   for (const auto& [id, look] : placed_)
@@ -160,12 +164,13 @@ void SessionWindow::follow() {
   changed();
 }
 
-// Tools that were of use for one model are as large as another as a whole, or smaller than its voxels. Where the person wants it their sizes go with
-// the model, once it is all there, or with what is seen.
+// Tools that were of use for one model are as large as another as a whole, or smaller than its voxels. Where the person
+// wants it their sizes go with the model, once it is all there, or with what is seen.
 void SessionWindow::followToolSizes() {
   if (hand_.active() || sizing_ || line_) return;
   const SizeBy by = state_.sizeBy;
-  if (std::exchange(sizedBy_, by) != by && by == SizeBy::view) state_.sizedForMm = viewSizeMm();  // As large as they are now.
+  // As large as they are now.
+  if (std::exchange(sizedBy_, by) != by && by == SizeBy::view) state_.sizedForMm = viewSizeMm();
   if (by == SizeBy::view) {
     if (const double seen = viewSizeMm(); std::abs(seen / state_.sizedForMm - 1) > kSameSize) state_.sizeTools(seen);
     sizeDue_ = false;
@@ -177,7 +182,9 @@ void SessionWindow::followToolSizes() {
     if (!look.visible) continue;
     const render::Box box = renderer_.bounds(id);
     if (box.empty()) {
-      if (const engine::Piece* piece = now_->document->piece(id); piece && piece->version && piece->version.stats().bricks == 0) continue;
+      if (const engine::Piece* piece = now_->document->piece(id);
+          piece && piece->version && piece->version.stats().bricks == 0)
+        continue;
       return;  // Its surface is on its way.
     }
     all.add(box);
@@ -239,7 +246,8 @@ std::optional<render::Cursor> SessionWindow::cursor() {
     if (hand_.active() || drag_ == Drag::line) {
       const Camera::Ray at = ray(mouse_);
       const auto under = surface(at.origin, at.direction);
-      return under ? std::optional(pointerCursor(*under, tool, camera_.view(), options, hand_.pressed())) : std::nullopt;
+      return under ? std::optional(pointerCursor(*under, tool, camera_.view(), options, hand_.pressed()))
+                   : std::nullopt;
     }
     const bool free = drag_ == Drag::none || (drag_ == Drag::ring && sizing_);
     if (!footprint_ || overWidget_ || !free || widgets_.placing()) return std::nullopt;
@@ -288,7 +296,8 @@ bool SessionWindow::draw() {
   const uint64_t picture = fingerprint(shot, state_.quality), panels = fingerprint(panelsFrame_);
   const bool pending = !waiting_.pieces.empty() || !partsWaiting_.empty();
   // Panels that change under the person's hand must not wait for a slow picture.
-  if (picture != shotShown_ || (panels != panelsShown_ && cost_.ms() > kSluggishMs && now - activeS_ < kStillS)) changed();
+  if (picture != shotShown_ || (panels != panelsShown_ && cost_.ms() > kSluggishMs && now - activeS_ < kStillS))
+    changed();
   const bool moving = now - changedS_ < kStillS;
   const render::Quality quality = moving && cost_.ms() > kSlowMs ? state_.quality.moving() : state_.quality;
   const bool still = quality == state_.quality;
@@ -304,7 +313,8 @@ bool SessionWindow::draw() {
   frame_.clay = clay;
   nextFrameS_ = now + kFrameS;
   if (clay) takeSurfaces();  // What came since, while panels were laid out: as new as can be.
-  pictures_.run([this, clay, shot, quality, changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
+  pictures_.run([this, clay, shot, quality,
+                 changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),
                  parts = std::exchange(partsWaiting_, {}), ui = panelsFrame_] {
     frame_.beganNs = haptics::nowNs();
     frame_.oldestSampleNs = changes->oldestSampleNs;
@@ -312,7 +322,8 @@ bool SessionWindow::draw() {
       if (change.whole || change.removed) renderer_.remove(change.piece);
       if (change.removed) continue;
       if (change.whole)
-        if (const auto look = placed_.find(change.piece); look != placed_.end()) renderer_.place(change.piece, look->second);
+        if (const auto look = placed_.find(change.piece); look != placed_.end())
+          renderer_.place(change.piece, look->second);
       const render::UploadStats sent = renderer_.update(change.piece, change.delta);
       frame_.uploadedBytes += sent.bytes;
       frame_.uploads += sent.writes;

@@ -9,7 +9,7 @@ namespace argil::studio {
 namespace {
 
 constexpr double kLookS = 2;
-constexpr double kLongestS = 0.25;   // After a longer pause a reading only begins anew.
+constexpr double kLongestS = 0.25;  // After a longer pause a reading only begins anew.
 constexpr float kRest = 1e-3f;
 
 haptics::SpaceMouseOptions optionsOf() {
@@ -20,7 +20,8 @@ haptics::SpaceMouseOptions optionsOf() {
 
 bool plugged() {
   const auto nodes = haptics::hidNodes();
-  return std::any_of(nodes.begin(), nodes.end(), [](const haptics::HidNode& n) { return haptics::isSpaceMouse(n.vendor, n.product); });
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [](const haptics::HidNode& n) { return haptics::isSpaceMouse(n.vendor, n.product); });
 }
 
 }  // namespace

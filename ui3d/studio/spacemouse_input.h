@@ -11,7 +11,8 @@ class Device;
 
 namespace argil::studio {
 
-/// Reads the first SpaceMouse that is plugged in, also one that comes later. Without one it costs a look into sysfs every two seconds. One thread.
+/// Reads the first SpaceMouse that is plugged in, also one that comes later. Without one it costs a look into sysfs
+/// every two seconds. One thread.
 class SpaceMouseInput {
  public:
   SpaceMouseInput();
@@ -19,7 +20,8 @@ class SpaceMouseInput {
   SpaceMouseInput(const SpaceMouseInput&) = delete;
   SpaceMouseInput& operator=(const SpaceMouseInput&) = delete;
 
-  /// Six axes, −1 to 1: translation right, up, towards the person; rotation about these. Nothing while it rests or is not there.
+  /// Six axes, −1 to 1: translation right, up, towards the person; rotation about these. Nothing while it rests or is
+  /// not there.
   [[nodiscard]] std::optional<std::array<float, 6>> poll(double nowS);
   [[nodiscard]] bool there() const { return device_ != nullptr; }
   /// Lets go of it: it is the stylus now. Taken up again with `free`.

@@ -20,13 +20,15 @@
 namespace argil::studio {
 namespace {
 
-constexpr double kBusyS = 0.002;    // While a picture is drawn events may arrive unnoticed by poll(): the drawing thread reads the same connection.
-constexpr double kWaitS = 0.001;    // For the tool that a press is to have.
-constexpr double kIdleS = 0.05;     // Nothing to do: a look at jobs and stylus.
-constexpr double kLivelyS = 5;      // So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
+// While a picture is drawn events may arrive unnoticed by poll(): the drawing thread reads the same connection.
+constexpr double kBusyS = 0.002;
+constexpr double kWaitS = 0.001;  // For the tool that a press is to have.
+constexpr double kIdleS = 0.05;   // Nothing to do: a look at jobs and stylus.
+// So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
+constexpr double kLivelyS = 5;
 constexpr double kUiS = 0.1, kQuietUiS = 1;
-constexpr float kHintUnits = 28;    // Below the upper edge of the picture.
-constexpr double kRestS = 0.3;      // Longer than the pause before the full picture.
+constexpr float kHintUnits = 28;  // Below the upper edge of the picture.
+constexpr double kRestS = 0.3;    // Longer than the pause before the full picture.
 
 render::RendererOptions rendererOptions(const StudioOptions& options) {
   render::RendererOptions result;
@@ -72,7 +74,8 @@ SessionWindow::SessionWindow(const StudioOptions& options)
       startNs_(haptics::nowNs()),
       state_(firstState(options)),
       bench_(benchOptions(options, state_)),
-      player_(options.play.empty() ? std::nullopt : std::optional<Player>(std::in_place, options.play, options.playSpeed)),
+      player_(options.play.empty() ? std::nullopt
+                                   : std::optional<Player>(std::in_place, options.play, options.playSpeed)),
       window_(windowOptions(options, state_, startNs_)),
       pen_(window_.x11()),
       renderer_(rendererOptions(options)),
@@ -199,7 +202,8 @@ void SessionWindow::gather() {
   // Recordings hold what it counted as, so that they need no setting to give the same again.
   for (std::vector<Event>* events : {&pen, &real})
     for (Event& e : *events)
-      if (e.pressure >= 0) e.pressure = float(engine::curvedPressure(state_.penCurve, std::min(double(e.pressure), 1.0)));
+      if (e.pressure >= 0)
+        e.pressure = float(engine::curvedPressure(state_.penCurve, std::min(double(e.pressure), 1.0)));
   events_.insert(events_.end(), pen.begin(), pen.end());
   events_.insert(events_.end(), real.begin(), real.end());
   if (const auto axes = spaceMouse_.poll(now)) {
@@ -214,8 +218,8 @@ void SessionWindow::gather() {
 }
 
 bool SessionWindow::atRest() const {
-  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() && bench_.idle() && !deforming_.busy() &&
-         uiSteps_ == 0 && (stillShown_ || window_.minimised());
+  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() &&
+         bench_.idle() && !deforming_.busy() && uiSteps_ == 0 && (stillShown_ || window_.minimised());
 }
 
 // Checks and screenshots of a recording. Between two pictures.
@@ -231,8 +235,11 @@ void SessionWindow::serveRecording(double now) {
     if (wanted->kind == Event::Kind::screenshot) render::writePng(renderer_.lastPresented(), wanted->text);
     player_->passed(window_.nowS());
   } else if (player_->stuck(now)) {
-    throw Error(fmt::format("{}: event {} has waited for {:.0f} s: {}", options_.play.string(), player_->position(), Player::kCheckSeconds,
-                            jobs_ ? "a job is still running" : now_->inStroke || hand_.active() ? "a stroke has not ended" : "the picture does not come to rest"),
+    throw Error(fmt::format("{}: event {} has waited for {:.0f} s: {}", options_.play.string(), player_->position(),
+                            Player::kCheckSeconds,
+                            jobs_                              ? "a job is still running"
+                            : now_->inStroke || hand_.active() ? "a stroke has not ended"
+                                                               : "the picture does not come to rest"),
                 Error::Kind::work);
   }
 }
@@ -257,10 +264,12 @@ void SessionWindow::followStylus(double now) {
 }
 
 void SessionWindow::followDeformBox() {
-  const Deforming::Edit edit = [this](std::string label, std::function<void(engine::Document&)> change, std::string merge) {
+  const Deforming::Edit edit = [this](std::string label, std::function<void(engine::Document&)> change,
+                                      std::string merge) {
     bench_.edit(std::move(label), std::move(change), std::move(merge));
   };
-  if (!deforming_.update(state_.deformBox, *now_->document, widgets_.held(), edit, [this] { bench_.endMerge(); })) return;
+  if (!deforming_.update(state_.deformBox, *now_->document, widgets_.held(), edit, [this] { bench_.endMerge(); }))
+    return;
   hoverStale_ = true;
   uiSteps_ = std::max(uiSteps_, 1);
 }
@@ -313,12 +322,14 @@ void SessionWindow::turn() {
     const bool lively = now - activeS_ < kLivelyS || panels_.moves() || ui_.wantsText();
     nextUiS_ = now + (lively ? kUiS : kQuietUiS);
     panelsFrame_ = ui_.frame();
-    constexpr std::array kShapes = {CursorShape::arrow, CursorShape::text, CursorShape::arrow, CursorShape::resizeVertical, CursorShape::resizeHorizontal};
+    constexpr std::array kShapes = {CursorShape::arrow, CursorShape::text, CursorShape::arrow,
+                                    CursorShape::resizeVertical, CursorShape::resizeHorizontal};
     const int wanted = ImGui::GetMouseCursor();
     const bool overClay = (footprint_ || state_.drawnCurve) && !ui_.wantsMouse() && !overWidget_;
-    window_.setCursor(overClay ? CursorShape::crosshair
+    window_.setCursor(overClay                                         ? CursorShape::crosshair
                       : overWidget_ || wanted == ImGuiMouseCursor_Hand ? CursorShape::hand
-                      : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)] : CursorShape::arrow);
+                      : wanted >= 0 && size_t(wanted) < kShapes.size() ? kShapes[size_t(wanted)]
+                                                                       : CursorShape::arrow);
   }
   serveRecording(now);
   serveSave();
@@ -331,8 +342,8 @@ double SessionWindow::restS(double now) {
   if (pictures_.busy()) return kBusyS;
   if (!events_.empty()) return kWaitS;
   if (uiSteps_ > 0) return 0;
-  const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() || !bench_.usesPointer() || spaceMouse_.there() ||
-                      (player_ && player_->waiting());
+  const bool lively = now - changedS_ < kRestS || hand_.active() || jobs_ > 0 || !waiting_.pieces.empty() ||
+                      !bench_.usesPointer() || spaceMouse_.there() || (player_ && player_->waiting());
   if (window_.minimised()) return kIdleS;
   double next = lively ? std::max(nextFrameS_, now + 0.004) : now + kIdleS;
   if (player_) next = std::min(next, player_->nextS());

@@ -43,7 +43,9 @@ void StudioState::sizeTools(double forMm) {
 engine::Tool StudioState::effectiveTool() {
   const engine::Tool inHand = tool();
   const engine::ToolRow* row = engine::findTool(toolId);
-  const std::string_view other = smoothing ? std::string_view("smooth") : inverted && row ? row->opposite : std::string_view();
+  const std::string_view other = smoothing         ? std::string_view("smooth")
+                                 : inverted && row ? row->opposite
+                                                   : std::string_view();
   const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
   if (!otherRow) {
     engine::Tool turned = inHand;
@@ -66,6 +68,8 @@ void StudioState::remember(const std::filesystem::path& file) {
   lastFolder = whole.parent_path().string();
 }
 
-uint64_t StudioState::undoBytes() const { return static_cast<uint64_t>(std::llround(std::ldexp(undoGiB, 30))); }
+uint64_t StudioState::undoBytes() const {
+  return static_cast<uint64_t>(std::llround(std::ldexp(undoGiB, 30)));
+}
 
 }  // namespace argil::studio

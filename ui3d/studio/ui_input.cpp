@@ -37,16 +37,25 @@ UiInput::UiInput() {
   map(ImGuiKey_Space, ' ');
   map(ImGuiKey_Enter, int(Key::enter));
   map(ImGuiKey_Escape, int(Key::escape));
-  for (const auto& [key, letter] : {std::pair{ImGuiKey_A, 'A'}, {ImGuiKey_C, 'C'}, {ImGuiKey_V, 'V'}, {ImGuiKey_X, 'X'}, {ImGuiKey_Y, 'Y'}, {ImGuiKey_Z, 'Z'}})
+  for (const auto& [key, letter] : {std::pair{ImGuiKey_A, 'A'},
+                                    {ImGuiKey_C, 'C'},
+                                    {ImGuiKey_V, 'V'},
+                                    {ImGuiKey_X, 'X'},
+                                    {ImGuiKey_Y, 'Y'},
+                                    {ImGuiKey_Z, 'Z'}})
     map(key, letter);
   io.ClipboardUserData = this;
   io.GetClipboardTextFn = readClipboard;
   io.SetClipboardTextFn = writeClipboard;
 }
 
-UiInput::~UiInput() { ImGui::DestroyContext(context_); }
+UiInput::~UiInput() {
+  ImGui::DestroyContext(context_);
+}
 
-void UiInput::useClipboardOf(Window* window) { window_ = window; }
+void UiInput::useClipboardOf(Window* window) {
+  window_ = window;
+}
 
 const char* UiInput::readClipboard(void* self) {
   UiInput& me = *static_cast<UiInput*>(self);
@@ -71,7 +80,9 @@ void UiInput::feed(const Event& event) {
   };
   switch (event.kind) {
     case Kind::move:
-    case Kind::enter: place(); break;
+    case Kind::enter:
+      place();
+      break;
     case Kind::press:
     case Kind::release:
       place();
@@ -87,7 +98,9 @@ void UiInput::feed(const Event& event) {
       modifiers();
       if (size_t(event.key) < IM_ARRAYSIZE(io.KeysDown)) io.KeysDown[size_t(event.key)] = event.kind == Kind::keyDown;
       break;
-    case Kind::text: io.AddInputCharacter(event.character); break;
+    case Kind::text:
+      io.AddInputCharacter(event.character);
+      break;
     case Kind::leave:
       if (!ImGui::IsAnyMouseDown()) io.MousePos = ImVec2(-FLT_MAX, -FLT_MAX);
       break;
@@ -98,7 +111,8 @@ void UiInput::feed(const Event& event) {
       }
       io.AddFocusEvent(event.on);
       break;
-    default: break;
+    default:
+      break;
   }
 }
 
@@ -127,7 +141,8 @@ render::UiFrame UiInput::frame() const {
     for (const ImDrawCmd& command : list.CmdBuffer) {
       if (command.UserCallback || command.ElemCount == 0) continue;
       const ImVec4& clip = command.ClipRect;
-      frame.commands.push_back({{clip.x - data->DisplayPos.x, clip.y - data->DisplayPos.y, clip.z - data->DisplayPos.x, clip.w - data->DisplayPos.y},
+      frame.commands.push_back({{clip.x - data->DisplayPos.x, clip.y - data->DisplayPos.y, clip.z - data->DisplayPos.x,
+                                 clip.w - data->DisplayPos.y},
                                 uint32_t(reinterpret_cast<uintptr_t>(command.GetTexID())),
                                 firstIndex + command.IdxOffset,
                                 command.ElemCount,
@@ -137,7 +152,11 @@ render::UiFrame UiInput::frame() const {
   return frame;
 }
 
-bool UiInput::wantsMouse() const { return ImGui::GetIO().WantCaptureMouse; }
-bool UiInput::wantsText() const { return ImGui::GetIO().WantTextInput; }
+bool UiInput::wantsMouse() const {
+  return ImGui::GetIO().WantCaptureMouse;
+}
+bool UiInput::wantsText() const {
+  return ImGui::GetIO().WantTextInput;
+}
 
 }  // namespace argil::studio

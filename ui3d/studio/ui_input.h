@@ -1,6 +1,6 @@
 #pragma once
-// Between the studio's events and Dear ImGui, and from its triangles to the renderer's panels. There is no backend: recordings and
-// tests take the same way as a real window.
+// Between the studio's events and Dear ImGui, and from its triangles to the renderer's panels. There is no backend:
+// recordings and tests take the same way as a real window.
 
 #include <string>
 
@@ -24,7 +24,8 @@ class UiInput {
 
   /// Text is copied to and from the desktop's clipboard; without a window inside the program only.
   void useClipboardOf(Window* window);
-  /// Takes over what the event says. A click that begins and ends between two frames is lost on ImGui: give it a frame in between.
+  /// Takes over what the event says. A click that begins and ends between two frames is lost on ImGui: give it a frame
+  /// in between.
   void feed(const Event& event);
   /// Sizes in interface units; `scale` pixels each.
   void beginFrame(double seconds, float width, float height, float scale);

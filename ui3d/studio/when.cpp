@@ -10,8 +10,9 @@
 namespace argil::studio {
 namespace {
 
-constexpr std::array<std::string_view, 12> kMonths{"January", "February", "March",     "April",   "May",      "June",
-                                                   "July",    "August",   "September", "October", "November", "December"};
+constexpr std::array<std::string_view, 12> kMonths{"January",   "February", "March",    "April",
+                                                   "May",       "June",     "July",     "August",
+                                                   "September", "October",  "November", "December"};
 
 std::tm local(Moment moment) {
   const std::time_t seconds = std::chrono::system_clock::to_time_t(moment);
@@ -20,7 +21,9 @@ std::tm local(Moment moment) {
   return parts;
 }
 
-bool sameDay(const std::tm& a, const std::tm& b) { return a.tm_year == b.tm_year && a.tm_yday == b.tm_yday; }
+bool sameDay(const std::tm& a, const std::tm& b) {
+  return a.tm_year == b.tm_year && a.tm_yday == b.tm_yday;
+}
 
 // Noon of the day before: days of 23 and 25 hours do not matter there.
 std::tm dayBefore(std::tm day) {
@@ -52,7 +55,8 @@ std::string momentWords(Moment moment, Moment now) {
 }
 
 std::string spanWords(Moment from, Moment to, Moment now) {
-  const std::string day = dayWords(from, now), lastDay = dayWords(to, now), begin = clockTime(from), end = clockTime(to);
+  const std::string day = dayWords(from, now), lastDay = dayWords(to, now), begin = clockTime(from),
+                    end = clockTime(to);
   if (day != lastDay) return fmt::format("{} {} to {} {}", day, begin, lastDay, end);
   return begin == end ? fmt::format("{}, {}", day, begin) : fmt::format("{}, {} to {}", day, begin, end);
 }

@@ -1,22 +1,23 @@
 #include "ui3d/studio/window.h"
 
 #define GLFW_INCLUDE_NONE
-#include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
 #include <GLFW/glfw3.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
+#include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <fmt/format.h>
 
 #include "clay/error.h"
 #include "haptics/clock.h"
 #include "ui3d/studio/panels/layout.h"
 
-// As <GLFW/glfw3native.h> and <X11/Xlib.h> have them: the first wants headers of more X libraries, the second's macros have our names.
+// As <GLFW/glfw3native.h> and <X11/Xlib.h> have them: the first wants headers of more X libraries, the second's macros
+// have our names.
 extern "C" {
 struct _XDisplay;
 _XDisplay* glfwGetX11Display(void);
@@ -36,30 +37,43 @@ std::string lastError() {
   return text ? text : "no reason given";
 }
 
-// Shortcuts go by what is written on the key, GLFW's codes by where it is on an American keyboard. Digits stay digits on keyboards that
-// have them on the shifted level.
+// Shortcuts go by what is written on the key, GLFW's codes by where it is on an American keyboard. Digits stay digits
+// on keyboards that have them on the shifted level.
 Key keyOf(int code, int scancode) {
   if (code >= GLFW_KEY_ESCAPE && code <= GLFW_KEY_END) return Key(code);
   if (code >= GLFW_KEY_F1 && code <= GLFW_KEY_F12) return Key(code);
   if (code >= GLFW_KEY_KP_0 && code <= GLFW_KEY_KP_9) return Key(code);
   switch (code) {
-    case GLFW_KEY_KP_ENTER: return Key::enter;
-    case GLFW_KEY_KP_DECIMAL: return Key('.');
-    case GLFW_KEY_KP_DIVIDE: return Key('/');
-    case GLFW_KEY_KP_MULTIPLY: return Key('*');
-    case GLFW_KEY_KP_SUBTRACT: return Key('-');
-    case GLFW_KEY_KP_ADD: return Key('+');
-    case GLFW_KEY_KP_EQUAL: return Key('=');
+    case GLFW_KEY_KP_ENTER:
+      return Key::enter;
+    case GLFW_KEY_KP_DECIMAL:
+      return Key('.');
+    case GLFW_KEY_KP_DIVIDE:
+      return Key('/');
+    case GLFW_KEY_KP_MULTIPLY:
+      return Key('*');
+    case GLFW_KEY_KP_SUBTRACT:
+      return Key('-');
+    case GLFW_KEY_KP_ADD:
+      return Key('+');
+    case GLFW_KEY_KP_EQUAL:
+      return Key('=');
     case GLFW_KEY_LEFT_SHIFT:
-    case GLFW_KEY_RIGHT_SHIFT: return Key::shift;
+    case GLFW_KEY_RIGHT_SHIFT:
+      return Key::shift;
     case GLFW_KEY_LEFT_CONTROL:
-    case GLFW_KEY_RIGHT_CONTROL: return Key::control;
+    case GLFW_KEY_RIGHT_CONTROL:
+      return Key::control;
     case GLFW_KEY_LEFT_ALT:
-    case GLFW_KEY_RIGHT_ALT: return Key::alt;
+    case GLFW_KEY_RIGHT_ALT:
+      return Key::alt;
     case GLFW_KEY_LEFT_SUPER:
-    case GLFW_KEY_RIGHT_SUPER: return Key::super;
-    case GLFW_KEY_SPACE: return Key(' ');
-    default: break;
+    case GLFW_KEY_RIGHT_SUPER:
+      return Key::super;
+    case GLFW_KEY_SPACE:
+      return Key(' ');
+    default:
+      break;
   }
   if (code >= '0' && code <= '9') return Key(code);
   if (const char* name = glfwGetKeyName(code, scancode); name && name[0] > ' ' && name[0] < 127 && name[1] == 0) {
@@ -71,15 +85,22 @@ Key keyOf(int code, int scancode) {
 
 uint8_t modifierOf(Key key) {
   switch (key) {
-    case Key::shift: return kShift;
-    case Key::control: return kControl;
-    case Key::alt: return kAlt;
-    case Key::super: return kSuper;
-    default: return 0;
+    case Key::shift:
+      return kShift;
+    case Key::control:
+      return kControl;
+    case Key::alt:
+      return kAlt;
+    case Key::super:
+      return kSuper;
+    default:
+      return 0;
   }
 }
 
-float displayScale(float told) { return std::clamp(std::isfinite(told) && told > 0 ? told : 1.0f, 0.5f, 4.0f); }
+float displayScale(float told) {
+  return std::clamp(std::isfinite(told) && told > 0 ? told : 1.0f, 0.5f, 4.0f);
+}
 
 }  // namespace
 
@@ -209,7 +230,9 @@ void Window::State::listen() {
 
 Window::Window(const Options& options) : state_(std::make_unique<State>()) {
   if (!glfwInit())
-    throw Error(fmt::format("no display ({}): start it on a desktop, or use argil sculpt, which needs none", lastError()), Error::Kind::work);
+    throw Error(
+        fmt::format("no display ({}): start it on a desktop, or use argil sculpt, which needs none", lastError()),
+        Error::Kind::work);
   State& s = *state_;
   s.startNs = options.startNs;
   s.wantedScale = options.scale;
@@ -235,11 +258,13 @@ Window::Window(const Options& options) : state_(std::make_unique<State>()) {
   glfwWindowHint(GLFW_MAXIMIZED, maximised ? GLFW_TRUE : GLFW_FALSE);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "argil");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "argil");
-  s.window = glfwCreateWindow(std::max(width, kLeastWidth), std::max(height, kLeastHeight), options.title.c_str(), nullptr, nullptr);
+  s.window = glfwCreateWindow(std::max(width, kLeastWidth), std::max(height, kLeastHeight), options.title.c_str(),
+                              nullptr, nullptr);
   if (!s.window) {
     const std::string why = lastError();
     glfwTerminate();
-    throw Error(fmt::format("no window can be opened ({}): use argil sculpt, which needs none", why), Error::Kind::work);
+    throw Error(fmt::format("no window can be opened ({}): use argil sculpt, which needs none", why),
+                Error::Kind::work);
   }
   glfwSetWindowSizeLimits(s.window, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
   s.listen();
@@ -263,13 +288,15 @@ render::WindowHooks Window::hooks() const {
   uint32_t count = 0;
   const char** names = glfwGetRequiredInstanceExtensions(&count);
   if (!names)
-    throw Error("Vulkan cannot draw in a window here: install libvulkan1 and a driver such as mesa-vulkan-drivers", Error::Kind::work);
+    throw Error("Vulkan cannot draw in a window here: install libvulkan1 and a driver such as mesa-vulkan-drivers",
+                Error::Kind::work);
   render::WindowHooks hooks;
   hooks.instanceExtensions.assign(names, names + count);
   State* s = state_.get();
   hooks.makeSurface = [s](void* instance) -> uint64_t {
     VkSurfaceKHR surface = VK_NULL_HANDLE;
-    if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), s->window, nullptr, &surface) != VK_SUCCESS) return 0;
+    if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), s->window, nullptr, &surface) != VK_SUCCESS)
+      return 0;
     return reinterpret_cast<uint64_t>(surface);
   };
   hooks.size = [s]() -> std::array<int, 2> {
@@ -301,13 +328,27 @@ void Window::wake() noexcept {
   [[maybe_unused]] const ssize_t n = write(state_->wake, &one, sizeof one);
 }
 
-double Window::nowS() const { return state_->nowS(); }
-std::array<int, 2> Window::pixels() const { return {state_->width.load(), state_->height.load()}; }
-bool Window::minimised() const { return state_->minimised; }
-float Window::scale() const { return state_->scale(); }
-void Window::setScale(float scale) { state_->wantedScale = scale; }
-void Window::resize(int width, int height) { glfwSetWindowSize(state_->window, width, height); }
-void Window::setTitle(const std::string& title) { glfwSetWindowTitle(state_->window, title.c_str()); }
+double Window::nowS() const {
+  return state_->nowS();
+}
+std::array<int, 2> Window::pixels() const {
+  return {state_->width.load(), state_->height.load()};
+}
+bool Window::minimised() const {
+  return state_->minimised;
+}
+float Window::scale() const {
+  return state_->scale();
+}
+void Window::setScale(float scale) {
+  state_->wantedScale = scale;
+}
+void Window::resize(int width, int height) {
+  glfwSetWindowSize(state_->window, width, height);
+}
+void Window::setTitle(const std::string& title) {
+  glfwSetWindowTitle(state_->window, title.c_str());
+}
 
 void Window::setIcon(const render::Image& icon) {
   std::vector<uint8_t> pixels = icon.rgba;
@@ -320,14 +361,16 @@ void Window::setCursor(CursorShape shape) {
   state_->shape = shape;
   glfwSetInputMode(state_->window, GLFW_CURSOR, shape == CursorShape::none ? GLFW_CURSOR_HIDDEN : GLFW_CURSOR_NORMAL);
   if (shape == CursorShape::none) return;
-  constexpr std::array kShapes = {GLFW_ARROW_CURSOR,   GLFW_IBEAM_CURSOR,   GLFW_HAND_CURSOR,
+  constexpr std::array kShapes = {GLFW_ARROW_CURSOR,     GLFW_IBEAM_CURSOR,   GLFW_HAND_CURSOR,
                                   GLFW_CROSSHAIR_CURSOR, GLFW_HRESIZE_CURSOR, GLFW_VRESIZE_CURSOR};
   GLFWcursor*& cursor = state_->cursors[size_t(shape)];
   if (!cursor) cursor = glfwCreateStandardCursor(kShapes[size_t(shape)]);
   glfwSetCursor(state_->window, cursor);
 }
 
-void Window::setClipboard(const std::string& text) { glfwSetClipboardString(state_->window, text.c_str()); }
+void Window::setClipboard(const std::string& text) {
+  glfwSetClipboardString(state_->window, text.c_str());
+}
 
 std::string Window::clipboard() const {
   const char* text = glfwGetClipboardString(state_->window);
@@ -349,7 +392,11 @@ void Window::toggleFullScreen() {
   glfwSetWindowMonitor(w, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
-bool Window::fullScreen() const { return glfwGetWindowMonitor(state_->window) != nullptr; }
-unsigned long Window::x11() const { return glfwGetX11Window(state_->window); }
+bool Window::fullScreen() const {
+  return glfwGetWindowMonitor(state_->window) != nullptr;
+}
+unsigned long Window::x11() const {
+  return glfwGetX11Window(state_->window);
+}
 
 }  // namespace argil::studio

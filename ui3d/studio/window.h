@@ -16,7 +16,8 @@ namespace argil::studio {
 
 enum class CursorShape : uint8_t { arrow, text, hand, crosshair, resizeHorizontal, resizeVertical, none };
 
-/// One window, on X11. Members are for the thread that made it, which must be the process' first, but for wake() and what hooks() hands out.
+/// One window, on X11. Members are for the thread that made it, which must be the process' first, but for wake() and
+/// what hooks() hands out.
 class Window {
  public:
   struct Options {
@@ -34,7 +35,8 @@ class Window {
   /// What the renderer needs. Throws Error (work) naming the package when there is no Vulkan loader.
   [[nodiscard]] render::WindowHooks hooks() const;
 
-  /// Waits until something happens to the window, wake() is called or one of `descriptors` can be read; at most so long.
+  /// Waits until something happens to the window, wake() is called or one of `descriptors` can be read; at most so
+  /// long.
   void wait(double seconds, std::span<const int> descriptors = {});
   /// Appends what happened since the last time.
   void poll(std::vector<Event>& events);

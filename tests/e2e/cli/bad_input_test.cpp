@@ -22,15 +22,19 @@ void expectMeshRefused(const fs::path& mesh, const Scratch& scratch) {
   expectRefused(o, mesh.string());
   EXPECT_NE(o.err.find(mesh.filename().string()), std::string::npos) << o.err;
   EXPECT_FALSE(fs::exists(output)) << mesh;
-  for (const auto& entry : fs::directory_iterator(scratch.path())) EXPECT_EQ(entry.path().string().find(".tmp"), std::string::npos) << entry.path();
+  for (const auto& entry : fs::directory_iterator(scratch.path()))
+    EXPECT_EQ(entry.path().string().find(".tmp"), std::string::npos) << entry.path();
 }
 
-void writeFile(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void writeFile(const fs::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 
 TEST(BadInput, DamagedRealFilesAreRefused) {
   if (!realData()) GTEST_SKIP() << "ARGIL_DATA is not set";
   const Scratch scratch;
-  for (const char* name : {"malformed.obj", "notenoughindices.obj", "empty.stl", "invalid.off"}) expectMeshRefused(fs::path(realData()) / "mesh" / name, scratch);
+  for (const char* name : {"malformed.obj", "notenoughindices.obj", "empty.stl", "invalid.off"})
+    expectMeshRefused(fs::path(realData()) / "mesh" / name, scratch);
 }
 
 TEST(BadInput, DirectoryMissingAndEmptyFilesAreRefused) {
@@ -116,9 +120,12 @@ TEST(BadInput, ScriptsThatAreWrongNameThePlace) {
   const std::pair<const char*, const char*> scripts[] = {
       {"{", "bad.json"},
       {R"({"argil":2,"units":"mm","setup":[],"strokes":[]})", "argil"},
-      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"dig","radius_mm":1,"path":[[0,0,0,0]]}]})", "strokes[0]"},
-      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"carve","radius_mm":1,"path":[[0,0,0,0],[1,0,0]]}]})", "path[1]"},
-      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"carve","radius_mm":1e999,"path":[[0,0,0,0]]}]})", "bad.json"},
+      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"dig","radius_mm":1,"path":[[0,0,0,0]]}]})",
+       "strokes[0]"},
+      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"carve","radius_mm":1,"path":[[0,0,0,0],[1,0,0]]}]})",
+       "path[1]"},
+      {R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":5}}],"strokes":[{"tool":"carve","radius_mm":1e999,"path":[[0,0,0,0]]}]})",
+       "bad.json"},
   };
   for (const auto& [text, place] : scripts) {
     writeFile(script, text);

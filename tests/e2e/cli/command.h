@@ -64,7 +64,8 @@ inline bool catches(pid_t pid, int signal) {
 /// Runs argil with these arguments; `interruptAfterMs` ≥ 0 sends Ctrl-C then.
 inline Outcome argil(const std::vector<std::string>& arguments, int interruptAfterMs = -1) {
   static int number = 0;
-  const fs::path base = fs::temp_directory_path() / ("argil-e2e-" + std::to_string(getpid()) + "-" + std::to_string(number++));
+  const fs::path base =
+      fs::temp_directory_path() / ("argil-e2e-" + std::to_string(getpid()) + "-" + std::to_string(number++));
   const fs::path out = base.string() + ".out", err = base.string() + ".err";
   std::vector<char*> argv;
   std::string program = ARGIL_COMMAND;
@@ -78,12 +79,14 @@ inline Outcome argil(const std::vector<std::string>& arguments, int interruptAft
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   pid_t pid = 0;
   Outcome outcome;
-  if (posix_spawn(&pid, ARGIL_COMMAND, &actions, nullptr, argv.data(), environ) != 0) throw std::runtime_error("cannot run " ARGIL_COMMAND);
+  if (posix_spawn(&pid, ARGIL_COMMAND, &actions, nullptr, argv.data(), environ) != 0)
+    throw std::runtime_error("cannot run " ARGIL_COMMAND);
   posix_spawn_file_actions_destroy(&actions);
   if (interruptAfterMs >= 0) {
     // Not before it listens: a program takes its time to start on a busy machine.
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (!catches(pid, SIGINT) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (!catches(pid, SIGINT) && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     std::this_thread::sleep_for(std::chrono::milliseconds(interruptAfterMs));
     kill(pid, SIGINT);
   }
@@ -98,6 +101,8 @@ inline Outcome argil(const std::vector<std::string>& arguments, int interruptAft
 }
 
 /// The folder of real models, or null (then the test is to be skipped).
-inline const char* realData() { return std::getenv("ARGIL_DATA"); }
+inline const char* realData() {
+  return std::getenv("ARGIL_DATA");
+}
 
 }  // namespace argil::tests

@@ -17,7 +17,8 @@ using namespace std::chrono_literals;
 TEST(Devices, listsSheetsOfAllThatCanBeHeld) {
   const Outcome list = argil({"devices"});
   EXPECT_EQ(list.code, 0) << list.err;
-  for (const char* name : {"touch", "falcon", "omega3", "Plugged in"}) EXPECT_NE(list.out.find(name), std::string::npos) << list.out;
+  for (const char* name : {"touch", "falcon", "omega3", "Plugged in"})
+    EXPECT_NE(list.out.find(name), std::string::npos) << list.out;
   for (const char* name : {"touch", "haply", "spacemouse", "simulated:falcon"}) {
     const Outcome sheet = argil({"devices", "--sheet", name});
     EXPECT_EQ(sheet.code, 0) << sheet.err;

@@ -1,4 +1,5 @@
-// Saved documents on the command line: made, looked at, drawn, converted, recovered; and what is wrong with a file is one line.
+// Saved documents on the command line: made, looked at, drawn, converted, recovered; and what is wrong with a file is
+// one line.
 
 #include "tests/e2e/cli/command.h"
 
@@ -16,9 +17,13 @@ namespace {
 
 using testing::Test;
 
-void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 class Documents : public Test {
  protected:
@@ -42,7 +47,9 @@ TEST_F(Documents, areInspectedDrawnAndWorkedOn) {
   EXPECT_GT(fs::file_size(scratch / "p.png"), 1000u);
   // Strokes on what was saved, into the same file: the same as all strokes at once, or it would not be what was saved.
   const fs::path more = scratch / "more.json", first = scratch / "first.argil", rest = scratch / "rest.json";
-  write(more, R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],"strokes":[{"tool":"carve","radius_mm":3,"path":[[0,-6,0,8],[1,6,0,8]]}]})");
+  write(
+      more,
+      R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],"strokes":[{"tool":"carve","radius_mm":3,"path":[[0,-6,0,8],[1,6,0,8]]}]})");
   write(rest, R"({"argil":1,"units":"mm","strokes":[{"tool":"add","radius_mm":2,"path":[[0,0,-8,0]]}]})");
   ASSERT_EQ(argil({"sculpt", more.string(), "-o", first.string()}).code, 0);
   const Outcome on = argil({"sculpt", rest.string(), "-i", first.string(), "-o", first.string()});
@@ -80,9 +87,11 @@ TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
   EXPECT_TRUE(has(argil({"inspect", (scratch / "copy.argil").string()}).out, "0 steps of history"));
   const Outcome few = argil({"convert", document.string(), (scratch / "few.3mf").string(), "--reduce", "1000"});
   EXPECT_EQ(few.code, 0) << few.err;
-  EXPECT_TRUE(has(few.out, "to 1000 triangles") || has(few.out, "to 998 triangles") || has(few.out, "to 999 triangles")) << few.out;
+  EXPECT_TRUE(has(few.out, "to 1000 triangles") || has(few.out, "to 998 triangles") || has(few.out, "to 999 triangles"))
+      << few.out;
   EXPECT_TRUE(has(argil({"inspect", (scratch / "few.3mf").string()}).out, "closed      yes"));
-  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--reduce", "10", "--error", "1"}).code, 2);
+  EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--reduce", "10", "--error", "1"}).code,
+            2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--reduce", "10"}).code, 2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.vdb").string(), "--recentre"}).code, 2);
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--draco"}).code, 2);

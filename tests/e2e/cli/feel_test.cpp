@@ -12,11 +12,13 @@ namespace {
 class Feel : public testing::Test {
  protected:
   void SetUp() override {
-    std::ofstream(scratch_ / "ball.json") << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":10}}],"strokes":[]})";
+    std::ofstream(scratch_ / "ball.json")
+        << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":10}}],"strokes":[]})";
     ASSERT_EQ(argil({"sculpt", (scratch_ / "ball.json").string(), "-o", mesh()}).code, 0);
     std::ofstream path(scratch_ / "path.csv");
     path << "t_s,x_mm,y_mm,z_mm\n0,0,0,15\n0.5,0,0,11\n";
-    for (int i = 1; i <= 45; ++i) path << 0.5 + 0.02 * i << ',' << 11 * std::sin(i * M_PI / 180) << ",0," << 11 * std::cos(i * M_PI / 180) << '\n';
+    for (int i = 1; i <= 45; ++i)
+      path << 0.5 + 0.02 * i << ',' << 11 * std::sin(i * M_PI / 180) << ",0," << 11 * std::cos(i * M_PI / 180) << '\n';
   }
   [[nodiscard]] std::string mesh() const { return (scratch_ / "ball.stl").string(); }
   [[nodiscard]] std::string path() const { return (scratch_ / "path.csv").string(); }
@@ -32,7 +34,8 @@ class Feel : public testing::Test {
     std::vector<std::vector<double>> all;
     std::string line;
     std::getline(in, line);
-    EXPECT_EQ(line, "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,proxy_x_mm,proxy_y_mm,proxy_z_mm,planes,depth_mm,flags,compute_us");
+    EXPECT_EQ(line,
+              "t_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,proxy_x_mm,proxy_y_mm,proxy_z_mm,planes,depth_mm,flags,compute_us");
     while (std::getline(in, line)) {
       std::istringstream cells(line);
       all.emplace_back();
@@ -58,8 +61,8 @@ TEST_F(Feel, TheProxySlidesOverABall) {
       EXPECT_EQ(std::hypot(r[4], r[5], r[6]), 0) << i;
     }
     if (i < 550) continue;
-    EXPECT_NEAR(std::hypot(r[4], r[6]), 12 - height, 0.06) << i;           // 1 N/mm
-    EXPECT_NEAR(std::hypot(r[7], r[8], r[9]), 12, 0.06) << i;              // The proxy's centre
+    EXPECT_NEAR(std::hypot(r[4], r[6]), 12 - height, 0.06) << i;  // 1 N/mm
+    EXPECT_NEAR(std::hypot(r[7], r[8], r[9]), 12, 0.06) << i;     // The proxy's centre
     EXPECT_GT((r[4] * r[1] + r[6] * r[3]) / std::hypot(r[4], r[5], r[6]) / height, 0.995) << i;
     EXPECT_GE(r[10], 1) << i;
   }
@@ -113,8 +116,10 @@ TEST_F(Feel, TheSameTwiceButForTheTimes) {
 }
 
 TEST_F(Feel, PathsOfOtherUnitsAndPlaces) {
-  std::ofstream(scratch_ / "path.csv") << "demo,time,x,y,z\n1,0,0.3,0,5\n2,7,0.31,0,5\n2,7.5,0.312,0.001,5.02\n2,8,0.315,0,5\n";
-  const Outcome o = feel({"--units", "m", "--rows", "demo=2", "--fit", "--onto", "0,0,-1", "--press", "0.5", "-o", csv()});
+  std::ofstream(scratch_ / "path.csv")
+      << "demo,time,x,y,z\n1,0,0.3,0,5\n2,7,0.31,0,5\n2,7.5,0.312,0.001,5.02\n2,8,0.315,0,5\n";
+  const Outcome o =
+      feel({"--units", "m", "--rows", "demo=2", "--fit", "--onto", "0,0,-1", "--press", "0.5", "-o", csv()});
   ASSERT_EQ(o.code, 0) << o.err;
   double deepest = 0;
   size_t touching = 0;
@@ -158,7 +163,8 @@ TEST_F(Feel, WhatIsWrongIsOneLineAndNothingIsLeft) {
     EXPECT_EQ(o.code, 2) << names << o.err;
     EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
     EXPECT_NE(o.err.find(names), std::string::npos) << o.err;
-    for (const auto& entry : fs::directory_iterator(scratch_.path())) EXPECT_EQ(entry.path().string().find("felt"), std::string::npos) << entry.path();
+    for (const auto& entry : fs::directory_iterator(scratch_.path()))
+      EXPECT_EQ(entry.path().string().find("felt"), std::string::npos) << entry.path();
   }
 }
 

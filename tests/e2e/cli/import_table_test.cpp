@@ -1,4 +1,5 @@
-// Every real model is imported or refused as its list of sources says it deserves. ARGIL_TABLE=FILE writes what became of each as a table.
+// Every real model is imported or refused as its list of sources says it deserves. ARGIL_TABLE=FILE writes what became
+// of each as a table.
 
 #include <algorithm>
 #include <map>
@@ -77,11 +78,12 @@ std::vector<fs::path> realModels(const fs::path& data) {
   return files;
 }
 
-/// Arguments for clay with a voxel that is coarse enough to be quick and fine enough to show what the model is. What is smaller than a grain in mm
-/// was made in metres.
+/// Arguments for clay with a voxel that is coarse enough to be quick and fine enough to show what the model is. What is
+/// smaller than a grain in mm was made in metres.
 std::vector<std::string> asCoarseClay(const fs::path& file, const Json& mesh) {
   double longest = 0;
-  for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, mesh["high_mm"][axis].get<double>() - mesh["low_mm"][axis].get<double>());
+  for (int axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, mesh["high_mm"][axis].get<double>() - mesh["low_mm"][axis].get<double>());
   const bool metres = longest < 0.2;
   const double voxel = std::min(longest * (metres ? 1000 : 1) / 96, 1000.0);
   return {"inspect", file.string(), "--json", "--units", metres ? "m" : "mm", "--voxel", std::to_string(voxel)};
@@ -131,9 +133,12 @@ TEST(ImportTable, EveryRealModelGetsWhatItDeserves) {
       continue;
     }
     row.trianglesIn = mesh["mesh"]["triangles"].dump();
-    if (const auto placed = kPlaced.find(name); placed != kPlaced.end()) EXPECT_EQ(mesh["mesh"]["triangles"], placed->second);
-    else if (const auto expected = counts.find(name); expected != counts.end()) EXPECT_EQ(mesh["mesh"]["triangles"], expected->second);
-    else ADD_FAILURE() << "SOURCES.md does not say how many triangles it has";
+    if (const auto placed = kPlaced.find(name); placed != kPlaced.end())
+      EXPECT_EQ(mesh["mesh"]["triangles"], placed->second);
+    else if (const auto expected = counts.find(name); expected != counts.end())
+      EXPECT_EQ(mesh["mesh"]["triangles"], expected->second);
+    else
+      ADD_FAILURE() << "SOURCES.md does not say how many triangles it has";
     if (kLarge.contains(name)) {
       row.verdict = "read, kept as a part";
       continue;
@@ -165,11 +170,14 @@ TEST(ImportTable, EveryRealModelGetsWhatItDeserves) {
   EXPECT_GE(rows.size(), 40u);
   if (const char* table = std::getenv("ARGIL_TABLE")) {
     std::ofstream out(table);
-    out << "| file | verdict | triangles in | report | closed surface out | triangles out |\n|---|---|---|---|---|---|\n";
+    out << "| file | verdict | triangles in | report | closed surface out | triangles out "
+           "|\n|---|---|---|---|---|---|\n";
     for (Row& row : rows) {
       // Where the files lie is of no interest.
-      for (size_t at; (at = row.report.find(data.string() + "/")) != std::string::npos;) row.report.erase(at, data.string().size() + 1);
-      out << "| " << row.file << " | " << row.verdict << " | " << row.trianglesIn << " | " << row.report << " | " << row.closed << " | " << row.trianglesOut << " |\n";
+      for (size_t at; (at = row.report.find(data.string() + "/")) != std::string::npos;)
+        row.report.erase(at, data.string().size() + 1);
+      out << "| " << row.file << " | " << row.verdict << " | " << row.trianglesIn << " | " << row.report << " | "
+          << row.closed << " | " << row.trianglesOut << " |\n";
     }
   }
 }

@@ -1,4 +1,5 @@
-// Operations on whole pieces in scripts, as a person at the command line meets them: each row of the table over a small ball, what comes out checked by its properties.
+// Operations on whole pieces in scripts, as a person at the command line meets them: each row of the table over a small
+// ball, what comes out checked by its properties.
 
 #include "tests/e2e/cli/command.h"
 
@@ -17,7 +18,9 @@ const double kBall = 4.0 / 3 * kPi * 512;  // of radius 8, as every script begin
 constexpr double kUntouched = -1;          // its surface's volume, as it is with no step at all
 const std::string kSetup = R"("setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],)";
 
-std::string scriptOf(const std::string& setup, const std::string& steps) { return R"({"argil":1,"units":"mm",)" + setup + "\"strokes\":[" + steps + "]}"; }
+std::string scriptOf(const std::string& setup, const std::string& steps) {
+  return R"({"argil":1,"units":"mm",)" + setup + "\"strokes\":[" + steps + "]}";
+}
 
 json sculpt(const Scratch& scratch, const std::string& text) {
   std::ofstream(scratch / "s.json") << text;
@@ -36,9 +39,15 @@ std::vector<std::string> lines(const std::string& text) {
   return all;
 }
 
-double volume(const json& report) { return report["surface"]["volume_mm3"]; }
-double low(const json& report, int axis) { return report["surface"]["low_mm"][size_t(axis)]; }
-double high(const json& report, int axis) { return report["surface"]["high_mm"][size_t(axis)]; }
+double volume(const json& report) {
+  return report["surface"]["volume_mm3"];
+}
+double low(const json& report, int axis) {
+  return report["surface"]["low_mm"][size_t(axis)];
+}
+double high(const json& report, int axis) {
+  return report["surface"]["high_mm"][size_t(axis)];
+}
 
 struct Case {
   std::string steps;
@@ -50,7 +59,8 @@ struct Case {
 
 std::string ball(const std::string& name, double radius, const std::string& centre) {
   const std::string r = std::to_string(radius);
-  return R"({"operation":"ellipsoid","radius_x_mm":)" + r + R"(,"radius_y_mm":)" + r + R"(,"radius_z_mm":)" + r + R"(,"name":")" + name + R"(","centre_mm":)" + centre + "},";
+  return R"({"operation":"ellipsoid","radius_x_mm":)" + r + R"(,"radius_y_mm":)" + r + R"(,"radius_z_mm":)" + r +
+         R"(,"name":")" + name + R"(","centre_mm":)" + centre + "},";
 }
 const std::string kCarve = R"(,{"tool":"carve","radius_mm":3,"path":[[0,10,0,0],[1,10,2,0]]})";
 const std::string kMaskAll = R"({"operation":"mask-invert"},)";
@@ -60,8 +70,14 @@ std::map<std::string, Case> cases() {
   std::string lattice;
   for (const char* x : {"-21", "21"})
     for (const char* y : {"-14", "14"})
-      for (const char* z : {"-14", "14"}) lattice += (lattice.empty() ? "[" : ",[") + std::string(x) + "," + y + "," + z + "]";
-  const auto changed = [](double from, double to) { return [=](const json& r) { EXPECT_GT(volume(r), from); EXPECT_LT(volume(r), to); }; };
+      for (const char* z : {"-14", "14"})
+        lattice += (lattice.empty() ? "[" : ",[") + std::string(x) + "," + y + "," + z + "]";
+  const auto changed = [](double from, double to) {
+    return [=](const json& r) {
+      EXPECT_GT(volume(r), from);
+      EXPECT_LT(volume(r), to);
+    };
+  };
   return {
       {"join",
        {ball("Ball", 6, "[20,0,0]") + R"({"operation":"join","pieces":["Clay","Ball"]})", kBall + ballOf(6), 0.01, 2, 1,
@@ -191,13 +207,15 @@ TEST(Operations, areListedWithWhatCanBeSet) {
   for (const json& row : json::parse(table.out)) {
     EXPECT_NE(text.out.find(row["id"].get<std::string>()), std::string::npos);
     EXPECT_FALSE(row["takes"].empty());
-    for (const json& parameter : row["parameters"]) EXPECT_NE(text.out.find(parameter["key"].get<std::string>()), std::string::npos) << row["id"];
+    for (const json& parameter : row["parameters"])
+      EXPECT_NE(text.out.find(parameter["key"].get<std::string>()), std::string::npos) << row["id"];
   }
 }
 
 TEST(Operations, strokesGoOnOnThePieceThatIsNamed) {
   const Scratch scratch;
-  const std::string steps = ball("Ball", 6, "[30,0,0]") + R"({"tool":"carve","radius_mm":2,"piece":"Ball","path":[[0,36,0,0]]},
+  const std::string steps =
+      ball("Ball", 6, "[30,0,0]") + R"({"tool":"carve","radius_mm":2,"piece":"Ball","path":[[0,36,0,0]]},
     {"tool":"carve","radius_mm":2,"drive":"hand","path":[[0,30,0,9],[0.3,30,0,5],[0.6,31,0,5]]},
     {"operation":"offset","piece":"Clay","distance_mm":1},
     {"tool":"add","radius_mm":2,"drive":"hand","onto":[0,0,-1],"press_mm":1,"piece":"Clay","path":[[0,0,0,20],[0.5,2,0,20]]})";
@@ -211,26 +229,32 @@ TEST(Operations, strokesGoOnOnThePieceThatIsNamed) {
 
 TEST(Operations, recordingsAndDocumentsHoldThem) {
   const Scratch scratch;
-  const std::string steps = R"({"tool":"carve","radius_mm":2,"path":[[0,8,0,0],[1,8,3,0]]},{"operation":"shell","inner_mm":2.5},)" + ball("Ball", 5, "[10,0,0]") +
-                            R"({"operation":"join","pieces":["Clay","Ball"],"blend_mm":1},{"tool":"smooth","radius_mm":4,"path":[[0,8,0,0]]})";
+  const std::string steps =
+      R"({"tool":"carve","radius_mm":2,"path":[[0,8,0,0],[1,8,3,0]]},{"operation":"shell","inner_mm":2.5},)" +
+      ball("Ball", 5, "[10,0,0]") +
+      R"({"operation":"join","pieces":["Clay","Ball"],"blend_mm":1},{"tool":"smooth","radius_mm":4,"path":[[0,8,0,0]]})";
   std::ofstream(scratch / "a.json") << scriptOf(kSetup, steps);
   const auto hash = [&](const std::string& name, std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"sculpt", (scratch / (name + ".json")).string(), "--report", (scratch / "r.json").string()};
+    std::vector<std::string> arguments = {"sculpt", (scratch / (name + ".json")).string(), "--report",
+                                          (scratch / "r.json").string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome o = argil(arguments);
     EXPECT_EQ(o.code, 0) << o.err;
     return json::parse(slurp(scratch / "r.json"))["clay"]["hash"].get<std::string>();
   };
-  const std::string first = hash("a", {"--record", (scratch / "b.json").string(), "-o", (scratch / "a.argil").string(), "-o", (scratch / "a.stl").string()});
+  const std::string first = hash("a", {"--record", (scratch / "b.json").string(), "-o", (scratch / "a.argil").string(),
+                                       "-o", (scratch / "a.stl").string()});
   EXPECT_EQ(hash("b", {"--record", (scratch / "c.json").string()}), first);
   EXPECT_EQ(slurp(scratch / "b.json"), slurp(scratch / "c.json"));
   const Outcome seen = argil({"inspect", (scratch / "a.argil").string()});
   EXPECT_NE(seen.out.find("5 steps of history"), std::string::npos) << seen.out;
   // All pieces of a document come in, under their names, where they are.
-  std::ofstream(scratch / "two.json") << scriptOf(kSetup, ball("Ball", 5, "[20,0,0]") + R"({"operation":"offset","distance_mm":1})");
+  std::ofstream(scratch / "two.json") << scriptOf(
+      kSetup, ball("Ball", 5, "[20,0,0]") + R"({"operation":"offset","distance_mm":1})");
   std::ofstream(scratch / "on.json") << scriptOf("", R"({"operation":"join","pieces":["Clay","Ball"]})");
   ASSERT_EQ(argil({"sculpt", (scratch / "two.json").string(), "-o", (scratch / "two.argil").string()}).code, 0);
-  const Outcome on = argil({"sculpt", (scratch / "on.json").string(), "-i", (scratch / "two.argil").string(), "--report", (scratch / "r.json").string()});
+  const Outcome on = argil({"sculpt", (scratch / "on.json").string(), "-i", (scratch / "two.argil").string(),
+                            "--report", (scratch / "r.json").string()});
   ASSERT_EQ(on.code, 0) << on.err;
   const json joined = json::parse(slurp(scratch / "r.json"));
   EXPECT_EQ(joined["surface"]["bodies"], 2);
@@ -242,8 +266,10 @@ TEST(Operations, whatIsWrongIsOneLineThatNamesTheStep) {
   const std::pair<std::string, std::string> faults[] = {
       {R"({"operation":"melt-down"})", "strokes[1].operation: unknown \"melt-down\"; known are join, cut"},
       {R"({"operation":3})", "strokes[1].operation: must be a text"},
-      {R"({"operation":"offset","distance":2})", "strokes[1]: unknown key \"distance\"; known are operation, distance_mm, piece"},
-      {R"({"operation":"offset","distance_mm":1e9})", "strokes[1].distance_mm: 1000000000 is out of range; use -100 to 100"},
+      {R"({"operation":"offset","distance":2})",
+       "strokes[1]: unknown key \"distance\"; known are operation, distance_mm, piece"},
+      {R"({"operation":"offset","distance_mm":1e9})",
+       "strokes[1].distance_mm: 1000000000 is out of range; use -100 to 100"},
       {R"({"operation":"offset","distance_mm":"2"})", "strokes[1].distance_mm: must be a number"},
       {R"({"operation":"offset","piece":"Rod"})", "strokes[1]: there is no piece \"Rod\"; there are Clay"},
       {R"({"operation":"offset","piece":""})", "strokes[1].piece: names no piece"},
@@ -258,7 +284,8 @@ TEST(Operations, whatIsWrongIsOneLineThatNamesTheStep) {
       {R"({"operation":"mirror","plane":[0,0,0,1]})", "strokes[1].plane: must be 6 numbers"},
       {R"({"operation":"cut-curve","points":[]})", "strokes[1].points: is empty"},
       {R"({"operation":"cut-curve","points":[[0,0]]})", "strokes[1].points[0]: must be 3 numbers"},
-      {R"({"operation":"cut-curve","points":[[0,0,0],[1,0,0]],"direction":[0,0,0]})", "strokes[1].direction: is no direction"},
+      {R"({"operation":"cut-curve","points":[[0,0,0],[1,0,0]],"direction":[0,0,0]})",
+       "strokes[1].direction: is no direction"},
       {R"({"operation":"lattice","points":[[0,0,0]]})", "strokes[1]: lattice of 4 × 4 × 4 with 1 points"},
       {R"({"operation":"bend","from_percent":90,"to_percent":20})", "strokes[1]: from 90 % to 20 %"},
       {R"({"operation":"ring","name":"Clay"})", "strokes[1]: there is a piece \"Clay\" already"},
@@ -267,7 +294,8 @@ TEST(Operations, whatIsWrongIsOneLineThatNamesTheStep) {
   };
   for (const auto& [step, expected] : faults) {
     std::ofstream(scratch / "w.json") << scriptOf(kSetup, R"({"tool":"add","radius_mm":1,"path":[[0,8,0,0]]},)" + step);
-    const Outcome o = argil({"sculpt", (scratch / "w.json").string(), "-o", (scratch / "w.stl").string(), "-o", (scratch / "w.argil").string(), "--report", (scratch / "w-report.json").string()});
+    const Outcome o = argil({"sculpt", (scratch / "w.json").string(), "-o", (scratch / "w.stl").string(), "-o",
+                             (scratch / "w.argil").string(), "--report", (scratch / "w-report.json").string()});
     EXPECT_EQ(o.code, 2) << step << "\n" << o.err;
     EXPECT_EQ(lines(o.err).size(), 1u) << o.err;
     EXPECT_NE(o.err.find("w.json"), std::string::npos) << o.err;

@@ -9,12 +9,16 @@ namespace {
 
 std::string script(const std::string& drive) {
   return R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"block":{"size_mm":[40,40,20],"round_mm":3}}],"strokes":[
-    {"tool":"carve","radius_mm":3,"drive":")" + drive + R"(","path":[[0,-10,0,16],[0.5,-8,0,11],[1.5,8,2,10],[2,10,0,16]]},
-    {"tool":"add","radius_mm":2,"drive":")" + drive + R"(","path":[[0,0,-10,14],[0.4,0,-9,10.5],[1,0,9,10.5],[1.4,0,10,14]]},
-    {"tool":"smooth","radius_mm":4,"strength":0.6,"drive":")" + drive + R"(","path":[[0,-6,-6,15],[0.5,-5,-5,10],[1,5,5,10],[1.5,6,6,15]]}]})";
+    {"tool":"carve","radius_mm":3,"drive":")" +
+         drive + R"(","path":[[0,-10,0,16],[0.5,-8,0,11],[1.5,8,2,10],[2,10,0,16]]},
+    {"tool":"add","radius_mm":2,"drive":")" +
+         drive + R"(","path":[[0,0,-10,14],[0.4,0,-9,10.5],[1,0,9,10.5],[1.4,0,10,14]]},
+    {"tool":"smooth","radius_mm":4,"strength":0.6,"drive":")" +
+         drive + R"(","path":[[0,-6,-6,15],[0.5,-5,-5,10],[1,5,5,10],[1.5,6,6,15]]}]})";
 }
 
-nlohmann::json sculpt(const Scratch& scratch, const std::string& name, const std::string& text, std::vector<std::string> more = {}) {
+nlohmann::json sculpt(const Scratch& scratch, const std::string& name, const std::string& text,
+                      std::vector<std::string> more = {}) {
   const fs::path file = scratch / (name + ".json"), report = scratch / (name + "-report.json");
   std::ofstream(file) << text;
   std::vector<std::string> arguments = {"sculpt", file.string(), "--report", report.string()};
@@ -28,7 +32,8 @@ class Drive : public testing::TestWithParam<const char*> {};
 
 TEST_P(Drive, GivesAClosedSolidAndTheSameOneAgain) {
   const Scratch scratch;
-  const nlohmann::json first = sculpt(scratch, "first", script(GetParam()), {"-o", (scratch / "a.stl").string(), "-o", (scratch / "a.ply").string()});
+  const nlohmann::json first = sculpt(scratch, "first", script(GetParam()),
+                                      {"-o", (scratch / "a.stl").string(), "-o", (scratch / "a.ply").string()});
   EXPECT_TRUE(first["surface"]["closed"]);
   EXPECT_EQ(first["surface"]["boundary_edges"], 0);
   EXPECT_EQ(first["surface"]["non_manifold_edges"], 0);
@@ -83,8 +88,10 @@ TEST(Sculpt, CtrlCLeavesNothingHalfWritten) {
 
 TEST(Convert, UnitsAndClay) {
   const Scratch scratch;
-  const fs::path file = scratch / "ball.json", ball = scratch / "ball.stl", inches = scratch / "inches.obj", clay = scratch / "clay.ply";
-  std::ofstream(file) << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.25},{"sphere":{"radius_mm":10}}],"strokes":[]})";
+  const fs::path file = scratch / "ball.json", ball = scratch / "ball.stl", inches = scratch / "inches.obj",
+                 clay = scratch / "clay.ply";
+  std::ofstream(file)
+      << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.25},{"sphere":{"radius_mm":10}}],"strokes":[]})";
   ASSERT_EQ(argil({"sculpt", file.string(), "-o", ball.string()}).code, 0);
   ASSERT_EQ(argil({"convert", ball.string(), inches.string(), "--units", "in"}).code, 0);
   const nlohmann::json scaled = nlohmann::json::parse(argil({"inspect", inches.string(), "--json"}).out);
@@ -99,7 +106,8 @@ TEST(Convert, UnitsAndClay) {
 TEST(Render, MakesAPictureOrSaysWhatToInstall) {
   const Scratch scratch;
   const fs::path file = scratch / "ball.json", ball = scratch / "ball.stl", picture = scratch / "ball.png";
-  std::ofstream(file) << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":10}}],"strokes":[]})";
+  std::ofstream(file)
+      << R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":10}}],"strokes":[]})";
   ASSERT_EQ(argil({"sculpt", file.string(), "-o", ball.string()}).code, 0);
   const Outcome o = argil({"render", ball.string(), "-o", picture.string(), "--size", "320x200"});
   if (o.code == 1 && o.err.find("mesa-vulkan-drivers") != std::string::npos) GTEST_SKIP() << o.err;
@@ -109,11 +117,15 @@ TEST(Render, MakesAPictureOrSaysWhatToInstall) {
   EXPECT_EQ(png.substr(1, 3), "PNG");
 
   // A turntable: as many files as frames, all different, and looks from the command line.
-  const Outcome turn = argil({"render", ball.string(), "-o", (scratch / "turn-%03d.png").string(), "--size", "160x120", "--frames", "3", "--samples", "1",
-                              "--shading", "matcap", "--matcap", "porcelain", "--stereo", "anaglyph", "--section", "0,0,5,0,1,1", "--light",
-                              "--depth-fade", "0.5", "--view", "front"});
+  const Outcome turn = argil({"render",    ball.string(), "-o",        (scratch / "turn-%03d.png").string(),
+                              "--size",    "160x120",     "--frames",  "3",
+                              "--samples", "1",           "--shading", "matcap",
+                              "--matcap",  "porcelain",   "--stereo",  "anaglyph",
+                              "--section", "0,0,5,0,1,1", "--light",   "--depth-fade",
+                              "0.5",       "--view",      "front"});
   ASSERT_EQ(turn.code, 0) << turn.err;
-  const std::string first = slurp(scratch / "turn-000.png"), second = slurp(scratch / "turn-001.png"), third = slurp(scratch / "turn-002.png");
+  const std::string first = slurp(scratch / "turn-000.png"), second = slurp(scratch / "turn-001.png"),
+                    third = slurp(scratch / "turn-002.png");
   EXPECT_EQ(first.substr(1, 3), "PNG");
   EXPECT_NE(first, second);
   EXPECT_NE(second, third);

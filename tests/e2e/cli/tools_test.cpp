@@ -8,7 +8,9 @@
 namespace argil::tests {
 namespace {
 
-void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 
 std::vector<std::string> lines(const std::string& text) {
   std::vector<std::string> all;
@@ -43,7 +45,8 @@ TEST(Tools, scenesOfEachRun) {
   std::string pgm = "P5 16 16 255\n";
   for (int i = 0; i < 256; ++i) pgm += char((i % 16 - 8) * (i / 16 - 8) > 0 ? 255 : 0);
   write(scratch / "tile.pgm", pgm);
-  write(scratch / "ball.json", R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":5}}],"strokes":[]})");
+  write(scratch / "ball.json",
+        R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":5}}],"strokes":[]})");
   ASSERT_EQ(argil({"sculpt", (scratch / "ball.json").string(), "-o", (scratch / "tile.stl").string()}).code, 0);
   for (const std::string& id : lines(argil({"tools", "--ids"}).out)) {
     const fs::path script = scratch / (id + ".json"), out = scratch / (id + ".argil");
@@ -60,7 +63,8 @@ TEST(Tools, scenesOfEachRun) {
 TEST(Tools, whatIsWrongWithOneIsOneLine) {
   const Scratch scratch;
   const auto complaint = [&](const std::string& stroke) {
-    write(scratch / "w.json", R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":8}}],"strokes":[{)" + stroke + R"(,"path":[[0,0,0,8]]}]})");
+    write(scratch / "w.json", R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":8}}],"strokes":[{)" + stroke +
+                                  R"(,"path":[[0,0,0,8]]}]})");
     const Outcome outcome = argil({"sculpt", (scratch / "w.json").string(), "-o", (scratch / "w.stl").string()});
     EXPECT_EQ(outcome.code, 2) << stroke;
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
@@ -74,7 +78,8 @@ TEST(Tools, whatIsWrongWithOneIsOneLine) {
   EXPECT_NE(complaint(R"("tool":"carve","radius_mm":3,"tip":"spoon")").find("spoon"), std::string::npos);
   EXPECT_NE(complaint(R"("tool":"paint","radius_mm":3,"colour":"red")").find("colour"), std::string::npos);
   EXPECT_NE(complaint(R"("tool":"smooth","radius_mm":3,"inverted":true)").find("inverted"), std::string::npos);
-  EXPECT_NE(complaint(R"("tool":"tug","radius_mm":3,"radial":{"turns":99,"axis":[0,0,0,0,0,1]})").find("turns"), std::string::npos);
+  EXPECT_NE(complaint(R"("tool":"tug","radius_mm":3,"radial":{"turns":99,"axis":[0,0,0,0,0,1]})").find("turns"),
+            std::string::npos);
 }
 
 }  // namespace

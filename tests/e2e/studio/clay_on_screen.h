@@ -19,15 +19,14 @@ class ClayOnScreen : public OnScreen {
  protected:
   /// A document of this clay, opened by the studio as its file.
   std::string document(const std::string& setup) {
-    std::ofstream(scratch_ / "script.json") << R"({"argil": 1, "units": "mm", "setup": [)" + setup + R"(], "strokes": []})";
+    std::ofstream(scratch_ / "script.json")
+        << R"({"argil": 1, "units": "mm", "setup": [)" + setup + R"(], "strokes": []})";
     const fs::path file = scratch_ / "clay.argil";
     const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string()});
     EXPECT_EQ(o.code, 0) << o.err;
     return file.string();
   }
-  std::string block() {
-    return document(R"({"voxel_mm": 0.5}, {"block": {"size_mm": [60, 60, 40], "round_mm": 4}})");
-  }
+  std::string block() { return document(R"({"voxel_mm": 0.5}, {"block": {"size_mm": [60, 60, 40], "round_mm": 4}})"); }
   struct Saved {
     double volume = 0;
     std::string hash;  ///< Of all pieces.

@@ -1,5 +1,5 @@
-// A first day: what README and status line promise of a mouse and keys, on models of any size. All keys: keys_test.cpp; pieces,
-// modifiers and pens closer: hand_test.cpp.
+// A first day: what README and status line promise of a mouse and keys, on models of any size. All keys: keys_test.cpp;
+// pieces, modifiers and pens closer: hand_test.cpp.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,8 @@ namespace {
 
 class FirstDay : public ClayOnScreen {
  protected:
-  /// Where the clay is, in parts of the picture that do not depend on the screen's size: 1 is 1/720 of the window's height.
+  /// Where the clay is, in parts of the picture that do not depend on the screen's size: 1 is 1/720 of the window's
+  /// height.
   static double u() { return middleY() / 360; }
   static std::array<double, 2> on(double x, double y) { return {middleX() + x * u(), middleY() + y * u()}; }
   static Way line(double x0, double y0, double x1, double y1) { return {on(x0, y0), on(x1, y1)}; }
@@ -33,13 +34,15 @@ TEST_P(FirstDay, holdsWhatIsPromised) {
   for (const double size : {1.0, 100.0, 2000.0}) {
     SCOPED_TRACE(size);
     const auto mm = [&](double part) { return std::to_string(size * part); };
-    const std::string file = document(R"({"voxel_mm": )" + mm(1.0 / 160) + R"(}, {"block": {"size_mm": [)" + mm(1) + "," + mm(1) + "," + mm(0.6) +
-                                      R"(], "round_mm": )" + mm(0.06) + "}}");
+    const std::string file = document(R"({"voxel_mm": )" + mm(1.0 / 160) + R"(}, {"block": {"size_mm": [)" + mm(1) +
+                                      "," + mm(1) + "," + mm(0.6) + R"(], "round_mm": )" + mm(0.06) + "}}");
     const fs::path home = scratch_ / ("home" + mm(1));  // Nothing is remembered from the model before.
     fs::create_directories(home);
     RunningStudio studio(arguments({file}), home);
     Person person(studio, at().scale);
-    const auto shot = [&](const char* step) { person.shot("day-" + std::string(at().name) + "-" + std::to_string(int(size)) + "-" + step); };
+    const auto shot = [&](const char* step) {
+      person.shot("day-" + std::string(at().name) + "-" + std::to_string(int(size)) + "-" + step);
+    };
     seesClay(person);
     shot("01-opened");
     const Saved begin = saved();
@@ -169,8 +172,8 @@ TEST_P(FirstDay, holdsWhatIsPromised) {
     EXPECT_EQ(studio.wait(60), 0) << studio.said();
     ++model;
   }
-  // The same hand does the same to each. Tools are sized anew for a model more than twice as large or small as the last: at 100 mm
-  // they are still those of the usual 60.
+  // The same hand does the same to each. Tools are sized anew for a model more than twice as large or small as the
+  // last: at 100 mm they are still those of the usual 60.
   EXPECT_NEAR(grew[0] / grew[2], 1, 0.05);
   EXPECT_GT(grew[1] / grew[2], 0.25);
   EXPECT_LT(grew[1] / grew[2], 1.05);

@@ -1,4 +1,5 @@
-// What each hand does to the clay: mouse with modifiers, pens, models of any size. The clay is judged by the document that is saved.
+// What each hand does to the clay: mouse with modifiers, pens, models of any size. The clay is judged by the document
+// that is saved.
 
 #include <gtest/gtest.h>
 
@@ -104,7 +105,6 @@ TEST_P(HandOnClay, strokesThatFollowEachOtherAtOnceHaveTheToolOfTheirOwnKeys) {
   EXPECT_GT(undone(), 50);
 }
 
-
 // Stopped forces are for motors; a mouse has none, wherever the model lies and however fast the hand is.
 TEST_P(HandOnClay, aMouseIsNeverStopped) {
   const std::string file = document(R"({"voxel_mm": 0.5}, {"sphere": {"radius_mm": 30, "centre_mm": [12000, 0, 0]}})");
@@ -133,8 +133,8 @@ TEST_P(HandOnClay, aMouseIsNeverStopped) {
 TEST_P(HandOnClay, toolsComeAtASizeThatFitsTheModel) {
   for (const double size : {1.0, 100.0, 2000.0}) {
     SCOPED_TRACE(size);
-    const std::string file =
-        document(R"({"voxel_mm": )" + std::to_string(size / 128) + R"(}, {"sphere": {"radius_mm": )" + std::to_string(size / 2) + "}}");
+    const std::string file = document(R"({"voxel_mm": )" + std::to_string(size / 128) +
+                                      R"(}, {"sphere": {"radius_mm": )" + std::to_string(size / 2) + "}}");
     RunningStudio studio(arguments({file}), scratch_.path());
     Person person(studio);
     seesClay(person);
@@ -185,7 +185,8 @@ TEST_P(HandOnClay, aClickOnAPieceWorksOnIt) {
   const double x = middleX(), y = middleY();
   const auto volumes = [&] {
     const Json json = Json::parse(argil({"inspect", file.string(), "--json"}).out, nullptr, false);
-    return std::array{json["pieces"][0]["surface"]["volume_mm3"].get<double>(), json["pieces"][1]["surface"]["volume_mm3"].get<double>()};
+    return std::array{json["pieces"][0]["surface"]["volume_mm3"].get<double>(),
+                      json["pieces"][1]["surface"]["volume_mm3"].get<double>()};
   };
   const auto before = volumes();
   person.key("1");  // From the front: one left, one right.
@@ -277,7 +278,8 @@ class PenOnClay : public HandOnClay {
   }
   render::Image picture(const std::string& name) {
     render::Image image = readPng(scratch_ / (name + ".png"));
-    if (const char* folder = std::getenv("ARGIL_SHOTS")) render::writePng(image, (fs::path(folder) / (name + ".png")).string());
+    if (const char* folder = std::getenv("ARGIL_SHOTS"))
+      render::writePng(image, (fs::path(folder) / (name + ".png")).string());
     return image;
   }
   /// How much clay is seen, as a part of the picture, and where its middle is.
@@ -323,7 +325,8 @@ TEST_P(PenOnClay, aHeavyHandDoesMoreThanALightOne) {
   }
 }
 
-// Each tool as it begins, by a light hand and by a heavy one, on clay that has something for each of them: a groove, two colours, a mask.
+// Each tool as it begins, by a light hand and by a heavy one, on clay that has something for each of them: a groove,
+// two colours, a mask.
 class EveryToolByPen : public PenOnClay {};
 
 TEST_P(EveryToolByPen, aLightHandAndAHeavyOneDiffer) {
@@ -369,7 +372,8 @@ TEST_P(EveryToolByPen, aLightHandAndAHeavyOneDiffer) {
     const std::string id(row->id);
     const render::Image light = clay(id + "-light"), heavy = clay(id + "-heavy");
     EXPECT_GT(difference(none, heavy), 3e-4) << id << ": a heavy hand does nothing";
-    // The rim of a softened mask differs by less than a picture shows (PenPressure.EveryToolFollowsItAsItBegins sees it).
+    // The rim of a softened mask differs by less than a picture shows (PenPressure.EveryToolFollowsItAsItBegins sees
+    // it).
     if (id != "blur_mask") {
       EXPECT_GT(difference(light, heavy), 1e-4) << id << ": the hand does not matter";
     }
@@ -435,7 +439,8 @@ TEST_P(PenOnClay, theRingZoomsMovesSizesAndUndoes) {
   save();
   EXPECT_EQ(play(file).hash, before.hash) << "nothing was carved";
   (void)picture("ring-open");
-  const Seen first = seen(picture("ring-before")), zoomed = seen(picture("ring-zoomed")), moved = seen(picture("ring-moved"));
+  const Seen first = seen(picture("ring-before")), zoomed = seen(picture("ring-zoomed")),
+             moved = seen(picture("ring-moved"));
   EXPECT_GT(zoomed.part, 1.2 * first.part);
   EXPECT_LT(moved.x, zoomed.x - 20);
 

@@ -1,4 +1,5 @@
-// Work is kept: saved by name, asked about before it goes, recovered after a crash. By mouse and keys, in a real window.
+// Work is kept: saved by name, asked about before it goes, recovered after a crash. By mouse and keys, in a real
+// window.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -19,7 +20,9 @@ class Keeping : public OnScreen {
   std::unique_ptr<RunningStudio> studio(const std::vector<std::string>& more = {}) {
     return std::make_unique<RunningStudio>(arguments(more), scratch_.path());
   }
-  render::Image shot(Person& person, const std::string& step) { return person.shot(std::string("keep-") + at().name + "-" + step); }
+  render::Image shot(Person& person, const std::string& step) {
+    return person.shot(std::string("keep-") + at().name + "-" + step);
+  }
 
   static render::Image addBlock(Person& person) {
     const render::Image before = person.settled();
@@ -31,12 +34,14 @@ class Keeping : public OnScreen {
     person.close();
     (void)other(person, before, 0.3);  // Everything behind it is dimmed.
   }
-  static void offTheClay(Person& person) { person.move(middleX() - 250, middleY() + 240); }  // No cursor in the picture.
+  // No cursor in the picture.
+  static void offTheClay(Person& person) { person.move(middleX() - 250, middleY() + 240); }
   void carve(Person& person, double y) {
     const render::Image before = person.settled();
     person.key("c");
     std::vector<std::array<double, 2>> points;
-    for (int i = 0; i <= 24; ++i) points.push_back({middleX() - 110 + 190.0 * i / 24, middleY() + y + 14 * std::sin(i / 4.0)});
+    for (int i = 0; i <= 24; ++i)
+      points.push_back({middleX() - 110 + 190.0 * i / 24, middleY() + y + 14 * std::sin(i / 4.0)});
     person.drag(points);
     offTheClay(person);
     EXPECT_GT(difference(clay(before), clay(other(person, before, 0.002))), 0.002);
@@ -215,7 +220,8 @@ TEST_P(Keeping, picturesAndModelsGoToFiles) {
   const Json mesh = Json::parse(o.out, nullptr, false);
   ASSERT_TRUE(mesh.is_object()) << o.out;
   EXPECT_TRUE(mesh["mesh"]["closed"].get<bool>()) << mesh.dump();
-  EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 60 * 60 * 40 - 2200, 400) << "rounding the edges by 4 mm takes 2200";
+  EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 60 * 60 * 40 - 2200, 400)
+      << "rounding the edges by 4 mm takes 2200";
   question(person);
   person.type("d");
   EXPECT_EQ(running->wait(60), 0) << running->said();

@@ -34,7 +34,8 @@ std::vector<std::string> wordsOf(const std::string& text) {
   std::vector<std::string> list;
   for (std::string word; stream >> word;) {
     // A capital would be pressed with Shift.
-    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     list.push_back(word);
   }
   return list;
@@ -98,12 +99,16 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
       rows.push_back(&action);
   const auto order = [](const studio::Action* a) {
     const std::string& id = a->id;
-    return id.starts_with("draw.") || id == "edit.delete" ? 3 : id.starts_with("piece.") ? 2 : id.starts_with("edit.") ? 1 : 0;
+    return id.starts_with("draw.") || id == "edit.delete" ? 3
+           : id.starts_with("piece.")                     ? 2
+           : id.starts_with("edit.")                      ? 1
+                                                          : 0;
   };
   std::stable_sort(rows.begin(), rows.end(), [&](const auto* a, const auto* b) { return order(a) < order(b); });
   int stage = 0;
   for (const studio::Action* action : rows) {
-    if (order(action) > stage && (stage = order(action)) >= 2) byPalette(person, "add a block");  // Neither locked nor hidden by a key before.
+    // Neither locked nor hidden by a key before.
+    if (order(action) > stage && (stage = order(action)) >= 2) byPalette(person, "add a block");
     for (const std::string& keys : wordsOf(action->shortcut)) {
       ASSERT_TRUE(studio.running()) << action->id << ": " << studio.said();
       if (const auto it = first.find(action->id); it != first.end()) it->second();

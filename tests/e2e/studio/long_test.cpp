@@ -25,7 +25,8 @@ constexpr uint64_t kMebi = 1 << 20;
 class StudioSession : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
+    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty())
+      GTEST_SKIP() << missing;
     server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, true});
   }
   [[nodiscard]] Json report() const { return Json::parse(slurp(scratch_ / "report.json"), nullptr, false); }
@@ -72,7 +73,9 @@ using StudioCalls = StudioSession;
 using LongStudio = StudioSession;
 
 TEST_F(StudioCalls, aBadRecordingIsNamedByItsLine) {
-  const Outcome o = argil({"studio", "--play", write("bad.jsonl", "{\"t\": 0, \"kind\": \"check\"}\n{\"t\": 1, \"kind\": \"jump\"}\n").string()});
+  const Outcome o =
+      argil({"studio", "--play",
+             write("bad.jsonl", "{\"t\": 0, \"kind\": \"check\"}\n{\"t\": 1, \"kind\": \"jump\"}\n").string()});
   EXPECT_EQ(o.code, 2);
   EXPECT_NE(o.err.find("bad.jsonl:2: "), std::string::npos) << o.err;
   const Outcome none = argil({"studio", (scratch_ / "nothing.stl").string()});
@@ -126,7 +129,9 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
   add("check");
   add("screenshot", ", \"text\": \"after.png\"");
   const fs::path recording = write("lose.jsonl", lines);
-  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", recording.string(), "--report", "report.json", "--validate"}, scratch_.path());
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", recording.string(), "--report",
+                        "report.json", "--validate"},
+                       scratch_.path());
   ASSERT_EQ(studio.wait(200), 0) << studio.said();
   const Json r = report();
   EXPECT_EQ(r["device_losses"], 1);
@@ -137,7 +142,8 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
     render::Image part;
     part.width = 600;
     part.height = 500;
-    for (int y = 0; y < part.height; ++y) part.rgba.insert(part.rgba.end(), whole.pixel(320, 90 + y), whole.pixel(320, 90 + y) + 4 * part.width);
+    for (int y = 0; y < part.height; ++y)
+      part.rgba.insert(part.rgba.end(), whole.pixel(320, 90 + y), whole.pixel(320, 90 + y) + 4 * part.width);
     return part;
   };
   EXPECT_LT(difference(middle(readPng(scratch_ / "before.png")), middle(readPng(scratch_ / "after.png"))), 0.001);
@@ -172,7 +178,9 @@ TEST_F(StudioCalls, atRestNothingIsDrawn) {
   double t = 0.2;
   std::string lines = byPalette(t, "add a ball");
   lines += "{\"t\": " + std::to_string(t + 8) + ", \"kind\": \"check\"}\n";
-  RunningStudio studio({"studio", "--size", "800x600", "--play", write("rest.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  RunningStudio studio(
+      {"studio", "--size", "800x600", "--play", write("rest.jsonl", lines).string(), "--report", "report.json"},
+      scratch_.path());
   ASSERT_EQ(studio.wait(150), 0) << studio.said();
   // Of 8 s, 480 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
   EXPECT_LT(report()["frames"], 100) << report().dump(1);
@@ -190,13 +198,16 @@ TEST_F(StudioCalls, whatIsTypedAtOnceArrivesWhole) {
       lines += e.dump() + "\n";
     }
   }
-  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play", write("typed.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play", write("typed.jsonl", lines).string(),
+                        "--report", "report.json"},
+                       scratch_.path());
   ASSERT_EQ(studio.wait(100), 0) << studio.said();
   EXPECT_EQ(report()["steps"], 3) << "a block and two balls";
 }
 
 TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
-  RunningStudio studio({"studio", "--size", "1000x700", "--scale", "1", "--report", "report.json", "--validate"}, scratch_.path());
+  RunningStudio studio({"studio", "--size", "1000x700", "--scale", "1", "--report", "report.json", "--validate"},
+                       scratch_.path());
   Person person(studio);
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);
@@ -237,13 +248,17 @@ TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
   for (int i = 0; i < 100; ++i) {
     lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"down\", \"key\": \"N\", \"modifiers\": [\"ctrl\"]}\n";
     lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"up\", \"key\": \"N\"}\n";
-    if (i > 0) lines += "{\"t\": " + std::to_string(t += 0.2) + ", \"kind\": \"text\", \"character\": 100}\n";  // D: don't save.
+    // D: don't save.
+    if (i > 0) lines += "{\"t\": " + std::to_string(t += 0.2) + ", \"kind\": \"text\", \"character\": 100}\n";
     lines += "{\"t\": " + std::to_string(t += 0.05) + ", \"kind\": \"check\"}\n";
     lines += byPalette(t, i % 2 ? "add a block" : "add a ball");
-    if (i == 19 || i == 99) lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"at" + std::to_string(i + 1) + ".png\"}\n";
+    if (i == 19 || i == 99)
+      lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"at" + std::to_string(i + 1) +
+               ".png\"}\n";
   }
   lines += "{\"t\": " + std::to_string(t + 3) + ", \"kind\": \"check\"}\n";
-  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play", write("documents.jsonl", lines).string(), "--report", "report.json", "--validate"},
+  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--play",
+                        write("documents.jsonl", lines).string(), "--report", "report.json", "--validate"},
                        scratch_.path());
   ASSERT_TRUE(waitFor(studio, scratch_ / "at20.png", 300)) << studio.said();
   const uint64_t before = studio.residentBytes();
@@ -254,8 +269,8 @@ TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
   expectClean(report());
 }
 
-// An hour of strokes, turns, undo, menus, the palette, operations and saves, played twenty times as fast. The clay comes
-// behind the hand; the window's thread answers all the while.
+// An hour of strokes, turns, undo, menus, the palette, operations and saves, played twenty times as fast. The clay
+// comes behind the hand; the window's thread answers all the while.
 TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
   constexpr unsigned kSeed = 16;
   constexpr double kHourS = 3600, kX = 640, kY = 360;
@@ -303,14 +318,18 @@ TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
       constexpr std::array kTools = {"C", "A", "W", "S", "P"};
       key(kTools[random() % kTools.size()]);
       const double turn = between(0, 1);
-      drag(between(0.5, 4), "left", turn < 0.15 ? std::vector<std::string>{"shift"} : turn < 0.3 ? std::vector<std::string>{"ctrl"} : std::vector<std::string>{});
+      drag(between(0.5, 4), "left",
+           turn < 0.15  ? std::vector<std::string>{"shift"}
+           : turn < 0.3 ? std::vector<std::string>{"ctrl"}
+                        : std::vector<std::string>{});
       ++strokes;
     } else if (dice < 0.65) {
       drag(between(0.3, 1.5), "right");
     } else if (dice < 0.7) {
       for (int i = 0; i < 4; ++i) line("wheel", {{"x", kX}, {"y", kY}, {"dx", 0}, {"dy", i < 2 ? 1 : -1}}, 0.1);
     } else if (dice < 0.8) {
-      for (unsigned i = 1 + random() % 3; i > 0; --i) key("Z", between(0, 1) < 0.6 ? std::vector<std::string>{"ctrl"} : std::vector<std::string>{"ctrl", "shift"});
+      for (unsigned i = 1 + random() % 3; i > 0; --i)
+        key("Z", between(0, 1) < 0.6 ? std::vector<std::string>{"ctrl"} : std::vector<std::string>{"ctrl", "shift"});
     } else if (dice < 0.9) {
       for (int i = 0; i < 30; ++i) at("move", between(10, 340), between(80, 680));
     } else if (dice < 0.95) {
@@ -349,12 +368,13 @@ TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
     }
   }
   line("check");
-  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", write("hour.jsonl", lines).string(), "--speed", "20", "--report", "report.json"},
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", write("hour.jsonl", lines).string(),
+                        "--speed", "20", "--report", "report.json"},
                        scratch_.path());
   ASSERT_EQ(studio.wait(3600), 0) << studio.said();
   const Json r = report();
-  std::printf("%d strokes drawn, %s done; the window's thread, ms: by the clock %s, of its own work %s\n", strokes, r["strokes"].dump().c_str(),
-              r["turn_ms"].dump().c_str(), r["turn_core_ms"].dump().c_str());
+  std::printf("%d strokes drawn, %s done; the window's thread, ms: by the clock %s, of its own work %s\n", strokes,
+              r["strokes"].dump().c_str(), r["turn_ms"].dump().c_str(), r["turn_core_ms"].dump().c_str());
   EXPECT_GT(r["strokes"], strokes / 2) << "most strokes found clay";
   EXPECT_TRUE(fs::exists(scratch_ / "hour.argil"));
   EXPECT_EQ(r["turn_core_ms"]["over_100_ms"], 0) << "seed " << kSeed << ": " << r["turn_core_ms"].dump();
@@ -366,13 +386,18 @@ TEST_F(LongStudio, aMinuteOfInflateIsFollowed) {
   std::string lines = byPalette(t, "add a ball");
   lines += byPalette(t, "inflate");
   const auto at = [&](const char* kind, double x, double y, const Json& more = Json::object()) {
-    Json e = {{"t", std::round(t * 1000) / 1000}, {"kind", kind}, {"x", std::round(x * 10) / 10}, {"y", std::round(y * 10) / 10}};
+    Json e = {{"t", std::round(t * 1000) / 1000},
+              {"kind", kind},
+              {"x", std::round(x * 10) / 10},
+              {"y", std::round(y * 10) / 10}};
     e.update(more);
     lines += e.dump() + "\n";
     t += 1.0 / 60;
   };
   for (int i = 0; i < 12; ++i) {  // A tip of 15 mm and more.
-    lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"down\", \"key\": \"]\"}\n{\"t\": " + std::to_string(t + 0.01) + ", \"kind\": \"up\", \"key\": \"]\"}\n";
+    lines += "{\"t\": " + std::to_string(t) +
+             ", \"kind\": \"down\", \"key\": \"]\"}\n{\"t\": " + std::to_string(t + 0.01) +
+             ", \"kind\": \"up\", \"key\": \"]\"}\n";
     t += 0.05;
   }
   at("move", 640, 360);
@@ -382,9 +407,12 @@ TEST_F(LongStudio, aMinuteOfInflateIsFollowed) {
   at("move", 400, 640);
   lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"check\"}\n";
   lines += "{\"t\": " + std::to_string(t) + ", \"kind\": \"screenshot\", \"text\": \"swollen.png\"}\n";
-  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play", write("inflate.jsonl", lines).string(), "--report", "report.json"}, scratch_.path());
+  RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--play",
+                        write("inflate.jsonl", lines).string(), "--report", "report.json"},
+                       scratch_.path());
   ASSERT_EQ(studio.wait(400), 0) << studio.said();  // A check waits a minute at most.
-  if (const char* folder = std::getenv("ARGIL_SHOTS")) fs::copy_file(scratch_ / "swollen.png", fs::path(folder) / "swollen.png", fs::copy_options::overwrite_existing);
+  if (const char* folder = std::getenv("ARGIL_SHOTS"))
+    fs::copy_file(scratch_ / "swollen.png", fs::path(folder) / "swollen.png", fs::copy_options::overwrite_existing);
   const Json r = report();
   std::printf("from sample to screen, ms: %s\n", r["sample_to_screen_ms"].dump().c_str());
   EXPECT_EQ(r["strokes"], 1);

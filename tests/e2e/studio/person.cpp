@@ -7,8 +7,8 @@
 #include <X11/keysym.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stb_image.h>
 #include <spawn.h>
+#include <stb_image.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,11 +31,15 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
-constexpr double kStill = 0.6;  // At scale 1; a picture of four times the pixels takes its time.
+constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
 constexpr double kKeyHeld = 0.03;
 
-void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
-double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+void sleep(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+double since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 std::string slurp(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -54,7 +58,8 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
   argv.push_back(nullptr);
   std::string config = "XDG_CONFIG_HOME=" + home.string(), state = "ARGIL_STATE=" + (home / "state").string();
   for (char** e = environ; *e; ++e)
-    if (std::string(*e).rfind("XDG_CONFIG_HOME=", 0) != 0 && std::string(*e).rfind("ARGIL_STATE=", 0) != 0) environment.push_back(*e);
+    if (std::string(*e).rfind("XDG_CONFIG_HOME=", 0) != 0 && std::string(*e).rfind("ARGIL_STATE=", 0) != 0)
+      environment.push_back(*e);
   environment.push_back(config.data());
   environment.push_back(state.data());
   environment.push_back(nullptr);
@@ -91,7 +96,9 @@ int RunningStudio::wait(double seconds) {
   return code_;
 }
 
-std::string RunningStudio::said() const { return slurp(err_); }
+std::string RunningStudio::said() const {
+  return slurp(err_);
+}
 
 uint64_t RunningStudio::residentBytes() const {
   std::ifstream in("/proc/" + std::to_string(pid_) + "/statm");
@@ -161,9 +168,9 @@ namespace {
 
 // The symbol of a key and whether it needs Shift. Names are Argil's or X's, in any case.
 std::pair<KeySym, bool> symbolOf(const std::string& name) {
-  static const std::map<std::string, KeySym> named{{"ctrl", XK_Control_L}, {"shift", XK_Shift_L},   {"alt", XK_Alt_L},
-                                                   {"enter", XK_Return},   {"space", XK_space},     {"backspace", XK_BackSpace},
-                                                   {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down}};
+  static const std::map<std::string, KeySym> named{
+      {"ctrl", XK_Control_L}, {"shift", XK_Shift_L},       {"alt", XK_Alt_L},      {"enter", XK_Return},
+      {"space", XK_space},    {"backspace", XK_BackSpace}, {"pageup", XK_Page_Up}, {"pagedown", XK_Page_Down}};
   if (const auto found = named.find(name); found != named.end()) return {found->second, false};
   if (name.size() > 1) {
     std::string capital = name;
@@ -178,7 +185,9 @@ std::pair<KeySym, bool> symbolOf(const std::string& name) {
   return {KeySym(static_cast<unsigned char>(c)), (c >= 'A' && c <= 'Z') || shifted.find(c) != std::string::npos};
 }
 
-int quiet(Display*, XErrorEvent*) { return 0; }
+int quiet(Display*, XErrorEvent*) {
+  return 0;
+}
 
 }  // namespace
 
@@ -198,11 +207,14 @@ Person::Person(RunningStudio& studio, double scale) : state_(std::make_unique<St
   (void)settled();
 }
 
-Person::~Person() { XCloseDisplay(state_->display); }
+Person::~Person() {
+  XCloseDisplay(state_->display);
+}
 
 void Person::move(double x, double y) {
   const auto [left, top] = state_->origin();
-  XTestFakeMotionEvent(state_->display, -1, left + int(std::lround(x * state_->scale)), top + int(std::lround(y * state_->scale)), 0);
+  XTestFakeMotionEvent(state_->display, -1, left + int(std::lround(x * state_->scale)),
+                       top + int(std::lround(y * state_->scale)), 0);
   XFlush(state_->display);
 }
 
@@ -251,13 +263,19 @@ void Person::wheel(int clicks) {
   }
 }
 
-void Person::keyDown(const std::string& key) { state_->keyEvent(symbolOf(key).first, true); }
-void Person::keyUp(const std::string& key) { state_->keyEvent(symbolOf(key).first, false); }
+void Person::keyDown(const std::string& key) {
+  state_->keyEvent(symbolOf(key).first, true);
+}
+void Person::keyUp(const std::string& key) {
+  state_->keyEvent(symbolOf(key).first, false);
+}
 
 void Person::key(const std::string& keys) {
   std::vector<std::string> words;
   std::string rest = keys;
-  for (size_t plus; rest.size() > 1 && (plus = rest.find('+')) != std::string::npos && plus > 0; rest = rest.substr(plus + 1)) words.push_back(rest.substr(0, plus));
+  for (size_t plus; rest.size() > 1 && (plus = rest.find('+')) != std::string::npos && plus > 0;
+       rest = rest.substr(plus + 1))
+    words.push_back(rest.substr(0, plus));
   words.push_back(rest);
   for (const std::string& word : words) {
     keyDown(word);
@@ -297,23 +315,28 @@ void Person::restore() {
 }
 
 void Person::close() {
-  state_->tell(XInternAtom(state_->display, "WM_PROTOCOLS", False), long(XInternAtom(state_->display, "WM_DELETE_WINDOW", False)), CurrentTime);
+  state_->tell(XInternAtom(state_->display, "WM_PROTOCOLS", False),
+               long(XInternAtom(state_->display, "WM_DELETE_WINDOW", False)), CurrentTime);
 }
 
-void Person::pause(double seconds) const { sleep(seconds); }
+void Person::pause(double seconds) const {
+  sleep(seconds);
+}
 
 render::Image Person::look() const {
   // From the root: what a person sees, also where something covers the window.
   XWindowAttributes a;
   render::Image image;
-  if (!XGetWindowAttributes(state_->display, state_->window, &a)) throw std::runtime_error("the window is gone: " + state_->studio->said());
+  if (!XGetWindowAttributes(state_->display, state_->window, &a))
+    throw std::runtime_error("the window is gone: " + state_->studio->said());
   const auto [left, top] = state_->origin();
   const Screen* screen = DefaultScreenOfDisplay(state_->display);
   const int x = std::max(0, left), y = std::max(0, top);
   image.width = std::min(left + a.width, screen->width) - x;
   image.height = std::min(top + a.height, screen->height) - y;
   if (image.width <= 0 || image.height <= 0) throw std::runtime_error("the window is off the screen");
-  XImage* pixels = XGetImage(state_->display, screen->root, x, y, unsigned(image.width), unsigned(image.height), AllPlanes, ZPixmap);
+  XImage* pixels =
+      XGetImage(state_->display, screen->root, x, y, unsigned(image.width), unsigned(image.height), AllPlanes, ZPixmap);
   if (!pixels) throw std::runtime_error("the screen cannot be read");
   image.rgba.resize(4 * size_t(image.width) * size_t(image.height));
   for (int row = 0; row < image.height; ++row) {

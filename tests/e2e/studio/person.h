@@ -1,5 +1,6 @@
 #pragma once
-// A person before a screen: starts the studio, moves the mouse, presses keys, looks. Real X events, by the XTest extension.
+// A person before a screen: starts the studio, moves the mouse, presses keys, looks. Real X events, by the XTest
+// extension.
 
 #include <sys/types.h>
 
@@ -41,7 +42,8 @@ class RunningStudio {
 /// Throws std::runtime_error for what a test cannot go on without.
 class Person {
  public:
-  /// Waits until the studio's window is there and shows something. Positions from now on are interface units: pixels over `scale`.
+  /// Waits until the studio's window is there and shows something. Positions from now on are interface units: pixels
+  /// over `scale`.
   explicit Person(RunningStudio& studio, double scale = 1);
   ~Person();
   Person(const Person&) = delete;

@@ -13,7 +13,7 @@
 namespace argil::tests {
 
 struct Screen {
-  int width, height;   ///< Of the window, pixels.
+  int width, height;  ///< Of the window, pixels.
   double scale;
   const char* name;
 };
@@ -22,7 +22,8 @@ struct Screen {
 class OnScreen : public ::testing::TestWithParam<Screen> {
  protected:
   void SetUp() override {
-    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty()) GTEST_SKIP() << missing;
+    if (const std::string missing = support::XServer::missing({.windowManager = true}); !missing.empty())
+      GTEST_SKIP() << missing;
     // Room for the manager's frame.
     server_ = std::make_unique<support::XServer>(support::XServer::Options{at().width + 60, at().height + 80, true});
   }
@@ -34,7 +35,8 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
   static std::vector<std::string> arguments(const std::vector<std::string>& more = {}) {
     std::vector<std::string> words{"studio"};
     words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(), {"--size", std::to_string(at().width) + "x" + std::to_string(at().height), "--scale", std::to_string(at().scale)});
+    words.insert(words.end(), {"--size", std::to_string(at().width) + "x" + std::to_string(at().height), "--scale",
+                               std::to_string(at().scale)});
     return words;
   }
   /// What the palette finds first under these words is done.
@@ -46,7 +48,8 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
     person.key("enter");
     person.pause(0.5);
   }
-  /// A busy machine may take so long for a picture that the one before counts as settled: waits for a picture that is another one.
+  /// A busy machine may take so long for a picture that the one before counts as settled: waits for a picture that is
+  /// another one.
   static render::Image other(const Person& person, const render::Image& before, double least) {
     render::Image now = person.settled();
     for (int i = 0; i < 20 && difference(before, now) <= least; ++i) now = person.settled();
@@ -59,7 +62,8 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
     const int x = int(left * at().scale), y = int(top * at().scale);
     cut.width = int(right * at().scale) - x;
     cut.height = int(bottom * at().scale) - y;
-    for (int i = 0; i < cut.height; ++i) cut.rgba.insert(cut.rgba.end(), whole.pixel(x, y + i), whole.pixel(x, y + i) + 4 * cut.width);
+    for (int i = 0; i < cut.height; ++i)
+      cut.rgba.insert(cut.rgba.end(), whole.pixel(x, y + i), whole.pixel(x, y + i) + 4 * cut.width);
     return cut;
   }
 
@@ -67,7 +71,9 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
   std::unique_ptr<support::XServer> server_;
 };
 
-inline std::string nameOf(const ::testing::TestParamInfo<Screen>& screen) { return std::string("on") + screen.param.name; }
+inline std::string nameOf(const ::testing::TestParamInfo<Screen>& screen) {
+  return std::string("on") + screen.param.name;
+}
 
 inline constexpr Screen kSmallScreen{1280, 720, 1, "720"}, kDenseScreen{2560, 1440, 2, "1440"};
 

@@ -33,7 +33,8 @@ std::vector<std::array<double, 2>> wave(double x, double y, double width, double
 
 TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   const Screen s = at();
-  RunningStudio studio(arguments({"--validate", "--report", "report.json", "--record", "events.jsonl"}), scratch_.path());
+  RunningStudio studio(arguments({"--validate", "--report", "report.json", "--record", "events.jsonl"}),
+                       scratch_.path());
   Person person(studio, s.scale);
   const auto shot = [&](const std::string& step) { return person.shot(std::string(s.name) + "-" + step); };
   const double x = middleX(), y = middleY();  // The middle of the block's upper face is a little above.
@@ -105,7 +106,8 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
     ASSERT_TRUE(mesh.is_object()) << name;
     EXPECT_TRUE(mesh["mesh"]["closed"].get<bool>()) << name << ": " << mesh.dump();
     EXPECT_EQ(mesh["mesh"]["bodies"], 1) << name;
-    EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 4.0 / 3 * 3.14159265 * 27000, 200) << name << ": the ball alone, the block is hidden";
+    EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 4.0 / 3 * 3.14159265 * 27000, 200)
+        << name << ": the ball alone, the block is hidden";
   }
   const Json r = report();
   ASSERT_TRUE(r.is_object());

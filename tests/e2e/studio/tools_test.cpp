@@ -1,4 +1,5 @@
-// The tool chest in the window: tools are taken by a click and worked with, everything is undone, two pieces become one. By real mouse and keys.
+// The tool chest in the window: tools are taken by a click and worked with, everything is undone, two pieces become
+// one. By real mouse and keys.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +38,8 @@ class ToolChest : public OnScreen {
     EXPECT_LT(nearest, 1e9) << "no point of the deform box is seen";
     return best;
   }
-  // Where a tool's button stands: below the menu and the bar, four columns of 32 units, 2 between them, the group's name above it 19 high.
+  // Where a tool's button stands: below the menu and the bar, four columns of 32 units, 2 between them, the group's
+  // name above it 19 high.
   static std::array<double, 2> buttonOf(std::string_view id) {
     double y = 28 + 44 + 5 - 34;
     int column = 0;
@@ -54,9 +56,7 @@ class ToolChest : public OnScreen {
     throw std::runtime_error("no tool " + std::string(id));
   }
   // The clay, without panels and messages.
-  static render::Image clay(const render::Image& whole) {
-    return part(whole, 390, 150, 940, 600);
-  }
+  static render::Image clay(const render::Image& whole) { return part(whole, 390, 150, 940, 600); }
   // A block that stands in the picture: on a busy machine that takes longer than a key.
   static render::Image addBlock(Person& person) {
     (void)person.settled();
@@ -93,16 +93,20 @@ class ToolChest : public OnScreen {
     return now;
   }
   // Waits until the settings look as they did and the clay does not: what was asked for is over, and done.
-  static render::Image done(const Person& person, const render::Image& settings, const render::Image& before, double least) {
+  static render::Image done(const Person& person, const render::Image& settings, const render::Image& before,
+                            double least) {
     const auto over = [&](const render::Image& now) {
-      return difference(part(settings, 150, 80, 345, 680), part(now, 150, 80, 345, 680)) < 0.002 && difference(clay(before), clay(now)) > least;
+      return difference(part(settings, 150, 80, 345, 680), part(now, 150, 80, 345, 680)) < 0.002 &&
+             difference(clay(before), clay(now)) > least;
     };
     render::Image now = person.settled();
     for (int i = 0; i < 40 && !over(now); ++i) now = person.settled();
     EXPECT_TRUE(over(now));
     return now;
   }
-  render::Image shot(Person& person, const std::string& step) { return person.shot(std::string("tools-") + at().name + "-" + step); }
+  render::Image shot(Person& person, const std::string& step) {
+    return person.shot(std::string("tools-") + at().name + "-" + step);
+  }
 };
 
 TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
@@ -191,7 +195,8 @@ TEST_P(ToolChest, aPieceIsCutByADrawnCurve) {
   const double x = middleX(), y = middleY();
   (void)addBlock(person);
   const render::Image block = shot(person, "11-before-the-cut");
-  const std::vector<std::array<double, 2>> way{{x - 255, y - 20}, {x - 150, y - 60}, {x - 40, y + 10}, {x + 60, y + 30}, {x + 150, y - 40}, {x + 265, y - 10}};
+  const std::vector<std::array<double, 2>> way{{x - 255, y - 20}, {x - 150, y - 60}, {x - 40, y + 10},
+                                               {x + 60, y + 30},  {x + 150, y - 40}, {x + 265, y - 10}};
   const auto draw = [&] {
     person.key("shift+c");
     (void)other(person, block, 0.002);
@@ -275,7 +280,8 @@ TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
   byPalette(person, "deform box");
   (void)other(person, block, 0.005);
   person.move(x - 230, y + 250);
-  for (int i = 0; i < 20 && difference(clay(block), clay(person.settled())) > 0.3; ++i) continue;  // The palette is closed.
+  // The palette is closed.
+  for (int i = 0; i < 20 && difference(clay(block), clay(person.settled())) > 0.3; ++i) continue;
   const render::Image box = shot(person, "31-deform-box");
   const auto [px, py] = whitePoint(box);
   person.drag({{px, py}, {px + 10, py - 60}, {px + 20, py - 110}}, 1);
@@ -307,10 +313,12 @@ TEST_P(ToolChest, aMaterialIsAddedAndLaidInItsColour) {
   const render::Image none = person.settled();
   byPalette(person, "add a material");
   person.move(x - 230, y + 250);
-  for (int i = 0; i < 20 && difference(clay(none), clay(person.settled())) > 0.01; ++i) continue;  // The palette is closed.
+  // The palette is closed.
+  for (int i = 0; i < 20 && difference(clay(none), clay(person.settled())) > 0.01; ++i) continue;
   const render::Image added = shot(person, "41-material");
   EXPECT_GT(difference(none, added), 0.005) << "its row is in the settings";
-  for (int i = 0; i < 3; ++i) person.drag({{x - 60, y - 100 + 25 * i}, {x + 20, y - 90 + 25 * i}, {x + 90, y - 100 + 25 * i}});
+  for (int i = 0; i < 3; ++i)
+    person.drag({{x - 60, y - 100 + 25 * i}, {x + 20, y - 90 + 25 * i}, {x + 90, y - 100 + 25 * i}});
   person.move(x - 230, y + 250);
   (void)otherClay(person, added, 0.01);
   shot(person, "42-laid");

@@ -1,4 +1,5 @@
-// The window itself: its first size, the clay's part of it, what Escape and Enter do, the start page, what hovering costs. By real mouse and keys.
+// The window itself: its first size, the clay's part of it, what Escape and Enter do, the start page, what hovering
+// costs. By real mouse and keys.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -18,7 +19,8 @@ constexpr double kMenu = 28, kBar = 44, kStatus = 26;
 class StudioWindow : public ::testing::Test {
  protected:
   void screen(int width, int height, bool manager = true) {
-    if (const std::string missing = support::XServer::missing({.windowManager = manager}); !missing.empty()) GTEST_SKIP() << missing;
+    if (const std::string missing = support::XServer::missing({.windowManager = manager}); !missing.empty())
+      GTEST_SKIP() << missing;
     server_ = nullptr;
     server_ = std::make_unique<support::XServer>(support::XServer::Options{width, height, manager});
   }
@@ -28,7 +30,8 @@ class StudioWindow : public ::testing::Test {
     int free = 0;
     for (int x = 0; x < image.width; ++x) {
       const uint8_t* p = image.pixel(x, y);
-      const bool panel = (p[0] == 0x25 && p[1] == 0x27 && p[2] == 0x2b) || (p[0] == 0x1d && p[1] == 0x1f && p[2] == 0x22);
+      const bool panel =
+          (p[0] == 0x25 && p[1] == 0x27 && p[2] == 0x2b) || (p[0] == 0x1d && p[1] == 0x1f && p[2] == 0x22);
       free += panel ? 0 : 1;
     }
     return double(free) / image.width * (image.height - (kMenu + kBar + kStatus) * scale) / image.height;
@@ -45,7 +48,8 @@ class StudioWindow : public ::testing::Test {
       render::Image cut;
       cut.width = whole.width;
       cut.height = whole.height * 7 / 10;
-      cut.rgba.assign(whole.rgba.begin(), whole.rgba.begin() + std::ptrdiff_t(4 * size_t(cut.width) * size_t(cut.height)));
+      cut.rgba.assign(whole.rgba.begin(),
+                      whole.rgba.begin() + std::ptrdiff_t(4 * size_t(cut.width) * size_t(cut.height)));
       return cut;
     };
     double away = 1;
@@ -117,7 +121,9 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
   const Screen s = GetParam();
   screen(s.width + 20, s.height + 60);
   if (!server_) return;
-  RunningStudio studio({"studio", "--size", std::to_string(s.width) + "x" + std::to_string(s.height), "--scale", std::to_string(s.scale)}, scratch_.path());
+  RunningStudio studio({"studio", "--size", std::to_string(s.width) + "x" + std::to_string(s.height), "--scale",
+                        std::to_string(s.scale)},
+                       scratch_.path());
   Person person(studio, s.scale);
   const std::string name = std::string("window-") + s.name;
   (void)person.shot(name + "-start");
@@ -146,7 +152,8 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, ClayPart,
-                         ::testing::Values(Screen{800, 600, 1, "800"}, Screen{1280, 720, 1, "720"}, Screen{1280, 720, 2, "720at2"}),
+                         ::testing::Values(Screen{800, 600, 1, "800"}, Screen{1280, 720, 1, "720"},
+                                           Screen{1280, 720, 2, "720at2"}),
                          nameOf);
 
 TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
@@ -167,14 +174,18 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
     double least;
   };
   const auto keys = [&](const char* k) { return [&person, k] { person.key(k); }; };
-  const auto click = [&](double x, double y, int button = 1) { return [&person, x, y, button] { person.click(x, y, button); }; };
+  const auto click = [&](double x, double y, int button = 1) {
+    return [&person, x, y, button] { person.click(x, y, button); };
+  };
   const std::vector<Row> table{
       {"File menu", click(23, 14), 0.01},
-      {"submenu", [&] {
+      {"submenu",
+       [&] {
          person.click(177, 14);
          person.pause(0.5);
          person.move(200, 50);
-       }, 0.01},
+       },
+       0.01},
       {"palette", keys("ctrl+p"), 0.05},
       {"open", keys("ctrl+o"), 0.05},
       {"recent", keys("ctrl+shift+o"), 0.05},
@@ -285,7 +296,8 @@ TEST_F(StudioWindow, theStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
     // The picture of the document has clay in it.
     const auto clayPixels = [](const render::Image& image) {
       size_t count = 0;
-      for (size_t i = 0; i < image.rgba.size(); i += 4) count += image.rgba[i] > 150 && image.rgba[i] > image.rgba[i + 2] + 40 ? 1 : 0;
+      for (size_t i = 0; i < image.rgba.size(); i += 4)
+        count += image.rgba[i] > 150 && image.rgba[i] > image.rgba[i + 2] + 40 ? 1 : 0;
       return count;
     };
     render::Image page = person.shot("start-with-picture");
@@ -312,7 +324,8 @@ TEST_F(StudioWindow, hoveringAndTooltipsDrawNoClay) {
   render::Image before = person.settled();
   int pictures = 0;
   // Over tools, numbers and the rail: each lights up, and says what it is when the hand rests.
-  for (const auto& [x, y] : std::vector<std::pair<double, double>>{{21, 112}, {55, 165}, {89, 199}, {21, 286}, {250, 145}, {300, 210}, {1259, 133}, {1259, 181}, {1259, 257}}) {
+  for (const auto& [x, y] : std::vector<std::pair<double, double>>{
+           {21, 112}, {55, 165}, {89, 199}, {21, 286}, {250, 145}, {300, 210}, {1259, 133}, {1259, 181}, {1259, 257}}) {
     person.move(x, y);
     render::Image now = person.settled();  // The tooltip has come.
     for (int i = 0; i < 20 && difference(before, now) <= 0.0003; ++i) now = person.settled();
@@ -325,7 +338,8 @@ TEST_F(StudioWindow, hoveringAndTooltipsDrawNoClay) {
   EXPECT_EQ(studio.wait(30), 0) << studio.said();
   const Json r = Json::parse(slurp(scratch_ / "report.json"), nullptr, false);
   ASSERT_TRUE(r.is_object());
-  EXPECT_GE(r["frames_since_clay"], pictures) << "each place changed the panels, and no picture among them drew the clay: " << r.dump(1);
+  EXPECT_GE(r["frames_since_clay"], pictures)
+      << "each place changed the panels, and no picture among them drew the clay: " << r.dump(1);
 }
 
 }  // namespace

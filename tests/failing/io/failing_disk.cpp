@@ -1,4 +1,5 @@
-// Every call of a save or of a journal that can fail for want of space or by a bad disk does so once: the old content stands, and the person is told.
+// Every call of a save or of a journal that can fail for want of space or by a bad disk does so once: the old content
+// stands, and the person is told.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,8 @@ struct Failure {
   int error;
   bool once, shortFirst;
 };
-constexpr Failure kFailures[] = {{ENOSPC, false, false}, {ENOSPC, false, true}, {ENOSPC, true, false}, {EIO, false, false}, {EIO, true, false}, {EIO, true, true}};
+constexpr Failure kFailures[] = {{ENOSPC, false, false}, {ENOSPC, false, true}, {ENOSPC, true, false},
+                                 {EIO, false, false},    {EIO, true, false},    {EIO, true, true}};
 
 /// What one save does to a document.
 struct Save {
@@ -32,7 +34,10 @@ struct Save {
   bool replaces;  ///< Which takes the place of another.
   bool removes;   ///< Most records go, the file shrinks.
 };
-constexpr Save kSaves[] = {{"in place", false, false, false}, {"new", true, false, false}, {"new over old", true, true, false}, {"shrinks", false, false, true}};
+constexpr Save kSaves[] = {{"in place", false, false, false},
+                           {"new", true, false, false},
+                           {"new over old", true, true, false},
+                           {"shrinks", false, false, true}};
 
 /// Together more than the MiB below which files are not shrunk, when most go.
 constexpr RecordId kOld = 300, kNew = 20;
@@ -55,7 +60,8 @@ class Disk {
   }
   [[nodiscard]] std::vector<std::string> entries() const {
     std::vector<std::string> names;
-    for (const auto& each : std::filesystem::directory_iterator(folder_ / "work")) names.push_back(each.path().filename());
+    for (const auto& each : std::filesystem::directory_iterator(folder_ / "work"))
+      names.push_back(each.path().filename());
     return names;
   }
   [[nodiscard]] static std::unique_ptr<DocumentFile> open(const Save& save, const std::filesystem::path& path) {
@@ -81,7 +87,8 @@ class Disk {
     EXPECT_EQ(file->head(), saved ? kOld + kNew : kOld);
     EXPECT_EQ(soundSamples(*file, idsFromTo(1, 500)), expected(save, saved));
     const RecordSet held = file->held();
-    for (const RecordId id : idsFromTo(1, 500)) EXPECT_EQ(held.contains(id), std::ranges::binary_search(expected(save, saved), id)) << id;
+    for (const RecordId id : idsFromTo(1, 500))
+      EXPECT_EQ(held.contains(id), std::ranges::binary_search(expected(save, saved), id)) << id;
   }
 
  private:
@@ -90,7 +97,8 @@ class Disk {
 
 void expectSentence(const std::string& told, int error) {
   EXPECT_NE(told.find("a.argil"), std::string::npos) << told;
-  const bool reason = told.find(std::generic_category().message(error)) != std::string::npos || (error == ENOSPC && told.find("no space left") != std::string::npos);
+  const bool reason = told.find(std::generic_category().message(error)) != std::string::npos ||
+                      (error == ENOSPC && told.find("no space left") != std::string::npos);
   EXPECT_TRUE(reason) << told;
   EXPECT_EQ(told.find('\n'), std::string::npos) << told;
 }
@@ -109,11 +117,16 @@ TEST(FailingDisk, everyCallOfASave) {
     for (const Failure& failure : kFailures) {
       long told = 0, toldButThere = 0;
       for (long call = 1; call <= calls; call += save.removes && call < calls - 60 ? 7 : 1) {
-        SCOPED_TRACE(std::string(save.name) + ", error " + std::to_string(failure.error) + (failure.once ? ", once" : "") + (failure.shortFirst ? ", short" : "") + ", call " +
+        SCOPED_TRACE(std::string(save.name) + ", error " + std::to_string(failure.error) +
+                     (failure.once ? ", once" : "") + (failure.shortFirst ? ", short" : "") + ", call " +
                      std::to_string(call) + " of " + std::to_string(calls));
         disk.prepare(save);
         file = Disk::open(save, disk.path());
-        failing::begin({.error = failure.error, .from = call, .once = failure.once, .shortFirst = failure.shortFirst, .flushes = false});
+        failing::begin({.error = failure.error,
+                        .from = call,
+                        .once = failure.once,
+                        .shortFirst = failure.shortFirst,
+                        .flushes = false});
         const uint64_t before = file->save();
         bool saved = true;
         try {
@@ -171,10 +184,15 @@ TEST(FailingDisk, everyCallOfAJournal) {
   ASSERT_GT(calls, 20);
   for (const Failure& failure : kFailures) {
     for (long call = 1; call <= calls; ++call) {
-      SCOPED_TRACE("error " + std::to_string(failure.error) + ", call " + std::to_string(call) + " of " + std::to_string(calls));
+      SCOPED_TRACE("error " + std::to_string(failure.error) + ", call " + std::to_string(call) + " of " +
+                   std::to_string(calls));
       std::filesystem::remove(folder / "a.argil");
       acknowledged = 0;
-      failing::begin({.error = failure.error, .from = call, .once = failure.once, .shortFirst = failure.shortFirst, .flushes = false});
+      failing::begin({.error = failure.error,
+                      .from = call,
+                      .once = failure.once,
+                      .shortFirst = failure.shortFirst,
+                      .flushes = false});
       bool threw = false;
       try {
         write(acknowledged);

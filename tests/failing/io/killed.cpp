@@ -1,4 +1,5 @@
-// A program that is killed while it saves: the file opens and holds the last save that was acknowledged, or the one under way.
+// A program that is killed while it saves: the file opens and holds the last save that was acknowledged, or the one
+// under way.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -53,7 +54,9 @@ uint64_t killedWithin(std::mt19937& random, int mostMicroseconds, Work&& work) {
 }
 
 /// After save n the file holds the records of the saves (n - 20, n], each of ten.
-std::vector<RecordId> idsOfSave(uint64_t save) { return idsFromTo(save > 20 ? (save - 20) * 10 + 1 : 1, save * 10); }
+std::vector<RecordId> idsOfSave(uint64_t save) {
+  return idsFromTo(save > 20 ? (save - 20) * 10 + 1 : 1, save * 10);
+}
 
 void saveOn(DocumentFile& file) {
   const uint64_t save = file.save() + 1;
@@ -78,7 +81,8 @@ TEST(Killed, aDocumentOpensEveryTime) {
   int underWay = 0, journals = 0;
   for (int kill = 0; kill < kKills; ++kill) {
     const uint64_t told = std::max(before, killedWithin(random, 20000, [&](const auto& tell) {
-                                     for (const auto file = DocumentFile::open(path, true);; tell(file->save())) saveOn(*file);
+                                     for (const auto file = DocumentFile::open(path, true);; tell(file->save()))
+                                       saveOn(*file);
                                    }));
     journals += std::filesystem::exists(path.string() + "-journal");
     const auto file = DocumentFile::open(path, kill % 2 == 0);
@@ -90,7 +94,8 @@ TEST(Killed, aDocumentOpensEveryTime) {
     const RecordSet held = file->held();
     const auto ids = idsOfSave(before);
     ASSERT_EQ(soundSamples(*file, ids), ids) << "kill " << kill;
-    for (RecordId id = before * 10 + 1; id < before * 10 + 100; ++id) ASSERT_FALSE(held.contains(id)) << "kill " << kill;
+    for (RecordId id = before * 10 + 1; id < before * 10 + 100; ++id)
+      ASSERT_FALSE(held.contains(id)) << "kill " << kill;
   }
   saveOn(*DocumentFile::open(path, true));
   EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));

@@ -1,4 +1,5 @@
-// A journal of steps, painted clay among them, and a stroke that was cut off, damaged anywhere: what is intact is recovered and done again, or an Error says why.
+// A journal of steps, painted clay among them, and a stroke that was cut off, damaged anywhere: what is intact is
+// recovered and done again, or an Error says why.
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "engine/keeper.h"
@@ -35,7 +36,8 @@ std::string madeJournal() {
     keeper.flush();
   }
   std::string content;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "journals")) content = tests::contentOf(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "journals"))
+    content = tests::contentOf(entry.path());
   session.setWatch(nullptr);
   return content;
 }

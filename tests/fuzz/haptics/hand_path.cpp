@@ -13,7 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   other.units = "m";
   for (const bool ours : {true, false}) {
     try {
-      const haptics::HandPath path = ours ? haptics::HandPath::fromCsv(text, "hand.csv") : haptics::HandPath::fromCsv(text, "hand.csv", other);
+      const haptics::HandPath path =
+          ours ? haptics::HandPath::fromCsv(text, "hand.csv") : haptics::HandPath::fromCsv(text, "hand.csv", other);
       tests::require(!path.empty() && std::isfinite(path.durationS()));
     } catch (const Error& error) {
       tests::requireSentence(error);

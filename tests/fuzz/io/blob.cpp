@@ -1,4 +1,5 @@
-// Any records as a blob: what getBlob() gives is not longer than was asked for; the bytes themselves come back as a blob.
+// Any records as a blob: what getBlob() gives is not longer than was asked for; the bytes themselves come back as a
+// blob.
 #include "io/blob.h"
 
 #include "tests/fuzz/record_input.h"

@@ -1,4 +1,5 @@
-// Channels: any body is refused or gives bytes that are packed and unpacked as themselves; the same for the head of a version with channels.
+// Channels: any body is refused or gives bytes that are packed and unpacked as themselves; the same for the head of a
+// version with channels.
 #include <algorithm>
 #include <array>
 
@@ -31,7 +32,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     io::packChannelBrick(brick, packed.header.codec, body);
     packed.body = body;
     packed.header.bodyBytes = uint16_t(body.size());
-    tests::require(body.size() <= io::kMostRecordBody && io::unpackChannelBrick(packed, back) == coord && std::equal(back.begin(), back.end(), brick.value));
+    tests::require(body.size() <= io::kMostRecordBody && io::unpackChannelBrick(packed, back) == coord &&
+                   std::equal(back.begin(), back.end(), brick.value));
   }
   return 0;
 }

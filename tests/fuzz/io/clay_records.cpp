@@ -16,7 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     io::RecordIds ids(list.highest() + 1);
     io::ClayRecords clay(ids);
-    const io::ReadClay read = clay.read(list, root, clay::Grid{}, clay::Store::make(), nullptr, 1, mend ? &list : nullptr, owner);
+    const io::ReadClay read =
+        clay.read(list, root, clay::Grid{}, clay::Store::make(), nullptr, 1, mend ? &list : nullptr, owner);
     tests::require(mend || (read.bricksLost == 0 && read.blocksLost == 0));
     tests::RecordList again;
     io::RecordSet held;

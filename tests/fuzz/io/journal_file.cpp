@@ -10,8 +10,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   tests::ByteInput input(data, size);
   const bool asRecords = input.byte() % 2 == 1;
   std::vector<std::byte> bytes;
-  if (asRecords) bytes = tests::recordsOf(input).bytes();
-  else if (const auto rest = input.rest(); true) bytes.assign(rest.begin(), rest.end());
+  if (asRecords)
+    bytes = tests::recordsOf(input).bytes();
+  else if (const auto rest = input.rest(); true)
+    bytes.assign(rest.begin(), rest.end());
   try {
     io::JournalReader journal(file.holding(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()), true);
     uint64_t events = 0;
@@ -30,7 +32,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       ids.push_back(id);
       if (journal.get(id, record)) tests::require(io::parseRecord(record)->header.id == id);
     }
-    journal.getMany(ids, [&](size_t i, std::span<const std::byte> found) { tests::require(io::parseRecord(found)->header.id == ids[i]); });
+    journal.getMany(ids, [&](size_t i, std::span<const std::byte> found) {
+      tests::require(io::parseRecord(found)->header.id == ids[i]);
+    });
   } catch (const Error& error) {
     tests::requireSentence(error, error.kind());
   }

@@ -1,4 +1,5 @@
-// libFuzzer entry over the XML of 3MF: behind the checksums of an archive few mutations would reach it. The first byte is passed over.
+// libFuzzer entry over the XML of 3MF: behind the checksums of an archive few mutations would reach it. The first byte
+// is passed over.
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -22,7 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
           if (corner >= content.mesh.positions.size()) std::abort();
         }
       }
-      if (!content.triangleColours.empty() && content.triangleColours.size() != content.mesh.triangles.size()) std::abort();
+      if (!content.triangleColours.empty() && content.triangleColours.size() != content.mesh.triangles.size())
+        std::abort();
       if (!content.vertexColours.empty() && content.vertexColours.size() != content.mesh.positions.size()) std::abort();
     }
   } catch (const Error& error) {

@@ -20,6 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   again.body = body;
   again.header.bodyBytes = uint16_t(body.size());
   const auto back = io::parseNode(again);
-  tests::require(back && back->ids == node->ids && back->record == node->record && back->inside == node->inside && back->level == node->level);
+  tests::require(back && back->ids == node->ids && back->record == node->record && back->inside == node->inside &&
+                 back->level == node->level);
   return 0;
 }

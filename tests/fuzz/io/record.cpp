@@ -27,7 +27,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<std::byte> packed;
   io::appendRecord(packed, {io::RecordKind::chunk, io::RecordCodec::raw, 0, 7, 9}, body);
   const auto back = io::parseRecord(packed);
-  require(back && back->header.owner == 7 && back->header.id == 9 && std::equal(back->body.begin(), back->body.end(), body.begin(), body.end()));
+  require(back && back->header.owner == 7 && back->header.id == 9 &&
+          std::equal(back->body.begin(), back->body.end(), body.begin(), body.end()));
   // Damaged anywhere, it is none.
   const size_t hit = size == 0 ? 0 : (size_t(data[0]) * 31 + data[size - 1]) % packed.size();
   packed[hit] ^= std::byte(1 + (size == 0 ? 0 : data[size / 2] % 255));

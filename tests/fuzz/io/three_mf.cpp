@@ -1,4 +1,5 @@
-// 3MF behind its ZIP: the input is the model part, and after a zero byte a second one, "3D/other.model", put into an archive with right checksums.
+// 3MF behind its ZIP: the input is the model part, and after a zero byte a second one, "3D/other.model", put into an
+// archive with right checksums.
 #include <array>
 #include <string>
 #include <string_view>
@@ -28,7 +29,8 @@ class Archive {
   void add(std::string_view name, std::string_view content) {
     const uint32_t begin = uint32_t(bytes_.size());
     std::string facts;  // What the local header and the table say alike: flags and method 0, no date, then these.
-    for (const uint32_t number : {0u, 0u, crcOf(content), uint32_t(content.size()), uint32_t(content.size())}) little(facts, number, 4);
+    for (const uint32_t number : {0u, 0u, crcOf(content), uint32_t(content.size()), uint32_t(content.size())})
+      little(facts, number, 4);
     little(bytes_, 0x04034b50, 4);
     little(bytes_, 20, 2);
     bytes_ += facts;
@@ -72,7 +74,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const size_t end = text.find('\0');
   Archive archive;
   archive.add("_rels/.rels",
-              "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship Id=\"r\" Target=\"/3D/3dmodel.model\" "
+              "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+              "Id=\"r\" Target=\"/3D/3dmodel.model\" "
               "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>");
   archive.add("3D/3dmodel.model", text.substr(0, end));
   if (end != std::string_view::npos) archive.add("3D/other.model", text.substr(end + 1));

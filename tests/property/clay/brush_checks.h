@@ -19,7 +19,8 @@ struct FieldErrors {
   uint64_t voxels = 0;
 };
 
-/// |φ| against the distance to the surface that is shown, at voxels within one of it; `worst` away from creases: where the field's gradients within two voxels agree to 20°.
+/// |φ| against the distance to the surface that is shown, at voxels within one of it; `worst` away from creases: where
+/// the field's gradients within two voxels agree to 20°.
 inline FieldErrors fieldErrors(const Version& version) {
   Surface surface(false);
   surface.update(version);
@@ -47,7 +48,9 @@ inline FieldErrors fieldErrors(const Version& version) {
       for (int n = 0; n < 125 && !crease; ++n) {
         Vec3f other;
         const float value = sampler.trilinear(p + Vec3d(n / 25 - 2, n / 5 % 5 - 2, n % 5 - 2), other);
-        if (std::abs(value) < 2 && (other.norm() < 0.1f || own.dot(other) < std::cos(20 * M_PI / 180) * own.norm() * other.norm())) crease = true;
+        if (std::abs(value) < 2 &&
+            (other.norm() < 0.1f || own.dot(other) < std::cos(20 * M_PI / 180) * own.norm() * other.norm()))
+          crease = true;
       }
       if (!crease) errors.worst = error;
     }
@@ -70,13 +73,15 @@ inline std::vector<Vec3d> closedSurface(const Version& version) {
 inline std::vector<Stamp> line(const Vec3d& from, const Vec3d& to, double radius, float strength = 1) {
   const int count = std::max(1, static_cast<int>(std::ceil((to - from).norm() / std::max(0.1 * radius, 0.5))));
   std::vector<Stamp> stamps;
-  for (int i = 0; i < count; ++i) stamps.push_back({from + (to - from) * i / count, from + (to - from) * (i + 1) / count, radius, strength});
+  for (int i = 0; i < count; ++i)
+    stamps.push_back({from + (to - from) * i / count, from + (to - from) * (i + 1) / count, radius, strength});
   return stamps;
 }
 
 /// The same along a great circle about z of a sphere around the origin.
 inline std::vector<Stamp> arc(double sphere, double from, double to, double radius, float strength = 1) {
-  const int count = std::max(1, static_cast<int>(std::ceil(sphere * std::abs(to - from) / std::max(0.1 * radius, 0.5))));
+  const int count =
+      std::max(1, static_cast<int>(std::ceil(sphere * std::abs(to - from) / std::max(0.1 * radius, 0.5))));
   const auto at = [&](int i) {
     const double angle = from + (to - from) * i / count;
     return Vec3d(sphere * std::cos(angle), sphere * std::sin(angle), 0);
@@ -86,7 +91,8 @@ inline std::vector<Stamp> arc(double sphere, double from, double to, double radi
   return stamps;
 }
 
-inline Version apply(const Version& base, std::shared_ptr<const Brush> brush, const std::vector<Stamp>& stamps, int times = 1) {
+inline Version apply(const Version& base, std::shared_ptr<const Brush> brush, const std::vector<Stamp>& stamps,
+                     int times = 1) {
   BrushStroke stroke(base, std::move(brush));
   for (int i = 0; i < times; ++i)
     for (const Stamp& each : stamps) stroke.apply(each);

@@ -17,18 +17,24 @@
 namespace argil::clay {
 namespace {
 
-constexpr double kRadius = 40;  // voxels
+constexpr double kRadius = 40;                // voxels
 const Vec3d kCentre = Vec3d::Constant(-0.5);  // between voxels: its mirror planes are brick faces
 
-Version sphere() { return makeSphere(Store::make(), Grid{0.5, 0.5 * kCentre, 3}, Vec3d::Zero() + 0.5 * 2 * kCentre, 0.5 * kRadius); }
+Version sphere() {
+  return makeSphere(Store::make(), Grid{0.5, 0.5 * kCentre, 3}, Vec3d::Zero() + 0.5 * 2 * kCentre, 0.5 * kRadius);
+}
 
 std::shared_ptr<Brush> brushOf(std::vector<Operation> operations) {
   auto brush = std::make_shared<Brush>();
   brush->operations = std::move(operations);
   return brush;
 }
-Operation distance(Method method, float amount = 1) { return {Property::distance, method, Falloff::smooth, amount}; }
-Operation channel(Property property, Method method = Method::set, float amount = 1, Falloff shape = Falloff::constant) { return {property, method, shape, amount}; }
+Operation distance(Method method, float amount = 1) {
+  return {Property::distance, method, Falloff::smooth, amount};
+}
+Operation channel(Property property, Method method = Method::set, float amount = 1, Falloff shape = Falloff::constant) {
+  return {property, method, shape, amount};
+}
 
 Version paintAll(const Version& base, std::array<uint8_t, 3> colour, uint8_t material) {
   const auto brush = brushOf({channel(Property::colour), channel(Property::material)});
@@ -45,18 +51,38 @@ Vec3d randomDirection(std::mt19937_64& random) {
 }
 
 std::shared_ptr<const Brush> randomBrush(std::mt19937_64& random) {
-  const auto colourOf = [&] { return std::array{static_cast<uint8_t>(random()), static_cast<uint8_t>(random()), static_cast<uint8_t>(random())}; };
+  const auto colourOf = [&] {
+    return std::array{static_cast<uint8_t>(random()), static_cast<uint8_t>(random()), static_cast<uint8_t>(random())};
+  };
   std::shared_ptr<Brush> brush;
   switch (random() % 10) {
-    case 0: brush = brushOf({distance(Method::carve)}); break;
-    case 1: brush = brushOf({distance(Method::add)}); break;
-    case 2: brush = brushOf({distance(Method::smooth)}); break;
-    case 3: brush = brushOf({channel(Property::colour)}); break;
-    case 4: brush = brushOf({channel(Property::colour, Method::set, 0.1f, Falloff::smooth)}); break;
-    case 5: brush = brushOf({channel(Property::material)}); break;
-    case 6: brush = brushOf({channel(Property::mask, Method::set, random() % 2 ? 1.0f : -0.7f, Falloff::dome)}); break;
-    case 7: brush = brushOf({channel(Property::colour, Method::blur), channel(Property::mask, Method::blur)}); break;
-    case 8: brush = brushOf({distance(Method::carve), channel(Property::colour)}); break;
+    case 0:
+      brush = brushOf({distance(Method::carve)});
+      break;
+    case 1:
+      brush = brushOf({distance(Method::add)});
+      break;
+    case 2:
+      brush = brushOf({distance(Method::smooth)});
+      break;
+    case 3:
+      brush = brushOf({channel(Property::colour)});
+      break;
+    case 4:
+      brush = brushOf({channel(Property::colour, Method::set, 0.1f, Falloff::smooth)});
+      break;
+    case 5:
+      brush = brushOf({channel(Property::material)});
+      break;
+    case 6:
+      brush = brushOf({channel(Property::mask, Method::set, random() % 2 ? 1.0f : -0.7f, Falloff::dome)});
+      break;
+    case 7:
+      brush = brushOf({channel(Property::colour, Method::blur), channel(Property::mask, Method::blur)});
+      break;
+    case 8:
+      brush = brushOf({distance(Method::carve), channel(Property::colour)});
+      break;
     default:
       brush = brushOf({distance(Method::add)});
       brush->dye = true;
@@ -66,7 +92,8 @@ std::shared_ptr<const Brush> randomBrush(std::mt19937_64& random) {
   return brush;
 }
 
-Version randomStrokes(Version version, int strokes, uint64_t seed, size_t publishEvery, const std::function<std::vector<Stamp>(const Stamp&)>& images) {
+Version randomStrokes(Version version, int strokes, uint64_t seed, size_t publishEvery,
+                      const std::function<std::vector<Stamp>(const Stamp&)>& images) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int s = 0; s < strokes; ++s) {
@@ -84,7 +111,9 @@ Version randomStrokes(Version version, int strokes, uint64_t seed, size_t publis
   }
   return version;
 }
-std::vector<Stamp> alone(const Stamp& stamp) { return {stamp}; }
+std::vector<Stamp> alone(const Stamp& stamp) {
+  return {stamp};
+}
 
 uint8_t byteAt(const Version& version, Channel channel, Coord voxel) {
   return version.find(channel, voxel >> 3).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
@@ -97,7 +126,8 @@ template <class Visit>
 void forBandVoxels(const Version& version, const Visit& visit) {
   version.forEachBrick([&](const Brick& brick) {
     for (int i = 0; i < kBrickVoxels; ++i)
-      if (std::abs(brick.phi(i)) < version.grid().band) visit(brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, brick.phi(i));
+      if (std::abs(brick.phi(i)) < version.grid().band)
+        visit(brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, brick.phi(i));
   });
 }
 
@@ -106,11 +136,13 @@ void expectOnlyInBand(const Version& version) {
     version.forEachBrick(channel, [&](const ChannelBrick& brick) {
       const Slot slot = version.find(brick.coord);
       ASSERT_FALSE(slot.isTile());
-      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_TRUE(brick.value[i] == 0 || std::abs(slot.brick()->phi(i)) < version.grid().band);
+      for (int i = 0; i < kBrickVoxels; ++i)
+        ASSERT_TRUE(brick.value[i] == 0 || std::abs(slot.brick()->phi(i)) < version.grid().band);
     });
   forBandVoxels(version, [&](Coord at, float) {
     if (byteAt(version, Channel::cover, at) > 0) return;
-    for (const Channel channel : {Channel::red, Channel::green, Channel::blue}) ASSERT_EQ(byteAt(version, channel, at), 0);
+    for (const Channel channel : {Channel::red, Channel::green, Channel::blue})
+      ASSERT_EQ(byteAt(version, channel, at), 0);
   });
 }
 
@@ -128,7 +160,8 @@ TEST(Channels, AreEqualHoweverPublishedAndOnEverySimdTarget) {
   const uint64_t expected = randomStrokes(sphere(), 40, 7, 0, alone).hash();
   EXPECT_EQ(randomStrokes(sphere(), 40, 7, 1, alone).hash(), expected);
   EXPECT_EQ(randomStrokes(sphere(), 40, 7, 3, alone).hash(), expected);
-  tests::forEachSimdTarget([&](const std::string& name) { EXPECT_EQ(randomStrokes(sphere(), 40, 7, 2, alone).hash(), expected) << name; });
+  tests::forEachSimdTarget(
+      [&](const std::string& name) { EXPECT_EQ(randomStrokes(sphere(), 40, 7, 2, alone).hash(), expected) << name; });
 }
 
 TEST(Channels, MirroredStrokesGiveMirroredBytes) {
@@ -144,7 +177,8 @@ TEST(Channels, MirroredStrokesGiveMirroredBytes) {
   forBandVoxels(version, [&](Coord at, float phi) {
     const Coord image{-1 - at.x, at.y, at.z};
     ASSERT_EQ(phiAt(version, image), phi);
-    for (const Channel channel : kAllChannels) ASSERT_EQ(byteAt(version, channel, image), byteAt(version, channel, at)) << at.x << ' ' << at.y << ' ' << at.z;
+    for (const Channel channel : kAllChannels)
+      ASSERT_EQ(byteAt(version, channel, image), byteAt(version, channel, at)) << at.x << ' ' << at.y << ' ' << at.z;
     painted += byteAt(version, Channel::cover, at) > 0;
   });
   EXPECT_GT(painted, 10000u);
@@ -206,7 +240,8 @@ TEST(Channels, MaskedVoxelsKeepEveryBitUnderAnyBrush) {
   });
   ASSERT_GT(held.size(), 1000u);
   const std::vector<std::shared_ptr<Brush>> brushes{
-      brushOf({distance(Method::carve)}), brushOf({distance(Method::add)}), brushOf({distance(Method::smooth)}), brushOf({channel(Property::colour)}),
+      brushOf({distance(Method::carve)}),     brushOf({distance(Method::add)}),
+      brushOf({distance(Method::smooth)}),    brushOf({channel(Property::colour)}),
       brushOf({channel(Property::material)}), brushOf({channel(Property::colour, Method::blur)})};
   for (size_t b = 0; b < brushes.size(); ++b) {
     brushes[b]->colour = {255, 255, 255};
@@ -217,7 +252,8 @@ TEST(Channels, MaskedVoxelsKeepEveryBitUnderAnyBrush) {
     EXPECT_TRUE(b == 5 || after.hash() != version.hash());  // an even colour stays when it is blurred
     for (const Coord at : held) {
       ASSERT_EQ(phiAt(after, at), phiAt(version, at)) << "brush " << b;
-      for (const Channel channel : kAllChannels) ASSERT_EQ(byteAt(after, channel, at), byteAt(version, channel, at)) << "brush " << b;
+      for (const Channel channel : kAllChannels)
+        ASSERT_EQ(byteAt(after, channel, at), byteAt(version, channel, at)) << "brush " << b;
     }
   }
 }
@@ -337,7 +373,8 @@ TEST(SurfacePaint, FollowedEqualsFreshAndPaintExtractsNothing) {
   EXPECT_EQ(follow(painted), 0u);
   bool found = false;
   for (const auto& [brick, paint] : shown)
-    for (const VertexPaint& each : paint) found = found || (each.red == 9 && each.green == 8 && each.blue == 7 && each.cover == 255);
+    for (const VertexPaint& each : paint)
+      found = found || (each.red == 9 && each.green == 8 && each.blue == 7 && each.cover == 255);
   EXPECT_TRUE(found);
 }
 
@@ -346,7 +383,8 @@ class Shift : public DistanceMethod {
  public:
   bool brick(Sampler&, std::span<const Stamp>, Coord, float (&)[kBrickVoxels]) const override { return false; }
   bool origins(std::span<const Stamp>, Coord coord, Vec3f (&from)[kBrickVoxels]) const override {
-    for (int i = 0; i < kBrickVoxels; ++i) from[i] = (coord * kBrickEdge + Coord{(i >> 6) - 3, (i >> 3) & 7, i & 7}).toVec3d().cast<float>();
+    for (int i = 0; i < kBrickVoxels; ++i)
+      from[i] = (coord * kBrickEdge + Coord{(i >> 6) - 3, (i >> 3) & 7, i & 7}).toVec3d().cast<float>();
     return true;
   }
 };
@@ -372,7 +410,8 @@ TEST(Channels, GoAlongWithClayThatMovesThoughItLooksTheSame) {
   EXPECT_NE(moved.hash(), painted.hash());
 }
 
-// A thread of clay longer than 65 535 voxels, away from painted clay: colours come from as many steps away as a count of 16 bits does not hold.
+// A thread of clay longer than 65 535 voxels, away from painted clay: colours come from as many steps away as a count
+// of 16 bits does not hold.
 TEST(Channels, AStrokeLongerThanAnyCountOfStepsTakesItsColourAlong) {
   const auto store = Store::make();
   constexpr double kEnd = 33500;
@@ -405,7 +444,8 @@ TEST(Channels, AStrokeLongerThanAnyCountOfStepsTakesItsColourAlong) {
 // Clay that is painted anywhere makes versions of each application: what they alone used is freed on the way.
 TEST(Channels, MemoryOfAStrokeFollowsWhatItChangedAndNotItsStamps) {
   const auto store = Store::make();
-  const Version version = paintAll(makeSphere(store, Grid{0.5, 0.5 * kCentre, 3}, 0.5 * 2 * kCentre, 0.5 * kRadius), {200, 10, 30}, 2);
+  const Version version =
+      paintAll(makeSphere(store, Grid{0.5, 0.5 * kCentre, 3}, 0.5 * 2 * kCentre, 0.5 * kRadius), {200, 10, 30}, 2);
   while (store->collect()) {
   }
   const uint64_t before = store->usage().bytes();
@@ -420,7 +460,8 @@ TEST(Channels, MemoryOfAStrokeFollowsWhatItChangedAndNotItsStamps) {
   while (store->collect()) {
   }
   const uint64_t changed = store->usage().bytes() - before;
-  std::printf("%.1f MB at most for %.1f MB of clay\n", 1e-6 * static_cast<double>(most - before), 1e-6 * static_cast<double>(changed));
+  std::printf("%.1f MB at most for %.1f MB of clay\n", 1e-6 * static_cast<double>(most - before),
+              1e-6 * static_cast<double>(changed));
   EXPECT_LE(most - before, 2 * changed + (4u << 20));
 }
 

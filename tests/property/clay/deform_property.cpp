@@ -24,8 +24,8 @@ using testing::fieldError;
 constexpr double kPi = 3.141592653589793;
 
 void print(const char* what, const FieldError& e, double within) {
-  std::printf("  %s: %.4f voxel RMS, %.3f worst within %.1f voxels of the surface (%llu voxels)\n", what, e.rms, e.worst, within,
-              static_cast<unsigned long long>(e.voxels));
+  std::printf("  %s: %.4f voxel RMS, %.3f worst within %.1f voxels of the surface (%llu voxels)\n", what, e.rms,
+              e.worst, within, static_cast<unsigned long long>(e.voxels));
 }
 
 TriangleMesh meshOf(const Version& version) {
@@ -34,7 +34,9 @@ TriangleMesh meshOf(const Version& version) {
   return surface.toMesh();
 }
 
-Version sphere(double radius = 20) { return makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius); }
+Version sphere(double radius = 20) {
+  return makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius);
+}
 
 void expectSolid(const Version& version, uint64_t bodies = 1, double steepest = 1.3) {
   const auto faults = testing::bandFaults(version);
@@ -106,7 +108,9 @@ TEST(Deform, ABentRodIsAPieceOfARing) {
   // A rod of length L bent by a full angle less 0.2: a torus where its ends are away.
   const double radius = 6, length = 200, angle = 5;
   const Version rod = makeCylinder(Store::make(), Grid{}, Vec3d::Zero(), radius, length, 2);
-  const Version bent = deform(rod, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -length / 2 + 10, length / 2 - 10}, Vec3d::UnitX(), angle), Store::make());
+  const Version bent =
+      deform(rod, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -length / 2 + 10, length / 2 - 10}, Vec3d::UnitX(), angle),
+             Store::make());
   const double ring = (length - 20) / angle;
   const Vec3d centre(ring, 0, -length / 2 + 10);
   const auto exact = [&](const Vec3d& voxel) {
@@ -135,9 +139,11 @@ TEST(Deform, RandomLatticesLeaveOneClosedSolidWithAProperBand) {
   const Version block = makeBlock(Store::make(), Grid{}, Vec3d(3, 4, 5), Vec3d(40, 30, 20), 2);
   int made = 0;
   for (int i = 0; i < 12; ++i) {
-    const std::array<int, 3> counts{2 + static_cast<int>(random() % 4), 2 + static_cast<int>(random() % 4), 2 + static_cast<int>(random() % 4)};
+    const std::array<int, 3> counts{2 + static_cast<int>(random() % 4), 2 + static_cast<int>(random() % 4),
+                                    2 + static_cast<int>(random() % 4)};
     Lattice lattice = Lattice::around(brickBoundsOf(block), counts);
-    for (size_t k = 0; k < lattice.points().size(); ++k) lattice.setPoint(k, lattice.restPoint(k) + 4 * Vec3d(u(random), u(random), u(random)));
+    for (size_t k = 0; k < lattice.points().size(); ++k)
+      lattice.setPoint(k, lattice.restPoint(k) + 4 * Vec3d(u(random), u(random), u(random)));
     try {
       const Version deformed = deform(block, lattice, Store::make());
       SCOPED_TRACE(::testing::Message() << "seed " << seed << " number " << i);
@@ -167,7 +173,8 @@ TEST(Deform, EqualBitsOnAnyNumberOfThreads) {
   Lattice lattice = Lattice::around(brickBoundsOf(ball));
   lattice.drag({20, 0, 0}, {8, 3, 0});
   const uint64_t one = deform(ball, lattice, Store::make(), nullptr, 1).hash();
-  for (const int threads : {2, 3, 8}) EXPECT_EQ(deform(ball, lattice, Store::make(), nullptr, threads).hash(), one) << threads;
+  for (const int threads : {2, 3, 8})
+    EXPECT_EQ(deform(ball, lattice, Store::make(), nullptr, threads).hash(), one) << threads;
 }
 
 }  // namespace

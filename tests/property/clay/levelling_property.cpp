@@ -59,7 +59,8 @@ TEST(Level, APlaneStaysWhereItIs) {
   for (int b = 0; b < 20 * 20 * 20; ++b) {
     const Coord brick{b / 400 - 10, b / 20 % 20 - 10, b % 20 - 10};
     float phi[kBrickVoxels];
-    for (int i = 0; i < kBrickVoxels; ++i) phi[i] = static_cast<float>(n.dot((brick * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d()));
+    for (int i = 0; i < kBrickVoxels; ++i)
+      phi[i] = static_cast<float>(n.dot((brick * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d()));
     editor.setVoxels(brick, phi);
   }
   const Version base = editor.commit();
@@ -84,7 +85,8 @@ TEST(Level, AirBesideACliffIsNotFilled) {
 }
 
 TEST(Level, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
-  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  // symmetric about x = -0.5 voxels
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
   uint64_t reference = 0;
   tests::forEachSimdTarget([&](const std::string& name) {
     std::mt19937_64 random(6);

@@ -67,7 +67,8 @@ TEST(Raise, LayerOverTheEdgesOfABlockAndIntoThem) {
   }
 }
 
-// A pass of the smooth falloff is a height; a second one lays it again, and a little less where it climbs over what the first one laid.
+// A pass of the smooth falloff is a height; a second one lays it again, and a little less where it climbs over what the
+// first one laid.
 TEST(Raise, UnlimitedPassesAddUp) {
   const double radius = 60;
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius / 2);
@@ -106,7 +107,8 @@ TEST(Raise, EmbossStandsAsHighAsItsImageIsBright) {
   const Version base = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -10), {60, 60, 20}, 1);
   std::vector<uint8_t> grey(64 * 64);
   for (int y = 0; y < 64; ++y)
-    for (int x = 0; x < 64; ++x) grey[static_cast<size_t>(y * 64 + x)] = static_cast<uint8_t>(x * 4);  // brighter to the right
+    // brighter to the right
+    for (int x = 0; x < 64; ++x) grey[static_cast<size_t>(y * 64 + x)] = static_cast<uint8_t>(x * 4);
   auto brush = std::make_shared<Brush>(*raising(8, false, Falloff::constant));
   brush->image = std::make_shared<const HeightImage>(64, 64, grey);
   Stamp stamp{{0, 0, 0}, {0, 0, 0}, 24};
@@ -123,7 +125,8 @@ TEST(Raise, EmbossStandsAsHighAsItsImageIsBright) {
 }
 
 TEST(Raise, MirroredStampsLeaveMirroredBits) {
-  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  // symmetric about x = -0.5 voxels
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> u(-1, 1);
   for (const bool limited : {false, true}) {
@@ -141,7 +144,9 @@ TEST(Raise, MirroredStampsLeaveMirroredBits) {
     after.forEachBrick([&](const Brick& brick) {
       const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
       ASSERT_FALSE(other.isTile());
-      for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0)) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
+      for (int i = 0; i < kBrickVoxels; ++i)
+        ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0))
+            << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
       ++bricks;
     });
     EXPECT_NE(after.hash(), base.hash());
@@ -152,7 +157,9 @@ TEST(Raise, EqualBitsOnEverySimdTarget) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d(0.1, 0.2, 0), 15);
   const auto stamps = arc(30, 0, 0.8, 8);
   const uint64_t reference = apply(base, raising(5, true, Falloff::dome), stamps).hash();
-  tests::forEachSimdTarget([&](const std::string& name) { EXPECT_EQ(apply(base, raising(5, true, Falloff::dome), stamps).hash(), reference) << name; });
+  tests::forEachSimdTarget([&](const std::string& name) {
+    EXPECT_EQ(apply(base, raising(5, true, Falloff::dome), stamps).hash(), reference) << name;
+  });
 }
 
 // Strokes back and forth over the same place, on the surface that is there: every part of one costs what the first did.
@@ -185,10 +192,12 @@ TEST(Raise, AStrokeCostsTheSameHoweverLongItLasts) {
       made[n * 4 / kStrokes] += stroke.counts().bricksMade - bricksBefore;
     }
     const Version after = stroke.finish();
-    std::printf("height %g%s: bricks touched in each quarter %llu %llu %llu %llu, made %llu %llu %llu %llu\n", double(c.height), c.limited ? ", limited" : "",
-                static_cast<unsigned long long>(touched[0]), static_cast<unsigned long long>(touched[1]), static_cast<unsigned long long>(touched[2]),
-                static_cast<unsigned long long>(touched[3]), static_cast<unsigned long long>(made[0]), static_cast<unsigned long long>(made[1]),
-                static_cast<unsigned long long>(made[2]), static_cast<unsigned long long>(made[3]));
+    std::printf("height %g%s: bricks touched in each quarter %llu %llu %llu %llu, made %llu %llu %llu %llu\n",
+                double(c.height), c.limited ? ", limited" : "", static_cast<unsigned long long>(touched[0]),
+                static_cast<unsigned long long>(touched[1]), static_cast<unsigned long long>(touched[2]),
+                static_cast<unsigned long long>(touched[3]), static_cast<unsigned long long>(made[0]),
+                static_cast<unsigned long long>(made[1]), static_cast<unsigned long long>(made[2]),
+                static_cast<unsigned long long>(made[3]));
     // A tower has more surface within reach of the tip than a ball.
     EXPECT_LE(touched[3], 2 * touched[0]) << c.height;
     EXPECT_LE(touched[3], touched[2] * 5 / 4) << c.height;
@@ -229,7 +238,8 @@ TEST(Raise, AToolThatWasLiftedTakesNothingBack) {
 }
 
 TEST(Raise, MirroredStrokesThatBeginAnewLeaveMirroredBitsOnAnyCountOfThreads) {
-  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  // symmetric about x = -0.5 voxels
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
   std::vector<uint64_t> hashes;
   for (const int threads : {1, 3})
     for (const int publishEvery : {1000, 7}) {
@@ -248,7 +258,9 @@ TEST(Raise, MirroredStrokesThatBeginAnewLeaveMirroredBitsOnAnyCountOfThreads) {
       after.forEachBrick([&](const Brick& brick) {
         const Slot other = after.find({-1 - brick.coord.x, brick.coord.y, brick.coord.z});
         ASSERT_FALSE(other.isTile());
-        for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0)) << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
+        for (int i = 0; i < kBrickVoxels; ++i)
+          ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0))
+              << brick.coord.x << ' ' << brick.coord.y << ' ' << brick.coord.z;
       });
     }
   for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);

@@ -1,4 +1,5 @@
-// Sculpted clay, thin walls, bodies that nearly touch: whatever is asked for, the reduced surface is closed and the same bodies.
+// Sculpted clay, thin walls, bodies that nearly touch: whatever is asked for, the reduced surface is closed and the
+// same bodies.
 
 #include "clay/reduce.h"
 
@@ -19,7 +20,8 @@
 namespace argil::clay {
 namespace {
 
-/// A ball after random strokes; `noisy`: every voxel near the surface moved at random, which makes crumbs, pinholes and threads.
+/// A ball after random strokes; `noisy`: every voxel near the surface moved at random, which makes crumbs, pinholes and
+/// threads.
 TriangleMesh sculpted(uint64_t seed, bool noisy) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -35,7 +37,8 @@ TriangleMesh sculpted(uint64_t seed, bool noisy) {
     Editor editor(version);
     version.forEachBrick([&](const Brick& brick) {
       std::array<float, kBrickVoxels> phi;
-      for (int i = 0; i < kBrickVoxels; ++i) phi[static_cast<size_t>(i)] = brick.phi(static_cast<size_t>(i)) + static_cast<float>(0.8 * u(random));
+      for (int i = 0; i < kBrickVoxels; ++i)
+        phi[static_cast<size_t>(i)] = brick.phi(static_cast<size_t>(i)) + static_cast<float>(0.8 * u(random));
       editor.setVoxels(brick.coord, phi);
     });
     version = editor.commit();
@@ -65,8 +68,9 @@ std::vector<long> eulers(const TriangleMesh& mesh) {
 
 void expectSame(const TriangleMesh& original, const TriangleMesh& reduced, const std::string& what) {
   const TopologyReport report = checkTopology(reduced);
-  EXPECT_TRUE(report.closed()) << what << ": non-manifold edges " << report.nonManifoldEdges << " vertices " << report.nonManifoldVertices << " boundary " << report.boundaryEdges
-                               << " degenerate " << report.degenerateTriangles;
+  EXPECT_TRUE(report.closed()) << what << ": non-manifold edges " << report.nonManifoldEdges << " vertices "
+                               << report.nonManifoldVertices << " boundary " << report.boundaryEdges << " degenerate "
+                               << report.degenerateTriangles;
   EXPECT_EQ(eulers(reduced), eulers(original)) << what;
 }
 
@@ -79,12 +83,14 @@ TEST(Reduce, SculptedClayStaysClosedWithItsBodiesAndHoles) {
       const TopologyReport before = checkTopology(mesh);
       ASSERT_TRUE(before.closed());
       bodies += before.bodies;
-      holes += static_cast<long>(before.bodies) - (static_cast<long>(before.vertices) - static_cast<long>(before.triangles / 2)) / 2;
+      holes += static_cast<long>(before.bodies) -
+               (static_cast<long>(before.vertices) - static_cast<long>(before.triangles / 2)) / 2;
       const auto watch = [](uint64_t) {};
       EdgeCollapse farthest(mesh, {}, watch);
       farthest.run(0, watch);
       for (const uint64_t target : {mesh.triangles.size() / 10, mesh.triangles.size() / 100, size_t{0}}) {
-        const std::string what = "seed " + std::to_string(seed) + (noisy ? " noisy" : "") + " to " + std::to_string(target);
+        const std::string what =
+            "seed " + std::to_string(seed) + (noisy ? " noisy" : "") + " to " + std::to_string(target);
         if (target < farthest.triangles()) {
           // As far as it goes.
           expectSame(mesh, farthest.result(), what);
@@ -95,10 +101,13 @@ TEST(Reduce, SculptedClayStaysClosedWithItsBodiesAndHoles) {
         EXPECT_LE(reduced.mesh.triangles.size(), target) << what;
         expectSame(mesh, reduced.mesh, what);
         const double volume = checkTopology(reduced.mesh).volume;
-        EXPECT_NEAR(volume, before.volume, (0.002 + reduced.deviation.rmsMm * before.area / before.volume) * before.volume) << what;
+        EXPECT_NEAR(volume, before.volume,
+                    (0.002 + reduced.deviation.rmsMm * before.area / before.volume) * before.volume)
+            << what;
       }
     }
-  std::printf("seeds 1 to 3, smooth and noisy: %llu bodies with %ld holes\n", static_cast<unsigned long long>(bodies), holes);
+  std::printf("seeds 1 to 3, smooth and noisy: %llu bodies with %ld holes\n", static_cast<unsigned long long>(bodies),
+              holes);
   EXPECT_GT(bodies, 50u);
   EXPECT_GT(holes, 10);
 }
@@ -123,7 +132,8 @@ TEST(Reduce, AnErrorAskedForIsKept) {
           EXPECT_LE(std::sqrt(testing::bruteSquared(p, *to)), 1.05 * mm) << what;
         }
       EXPECT_LT(reduced.mesh.triangles.size(), mesh.triangles.size() / 2) << what;
-      std::printf("%s: %zu to %zu triangles within %.3f of %.3f mm\n", what.c_str(), mesh.triangles.size(), reduced.mesh.triangles.size(), reduced.deviation.most(), mm);
+      std::printf("%s: %zu to %zu triangles within %.3f of %.3f mm\n", what.c_str(), mesh.triangles.size(),
+                  reduced.mesh.triangles.size(), reduced.deviation.most(), mm);
     }
 }
 

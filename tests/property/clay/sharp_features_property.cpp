@@ -47,7 +47,8 @@ TEST(SharpFeatures, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
     tool.centre = Vec3d(place(random), place(random), place(random));
     const auto low = [](double v) { return static_cast<int>(std::floor((v - 11) / 8)); };
     const auto high = [](double v) { return static_cast<int>(std::floor((v + 11) / 8)); };
-    version = cutBy(version, tool, {low(tool.centre.x()), low(tool.centre.y()), low(tool.centre.z())}, {high(tool.centre.x()), high(tool.centre.y()), high(tool.centre.z())});
+    version = cutBy(version, tool, {low(tool.centre.x()), low(tool.centre.y()), low(tool.centre.z())},
+                    {high(tool.centre.x()), high(tool.centre.y()), high(tool.centre.z())});
     following.update(version, 1 + step % 3);
     Surface fresh(true, Grade::fine);
     fresh.update(version);
@@ -72,7 +73,8 @@ TEST(SharpFeatures, EqualBitsOnEverySimdTarget) {
   EXPECT_NE(first, 0u);
 }
 
-// Noise, and boxes with noise: vertices never leave the neighbourhood of their cells, are finite, and the mesh is closed.
+// Noise, and boxes with noise: vertices never leave the neighbourhood of their cells, are finite, and the mesh is
+// closed.
 TEST(SharpFeatures, RandomFieldsKeepTheirVerticesNearTheirCells) {
   const uint64_t seed = 33;
   std::mt19937_64 random(seed);
@@ -99,8 +101,10 @@ TEST(SharpFeatures, RandomFieldsKeepTheirVerticesNearTheirCells) {
         ASSERT_TRUE(other->positions[i].allFinite());
         // The draft's is in the cell.
         for (int axis = 0; axis < 3; ++axis) {
-          ASSERT_GE(other->positions[i][axis], std::floor(mesh.positions[i][axis] - 1e-4f) - kSharpReach - 1e-3f) << "seed " << seed << " field " << field;
-          ASSERT_LE(other->positions[i][axis], std::ceil(mesh.positions[i][axis] + 1e-4f) + kSharpReach + 1e-3f) << "seed " << seed << " field " << field;
+          ASSERT_GE(other->positions[i][axis], std::floor(mesh.positions[i][axis] - 1e-4f) - kSharpReach - 1e-3f)
+              << "seed " << seed << " field " << field;
+          ASSERT_LE(other->positions[i][axis], std::ceil(mesh.positions[i][axis] + 1e-4f) + kSharpReach + 1e-3f)
+              << "seed " << seed << " field " << field;
         }
       }
     });

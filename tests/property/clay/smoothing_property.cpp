@@ -49,12 +49,14 @@ TEST(Smooth, BumpsGoAlikeAtAnyRadius) {
       const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -15), {70, 70, 30}, 1);
       // A cap 0.1 radii high and 0.4 wide.
       const double ball = 0.25 * radius;
-      const Version bump = apply(block, Brush::of(Method::add), {{{0, 0, 0.1 * radius - ball}, {0, 0, 0.1 * radius - ball}, ball}});
+      const Version bump =
+          apply(block, Brush::of(Method::add), {{{0, 0, 0.1 * radius - ball}, {0, 0, 0.1 * radius - ball}, ball}});
       const Version after = apply(bump, smoothing(method), line({-0.8 * radius, 0, 0}, {0.8 * radius, 0, 0}, radius));
       Sampler sampler(after);
       double z = -5;
       while (sampler.trilinear(Vec3d(0, 0, z)) < 0) z += 0.005;
-      std::printf("method %d radius %g: %.3f of the bump is left\n", static_cast<int>(method), radius, z / (0.1 * radius));
+      std::printf("method %d radius %g: %.3f of the bump is left\n", static_cast<int>(method), radius,
+                  z / (0.1 * radius));
       EXPECT_LT(z, 0.075 * radius) << radius;
       EXPECT_GT(z, 0) << radius;
       closedSurface(after);
@@ -65,7 +67,8 @@ TEST(Smooth, BumpsGoAlikeAtAnyRadius) {
 }
 
 TEST(Smooth, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
-  const Version sphere = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);  // symmetric about x = -0.5 voxels
+  // symmetric about x = -0.5 voxels
+  const Version sphere = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
   const Version base = apply(sphere, Brush::of(Method::carve), {{{-0.5, 0, 32}, {-0.5, 0, 32}, 8}});
   for (const double radius : {8.0, 24.0}) {
     uint64_t reference = 0;

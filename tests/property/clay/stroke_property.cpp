@@ -167,9 +167,11 @@ TEST(Brush, CarveAndAddAreTheCsgOfDistances) {
     const Version after = stroke.publish();
     Sampler before(base), now(after);
     for (int i = 0; i < 100000; ++i) {
-      const Coord c{static_cast<int>(random() % 60) + 5, static_cast<int>(random() % 50) - 15, static_cast<int>(random() % 40) - 20};
+      const Coord c{static_cast<int>(random() % 60) + 5, static_cast<int>(random() % 50) - 15,
+                    static_cast<int>(random() % 40) - 20};
       const Vec3d d = stamp.b - stamp.a, p = c.toVec3d() - stamp.a;
-      const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).norm() - stamp.radius, old = before.voxel(c);
+      const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).norm() - stamp.radius,
+                   old = before.voxel(c);
       const double expected = method == Method::carve ? std::max(old, -distance) : std::min(old, distance);
       ASSERT_NEAR(now.voxel(c), std::clamp(expected, -3.0, 3.0), 2e-5);
     }
@@ -186,7 +188,8 @@ TEST(Brush, LargeBrushesCostTheirSurface) {
   Sampler before(base), now(after);
   std::mt19937_64 random(12);
   for (int i = 0; i < 200000; ++i) {
-    const Coord c{static_cast<int>(random() % 500) - 250, static_cast<int>(random() % 500) - 250, static_cast<int>(random() % 500) - 250};
+    const Coord c{static_cast<int>(random() % 500) - 250, static_cast<int>(random() % 500) - 250,
+                  static_cast<int>(random() % 500) - 250};
     const Vec3d d = stamp.b - stamp.a, p = c.toVec3d() - stamp.a;
     const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).norm() - stamp.radius;
     ASSERT_NEAR(now.voxel(c), std::clamp(std::max<double>(before.voxel(c), -distance), -3.0, 3.0), 5e-5);
@@ -222,7 +225,8 @@ TEST(Brush, SmoothFlattensABumpAndLeavesTheRestToTheBit) {
   EXPECT_LT(before.trilinear(Vec3d(43, 0, 0)), 0);
   EXPECT_GT(after.trilinear(Vec3d(42, 0, 0)), 0);
   Version::forEachDifference(rough, smooth, [&](Coord c, Slot, Slot) {
-    EXPECT_LT(((c * 8).toVec3d() + Vec3d::Constant(3.5) - Vec3d(40, 0, 0)).norm(), 12 + 3 + 2 * 6.1 + 8) << c.x << ' ' << c.y << ' ' << c.z;
+    EXPECT_LT(((c * 8).toVec3d() + Vec3d::Constant(3.5) - Vec3d(40, 0, 0)).norm(), 12 + 3 + 2 * 6.1 + 8)
+        << c.x << ' ' << c.y << ' ' << c.z;
   });
 }
 
@@ -258,8 +262,10 @@ TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
   for (const auto& t : mesh.triangles)
     for (int i = 0; i <= 4; ++i)
       for (int j = 0; i + j <= 4; ++j)
-        points.push_back((mesh.positions[t[0]] * i + mesh.positions[t[1]] * j + mesh.positions[t[2]] * (4 - i - j)) / 4 / cut.grid().voxelMm);
-  std::erase_if(points, [](const Vec3d& p) { return p.x() < -1 || p.y() < -1 || p.x() > 20 || p.y() > 20 || p.z() < 0; });
+        points.push_back((mesh.positions[t[0]] * i + mesh.positions[t[1]] * j + mesh.positions[t[2]] * (4 - i - j)) /
+                         4 / cut.grid().voxelMm);
+  std::erase_if(points,
+                [](const Vec3d& p) { return p.x() < -1 || p.y() < -1 || p.x() > 20 || p.y() > 20 || p.z() < 0; });
   Sampler before(cut), after(mended);
   double worstBefore = 0, worstAfter = 0, sumBefore = 0, sumAfter = 0;
   int count = 0;
@@ -280,8 +286,8 @@ TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
         sumAfter += (v - exact) * (v - exact);
         ++count;
       }
-  std::printf("around a square rim: error %.3f voxels RMS, %.2f worst; after redistancing %.3f and %.2f\n", std::sqrt(sumBefore / count), worstBefore,
-              std::sqrt(sumAfter / count), worstAfter);
+  std::printf("around a square rim: error %.3f voxels RMS, %.2f worst; after redistancing %.3f and %.2f\n",
+              std::sqrt(sumBefore / count), worstBefore, std::sqrt(sumAfter / count), worstAfter);
   EXPECT_GT(worstBefore, 0.8);
   EXPECT_LT(worstAfter, 0.5 * worstBefore);
   EXPECT_LT(sumAfter, 0.25 * sumBefore);

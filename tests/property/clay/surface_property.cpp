@@ -41,7 +41,8 @@ Version versionOf(const std::shared_ptr<Store>& store, const Box& box) {
     for (int y = box.first.y >> 3; y <= last.y >> 3; ++y)
       for (int z = box.first.z >> 3; z <= last.z >> 3; ++z) {
         std::array<float, kBrickVoxels> phi;
-        for (int i = 0; i < kBrickVoxels; ++i) phi[static_cast<size_t>(i)] = box.at(Coord{8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7)});
+        for (int i = 0; i < kBrickVoxels; ++i)
+          phi[static_cast<size_t>(i)] = box.at(Coord{8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7)});
         editor.setVoxels({x, y, z}, phi);
       }
   return editor.commit();
@@ -61,7 +62,8 @@ TEST(CellCases, LoopsCoverTheCrossedEdgesAndFoldedFacesUnfold) {
     const CellCase& c = cellCases().separated[p];
     uint16_t crossed = 0;
     for (size_t e = 0; e < 12; ++e)
-      if (((p >> kCellEdges[e].from) & 1) != ((p >> kCellEdges[e].to) & 1)) crossed = static_cast<uint16_t>(crossed | 1 << e);
+      if (((p >> kCellEdges[e].from) & 1) != ((p >> kCellEdges[e].to) & 1))
+        crossed = static_cast<uint16_t>(crossed | 1 << e);
     EXPECT_EQ(c.edges, crossed);
     EXPECT_EQ(c.loops == 0, p == 0 || p == 255);
     int perLoop[4] = {};
@@ -77,8 +79,8 @@ TEST(CellCases, LoopsCoverTheCrossedEdgesAndFoldedFacesUnfold) {
   EXPECT_EQ(folded, 36);
 }
 
-// Every pattern beside every pattern that can share a face with it, along each axis, both surrounds, and at every place of a
-// brick border: 4 096 × 3 × 2 fields.
+// Every pattern beside every pattern that can share a face with it, along each axis, both surrounds, and at every place
+// of a brick border: 4 096 × 3 × 2 fields.
 TEST(Surface, ClosedForEveryPatternWithEveryNeighbour) {
   const auto store = Store::make();
   for (int axis = 0; axis < 3; ++axis)
@@ -98,8 +100,9 @@ TEST(Surface, ClosedForEveryPatternWithEveryNeighbour) {
           ASSERT_TRUE((surround > 0 && signs == 0) || (surround < 0 && signs == 4095)) << axis << ' ' << signs;
           continue;
         }
-        ASSERT_TRUE(report.closed()) << "axis " << axis << " signs " << signs << " surround " << surround << " non-manifold edges "
-                                     << report.nonManifoldEdges << " vertices " << report.nonManifoldVertices << " boundary " << report.boundaryEdges;
+        ASSERT_TRUE(report.closed()) << "axis " << axis << " signs " << signs << " surround " << surround
+                                     << " non-manifold edges " << report.nonManifoldEdges << " vertices "
+                                     << report.nonManifoldVertices << " boundary " << report.boundaryEdges;
         ASSERT_EQ(report.volume > 0, surround > 0);
         store->collect();
       }
@@ -112,7 +115,8 @@ TEST(Surface, ClosedForRandomSignFields) {
   std::uniform_real_distribution<float> value(0.01f, 2.9f);
   for (int field = 0; field < 10000; ++field) {
     Box box;
-    box.first = {static_cast<int>(random() % 6) + 2, static_cast<int>(random() % 6) + 2, static_cast<int>(random() % 6) + 2};
+    box.first = {static_cast<int>(random() % 6) + 2, static_cast<int>(random() % 6) + 2,
+                 static_cast<int>(random() % 6) + 2};
     box.size = {6, 6, 6};
     box.surround = random() % 2 ? 3.0f : -3.0f;
     const uint64_t density = 1 + random() % 7;  // of eight
@@ -121,14 +125,16 @@ TEST(Surface, ClosedForRandomSignFields) {
       box.phi.push_back(random() % 8 < density ? -v : v);
     }
     const TopologyReport report = topologyOf(versionOf(store, box));
-    ASSERT_TRUE(report.closed()) << "seed " << seed << " field " << field << ": non-manifold edges " << report.nonManifoldEdges << " vertices "
-                                 << report.nonManifoldVertices << " boundary " << report.boundaryEdges << " flipped " << report.flippedEdges;
+    ASSERT_TRUE(report.closed()) << "seed " << seed << " field " << field << ": non-manifold edges "
+                                 << report.nonManifoldEdges << " vertices " << report.nonManifoldVertices
+                                 << " boundary " << report.boundaryEdges << " flipped " << report.flippedEdges;
     store->collect();
   }
 }
 
-// Noise that changes from one version to the next in random bricks: the folded faces and several loops of the hard cases
-// appear and vanish beside borders. (One kind of tile alone: an inside tile beside an outside one is no field of distances.)
+// Noise that changes from one version to the next in random bricks: the folded faces and several loops of the hard
+// cases appear and vanish beside borders. (One kind of tile alone: an inside tile beside an outside one is no field of
+// distances.)
 TEST(Surface, FollowingRandomFieldsEqualsExtractingAnew) {
   const uint64_t seed = 99;
   std::mt19937_64 random(seed);
@@ -142,7 +148,8 @@ TEST(Surface, FollowingRandomFieldsEqualsExtractingAnew) {
     Editor editor(version);
     const int edits = 1 + static_cast<int>(random() % 4);
     for (int e = 0; e < edits; ++e) {
-      const Coord c{static_cast<int>(random() % 4) - 2, static_cast<int>(random() % 4) - 2, static_cast<int>(random() % 4) - 2};
+      const Coord c{static_cast<int>(random() % 4) - 2, static_cast<int>(random() % 4) - 2,
+                    static_cast<int>(random() % 4) - 2};
       if (random() % 5 == 0) {
         editor.setTile(c, Tile::outside);
         continue;
@@ -164,8 +171,10 @@ TEST(Surface, FollowingRandomFieldsEqualsExtractingAnew) {
       }
       if (before && before->vertexSerial == mesh->vertexSerial) {
         ++quadsAlone;
-        ASSERT_TRUE(std::equal(before->positions.begin(), before->positions.end(), mesh->positions.begin(), mesh->positions.end()));
-        ASSERT_TRUE(std::equal(before->normals.begin(), before->normals.end(), mesh->normals.begin(), mesh->normals.end()));
+        ASSERT_TRUE(std::equal(before->positions.begin(), before->positions.end(), mesh->positions.begin(),
+                               mesh->positions.end()));
+        ASSERT_TRUE(
+            std::equal(before->normals.begin(), before->normals.end(), mesh->normals.begin(), mesh->normals.end()));
       }
       before = mesh;
     }
@@ -210,7 +219,8 @@ TEST(SurfaceKernels, DifferingVoxelsOnEverySimdTarget) {
   tests::forEachSimdTarget([&](const std::string& name) {
     uint64_t found[8];
     differingVoxels(a.data(), b.data(), found);
-    for (size_t i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(found[i >> 6] >> (i & 63) & 1, a[i] != b[i]) << name << ' ' << i;
+    for (size_t i = 0; i < kBrickVoxels; ++i)
+      ASSERT_EQ(found[i >> 6] >> (i & 63) & 1, a[i] != b[i]) << name << ' ' << i;
   });
 }
 
@@ -236,8 +246,9 @@ TEST(Surface, DeltasAddUpToTheSurface) {
     });
     ASSERT_EQ(count, listener.size());
     Editor editor(version);
-    editor.setTile({static_cast<int>(random() % 8) - 4, static_cast<int>(random() % 8) - 4, static_cast<int>(random() % 8) - 4},
-                   random() % 2 ? Tile::inside : Tile::outside);
+    editor.setTile(
+        {static_cast<int>(random() % 8) - 4, static_cast<int>(random() % 8) - 4, static_cast<int>(random() % 8) - 4},
+        random() % 2 ? Tile::inside : Tile::outside);
     version = editor.commit();
   }
 }
@@ -293,9 +304,10 @@ double sphereError(const Placement& p, double radiusVoxels, const Vec3d& centreV
 
 TEST(Surface, SphereErrorAndItsOrder) {
   const Vec3d centre(0.31, -0.17, 0.43);
-  const double coarse = sphereError({0.5, Vec3d::Zero()}, 80, centre), fine = sphereError({0.25, Vec3d::Zero()}, 160, centre);
-  std::printf("sphere r = 40 mm: %.5f voxel RMS at 0.5 mm, %.5f at 0.25 mm: %.5f and %.5f mm, order %.2f\n", coarse, fine, coarse * 0.5, fine * 0.25,
-              std::log2(coarse * 0.5 / (fine * 0.25)));
+  const double coarse = sphereError({0.5, Vec3d::Zero()}, 80, centre),
+               fine = sphereError({0.25, Vec3d::Zero()}, 160, centre);
+  std::printf("sphere r = 40 mm: %.5f voxel RMS at 0.5 mm, %.5f at 0.25 mm: %.5f and %.5f mm, order %.2f\n", coarse,
+              fine, coarse * 0.5, fine * 0.25, std::log2(coarse * 0.5 / (fine * 0.25)));
   EXPECT_LE(coarse, 0.01);
   // Second order in mm: a quarter of the error at half the voxel.
   EXPECT_NEAR(std::log2(coarse * 0.5 / (fine * 0.25)), 2.0, 0.1);
@@ -304,7 +316,11 @@ TEST(Surface, SphereErrorAndItsOrder) {
 TEST(Surface, ErrorInVoxelsDoesNotDependOnPlaceOrSize) {
   const Vec3d centre(0.31, -0.17, 0.43);
   const double here = sphereError({0.5, Vec3d::Zero()}, 80, centre);
-  const Placement places[] = {{0.5, Vec3d(1e6, -1e6, 1e6)}, {1e-3, Vec3d::Zero()}, {1e3, Vec3d::Zero()}, {1e-3, Vec3d(1e6, 1e6, -1e6)}, {1e3, Vec3d(-1e6, 1e6, 1e6)}};
+  const Placement places[] = {{0.5, Vec3d(1e6, -1e6, 1e6)},
+                              {1e-3, Vec3d::Zero()},
+                              {1e3, Vec3d::Zero()},
+                              {1e-3, Vec3d(1e6, 1e6, -1e6)},
+                              {1e3, Vec3d(-1e6, 1e6, 1e6)}};
   for (const Placement& p : places) {
     const double there = sphereError(p, 80, centre);
     std::printf("voxel %g mm, origin %g mm: %.6f voxel RMS (%.6f at zero)\n", p.voxelMm, p.originMm.x(), there, here);

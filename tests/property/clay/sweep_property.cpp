@@ -14,14 +14,18 @@
 namespace argil::clay {
 namespace {
 
-Eigen::Matrix3f turned() { return Eigen::AngleAxisf(0.8f, Vec3f(1, -2, 0.5f).normalized()).toRotationMatrix(); }
+Eigen::Matrix3f turned() {
+  return Eigen::AngleAxisf(0.8f, Vec3f(1, -2, 0.5f).normalized()).toRotationMatrix();
+}
 
 // Signed distance to a rounded box or an ellipsoid by fine search; in the tip's axes.
 double boxDistance(const Vec3d& p, const Vec3d& half, double round) {
   const Vec3d q = p.cwiseAbs() - (half - Vec3d::Constant(round));
   return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - round;
 }
-double ellipsoidLevel(const Vec3d& p, const Vec3d& half) { return p.cwiseQuotient(half).norm() - 1; }
+double ellipsoidLevel(const Vec3d& p, const Vec3d& half) {
+  return p.cwiseQuotient(half).norm() - 1;
+}
 
 struct Case {
   Tip tip;
@@ -30,7 +34,9 @@ struct Case {
 };
 
 TEST(SweptTip, IsTheUnionOfItsPlacesAndADistanceNearItsSurface) {
-  for (const Case& c : {Case{Tip::ellipsoid, {1, 0.6f, 0.3f}, {5, 2, -3}}, Case{Tip::ellipsoid, {0.3f, 1, 0.5f}, {0, 0, 0}}, Case{Tip::box, {1, 0.5f, 0.3f}, {4, -3, 2}}, Case{Tip::box, {0.6f, 0.6f, 1}, {0, 0, 0}}}) {
+  for (const Case& c :
+       {Case{Tip::ellipsoid, {1, 0.6f, 0.3f}, {5, 2, -3}}, Case{Tip::ellipsoid, {0.3f, 1, 0.5f}, {0, 0, 0}},
+        Case{Tip::box, {1, 0.5f, 0.3f}, {4, -3, 2}}, Case{Tip::box, {0.6f, 0.6f, 1}, {0, 0, 0}}}) {
     Brush brush = *Brush::of(Method::carve);
     brush.tip = c.tip;
     brush.proportions = c.proportions;
@@ -51,7 +57,8 @@ TEST(SweptTip, IsTheUnionOfItsPlacesAndADistanceNearItsSurface) {
             double expected = 1e9;
             for (int k = 0; k <= 32; ++k) {
               const Vec3d y = axes.transpose() * (p - stamp.a - (stamp.b - stamp.a) * k / 32.0);
-              expected = std::min(expected, c.tip == Tip::box ? boxDistance(y, half, 0.4 * half.minCoeff()) : ellipsoidLevel(y, half));
+              expected = std::min(
+                  expected, c.tip == Tip::box ? boxDistance(y, half, 0.4 * half.minCoeff()) : ellipsoidLevel(y, half));
             }
             // The sign is that of the union.
             if (std::abs(expected) > 0.01) wrong += (d[i] < 0) != (expected < 0);
@@ -73,7 +80,8 @@ TEST(SweptTip, IsTheUnionOfItsPlacesAndADistanceNearItsSurface) {
     EXPECT_LT(worst, 0.02);
     EXPECT_GT(near, 100);
     EXPECT_LT(worstSlope, 0.02);
-    std::printf("tip %d: %d voxels near its surface, slope within %.4f of 1, distance within %.4f\n", static_cast<int>(c.tip), near, worstSlope, worst);
+    std::printf("tip %d: %d voxels near its surface, slope within %.4f of 1, distance within %.4f\n",
+                static_cast<int>(c.tip), near, worstSlope, worst);
   }
 }
 
@@ -107,7 +115,8 @@ TEST(StampShape, OfABallIsABallAtAnySize) {
     double worst = 0;
     after.forEachBrick([&](const Brick& brick) {
       for (int i = 0; i < kBrickVoxels; ++i) {
-        const double expected = ((brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d() - stamp.a).norm() - radius;
+        const double expected =
+            ((brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d() - stamp.a).norm() - radius;
         if (std::abs(expected) < 1) worst = std::max(worst, std::abs(brick.phi(i) - expected));
       }
     });
@@ -130,9 +139,11 @@ TEST(Wax, CostsItsSurfaceAndRunsIntoTheClayAlone) {
     touched[method == Method::wax] = stroke.touched();
     after[method == Method::wax] = stroke.finish();
   }
-  std::printf("bricks looked at: add %llu, wax %llu\n", static_cast<unsigned long long>(touched[0]), static_cast<unsigned long long>(touched[1]));
+  std::printf("bricks looked at: add %llu, wax %llu\n", static_cast<unsigned long long>(touched[0]),
+              static_cast<unsigned long long>(touched[1]));
   EXPECT_LE(touched[1], touched[0] * 11 / 10);
-  // The tip is a ball of 100 about (200, 0..40, 0): far from the ball of clay both are the same, in the valley between them wax stands higher.
+  // The tip is a ball of 100 about (200, 0..40, 0): far from the ball of clay both are the same, in the valley between
+  // them wax stands higher.
   Sampler add(after[0]), wax(after[1]);
   EXPECT_NEAR(wax.trilinear(Vec3d(300, 20, 0)), 0, 0.01);
   EXPECT_NEAR(add.trilinear(Vec3d(300, 20, 0)), 0, 0.01);

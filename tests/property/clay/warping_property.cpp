@@ -18,17 +18,21 @@ namespace {
 constexpr std::array kWarps{Method::tug, Method::smudge, Method::pinch, Method::crease, Method::twist};
 
 // A sphere of 40 voxels about the origin.
-Version sphere(const std::shared_ptr<Store>& store) { return makeSphere(store, Grid{}, Vec3d::Zero(), 20); }
+Version sphere(const std::shared_ptr<Store>& store) {
+  return makeSphere(store, Grid{}, Vec3d::Zero(), 20);
+}
 
 // Stamps a tenth of a radius apart along a segment.
 std::vector<Stamp> along(const Vec3d& from, const Vec3d& to, double radius) {
   const int count = std::max(1, static_cast<int>(std::ceil((to - from).norm() / std::max(0.1 * radius, 0.5))));
   std::vector<Stamp> stamps;
-  for (int i = 0; i < count; ++i) stamps.push_back({from + (to - from) * i / count, from + (to - from) * (i + 1) / count, radius, 1.0f});
+  for (int i = 0; i < count; ++i)
+    stamps.push_back({from + (to - from) * i / count, from + (to - from) * (i + 1) / count, radius, 1.0f});
   return stamps;
 }
 
-Version stroked(const Version& base, Method method, const std::vector<Stamp>& stamps, int publishEvery = 1000, float amount = 1) {
+Version stroked(const Version& base, Method method, const std::vector<Stamp>& stamps, int publishEvery = 1000,
+                float amount = 1) {
   BrushStroke stroke(base, Brush::of(method, amount));
   int n = 0;
   for (const Stamp& each : stamps) {
@@ -67,7 +71,8 @@ TEST(Warping, TugsThereAndBackDriftLittle) {
       if ((p - from).norm() < 12) near += error * error, ++nearCount;
     }
   });
-  std::printf("100 tugs of 10 voxels there and back: %.4f voxels RMS over the sphere, %.4f under the tip\n", std::sqrt(sum / count), std::sqrt(near / nearCount));
+  std::printf("100 tugs of 10 voxels there and back: %.4f voxels RMS over the sphere, %.4f under the tip\n",
+              std::sqrt(sum / count), std::sqrt(near / nearCount));
   EXPECT_LE(std::sqrt(sum / count), 0.2);
   Surface surface(false);
   surface.update(now);
@@ -92,7 +97,8 @@ TEST(Warping, PinchNarrowsAndCreaseCutsOrRaises) {
   const auto store = Store::make();
   const Version base = sphere(store);
   const auto stamps = along({40, -15, 0}, {40, 15, 0}, 8);
-  const Version low = stroked(base, Method::crease, stamps, 1000, -1), high = stroked(base, Method::crease, stamps, 1000, 1);
+  const Version low = stroked(base, Method::crease, stamps, 1000, -1),
+                high = stroked(base, Method::crease, stamps, 1000, 1);
   Sampler valley(low), ridge(high);
   EXPECT_GT(valley.trilinear(Vec3d(39.2, 0, 0)), 0.1);
   EXPECT_LT(ridge.trilinear(Vec3d(40.8, 0, 0)), -0.1);
@@ -105,7 +111,8 @@ TEST(Warping, MirroredBricksHaveMirroredBits) {
   for (const Method method : kWarps)
     for (int axis = 0; axis < 3; ++axis) {
       const double plane = -0.5;
-      const Version base = makeSphere(store, grid, Vec3d::Constant(-0.25), 12);  // voxels: 24 about (−0.5, −0.5, −0.5)
+      // voxels: 24 about (−0.5, −0.5, −0.5)
+      const Version base = makeSphere(store, grid, Vec3d::Constant(-0.25), 12);
       const auto brush = Brush::of(method, method == Method::crease ? -1 : 1);
       BrushStroke stroke(base, brush);
       std::mt19937_64 random(5 + static_cast<uint64_t>(axis));
@@ -116,7 +123,8 @@ TEST(Warping, MirroredBricksHaveMirroredBits) {
         const Vec3d next = at + Vec3d(u(random), u(random), u(random)) * 3;
         Stamp one{at, next, 9.7, 0.9f};
         one.axes = Eigen::AngleAxisf(0.7f, Vec3f(1, 2, 3).normalized()).toRotationMatrix();
-        for (int k = 0; k < 3; ++k) one.a[k] = std::round(one.a[k] * 65536) / 65536, one.b[k] = std::round(one.b[k] * 65536) / 65536;
+        for (int k = 0; k < 3; ++k)
+          one.a[k] = std::round(one.a[k] * 65536) / 65536, one.b[k] = std::round(one.b[k] * 65536) / 65536;
         const Stamp images[2] = {one, mirrored(one, axis, plane)};
         stroke.apply(images);
         at = one.b;
@@ -130,7 +138,8 @@ TEST(Warping, MirroredBricksHaveMirroredBits) {
           Coord m = c;
           int32_t& along = axis == 0 ? m.x : axis == 1 ? m.y : m.z;
           along = -1 - along;
-          ASSERT_EQ(brick.phi(i), now.voxel(m)) << static_cast<int>(method) << " axis " << axis << " at " << c.x << ' ' << c.y << ' ' << c.z;
+          ASSERT_EQ(brick.phi(i), now.voxel(m))
+              << static_cast<int>(method) << " axis " << axis << " at " << c.x << ' ' << c.y << ' ' << c.z;
           changed += brick.phi(i) != start.voxel(c);
         }
       });
@@ -158,7 +167,8 @@ TEST(Warping, MaskedVoxelsStayToTheBit) {
   const Version plain = sphere(store);
   Editor editor(plain);
   std::array<uint8_t, kBrickVoxels> half{};
-  for (int i = 0; i < kBrickVoxels; ++i) half[static_cast<size_t>(i)] = static_cast<uint8_t>((i & 7) < 4 ? 255 : 36 * (7 - (i & 7)));
+  for (int i = 0; i < kBrickVoxels; ++i)
+    half[static_cast<size_t>(i)] = static_cast<uint8_t>((i & 7) < 4 ? 255 : 36 * (7 - (i & 7)));
   editor.setChannel(Channel::mask, {4, 0, 0}, half);
   editor.setChannel(Channel::mask, {5, 0, 0}, half);
   editor.setChannelTile(Channel::mask, {4, 1, 0}, true);
@@ -172,7 +182,9 @@ TEST(Warping, MaskedVoxelsStayToTheBit) {
         for (int z = -8; z < 16; ++z) {
           const Coord c{x, y, z};
           // Masks count in the band alone.
-          const bool covered = std::abs(was.voxel(c)) < 3 && base.find(Channel::mask, c >> kBrickBits).value(Brick::offset(x & 7, y & 7, z & 7)) == 255;
+          const bool covered =
+              std::abs(was.voxel(c)) < 3 &&
+              base.find(Channel::mask, c >> kBrickBits).value(Brick::offset(x & 7, y & 7, z & 7)) == 255;
           if (covered) {
             ASSERT_EQ(was.voxel(c), is.voxel(c)) << static_cast<int>(method);
           }
@@ -205,7 +217,8 @@ TEST(Warping, NothingTearsOrOpens) {
   }
 }
 
-// A stroke back and forth that begins anew on the way: the same on any count of threads and however published, and the clay stays whole.
+// A stroke back and forth that begins anew on the way: the same on any count of threads and however published, and the
+// clay stays whole.
 TEST(Warping, ALongStrokeIsTheSameOnAnyCountOfThreads) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 40);
   for (const Method method : {Method::tug, Method::pinch}) {

@@ -26,8 +26,9 @@ Version randomClay(std::mt19937_64& random, const std::shared_ptr<Store>& store)
   Version clay = makeSphere(store, Grid{}, Vec3d(u(random), u(random), u(random)) * 4, 8 + 2 * u(random));
   for (int i = 0; i < 4; ++i) {
     const Vec3d at = Vec3d(u(random), u(random), u(random)) * 9;
-    const Version other = i % 2 ? makeBlock(store, Grid{}, at, Vec3d(7, 8, 9) + 3 * Vec3d(u(random), u(random), u(random)), 0)
-                                : makeSphere(store, Grid{}, at, 4.5 + 2 * u(random));
+    const Version other =
+        i % 2 ? makeBlock(store, Grid{}, at, Vec3d(7, 8, 9) + 3 * Vec3d(u(random), u(random), u(random)), 0)
+              : makeSphere(store, Grid{}, at, 4.5 + 2 * u(random));
     clay = combine(clay, other, random() % 3 == 0 ? Combination::cut : Combination::join);
   }
   return clay;
@@ -212,9 +213,14 @@ TEST(WholePieces, ResultsAreClosedBandsOnRandomClay) {
     pose.rotate(Eigen::AngleAxisd(u(random) * 3, Vec3d(u(random), u(random), u(random)).normalized()));
     Grid grid;
     grid.voxelMm = 0.5 * std::exp2(u(random));
-    std::vector<Version> results{combine(clay, other, static_cast<Combination>(i % 3)), offset(clay, 1 + 3 * std::abs(u(random)), 2), shell(clay, 0.8, 0.8, 2),
-                                 resample(clay, grid, pose, 2), mirrorHalf(clay, Vec3d(u(random), 0, 0), Vec3d(1, u(random), 0), 2), smoothAll(clay, 2, true, 2),
-                                 fillVoids(clay).version, removeCrumbs(clay, 5).version};
+    std::vector<Version> results{combine(clay, other, static_cast<Combination>(i % 3)),
+                                 offset(clay, 1 + 3 * std::abs(u(random)), 2),
+                                 shell(clay, 0.8, 0.8, 2),
+                                 resample(clay, grid, pose, 2),
+                                 mirrorHalf(clay, Vec3d(u(random), 0, 0), Vec3d(1, u(random), 0), 2),
+                                 smoothAll(clay, 2, true, 2),
+                                 fillVoids(clay).version,
+                                 removeCrumbs(clay, 5).version};
     const std::vector<Version> parts = splitParts(clay);
     results.insert(results.end(), parts.begin(), parts.end());
     for (size_t k = 0; k < results.size(); ++k) {

@@ -135,7 +135,8 @@ class DamagedKeeping : public testing::Test {
         bytes[at] = static_cast<char>(bytes[at] ^ (1 << random.below(8)));
         break;
       case 2:
-        for (size_t i = at; i < std::min(bytes.size(), at + 1 + random.below(20000)); ++i) bytes[i] = static_cast<char>(random.below(256));
+        for (size_t i = at; i < std::min(bytes.size(), at + 1 + random.below(20000)); ++i)
+          bytes[i] = static_cast<char>(random.below(256));
         break;
       case 3:
         // Sectors that did not come, or came from elsewhere in the file.
@@ -250,7 +251,8 @@ TEST_F(DamagedKeeping, documentsOpenOrSayWhy) {
       }
       // What is gone back to may be damaged too: then that is said.
       Session session(opened.states, opened.done);
-      session.setReader([&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
+      session.setReader(
+          [&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
       for (size_t step = 0; step < opened.states.size(); step += 3) {
         try {
           session.goTo(step);
@@ -269,7 +271,8 @@ TEST_F(DamagedKeeping, documentsOpenOrSayWhy) {
       EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
     }
   }
-  std::printf("  %zu opened as they were or in an undamaged part, %zu mended, %zu refused with a sentence\n", whole, mended, refused);
+  std::printf("  %zu opened as they were or in an undamaged part, %zu mended, %zu refused with a sentence\n", whole,
+              mended, refused);
   EXPECT_GT(whole + mended, rounds() / 3);
 }
 
@@ -282,9 +285,11 @@ TEST_F(DamagedKeeping, journalsGiveWhatIsIntactOrSayWhy) {
     const std::string bytes = damaged(journal, random);
     // Nothing sound behind the first damage but what was read before it: no reader can tell that from a program that
     // ended there, in sectors that held something older.
-    const auto same = size_t(std::mismatch(bytes.begin(), bytes.end(), journal.begin(), journal.end()).first - bytes.begin());
+    const auto same =
+        size_t(std::mismatch(bytes.begin(), bytes.end(), journal.begin(), journal.end()).first - bytes.begin());
     const auto known = [&](size_t at) {
-      return std::string_view(bytes).substr(0, same).find(std::string_view(bytes).substr(at, kRecordKnownBy)) != std::string::npos;
+      return std::string_view(bytes).substr(0, same).find(std::string_view(bytes).substr(at, kRecordKnownBy)) !=
+             std::string::npos;
     };
     const auto soundFrom = [&](size_t from) { return io::findRecord(std::as_bytes(std::span(bytes)), from); };
     size_t sound = soundFrom(same);

@@ -21,7 +21,8 @@ std::vector<PathPoint> scribble(double seconds) {
   std::vector<PathPoint> path;
   for (int i = 0; i < int(60 * seconds); ++i) {
     const double tilt = std::sin(0.0437 * i), turn = 0.0291 * i;
-    path.push_back({i / 60.0, kBallMm * Vec3d(std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt))});
+    path.push_back(
+        {i / 60.0, kBallMm * Vec3d(std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt))});
   }
   return path;
 }

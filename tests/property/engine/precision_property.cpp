@@ -49,7 +49,9 @@ Version masked(const Version& ball) {
   clay::Editor editor(ball);
   std::array<uint8_t, clay::kBrickVoxels> mask;
   ball.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      mask[size_t(i)] =
+          std::abs(brick.phi(i)) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   return editor.commit();
@@ -74,7 +76,8 @@ class EveryToolIn16Bits : public ::testing::TestWithParam<size_t> {
 };
 
 TEST_P(EveryToolIn16Bits, comesWithinAHundredthOfAVoxelOfFloats) {
-  const Version floats = drawn(ballOf(Precision::float32), toolOf(row(), 3)), fixed = drawn(ballOf(Precision::fixed16), toolOf(row(), 3));
+  const Version floats = drawn(ballOf(Precision::float32), toolOf(row(), 3)),
+                fixed = drawn(ballOf(Precision::fixed16), toolOf(row(), 3));
   double worst = 0, sum = 0;
   uint64_t count = 0;
   clay::Surface surface(false), other;
@@ -90,11 +93,14 @@ TEST_P(EveryToolIn16Bits, comesWithinAHundredthOfAVoxelOfFloats) {
     }
   });
   std::printf("%s: %.5f voxels worst, %.6f RMS\n", row().id.data(), worst, std::sqrt(sum / double(count)));
-  // Raising asks at each voxel whether it lies at a crease and whether a new distance is near enough to the old one: at a few voxels the rounding answers otherwise.
-  const bool raises = std::any_of(row().operations.begin(), row().operations.end(), [](const clay::Operation& each) { return each.method == clay::Method::raise; });
+  // Raising asks at each voxel whether it lies at a crease and whether a new distance is near enough to the old one: at
+  // a few voxels the rounding answers otherwise.
+  const bool raises = std::any_of(row().operations.begin(), row().operations.end(),
+                                  [](const clay::Operation& each) { return each.method == clay::Method::raise; });
   EXPECT_LE(worst, raises ? 0.05 : 0.01) << row().id;
   EXPECT_LE(std::sqrt(sum / double(count)), 0.001) << row().id;
-  EXPECT_LE(double(fixed.stats().bricks * clay::brickBytes(Precision::fixed16)), 1.2 * 1024 * double(fixed.stats().bricks));
+  EXPECT_LE(double(fixed.stats().bricks * clay::brickBytes(Precision::fixed16)),
+            1.2 * 1024 * double(fixed.stats().bricks));
   other.update(fixed);
   EXPECT_TRUE(clay::checkTopology(other.toMesh()).closed()) << row().id;
 }
@@ -153,7 +159,8 @@ TEST(ClayIn16Bits, surfaceThatFollowsEqualsOneMadeAnew) {
 }
 
 TEST(ClayIn16Bits, feelsAsFloatsDo) {
-  const Version floats = drawn(ballOf(Precision::float32), toolOf(*findTool("carve"), 3)), fixed = clay::withPrecision(floats, Precision::fixed16);
+  const Version floats = drawn(ballOf(Precision::float32), toolOf(*findTool("carve"), 3)),
+                fixed = clay::withPrecision(floats, Precision::fixed16);
   haptics::Scene scenes[2];
   scenes[0].pieces.push_back({floats, haptics::Pose(), 0});
   scenes[1].pieces.push_back({fixed, haptics::Pose(), 0});

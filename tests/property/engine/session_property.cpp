@@ -21,7 +21,9 @@ class SessionProperty : public ::testing::Test {
     grid.voxelMm = 1;
     return clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 25);
   }
-  static Script scene(size_t strokes) { return randomScript(kSeed, {.strokes = strokes, .reachMm = 28, .maxRadiusMm = 5}); }
+  static Script scene(size_t strokes) {
+    return randomScript(kSeed, {.strokes = strokes, .reachMm = 28, .maxRadiusMm = 5});
+  }
 
   static void run(Session& session, const Script& script) {
     for (const ScriptStroke& stroke : script.strokes) {
@@ -62,7 +64,8 @@ TEST_F(SessionProperty, TheIncrementalSurfaceEqualsTheWholeOne) {
   const auto compare = [&](size_t stroke) {
     clay::Surface whole;
     whole.update(session.version());
-    for (int i = 0; i < 3; ++i) ASSERT_EQ(following[i].hash(), whole.hash()) << kThreads[i] << " threads, stroke " << stroke;
+    for (int i = 0; i < 3; ++i)
+      ASSERT_EQ(following[i].hash(), whole.hash()) << kThreads[i] << " threads, stroke " << stroke;
   };
   const Script script = scene(1000);
   for (size_t i = 0; i < script.strokes.size(); ++i) {
@@ -134,7 +137,8 @@ TEST(LongSession, MemoryDoesNotGrowWithWhatWasUndone) {
   const uint64_t first = session.version().hash();
   uint64_t most = 0;
   for (uint64_t round = 0; round < 40; ++round) {
-    for (const ScriptStroke& stroke : randomScript(kSeed + round, {.strokes = 300, .reachMm = 28, .maxRadiusMm = 5}).strokes) {
+    for (const ScriptStroke& stroke :
+         randomScript(kSeed + round, {.strokes = 300, .reachMm = 28, .maxRadiusMm = 5}).strokes) {
       session.beginStroke(stroke.tool);
       for (const PathPoint& point : stroke.path) {
         session.addPoint(point.timeS, point.mm);

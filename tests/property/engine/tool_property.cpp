@@ -48,7 +48,8 @@ Tool toolOf(const ToolRow& row, double radiusMm) {
 }
 
 bool shapes(const ToolRow& row) {
-  return std::any_of(row.operations.begin(), row.operations.end(), [](const clay::Operation& each) { return each.property == clay::Property::distance; });
+  return std::any_of(row.operations.begin(), row.operations.end(),
+                     [](const clay::Operation& each) { return each.property == clay::Property::distance; });
 }
 
 class EveryTool : public ::testing::TestWithParam<size_t> {
@@ -91,9 +92,11 @@ TEST_P(EveryTool, doesTheSameHoweverOftenTheHandWasLookedAt) {
   }
 }
 
-// Whether all normals around a place of the surface agree with one another: at it, and `voxels` away along 26 ways in its tangent plane.
+// Whether all normals around a place of the surface agree with one another: at it, and `voxels` away along 26 ways in
+// its tangent plane.
 constexpr double kCosine20 = 0.9397, kCosine10 = 0.9848;
-bool normalsAgree(clay::Sampler& sampler, const Vec3d& place, const Vec3d& normal, double cosine, std::initializer_list<double> voxels) {
+bool normalsAgree(clay::Sampler& sampler, const Vec3d& place, const Vec3d& normal, double cosine,
+                  std::initializer_list<double> voxels) {
   std::vector<Vec3d> normals{normal};
   for (const double away : voxels)
     for (int k = 0; k < 26; ++k) {
@@ -103,7 +106,8 @@ bool normalsAgree(clay::Sampler& sampler, const Vec3d& place, const Vec3d& norma
       (void)sampler.tricubic(place + step - step.dot(normal) * normal, g);
       if (!(g.squaredNorm() > 0.25f)) return false;
       const Vec3d other = g.cast<double>().normalized();
-      if (std::any_of(normals.begin(), normals.end(), [&](const Vec3d& each) { return each.dot(other) < cosine; })) return false;
+      if (std::any_of(normals.begin(), normals.end(), [&](const Vec3d& each) { return each.dot(other) < cosine; }))
+        return false;
       normals.push_back(other);
     }
   return true;
@@ -155,7 +159,8 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
   images.mirrors.push_back({Vec3d::Zero(), normal});
   strokeAcross(session, toolOf(row(), 3), images);
   const Version version = session.version();
-  // Where normals within three voxels agree to 10°. A crease is read beside where it lies, by where the voxels happen to be: an exact one of 10° by up to 0.033 voxel, one of 20° by 0.065.
+  // Where normals within three voxels agree to 10°. A crease is read beside where it lies, by where the voxels happen
+  // to be: an exact one of 10° by up to 0.033 voxel, one of 20° by 0.065.
   clay::Sampler sampler(version);
   Random random(7);
   double worst = 0;
@@ -164,17 +169,21 @@ TEST_P(EveryTool, mirrorsInAnyPlane) {
     Vec3d p = Vec3d(0.1, -0.3, 1).normalized() * 40 + 14 * random.inBall();
     Vec3f g, h;
     if (std::abs(sampler.tricubic(p, g)) > 1) continue;
-    for (int k = 0; k < 3; ++k) p -= double(sampler.tricubic(p, g)) * g.cast<double>() / std::max(double(g.squaredNorm()), 0.25);
+    for (int k = 0; k < 3; ++k)
+      p -= double(sampler.tricubic(p, g)) * g.cast<double>() / std::max(double(g.squaredNorm()), 0.25);
     if (std::abs(sampler.tricubic(p, g)) > 1e-3) continue;
     const Vec3d q = p - 2 * p.dot(normal) * normal;
     const double there = std::abs(sampler.tricubic(q, h));
-    if (!normalsAgree(sampler, p, g.cast<double>().normalized(), kCosine10, {2, 3}) || !normalsAgree(sampler, q, h.cast<double>().normalized(), kCosine10, {2, 3})) continue;
+    if (!normalsAgree(sampler, p, g.cast<double>().normalized(), kCosine10, {2, 3}) ||
+        !normalsAgree(sampler, q, h.cast<double>().normalized(), kCosine10, {2, 3}))
+      continue;
     ++looked;
     worst = std::max(worst, there);
   }
   std::printf("%s: %.4f voxels at %zu places\n", row().id.data(), worst, looked);
   EXPECT_GT(looked, 500u);
-  // Thirty stamps on one spot pinch it to a fiftieth, and what is finer than a voxel then comes out as it falls on the grid.
+  // Thirty stamps on one spot pinch it to a fiftieth, and what is finer than a voxel then comes out as it falls on the
+  // grid.
   EXPECT_LE(worst, row().id == "pinch" ? 0.04 : 0.02) << row().id;
 }
 
@@ -189,20 +198,23 @@ TEST_P(EveryTool, doesNothingToAPieceThatIsMaskedWhole) {
   const Version version = session.version();
   uint64_t changed = 0;
   Version::forEachDifference(masked, version, [&](Coord coord, Slot a, Slot b) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) changed += std::bit_cast<uint32_t>(a.phi(i, 3)) != std::bit_cast<uint32_t>(b.phi(i, 3));
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      changed += std::bit_cast<uint32_t>(a.phi(i, 3)) != std::bit_cast<uint32_t>(b.phi(i, 3));
     if (changed) ADD_FAILURE() << row().id << " changed brick " << coord.x << " " << coord.y << " " << coord.z;
   });
   EXPECT_EQ(changed, 0u) << row().id;
 }
 
-// Half of the ball is masked; what is below the masked half stays as deep as the tool is wide, and no roof is laid over it.
+// Half of the ball is masked; what is below the masked half stays as deep as the tool is wide, and no roof is laid over
+// it.
 TEST_P(EveryTool, keepsWhatIsBelowAndAboveAMask) {
   if (!shapes(row())) return;
   const Version ball = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 20);
   clay::Editor editor(ball);
   std::array<uint8_t, clay::kBrickVoxels> mask;
   ball.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 && brick.coord.x * 8 + (i >> 6) >= 0 ? 255 : 0;
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      mask[size_t(i)] = std::abs(brick.phi(i)) < 3 && brick.coord.x * 8 + (i >> 6) >= 0 ? 255 : 0;
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   const Version masked = editor.commit();
@@ -210,14 +222,17 @@ TEST_P(EveryTool, keepsWhatIsBelowAndAboveAMask) {
   Tool tool = toolOf(row(), 5);
   tool.heightMm = 3;
   session.beginStroke(tool);
-  for (int i = 0; i <= 20; ++i) session.addPoint(0.01 * i, Vec3d(-6 + 0.6 * i, 0.3, std::sqrt(400 - std::pow(-6 + 0.6 * i, 2))));
+  for (int i = 0; i <= 20; ++i)
+    session.addPoint(0.01 * i, Vec3d(-6 + 0.6 * i, 0.3, std::sqrt(400 - std::pow(-6 + 0.6 * i, 2))));
   session.endStroke();
   const Version version = session.version();
   double moved = 0;
   for (int x = 6; x <= 16; x += 2)
     for (int z = 24; z <= 56; ++z) {
       const Coord voxel{x, 0, z};
-      const auto at = [&](const Version& v) { return double(v.find(voxel >> 3).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), 3)); };
+      const auto at = [&](const Version& v) {
+        return double(v.find(voxel >> 3).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), 3));
+      };
       moved = std::max(moved, std::abs(at(version) - at(masked)));
     }
   // Redistancing beside the wall is felt a little.
@@ -233,7 +248,9 @@ TEST_P(EveryTool, leavesMaskedVoxelsToTheBit) {
   clay::Editor editor(ball);
   std::array<uint8_t, clay::kBrickVoxels> mask;
   ball.forEachBrick([&](const Brick& brick) {
-    for (int i = 0; i < clay::kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      mask[size_t(i)] =
+          std::abs(brick.phi(i)) < 3 ? uint8_t(std::clamp((brick.coord.x * 8 + (i >> 6) + 4) * 40, 0, 255)) : 0;
     editor.setChannel(clay::Channel::mask, brick.coord, mask);
   });
   const Version masked = editor.commit();
@@ -298,7 +315,8 @@ TEST_P(EveryTool, doesTheSameOnAnyCountOfThreads) {
   EXPECT_EQ(hashes[0], hashes[1]) << row().id;
 }
 
-// A simulated hand presses the tool into a block and draws it along: the servo answers with a force that stays within the device's, and the clay changes.
+// A simulated hand presses the tool into a block and draws it along: the servo answers with a force that stays within
+// the device's, and the clay changes.
 TEST_P(EveryTool, isFeltByAHand) {
   Script script;
   script.voxelMm = 0.5;
@@ -328,7 +346,9 @@ TEST_P(EveryTool, isFeltByAHand) {
   EXPECT_NE(session.version().hash(), before) << row().id;
 }
 
-std::string nameOf(const ::testing::TestParamInfo<size_t>& info) { return std::string(toolTable()[info.param].id); }
+std::string nameOf(const ::testing::TestParamInfo<size_t>& info) {
+  return std::string(toolTable()[info.param].id);
+}
 INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, ::testing::Range(size_t{0}, toolTable().size()), nameOf);
 
 uint64_t nodesOf(const clay::TreePlace& place) {
@@ -378,7 +398,8 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
     ASSERT_TRUE(clay::checkTopology(mesh).closed()) << "after " << done;
     // Of the distances: channels are paid for by whom uses them.
     const uint64_t nodes = nodesOf(clay::TreePlace::root(version));
-    EXPECT_LE(double(version.stats().bricks * sizeof(clay::FloatBrick) + nodes * (512 * 8 + 64)), 2.3 * 1024 * double(version.stats().bricks));
+    EXPECT_LE(double(version.stats().bricks * sizeof(clay::FloatBrick) + nodes * (512 * 8 + 64)),
+              2.3 * 1024 * double(version.stats().bricks));
     // Distances beside the surface, away from creases.
     const clay::NearestTriangle nearest(mesh);
     clay::Sampler sampler(version);
@@ -394,8 +415,8 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
         if (!(g.squaredNorm() > 0.25f) || !normalsAgree(sampler, foot, normal, kCosine20, {2})) continue;
         const double exact = std::sqrt(nearest.nearest(p * 0.5).squared) / 0.5, error = std::abs(phi - exact);
         if (phi >= 1) {
-          // Farther out the distance may be to a part of the surface that lies around a crease: a foot whose normals agree
-          // as far as the voxel is away from it is the nearest one.
+          // Farther out the distance may be to a part of the surface that lies around a crease: a foot whose normals
+          // agree as far as the voxel is away from it is the nearest one.
           if (!normalsAgree(sampler, foot, normal, kCosine20, {4})) continue;
           outerSum += error * error;
           outerWorst = std::max(outerWorst, error);
@@ -409,10 +430,13 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
       }
     });
   }
-  std::printf("%d strokes: |phi| against the distance to the surface %.4f voxels RMS, %.3f worst, %.5f %% beyond 0.25, at %llu voxels\n", done, std::sqrt(sum / double(count)),
-              worst, 100.0 * double(beyond) / double(count), static_cast<unsigned long long>(count));
-  std::printf("the band from 1 to 2.9 voxels: %.4f RMS, %.3f worst, at %llu voxels\n", std::sqrt(outerSum / double(outer)), outerWorst,
-              static_cast<unsigned long long>(outer));
+  std::printf(
+      "%d strokes: |phi| against the distance to the surface %.4f voxels RMS, %.3f worst, %.5f %% beyond 0.25, at %llu "
+      "voxels\n",
+      done, std::sqrt(sum / double(count)), worst, 100.0 * double(beyond) / double(count),
+      static_cast<unsigned long long>(count));
+  std::printf("the band from 1 to 2.9 voxels: %.4f RMS, %.3f worst, at %llu voxels\n",
+              std::sqrt(outerSum / double(outer)), outerWorst, static_cast<unsigned long long>(outer));
   EXPECT_GT(outer, 1000u);
   EXPECT_LE(std::sqrt(outerSum / double(outer)), 0.1);
   EXPECT_LE(outerWorst, 0.5);

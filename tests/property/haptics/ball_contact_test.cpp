@@ -1,4 +1,5 @@
-// The proxy: on the surface, never through it, never farther from the hand than it has to be; pushed out gently when clay grows.
+// The proxy: on the surface, never through it, never farther from the hand than it has to be; pushed out gently when
+// clay grows.
 
 #include "haptics/ball_contact.h"
 
@@ -69,8 +70,10 @@ TEST(BallContact, restsAtItsRadiusFromTheSurface) {
         const Vec3d hand = kVoxel * (from + s * (to - from));
         const auto out = contact.tick(scene, inputAt(hand));
         most = std::max(most, contact.proxy().searches());
-        if (out.flags & kTouching) ++touching;
-        else if (touching) ++lost;
+        if (out.flags & kTouching)
+          ++touching;
+        else if (touching)
+          ++lost;
         const bool rest = i > 590;
         if ((out.flags & kTouching) && (i % 40 == 0 || i == 599)) {
           const Vec3d p = out.proxy / kVoxel;
@@ -78,8 +81,8 @@ TEST(BallContact, restsAtItsRadiusFromTheSurface) {
           (rest ? worstRest : worstMoving) = std::max(rest ? worstRest : worstMoving, std::abs(truth - r));
         }
       }
-      std::printf("seed %u, %-6s r %4.1f: at rest %.4f, moving %.4f voxels; at most %d searches a tick\n", kSeed, c.name, r, worstRest,
-                  worstMoving, most);
+      std::printf("seed %u, %-6s r %4.1f: at rest %.4f, moving %.4f voxels; at most %d searches a tick\n", kSeed,
+                  c.name, r, worstRest, worstMoving, most);
       EXPECT_GT(touching, 50u) << c.name << " " << r;
       EXPECT_EQ(lost, 0u) << c.name << " " << r;
       EXPECT_LE(worstRest, 0.05) << c.name << " " << r;
@@ -135,8 +138,10 @@ TEST(BallContact, findsTheFloorOfAGrooveAndTheCornerOfThreeWalls) {
   const clay::Version room = makeClay([](const Vec3d& p) { return p.minCoeff() + 8.3; }, 4, kVoxel);
   const Scene corner = makeScene(room, r * kVoxel);
   contact.reset();
-  for (int i = 0; i < 300; ++i) out = contact.tick(corner, inputAt(kVoxel * (Vec3d(3, 2, 1) - Vec3d(0.08, 0.07, 0.06) * i)));
-  EXPECT_LE((out.proxy / kVoxel - Vec3d::Constant(-8.3 + r)).cwiseAbs().maxCoeff(), 0.06) << (out.proxy / kVoxel).transpose();
+  for (int i = 0; i < 300; ++i)
+    out = contact.tick(corner, inputAt(kVoxel * (Vec3d(3, 2, 1) - Vec3d(0.08, 0.07, 0.06) * i)));
+  EXPECT_LE((out.proxy / kVoxel - Vec3d::Constant(-8.3 + r)).cwiseAbs().maxCoeff(), 0.06)
+      << (out.proxy / kVoxel).transpose();
   EXPECT_EQ(out.planes, 3);
 }
 
@@ -174,8 +179,9 @@ TEST(BallContact, clayThatGrowsAroundTheBallPushesItOutGently) {
     }
     double steepest = 0;
     for (size_t i = 10; i < force.size(); ++i) steepest = std::max(steepest, std::abs(force[i] - force[i - 10]));
-    std::printf("clay %.0f voxels above the centre: steepest change %.2f %% of peak per 10 ms, proxy ends at %.3f voxels\n", depth,
-                100 * steepest / peak, out.proxy.z() / kVoxel);
+    std::printf(
+        "clay %.0f voxels above the centre: steepest change %.2f %% of peak per 10 ms, proxy ends at %.3f voxels\n",
+        depth, 100 * steepest / peak, out.proxy.z() / kVoxel);
     EXPECT_LE(steepest, 0.07 * peak);
     EXPECT_NEAR(out.proxy.z() / kVoxel, depth + r, 0.06) << depth;
   }
@@ -184,7 +190,8 @@ TEST(BallContact, clayThatGrowsAroundTheBallPushesItOutGently) {
 TEST(BallContact, clayThatClosesInFromAllSidesHoldsIt) {
   // A hollow smaller than the ball: nowhere to go; it must come to rest without shaking.
   const clay::Version none = makeClay(planeField({0, 0, 1}, -30), 4, kVoxel);
-  const clay::Version hollow = makeClay([](const Vec3d& p) { return 4.0 - (p - Vec3d(0.3, 0.1, 0)).norm(); }, 4, kVoxel);
+  const clay::Version hollow =
+      makeClay([](const Vec3d& p) { return 4.0 - (p - Vec3d(0.3, 0.1, 0)).norm(); }, 4, kVoxel);
   BallContact contact;
   BallContact::Input in = inputAt({0.1, 0.2, 0});
   in.topStiffnessNmm = 1.26;
@@ -265,8 +272,8 @@ TEST(BallContact, costOfATick) {
       us.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
     }
     std::sort(us.begin(), us.end());
-    std::printf("touch, r %4.1f voxels: median %.2f us, p99 %.2f us, p99.9 %.2f us\n", r, us[us.size() / 2], us[us.size() * 99 / 100],
-                us[us.size() * 999 / 1000]);
+    std::printf("touch, r %4.1f voxels: median %.2f us, p99 %.2f us, p99.9 %.2f us\n", r, us[us.size() / 2],
+                us[us.size() * 99 / 100], us[us.size() * 999 / 1000]);
     EXPECT_LT(us[us.size() / 2], 1000);
   }
 }

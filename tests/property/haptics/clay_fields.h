@@ -37,8 +37,9 @@ inline clay::Version makeClay(const Field& field, int half, double voxelMm = 0.5
   return editor.commit();
 }
 
-/// Distance from p to the trilinear zero surface by trying every cell within `reach`, `finer` points along each of its inner
-/// edges: sign changes of the finer lattice are met linearly. Infinity when there is none. Shares nothing with ClosestSurface.
+/// Distance from p to the trilinear zero surface by trying every cell within `reach`, `finer` points along each of its
+/// inner edges: sign changes of the finer lattice are met linearly. Infinity when there is none. Shares nothing with
+/// ClosestSurface.
 inline double bruteDistance(const clay::Version& version, const Vec3d& p, double reach, int finer = 6) {
   clay::Sampler sampler(version);
   double best2 = std::numeric_limits<double>::infinity();
@@ -62,7 +63,8 @@ inline double bruteDistance(const clay::Version& version, const Vec3d& p, double
         const auto value = [&](double a, double b, double d) {
           double sum = 0;
           for (int i = 0; i < 8; ++i)
-            sum += c[i >> 2][(i >> 1) & 1][i & 1] * ((i >> 2) ? a : 1 - a) * (((i >> 1) & 1) ? b : 1 - b) * ((i & 1) ? d : 1 - d);
+            sum += c[i >> 2][(i >> 1) & 1][i & 1] * ((i >> 2) ? a : 1 - a) * (((i >> 1) & 1) ? b : 1 - b) *
+                   ((i & 1) ? d : 1 - d);
           return sum;
         };
         const double h = 1.0 / finer;
@@ -90,7 +92,8 @@ inline double bruteDistance(const clay::Version& version, const Vec3d& p, double
 
 /// A repeatable value in [-1, 1] for a lattice point.
 inline double noiseAt(int x, int y, int z, uint32_t seed) {
-  uint32_t h = seed ^ (static_cast<uint32_t>(x) * 0x8da6b343u) ^ (static_cast<uint32_t>(y) * 0xd8163841u) ^ (static_cast<uint32_t>(z) * 0xcb1ab31fu);
+  uint32_t h = seed ^ (static_cast<uint32_t>(x) * 0x8da6b343u) ^ (static_cast<uint32_t>(y) * 0xd8163841u) ^
+               (static_cast<uint32_t>(z) * 0xcb1ab31fu);
   h ^= h >> 13;
   h *= 0x5bd1e995u;
   h ^= h >> 15;
@@ -102,13 +105,14 @@ inline double noiseAt(int x, int y, int z, uint32_t seed) {
 /// Smooth noise of that wavelength in voxels.
 inline double smoothNoise(const Vec3d& p, double wavelength, uint32_t seed) {
   const Vec3d q = p / wavelength;
-  const int x = static_cast<int>(std::floor(q.x())), y = static_cast<int>(std::floor(q.y())), z = static_cast<int>(std::floor(q.z()));
+  const int x = static_cast<int>(std::floor(q.x())), y = static_cast<int>(std::floor(q.y())),
+            z = static_cast<int>(std::floor(q.z()));
   const auto ease = [](double t) { return t * t * (3 - 2 * t); };
   const double fx = ease(q.x() - x), fy = ease(q.y() - y), fz = ease(q.z() - z);
   double sum = 0;
   for (int i = 0; i < 8; ++i)
-    sum += noiseAt(x + (i >> 2), y + ((i >> 1) & 1), z + (i & 1), seed) * ((i >> 2) ? fx : 1 - fx) * (((i >> 1) & 1) ? fy : 1 - fy) *
-           ((i & 1) ? fz : 1 - fz);
+    sum += noiseAt(x + (i >> 2), y + ((i >> 1) & 1), z + (i & 1), seed) * ((i >> 2) ? fx : 1 - fx) *
+           (((i >> 1) & 1) ? fy : 1 - fy) * ((i & 1) ? fz : 1 - fz);
   return sum;
 }
 

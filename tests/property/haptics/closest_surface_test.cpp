@@ -15,7 +15,8 @@ namespace {
 using namespace testing;
 
 constexpr uint32_t kSeed = 7;
-constexpr double kTolerance = 0.03;  // Voxels; the truth itself errs by the square of a twelfth over twice the distance.
+// Voxels; the truth itself errs by the square of a twelfth over twice the distance.
+constexpr double kTolerance = 0.03;
 
 struct Case {
   const char* name;

@@ -38,7 +38,8 @@ Contact::Input at(const Vec3d& hand) {
 Field wallField(double thickness) {
   return [=](const Vec3d& p) { return std::abs(p.z()) - thickness / 2; };
 }
-// Full inside and full outside, nothing in between: a volume that was cut out by a threshold. Within the band, or it were tiles.
+// Full inside and full outside, nothing in between: a volume that was cut out by a threshold. Within the band, or it
+// were tiles.
 Field stepField(const Field& field) {
   return [=](const Vec3d& p) { return field(p) < 0 ? -2.9 : 2.9; };
 }
@@ -85,8 +86,10 @@ TEST(ComparisonContacts, penaltyPopsThroughAThinWallAndTheGodObjectDoesNot) {
       const auto out = contact->tick(scene, at({0.1, 0.2, 2 - i * 0.01}));
       back = std::max(back, -out.force.z());
     }
-    if (std::string_view(name) == "penalty") EXPECT_GT(back, 0.5);
-    else EXPECT_EQ(back, 0.0);
+    if (std::string_view(name) == "penalty")
+      EXPECT_GT(back, 0.5);
+    else
+      EXPECT_EQ(back, 0.0);
   }
 }
 
@@ -115,7 +118,9 @@ TEST(GodObject, staysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
     const char* name;
     Field field;
     double below;  // mm
-  } cases[] = {{"sphere", sphereField({0.3, 0.2, -20.4}, 21.3), 1}, {"groove", grooveField(8.6), 5.5}, {"noise", noiseField(kSeed, 1.0, 6.0), 1}};
+  } cases[] = {{"sphere", sphereField({0.3, 0.2, -20.4}, 21.3), 1},
+               {"groove", grooveField(8.6), 5.5},
+               {"noise", noiseField(kSeed, 1.0, 6.0), 1}};
   for (const auto& c : cases) {
     const Scene scene = makeScene(c.field);
     clay::Sampler field(scene.pieces[0].version);
@@ -127,7 +132,8 @@ TEST(GodObject, staysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
     double grew = 0, off = 0;
     for (int i = 0; i < 4000; ++i) {
       // A walk that pulls to a place below the surface.
-      speed += 0.02 * Vec3d(spread(random), spread(random), spread(random)) + 0.002 * (Vec3d(0, 0, -c.below) - hand) - 0.05 * speed;
+      speed += 0.02 * Vec3d(spread(random), spread(random), spread(random)) + 0.002 * (Vec3d(0, 0, -c.below) - hand) -
+               0.05 * speed;
       hand += speed;
       const double before = (place - hand).norm();
       const auto out = contact->tick(scene, at(hand));
@@ -137,8 +143,10 @@ TEST(GodObject, staysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
       ++touching;
       off = std::max(off, std::abs(double(field.trilinear(place / kVoxel))));
     }
-    std::printf("%s: %d of 4000 ticks touching, at most %.3f voxels off the surface, %.4f voxels away from the hand in a tick\n", c.name, touching, off,
-                grew / kVoxel);
+    std::printf(
+        "%s: %d of 4000 ticks touching, at most %.3f voxels off the surface, %.4f voxels away from the hand in a "
+        "tick\n",
+        c.name, touching, off, grew / kVoxel);
     EXPECT_GT(touching, 1000) << c.name;
     EXPECT_LT(off, 0.05) << c.name;
     EXPECT_LT(grew / kVoxel, 0.03) << c.name;

@@ -28,7 +28,9 @@ constexpr double kPeriod = 1e-3;
 class Sculptor {
  public:
   Sculptor(const clay::Version& start, double radiusMm, int delay, int every)
-      : stroke_(std::make_unique<clay::BrushStroke>(start, clay::Brush::of(clay::Method::carve))), delay_(delay), every_(every) {
+      : stroke_(std::make_unique<clay::BrushStroke>(start, clay::Brush::of(clay::Method::carve))),
+        delay_(delay),
+        every_(every) {
     scene_.pieces.push_back({start, Pose(), 0});
     scene_.tool.radiusMm = radiusMm;
     scene_.tool.work = Work::cut;
@@ -106,8 +108,8 @@ TEST(Cutting, aConstantForceRestsAtThePredictedDepth) {
       EXPECT_NEAR(restingDepth(radius, hardness, force), predicted, 1e-9);
       for (int delay : {0, 20}) {
         const double depth = restUnder(force, radius, hardness, delay);
-        std::printf("r %4.1f mm, hardness %.2f, %5.2f N, edits %2d ticks late: %.3f mm (predicted %.3f)\n", radius, hardness, force, delay, depth,
-                    predicted);
+        std::printf("r %4.1f mm, hardness %.2f, %5.2f N, edits %2d ticks late: %.3f mm (predicted %.3f)\n", radius,
+                    hardness, force, delay, depth, predicted);
         EXPECT_NEAR(depth, predicted, 0.05 * predicted) << radius << " " << hardness << " " << delay;
       }
     }
@@ -138,14 +140,16 @@ TEST(Cutting, feelsTheSameHoweverLateTheEditComes) {
     worst = std::max(worst, (forces[0][i] - forces[1][i]).norm());
     for (const auto& run : forces) jump = std::max(jump, (run[i] - run[i - 1]).norm());
   }
-  std::printf("groove: force up to %.2f N, late edits differ by %.3f N at most, tick to tick %.3f N at most\n", most, worst, jump);
+  std::printf("groove: force up to %.2f N, late edits differ by %.3f N at most, tick to tick %.3f N at most\n", most,
+              worst, jump);
   EXPECT_GT(most, 0.3);
   EXPECT_LT(worst, 0.15 * most);
   EXPECT_LT(jump, 0.1 * most);
 }
 
 TEST(Cutting, lettingGoLeavesTheBallTouching) {
-  // The button is let go while edits are still 20 ticks behind: nothing may push the ball out of clay that is already gone.
+  // The button is let go while edits are still 20 ticks behind: nothing may push the ball out of clay that is already
+  // gone.
   clay::Grid grid;
   grid.voxelMm = kVoxel;
   const clay::Version block = clay::makeBlock(clay::Store::make(), grid, {0, 0, -10.1}, {40, 40, 20}, 0);
@@ -167,7 +171,8 @@ TEST(Cutting, lettingGoLeavesTheBallTouching) {
   }
   EXPECT_GT(before, 0.3);
   EXPECT_LT(change, 0.07 * before) << "a kick when the tool was let go";
-  std::printf("let go: steepest change %.2f %% of the force in a tick%s\n", 100 * change / before, left ? ", moved out a little" : "");
+  std::printf("let go: steepest change %.2f %% of the force in a tick%s\n", 100 * change / before,
+              left ? ", moved out a little" : "");
 }
 
 TEST(Cutting, areaAndDepthAreOfTheCap) {
@@ -196,8 +201,8 @@ TEST(Cutting, costOfATick) {
       sculptor.sample(i, out);
     }
     std::sort(us.begin(), us.end());
-    std::printf("cut, r %4.1f voxels: median %.2f us, p99 %.2f us, p99.9 %.2f us\n", r, us[us.size() / 2], us[us.size() * 99 / 100],
-                us[us.size() * 999 / 1000]);
+    std::printf("cut, r %4.1f voxels: median %.2f us, p99 %.2f us, p99.9 %.2f us\n", r, us[us.size() / 2],
+                us[us.size() * 99 / 100], us[us.size() * 999 / 1000]);
     EXPECT_LT(us[us.size() / 2], 1000);
   }
 }

@@ -1,4 +1,5 @@
-// The exact active set against the dual of it: the point of a hull that is nearest to the hand's direction (methods, §1).
+// The exact active set against the dual of it: the point of a hull that is nearest to the hand's direction (methods,
+// §1).
 
 #include <gtest/gtest.h>
 
@@ -16,8 +17,9 @@ constexpr int kSets = 100'000;
 
 using Point = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
 
-// Gilbert's search for the point of a hull nearest to the origin, with Wolfe's correction: on each support point found the best of
-// the corral's affine hull is taken, so it ends after finitely many. `sum`: of the weights of all points but the first.
+// Gilbert's search for the point of a hull nearest to the origin, with Wolfe's correction: on each support point found
+// the best of the corral's affine hull is taken, so it ends after finitely many. `sum`: of the weights of all points
+// but the first.
 Point nearestOfHull(const std::vector<Point>& points, double& sum) {
   std::vector<size_t> corral{0};
   std::vector<double> weight{1};
@@ -98,12 +100,14 @@ TEST(Gilbert, agreesWithTheActiveSetForPlanesThroughTheProxy) {
     worst = std::max(worst, (exact.x - dual).norm());
     ASSERT_LE((exact.x - dual).norm(), 1e-9) << "seed " << kSeed << " set " << set;
   }
-  std::printf("seed %u: %d sets of planes through the proxy, 1 / 2 / 3 active in %d / %d / %d, largest difference %.1e\n", kSeed, kSets,
-              active[1], active[2], active[3], worst);
+  std::printf(
+      "seed %u: %d sets of planes through the proxy, 1 / 2 / 3 active in %d / %d / %d, largest difference %.1e\n",
+      kSeed, kSets, active[1], active[2], active[3], worst);
   EXPECT_GT(active[3], 1000);
 }
 
-// Any offsets, and locks: the same dual one dimension higher, where every plane goes through the origin; a lock is two planes.
+// Any offsets, and locks: the same dual one dimension higher, where every plane goes through the origin; a lock is two
+// planes.
 TEST(Gilbert, agreesWithTheActiveSetForAnyPlanesAndLocks) {
   Random random;
   constexpr double kReach = 200;  // Of the hull along each generator: enough that only the origin's corner bounds it.
@@ -132,7 +136,8 @@ TEST(Gilbert, agreesWithTheActiveSetForAnyPlanesAndLocks) {
     }
     std::vector<Vec3d> square;
     if (dimension == 2) square = {within.axes[0].cross(within.axes[1])};
-    if (dimension == 1) square = {within.axes[0].unitOrthogonal(), within.axes[0].cross(within.axes[0].unitOrthogonal())};
+    if (dimension == 1)
+      square = {within.axes[0].unitOrthogonal(), within.axes[0].cross(within.axes[0].unitOrthogonal())};
     if (dimension == 0) square = {Vec3d::UnitX(), Vec3d::UnitY(), Vec3d::UnitZ()};
     for (const Vec3d& n : square) {
       generator(n, n.dot(allowed - u));
@@ -142,7 +147,8 @@ TEST(Gilbert, agreesWithTheActiveSetForAnyPlanesAndLocks) {
     ASSERT_TRUE(exact.feasible) << "seed " << kSeed << " set " << set;
     ASSERT_LE((within.nearest(exact.x) - exact.x).norm(), 1e-12) << "off the lock: seed " << kSeed << " set " << set;
     Vec3d push = Vec3d::Zero();
-    for (int i = 0; i < exact.count; ++i) push += exact.multiplier[size_t(i)] * within.along(planes[size_t(exact.active[size_t(i)])].normal);
+    for (int i = 0; i < exact.count; ++i)
+      push += exact.multiplier[size_t(i)] * within.along(planes[size_t(exact.active[size_t(i)])].normal);
     ASSERT_LE((within.nearest(u) + push - exact.x).norm(), 1e-9) << "seed " << kSeed << " set " << set;
     double sum = 0;
     const Point residual = nearestOfHull(hull, sum);
@@ -156,8 +162,11 @@ TEST(Gilbert, agreesWithTheActiveSetForAnyPlanesAndLocks) {
     worst = std::max(worst, (exact.x - dual).norm());
     ASSERT_LE((exact.x - dual).norm(), 1e-9) << "seed " << kSeed << " set " << set << " dimension " << dimension;
   }
-  std::printf("seed %u: %d sets, free / plane / line / point %d / %d / %d / %d, 0 to 3 active in %d / %d / %d / %d, largest difference %.1e\n",
-              kSeed, kSets, dimensions[3], dimensions[2], dimensions[1], dimensions[0], active[0], active[1], active[2], active[3], worst);
+  std::printf(
+      "seed %u: %d sets, free / plane / line / point %d / %d / %d / %d, 0 to 3 active in %d / %d / %d / %d, largest "
+      "difference %.1e\n",
+      kSeed, kSets, dimensions[3], dimensions[2], dimensions[1], dimensions[0], active[0], active[1], active[2],
+      active[3], worst);
   EXPECT_GT(active[3], 300);
   EXPECT_LT(cramped, kSets / 100);
 }

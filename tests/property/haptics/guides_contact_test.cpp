@@ -68,7 +68,8 @@ Scene eightGuides(const clay::Version& version) {
 }
 
 clay::Version slopes() {
-  return makeClay([](const Vec3d& p) { return p.z() + 2 * std::sin(p.x() * 0.08) + 1.5 * std::cos(p.y() * 0.07); }, 7, kVoxel);
+  return makeClay([](const Vec3d& p) { return p.z() + 2 * std::sin(p.x() * 0.08) + 1.5 * std::cos(p.y() * 0.07); }, 7,
+                  kVoxel);
 }
 
 TEST(GuidesInContact, aLockHoldsWithinAMicrometreWhileClayPushes) {
@@ -90,8 +91,10 @@ TEST(GuidesInContact, aLockHoldsWithinAMicrometreWhileClayPushes) {
     ASSERT_LE(off, 1e-3) << "tick " << tick;
     ++settledFor;
   }
-  std::printf("%d ticks, clay or keep-outs push in %d, several at once in %d, force up to %.2f N: off the lock by at most %.1e mm\n", settledFor,
-              pressed, kept, push, off);
+  std::printf(
+      "%d ticks, clay or keep-outs push in %d, several at once in %d, force up to %.2f N: off the lock by at most %.1e "
+      "mm\n",
+      settledFor, pressed, kept, push, off);
   EXPECT_LE(off, 1e-9);
   EXPECT_GT(pressed, 3000);
   EXPECT_GT(push, 0.5);
@@ -106,7 +109,8 @@ TEST(GuidesInContact, eightOfThemNeverJump) {
   Vec3d before = Vec3d::Zero();
   for (int tick = 0; tick < 40'000; ++tick) {
     BallContact::Input in = inputAt(tick);
-    in.buttons = static_cast<uint32_t>(tick / 1700 % 4);  // Lock and wire come and go, while clay is touched and while not.
+    // Lock and wire come and go, while clay is touched and while not.
+    in.buttons = static_cast<uint32_t>(tick / 1700 % 4);
     const BallContact::Output out = contact->tick(scene, in);
     touching += (out.flags & kTouching) != 0;
     if (tick > 0) {
@@ -115,7 +119,9 @@ TEST(GuidesInContact, eightOfThemNeverJump) {
     }
     before = out.force;
   }
-  std::printf("40000 ticks, %d touching: the force changes by at most %.2f %% of the peak from tick to tick (tick %d)\n", touching, 100 * worst, at);
+  std::printf(
+      "40000 ticks, %d touching: the force changes by at most %.2f %% of the peak from tick to tick (tick %d)\n",
+      touching, 100 * worst, at);
   EXPECT_LE(worst, 0.02);
   EXPECT_GT(touching, 10'000);
 }
@@ -171,7 +177,8 @@ TEST(GuidesInContact, aToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
       (kept ? deepestKept : deepest) = std::max(kept ? deepestKept : deepest, kRadius - out.proxy.z());
     }
   }
-  std::printf("off the lock by at most %.1e mm while cutting; %.3f mm deep, %.3f in a piece that is kept\n", off, deepest, deepestKept);
+  std::printf("off the lock by at most %.1e mm while cutting; %.3f mm deep, %.3f in a piece that is kept\n", off,
+              deepest, deepestKept);
   EXPECT_LE(off, 1e-3);
   EXPECT_GT(deepest, 0.3);
   EXPECT_LE(deepestKept, 0.05 * kVoxel);
@@ -205,7 +212,8 @@ TEST(GuidesInContact, aWellAtAPieceDrawsTheBallOntoIt) {
   EXPECT_LE(before.norm(), 0.01) << "at the surface contact alone is felt";
 }
 
-// Figures to read, not limits: the machine is shared. The same hand in the locked plane and away from keep-outs, so that clay is touched alike.
+// Figures to read, not limits: the machine is shared. The same hand in the locked plane and away from keep-outs, so
+// that clay is touched alike.
 TEST(GuidesInContact, eightOfThemCostLittle) {
   const clay::Version version = slopes();
   Scene with = eightGuides(version), without = bareScene(version);
@@ -228,7 +236,8 @@ TEST(GuidesInContact, eightOfThemCostLittle) {
       const BallContact::Input in = inPlane(tick);
       const auto begin = std::chrono::steady_clock::now();
       const BallContact::Output out = (which ? *guided : *bare).tick(which ? with : without, in);
-      cost[which].push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
+      cost[which].push_back(
+          std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
       held += which && out.planes > 0;
       proxy[which] = out.proxy;
     }
@@ -236,9 +245,11 @@ TEST(GuidesInContact, eightOfThemCostLittle) {
   }
   std::printf("touching in %d of 20000 ticks, proxies %.2f mm apart on average\n", static_cast<int>(held), apart);
   for (auto& c : cost) std::sort(c.begin(), c.end());
-  const auto at = [](const std::vector<double>& sorted, double part) { return sorted[size_t(part * double(sorted.size() - 1))]; };
-  std::printf("contact without guides: median %.2f, p99 %.2f µs; with eight: median %.2f, p99 %.2f µs\n", at(cost[0], 0.5), at(cost[0], 0.99),
-              at(cost[1], 0.5), at(cost[1], 0.99));
+  const auto at = [](const std::vector<double>& sorted, double part) {
+    return sorted[size_t(part * double(sorted.size() - 1))];
+  };
+  std::printf("contact without guides: median %.2f, p99 %.2f µs; with eight: median %.2f, p99 %.2f µs\n",
+              at(cost[0], 0.5), at(cost[0], 0.99), at(cost[1], 0.5), at(cost[1], 0.99));
   // And the guides alone, without what they make contact do.
   const auto guides = std::make_unique<Guides>();
   std::vector<double> alone;

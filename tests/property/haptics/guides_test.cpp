@@ -21,13 +21,14 @@ struct Loop {
   [[nodiscard]] Vec3d at(double phase) const {
     Vec3d p = middle;
     for (size_t i = 0; i < 3; ++i)
-      p += std::cos(2 * std::numbers::pi * phase * double(i + 1)) * cosine[i] + std::sin(2 * std::numbers::pi * phase * double(i + 1)) * sine[i];
+      p += std::cos(2 * std::numbers::pi * phase * double(i + 1)) * cosine[i] +
+           std::sin(2 * std::numbers::pi * phase * double(i + 1)) * sine[i];
     return p;
   }
 };
 
 struct Energy {
-  double most = -1e9, sum = 0;   // Of a loop: given to the hand, N·mm.
+  double most = -1e9, sum = 0;  // Of a loop: given to the hand, N·mm.
   int loops = 0, rims = 0;
 };
 
@@ -35,7 +36,9 @@ struct Energy {
 Energy run(const Guide& guide, int loops, double size) {
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal(0, 1);
-  const auto vector = [&](double scale) { return Vec3d(scale * normal(random), scale * normal(random), scale * normal(random)); };
+  const auto vector = [&](double scale) {
+    return Vec3d(scale * normal(random), scale * normal(random), scale * normal(random));
+  };
   Scene scene;
   scene.guides = {guide};
   scene.check();
@@ -84,8 +87,9 @@ TEST(GuidesEnergy, wellsGiveOutNoMoreThanTheyHold) {
   const double depth = wellDepthNmm(shape, shape.forceN);
   for (const auto& [name, guide] : wells) {
     const Energy energy = run(guide, 2500, 6);
-    std::printf("seed %u, %s: %d loops through %d rims give out at most %.3f N·mm, %.2f on average; the well holds %.2f\n", kSeed, name,
-                energy.loops, energy.rims, energy.most, energy.sum / energy.loops, depth);
+    std::printf(
+        "seed %u, %s: %d loops through %d rims give out at most %.3f N·mm, %.2f on average; the well holds %.2f\n",
+        kSeed, name, energy.loops, energy.rims, energy.most, energy.sum / energy.loops, depth);
     EXPECT_GT(energy.rims, 500) << name;
     EXPECT_LE(energy.most, 0.1 * depth) << name;
     EXPECT_LE(energy.sum, 0) << name;

@@ -67,11 +67,14 @@ std::vector<Contact::Output> drawn(const Scene& scene, double fromX, double toX)
   const Pose& pose = scene.pieces[0].pose;
   for (int i = 0; i < 100; ++i) contact->tick(scene, inputAt(pose.apply(Vec3d(fromX, 0.3, kRadius + 0.5 - 0.015 * i))));
   const double step = toX > fromX ? 0.05 : -0.05;
-  for (double x = fromX; (toX - x) * step > 0; x += step) all.push_back(contact->tick(scene, inputAt(pose.apply(Vec3d(x, 0.3, kRadius - 1)))));
+  for (double x = fromX; (toX - x) * step > 0; x += step)
+    all.push_back(contact->tick(scene, inputAt(pose.apply(Vec3d(x, 0.3, kRadius - 1)))));
   return all;
 }
 
-double across(const Vec3d& force, const Vec3d& up) { return (force - up * force.dot(up)).norm(); }
+double across(const Vec3d& force, const Vec3d& up) {
+  return (force - up * force.dot(up)).norm();
+}
 
 TEST(MixedClay, eachPlaceFeelsLikeAPieceOfItsMaterial) {
   const clay::Version mixed = halfOf(block(), kSoft);
@@ -84,7 +87,8 @@ TEST(MixedClay, eachPlaceFeelsLikeAPieceOfItsMaterial) {
     pose.rotation = Eigen::Quaterniond(any(random), any(random), any(random), any(random)).normalized();
     const Vec3d up = pose.rotation * Vec3d::UnitZ();
     const auto both = drawn(sceneOf(mixed, 0, true, pose), -10, 10);
-    const auto hard = drawn(sceneOf(block(), 0, false, pose), -10, 10), soft = drawn(sceneOf(block(), 1, false, pose), -10, 10);
+    const auto hard = drawn(sceneOf(block(), 0, false, pose), -10, 10),
+               soft = drawn(sceneOf(block(), 1, false, pose), -10, 10);
     double jump = 0;
     for (size_t i = 1; i < both.size(); ++i) jump = std::max(jump, (both[i].force - both[i - 1].force).norm());
     const auto at = [&](double x) { return static_cast<size_t>((x + 10) / 0.05); };
@@ -95,14 +99,17 @@ TEST(MixedClay, eachPlaceFeelsLikeAPieceOfItsMaterial) {
       EXPECT_NEAR(across(both[at(x)].force, up) / both[at(x)].force.dot(up), 0.6, 0.15) << x;
     }
     std::printf("largest step of the force from one to the other: %.4f N\n", jump);
-    // Stiffness is eased (0.05 N a tick here), and where friction grows the ball sticks while the hand goes on: its way in a tick, 0.05 mm at 1.5 N/mm.
+    // Stiffness is eased (0.05 N a tick here), and where friction grows the ball sticks while the hand goes on: its way
+    // in a tick, 0.05 mm at 1.5 N/mm.
     EXPECT_LE(jump, 0.1);
   }
 }
 
 TEST(MixedClay, aRowThatIsNotThereFeelsLikeThePieceItself) {
-  const auto plain = drawn(sceneOf(block(), 0, false), -4, 4), unknown = drawn(sceneOf(halfOf(block(), kNoRow), 0, true), -4, 4),
-             unseen = drawn(sceneOf(halfOf(block(), 255), 0, true), -4, 4), noChannel = drawn(sceneOf(block(), 0, true), -4, 4);
+  const auto plain = drawn(sceneOf(block(), 0, false), -4, 4),
+             unknown = drawn(sceneOf(halfOf(block(), kNoRow), 0, true), -4, 4),
+             unseen = drawn(sceneOf(halfOf(block(), 255), 0, true), -4, 4),
+             noChannel = drawn(sceneOf(block(), 0, true), -4, 4);
   for (size_t i = 0; i < plain.size(); ++i)
     for (const auto* other : {&unknown, &unseen, &noChannel}) ASSERT_EQ((*other)[i].force, plain[i].force) << i;
 }
@@ -126,14 +133,16 @@ TEST(MixedClay, cutsYieldAsTheirMaterialSays) {
     scene.tool.work = Work::cut;
     auto contact = std::make_unique<BallContact>();
     Contact::Output out;
-    for (uint64_t i = 0; i < 1500; ++i) out = contact->tick(scene, inputAt({x, 0.3, kRadius + 0.1 - std::min(2.0, 0.004 * double(i))}, true, i));
+    for (uint64_t i = 0; i < 1500; ++i)
+      out = contact->tick(scene, inputAt({x, 0.3, kRadius + 0.1 - std::min(2.0, 0.004 * double(i))}, true, i));
     return out;
   };
   for (const double x : {-8.0, 8.0}) {
     // The spring of a cut is the piece's own everywhere; what yields is the voxels'.
     const auto got = pressed(sceneOf(mixed, 0, true), x);
     const double rests = restingDepth(kRadius, x < 0 ? 0.05 : 0.02, got.force.z());
-    std::printf("x %.0f: rests at %.3f mm under %.3f N, predicted %.3f mm\n", x, kRadius - got.proxy.z(), got.force.z(), rests);
+    std::printf("x %.0f: rests at %.3f mm under %.3f N, predicted %.3f mm\n", x, kRadius - got.proxy.z(), got.force.z(),
+                rests);
     EXPECT_GT(got.force.z(), 0.1);
     EXPECT_NEAR(kRadius - got.proxy.z(), rests, 0.05 * rests);
   }

@@ -1,4 +1,5 @@
-// Clay, parts and keep-outs in one scene: one set of planes holds the ball, and a tool that cuts clay stops at what is none.
+// Clay, parts and keep-outs in one scene: one set of planes holds the ball, and a tool that cuts clay stops at what is
+// none.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,8 @@ Contact::Input inputAt(const Vec3d& hand, bool operate = false, uint64_t index =
 // Two triangles across the world, at a height or standing at an x.
 std::shared_ptr<const PartMesh> plate(const Vec3d& at, const Vec3d& u, const Vec3d& v) {
   clay::TriangleMesh mesh;
-  for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) mesh.positions.push_back(at + 40 * a * u + 40 * b * v);
+  for (const auto& [a, b] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+    mesh.positions.push_back(at + 40 * a * u + 40 * b * v);
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   return std::make_shared<const PartMesh>(mesh);
 }
@@ -50,7 +52,8 @@ TEST(MixedScene, aBallRestsBetweenClayAndAPart) {
   scene.check();
   auto contact = std::make_unique<BallContact>();
   Contact::Output out;
-  for (int i = 0; i <= 400; ++i) out = contact->tick(scene, inputAt({0.02 * std::min(i, 200), 0.3, 4 - 0.015 * std::min(i, 200)}));
+  for (int i = 0; i <= 400; ++i)
+    out = contact->tick(scene, inputAt({0.02 * std::min(i, 200), 0.3, 4 - 0.015 * std::min(i, 200)}));
   EXPECT_EQ(out.planes, 2);
   EXPECT_NEAR(out.proxy.x(), 5 - kRadius, 0.02);
   EXPECT_NEAR(out.proxy.z(), kRadius, 0.02);
@@ -63,8 +66,10 @@ TEST(MixedScene, aCutStopsAtWhatIsNoClay) {
   for (const bool keepOut : {false, true}) {
     Scene scene = blockScene();
     scene.tool.work = haptics::Work::cut;
-    if (keepOut) scene.guides.push_back({7, KeepOutPlane{{0, 0, -6}, Vec3d::UnitZ()}, 0});
-    else scene.parts.push_back({plate({0, 0, -6}, Vec3d::UnitX(), Vec3d::UnitY()), Pose(), 0});
+    if (keepOut)
+      scene.guides.push_back({7, KeepOutPlane{{0, 0, -6}, Vec3d::UnitZ()}, 0});
+    else
+      scene.parts.push_back({plate({0, 0, -6}, Vec3d::UnitX(), Vec3d::UnitY()), Pose(), 0});
     scene.check();
     auto contact = std::make_unique<BallContact>();
     double lowest = 1e9;

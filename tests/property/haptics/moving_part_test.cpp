@@ -98,7 +98,8 @@ TEST(MovingPart, neverPassesThroughWhileItTurns) {
   const auto mesh = plate(60, 6);
   int touched = 0;
   for (int round = 0; round < 60; ++round) {
-    const double speed = std::pow(10.0, 2 + u(random)), spin = speed / (20 + 80 * std::abs(u(random)));  // mm/s, rad/s.
+    // mm/s, rad/s.
+    const double speed = std::pow(10.0, 2 + u(random)), spin = speed / (20 + 80 * std::abs(u(random)));
     const Vec3d axis = Vec3d(0.3 * u(random), u(random), u(random)).normalized(),
                 pivot(0, 30 * u(random), 30 * u(random));
     Scene scene = sceneOf(mesh);

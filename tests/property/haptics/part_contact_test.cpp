@@ -35,8 +35,9 @@ Scene sceneOf(const clay::TriangleMesh& mesh, double radiusMm) {
   return scene;
 }
 
-// A plate about z = 0 of strips along y: triangles of all sizes that share no vertex with their neighbours' corners (T-junctions), a
-// few flipped or doubled, slots between the strips of 0 to 0.9 of the ball's diameter, and every vertex a little off the plane.
+// A plate about z = 0 of strips along y: triangles of all sizes that share no vertex with their neighbours' corners
+// (T-junctions), a few flipped or doubled, slots between the strips of 0 to 0.9 of the ball's diameter, and every
+// vertex a little off the plane.
 struct Plate {
   static constexpr double kHalf = 70;  // Of its sides, mm.
   clay::TriangleMesh mesh;
@@ -59,7 +60,8 @@ Plate makePlate(std::mt19937& random) {
         const auto first = static_cast<uint32_t>(plate.mesh.positions.size());
         // Borders on the middle line keep z = 0: sides meet there without a slit in depth.
         const double left = from == middle ? 0 : height(), right = to == middle ? 0 : height();
-        plate.mesh.positions.insert(plate.mesh.positions.end(), {{from, y, left}, {to, y, right}, {to, next, right}, {from, next, left}});
+        plate.mesh.positions.insert(plate.mesh.positions.end(),
+                                    {{from, y, left}, {to, y, right}, {to, next, right}, {from, next, left}});
         plate.mesh.triangles.push_back({first, first + 1, first + 2});
         plate.mesh.triangles.push_back({first, first + 2, first + 3});
         if (random() % 4 == 0) std::swap(plate.mesh.triangles.back()[0], plate.mesh.triangles.back()[1]);
@@ -113,7 +115,8 @@ TEST(PartContact, nothingGetsThroughAPlateOfTrianglesAndGaps) {
       contact.reset();
       BallContact::Input input;
       for (int k = 0; k <= down + along; ++k) {
-        input.hand = k <= down ? Vec3d(start + (deep - start) * (double(k) / down)) : Vec3d(deep + drag * (speed * 1e-3 * (k - down)));
+        input.hand = k <= down ? Vec3d(start + (deep - start) * (double(k) / down))
+                               : Vec3d(deep + drag * (speed * 1e-3 * (k - down)));
         const BallContact::Output out = contact.tick(scene, input);
         ++ticks;
         incomplete += (out.flags & kIncomplete) != 0;
@@ -129,8 +132,9 @@ TEST(PartContact, nothingGetsThroughAPlateOfTrianglesAndGaps) {
       ASSERT_LT(leaks, 10) << "approach " << n + i;
     }
   }
-  std::printf("%llu ticks, %d approaches ended in a gap, %llu ticks incomplete, deepest overlap %.2f of the tolerance\n",
-              static_cast<unsigned long long>(ticks), inGaps, static_cast<unsigned long long>(incomplete), overlap);
+  std::printf(
+      "%llu ticks, %d approaches ended in a gap, %llu ticks incomplete, deepest overlap %.2f of the tolerance\n",
+      static_cast<unsigned long long>(ticks), inGaps, static_cast<unsigned long long>(incomplete), overlap);
   EXPECT_EQ(leaks, 0);
   EXPECT_GT(inGaps, approaches / 10) << "the test does not reach gaps";
   EXPECT_LT(overlap, 1.0);
@@ -176,8 +180,10 @@ TEST(PartContact, facetsAreNotFelt) {
   // The path itself turns by this much a tick.
   const double path = 0.08 / 42 * 180 / M_PI;
   for (const auto& [name, j] : {std::pair("facets", flat), std::pair("shaded", smooth)})
-    std::printf("5120 triangles, %s: direction %.3f° RMS, %.2f° at most from tick to tick (the path: %.3f°); size %.2f %% at most\n", name, j.rmsDeg,
-                j.maxDeg, path, 100 * j.maxSize);
+    std::printf(
+        "5120 triangles, %s: direction %.3f° RMS, %.2f° at most from tick to tick (the path: %.3f°); size %.2f %% at "
+        "most\n",
+        name, j.rmsDeg, j.maxDeg, path, 100 * j.maxSize);
   EXPECT_LT(smooth.rmsDeg, 1.5 * path);
   EXPECT_LT(smooth.maxDeg, 0.3 * flat.maxDeg);
   EXPECT_GT(flat.maxDeg, 1.0) << "the test's sphere is too fine";
@@ -188,7 +194,8 @@ TEST(PartContact, clayAndPartsHoldTheBallTogether) {
   Scene scene;
   clay::Grid grid;
   grid.voxelMm = 0.5;
-  scene.pieces.push_back({clay::makeBlock(clay::Store::make(), grid, Vec3d(0, 0, -10), Vec3d(60, 60, 20), 0), Pose(), 0});
+  scene.pieces.push_back(
+      {clay::makeBlock(clay::Store::make(), grid, Vec3d(0, 0, -10), Vec3d(60, 60, 20), 0), Pose(), 0});
   clay::TriangleMesh wall;
   wall.positions = {{0, -20, -5}, {0, 20, -5}, {0, 20, 20}, {0, -20, 20}};
   wall.triangles = {{0, 1, 2}, {0, 2, 3}};

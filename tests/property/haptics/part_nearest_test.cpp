@@ -1,4 +1,5 @@
-// Nearest points of mesh parts against every triangle, looked at by another program: soups, slivers, and meshes with all faults.
+// Nearest points of mesh parts against every triangle, looked at by another program: soups, slivers, and meshes with
+// all faults.
 
 #include <gtest/gtest.h>
 
@@ -39,17 +40,19 @@ double toTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c
 
 double bruteForce(const clay::TriangleMesh& mesh, const Vec3d& p) {
   double best = std::numeric_limits<double>::max();
-  for (const auto& [a, b, c] : mesh.triangles) best = std::min(best, toTriangle(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]));
+  for (const auto& [a, b, c] : mesh.triangles)
+    best = std::min(best, toTriangle(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]));
   return best;
 }
 
 struct Compared {
-  double worst = 0;   // Too far by, beyond what the header grants, mm.
+  double worst = 0;     // Too far by, beyond what the header grants, mm.
   double offPoint = 0;  // Distance against the point given.
   int queries = 0, patient = 0;
 };
 
-// Queries at all scales: anywhere about the part, near its triangles, and along a walk where each answer is the next one's hint.
+// Queries at all scales: anywhere about the part, near its triangles, and along a walk where each answer is the next
+// one's hint.
 Compared compare(const clay::TriangleMesh& mesh, int queries, uint32_t seed) {
   const PartMesh part(mesh);
   std::mt19937 random(seed);
@@ -100,7 +103,8 @@ TEST(PartNearest, isThatOfAllTrianglesOfRandomSoups) {
   for (int soup = 0; soup < 100; ++soup) {
     clay::TriangleMesh mesh;
     const size_t count = 1 + random() % 400;
-    const double spread = std::pow(10.0, double(random() % 5) - 1), size = spread * std::pow(10.0, -double(random() % 3));
+    const double spread = std::pow(10.0, double(random() % 5) - 1),
+                 size = spread * std::pow(10.0, -double(random() % 3));
     const Vec3d offset = soup % 4 ? Vec3d(Vec3d::Zero()) : Vec3d(vec(1e4));
     for (size_t t = 0; t < count; ++t) {
       const Vec3d at = offset + vec(spread);
@@ -108,14 +112,25 @@ TEST(PartNearest, isThatOfAllTrianglesOfRandomSoups) {
       mesh.positions.push_back(at);
       mesh.positions.push_back(at + vec(size));
       switch (random() % 8) {
-        case 0: mesh.positions.push_back(mesh.positions.back()); break;                                     // A segment
-        case 1: mesh.positions.push_back(0.3 * at + 0.7 * mesh.positions.back()); break;                    // or nearly one,
-        case 2: mesh.positions.push_back(mesh.positions.back() + vec(1e-4 * size)); break;                  // a needle,
-        case 3: mesh.positions.back() = at; mesh.positions.push_back(at); break;                            // a point,
-        default: mesh.positions.push_back(at + vec(size)); break;
+        case 0:
+          mesh.positions.push_back(mesh.positions.back());
+          break;  // A segment
+        case 1:
+          mesh.positions.push_back(0.3 * at + 0.7 * mesh.positions.back());
+          break;  // or nearly one,
+        case 2:
+          mesh.positions.push_back(mesh.positions.back() + vec(1e-4 * size));
+          break;  // a needle,
+        case 3:
+          mesh.positions.back() = at;
+          mesh.positions.push_back(at);
+          break;  // a point,
+        default:
+          mesh.positions.push_back(at + vec(size));
+          break;
       }
       mesh.triangles.push_back({first, first + 1, first + 2});
-      if (random() % 16 == 0) mesh.triangles.push_back(mesh.triangles.back());                              // twice.
+      if (random() % 16 == 0) mesh.triangles.push_back(mesh.triangles.back());  // twice.
     }
     const Compared c = compare(mesh, 1000 / kShare, kSeed + static_cast<uint32_t>(soup));
     queries += c.queries;
@@ -129,7 +144,8 @@ clay::TriangleMesh load(const std::filesystem::path& path) {
   clay::TriangleMesh mesh;
   const auto polygon = [&](const std::vector<int64_t>& corners) {
     for (size_t i = 2; i < corners.size(); ++i)
-      mesh.triangles.push_back({static_cast<uint32_t>(corners[0]), static_cast<uint32_t>(corners[i - 1]), static_cast<uint32_t>(corners[i])});
+      mesh.triangles.push_back({static_cast<uint32_t>(corners[0]), static_cast<uint32_t>(corners[i - 1]),
+                                static_cast<uint32_t>(corners[i])});
   };
   std::ifstream file(path, std::ios::binary);
   std::string line;
@@ -194,12 +210,14 @@ clay::TriangleMesh load(const std::filesystem::path& path) {
 
 TEST(PartNearest, isThatOfAllTrianglesOfMeshesWithFaults) {
   if (samples::meshData().empty()) GTEST_SKIP() << "ARGIL_DATA is not set";
-  for (const char* name : {"non_manif_hole.ply", "many_small_holes.ply", "wallhole.obj", "teapot.obj", "self_intersectA.obj", "stanford-bunny.obj"}) {
+  for (const char* name : {"non_manif_hole.ply", "many_small_holes.ply", "wallhole.obj", "teapot.obj",
+                           "self_intersectA.obj", "stanford-bunny.obj"}) {
     const clay::TriangleMesh mesh = load(samples::meshData() / name);
     ASSERT_GT(mesh.triangles.size(), 10u) << name;
     const int queries = std::clamp(static_cast<int>(20'000'000 / mesh.triangles.size()), 1000, 5000) / kShare;
     const Compared c = compare(mesh, queries, kSeed);
-    std::printf("%-22s %6zu triangles, %4d queries, %4d of them exact, off by at most %.2g mm\n", name, mesh.triangles.size(), c.queries, c.patient, c.worst);
+    std::printf("%-22s %6zu triangles, %4d queries, %4d of them exact, off by at most %.2g mm\n", name,
+                mesh.triangles.size(), c.queries, c.patient, c.worst);
     EXPECT_FALSE(::testing::Test::HasFailure()) << name;
   }
 }

@@ -1,4 +1,5 @@
-// Whatever a device says and a scene holds, in whatever order of time: no command over a limit, never one that is no number.
+// Whatever a device says and a scene holds, in whatever order of time: no command over a limit, never one that is no
+// number.
 
 #include <gtest/gtest.h>
 
@@ -19,10 +20,24 @@ namespace {
 constexpr uint64_t kSeed = 20;
 using Random = std::mt19937_64;
 
-double unit(Random& random) { return 2 * double(random() >> 11) * 0x1p-53 - 1; }
+double unit(Random& random) {
+  return 2 * double(random() >> 11) * 0x1p-53 - 1;
+}
 double odd(Random& random) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  constexpr double kOdd[] = {std::numeric_limits<double>::quiet_NaN(), kInf, -kInf, 1e300, -1e300, 1e155, 1e9, -1e7, 2e4, 2000, 5e-324, -0.0, 0};
+  constexpr double kOdd[] = {std::numeric_limits<double>::quiet_NaN(),
+                             kInf,
+                             -kInf,
+                             1e300,
+                             -1e300,
+                             1e155,
+                             1e9,
+                             -1e7,
+                             2e4,
+                             2000,
+                             5e-324,
+                             -0.0,
+                             0};
   return kOdd[random() % std::size(kOdd)];
 }
 
@@ -42,18 +57,27 @@ class MadDevice final : public Device {
     }
     answered = true;
     garbage = false;
-    if (mood_ == 3) position_ = goal_;  // A jump.
+    if (mood_ == 3) position_ = goal_;                        // A jump.
     if (mood_ != 2) position_ += 0.02 * (goal_ - position_);  // 2: stuck.
     state.pose.translation = position_;
     state.pressure = float(odd(random_));
     if (random_() % 50 == 0) buttons_ = uint32_t(random_());
     state.buttons = buttons_;
     switch (mood_) {
-      case 4: state.pose.translation[long(random_() % 3)] = odd(random_); break;
-      case 5: state.pose.rotation.coeffs()[long(random_() % 4)] = odd(random_); break;
-      case 6: answered = false; break;
-      case 7: state.pose.translation = Vec3d(odd(random_), odd(random_), odd(random_)); break;
-      default: break;
+      case 4:
+        state.pose.translation[long(random_() % 3)] = odd(random_);
+        break;
+      case 5:
+        state.pose.rotation.coeffs()[long(random_() % 4)] = odd(random_);
+        break;
+      case 6:
+        answered = false;
+        break;
+      case 7:
+        state.pose.translation = Vec3d(odd(random_), odd(random_), odd(random_));
+        break;
+      default:
+        break;
     }
     garbage = !state.pose.translation.allFinite() || !state.pose.rotation.coeffs().allFinite() ||
               state.pose.translation.norm() > kFarthestMm;
@@ -98,7 +122,8 @@ Scene anyScene(Random& random, std::span<const clay::Version> versions) {
     m.viscousFrictionNsmm = 0.01 * std::abs(unit(random));
   }
   scene.tool.radiusMm = 3 * spread(0.7);
-  if (random() % 2) scene.tool.work = std::array{haptics::Work::cut, haptics::Work::lay, haptics::Work::rub}[random() % 3];
+  if (random() % 2)
+    scene.tool.work = std::array{haptics::Work::cut, haptics::Work::lay, haptics::Work::rub}[random() % 3];
   for (uint32_t id = 1; id <= 6; ++id) {
     const Vec3d point = 10 * Vec3d(unit(random), unit(random), unit(random));
     const Vec3d normal = Vec3d(unit(random), unit(random), 0.5).normalized();
@@ -107,19 +132,44 @@ Scene anyScene(Random& random, std::span<const clay::Version> versions) {
     guide.id = id;
     guide.whileButtons = random() % 2 ? 16u << (random() % 3) : 0;
     switch (random() % 24) {
-      case 0: guide.shape = LockToPoint{point}; break;
-      case 1: guide.shape = LockToLine{point, normal}; break;
-      case 2: guide.shape = LockToPlane{point, normal}; break;
-      case 3: guide.shape = LockToNormal{}; break;
-      case 4: guide.shape = KeepOutBox{Pose{point, Eigen::Quaterniond::Identity()}, Vec3d(3, 4, 5), random() % 2 == 0}; break;
-      case 5: guide.shape = KeepOutBall{point, 8, random() % 2 == 0}; break;
-      case 6: guide.shape = WellAtPoints{{point, -point}, well}; break;
-      case 7: guide.shape = WellAtPlane{point, normal, well}; break;
-      case 8: guide.shape = Gravity{2 * normal}; break;
-      case 9: guide.shape = Viscosity{0.01}; break;
-      case 10: guide.shape = AmbientPlane{point, normal, 0.5, 4}; break;
-      case 11: guide.shape = Buoyancy{point, normal, 2, 5}; break;
-      default: continue;
+      case 0:
+        guide.shape = LockToPoint{point};
+        break;
+      case 1:
+        guide.shape = LockToLine{point, normal};
+        break;
+      case 2:
+        guide.shape = LockToPlane{point, normal};
+        break;
+      case 3:
+        guide.shape = LockToNormal{};
+        break;
+      case 4:
+        guide.shape = KeepOutBox{Pose{point, Eigen::Quaterniond::Identity()}, Vec3d(3, 4, 5), random() % 2 == 0};
+        break;
+      case 5:
+        guide.shape = KeepOutBall{point, 8, random() % 2 == 0};
+        break;
+      case 6:
+        guide.shape = WellAtPoints{{point, -point}, well};
+        break;
+      case 7:
+        guide.shape = WellAtPlane{point, normal, well};
+        break;
+      case 8:
+        guide.shape = Gravity{2 * normal};
+        break;
+      case 9:
+        guide.shape = Viscosity{0.01};
+        break;
+      case 10:
+        guide.shape = AmbientPlane{point, normal, 0.5, 4};
+        break;
+      case 11:
+        guide.shape = Buoyancy{point, normal, 2, 5};
+        break;
+      default:
+        continue;
     }
     scene.guides.push_back(guide);
   }
@@ -160,7 +210,8 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
   uint64_t touching = 0, stopped = 0, waiting = 0, stale = 0, panning = 0, clutched = 0, slewed = 0, pushed = 0;
   for (uint64_t i = 0; i < ticks; ++i) {
     if (i >= 20 && random() % 300 == 0) {
-      if (random() % 2) tick.workspace().reset();  // Home again from wherever walls and clutch took it: the clay is there.
+      // Home again from wherever walls and clutch took it: the clay is there.
+      if (random() % 2) tick.workspace().reset();
       scenes.publish(std::make_unique<const Scene>(anyScene(random, versions)));
     }
     // Time goes on, mostly.
@@ -212,11 +263,15 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
     if (i % 500 == 0) (void)ring.pop(drained);
   }
   const auto percent = [ticks](uint64_t n) { return 100 * double(n) / double(ticks); };
-  std::printf("%-9s %-10s %.0f Hz %llu ticks: touching %.0f %%, pushed %.0f %%, stopped %.0f %%, waiting %.0f %%, silent %.1f %%, panning %.0f %%, clutched %.0f %%, slewed %.1f %%\n",
-              sheet.name.c_str(), std::string(contact).c_str(), 1 / periodS, static_cast<unsigned long long>(ticks), percent(touching), percent(pushed),
-              percent(stopped), percent(waiting), percent(stale), percent(panning), percent(clutched), percent(slewed));
+  std::printf(
+      "%-9s %-10s %.0f Hz %llu ticks: touching %.0f %%, pushed %.0f %%, stopped %.0f %%, waiting %.0f %%, silent %.1f "
+      "%%, panning %.0f %%, clutched %.0f %%, slewed %.1f %%\n",
+      sheet.name.c_str(), std::string(contact).c_str(), 1 / periodS, static_cast<unsigned long long>(ticks),
+      percent(touching), percent(pushed), percent(stopped), percent(waiting), percent(stale), percent(panning),
+      percent(clutched), percent(slewed));
   if (tick.safety().slewStepN() > sheet.peakForceN) slewed = ticks;  // At a slow rate no step is too steep.
-  for (uint64_t seen : {touching, stopped, waiting, stale, panning, clutched, slewed, pushed}) EXPECT_GT(seen, ticks / 5000) << "something was never tried";
+  for (uint64_t seen : {touching, stopped, waiting, stale, panning, clutched, slewed, pushed})
+    EXPECT_GT(seen, ticks / 5000) << "something was never tried";
 }
 
 // 10^7 ticks with ARGIL_LONG=1.

@@ -26,7 +26,9 @@ using namespace testing;
 constexpr uint32_t kSeed = 23;
 constexpr double kPi = 3.14159265358979323846;
 
-uint64_t ticks(uint64_t usual, uint64_t whole) { return std::getenv("ARGIL_LONG") ? whole : usual; }
+uint64_t ticks(uint64_t usual, uint64_t whole) {
+  return std::getenv("ARGIL_LONG") ? whole : usual;
+}
 
 Scene sceneOf(const clay::Version& version, double radiusMm) {
   Scene scene;
@@ -82,7 +84,9 @@ TEST(Touch, isNeverLostWhileTheClayChanges) {
         version = past.back();
         ++undone;
       } else {
-        clay::BrushStroke stroke(version, clay::Brush::of(what > 0.1 ? clay::Method::add : what > -0.5 ? clay::Method::carve : clay::Method::smooth));
+        clay::BrushStroke stroke(version, clay::Brush::of(what > 0.1    ? clay::Method::add
+                                                          : what > -0.5 ? clay::Method::carve
+                                                                        : clay::Method::smooth));
         clay::Stamp stamp;
         stamp.strength = 0.5f;
         stamp.radius = 3 + 3 * std::abs(unit(random));
@@ -106,9 +110,11 @@ TEST(Touch, isNeverLostWhileTheClayChanges) {
     before = out.force.norm();
     ASSERT_TRUE(out.force.allFinite());
   }
-  std::printf("seed %u: %llu ticks, %llu pressed, %llu edits, %llu undone: %llu lost; force rises by %.3f N a tick at most\n", kSeed,
-              static_cast<unsigned long long>(count), static_cast<unsigned long long>(pressed), static_cast<unsigned long long>(edits),
-              static_cast<unsigned long long>(undone), static_cast<unsigned long long>(lost), steepest);
+  std::printf(
+      "seed %u: %llu ticks, %llu pressed, %llu edits, %llu undone: %llu lost; force rises by %.3f N a tick at most\n",
+      kSeed, static_cast<unsigned long long>(count), static_cast<unsigned long long>(pressed),
+      static_cast<unsigned long long>(edits), static_cast<unsigned long long>(undone),
+      static_cast<unsigned long long>(lost), steepest);
   EXPECT_GT(pressed, count / 2);
   EXPECT_GT(undone, 100u);
   EXPECT_EQ(lost, 0u);
@@ -135,8 +141,9 @@ TEST(Touch, isNeverLostInARandomWalk) {
     }
     through += overlap(truth, version, out.proxy, 3) > 0.1;
   }
-  std::printf("seed %u: %llu ticks, %llu pressed, %llu lost, %llu through\n", kSeed, static_cast<unsigned long long>(count),
-              static_cast<unsigned long long>(pressed), static_cast<unsigned long long>(lost), static_cast<unsigned long long>(through));
+  std::printf("seed %u: %llu ticks, %llu pressed, %llu lost, %llu through\n", kSeed,
+              static_cast<unsigned long long>(count), static_cast<unsigned long long>(pressed),
+              static_cast<unsigned long long>(lost), static_cast<unsigned long long>(through));
   EXPECT_GT(pressed, count / 4);
   EXPECT_EQ(lost, 0u);
   EXPECT_EQ(through, 0u);
@@ -148,7 +155,8 @@ TEST(Touch, restsAtItsRadiusInMidStroke) {
   grid.voxelMm = 0.5;
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
     auto store = clay::Store::make();
-    clay::BrushStroke stroke(clay::makeBlock(store, grid, {0, 0, -15}, {70, 70, 30}, 0.5), clay::Brush::of(clay::Method::carve));
+    clay::BrushStroke stroke(clay::makeBlock(store, grid, {0, 0, -15}, {70, 70, 30}, 0.5),
+                             clay::Brush::of(clay::Method::carve));
     auto contact = std::make_unique<BallContact>();
     double worst = 0;
     uint64_t touching = 0;
@@ -172,7 +180,8 @@ TEST(Touch, restsAtItsRadiusInMidStroke) {
       const double truth = bruteDistance(version, grid.toVoxel(out.proxy), r + 0.6, r > 10 ? 6 : 10);
       worst = std::max(worst, std::abs(truth - r));
     }
-    std::printf("r %4.1f in mid-stroke: worst %.4f voxels, %llu of 240 ticks touching\n", r, worst, static_cast<unsigned long long>(touching));
+    std::printf("r %4.1f in mid-stroke: worst %.4f voxels, %llu of 240 ticks touching\n", r, worst,
+                static_cast<unsigned long long>(touching));
     EXPECT_GT(touching, 150u);
     EXPECT_LE(worst, 0.1) << r;
   }
@@ -246,8 +255,10 @@ TEST(Touch, isSmoothOnASphere) {
   for (double voxel : {0.25, 0.5})
     for (double tool : {1.0, 3.0}) {
       const Glide g = glide(voxel, tool, 0);
-      std::printf("voxel %.2f tool %.0f mm: jump %.4f %% RMS, %.4f %% max; direction %.4f deg RMS, turns %.4f deg RMS unlike the path\n", voxel,
-                  tool, 100 * g.jumpRms, 100 * g.jumpMax, g.directionRms, g.turnRms);
+      std::printf(
+          "voxel %.2f tool %.0f mm: jump %.4f %% RMS, %.4f %% max; direction %.4f deg RMS, turns %.4f deg RMS unlike "
+          "the path\n",
+          voxel, tool, 100 * g.jumpRms, 100 * g.jumpMax, g.directionRms, g.turnRms);
       EXPECT_LE(g.jumpRms, 0.003);
       EXPECT_LE(g.jumpMax, 0.01);
       EXPECT_LE(g.directionRms, 0.1);

@@ -33,7 +33,8 @@ class ClayRecordsProperty : public ::testing::Test {
   // A stroke of a few stamps across a ball of this radius about zero.
   Version stroke(const Version& version, double radius) {
     Vec3d at = Vec3d(within(-1, 1), within(-1, 1), within(-1, 1)).normalized() * radius;
-    clay::BrushStroke brush(version, clay::Brush::of(std::array{clay::Method::carve, clay::Method::add, clay::Method::smooth}[below(3)]));
+    clay::BrushStroke brush(
+        version, clay::Brush::of(std::array{clay::Method::carve, clay::Method::add, clay::Method::smooth}[below(3)]));
     const double size = within(2, radius / 3);
     for (size_t i = 0; i < 1 + below(5); ++i) {
       const Vec3d to = at + Vec3d(within(-4, 4), within(-4, 4), within(-4, 4));
@@ -48,7 +49,9 @@ class ClayRecordsProperty : public ::testing::Test {
     grid.voxelMm = 1;
     return grid;
   }
-  static Version ball(double radius, clay::Precision precision = clay::Precision::float32) { return clay::makeSphere(clay::Store::make(precision), grid(), Vec3d(0.3, 0.2, 0.1), radius); }
+  static Version ball(double radius, clay::Precision precision = clay::Precision::float32) {
+    return clay::makeSphere(clay::Store::make(precision), grid(), Vec3d(0.3, 0.2, 0.1), radius);
+  }
 
   static void expectClosed(const Version& version) {
     clay::Surface surface;
@@ -56,7 +59,8 @@ class ClayRecordsProperty : public ::testing::Test {
     const clay::TriangleMesh mesh = surface.toMesh();
     if (mesh.triangles.empty()) return;
     const clay::TopologyReport report = clay::checkTopology(mesh);
-    ASSERT_TRUE(report.closed()) << report.boundaryEdges << " boundary edges, " << report.nonManifoldEdges << " non-manifold";
+    ASSERT_TRUE(report.closed()) << report.boundaryEdges << " boundary edges, " << report.nonManifoldEdges
+                                 << " non-manifold";
   }
   // Canonical, as the editor would make it: what is written and read again is the same.
   static void expectCanonical(const Version& version) {
@@ -76,7 +80,9 @@ class ClayRecordsProperty : public ::testing::Test {
     const RecordId root = clay.write(version, 1, held, memory, RecordCodec::raw);
     RecordIds others;
     ClayRecords other(others);
-    ASSERT_EQ(other.read(memory, root, grid(), clay::Store::make(version.store()->precision()), nullptr, 1).version.hash(), version.hash());
+    ASSERT_EQ(
+        other.read(memory, root, grid(), clay::Store::make(version.store()->precision()), nullptr, 1).version.hash(),
+        version.hash());
   }
 
   std::mt19937 random_{kSeed};
@@ -92,9 +98,11 @@ TEST_F(ClayRecordsProperty, EveryStateOfALongSessionComesBack) {
   for (int i = 0; i < 150; ++i) {
     const Version next = stroke(version, 25);
     uint64_t changed = 0;
-    Version::forEachDifference(version, next, [&](Coord, clay::Slot, clay::Slot now) { changed += now.brick() != nullptr; });
+    Version::forEachDifference(version, next,
+                               [&](Coord, clay::Slot, clay::Slot now) { changed += now.brick() != nullptr; });
     memory.puts.clear();
-    states.emplace_back(clay.write(next, 1, held, memory, i % 2 == 0 ? RecordCodec::raw : RecordCodec::predicted), next.hash());
+    states.emplace_back(clay.write(next, 1, held, memory, i % 2 == 0 ? RecordCodec::raw : RecordCodec::predicted),
+                        next.hash());
     if (i > 0) {
       ASSERT_EQ(memory.puts[RecordKind::brick], changed);
       ASSERT_LE(memory.puts[RecordKind::node], 30u);
@@ -163,7 +171,8 @@ TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
       std::erase_if(saved.records, [&](const auto& entry) { return !nothing.contains(entry.first); });
       const RecordId again = reader.write(read.version, 1, nothing, saved, RecordCodec::raw);
       RecordIds more;
-      ASSERT_EQ(ClayRecords(more).read(saved, again, grid(), clay::Store::make(), nullptr, 1).version.hash(), read.version.hash());
+      ASSERT_EQ(ClayRecords(more).read(saved, again, grid(), clay::Store::make(), nullptr, 1).version.hash(),
+                read.version.hash());
     }
   }
   EXPECT_GT(lostBricks, 1000u);
@@ -180,11 +189,13 @@ TEST_F(ClayRecordsProperty, SixteenBitsComeBackToTheBit) {
   for (int i = 0; i < 6; ++i) {
     const RecordId root = clay.write(version, 1, held, memory, i % 2 == 0 ? RecordCodec::raw : RecordCodec::predicted);
     RecordIds others(ids.next());
-    const Version back = ClayRecords(others).read(memory, root, grid(), clay::Store::make(clay::Precision::fixed16), nullptr, 2).version;
+    const Version back =
+        ClayRecords(others).read(memory, root, grid(), clay::Store::make(clay::Precision::fixed16), nullptr, 2).version;
     ASSERT_EQ(back.hash(), version.hash());
     ASSERT_EQ(back.stats().bytes(), version.stats().bytes());
     expectCanonical(back);
-    EXPECT_THROW((void)ClayRecords(others).read(memory, root, grid(), clay::Store::make(), nullptr, 1), Error) << "floats cannot hold these records";
+    EXPECT_THROW((void)ClayRecords(others).read(memory, root, grid(), clay::Store::make(), nullptr, 1), Error)
+        << "floats cannot hold these records";
     version = stroke(version, 15);
   }
 }

@@ -1,4 +1,5 @@
-// Documents and journals that were cut off or damaged at a thousand places: what is intact is given, what is not is told; nothing wrong is ever given, nothing crashes.
+// Documents and journals that were cut off or damaged at a thousand places: what is intact is given, what is not is
+// told; nothing wrong is ever given, nothing crashes.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -26,9 +27,13 @@ constexpr uint32_t kSeed = 20264;
 constexpr int kPlaces = 1000;
 constexpr RecordId kRecords = 300;
 
-std::vector<std::byte> smallBody(RecordId id) { return samples::someBytes(id * 37 % 700, id); }
+std::vector<std::byte> smallBody(RecordId id) {
+  return samples::someBytes(id * 37 % 700, id);
+}
 
-void putSmall(RecordSink& sink, RecordId id) { sink.put({id % 3 == 0 ? RecordKind::node : RecordKind::brick, RecordCodec::raw, 0, 1, id}, smallBody(id)); }
+void putSmall(RecordSink& sink, RecordId id) {
+  sink.put({id % 3 == 0 ? RecordKind::node : RecordKind::brick, RecordCodec::raw, 0, 1, id}, smallBody(id));
+}
 
 /// Of what a source gives: the ids with the content that they were given. Anything sound but different fails the test.
 std::set<RecordId> soundOf(RecordSource& source) {
@@ -39,7 +44,8 @@ std::set<RecordId> soundOf(RecordSource& source) {
     if (!record) return;
     const auto body = smallBody(ids[i]);
     EXPECT_EQ(record->header.id, ids[i]);
-    EXPECT_TRUE(std::equal(body.begin(), body.end(), record->body.begin(), record->body.end())) << "record " << ids[i] << " has become another";
+    EXPECT_TRUE(std::equal(body.begin(), body.end(), record->body.begin(), record->body.end()))
+        << "record " << ids[i] << " has become another";
     sound.insert(ids[i]);
   });
   return sound;
@@ -97,7 +103,9 @@ std::set<RecordId> untouched(const std::string& whole, const Damage& damage) {
   return ids;
 }
 
-bool contains(const std::set<RecordId>& all, const std::set<RecordId>& some) { return std::includes(all.begin(), all.end(), some.begin(), some.end()); }
+bool contains(const std::set<RecordId>& all, const std::set<RecordId>& some) {
+  return std::includes(all.begin(), all.end(), some.begin(), some.end());
+}
 
 TEST(DamagedDocuments, giveWhatIsIntactOrSayWhy) {
   std::cout << "seed " << kSeed << "\n";
@@ -162,18 +170,19 @@ TEST(DamagedDocuments, giveWhatIsIntactOrSayWhy) {
     }
     // A save into it succeeds or is refused; it takes nothing that was there. Not each time, for the disk's sake.
     if (i % 4 == 0) try {
-      file = DocumentFile::open(path, true);
-      const auto transaction = file->begin();
-      for (RecordId id = kRecords + 1; id <= kRecords + 10; ++id) putSmall(*transaction, id);
-      transaction->commit(201, kRecords + 11);
-      ++saved;
-      EXPECT_TRUE(contains(soundOf(*file), sound));
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find("a.argil: "), std::string::npos) << error.what();
-    }
+        file = DocumentFile::open(path, true);
+        const auto transaction = file->begin();
+        for (RecordId id = kRecords + 1; id <= kRecords + 10; ++id) putSmall(*transaction, id);
+        transaction->commit(201, kRecords + 11);
+        ++saved;
+        EXPECT_TRUE(contains(soundOf(*file), sound));
+      } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("a.argil: "), std::string::npos) << error.what();
+      }
     if (HasFailure()) FAIL() << "place " << i;
   }
-  std::cout << refused << " refused, " << complete << " complete, " << lossy << " opened with losses, " << saved << " saved into\n";
+  std::cout << refused << " refused, " << complete << " complete, " << lossy << " opened with losses, " << saved
+            << " saved into\n";
   EXPECT_GT(refused, kPlaces / 5);
   EXPECT_GT(complete, kPlaces / 20);
   EXPECT_GT(lossy, kPlaces / 20);

@@ -1,4 +1,5 @@
-// 3MF packages that were cut off or damaged, in their archive and in their XML: an Error of one line or a model that keeps its promises.
+// 3MF packages that were cut off or damaged, in their archive and in their XML: an Error of one line or a model that
+// keeps its promises.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -15,18 +16,22 @@ constexpr uint32_t kSeed = 20269;
 
 /// Uses most of what the reader knows.
 std::string inside() {
-  return "<metadata name=\"Title\">A &amp; B</metadata><resources><basematerials id=\"5\"><base name=\"a\" displaycolor=\"#FF0000\"/></basematerials>\n"
+  return "<metadata name=\"Title\">A &amp; B</metadata><resources><basematerials id=\"5\"><base name=\"a\" "
+         "displaycolor=\"#FF0000\"/></basematerials>\n"
          "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/></m:colorgroup>\n"
          "<object id=\"1\" name=\"t\" pid=\"5\" pindex=\"0\">" +
          samples::tetrahedronXml({"pid=\"6\" p1=\"0\" p2=\"1\" p3=\"1\"", "pid=\"6\" p1=\"1\"", "", "p1=\"0\""}) +
-         "</object><object id=\"2\"><components><component objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/><component objectid=\"3\" p:path=\"/b.model\"/></components></object>"
-         "</resources><build><item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 5 6 7\"/><item objectid=\"1\"/></build>";
+         "</object><object id=\"2\"><components><component objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 "
+         "0\"/><component objectid=\"3\" p:path=\"/b.model\"/></components></object>"
+         "</resources><build><item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 5 6 7\"/><item "
+         "objectid=\"1\"/></build>";
 }
 
 std::string package(const std::string& model) {
   return samples::zip({{"_rels/.rels", samples::kRelations},
                        {"3D/3dmodel.model", model, true},
-                       {"b.model", samples::modelXml("<resources><object id=\"3\">" + samples::tetrahedronXml() + "</object></resources><build/>")}});
+                       {"b.model", samples::modelXml("<resources><object id=\"3\">" + samples::tetrahedronXml() +
+                                                     "</object></resources><build/>")}});
 }
 
 bool loads(std::string_view bytes) {
@@ -54,23 +59,32 @@ bool loads(std::string_view bytes) {
   }
 }
 
-TEST(DamagedPackages, theSampleLoads) { EXPECT_TRUE(loads(package(samples::modelXml(inside())))); }
+TEST(DamagedPackages, theSampleLoads) {
+  EXPECT_TRUE(loads(package(samples::modelXml(inside()))));
+}
 
 TEST(DamagedPackages, cutAtEveryByte) {
   const std::string whole = package(samples::modelXml(inside()));
-  for (size_t length = 0; length < whole.size(); ++length) EXPECT_FALSE(loads(std::string_view(whole).substr(0, length))) << length;
+  for (size_t length = 0; length < whole.size(); ++length)
+    EXPECT_FALSE(loads(std::string_view(whole).substr(0, length))) << length;
 }
 
 TEST(DamagedPackages, modelsCutAtEveryByte) {
   const std::string whole = samples::modelXml(inside());
-  for (size_t length = 0; length + 1 < whole.size(); ++length) EXPECT_FALSE(loads(package(whole.substr(0, length)))) << length;
+  for (size_t length = 0; length + 1 < whole.size(); ++length)
+    EXPECT_FALSE(loads(package(whole.substr(0, length)))) << length;
 }
 
 TEST(DamagedPackages, mutations) {
   std::cout << "seed " << kSeed << "\n";
   std::mt19937 random(kSeed);
   const auto below = [&](size_t n) { return std::uniform_int_distribution<size_t>(0, n - 1)(random); };
-  constexpr std::string_view kInteresting[] = {"-1", "4294967295", "99999999999999999999", "nan", "1e999", "0", "\n", "<", "/>", "&#0;", "\"", "</object>", "<mesh>", "<!--", "]]>", " id=\"1\"", "\xff"};
+  constexpr std::string_view kInteresting[] = {"-1",        "4294967295", "99999999999999999999",
+                                               "nan",       "1e999",      "0",
+                                               "\n",        "<",          "/>",
+                                               "&#0;",      "\"",         "</object>",
+                                               "<mesh>",    "<!--",       "]]>",
+                                               " id=\"1\"", "\xff"};
   const std::string model = samples::modelXml(inside()), archive = package(model);
   int loaded = 0;
   for (int i = 0; i < 20000; ++i) {

@@ -1,4 +1,5 @@
-// Damaged files in formats that the reader process parses: read with what readers promise, or one sentence; nothing else, and never late.
+// Damaged files in formats that the reader process parses: read with what readers promise, or one sentence; nothing
+// else, and never late.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -17,7 +18,9 @@ namespace {
 
 constexpr uint32_t kSeed = 20265;
 
-int rounds() { return std::getenv("ARGIL_LONG") != nullptr ? 200 : 20; }
+int rounds() {
+  return std::getenv("ARGIL_LONG") != nullptr ? 200 : 20;
+}
 
 /// One to four changes: bytes, words of extreme size, digits of its JSON, pieces cut out or doubled, an early end.
 std::string damaged(std::string bytes, std::mt19937& random) {
@@ -25,8 +28,12 @@ std::string damaged(std::string bytes, std::mt19937& random) {
   for (size_t changes = 1 + below(4); changes > 0 && !bytes.empty(); --changes) {
     const size_t at = below(bytes.size());
     switch (below(7)) {
-      case 0: bytes[at] = char(below(256)); break;
-      case 1: bytes[at] = char(bytes[at] ^ char(1 << below(8))); break;
+      case 0:
+        bytes[at] = char(below(256));
+        break;
+      case 1:
+        bytes[at] = char(bytes[at] ^ char(1 << below(8)));
+        break;
       case 2: {
         constexpr uint32_t kWords[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, 0x7f800000, 0x7fc00000, 0x10000000};
         const uint32_t word = kWords[below(std::size(kWords))];
@@ -38,8 +45,12 @@ std::string damaged(std::string bytes, std::mt19937& random) {
         if (digit != std::string::npos) bytes[digit] = char('0' + below(10));
         break;
       }
-      case 4: bytes.erase(at, 1 + below(16)); break;
-      case 5: bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(16))); break;
+      case 4:
+        bytes.erase(at, 1 + below(16));
+        break;
+      case 5:
+        bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(16)));
+        break;
       default:
         if (below(4) == 0) bytes.resize(at);
     }
@@ -100,7 +111,8 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
   std::printf("%s: %d of %d read, %d ended the reader\n", name.c_str(), read, rounds(), crashed);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, DamagedForOthers, testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb"));
+INSTANTIATE_TEST_SUITE_P(Formats, DamagedForOthers,
+                         testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb"));
 
 }  // namespace
 }  // namespace argil::io

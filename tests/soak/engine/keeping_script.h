@@ -28,17 +28,17 @@ inline int64_t nowNs() {
 /// In a file that both programs map: it outlives the one that is killed.
 struct Progress {
   static constexpr size_t kActions = 200'000, kOps = 5'000;
-  std::atomic<int64_t> readyNs;            ///< The session works from here on.
-  std::atomic<uint64_t> actions;           ///< Points, and ops that are no strokes, in the order of the script.
-  std::atomic<uint64_t> ops;               ///< Finished.
-  std::atomic<uint64_t> savedOp;           ///< Ops that were in the newest document that saveDocument() returned for.
+  std::atomic<int64_t> readyNs;   ///< The session works from here on.
+  std::atomic<uint64_t> actions;  ///< Points, and ops that are no strokes, in the order of the script.
+  std::atomic<uint64_t> ops;      ///< Finished.
+  std::atomic<uint64_t> savedOp;  ///< Ops that were in the newest document that saveDocument() returned for.
   std::atomic<uint64_t> saves, saveErrors;
-  std::atomic<uint64_t> journalErrors;     ///< Sentences that a person would have got.
-  std::atomic<int64_t> troubledNs;         ///< When the first of them came; 0: none.
+  std::atomic<uint64_t> journalErrors;  ///< Sentences that a person would have got.
+  std::atomic<int64_t> troubledNs;      ///< When the first of them came; 0: none.
   std::atomic<double> keeperCpuS, keeperSteps;
   std::atomic<uint64_t> keeperBytes;
-  std::atomic<int64_t> at[kActions];       ///< When each was done.
-  std::atomic<uint64_t> hash[kOps + 1];    ///< Of the document after so many ops.
+  std::atomic<int64_t> at[kActions];     ///< When each was done.
+  std::atomic<uint64_t> hash[kOps + 1];  ///< Of the document after so many ops.
 };
 
 inline Progress* mapProgress(const std::filesystem::path& file, bool make) {
@@ -53,8 +53,8 @@ inline Progress* mapProgress(const std::filesystem::path& file, bool make) {
 struct Op {
   enum class Kind { stroke, undo, redo, move } kind = Kind::stroke;
   engine::Tool tool;
-  std::vector<Vec3d> points;   ///< Of a stroke, mm, one a millisecond.
-  bool save = false;           ///< A save is asked for when it is done.
+  std::vector<Vec3d> points;  ///< Of a stroke, mm, one a millisecond.
+  bool save = false;          ///< A save is asked for when it is done.
 };
 
 /// Endless, by number: strokes on a sphere of this radius about zero.

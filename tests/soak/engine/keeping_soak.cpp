@@ -1,5 +1,6 @@
-// Programs that work are killed, and programs whose disk fails go on: what is left opens, and holds all but the last second.
-// ARGIL_SOAK=N: N kills and N / 5 runs with failing writes instead of a few; ARGIL_SOAK_VOXELS=48: at so many million active voxels (1).
+// Programs that work are killed, and programs whose disk fails go on: what is left opens, and holds all but the last
+// second. ARGIL_SOAK=N: N kills and N / 5 runs with failing writes instead of a few; ARGIL_SOAK_VOXELS=48: at so many
+// million active voxels (1).
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -30,7 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-
 constexpr double kRadiusMm = 20;
 constexpr double kBandVoxels = 6;  // both sides
 
@@ -47,7 +47,9 @@ std::string exact(double value) {
 }
 
 // Active voxels of a ball: its surface times the band.
-double voxelFor(double millions) { return std::sqrt(4 * M_PI * kRadiusMm * kRadiusMm * kBandVoxels / (millions * 1e6)); }
+double voxelFor(double millions) {
+  return std::sqrt(4 * M_PI * kRadiusMm * kRadiusMm * kBandVoxels / (millions * 1e6));
+}
 
 class KeepingSoak : public testing::Test {
  protected:
@@ -61,10 +63,13 @@ class KeepingSoak : public testing::Test {
   void TearDown() override {
     if (!HasFailure()) fs::remove_all(folder);
     if (runs > 0) {
-      std::printf("  %llu runs at %.0f million active voxels: %llu with something to recover, %llu cut off in mid-stroke; lost at most %.0f ms of work; reopened in %.2f s at most, "
-                  "mean %.2f s; %llu saves, %llu failed, %llu times told of the journal\n",
-                  (unsigned long long)runs, millions, (unsigned long long)withJournal, (unsigned long long)midStroke, mostLostMs, mostReopenS, sumReopenS / double(runs),
-                  (unsigned long long)saves, (unsigned long long)saveErrors, (unsigned long long)journalErrors);
+      std::printf(
+          "  %llu runs at %.0f million active voxels: %llu with something to recover, %llu cut off in mid-stroke; lost "
+          "at most %.0f ms of work; reopened in %.2f s at most, "
+          "mean %.2f s; %llu saves, %llu failed, %llu times told of the journal\n",
+          (unsigned long long)runs, millions, (unsigned long long)withJournal, (unsigned long long)midStroke,
+          mostLostMs, mostReopenS, sumReopenS / double(runs), (unsigned long long)saves, (unsigned long long)saveErrors,
+          (unsigned long long)journalErrors);
     }
   }
 
@@ -74,20 +79,22 @@ class KeepingSoak : public testing::Test {
       modelFile = folder / "model.argil";
       clay::Grid grid;
       grid.voxelMm = voxelMm;
-      engine::saveDocument(modelFile, engine::Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), kRadiusMm)));
+      engine::saveDocument(modelFile,
+                           engine::Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), kRadiusMm)));
     }
     return modelFile;
   }
 
   struct Ended {
     int64_t killedNs = 0;
-    bool early = false;   // it was over before it was killed
+    bool early = false;  // it was over before it was killed
   };
   // Runs a session in `at` for so long after it is ready, then kills it.
   Ended run(const fs::path& at, uint64_t seed, double seconds, const std::vector<std::string>& environment) {
     Progress& progress = *mapProgress(at / "progress", true);
     const fs::path program = fs::canonical("/proc/self/exe").parent_path() / "keeping_session";
-    std::vector<std::string> words{program.string(), at.string(), std::to_string(seed), exact(kRadiusMm), exact(voxelMm)};
+    std::vector<std::string> words{program.string(), at.string(), std::to_string(seed), exact(kRadiusMm),
+                                   exact(voxelMm)};
     std::vector<char*> arguments, variables;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -96,7 +103,8 @@ class KeepingSoak : public testing::Test {
     for (std::string& each : all) variables.push_back(each.data());
     variables.push_back(nullptr);
     pid_t child = 0;
-    if (posix_spawn(&child, arguments[0], nullptr, nullptr, arguments.data(), variables.data()) != 0) throw std::runtime_error("no child");
+    if (posix_spawn(&child, arguments[0], nullptr, nullptr, arguments.data(), variables.data()) != 0)
+      throw std::runtime_error("no child");
     Ended ended;
     const int64_t begun = nowNs();
     int status = 0;
@@ -115,7 +123,8 @@ class KeepingSoak : public testing::Test {
       kill(child, SIGKILL);
       waitpid(child, &status, 0);
     } else {
-      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "the session fell over by itself: status " << status;
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0)
+          << "the session fell over by itself: status " << status;
     }
     return ended;
   }
@@ -129,11 +138,12 @@ class KeepingSoak : public testing::Test {
   }
 
   struct Place {
-    uint64_t op = 0;       // so many were finished
-    uint64_t points = 0;   // of the next one
+    uint64_t op = 0;      // so many were finished
+    uint64_t points = 0;  // of the next one
   };
   // Where in the script a document with these strokes stands: the latest such place.
-  std::optional<Place> placeOf(const Progress& progress, uint64_t seed, uint64_t ops, uint64_t hash, const std::vector<engine::JournalStroke>& strokes) const {
+  std::optional<Place> placeOf(const Progress& progress, uint64_t seed, uint64_t ops, uint64_t hash,
+                               const std::vector<engine::JournalStroke>& strokes) const {
     for (int64_t from = int64_t(ops); from >= 0; --from) {
       if (progress.hash[size_t(from)] != hash) continue;
       Place place{uint64_t(from), 0};
@@ -146,12 +156,17 @@ class KeepingSoak : public testing::Test {
         // Ops that changed nothing are no steps.
         const auto matches = [&](uint64_t op) {
           const Op scripted = opOf(seed, op, kRadiusMm, voxelMm);
-          return points.size() <= scripted.points.size() && std::equal(points.begin(), points.end(), scripted.points.begin()) && (!stroke.ended || points.size() == scripted.points.size());
+          return points.size() <= scripted.points.size() &&
+                 std::equal(points.begin(), points.end(), scripted.points.begin()) &&
+                 (!stroke.ended || points.size() == scripted.points.size());
         };
-        while (place.op < ops && !matches(place.op) && progress.hash[place.op + 1] == progress.hash[place.op]) ++place.op;
+        while (place.op < ops && !matches(place.op) && progress.hash[place.op + 1] == progress.hash[place.op])
+          ++place.op;
         all = all && matches(place.op);
-        if (stroke.ended) ++place.op;
-        else place.points = points.size();
+        if (stroke.ended)
+          ++place.op;
+        else
+          place.points = points.size();
       }
       if (all) return place;
     }
@@ -204,11 +219,14 @@ class KeepingSoak : public testing::Test {
       }
       const engine::Recovered recovered = engine::recover(found[0].journal);
       EXPECT_TRUE(recovered.document.notes.empty()) << recovered.document.notes.front();
-      std::optional<Place> place = placeOf(progress, seed, ops, hashOf(*recovered.document.states[recovered.document.done].document), recovered.strokes);
+      std::optional<Place> place = placeOf(
+          progress, seed, ops, hashOf(*recovered.document.states[recovered.document.done].document), recovered.strokes);
       // Killed between the end of an op and the count of it: then the step before is where the count stands.
       if (!place && progress.hash[ops + 1] == 0 && recovered.strokes.empty() && recovered.document.done > 0) {
         engine::Session session(recovered.document.states, recovered.document.done);
-        session.setReader([&](uint64_t kept, const engine::Document& near) { return engine::readState(*recovered.document.archive, recovered.document.base, recovered.sources, kept, near); });
+        session.setReader([&](uint64_t kept, const engine::Document& near) {
+          return engine::readState(*recovered.document.archive, recovered.document.base, recovered.sources, kept, near);
+        });
         session.undo();
         if (hashOf(*session.document()) == progress.hash[ops]) place = Place{ops + 1, 0};
       }
@@ -265,8 +283,11 @@ TEST_F(KeepingSoak, failingWritesAreToldAndLeaveTheSavedFileWhole) {
     engine::Random random(seed + 77'000);
     const bool once = random.below(2) == 0, full = random.below(2) == 0;
     const uint64_t call = 1 + random.below(random.below(2) == 0 ? 30 : 600);
-    const Ended ended = run(at, seed, random.between(0.6, 3),
-                            {"LD_PRELOAD=" + library.string(), "ARGIL_FAIL=" + std::string(full ? "enospc:" : "eio:") + std::to_string(call) + (once ? ":once" : ""), "ARGIL_FAIL_PATH=" + at.string()});
+    const Ended ended =
+        run(at, seed, random.between(0.6, 3),
+            {"LD_PRELOAD=" + library.string(),
+             "ARGIL_FAIL=" + std::string(full ? "enospc:" : "eio:") + std::to_string(call) + (once ? ":once" : ""),
+             "ARGIL_FAIL_PATH=" + at.string()});
     // While the disk takes nothing, what is made is in memory alone, and the person knows.
     const Progress& progress = *mapProgress(at / "progress", false);
     const bool told = progress.journalErrors + progress.saveErrors > 0;

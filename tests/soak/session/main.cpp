@@ -1,5 +1,5 @@
-// keeping_session FOLDER SEED RADIUS_MM VOXEL_MM: works on FOLDER/work.argil (or on an untitled ball when it is not there) in real time, as the studio's edit
-// thread does, until it is killed. FOLDER/progress tells what was done when.
+// keeping_session FOLDER SEED RADIUS_MM VOXEL_MM: works on FOLDER/work.argil (or on an untitled ball when it is not
+// there) in real time, as the studio's edit thread does, until it is killed. FOLDER/progress tells what was done when.
 
 #include <cstdio>
 #include <cstdlib>
@@ -30,7 +30,9 @@ int main(int count, char** arguments) {
   } else {
     clay::Grid grid;
     grid.voxelMm = voxel;
-    opened.states = {{.label = {}, .document = std::make_shared<const engine::Document>(engine::Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius)))}};
+    opened.states = {{.label = {},
+                      .document = std::make_shared<const engine::Document>(
+                          engine::Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius)))}};
     opened.archive = std::make_shared<engine::Archive>();
   }
   std::shared_ptr<const engine::Base> base = opened.base;
@@ -41,7 +43,9 @@ int main(int count, char** arguments) {
     if (progress.journalErrors.fetch_add(1) == 0) progress.troubledNs = soak::nowNs();
   });
   engine::Session session(opened.states, opened.done);
-  session.setReader([&](uint64_t kept, const engine::Document& near) { return engine::readState(*opened.archive, base, {}, kept, near); });
+  session.setReader([&](uint64_t kept, const engine::Document& near) {
+    return engine::readState(*opened.archive, base, {}, kept, near);
+  });
   keeper.begin(opened.states, opened.done, opened.archive, base, writer);
   session.setWatch(&keeper);
 
@@ -80,14 +84,16 @@ int main(int count, char** arguments) {
         acted();
         if (i % 2 == 0) session.publish();
         finishSave();
-        next = std::max(next + std::chrono::milliseconds(1), std::chrono::steady_clock::now() - std::chrono::milliseconds(50));
+        next = std::max(next + std::chrono::milliseconds(1),
+                        std::chrono::steady_clock::now() - std::chrono::milliseconds(50));
         std::this_thread::sleep_until(next);
       }
       session.endStroke();
     } else {
       if (op.kind == soak::Op::Kind::undo) session.undo();
       if (op.kind == soak::Op::Kind::redo) session.redo();
-      if (op.kind == soak::Op::Kind::move) session.change("Move", [](engine::Document& d) { d.pieces[0].pose.translation.x() += 0.125; });
+      if (op.kind == soak::Op::Kind::move)
+        session.change("Move", [](engine::Document& d) { d.pieces[0].pose.translation.x() += 0.125; });
       acted();
     }
     progress.hash[number + 1] = soak::hashOf(*session.document());

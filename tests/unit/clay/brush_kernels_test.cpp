@@ -26,7 +26,9 @@ Field plane(const Vec3d& normal, double off = 0) {
   return field;
 }
 
-Vec3d turned(double degrees) { return {std::sin(degrees * M_PI / 180), 0, std::cos(degrees * M_PI / 180)}; }
+Vec3d turned(double degrees) {
+  return {std::sin(degrees * M_PI / 180), 0, std::cos(degrees * M_PI / 180)};
+}
 
 void onEveryTarget(const Field& phi, const Field& solid, float sign, bool meets) {
   tests::forEachSimdTarget([&](const std::string& target) {
@@ -70,7 +72,8 @@ TEST(MeetAtAnAngle, onlyWhereBothAreNear) {
   onEveryTarget(one, other, 1, false);
 }
 
-// Two fields that differ by a step between one pair of neighbours: each pair of the brick is looked at, none across its faces.
+// Two fields that differ by a step between one pair of neighbours: each pair of the brick is looked at, none across its
+// faces.
 TEST(MeetAtAnAngle, eachPairOfNeighboursIsLookedAt) {
   for (const int step : {64, 8, 1})
     for (int v = 0; v < kBrickVoxels; ++v) {
@@ -90,11 +93,16 @@ TEST(MeetAtAnAngle, eachPairOfNeighboursIsLookedAt) {
 double falloff(int shape, double t) {
   if (t >= 1) return 0;
   switch (shape) {
-    case 0: return 1;
-    case 1: return (1 - t * t) * (1 - t * t);
-    case 2: return 1 - t;
-    case 3: return (1 - t) * (1 - t);
-    default: return std::sqrt(1 - t * t);
+    case 0:
+      return 1;
+    case 1:
+      return (1 - t * t) * (1 - t * t);
+    case 2:
+      return 1 - t;
+    case 3:
+      return (1 - t) * (1 - t);
+    default:
+      return std::sqrt(1 - t * t);
   }
 }
 
@@ -105,7 +113,7 @@ TEST(BallWeights, areTheFalloffTimesTheStrengthAndNeverLessThanBefore) {
       const SweptBall ball{0.5f, -0.25f, 1, 0, 0, 0, 0, 3, 0};
       tests::forEachSimdTarget([&](const std::string& target) {
         float weight[kBrickVoxels] = {};
-        weight[0] = 0.5f;       // Outside of the ball.
+        weight[0] = 0.5f;  // Outside of the ball.
         weight[7] = 0.0625f;
         ballWeights(ball, shape, strength, weight);
         for (int v = 0; v < kBrickVoxels; ++v) {

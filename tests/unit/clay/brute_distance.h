@@ -17,7 +17,9 @@ inline double bruteSquared(const Vec3d& p, const TriangleMesh& mesh) {
     const Vec3d &A = mesh.positions[a], &B = mesh.positions[b], &C = mesh.positions[c];
     const Vec3d n = (B - A).cross(C - A).normalized();
     const Vec3d foot = p - n * n.dot(p - A);
-    if (n.dot((B - A).cross(foot - A)) >= 0 && n.dot((C - B).cross(foot - B)) >= 0 && n.dot((A - C).cross(foot - C)) >= 0) best = std::min(best, (foot - p).squaredNorm());
+    if (n.dot((B - A).cross(foot - A)) >= 0 && n.dot((C - B).cross(foot - B)) >= 0 &&
+        n.dot((A - C).cross(foot - C)) >= 0)
+      best = std::min(best, (foot - p).squaredNorm());
     for (const auto& [from, to] : {std::pair(A, B), std::pair(B, C), std::pair(C, A)}) {
       const double t = std::clamp((p - from).dot(to - from) / (to - from).squaredNorm(), 0.0, 1.0);
       best = std::min(best, (from + t * (to - from) - p).squaredNorm());

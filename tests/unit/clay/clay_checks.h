@@ -19,8 +19,8 @@ inline std::array<float, kBrickVoxels> valuesOf(const Brick& brick) {
   return values;
 }
 
-/// Volume in voxels³ from the field alone: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average for a
-/// plane of any direction.
+/// Volume in voxels³ from the field alone: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average
+/// for a plane of any direction.
 inline double clayVolume(const Version& version) {
   Coord low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
   double volume = 0;

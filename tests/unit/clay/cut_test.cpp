@@ -25,7 +25,9 @@ TopologyReport topology(const Version& version) {
   return checkTopology(surface.toMesh());
 }
 
-Version ball(double radius = 15) { return makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius); }
+Version ball(double radius = 15) {
+  return makeSphere(Store::make(), Grid{}, Vec3d::Zero(), radius);
+}
 
 TEST(Cut, AHalfBallHasExactDistances) {
   const Version whole = ball();
@@ -43,7 +45,8 @@ TEST(Cut, AHalfBallHasExactDistances) {
     return centre;
   };
   const auto error = fieldError(half, exact, 1), band = fieldError(half, exact, 2.9);
-  std::printf("half ball: %.4f RMS, %.3f worst within 1; %.4f RMS, %.3f worst in the band\n", error.rms, error.worst, band.rms, band.worst);
+  std::printf("half ball: %.4f RMS, %.3f worst within 1; %.4f RMS, %.3f worst in the band\n", error.rms, error.worst,
+              band.rms, band.worst);
   EXPECT_LE(error.rms, 0.05);
   EXPECT_LE(band.worst, 0.7);
   testing::expectProperBand(half, 1.3);
@@ -60,7 +63,8 @@ TEST(Cut, BothPartsMakeTheWholeAndAreClosed) {
   // Rims are chamfered by half a voxel at most: 0.1 mm² of section along 2 · 90 mm.
   EXPECT_NEAR(parts, volume, 20);
   EXPECT_EQ(cut(whole, plane, true, Store::make()).hash(), a.hash());
-  for (const int threads : {1, 2, 5}) EXPECT_EQ(cut(whole, plane, true, whole.store(), nullptr, threads).hash(), a.hash());
+  for (const int threads : {1, 2, 5})
+    EXPECT_EQ(cut(whole, plane, true, whole.store(), nullptr, threads).hash(), a.hash());
 }
 
 TEST(Cut, SharesWhatItDoesNotComeNear) {
@@ -93,7 +97,8 @@ TEST(Cut, ALassoIsAPunch) {
   // A circle of many points around the z axis leaves a rod; outside of it, a ring.
   const Version whole = makeBlock(Store::make(), Grid{}, Vec3d::Zero(), {40, 30, 16}, 0);
   CurveDivider::Curve curve{{}, -Vec3d::UnitZ(), true, 0.5};
-  for (int i = 0; i < 200; ++i) curve.pointsMm.push_back({10 * std::cos(i * 0.0314159265), 10 * std::sin(i * 0.0314159265), double(i % 7)});
+  for (int i = 0; i < 200; ++i)
+    curve.pointsMm.push_back({10 * std::cos(i * 0.0314159265), 10 * std::sin(i * 0.0314159265), double(i % 7)});
   const CurveDivider divider(curve);
   const Version rod = cut(whole, divider, true, Store::make()), ring = cut(whole, divider, false, Store::make());
   const Version exact = makeCylinder(Store::make(), Grid{}, Vec3d::Zero(), 10, 16, 0);
@@ -147,9 +152,11 @@ TEST(CurveDivider, RefusesWhatIsNoCurve) {
 TEST(CurveDivider, SmoothingKeepsCornersAndRoundsTheRest) {
   // A quarter of a circle from few points, and a right angle.
   CurveDivider::Curve arc{{}, -Vec3d::UnitZ(), false, 0.2};
-  for (int i = 0; i <= 6; ++i) arc.pointsMm.push_back({10 * std::cos(i * 0.2617993878), 10 * std::sin(i * 0.2617993878), 0});
+  for (int i = 0; i <= 6; ++i)
+    arc.pointsMm.push_back({10 * std::cos(i * 0.2617993878), 10 * std::sin(i * 0.2617993878), 0});
   const CurveDivider smooth(arc);
-  for (double t = 0.3; t < 1.3; t += 0.01) EXPECT_NEAR(smooth.distance({10 * std::cos(t), 10 * std::sin(t), 5}), 0, 0.02);
+  for (double t = 0.3; t < 1.3; t += 0.01)
+    EXPECT_NEAR(smooth.distance({10 * std::cos(t), 10 * std::sin(t), 5}), 0, 0.02);
   const CurveDivider square({{{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}}, -Vec3d::UnitZ(), true, 0.2});
   EXPECT_NEAR(square.distance({5, 5, 0}), 0, 1e-9);
   EXPECT_NEAR(square.distance({5, 1, 0}), 0, 1e-9);

@@ -36,7 +36,8 @@ TEST(Warp, DerivativesAreThoseOfTheMap) {
   std::uniform_real_distribution<double> u(-1, 1);
   const WarpAxis axis{Vec3d(1, 2, 3), Vec3d(1, 0.5, 2), -4, 6};
   Lattice lattice(kBox, {4, 3, 5}), inner(kBox, {5, 5, 5});
-  for (size_t i = 0; i < lattice.points().size(); ++i) lattice.setPoint(i, lattice.restPoint(i) + Vec3d(u(random), u(random), u(random)));
+  for (size_t i = 0; i < lattice.points().size(); ++i)
+    lattice.setPoint(i, lattice.restPoint(i) + Vec3d(u(random), u(random), u(random)));
   inner.setPoint(inner.index(2, 2, 2), Vec3d(3, 1, 2));
   const Twist twist(axis, 2);
   const Taper taper(axis, 0.4);
@@ -45,7 +46,10 @@ TEST(Warp, DerivativesAreThoseOfTheMap) {
     for (int i = 0; i < 300; ++i) {
       const Vec3d p = 11 * Vec3d(u(random), u(random), u(random));
       const double along = (p - axis.originMm).dot(axis.direction.normalized());
-      if (std::abs(along - axis.fromMm) < 1e-3 || std::abs(along - axis.toMm) < 1e-3 || std::abs(std::abs(p.x()) - 10) < 1e-3) continue;  // Creases of the maps.
+      // Creases of the maps.
+      if (std::abs(along - axis.fromMm) < 1e-3 || std::abs(along - axis.toMm) < 1e-3 ||
+          std::abs(std::abs(p.x()) - 10) < 1e-3)
+        continue;
       Eigen::Matrix3d j, unused;
       (void)warp->map(p, j);
       for (int k = 0; k < 3; ++k) {
@@ -103,14 +107,17 @@ TEST(Lattice, ADraggedPlaceFollowsExactlyAndOthersAsLittleAsPossible) {
   Eigen::Matrix3d j;
   EXPECT_LE((lattice.map(p, j) - p - by).norm(), 1e-12);
   double moved = 0;
-  for (size_t i = 0; i < lattice.points().size(); ++i) moved += (lattice.points()[i] - lattice.restPoint(i)).squaredNorm();
-  // Any other change of the control points that moves the place so is larger: scaled weights of a neighbour place are one.
+  for (size_t i = 0; i < lattice.points().size(); ++i)
+    moved += (lattice.points()[i] - lattice.restPoint(i)).squaredNorm();
+  // Any other change of the control points that moves the place so is larger: scaled weights of a neighbour place are
+  // one.
   Lattice other(kBox);
   const Vec3d q(3.5, -2, 5);
   other.drag(q, by);
   const Vec3d gets = other.map(p, j) - p;
   double otherMoved = 0;
-  for (size_t i = 0; i < other.points().size(); ++i) otherMoved += (other.points()[i] - other.restPoint(i)).squaredNorm();
+  for (size_t i = 0; i < other.points().size(); ++i)
+    otherMoved += (other.points()[i] - other.restPoint(i)).squaredNorm();
   EXPECT_GT(otherMoved * by.squaredNorm() / gets.squaredNorm(), moved);
 }
 
@@ -178,8 +185,10 @@ TEST(Deform, RefusesFoldsInASentence) {
   wide.setPoint(wide.index(1, 1, 1), {2000, 0, 0});
   EXPECT_THROW((void)deform(makeSphere(Store::make(), Grid{}, Vec3d(59.4, 3, 3), 1), wide, Store::make()), Error);
   // A thick rod about a tight arc.
-  EXPECT_THROW((void)deform(ball, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, Vec3d::UnitX(), 2), Store::make()), Error);
-  EXPECT_THROW((void)deform(ball, Taper({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, 0.06), Store::make()), Error);  // 16 times thinner.
+  EXPECT_THROW((void)deform(ball, Bend({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, Vec3d::UnitX(), 2), Store::make()),
+               Error);
+  // 16 times thinner.
+  EXPECT_THROW((void)deform(ball, Taper({Vec3d::Zero(), Vec3d::UnitZ(), -5, 5}, 0.06), Store::make()), Error);
 }
 
 // A ball that is painted where x is positive, in the band.
@@ -188,7 +197,8 @@ Version halfPainted() {
   Editor editor(ball);
   ball.forEachBrick([&](const Brick& brick) {
     std::array<uint8_t, kBrickVoxels> values;
-    for (int i = 0; i < kBrickVoxels; ++i) values[size_t(i)] = brick.coord.x >= 0 && std::abs(brick.phi(i)) < 3 ? 200 : 0;
+    for (int i = 0; i < kBrickVoxels; ++i)
+      values[size_t(i)] = brick.coord.x >= 0 && std::abs(brick.phi(i)) < 3 ? 200 : 0;
     editor.setChannel(Channel::cover, brick.coord, values);
   });
   return editor.commit();
@@ -208,7 +218,8 @@ void expectPaintedWhere(const Version& version, const std::function<double(const
       if (std::abs(brick.phi(i)) < 2.5f && std::abs(at) > 2) wrong += is != (at > 0);
     }
   });
-  version.forEachBrick(Channel::cover, [&](const ChannelBrick& brick) { EXPECT_FALSE(version.find(brick.coord).isTile()); });
+  version.forEachBrick(Channel::cover,
+                       [&](const ChannelBrick& brick) { EXPECT_FALSE(version.find(brick.coord).isTile()); });
   EXPECT_GT(painted, 1000u);
   EXPECT_EQ(wrong, 0u);
   EXPECT_EQ(loose, 0u);

@@ -15,7 +15,8 @@ struct FieldError {
   uint64_t voxels = 0;
 };
 
-/// Over voxels of `version`'s bricks whose exact distance (voxels, at a voxel coordinate) is below `within`; `counts` may leave places out.
+/// Over voxels of `version`'s bricks whose exact distance (voxels, at a voxel coordinate) is below `within`; `counts`
+/// may leave places out.
 inline FieldError fieldError(const Version& version, const std::function<double(const Vec3d&)>& exact, double within,
                              const std::function<bool(const Vec3d&)>& counts = {}) {
   FieldError error;
@@ -41,7 +42,12 @@ inline FieldError fieldError(const Version& version, const std::function<double(
 /// The same between versions: `exact`'s field says what is right.
 inline FieldError fieldError(const Version& version, const Version& exact, double within) {
   Sampler sampler(exact);
-  return fieldError(version, [&](const Vec3d& p) { return double(sampler.voxel({int(p.x()), int(p.y()), int(p.z())})); }, within);
+  return fieldError(
+      version,
+      [&](const Vec3d& p) {
+        return double(sampler.voxel({int(p.x()), int(p.y()), int(p.z())}));
+      },
+      within);
 }
 
 }  // namespace argil::clay::testing

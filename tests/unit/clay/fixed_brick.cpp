@@ -27,11 +27,13 @@ TEST(FixedBrick, CodesRoundToTheNearestOnTheirSide) {
     BrickValues values, back;
     int16_t codes[kBrickVoxels], mirrored[kBrickVoxels], again[kBrickVoxels];
     for (float& value : values) value = std::uniform_real_distribution<float>(-band, band)(random);
-    values[0] = band, values[1] = -band, values[2] = 0, values[3] = 1e-9f, values[4] = -1e-9f, values[5] = -1e-42f, values[6] = std::nextafter(-band, 0.0f);
+    values[0] = band, values[1] = -band, values[2] = 0, values[3] = 1e-9f, values[4] = -1e-9f, values[5] = -1e-42f,
+    values[6] = std::nextafter(-band, 0.0f);
     ASSERT_TRUE(packDistances(values, band, codes));
     unpackDistances(codes, step, back);
     for (int i = 0; i < kBrickVoxels; ++i) {
-      EXPECT_LE(std::abs(back[i] - values[i]), (values[i] < 0 && values[i] > -step ? 1.0f : 0.5001f) * step) << values[i];
+      EXPECT_LE(std::abs(back[i] - values[i]), (values[i] < 0 && values[i] > -step ? 1.0f : 0.5001f) * step)
+          << values[i];
       EXPECT_EQ(back[i] < 0, values[i] < 0) << values[i];
       EXPECT_FALSE(std::signbit(back[i]) && back[i] == 0);
     }
@@ -41,7 +43,8 @@ TEST(FixedBrick, CodesRoundToTheNearestOnTheirSide) {
     EXPECT_EQ(codes[4], -1);
     EXPECT_EQ(codes[5], -1);
     EXPECT_EQ(codes[6], -kMostCode);
-    // What was packed is packed as itself, and mirrored distances have mirrored codes but for the one step that keeps a side.
+    // What was packed is packed as itself, and mirrored distances have mirrored codes but for the one step that keeps a
+    // side.
     ASSERT_TRUE(packDistances(back, band, again));
     for (int i = 0; i < kBrickVoxels; ++i) EXPECT_EQ(again[i], codes[i]);
     for (float& value : values) value = value == 0 ? 0 : -value;
@@ -69,7 +72,8 @@ TEST(FixedBrick, CodesRoundToTheNearestOnTheirSide) {
 
 TEST(FixedBrick, TakesHalfTheMemory) {
   EXPECT_LE(sizeof(FixedBrick), 1228u);  // 1.2 KiB
-  const Version floats = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30), fixed = makeSphere(Store::make(Precision::fixed16), Grid{}, Vec3d::Zero(), 30);
+  const Version floats = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30),
+                fixed = makeSphere(Store::make(Precision::fixed16), Grid{}, Vec3d::Zero(), 30);
   EXPECT_EQ(floats.stats().bricks, fixed.stats().bricks);
   EXPECT_EQ(fixed.stats().bytes() - fixed.stats().nodes * 4160, fixed.stats().bricks * sizeof(FixedBrick));
   EXPECT_LT(double(fixed.stats().bytes()), 0.56 * double(floats.stats().bytes()));
@@ -118,11 +122,13 @@ TEST(FixedBrick, ChangesThereAndBack) {
   Editor editor(ball);
   ball.forEachBrick([&](const Brick& brick) {
     std::array<uint8_t, kBrickVoxels> mask;
-    for (int i = 0; i < kBrickVoxels; ++i) mask[size_t(i)] = std::abs(brick.phi(i)) < 3 ? uint8_t(1 + i % 255) : uint8_t{0};
+    for (int i = 0; i < kBrickVoxels; ++i)
+      mask[size_t(i)] = std::abs(brick.phi(i)) < 3 ? uint8_t(1 + i % 255) : uint8_t{0};
     editor.setChannel(Channel::mask, brick.coord, mask);
   });
   const Version painted = editor.commit();
-  const Version fixed = withPrecision(painted, Precision::fixed16), back = withPrecision(fixed, Precision::float32), again = withPrecision(back, Precision::fixed16);
+  const Version fixed = withPrecision(painted, Precision::fixed16), back = withPrecision(fixed, Precision::float32),
+                again = withPrecision(back, Precision::fixed16);
   EXPECT_EQ(fixed.store()->precision(), Precision::fixed16);
   EXPECT_EQ(fixed.hash(), again.hash());
   double worst = 0;
@@ -132,7 +138,8 @@ TEST(FixedBrick, ChangesThereAndBack) {
     for (int i = 0; i < kBrickVoxels; ++i) {
       worst = std::max(worst, double(std::abs(there.phi(i, 3) - brick.phi(i))));
       ASSERT_EQ(there.phi(i, 3) < 0, brick.phi(i) < 0);
-      lost += std::abs(there.phi(i, 3)) < 3 && painted.find(Channel::mask, brick.coord).value(i) != back.find(Channel::mask, brick.coord).value(i);
+      lost += std::abs(there.phi(i, 3)) < 3 &&
+              painted.find(Channel::mask, brick.coord).value(i) != back.find(Channel::mask, brick.coord).value(i);
     }
   });
   EXPECT_LE(worst, 4.6e-5 * 2);  // half a step, a whole one beside zero
@@ -140,7 +147,8 @@ TEST(FixedBrick, ChangesThereAndBack) {
 }
 
 TEST(FixedBrick, ResultsKeepThePrecisionOfTheirSource) {
-  const Version fixed = makeSphere(Store::make(Precision::fixed16), Grid{}, Vec3d::Zero(), 20), floats = makeSphere(Store::make(), Grid{}, Vec3d(6, 0, 0), 15);
+  const Version fixed = makeSphere(Store::make(Precision::fixed16), Grid{}, Vec3d::Zero(), 20),
+                floats = makeSphere(Store::make(), Grid{}, Vec3d(6, 0, 0), 15);
   EXPECT_EQ(combine(fixed, floats, Combination::join).store()->precision(), Precision::fixed16);
   EXPECT_EQ(combine(floats, fixed, Combination::cut).store()->precision(), Precision::float32);
   Grid coarse;

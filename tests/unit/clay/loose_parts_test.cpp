@@ -32,16 +32,20 @@ Grid half() {
   return grid;
 }
 
-Version ball(const std::shared_ptr<Store>& store, const Vec3d& centre, double radius) { return makeSphere(store, half(), centre, radius); }
+Version ball(const std::shared_ptr<Store>& store, const Vec3d& centre, double radius) {
+  return makeSphere(store, half(), centre, radius);
+}
 
 TEST(LooseParts, SplitsTouchingBandsAndSharesTheRest) {
   const auto store = Store::make();
   // 1.2 voxels between the first two: their bands overlap.
-  const Version a = ball(store, Vec3d::Zero(), 10), b = ball(store, Vec3d(16.6, 0, 0), 6), c = ball(store, Vec3d(0, 40, 0), 3);
+  const Version a = ball(store, Vec3d::Zero(), 10), b = ball(store, Vec3d(16.6, 0, 0), 6),
+                c = ball(store, Vec3d(0, 40, 0), 3);
   const Version all = combine(combine(a, b, Combination::join), c, Combination::join);
   const std::vector<double> volumes = bodyVolumes(all);
   ASSERT_EQ(volumes.size(), 3u);
-  for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(volumes[i] / (4.0 / 3 * M_PI * std::pow(i == 0 ? 10 : i == 1 ? 6 : 3, 3)), 1, 0.02);
+  for (size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(volumes[i] / (4.0 / 3 * M_PI * std::pow(i == 0 ? 10 : i == 1 ? 6 : 3, 3)), 1, 0.02);
   const std::vector<Version> parts = splitParts(all);
   ASSERT_EQ(parts.size(), 3u);
   EXPECT_LT(errorAgainst(parts[0], [](const Vec3d& p) { return p.norm() - 10; }).surfaceMax, 0.4);
@@ -80,7 +84,8 @@ TEST(LooseParts, BodiesAndCavitiesAreTheShellsOfTheSurface) {
 
 TEST(LooseParts, CrumbsGoAndTheLargestStays) {
   const auto store = Store::make();
-  const Version a = ball(store, Vec3d::Zero(), 10), all = combine(a, ball(store, Vec3d(30, 0, 0), 2), Combination::join);
+  const Version a = ball(store, Vec3d::Zero(), 10),
+                all = combine(a, ball(store, Vec3d(30, 0, 0), 2), Combination::join);
   const Cleaned kept = removeCrumbs(all, 20), cleaned = removeCrumbs(all, 40);
   EXPECT_EQ(kept.count, 0u);
   EXPECT_EQ(kept.version, all);
@@ -95,7 +100,8 @@ TEST(LooseParts, VoidsFillAndDimplesStay) {
   const auto store = Store::make();
   const Version a = ball(store, Vec3d::Zero(), 14);
   const Version dimpled = combine(a, ball(store, Vec3d(14, 0, 0), 4), Combination::cut);
-  const Version hollow = combine(combine(dimpled, ball(store, Vec3d(-3, 0, 0), 3), Combination::cut), ball(store, Vec3d(-3, 8, 0), 1.5), Combination::cut);
+  const Version hollow = combine(combine(dimpled, ball(store, Vec3d(-3, 0, 0), 3), Combination::cut),
+                                 ball(store, Vec3d(-3, 8, 0), 1.5), Combination::cut);
   const Cleaned filled = fillVoids(hollow);
   EXPECT_EQ(filled.count, 2u);
   EXPECT_NEAR(filled.volumeMm3 / (4.0 / 3 * M_PI * (27 + 1.5 * 1.5 * 1.5)), 1, 0.03);
@@ -119,7 +125,8 @@ TEST(Mirror, HalvesAreBitEqualOnABrickFace) {
   });
   EXPECT_GT(looked, 10000u);
   expectClosed(mirrored);
-  // The kept side is the one that the normal points to: it has the lump, and beyond the plane's band nothing of it changed.
+  // The kept side is the one that the normal points to: it has the lump, and beyond the plane's band nothing of it
+  // changed.
   Sampler now(mirrored), before(lopsided);
   for (int x = 4; x < 40; ++x) EXPECT_EQ(now.voxel({x, 10, 6}), before.voxel({x, 10, 6}));
   EXPECT_GT(clayVolume(mirrored), clayVolume(lopsided));
@@ -155,15 +162,16 @@ TEST(SmoothAll, KeepsTheVolumeOfASphereAndRoundsABox) {
   const Version sphere = ball(store, Vec3d::Zero(), 20);  // 40 voxels
   const double before = clayVolume(sphere);
   const Version smooth = smoothAll(sphere, 1, true, 2), shrunk = smoothAll(sphere, 1, false, 2);
-  std::printf("one pass over a sphere of 40 voxels: volume %+.5f %% kept, %+.5f %% not\n", 100 * (clayVolume(smooth) / before - 1),
-              100 * (clayVolume(shrunk) / before - 1));
+  std::printf("one pass over a sphere of 40 voxels: volume %+.5f %% kept, %+.5f %% not\n",
+              100 * (clayVolume(smooth) / before - 1), 100 * (clayVolume(shrunk) / before - 1));
   EXPECT_NEAR(clayVolume(smooth) / before, 1, 1e-4);
   EXPECT_LT(clayVolume(shrunk) / before, 1 - 1e-4);
   EXPECT_LT(errorAgainst(smooth, [](const Vec3d& p) { return p.norm() - 20; }).surfaceMax, 0.02);
   const Version block = makeBlock(store, half(), Vec3d::Zero(), Vec3d(16, 16, 16), 0);
   const Version round = smoothAll(block, 4, false, 2);
   Sampler was(block), is(round);
-  EXPECT_GT(is.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))), was.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))) + 0.5);
+  EXPECT_GT(is.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))),
+            was.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))) + 0.5);
   EXPECT_NEAR(is.trilinear(half().toVoxel(Vec3d(8, 0, 0))), 0, 0.05);
   expectClosed(round);
   expectProperBand(round, 1.1);

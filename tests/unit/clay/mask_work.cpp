@@ -15,8 +15,12 @@
 namespace argil::clay {
 namespace {
 
-Grid unitGrid() { return {1, Vec3d::Zero(), 3}; }
-Version ball(double radius = 30) { return makeSphere(Store::make(), unitGrid(), Vec3d::Zero(), radius); }
+Grid unitGrid() {
+  return {1, Vec3d::Zero(), 3};
+}
+Version ball(double radius = 30) {
+  return makeSphere(Store::make(), unitGrid(), Vec3d::Zero(), radius);
+}
 
 Version masked(const Version& version, const Vec3d& at, double radius) {
   auto brush = std::make_shared<Brush>();
@@ -26,7 +30,9 @@ Version masked(const Version& version, const Vec3d& at, double radius) {
   return stroke.finish();
 }
 
-uint8_t maskAt(const Version& version, Coord v) { return version.find(Channel::mask, v >> 3).value(Brick::offset(v.x & 7, v.y & 7, v.z & 7)); }
+uint8_t maskAt(const Version& version, Coord v) {
+  return version.find(Channel::mask, v >> 3).value(Brick::offset(v.x & 7, v.y & 7, v.z & 7));
+}
 
 template <class Visit>
 void forBand(const Version& version, const Visit& visit) {
@@ -110,7 +116,8 @@ TEST(MaskWork, CurvatureOfABallIsOneOverItsRadius) {
     });
     EXPECT_NEAR(sum / static_cast<double>(count), 1, 0.1) << radius;
     EXPECT_LT(worst, 0.6) << radius;
-    std::printf("radius %g: mean %.3f of 1/radius, worst off by %.3f\n", radius, sum / static_cast<double>(count), worst);
+    std::printf("radius %g: mean %.3f of 1/radius, worst off by %.3f\n", radius, sum / static_cast<double>(count),
+                worst);
   }
 }
 
@@ -118,10 +125,11 @@ TEST(MaskWork, HollowsAndRidgesAreMaskedByTheirRadius) {
   BrushStroke stroke(ball(40), Brush::of(Method::carve));
   stroke.apply(Stamp{{40, 0, 0}, {40, 0, 0}, 10});
   const Version version = stroke.finish();
-  const Version hollows = maskByCavity(version, {12, false, false}, nullptr, 2), ridges = maskByCavity(version, {12, true, false});
-  EXPECT_GT(maskAt(hollows, {30, 0, 0}), 200);   // bottom of the hollow of radius 10
+  const Version hollows = maskByCavity(version, {12, false, false}, nullptr, 2),
+                ridges = maskByCavity(version, {12, true, false});
+  EXPECT_GT(maskAt(hollows, {30, 0, 0}), 200);  // bottom of the hollow of radius 10
   EXPECT_EQ(maskAt(ridges, {30, 0, 0}), 0);
-  EXPECT_EQ(maskAt(hollows, {-39, 0, 0}), 0);    // a ball of radius 40 is nearly flat
+  EXPECT_EQ(maskAt(hollows, {-39, 0, 0}), 0);  // a ball of radius 40 is nearly flat
   EXPECT_EQ(maskAt(ridges, {-39, 0, 0}), 0);
   size_t rim = 0;
   forBand(version, [&](Coord at, float phi) { rim += at.x > 34 && std::abs(phi) < 1 && maskAt(ridges, at) > 200; });

@@ -20,10 +20,10 @@ using testing::clayVolume;
 using testing::dataFile;
 using testing::expectProperBand;
 using testing::flip;
+using ::testing::HasSubstr;
 using testing::icosphere;
 using testing::meshVolume;
 using testing::readMesh;
-using ::testing::HasSubstr;
 
 constexpr uint64_t kSeed = 42;
 /// Steepest allowed where distances are of first order: beside closed holes and folds.
@@ -140,7 +140,8 @@ TEST(MeshToClay, takesFacesThatLieOnVoxels) {
 }
 
 TEST(MeshToClay, closesAHoleWhereTheWindingNumberIsAHalf) {
-  // Of a box without its lid the level one half is the lid itself, exactly: from its plane the other faces fill half the view.
+  // Of a box without its lid the level one half is the lid itself, exactly: from its plane the other faces fill half
+  // the view.
   for (const double z : {30.0, 30.4}) {
     TriangleMesh open = box({10, 10, 10}, {50, 50, z});
     open.triangles.erase(open.triangles.begin() + 2, open.triangles.begin() + 4);
@@ -443,8 +444,9 @@ TEST(MeshToClay, tellsWhatThinWallsLose) {
 
 TEST(MeshToClay, takesEveryTestMeshOrSaysWhyNot) {
   SKIP_WITHOUT_DATA();
-  for (const char* name : {"dragon_vrip_res3.ply", "suzanne.obj", "teapot.obj", "featuretype.STL", "self_intersectA.obj",
-                           "thin_tray_1002_tray_bottom.STL", "goblet_vase.stl", "gebco7510_55cl_utm.stl"}) {
+  for (const char* name :
+       {"dragon_vrip_res3.ply", "suzanne.obj", "teapot.obj", "featuretype.STL", "self_intersectA.obj",
+        "thin_tray_1002_tray_bottom.STL", "goblet_vase.stl", "gebco7510_55cl_utm.stl"}) {
     SCOPED_TRACE(name);
     const Imported imported = importData(dataMesh(std::string("mesh/") + name), 96);
     expectProperBand(imported.version, kFirstOrder);

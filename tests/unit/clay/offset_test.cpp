@@ -25,7 +25,9 @@ Grid gridOf(double voxelMm) {
   return grid;
 }
 
-double ball(const Vec3d& p, double r) { return p.norm() - r; }
+double ball(const Vec3d& p, double r) {
+  return p.norm() - r;
+}
 double box(const Vec3d& p, const Vec3d& half, double round) {
   const Vec3d q = p.cwiseAbs() - half;
   return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - round;
@@ -52,7 +54,8 @@ TEST(Offset, BoxOutwardsGetsRoundInwardsStaysSharp) {
     const auto exact = [&](const Vec3d& p) { return mm > 0 ? box(p, half, mm) : box(p, half.array() + mm, 0); };
     const auto error = errorAgainst(moved, exact);
     std::printf("box moved by %g voxels: %s\n", mm / 0.5, error.text().c_str());
-    // Outwards an edge is read through its rounding. Inwards the field beyond a sharp edge is a bound; the surface is exact.
+    // Outwards an edge is read through its rounding. Inwards the field beyond a sharp edge is a bound; the surface is
+    // exact.
     EXPECT_LT(error.surfaceRms, 0.02) << mm;
     EXPECT_LT(error.surfaceMax, mm > 0 ? 0.15 : 0.3) << mm;
     expectProperBand(moved, 1.2);
@@ -86,7 +89,9 @@ TEST(Shell, WallIsAsThickAsAsked) {
   const Version sphere = makeSphere(Store::make(), gridOf(0.5), Vec3d::Zero(), 15);
   for (const auto& [inner, outer] : {std::pair{2.0, 0.0}, {0.0, 1.5}, {1.0, 1.0}, {6.0, 5.0}}) {
     const Version wall = shell(sphere, inner, outer, 2);
-    const auto error = errorAgainst(wall, [inner = inner, outer = outer](const Vec3d& p) { return std::max(ball(p, 15 + outer), -ball(p, 15 - inner)); });
+    const auto error = errorAgainst(wall, [inner = inner, outer = outer](const Vec3d& p) {
+      return std::max(ball(p, 15 + outer), -ball(p, 15 - inner));
+    });
     std::printf("wall of %g + %g voxels: %s\n", inner / 0.5, outer / 0.5, error.text().c_str());
     EXPECT_LT(error.surfaceMax, 0.1);
     expectProperBand(wall, 1.1);

@@ -21,14 +21,19 @@ using testing::bruteSquared;
 using testing::flip;
 using testing::icosphere;
 
-ReduceOptions toCount(uint64_t triangles) { return {triangles, {}}; }
-ReduceOptions within(double mm) { return {{}, mm}; }
+ReduceOptions toCount(uint64_t triangles) {
+  return {triangles, {}};
+}
+ReduceOptions within(double mm) {
+  return {{}, mm};
+}
 
 /// Each edge of a mesh of few triangles in `parts`.
 TriangleMesh divided(const TriangleMesh& mesh, uint32_t parts) {
   TriangleMesh soup;
   for (const auto& t : mesh.triangles) {
-    const Vec3d a = mesh.positions[t[0]], ab = (mesh.positions[t[1]] - a) / parts, ac = (mesh.positions[t[2]] - a) / parts;
+    const Vec3d a = mesh.positions[t[0]], ab = (mesh.positions[t[1]] - a) / parts,
+                ac = (mesh.positions[t[2]] - a) / parts;
     const auto at = [&](uint32_t i, uint32_t j) { return Vec3d(a + i * ab + j * ac); };
     const auto add = [&](const Vec3d& p, const Vec3d& q, const Vec3d& r) {
       const auto first = static_cast<uint32_t>(soup.positions.size());
@@ -47,7 +52,9 @@ TriangleMesh divided(const TriangleMesh& mesh, uint32_t parts) {
   for (auto t : soup.triangles) {
     for (uint32_t& v : t) {
       const Vec3d p = soup.positions[v];
-      const auto [place, fresh] = numbers.try_emplace({std::lround(p.x() * 64), std::lround(p.y() * 64), std::lround(p.z() * 64)}, static_cast<uint32_t>(result.positions.size()));
+      const auto [place, fresh] =
+          numbers.try_emplace({std::lround(p.x() * 64), std::lround(p.y() * 64), std::lround(p.z() * 64)},
+                              static_cast<uint32_t>(result.positions.size()));
       if (fresh) result.positions.push_back(p);
       v = place->second;
     }
@@ -70,7 +77,9 @@ TriangleMesh torus(uint32_t around, uint32_t across, double radius, double thick
   return mesh;
 }
 
-long euler(const TopologyReport& report) { return static_cast<long>(report.vertices) - static_cast<long>(report.triangles / 2); }
+long euler(const TopologyReport& report) {
+  return static_cast<long>(report.vertices) - static_cast<long>(report.triangles / 2);
+}
 
 TEST(Reduce, SphereStaysRoundAndFacesOut) {
   const Vec3d centre(3, -5, 1000);
@@ -87,7 +96,8 @@ TEST(Reduce, SphereStaysRoundAndFacesOut) {
       const Vec3d &A = reduced.mesh.positions[a], &B = reduced.mesh.positions[b], &C = reduced.mesh.positions[c];
       EXPECT_GT((B - A).cross(C - A).dot((A + B + C) / 3 - centre), 0);
     }
-    // N equal triangles of side L lie L²/6R below a sphere through their corners, L² = 4πR²·(4/√3)/N; they lie on both sides of it, but are not equal.
+    // N equal triangles of side L lie L²/6R below a sphere through their corners, L² = 4πR²·(4/√3)/N; they lie on both
+    // sides of it, but are not equal.
     const double flat = 4 * M_PI * 20 * 4 / std::sqrt(3.0) / double(target) / 6;
     EXPECT_LT(reduced.deviation.most(), 2 * flat + 0.02) << target;
     EXPECT_GT(reduced.deviation.most(), flat / 4) << target;
@@ -100,7 +110,8 @@ TEST(Reduce, CubeBecomesTwelveTrianglesWithItsCorners) {
   EXPECT_EQ(reduced.mesh.triangles.size(), 12u);
   EXPECT_TRUE(checkTopology(reduced.mesh).closed());
   EXPECT_EQ(reduced.mesh.positions.size(), 8u);
-  for (const Vec3d& p : reduced.mesh.positions) EXPECT_LT((p.cwiseAbs() - Vec3d(8, 8, 8)).norm(), 1e-3) << p.transpose();
+  for (const Vec3d& p : reduced.mesh.positions)
+    EXPECT_LT((p.cwiseAbs() - Vec3d(8, 8, 8)).norm(), 1e-3) << p.transpose();
   EXPECT_LT(reduced.deviation.most(), 1e-3);
 }
 
@@ -161,13 +172,15 @@ TEST(Reduce, TheDeviationIsThatOfEveryPointAgainstEveryTriangle) {
       for (size_t i = 0; i < 6000 / from.triangles.size(); ++i) {
         double s = u(random), t = u(random);
         if (s + t > 1) s = 1 - s, t = 1 - t;
-        most = std::max(most, bruteSquared(from.positions[a] * (1 - s - t) + from.positions[b] * s + from.positions[c] * t, to));
+        most = std::max(
+            most, bruteSquared(from.positions[a] * (1 - s - t) + from.positions[b] * s + from.positions[c] * t, to));
       }
     for (const Vec3d& p : from.positions) most = std::max(most, bruteSquared(p, to));
     return std::sqrt(most);
   };
   const double there = sampled(original, reduced.mesh), back = sampled(reduced.mesh, original);
-  std::printf("seed 12: to %.5f (brute force %.5f), from %.5f (brute force %.5f) mm\n", reduced.deviation.toReducedMm, there, reduced.deviation.fromReducedMm, back);
+  std::printf("seed 12: to %.5f (brute force %.5f), from %.5f (brute force %.5f) mm\n", reduced.deviation.toReducedMm,
+              there, reduced.deviation.fromReducedMm, back);
   // The denser sample sees at least as much as random points but for its spacing.
   EXPECT_GE(reduced.deviation.toReducedMm, there - 0.01);
   EXPECT_GE(reduced.deviation.fromReducedMm, back - 0.01);
@@ -220,7 +233,8 @@ TEST(Reduce, WhatIsNoClosedFanStays) {
   const TopologyReport report = checkTopology(reduced.mesh);
   EXPECT_EQ(report.boundaryEdges, before.boundaryEdges);
   EXPECT_EQ(report.boundaryVertices, before.boundaryVertices);
-  EXPECT_EQ(report.nonManifoldEdges + report.nonManifoldVertices + report.flippedEdges + report.degenerateTriangles, 0u);
+  EXPECT_EQ(report.nonManifoldEdges + report.nonManifoldVertices + report.flippedEdges + report.degenerateTriangles,
+            0u);
   // Two balls that share a vertex.
   mesh = icosphere({0, 0, 0}, 10, 3);
   TriangleMesh other = icosphere({20, 0, 0}, 10, 3);

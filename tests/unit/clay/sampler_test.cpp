@@ -21,7 +21,8 @@ Version fieldOf(const F& f) {
       for (int z = -2; z < 2; ++z) {
         std::array<float, kBrickVoxels> phi;
         for (int i = 0; i < kBrickVoxels; ++i)
-          phi[static_cast<size_t>(i)] = static_cast<float>(f(Vec3d(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7))));
+          phi[static_cast<size_t>(i)] =
+              static_cast<float>(f(Vec3d(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7))));
         editor.setVoxels({x, y, z}, phi);
       }
   return editor.commit();
@@ -46,7 +47,9 @@ TEST(Sampler, TrilinearIsExactForLinearFields) {
 }
 
 TEST(Sampler, TricubicIsExactForQuadraticFields) {
-  const auto f = [](const Vec3d& p) { return 0.004 * p.x() * p.x() - 0.003 * p.y() * p.z() + 0.002 * p.z() * p.z() + 0.05 * p.y() - 0.1; };
+  const auto f = [](const Vec3d& p) {
+    return 0.004 * p.x() * p.x() - 0.003 * p.y() * p.z() + 0.002 * p.z() * p.z() + 0.05 * p.y() - 0.1;
+  };
   const Version v = fieldOf(f);
   Sampler sampler(v);
   std::mt19937_64 random(2);
@@ -79,7 +82,8 @@ TEST(Sampler, TricubicDirectionOnASphere) {
 TEST(Sampler, AnyNumberIsAnswered) {
   const Version v = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 5);
   Sampler sampler(v);
-  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), 1e300, -1e18};
+  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity(), 1e300, -1e18};
   for (const double x : bad)
     for (int axis = 0; axis < 3; ++axis) {
       Vec3d p = Vec3d::Zero();
@@ -96,7 +100,8 @@ TEST(Sampler, AgreesWithThePlainLookUpEverywhere) {
   Sampler sampler(v);
   std::mt19937_64 random(4);
   for (int i = 0; i < 20000; ++i) {
-    const Coord c{static_cast<int>(random() % 200) - 100, static_cast<int>(random() % 200) - 100, static_cast<int>(random() % 200) - 100};
+    const Coord c{static_cast<int>(random() % 200) - 100, static_cast<int>(random() % 200) - 100,
+                  static_cast<int>(random() % 200) - 100};
     ASSERT_EQ(sampler.voxel(c), v.find(c >> 3).phi(Brick::offset(c.x & 7, c.y & 7, c.z & 7), 3));
   }
 }

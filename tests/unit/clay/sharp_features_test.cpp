@@ -30,7 +30,8 @@ struct Grades {
   uint64_t folded = 0, triangles = 0;
 };
 
-Grades measure(const Version& version, const std::function<double(const Vec3d&)>& distance, const std::vector<Vec3d>& crease) {
+Grades measure(const Version& version, const std::function<double(const Vec3d&)>& distance,
+               const std::vector<Vec3d>& crease) {
   Grades grades;
   const TriangleMesh draft = meshOf(version, Grade::draft), fine = meshOf(version, Grade::fine);
   grades.draft = surfaceError(draft, distance, crease);
@@ -55,7 +56,8 @@ TEST(SharpFeatures, EdgesAndCornersOfBoxesAreWhereTheyShould) {
     if (turn > 1) box.axes = randomTurn(random);
     for (const bool cut : {false, true}) {
       const Version version = clayOf(store, 24, [&](const Vec3d& p) { return cut ? box.cut(p) : box.distance(p); });
-      const Grades g = measure(version, [&](const Vec3d& p) { return box.distance(p); }, edgesOf(box));
+      const Grades g = measure(
+          version, [&](const Vec3d& p) { return box.distance(p); }, edgesOf(box));
       EXPECT_LE(g.fine.most(), 0.15) << "seed " << seed << " turn " << turn << " cut " << cut;
       EXPECT_GE(g.draft.most(), 5 * g.fine.most());
       EXPECT_LE(g.folded, g.triangles / 200);
@@ -70,7 +72,8 @@ TEST(SharpFeatures, AnAxisAlignedBlock) {
   TurnedBox box;
   box.centre = Vec3d(0.3, 0.6, 0.1);
   const Version version = makeBlock(store, grid, box.centre, 2 * box.half, 0);
-  const Grades g = measure(version, [&](const Vec3d& p) { return box.distance(p); }, edgesOf(box));
+  const Grades g = measure(
+      version, [&](const Vec3d& p) { return box.distance(p); }, edgesOf(box));
   EXPECT_LE(g.fine.most(), 0.06);
   EXPECT_GE(g.draft.most(), 0.4);
   EXPECT_EQ(g.folded, 0u);
@@ -85,12 +88,15 @@ TEST(SharpFeatures, ConcaveEdges) {
   box.half = Vec3d(12, 10, 9);
   box.axes = randomTurn(random);
   const auto hollow = [&](const Vec3d& p) { return std::max(p.norm() - 30, -box.cut(p)); };
-  const Grades g = measure(clayOf(store, 33, hollow), [&](const Vec3d& p) { return std::max(p.norm() - 30, -box.distance(p)); }, edgesOf(box));
+  const Grades g = measure(
+      clayOf(store, 33, hollow), [&](const Vec3d& p) { return std::max(p.norm() - 30, -box.distance(p)); },
+      edgesOf(box));
   EXPECT_LE(g.fine.creaseMax, 0.05) << "seed " << seed;
   EXPECT_GE(g.draft.creaseMax, 5 * g.fine.creaseMax);
 }
 
-// Two balls cut into each other and joined: creases between curved faces, convex and concave, as a ball tool leaves them.
+// Two balls cut into each other and joined: creases between curved faces, convex and concave, as a ball tool leaves
+// them.
 TEST(SharpFeatures, CreasesBetweenCurvedFaces) {
   const uint64_t seed = 9;
   std::mt19937_64 random(seed);
@@ -100,7 +106,8 @@ TEST(SharpFeatures, CreasesBetweenCurvedFaces) {
     const Vec3d centre = axes * Vec3d(0, 0, 15);
     const double ring = std::sqrt(20.0 * 20 - 15 * 15);
     std::vector<Vec3d> crease;
-    for (int i = 0; i < 1000; ++i) crease.push_back(axes * Vec3d(ring * std::cos(i * EIGEN_PI / 500), ring * std::sin(i * EIGEN_PI / 500), 0));
+    for (int i = 0; i < 1000; ++i)
+      crease.push_back(axes * Vec3d(ring * std::cos(i * EIGEN_PI / 500), ring * std::sin(i * EIGEN_PI / 500), 0));
     for (const bool joined : {false, true}) {
       const auto both = [&](const Vec3d& p) {
         const double a = (p - centre).norm() - 20, b = (p + centre).norm() - 20;
@@ -122,7 +129,8 @@ TEST(SharpFeatures, RoundedEdges) {
   struct Row {
     double round, most, better;
   };
-  for (const Row& row : {Row{0.25, 0.25, 3}, Row{0.5, 0.25, 2.5}, Row{1, 0.25, 1.8}, Row{2, 0.2, 1.3}, Row{4, 0.12, 1.2}}) {
+  for (const Row& row :
+       {Row{0.25, 0.25, 3}, Row{0.5, 0.25, 2.5}, Row{1, 0.25, 1.8}, Row{2, 0.2, 1.3}, Row{4, 0.12, 1.2}}) {
     TurnedBox box;
     box.half = Vec3d(12, 11, 10);
     box.round = row.round;

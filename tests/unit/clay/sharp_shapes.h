@@ -16,7 +16,8 @@
 namespace argil::clay::testing {
 
 /// Clay of one voxel a millimetre around zero from distances in voxels, within `reach` voxels of zero along each axis.
-inline Version clayOf(const std::shared_ptr<Store>& store, int reach, const std::function<double(const Vec3d&)>& distance) {
+inline Version clayOf(const std::shared_ptr<Store>& store, int reach,
+                      const std::function<double(const Vec3d&)>& distance) {
   Grid grid;
   grid.voxelMm = 1;
   Editor editor(Version::empty(store, grid));
@@ -32,7 +33,8 @@ inline Version clayOf(const std::shared_ptr<Store>& store, int reach, const std:
         }
         std::array<float, kBrickVoxels> phi;
         for (int i = 0; i < kBrickVoxels; ++i)
-          phi[static_cast<size_t>(i)] = static_cast<float>(distance(Vec3d(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7))));
+          phi[static_cast<size_t>(i)] =
+              static_cast<float>(distance(Vec3d(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7))));
         editor.setVoxels({x, y, z}, phi);
       }
   return editor.commit();
@@ -59,7 +61,8 @@ inline Eigen::Matrix3d randomTurn(std::mt19937_64& random) {
   return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
 }
 
-/// Distances in voxels: of the surface's vertices and of points on its triangles to the shape, and of points of the shape's creases to the surface.
+/// Distances in voxels: of the surface's vertices and of points on its triangles to the shape, and of points of the
+/// shape's creases to the surface.
 struct SurfaceError {
   double vertexMax = 0, faceMax = 0, rms = 0;  ///< rms: over all points.
   double creaseMax = 0;
@@ -67,7 +70,8 @@ struct SurfaceError {
   [[nodiscard]] double most() const { return std::max({vertexMax, faceMax, creaseMax}); }
 };
 
-inline SurfaceError surfaceError(const TriangleMesh& mesh, const std::function<double(const Vec3d&)>& distance, const std::vector<Vec3d>& crease = {}) {
+inline SurfaceError surfaceError(const TriangleMesh& mesh, const std::function<double(const Vec3d&)>& distance,
+                                 const std::vector<Vec3d>& crease = {}) {
   SurfaceError error;
   double sum = 0;
   const auto look = [&](const Vec3d& p, double& most) {

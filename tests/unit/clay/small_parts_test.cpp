@@ -24,7 +24,8 @@ TEST(BrickSet, HoldsEachOnceInAnOrderOfItsOwn) {
   std::mt19937_64 random(1);
   std::vector<Coord> added;
   for (int i = 0; i < 2000; ++i)
-    added.push_back({static_cast<int>(random() % 40) - 20, static_cast<int>(random() % 40) - 20, static_cast<int>(random() % 40) - 20});
+    added.push_back({static_cast<int>(random() % 40) - 20, static_cast<int>(random() % 40) - 20,
+                     static_cast<int>(random() % 40) - 20});
   BrickSet forwards, backwards;
   for (size_t i = 0; i < added.size(); ++i) {
     forwards.add(added[i]);
@@ -54,7 +55,8 @@ TEST(ParallelBlocks, CarriesAFailureOut) {
     if (begin >= 640) throw std::runtime_error("planted");
   };
   EXPECT_THROW(parallelBlocks(10000, 3, fail, 64), std::runtime_error);
-  EXPECT_THROW(parallelBlocks(10000, 1, [](size_t, size_t) { throw std::runtime_error("planted"); }), std::runtime_error);
+  EXPECT_THROW(parallelBlocks(10000, 1, [](size_t, size_t) { throw std::runtime_error("planted"); }),
+               std::runtime_error);
 }
 
 TEST(BlockPool, BlocksAreAlignedApartAndUsedAgain) {
@@ -71,7 +73,8 @@ TEST(BlockPool, BlocksAreAlignedApartAndUsedAgain) {
     if (random() % 2) {
       const size_t k = random() % held.size();
       // Nobody else wrote there.
-      for (size_t j = 0; j < held[k].second; ++j) ASSERT_EQ(held[k].first[j], static_cast<unsigned char>(held[k].second));
+      for (size_t j = 0; j < held[k].second; ++j)
+        ASSERT_EQ(held[k].first[j], static_cast<unsigned char>(held[k].second));
       pool->release(held[k].first, held[k].second);
       held[k] = held.back();
       held.pop_back();
@@ -84,7 +87,8 @@ TEST(BlockPool, BlocksAreAlignedApartAndUsedAgain) {
   for (const auto& [block, bytes] : held) pool->release(block, bytes);
 }
 
-// Two threads that allocate at once get memory apart, and what they hold outlives the pool's owner: the next pool gets none of it.
+// Two threads that allocate at once get memory apart, and what they hold outlives the pool's owner: the next pool gets
+// none of it.
 TEST(BlockPool, SharesLieApartAndBlocksOutliveTheOwner) {
   auto pool = BlockPool::make();
   constexpr size_t kBytes = 192;

@@ -22,11 +22,11 @@ namespace argil::clay::testing {
 inline TriangleMesh icosphere(const Vec3d& centre, double radius, int levels) {
   const double g = (1 + std::sqrt(5.0)) / 2;
   TriangleMesh mesh;
-  mesh.positions = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4}, {11, 10, 2},
-                    {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9}, {4, 9, 5},
-                    {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.positions = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (auto& p : mesh.positions) p.normalize();
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
@@ -49,7 +49,8 @@ inline TriangleMesh icosphere(const Vec3d& centre, double radius, int levels) {
 /// Axis-aligned box of 12 triangles facing outwards.
 inline TriangleMesh box(const Vec3d& low, const Vec3d& high) {
   TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) mesh.positions.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z());
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z());
   mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   return mesh;
@@ -61,7 +62,9 @@ inline void append(TriangleMesh& mesh, const TriangleMesh& other) {
   for (auto t : other.triangles) mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
 }
 
-inline void flip(std::array<uint32_t, 3>& triangle) { std::swap(triangle[1], triangle[2]); }
+inline void flip(std::array<uint32_t, 3>& triangle) {
+  std::swap(triangle[1], triangle[2]);
+}
 
 /// Signed volume by the divergence theorem, about the first corner so that far origins cost no digits.
 inline double meshVolume(const TriangleMesh& mesh) {

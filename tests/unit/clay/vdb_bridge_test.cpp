@@ -9,7 +9,9 @@
 namespace argil::clay {
 namespace {
 
-Version there(const Version& version) { return fromVdb(version.store(), version.grid(), toVdb(version)); }
+Version there(const Version& version) {
+  return fromVdb(version.store(), version.grid(), toVdb(version));
+}
 
 TEST(VdbBridge, keepsEveryBit) {
   const auto store = Store::make();

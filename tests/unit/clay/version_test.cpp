@@ -172,7 +172,8 @@ TEST(Store, FreesExactlyWhatNoHeldVersionUses) {
     const size_t from = random() % held.size();
     Editor editor(held[from]);
     for (int i = 0; i < 5; ++i) {
-      const Coord c{static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20) - 10};
+      const Coord c{static_cast<int>(random() % 20) - 10, static_cast<int>(random() % 20) - 10,
+                    static_cast<int>(random() % 20) - 10};
       if (random() % 3 == 0)
         editor.setTile(c, random() % 2 ? Tile::inside : Tile::outside);
       else
@@ -186,8 +187,7 @@ TEST(Store, FreesExactlyWhatNoHeldVersionUses) {
       hashes.erase(hashes.begin() + drop);
     }
     store->collect(random() % 50);
-    for (size_t i = 0; step % 40 == 0 && i < held.size(); ++i)
-      ASSERT_EQ(held[i].hash(), hashes[i]) << "step " << step;
+    for (size_t i = 0; step % 40 == 0 && i < held.size(); ++i) ASSERT_EQ(held[i].hash(), hashes[i]) << "step " << step;
   }
   // One straight line left: nothing but its own bricks may be live.
   held.resize(1);

@@ -1,4 +1,5 @@
-// Colour, material and mask through operations on a whole piece: a painted sphere whose colours are known at each place.
+// Colour, material and mask through operations on a whole piece: a painted sphere whose colours are known at each
+// place.
 
 #include <gtest/gtest.h>
 
@@ -45,10 +46,13 @@ Version sphere(const std::shared_ptr<Store>& store, const Vec3d& centre, double 
   return makeSphere(store, grid, centre, radius);
 }
 
-ChannelBytes twoColours(const Vec3d& p) { return p.x() < 0 ? kRed : kBlue; }
+ChannelBytes twoColours(const Vec3d& p) {
+  return p.x() < 0 ? kRed : kBlue;
+}
 
-// Compares voxels that are beside the surface (`beside`) or in the band with what the rule says of their place. Where it says different things of the place's
-// surroundings, about `slackMm` off, all of them are right. Looks at distances up to `upTo` voxels.
+// Compares voxels that are beside the surface (`beside`) or in the band with what the rule says of their place. Where
+// it says different things of the place's surroundings, about `slackMm` off, all of them are right. Looks at distances
+// up to `upTo` voxels.
 void expectColours(const Version& clay, const Rule& rule, double slackMm, float upTo = 3) {
   uint64_t beside = 0, band = 0, wrongBeside = 0, wrongBand = 0, outside = 0;
   clay.forEachBrick([&](const Brick& brick) {
@@ -62,7 +66,8 @@ void expectColours(const Version& clay, const Rule& rule, double slackMm, float 
       }
       const Vec3d p = clay.grid().toWorld(at.toVec3d());
       bool right = bytes == rule(p), sure = true;
-      for (int i = 0; i < 27; ++i) sure &= i == 13 || rule(p + slackMm * Vec3d(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1).normalized()) == rule(p);
+      for (int i = 0; i < 27; ++i)
+        sure &= i == 13 || rule(p + slackMm * Vec3d(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1).normalized()) == rule(p);
       right |= !sure;
       if (std::abs(brick.phi(v)) > upTo) continue;
       ++band;
@@ -77,7 +82,8 @@ void expectColours(const Version& clay, const Rule& rule, double slackMm, float 
   EXPECT_EQ(wrongBand, 0u) << "of " << band << " in the band";
   EXPECT_EQ(outside, 0u) << "have a channel where there is no band";
   // What has no brick of distances has none of a channel either.
-  for (const Channel channel : kAllChannels) clay.forEachBrick(channel, [&](const ChannelBrick& brick) { EXPECT_NE(clay.find(brick.coord).brick(), nullptr); });
+  for (const Channel channel : kAllChannels)
+    clay.forEachBrick(channel, [&](const ChannelBrick& brick) { EXPECT_NE(clay.find(brick.coord).brick(), nullptr); });
 }
 
 class WholeChannels : public ::testing::Test {
@@ -85,7 +91,9 @@ class WholeChannels : public ::testing::Test {
   Version clay_ = painted(sphere(Store::make(), Vec3d::Zero(), 8), twoColours);
 };
 
-TEST_F(WholeChannels, PaintedAsItIs) { expectColours(clay_, twoColours, 0); }
+TEST_F(WholeChannels, PaintedAsItIs) {
+  expectColours(clay_, twoColours, 0);
+}
 
 TEST_F(WholeChannels, OffsetTakesTheNearestPlaceOfTheSurface) {
   for (const double mm : {0.4, 1.3, 9.0, -0.4, -4.0}) {
@@ -143,9 +151,11 @@ TEST_F(WholeChannels, MirrorTakesThemAlong) {
 
 TEST_F(WholeChannels, ALatticeTakesThemAlong) {
   Lattice lattice({Vec3d::Constant(-12), Vec3d::Constant(12)}, {2, 2, 2});
-  for (size_t i = 0; i < lattice.points().size(); ++i) lattice.setPoint(i, lattice.points()[i].cwiseProduct(Vec3d(1, 1.2, 0.9)) + Vec3d(3.1, 0, 0));
+  for (size_t i = 0; i < lattice.points().size(); ++i)
+    lattice.setPoint(i, lattice.points()[i].cwiseProduct(Vec3d(1, 1.2, 0.9)) + Vec3d(3.1, 0, 0));
   const Version moved = deform(clay_, lattice, Store::make(), nullptr, 2);
-  expectColours(moved, [](const Vec3d& p) { return twoColours(p - Vec3d(3.1, 0, 0)); }, 0.75);
+  expectColours(
+      moved, [](const Vec3d& p) { return twoColours(p - Vec3d(3.1, 0, 0)); }, 0.75);
 }
 
 TEST_F(WholeChannels, CombiningKeepsThoseOfBoth) {
@@ -157,13 +167,21 @@ TEST_F(WholeChannels, CombiningKeepsThoseOfBoth) {
     const double a = p.norm() - 8, b = (p - centre).norm() - 5.3;
     return (inward ? a > b : a < b) ? twoColours(p) : kGreen;
   };
-  expectColours(combine(clay_, other, Combination::join), [&](const Vec3d& p) { return nearer(p, false); }, 1.01, kNear);
-  expectColours(combine(clay_, other, Combination::intersect), [&](const Vec3d& p) { return nearer(p, true); }, 1.01, kNear);
-  expectColours(combine(clay_, other, Combination::cut), [&](const Vec3d& p) { return p.norm() - 8 > 5.3 - (p - centre).norm() ? twoColours(p) : kGreen; }, 1.01, kNear);
-  expectColours(combine(clay_, other, Combination::join, {.blendMm = 2, .threads = 2}), [&](const Vec3d& p) { return nearer(p, false); }, 1.51, kNear);
+  expectColours(
+      combine(clay_, other, Combination::join), [&](const Vec3d& p) { return nearer(p, false); }, 1.01, kNear);
+  expectColours(
+      combine(clay_, other, Combination::intersect), [&](const Vec3d& p) { return nearer(p, true); }, 1.01, kNear);
+  expectColours(
+      combine(clay_, other, Combination::cut),
+      [&](const Vec3d& p) { return p.norm() - 8 > 5.3 - (p - centre).norm() ? twoColours(p) : kGreen; }, 1.01, kNear);
+  expectColours(
+      combine(clay_, other, Combination::join, {.blendMm = 2, .threads = 2}),
+      [&](const Vec3d& p) { return nearer(p, false); }, 1.51, kNear);
   // One without any takes those of the other.
   const Version plain = sphere(Store::make(), Vec3d::Zero(), 8);
-  expectColours(combine(plain, other, Combination::join), [&](const Vec3d& p) { return p.norm() - 8 < (p - centre).norm() - 5.3 ? ChannelBytes{} : kGreen; }, 1.01, kNear);
+  expectColours(
+      combine(plain, other, Combination::join),
+      [&](const Vec3d& p) { return p.norm() - 8 < (p - centre).norm() - 5.3 ? ChannelBytes{} : kGreen; }, 1.01, kNear);
 }
 
 TEST_F(WholeChannels, MaterialsOfTheSecondGetOtherNumbers) {
@@ -175,7 +193,8 @@ TEST_F(WholeChannels, MaterialsOfTheSecondGetOtherNumbers) {
   expectColours(combine(clay_, other, Combination::join, {.materials = {0, 7, 8, 9}}), rule, 1.01, 2.5);
 }
 
-// Creases and thin places, where values are made anew after channels were carried: no voxel of the band is left without.
+// Creases and thin places, where values are made anew after channels were carried: no voxel of the band is left
+// without.
 TEST_F(WholeChannels, NoVoxelIsLeftOutAtCreases) {
   const auto store = Store::make();
   const Rule green = [](const Vec3d&) { return kGreen; };
@@ -187,8 +206,10 @@ TEST_F(WholeChannels, NoVoxelIsLeftOutAtCreases) {
   pose.rotate(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()));
   Grid fine;
   fine.voxelMm = 0.26;
-  for (const Version& result : {resample(clay, fine, pose, 2), offset(clay, 0.8, 2), offset(clay, -0.3, 2), shell(clay, 0.8, 0.8, 2), smoothAll(clay, 1, true, 2),
-                                mirrorHalf(clay, Vec3d(0.3, 0, 0), Vec3d(1, 0.4, 0.2), 2), combine(clay, resample(clay, clay.grid(), pose, 2), Combination::join)})
+  for (const Version& result :
+       {resample(clay, fine, pose, 2), offset(clay, 0.8, 2), offset(clay, -0.3, 2), shell(clay, 0.8, 0.8, 2),
+        smoothAll(clay, 1, true, 2), mirrorHalf(clay, Vec3d(0.3, 0, 0), Vec3d(1, 0.4, 0.2), 2),
+        combine(clay, resample(clay, clay.grid(), pose, 2), Combination::join)})
     expectColours(result, green, 0);
 }
 

@@ -21,7 +21,8 @@ struct FieldError {
   double surfaceRms = 0, surfaceMax = 0, bandRms = 0, bandMax = 0;
   uint64_t surface = 0, inBand = 0;
   [[nodiscard]] std::string text() const {
-    return fmt::format("near the surface {:.4f} RMS {:.4f} max, in the band {:.4f} RMS {:.4f} max", surfaceRms, surfaceMax, bandRms, bandMax);
+    return fmt::format("near the surface {:.4f} RMS {:.4f} max, in the band {:.4f} RMS {:.4f} max", surfaceRms,
+                       surfaceMax, bandRms, bandMax);
   }
 };
 

@@ -28,13 +28,15 @@ TEST(WindingColumns, agreesWithSolidAngles) {
   TriangleMesh mesh;
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> place(10, 40), size(2, 9);
-  for (int i = 0; i < 12; ++i) testing::append(mesh, testing::icosphere({place(random), place(random), place(random)}, size(random), 2));
+  for (int i = 0; i < 12; ++i)
+    testing::append(mesh, testing::icosphere({place(random), place(random), place(random)}, size(random), 2));
   const WindingColumns columns(mesh);
   const WindingNumber winding(mesh);
   int most = 0;
   for (int i = 0; i < 3000; ++i) {
     const Coord v{int32_t(random() % 50), int32_t(random() % 50), int32_t(random() % 50)};
-    ASSERT_EQ(columns.at(v), int(std::lround(winding.exact(v.toVec3d())))) << "seed " << kSeed << " voxel " << v.x << ' ' << v.y << ' ' << v.z;
+    ASSERT_EQ(columns.at(v), int(std::lround(winding.exact(v.toVec3d()))))
+        << "seed " << kSeed << " voxel " << v.x << ' ' << v.y << ' ' << v.z;
     most = std::max(most, columns.at(v));
   }
   EXPECT_GE(most, 2) << "the bodies were meant to overlap";

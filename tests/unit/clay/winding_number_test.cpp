@@ -77,7 +77,8 @@ TEST(WindingNumber, agreesWithTheSumOnRandomSoups) {
     TriangleMesh soup;
     for (uint32_t i = 0; i < 500; ++i) {
       const Vec3d c(normal(random), normal(random), normal(random));
-      for (int k = 0; k < 3; ++k) soup.positions.push_back(c + size * Vec3d(normal(random), normal(random), normal(random)));
+      for (int k = 0; k < 3; ++k)
+        soup.positions.push_back(c + size * Vec3d(normal(random), normal(random), normal(random)));
       soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     EXPECT_LE(worstError(soup, 2000), 0.01) << "seed " << kSeed << ", triangle size " << size;

@@ -11,7 +11,9 @@
 namespace argil::engine {
 namespace {
 
-clay::Version ball(double radiusMm = 10) { return clay::makeSphere(clay::Store::make(), {.voxelMm = 0.5}, Vec3d::Zero(), radiusMm); }
+clay::Version ball(double radiusMm = 10) {
+  return clay::makeSphere(clay::Store::make(), {.voxelMm = 0.5}, Vec3d::Zero(), radiusMm);
+}
 
 Piece pieceOf(const clay::Version& version) {
   Piece piece;
@@ -111,7 +113,8 @@ TEST(Document, RowsOfMaterialsAreTheScenes) {
 TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
   using Kind = Guide::Kind;
   using Feel = Guide::Feel;
-  for (const Kind kind : {Kind::plane, Kind::line, Kind::point, Kind::curve, Kind::keepOutBox, Kind::ruler, Kind::angle}) {
+  for (const Kind kind :
+       {Kind::plane, Kind::line, Kind::point, Kind::curve, Kind::keepOutBox, Kind::ruler, Kind::angle}) {
     for (const Feel feel : {Feel::seen, Feel::lock, Feel::well, Feel::keepOut}) {
       Guide guide;
       guide.kind = kind;
@@ -129,10 +132,17 @@ TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
           EXPECT_EQ(is.operator()<haptics::LockToPlane>(), feel == Feel::lock);
           EXPECT_EQ(is.operator()<haptics::KeepOutPlane>(), feel == Feel::keepOut);
           break;
-        case Kind::line: EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToLine>()); break;
-        case Kind::point: EXPECT_TRUE(well ? is.operator()<haptics::WellAtPoints>() : is.operator()<haptics::LockToPoint>()); break;
-        case Kind::curve: EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToCurve>()); break;
-        default: EXPECT_TRUE(is.operator()<haptics::KeepOutBox>());
+        case Kind::line:
+          EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToLine>());
+          break;
+        case Kind::point:
+          EXPECT_TRUE(well ? is.operator()<haptics::WellAtPoints>() : is.operator()<haptics::LockToPoint>());
+          break;
+        case Kind::curve:
+          EXPECT_TRUE(well ? is.operator()<haptics::WellAtCurve>() : is.operator()<haptics::LockToCurve>());
+          break;
+        default:
+          EXPECT_TRUE(is.operator()<haptics::KeepOutBox>());
       }
     }
   }
@@ -148,9 +158,7 @@ const Tool kCarve{"carve", 2};
 TEST(SessionOfADocument, ChangesAreStepsAndMergeByKey) {
   Session session(ball());
   const DocumentPtr first = session.document();
-  const auto move = [](double x) {
-    return [x](Document& document) { document.pieces[0].pose.translation.x() = x; };
-  };
+  const auto move = [](double x) { return [x](Document& document) { document.pieces[0].pose.translation.x() = x; }; };
   session.change("Move", move(1), "drag");
   session.change("Move", move(2), "drag");
   EXPECT_EQ(session.undoSteps(), 1u);
@@ -167,10 +175,12 @@ TEST(SessionOfADocument, ChangesAreStepsAndMergeByKey) {
   EXPECT_EQ(session.document()->pieces[0].name, "Head");
   EXPECT_THROW(session.goTo(4), Error);
   // What throws changes nothing.
-  EXPECT_THROW(session.change("Bad", [](Document& document) {
-    document.pieces[0].name = "x";
-    throw Error("no");
-  }), Error);
+  EXPECT_THROW(session.change("Bad",
+                              [](Document& document) {
+                                document.pieces[0].name = "x";
+                                throw Error("no");
+                              }),
+               Error);
   EXPECT_EQ(session.document()->pieces[0].name, "Head");
   EXPECT_EQ(session.undoSteps(), 3u);
 }

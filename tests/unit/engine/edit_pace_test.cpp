@@ -305,7 +305,8 @@ TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
     scribble();
     const auto told = [&] {
       size_t count = 0;
-      for (size_t at = said().find("cannot keep up"); at != std::string::npos; at = all.find("cannot keep up", at + 1)) ++count;
+      for (size_t at = said().find("cannot keep up"); at != std::string::npos; at = all.find("cannot keep up", at + 1))
+        ++count;
       return count;
     };
     ASSERT_TRUE(until([&] { return told() == times; })) << all;

@@ -34,7 +34,9 @@ std::vector<Id> idsOf(const Document& document, const FeltPieces& felt) {
   return ids;
 }
 
-bool has(const std::vector<Id>& ids, Id id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
+bool has(const std::vector<Id>& ids, Id id) {
+  return std::find(ids.begin(), ids.end(), id) != ids.end();
+}
 
 TEST(FeltPieces, allAreFeltWhereAllFit) {
   Document document = row(haptics::kMaxPieces);

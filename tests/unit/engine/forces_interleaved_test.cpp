@@ -22,8 +22,8 @@ using argil::testing::Interleaver;
 using haptics::ForceGate;
 using haptics::StopOwner;
 
-constexpr double kPeriodS =
-    1.0 / 8000;                  // The slew limit of a tick is then below the force that acts: a beginning is seen.
+// The slew limit of a tick is then below the force that acts: a beginning is seen.
+constexpr double kPeriodS = 1.0 / 8000;
 constexpr double kForceN = 0.3;  // Below what a servo may begin with.
 
 /// What the order of the steps has been so far. Each record is one step with what it records.

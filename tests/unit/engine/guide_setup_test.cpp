@@ -74,28 +74,39 @@ TEST(GuideSetup, everyKindIsReadWrittenAndFitForAScene) {
 }
 
 TEST(GuideSetup, saysWhatIsWrong) {
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock"}]})"), HasSubstr("setup[0].guides[0].guide: unknown \"lock\"; known are lock_to_point"));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock"}]})"),
+              HasSubstr("setup[0].guides[0].guide: unknown \"lock\"; known are lock_to_point"));
   EXPECT_THAT(complaint(R"({"guides": [{"at": [0, 0, 0]}]})"), HasSubstr("\"guide\" is missing"));
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_line", "at": [0, 0, 0]}]})"), HasSubstr("\"direction\" is missing"));
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_line", "at": [0, 0, 0], "direction": [0, 0, 0]}]})"), HasSubstr("is no direction"));
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_point", "at": [0, 0, 0], "force_n": 1}]})"), HasSubstr("unknown key \"force_n\""));
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_curve", "points": [[0, 0, 0]]}]})"), HasSubstr("setup[0].guides[0].points"));
-  EXPECT_THAT(complaint(R"({"guides": [{"guide": "keep_out_ball", "at": [0, 0, 0], "radius_mm": 0}]})"), HasSubstr("radius_mm"));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_line", "at": [0, 0, 0]}]})"),
+              HasSubstr("\"direction\" is missing"));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_line", "at": [0, 0, 0], "direction": [0, 0, 0]}]})"),
+              HasSubstr("is no direction"));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_point", "at": [0, 0, 0], "force_n": 1}]})"),
+              HasSubstr("unknown key \"force_n\""));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_curve", "points": [[0, 0, 0]]}]})"),
+              HasSubstr("setup[0].guides[0].points"));
+  EXPECT_THAT(complaint(R"({"guides": [{"guide": "keep_out_ball", "at": [0, 0, 0], "radius_mm": 0}]})"),
+              HasSubstr("radius_mm"));
   EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock_to_normal"}]}, {"guides": []})"), HasSubstr("is there twice"));
-  EXPECT_THAT(complaint(R"({"material": {"static_friction": 0.1, "dynamic_friction": 0.2}})"), HasSubstr("no more than static_friction"));
+  EXPECT_THAT(complaint(R"({"material": {"static_friction": 0.1, "dynamic_friction": 0.2}})"),
+              HasSubstr("no more than static_friction"));
   EXPECT_THAT(complaint(R"({"material": {"softness": 1}})"), HasSubstr("unknown key"));
   EXPECT_THAT(complaint(R"({"material": {"hardness_nmm2": -1}})"), HasSubstr("out of range"));
 }
 
 TEST(GuideSetup, materialsSurviveWriting) {
-  const Script first = parseScript(script(R"({"material": {"stiffness_nmm": 0.7, "static_friction": 0.4, "dynamic_friction": 0.3}})"), "cut.json");
+  const Script first = parseScript(
+      script(R"({"material": {"stiffness_nmm": 0.7, "static_friction": 0.4, "dynamic_friction": 0.3}})"), "cut.json");
   EXPECT_EQ(first.material.stiffnessNmm, 0.7);
   EXPECT_EQ(first.material.hardnessNmm2, haptics::Material().hardnessNmm2);
   EXPECT_EQ(parseScript(formatScript(first), "again.json"), first);
 }
 
 TEST(GuideSetup, rowsOfMaterialsSurviveWriting) {
-  const Script first = parseScript(script(R"({"materials": [{"name": "wax", "colour": "#3366cc", "material": {"stiffness_nmm": 0.7}}, {"name": "as it is"}]})"), "cut.json");
+  const Script first = parseScript(
+      script(
+          R"({"materials": [{"name": "wax", "colour": "#3366cc", "material": {"stiffness_nmm": 0.7}}, {"name": "as it is"}]})"),
+      "cut.json");
   ASSERT_EQ(first.materials.size(), 2u);
   EXPECT_EQ(bytesOf(first.materials[0].colour.value()), (std::array<uint8_t, 3>{0x33, 0x66, 0xcc}));
   EXPECT_EQ(first.materials[0].material.stiffnessNmm, 0.7);
@@ -111,10 +122,13 @@ TEST(GuideSetup, aPlaneHoldsTheCutOfAHandThatWobbles) {
   const auto cut = [](const std::string& guides) {
     std::string path;
     for (int i = 0; i <= 60; ++i) {
-      path += (i ? ", " : "") + fmt::format("[{}, {}, 0, {}]", 0.04 * i, -12 + 0.4 * i, 11.5 + (i > 5 ? 1.2 * std::sin(0.6 * i) : 0));
+      path += (i ? ", " : "") +
+              fmt::format("[{}, {}, 0, {}]", 0.04 * i, -12 + 0.4 * i, 11.5 + (i > 5 ? 1.2 * std::sin(0.6 * i) : 0));
     }
-    const Script whole = parseScript(
-        script(R"({"block": {"size_mm": [40, 20, 20]}})" + guides, R"({"tool": "carve", "radius_mm": 2, "drive": "hand", "path": [)" + path + "]}"), "cut.json");
+    const Script whole =
+        parseScript(script(R"({"block": {"size_mm": [40, 20, 20]}})" + guides,
+                           R"({"tool": "carve", "radius_mm": 2, "drive": "hand", "path": [)" + path + "]}"),
+                    "cut.json");
     clay::Grid grid;
     grid.voxelMm = 0.5;
     Session session(clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), {40, 20, 20}, 0));
@@ -130,7 +144,8 @@ TEST(GuideSetup, aPlaneHoldsTheCutOfAHandThatWobbles) {
       }
     return std::pair(low, high);
   };
-  const auto [low, high] = cut(R"(, {"guides": [{"guide": "lock_to_plane", "at": [0, 0, 11.5], "direction": [0, 0, 1]}]})");
+  const auto [low, high] =
+      cut(R"(, {"guides": [{"guide": "lock_to_plane", "at": [0, 0, 11.5], "direction": [0, 0, 1]}]})");
   EXPECT_NEAR(low, 11.5, 1e-3);
   EXPECT_NEAR(high, 11.5, 1e-3);
   const auto [freeLow, freeHigh] = cut("");

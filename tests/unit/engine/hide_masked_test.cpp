@@ -15,7 +15,9 @@ namespace {
 
 clay::Version halfMaskedBall() {
   const clay::Version ball = clay::makeSphere(clay::Store::make(), {.voxelMm = 0.5}, Vec3d::Zero(), 10);
-  return haptics::testing::painted(ball, clay::Channel::mask, [](Coord v) { return v.x > 4 ? uint8_t{200} : v.x > 0 ? uint8_t{90} : uint8_t{0}; });
+  return haptics::testing::painted(ball, clay::Channel::mask, [](Coord v) {
+    return v.x > 4 ? uint8_t{200} : v.x > 0 ? uint8_t{90} : uint8_t{0};
+  });
 }
 
 uint8_t maskAt(const clay::Version& version, Coord v) {

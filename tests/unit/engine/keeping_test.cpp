@@ -44,9 +44,14 @@ TEST_F(Keeping, textComesBackAsItWas) {
   for (size_t i = 0; i < 3; ++i) filled.pieces[i].version = document.pieces[i].version;
   EXPECT_EQ(documentText(filled, read.clay, read.meshes), text);
   EXPECT_EQ(read.document.pieces[0].materials, document.pieces[0].materials);
-  EXPECT_EQ(text.find("materials", text.find("\"id\":2")), text.find("materials", text.find("\"id\":3"))) << "what has none says nothing of them";
-  for (size_t cut = 0; cut < text.size(); cut += 7) EXPECT_THROW((void)readDocumentText(text.substr(0, cut), "it"), Error) << cut;
-  for (const auto& [from, to] : {std::pair{"\"active\":1", "\"active\":9"}, {"\"turn\":[1.0", "\"turn\":[0.9"}, {"\"id\":2", "\"id\":1"}, {"\"kind\":\"plane\"", "\"kind\":\"plan\""}}) {
+  EXPECT_EQ(text.find("materials", text.find("\"id\":2")), text.find("materials", text.find("\"id\":3")))
+      << "what has none says nothing of them";
+  for (size_t cut = 0; cut < text.size(); cut += 7)
+    EXPECT_THROW((void)readDocumentText(text.substr(0, cut), "it"), Error) << cut;
+  for (const auto& [from, to] : {std::pair{"\"active\":1", "\"active\":9"},
+                                 {"\"turn\":[1.0", "\"turn\":[0.9"},
+                                 {"\"id\":2", "\"id\":1"},
+                                 {"\"kind\":\"plane\"", "\"kind\":\"plan\""}}) {
     std::string wrong = text;
     const size_t at = wrong.find(from);
     ASSERT_NE(at, std::string::npos) << from;
@@ -84,12 +89,14 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
   ASSERT_EQ(opened.states.size(), 8u);
   EXPECT_EQ(opened.states[7].label, "Move");
   Session session(opened.states, opened.done);
-  session.setReader([&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
+  session.setReader(
+      [&](uint64_t kept, const Document& near) { return readState(*opened.archive, opened.base, {}, kept, near); });
   for (const size_t to : {4u, 0u, 7u, 2u, 5u}) {
     const DocumentPtr before = session.document();
     session.goTo(to);
     EXPECT_EQ(told(*session.document()), tale[to]) << to;
-    EXPECT_EQ(session.document()->parts[0].mesh, before->parts[0].mesh) << "a mesh is read once, however many steps have it";
+    EXPECT_EQ(session.document()->parts[0].mesh, before->parts[0].mesh)
+        << "a mesh is read once, however many steps have it";
     EXPECT_EQ(session.document()->parts[0].felt, before->parts[0].felt);
   }
   // Only what is new is written by the next save.
@@ -112,7 +119,8 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
   OpenedDocument copy = openDocument(folder / "other.argil");
   ASSERT_EQ(copy.states.size(), third.states.size());
   Session walked(copy.states, copy.done);
-  walked.setReader([&](uint64_t kept, const Document& near) { return readState(*copy.archive, copy.base, {}, kept, near); });
+  walked.setReader(
+      [&](uint64_t kept, const Document& near) { return readState(*copy.archive, copy.base, {}, kept, near); });
   walked.goTo(2);
   EXPECT_EQ(told(*walked.document()), tale[2]);
 }
@@ -122,8 +130,10 @@ TEST_F(Keeping, aJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
   for (uint64_t i = 1; i <= 4; ++i) stroke(kept.session, i);
-  kept.session.change("Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
-  kept.session.change("Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
+  kept.session.change(
+      "Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
+  kept.session.change(
+      "Move", [](Document& d) { d.pieces[0].pose.translation.x() += 1; }, "m");
   kept.session.undo();
   kept.session.undo();
   stroke(kept.session, 9);
@@ -139,7 +149,9 @@ TEST_F(Keeping, aJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
   EXPECT_TRUE(recovered.document.notes.empty());
   ASSERT_EQ(recovered.strokes.size(), 1u);
   Session session(recovered.document.states, recovered.document.done);
-  session.setReader([&](uint64_t id, const Document& near) { return readState(*recovered.document.archive, nullptr, recovered.sources, id, near); });
+  session.setReader([&](uint64_t id, const Document& near) {
+    return readState(*recovered.document.archive, nullptr, recovered.sources, id, near);
+  });
   EXPECT_EQ(replay(session, recovered.strokes), 0u);
   EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
   EXPECT_EQ(session.history(), kept.session.history());
@@ -174,7 +186,8 @@ TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
     options.folder = journals;
     Keeper keeper(options, [](const std::string&) {});
     Session session(recovered.document.states, recovered.document.done);
-    keeper.begin(recovered.document.states, recovered.document.done, recovered.document.archive, nullptr, recovered.writer, std::move(recovered.continued));
+    keeper.begin(recovered.document.states, recovered.document.done, recovered.document.archive, nullptr,
+                 recovered.writer, std::move(recovered.continued));
     session.setWatch(&keeper);
     stroke(session, 77);
     keeper.flush();
@@ -237,7 +250,8 @@ TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
   EXPECT_TRUE(recoverable(folder / "a").empty());
   stroke(kept.session, 2);
   kept.crash(folder / "a" / "3.journal");
-  EXPECT_LT(fs::file_size(folder / "a" / "3.journal"), fs::file_size(file)) << "what the file holds is not written again";
+  EXPECT_LT(fs::file_size(folder / "a" / "3.journal"), fs::file_size(file))
+      << "what the file holds is not written again";
   ASSERT_EQ(recoverable(folder / "a").size(), 1u);
   {
     const Recovered recovered = recover(folder / "a" / "3.journal");
@@ -272,7 +286,8 @@ TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
   stroke(kept.session, 3);
   kept.crash(left / "000000000000002.journal");
   // And the beginning of one that never was.
-  std::ofstream(left / "000000000000003.journal", std::ios::binary) << std::ifstream(left / "000000000000001.journal", std::ios::binary).rdbuf();
+  std::ofstream(left / "000000000000003.journal", std::ios::binary)
+      << std::ifstream(left / "000000000000001.journal", std::ios::binary).rdbuf();
   fs::resize_file(left / "000000000000003.journal", 5000);
   const std::vector<Recoverable> found = recoverable(left);
   ASSERT_EQ(found.size(), 1u);
@@ -457,7 +472,8 @@ TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
   const fs::path journals = folder / "journals";
   Kept kept(Document::of(ball(5)), journals);
   kept.folder = journals;
-  for (int i = 0; i < 130; ++i) kept.session.change("Move " + std::to_string(i), [](Document& d) { d.pieces[0].pose.translation.x() += 1; });
+  for (int i = 0; i < 130; ++i)
+    kept.session.change("Move " + std::to_string(i), [](Document& d) { d.pieces[0].pose.translation.x() += 1; });
   kept.keeper->flush();
   kept.session.goTo(121);
   const Recovered recovered = recover(kept.crash(folder / "l.journal"));

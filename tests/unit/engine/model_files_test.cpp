@@ -32,7 +32,8 @@ io::ModelObject cube(const std::string& name, const Vec3d& at, double edge, io::
   object.name = name;
   object.colour = colour;
   for (int i = 0; i < 8; ++i) object.mesh.positions.push_back(at + edge * Vec3d(i & 1, (i >> 1) & 1, i >> 2));
-  object.mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  object.mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                           {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return object;
 }
 
@@ -47,7 +48,8 @@ class ModelFiles : public testing::Test {
 };
 
 TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
-  const std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {255, 0, 0, 255}), cube("right", {20, 0, 0}, 10, {0, 0, 255, 255})};
+  const std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {255, 0, 0, 255}),
+                                             cube("right", {20, 0, 0}, 10, {0, 0, 255, 255})};
   io::writeModel(folder / "two.3mf", {objects, {}});
   const ImportedModel clay = importModel(folder / "two.3mf", {.voxelMm = 0.5});
   ASSERT_EQ(clay.pieces.size(), 2u);
@@ -76,7 +78,8 @@ TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
 TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
   for (const int count : {32, 33}) {
     std::vector<io::ModelObject> objects;
-    for (int i = 0; i < count; ++i) objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
+    for (int i = 0; i < count; ++i)
+      objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
     io::writeModel(folder / "many.3mf", {objects, {}});
     EXPECT_EQ(importModel(folder / "many.3mf", {.voxelMm = 2}).pieces.size(), count == 32 ? 32u : 1u);
   }

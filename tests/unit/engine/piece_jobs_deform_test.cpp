@@ -7,10 +7,10 @@
 #include "clay/deform.h"
 #include "clay/error.h"
 #include "clay/lattice.h"
+#include "clay/mesh_topology.h"
 #include "clay/primitives.h"
 #include "clay/store.h"
 #include "clay/surface.h"
-#include "clay/mesh_topology.h"
 #include "engine/piece_jobs.h"
 
 namespace argil::engine {
@@ -25,11 +25,14 @@ clay::TopologyReport topology(const clay::Version& version) {
 // A block whose piece is turned by a right angle about z and moved: what is given in the world must arrive in it.
 Document blockDocument() {
   Document document = Document::of(clay::makeBlock(clay::Store::make(), clay::Grid{}, Vec3d::Zero(), {30, 20, 10}, 1));
-  document.pieces[0].pose = {Vec3d(100, 0, 0), Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))};
+  document.pieces[0].pose = {Vec3d(100, 0, 0),
+                             Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))};
   return document;
 }
 
-PieceArguments argumentsFor(std::string_view row, const Document& document) { return standardArguments(*findPieceJob(row), document); }
+PieceArguments argumentsFor(std::string_view row, const Document& document) {
+  return standardArguments(*findPieceJob(row), document);
+}
 
 TEST(DeformJobs, APlaneInTheWorldKeepsTheSideThatItFaces) {
   Document document = blockDocument();
@@ -62,10 +65,11 @@ TEST(DeformJobs, ALassoInTheWorldPunches) {
   PieceArguments arguments = argumentsFor("cut-curve", document);
   arguments.closed = true;
   arguments.directionMm = -Vec3d::UnitZ();
-  for (int i = 0; i < 40; ++i) arguments.pointsMm.push_back(Vec3d(100 + 4 * std::cos(i * 0.15708), 8 + 4 * std::sin(i * 0.15708), 50));
+  for (int i = 0; i < 40; ++i)
+    arguments.pointsMm.push_back(Vec3d(100 + 4 * std::cos(i * 0.15708), 8 + 4 * std::sin(i * 0.15708), 50));
   const PieceResult result = runPieceJob(*findPieceJob("cut-curve"), document, arguments);
   const clay::TopologyReport report = topology(result.changed.at(0).version);
-  EXPECT_NEAR(report.low.x(), 4, 0.1);   // World y 4 to 12.
+  EXPECT_NEAR(report.low.x(), 4, 0.1);  // World y 4 to 12.
   EXPECT_NEAR(report.high.x(), 12, 0.1);
   EXPECT_NEAR(report.high.y(), 4, 0.1);
 }
@@ -88,7 +92,8 @@ TEST(DeformJobs, BendTwistTaperAndLatticeChangeThePieceAlone) {
   EXPECT_THROW((void)runPieceJob(*findPieceJob("lattice"), document, arguments), Error);
   const Piece& piece = document.pieces[0];
   clay::Lattice box = clay::Lattice::around(clay::brickBoundsOf(piece.version));
-  for (const Vec3d& p : box.points()) arguments.pointsMm.push_back(piece.pose.apply(p + Vec3d(0, 0, 3)));  // All of it, up.
+  // All of it, up.
+  for (const Vec3d& p : box.points()) arguments.pointsMm.push_back(piece.pose.apply(p + Vec3d(0, 0, 3)));
   const PieceResult result = runPieceJob(*findPieceJob("lattice"), document, arguments);
   EXPECT_NEAR(topology(result.changed.at(0).version).high.z(), 8, 0.05);
 }
@@ -96,7 +101,9 @@ TEST(DeformJobs, BendTwistTaperAndLatticeChangeThePieceAlone) {
 TEST(DeformJobs, NewPiecesAreClosedSolidsOfTheirSize) {
   const Document document;
   const double pi = 3.141592653589793;
-  const std::pair<const char*, double> expected[] = {{"cylinder", pi * 400 * 50}, {"cone", pi * 625 * 50 / 3}, {"ring", 2 * pi * pi * 25 * 64},
+  const std::pair<const char*, double> expected[] = {{"cylinder", pi * 400 * 50},
+                                                     {"cone", pi * 625 * 50 / 3},
+                                                     {"ring", 2 * pi * pi * 25 * 64},
                                                      {"ellipsoid", 4.0 / 3 * pi * 30 * 20 * 15}};
   for (const auto& [id, volume] : expected) {
     PieceArguments arguments = argumentsFor(id, document);

@@ -58,7 +58,8 @@ TEST(PieceJobs, RowsAreNamedAndWithinTheirLimits) {
       EXPECT_LE(parameter.standard, parameter.high);
     }
   }
-  for (const char* id : {"join", "cut", "intersect", "split", "offset", "shell", "smooth-all", "resample", "mirror", "fill-voids", "remove-crumbs"})
+  for (const char* id : {"join", "cut", "intersect", "split", "offset", "shell", "smooth-all", "resample", "mirror",
+                         "fill-voids", "remove-crumbs"})
     EXPECT_NE(findPieceJob(id), nullptr) << id;
   EXPECT_EQ(findPieceJob("melt-down"), nullptr);
 }
@@ -81,7 +82,8 @@ TEST(PieceJobs, JoiningBringsTheOthersMaterials) {
     clay::Editor editor(clay);
     std::array<uint8_t, clay::kBrickVoxels> values;
     clay.forEachBrick([&](const clay::Brick& brick) {
-      for (size_t v = 0; v < values.size(); ++v) values[v] = std::abs(brick.phi(int(v))) < clay.grid().band ? material : 0;
+      for (size_t v = 0; v < values.size(); ++v)
+        values[v] = std::abs(brick.phi(int(v))) < clay.grid().band ? material : 0;
       editor.setChannel(clay::Channel::material, brick.coord, values);
     });
     return editor.commit();
@@ -107,7 +109,8 @@ TEST(PieceJobs, JoiningBringsTheOthersMaterials) {
     const clay::Version& joined = after.pieces[0].version;
     const Vec3d voxel = joined.grid().toVoxel(Vec3d(18, 0, 0));
     const Coord at{int(std::lround(voxel.x())), int(std::lround(voxel.y())), int(std::lround(voxel.z()))};
-    EXPECT_EQ(joined.find(clay::Channel::material, at >> 3).value(clay::Brick::offset(at.x & 7, at.y & 7, at.z & 7)), each.number);
+    EXPECT_EQ(joined.find(clay::Channel::material, at >> 3).value(clay::Brick::offset(at.x & 7, at.y & 7, at.z & 7)),
+              each.number);
   }
 }
 
@@ -179,7 +182,8 @@ TEST(PieceJobs, OneUndoStepInTheWorkbench) {
   options.realtime = false;
   Workbench bench(options);
   const auto settle = [&] {
-    for (int i = 0; i < 3000 && (i < 3 || !bench.idle()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (int i = 0; i < 3000 && (i < 3 || !bench.idle()); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
   };
   bench.addSphere(8, {.voxelMm = 0.5});
   settle();

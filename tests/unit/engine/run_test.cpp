@@ -16,7 +16,8 @@ using ::testing::HasSubstr;
 constexpr const char* kSetup = R"("setup": [{"voxel_mm": 0.5}, {"block": {"size_mm": [40, 40, 20], "round_mm": 2}}], )";
 
 Script script(const std::string& strokes) {
-  return parseScript(R"({"argil": 1, "units": "mm", )" + std::string(kSetup) + "\"strokes\": [" + strokes + "]}", "test");
+  return parseScript(R"({"argil": 1, "units": "mm", )" + std::string(kSetup) + "\"strokes\": [" + strokes + "]}",
+                     "test");
 }
 
 // A ball of 3 mm pressed 2 mm into the top of the block (z = 10) and drawn along x; a lump added; the edge smoothed.
@@ -171,7 +172,9 @@ TEST(RunScript, LiveStrokesGoThroughTheServoInRealTime) {
   EXPECT_EQ(live.surface.hash(), whole.hash());
 }
 
-TEST(RunScript, RefusesADeviceThatIsNotThere) { EXPECT_THROW(Ran(script(kCarve), {.device = "broom"}), Error); }
+TEST(RunScript, RefusesADeviceThatIsNotThere) {
+  EXPECT_THROW(Ran(script(kCarve), {.device = "broom"}), Error);
+}
 
 }  // namespace
 }  // namespace argil::engine

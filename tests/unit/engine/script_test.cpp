@@ -35,7 +35,8 @@ std::string complaint(const std::string& text) {
 }
 
 std::string withStroke(const std::string& stroke) {
-  return R"({"argil": 1, "units": "mm", "strokes": [{"tool": "add", "radius_mm": 1, "path": [[0,0,0,0]]}, )" + stroke + "]}";
+  return R"({"argil": 1, "units": "mm", "strokes": [{"tool": "add", "radius_mm": 1, "path": [[0,0,0,0]]}, )" + stroke +
+         "]}";
 }
 
 std::string withSetup(const std::string& setup) {
@@ -78,17 +79,23 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {withSetup(R"({"sphere": {"radius_mm": 5}}, {"import": "a.stl"})"), "setup[1]: the clay is already chosen"},
       {withSetup(R"({"block": {"size_mm": [1, 2]}})"), "setup[0].block.size_mm: must be 3 numbers"},
       {withSetup(R"({"block": {"size_mm": [1, 2, -3]}})"), "setup[0].block.size_mm: each side"},
-      {withSetup(R"({"block": {"size_mm": [10, 20, 30], "round_mm": 6}})"), "setup[0].block.round_mm: 6 is out of range; use 0 to 5"},
+      {withSetup(R"({"block": {"size_mm": [10, 20, 30], "round_mm": 6}})"),
+       "setup[0].block.round_mm: 6 is out of range; use 0 to 5"},
       {withSetup(R"({"sphere": {"radius_mm": "5"}})"), "setup[0].sphere.radius_mm: must be a number"},
       {withSetup(R"({"import": ""})"), "setup[0].import: names no file"},
       {withStroke("null"), "strokes[1]: must be an object"},
       {withStroke(R"({"tool": "hammer", "radius_mm": 1, "path": [[0,0,0,0]]})"),
        "strokes[1].tool: unknown \"hammer\"; known are carve, add, wax"},
-      {withStroke(R"({"tool": "add", "radius_mm": 0, "path": [[0,0,0,0]]})"), "strokes[1].radius_mm: 0 is out of range"},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "strength": 1, "path": [[0,0,0,0]]})"), "strokes[1]: unknown key \"strength\""},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "drive": "foot", "path": [[0,0,0,0]]})"), "strokes[1].drive: unknown"},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "onto": [0,0,-1], "path": [[0,0,0,0]]})"), "strokes[1]: \"press_mm\" is missing"},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "press_mm": 1, "path": [[0,0,0,0]]})"), "strokes[1]: \"onto\" is missing"},
+      {withStroke(R"({"tool": "add", "radius_mm": 0, "path": [[0,0,0,0]]})"),
+       "strokes[1].radius_mm: 0 is out of range"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "strength": 1, "path": [[0,0,0,0]]})"),
+       "strokes[1]: unknown key \"strength\""},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "drive": "foot", "path": [[0,0,0,0]]})"),
+       "strokes[1].drive: unknown"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "onto": [0,0,-1], "path": [[0,0,0,0]]})"),
+       "strokes[1]: \"press_mm\" is missing"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "press_mm": 1, "path": [[0,0,0,0]]})"),
+       "strokes[1]: \"onto\" is missing"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "onto": [0,0,0], "press_mm": 1, "path": [[0,0,0,0]]})"),
        "strokes[1].onto: is no direction"},
       {withStroke(R"({"tool": "add", "radius_mm": 1})"), "strokes[1]: \"path\" is missing"},
@@ -96,15 +103,18 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0]]})"), "strokes[1].path[0]: must be 4 numbers"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0,0], [1,2,null,4]]})"),
        "strokes[1].path[1][2]: must be a number"},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0,0], [1,2,3,1e7]]})"), "strokes[1].path[1][3]: 10000000"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0,0], [1,2,3,1e7]]})"),
+       "strokes[1].path[1][3]: 10000000"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[0,0,0,1e999]]})"), "out of range"},
-      {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[2,0,0,0], [1,0,0,0]]})"), "strokes[1].path[1]: its time 1 s comes before"},
+      {withStroke(R"({"tool": "add", "radius_mm": 1, "path": [[2,0,0,0], [1,0,0,0]]})"),
+       "strokes[1].path[1]: its time 1 s comes before"},
       {std::string(5000, '['), "nest deeper"},
   };
   for (const auto& [text, expected] : faults) EXPECT_THAT(complaint(text), HasSubstr(expected)) << text.substr(0, 200);
 }
 
-// Each row of the table with all that it takes, no parameter as the row begins: what is read is written again and read as the same, in the same place among strokes.
+// Each row of the table with all that it takes, no parameter as the row begins: what is read is written again and read
+// as the same, in the same place among strokes.
 TEST(Script, OperationsComeBackAsTheyWere) {
   std::string steps;
   for (const PieceJob& row : pieceJobs()) {
@@ -116,14 +126,21 @@ TEST(Script, OperationsComeBackAsTheyWere) {
       step[keyOf(parameter)] = valueOf(parameter, arguments);
     }
     for (const std::string_view key : keysOf(row)) {
-      if (key == "piece" || key == "name") step[std::string(key)] = "Öl \"1\"";
-      else if (key == "pieces") step["pieces"] = {"A", "B"};
-      else if (key == "plane" || key == "box") step[std::string(key)] = {1, 2, 3, 0.5, 5, 6};
-      else if (key == "points") step["points"] = {{1, 2, 3}, {4, 5, 0.1}};
-      else if (key == "closed") step["closed"] = true;
-      else step[std::string(key)] = {1, -2, 0.25};
+      if (key == "piece" || key == "name")
+        step[std::string(key)] = "Öl \"1\"";
+      else if (key == "pieces")
+        step["pieces"] = {"A", "B"};
+      else if (key == "plane" || key == "box")
+        step[std::string(key)] = {1, 2, 3, 0.5, 5, 6};
+      else if (key == "points")
+        step["points"] = {{1, 2, 3}, {4, 5, 0.1}};
+      else if (key == "closed")
+        step["closed"] = true;
+      else
+        step[std::string(key)] = {1, -2, 0.25};
     }
-    steps += (steps.empty() ? "" : ",") + step.dump() + R"(, {"tool": "add", "radius_mm": 1, "piece": "A", "path": [[0,0,0,0]]})";
+    steps += (steps.empty() ? "" : ",") + step.dump() +
+             R"(, {"tool": "add", "radius_mm": 1, "piece": "A", "path": [[0,0,0,0]]})";
   }
   steps += R"(, {"operation": "shell"}, {"operation": "fill-voids"})";
   const Script script = parseScript(R"({"argil": 1, "units": "mm", "strokes": [)" + steps + "]}", "steps.json");
@@ -132,7 +149,9 @@ TEST(Script, OperationsComeBackAsTheyWere) {
   for (size_t i = 0; i < pieceJobs().size(); ++i) {
     EXPECT_EQ(script.operations[i].id, pieceJobs()[i].id);
     EXPECT_EQ(script.operations[i].before, i);
-    for (const auto& parameter : pieceJobs()[i].parameters) EXPECT_NE(parameter.get(script.operations[i].arguments), parameter.standard) << script.operations[i].id << ' ' << parameter.id;
+    for (const auto& parameter : pieceJobs()[i].parameters)
+      EXPECT_NE(parameter.get(script.operations[i].arguments), parameter.standard)
+          << script.operations[i].id << ' ' << parameter.id;
   }
   EXPECT_EQ(script.operations.back().before, script.strokes.size());
   EXPECT_EQ(script.strokes[0].piece, "A");

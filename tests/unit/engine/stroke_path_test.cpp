@@ -63,7 +63,9 @@ TEST(StrokePath, OnePointIsADab) {
   EXPECT_EQ(stamps[0].strength, 0.25f);
 }
 
-TEST(StrokePath, NothingIsNothing) { EXPECT_TRUE(stampsOf({}).empty()); }
+TEST(StrokePath, NothingIsNothing) {
+  EXPECT_TRUE(stampsOf({}).empty());
+}
 
 TEST(StrokePath, RepeatedPointsCountOnce) {
   const Vec3d a(0, 0, 0), b(7, 1, 0), c(9, 9, 2);

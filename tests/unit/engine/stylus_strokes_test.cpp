@@ -23,7 +23,8 @@ clay::Version ball() {
   return clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 15);
 }
 
-// Samples of a millisecond each; a letter each: c cuts along a circle on the ball, t touches with the button down, . is free.
+// Samples of a millisecond each; a letter each: c cuts along a circle on the ball, t touches with the button down, . is
+// free.
 std::vector<StylusSample> samples(const std::string& what, uint32_t tool = 1) {
   std::vector<StylusSample> result;
   for (size_t i = 0; i < what.size(); ++i) {
@@ -87,7 +88,8 @@ TEST(StylusStrokes, AJumpInAPauseLiftsTheTool) {
   for (size_t i = 7; i < all.size(); ++i) all[i].cutPoint = {0, 0, 15.0};
   const Taken taken(all);
   EXPECT_EQ(taken.session.recording().strokes.size(), 2u);
-  EXPECT_EQ(taken.session.version().find(Coord{1, 0, 1}), clay::Slot(clay::Tile::inside));  // nothing was cut on the way
+  // nothing was cut on the way
+  EXPECT_EQ(taken.session.version().find(Coord{1, 0, 1}), clay::Slot(clay::Tile::inside));
 }
 
 TEST(StylusStrokes, AnotherToolIsAnotherStroke) {
@@ -170,7 +172,8 @@ class EditLoopTest : public ::testing::Test {
 };
 
 TEST_F(EditLoopTest, TheResultDoesNotDependOnHowSamplesWereBatched) {
-  const auto all = samples(repeat(repeat("c", 40) + "ttt" + repeat("c", 10) + repeat("t", 25) + repeat("c", 20) + "....", 5));
+  const auto all =
+      samples(repeat(repeat("c", 40) + "ttt" + repeat("c", 10) + repeat("t", 25) + repeat("c", 20) + "....", 5));
   const Result one = run(all, 1);
   for (const size_t batch : {size_t{0}, size_t{2}, size_t{7}, size_t{100}, all.size()}) {
     const Result other = run(all, batch);
@@ -191,19 +194,23 @@ TEST_F(EditLoopTest, SaysThatAStrokeIsInTheClayEvenWhenItChangedNothing) {
   EXPECT_GE(result.applied.back(), 30u);
 }
 
-TEST_F(EditLoopTest, AnIdleHandPublishesNothing) { EXPECT_EQ(run(samples(repeat("..tt", 100)), 3).scenes, 1u); }
+TEST_F(EditLoopTest, AnIdleHandPublishesNothing) {
+  EXPECT_EQ(run(samples(repeat("..tt", 100)), 3).scenes, 1u);
+}
 
 TEST(EditThread, CarriesAFailureToItsOwner) {
   Session session(ball());
   haptics::SampleRing ring(1000);
   EditLoop::Options options;
   options.onSample = [](const StylusSample&) { throw Error("the pen ran dry"); };
-  EditLoop loop(session, haptics::Scene(), [](auto) {}, options);
+  EditLoop loop(
+      session, haptics::Scene(), [](auto) {}, options);
   EditThread thread(loop, ring);
   ring.push(samples("c")[0]);
   EXPECT_THROW(
       {
-        for (int wait = 0; wait < 1000 && !thread.failed(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        for (int wait = 0; wait < 1000 && !thread.failed(); ++wait)
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
         thread.stop();
       },
       Error);

@@ -46,7 +46,8 @@ class ToolFileTest : public ::testing::Test {
   }
   std::string problems() { return problemsOf(bench); }
   const std::vector<Vec3d> way{Vec3d(-8, 0, 10), Vec3d(8, 0, 10)};
-  std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("argil_tool_files_" + std::to_string(::getpid()));
+  std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("argil_tool_files_" + std::to_string(::getpid()));
   Workbench bench{withoutJournal()};
 };
 

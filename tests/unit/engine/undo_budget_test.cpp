@@ -34,7 +34,9 @@ clay::Version ball() {
   return clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), kRadiusMm);
 }
 
-uint64_t hashOf(const Session& session) { return session.version().hash(); }
+uint64_t hashOf(const Session& session) {
+  return session.version().hash();
+}
 
 void stroke(Session& session, uint64_t seed) {
   Random random(seed);
@@ -78,7 +80,8 @@ class UndoBudgetTest : public testing::Test {
 
 // A session with its keeper, as a workbench has them.
 struct Kept {
-  explicit Kept(const fs::path& folder, uint64_t rollBytes = uint64_t{512} << 20) : journals(folder / "journals"), session(Document::of(ball())) {
+  explicit Kept(const fs::path& folder, uint64_t rollBytes = uint64_t{512} << 20)
+      : journals(folder / "journals"), session(Document::of(ball())) {
     KeeperOptions options;
     options.folder = journals;
     options.syncS = 0.005;
@@ -88,7 +91,8 @@ struct Kept {
     });
     records = keeper->begin(session.states(), 0, archive, nullptr, writer);
     session.setWatch(keeper.get());
-    session.setReader([this](uint64_t kept, const Document& near) { return readStep(*keeper, *archive, records, kept, near); });
+    session.setReader(
+        [this](uint64_t kept, const Document& near) { return readStep(*keeper, *archive, records, kept, near); });
     hashes.push_back(hashOf(session));
   }
   ~Kept() { session.setWatch(nullptr); }
@@ -104,7 +108,8 @@ struct Kept {
     budget.set(bytes);
     // What is new is counted a few steps at a time.
     UndoUse use;
-    for (size_t i = 0; i <= session.states().size() / UndoBudget::kMostNew; ++i) use = budget.keep(session, [this](const DocumentPtr& document) { return keeper->kept(document); });
+    for (size_t i = 0; i <= session.states().size() / UndoBudget::kMostNew; ++i)
+      use = budget.keep(session, [this](const DocumentPtr& document) { return keeper->kept(document); });
     keeper->flush();  // lets go too
     return use;
   }
@@ -118,8 +123,10 @@ struct Kept {
   void expectAllSteps() {
     for (const size_t to : {size_t{0}, hashes.size() - 1}) {
       while (session.undoSteps() != to) {
-        if (to == 0) session.undo();
-        else session.redo();
+        if (to == 0)
+          session.undo();
+        else
+          session.redo();
         ASSERT_EQ(hashOf(session), hashes[session.undoSteps()]) << session.undoSteps();
         if (session.undoSteps() % 7 == 0) (void)keep(budget.bytes());
       }
@@ -154,7 +161,8 @@ TEST_F(UndoBudgetTest, theOldestGoFirstAndTheirMemoryComesBack) {
   EXPECT_EQ(less.inMemory + less.onDisk, 40u);
   EXPECT_EQ(less.bytes, besideTheNewest(kept.session));
   for (size_t i = 0; i <= 40; ++i) EXPECT_EQ(kept.session.states()[i].document != nullptr, i >= less.onDisk) << i;
-  // Undo and redo as if nothing had gone; what was undone counts as well, and the farthest redo goes when nothing older is left.
+  // Undo and redo as if nothing had gone; what was undone counts as well, and the farthest redo goes when nothing older
+  // is left.
   kept.expectAllSteps();
   kept.session.goTo(0);
   const UndoUse undone = kept.keep(kSmall);
@@ -234,7 +242,9 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
   EXPECT_TRUE(recovered.document.notes.empty());
   EXPECT_GE(recovered.document.states.size(), 101u);
   Session session(recovered.document.states, recovered.document.done);
-  session.setReader([&](uint64_t id, const Document& near) { return readState(*recovered.document.archive, recovered.document.base, recovered.sources, id, near); });
+  session.setReader([&](uint64_t id, const Document& near) {
+    return readState(*recovered.document.archive, recovered.document.base, recovered.sources, id, near);
+  });
   EXPECT_EQ(hashOf(session), kept.hashes.back());
   for (size_t back = 1; back <= 100; back += 9) {
     session.goTo(recovered.document.done - back);
@@ -244,7 +254,8 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
   kept.saveTo(folder / "c.argil");
   OpenedDocument opened = openDocument(folder / "c.argil");
   Session again(opened.states, opened.done);
-  again.setReader([&](uint64_t id, const Document& near) { return readState(*opened.archive, opened.base, {}, id, near); });
+  again.setReader(
+      [&](uint64_t id, const Document& near) { return readState(*opened.archive, opened.base, {}, id, near); });
   ASSERT_EQ(again.undoSteps(), 100u);
   for (size_t back = 0; back <= 100; back += 10) {
     again.goTo(100 - back);

@@ -63,7 +63,8 @@ TEST_F(WorkbenchTest, SurfacesTakenOneByOneAreTheWholeSurface) {
   const auto take = [&] {
     for (const SurfaceChange& change : bench.takeSurfaces().pieces) {
       if (change.whole) quads.clear();
-      for (const auto& mesh : change.delta.changed) quads[{mesh->brick.x, mesh->brick.y, mesh->brick.z}] = mesh->quads.size();
+      for (const auto& mesh : change.delta.changed)
+        quads[{mesh->brick.x, mesh->brick.y, mesh->brick.z}] = mesh->quads.size();
     }
   };
   take();
@@ -264,7 +265,8 @@ TEST_F(WorkbenchTest, JobsShowProgressAndCanBeCancelled) {
 TEST_F(WorkbenchTest, EditsOfADragAreOneStep) {
   block();
   for (int i = 1; i <= 100; ++i) {
-    bench.edit("Move", [i](Document& document) { document.pieces[0].pose.translation.z() = i; }, "drag");
+    bench.edit(
+        "Move", [i](Document& document) { document.pieces[0].pose.translation.z() = i; }, "drag");
   }
   bench.endMerge();
   ASSERT_TRUE(until([&] { return document()->pieces[0].pose.translation.z() == 100; }));
@@ -343,8 +345,8 @@ TEST(WorkbenchPace, WhatIsLeftOfAStrokeIsTold) {
   EXPECT_EQ(bench.strokeWork().leftS, 0);
 }
 
-// A cursor hovers exactly on the surface that is seen under it, mostly at an angle: that is where the ball begins. A tool
-// that rubs works all along its way.
+// A cursor hovers exactly on the surface that is seen under it, mostly at an angle: that is where the ball begins. A
+// tool that rubs works all along its way.
 TEST_F(WorkbenchTest, AToolThatRubsFollowsAPointerThatLooksFromTheSide) {
   block();
   for (const Vec3d& sight : {Vec3d(0, 0, -1), Vec3d(-0.45, 0.6, -0.66), Vec3d(0.9, 0, -0.3), Vec3d(0, -0.9, -0.4)})
@@ -372,7 +374,8 @@ TEST_F(WorkbenchTest, AToolThatRubsFollowsAPointerThatLooksFromTheSide) {
         int most = 0;
         for (int y = -1; y <= 1; ++y)
           for (int z = 17; z < 22; ++z)
-            most = std::max(most, int(after.find(clay::Channel::cover, Coord{x, y, z} >> 3).value(clay::Brick::offset(x & 7, y & 7, z & 7))));
+            most = std::max(most, int(after.find(clay::Channel::cover, Coord{x, y, z} >> 3)
+                                          .value(clay::Brick::offset(x & 7, y & 7, z & 7))));
         EXPECT_GT(most, 200) << "not painted at x = " << 0.5 * x << " mm";
       }
       bench.undo();
@@ -411,7 +414,8 @@ TEST_F(WorkbenchTest, AToolThatRubsLeavesTheGrooveThatTheLastOneMade) {
   for (int y = 10; y <= 24; ++y) {  // Voxels of half a millimetre.
     int most = 0;
     for (int z = 17; z < 22; ++z)
-      most = std::max(most, int(after.find(clay::Channel::cover, Coord{0, y, z} >> 3).value(clay::Brick::offset(0, y & 7, z & 7))));
+      most = std::max(
+          most, int(after.find(clay::Channel::cover, Coord{0, y, z} >> 3).value(clay::Brick::offset(0, y & 7, z & 7))));
     EXPECT_GT(most, 200) << "not painted at y = " << 0.5 * y << " mm";
   }
 }

@@ -74,7 +74,8 @@ TEST(ActiveSet, saysWhenThereIsNoPlace) {
 
 TEST(ActiveSet, saysWhenALockLeavesNoPlace) {
   const HalfSpace apart[] = {{Vec3d::UnitZ(), 1}, {-Vec3d::UnitZ(), 1}};
-  for (const Subspace& within : {Subspace::plane(Vec3d::Zero(), Vec3d::UnitX()), Subspace::line(Vec3d::Zero(), Vec3d::UnitZ())})
+  for (const Subspace& within :
+       {Subspace::plane(Vec3d::Zero(), Vec3d::UnitX()), Subspace::line(Vec3d::Zero(), Vec3d::UnitZ())})
     EXPECT_FALSE(nearestAllowed({0, 0, 0}, apart, 2, within).feasible);
   // One that the lock runs along, on its wrong side.
   EXPECT_FALSE(nearestAllowed({0, 0, 0}, apart, 1, Subspace::plane(Vec3d::Zero(), Vec3d::UnitZ())).feasible);

@@ -11,10 +11,13 @@ namespace {
 
 TEST(Buzz, comesWithThePenaltyAndGoesWithTheProxy) {
   const DeviceSheet& sheet = deviceSheet("premium15");
-  const BuzzRun penalty = runBuzz("penalty", sheet), god = runBuzz("god-object", sheet), proxy = runBuzz("proxy", sheet);
-  std::printf("tick to tick %.2f, %.2f, %.2f %% of peak; swing %.3f, %.3f, %.3f mm; %.0f, %.0f, %.0f turns a second (penalty, god-object, proxy)\n",
-              penalty.jumpRms, god.jumpRms, proxy.jumpRms, penalty.swingMm, god.swingMm, proxy.swingMm, penalty.reversals, god.reversals,
-              proxy.reversals);
+  const BuzzRun penalty = runBuzz("penalty", sheet), god = runBuzz("god-object", sheet),
+                proxy = runBuzz("proxy", sheet);
+  std::printf(
+      "tick to tick %.2f, %.2f, %.2f %% of peak; swing %.3f, %.3f, %.3f mm; %.0f, %.0f, %.0f turns a second (penalty, "
+      "god-object, proxy)\n",
+      penalty.jumpRms, god.jumpRms, proxy.jumpRms, penalty.swingMm, god.swingMm, proxy.swingMm, penalty.reversals,
+      god.reversals, proxy.reversals);
   EXPECT_GT(penalty.jumpRms, 3);
   EXPECT_GT(penalty.swingMm, 0.5);
   EXPECT_GT(penalty.reversals, 20);

@@ -26,7 +26,8 @@ TEST(Contacts, keepToTheRulesOfRealTime) {
       trap.enter();
       const uint32_t flags = tick.run(i * 1e-3, false);
       trap.leave();
-      if (i < 1000) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;  // Its stack and code come in.
+      // Its stack and code come in.
+      if (i < 1000) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;
       touching += (flags & kTouching) != 0;
     }
     EXPECT_GT(touching, 10'000) << name;

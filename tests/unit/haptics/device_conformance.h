@@ -1,6 +1,6 @@
 #pragma once
-// The suite that every driver passes, whatever it drives: device_conformance_test.cpp. A driver joins by a rig and a line in
-// device_conformance_rigs.cpp.
+// The suite that every driver passes, whatever it drives: device_conformance_test.cpp. A driver joins by a rig and a
+// line in device_conformance_rigs.cpp.
 
 #include <functional>
 #include <memory>
@@ -18,7 +18,9 @@ struct RigMaker {
   std::function<std::unique_ptr<DeviceRig>()> make;
 };
 
-inline void PrintTo(const RigMaker& maker, std::ostream* out) { *out << maker.name; }
+inline void PrintTo(const RigMaker& maker, std::ostream* out) {
+  *out << maker.name;
+}
 
 /// Of every driver there is, or of those whose trait is set.
 [[nodiscard]] std::vector<RigMaker> deviceRigs(bool DeviceRig::Traits::*trait = nullptr);

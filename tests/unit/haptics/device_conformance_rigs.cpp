@@ -60,7 +60,8 @@ class HaplyRig final : public DeviceRig {
 
 class TemplateRig final : public DeviceRig {
  public:
-  static constexpr Traits kTraits = {.force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.011};
+  static constexpr Traits kTraits = {
+      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.011};
   TemplateRig() { arm_.plug(); }
   std::unique_ptr<Device> open() override { return openTemplate({arm_.path()}); }
   void hand(const Vec3d& positionMm, uint32_t buttons) override { arm_.hand(positionMm, buttons); }
@@ -119,14 +120,17 @@ class PointerRig final : public DeviceRig {
 class RecordedRig final : public DeviceRig {
  public:
   static constexpr Traits kTraits = {};
-  std::unique_ptr<Device> open() override { return std::make_unique<RecordedDevice>(HandPath::hold(place(), 30), RecordedDevice::Options{}); }
+  std::unique_ptr<Device> open() override {
+    return std::make_unique<RecordedDevice>(HandPath::hold(place(), 30), RecordedDevice::Options{});
+  }
   void hand(const Vec3d&, uint32_t) override {}
   Vec3d place() const override { return {4, 5, 6}; }
 };
 
 class FalconRig final : public DeviceRig {
  public:
-  static constexpr Traits kTraits = {.force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061};
+  static constexpr Traits kTraits = {
+      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061};
   std::unique_ptr<Device> open() override { return openFalcon(FalconOptions(), std::make_unique<FalconLine>(falcon_)); }
   void hand(const Vec3d& positionMm, uint32_t buttons) override { falcon_.hand(positionMm, buttons & 1 ? 4 : 0); }
   Vec3d forceN() const override { return falcon_.forceN(); }

@@ -23,20 +23,28 @@ using testing::DeviceRig;
 using testing::Misbehaviour;
 using testing::RigMaker;
 
-constexpr double kReconnectSeconds = 1.0;    // Asked: replug within one second.
-constexpr double kZeroSeconds = 0.150;       // The device's own lateness, a tick, and a shared machine's hiccups.
-constexpr double kPatienceSeconds = 3.0;     // Anything longer is broken.
+constexpr double kReconnectSeconds = 1.0;  // Asked: replug within one second.
+constexpr double kZeroSeconds = 0.150;     // The device's own lateness, a tick, and a shared machine's hiccups.
+constexpr double kPatienceSeconds = 3.0;   // Anything longer is broken.
 
 const char* nameOf(Misbehaviour what) {
   switch (what) {
-    case Misbehaviour::none: return "none";
-    case Misbehaviour::split: return "split answers";
-    case Misbehaviour::garbage: return "garbage";
-    case Misbehaviour::notFinite: return "not finite";
-    case Misbehaviour::shortAnswers: return "short answers";
-    case Misbehaviour::wrongEcho: return "wrong echo";
-    case Misbehaviour::late: return "late";
-    case Misbehaviour::silent: return "silent";
+    case Misbehaviour::none:
+      return "none";
+    case Misbehaviour::split:
+      return "split answers";
+    case Misbehaviour::garbage:
+      return "garbage";
+    case Misbehaviour::notFinite:
+      return "not finite";
+    case Misbehaviour::shortAnswers:
+      return "short answers";
+    case Misbehaviour::wrongEcho:
+      return "wrong echo";
+    case Misbehaviour::late:
+      return "late";
+    case Misbehaviour::silent:
+      return "silent";
   }
   return "?";
 }
@@ -63,7 +71,9 @@ class Hands {
     }
     return std::numeric_limits<double>::infinity();
   }
-  bool ready() { return until(Vec3d::Zero(), [this] { return fresh; }) < kPatienceSeconds; }
+  bool ready() {
+    return until(Vec3d::Zero(), [this] { return fresh; }) < kPatienceSeconds;
+  }
 
   DeviceState state;
   bool fresh = false;
@@ -91,7 +101,8 @@ class DeviceConformance : public ::testing::TestWithParam<RigMaker> {
   [[nodiscard]] Vec3d half(int axis) const { return 0.5 * device->sheet().peakForceN * Vec3d::Unit(axis); }
   void feelHalf() {
     ASSERT_TRUE(hands->ready()) << device->status();
-    ASSERT_LT(hands->until(half(2), [&] { return (rig->forceN() - half(2)).norm() < 1e-2; }), kPatienceSeconds) << device->status();
+    ASSERT_LT(hands->until(half(2), [&] { return (rig->forceN() - half(2)).norm() < 1e-2; }), kPatienceSeconds)
+        << device->status();
   }
   [[nodiscard]] bool motorsOff() const { return rig->forceN().norm() == 0; }
 
@@ -127,7 +138,8 @@ TEST_P(DeviceConformance, beginsWithoutForceAndSaysHowItIs) {
   ASSERT_TRUE(hands->ready()) << device->status();
   EXPECT_NE(device->status().find("ready"), std::string::npos) << device->status();
   EXPECT_TRUE(motorsOff());
-  EXPECT_LT((hands->state.pose.translation - rig->place()).norm(), traits.resolutionMm) << hands->state.pose.translation.transpose();
+  EXPECT_LT((hands->state.pose.translation - rig->place()).norm(), traits.resolutionMm)
+      << hands->state.pose.translation.transpose();
   EXPECT_NEAR(hands->state.pose.rotation.norm(), 1, 1e-5);
 }
 
@@ -135,7 +147,9 @@ TEST_P(FollowingDevice, followsTheHandInMillimetresAndItsOwnAxes) {
   ASSERT_TRUE(hands->ready()) << device->status();
   for (const Vec3d& place : {Vec3d(10, 0, 0), Vec3d(0, -20, 0), Vec3d(0, 0, 30), Vec3d(-7.5, 12.25, -3)}) {
     rig->hand(place, 1);
-    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return (hands->state.pose.translation - place).norm() <= traits.resolutionMm; }), kPatienceSeconds)
+    EXPECT_LT(hands->until(Vec3d::Zero(),
+                           [&] { return (hands->state.pose.translation - place).norm() <= traits.resolutionMm; }),
+              kPatienceSeconds)
         << place.transpose() << " but it is at " << hands->state.pose.translation.transpose();
   }
   if (device->sheet().buttons > 0) {
@@ -151,7 +165,8 @@ TEST_P(ForceDevice, pushesAsToldInNewtonsAndItsOwnAxes) {
     for (double sign : {1.0, -1.0}) {
       const Vec3d force = sign * half(axis);
       int ticks = 0;
-      EXPECT_LT(hands->until(force, [&] { return ++ticks, (rig->forceN() - force).norm() < 0.01 * force.norm(); }), kPatienceSeconds)
+      EXPECT_LT(hands->until(force, [&] { return ++ticks, (rig->forceN() - force).norm() < 0.01 * force.norm(); }),
+                kPatienceSeconds)
           << force.transpose() << " but its motors push " << rig->forceN().transpose();
       EXPECT_LE(ticks, 50) << "within a few exchanges";
     }
@@ -162,7 +177,8 @@ TEST_P(ForceDevice, neverPushesHarderThanItsSheet) {
   ASSERT_TRUE(hands->ready()) << device->status();
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   const double peak = device->sheet().peakForceN;
-  for (const Vec3d& force : {Vec3d(peak, peak, peak), Vec3d(-100 * peak, 0, 0), Vec3d(0, nan, 0), Vec3d(inf, 0, 0), Vec3d(1e300, 1e300, 0)})
+  for (const Vec3d& force :
+       {Vec3d(peak, peak, peak), Vec3d(-100 * peak, 0, 0), Vec3d(0, nan, 0), Vec3d(inf, 0, 0), Vec3d(1e300, 1e300, 0)})
     for (int i = 0; i < 10; ++i) hands->tick(force);
   EXPECT_GT(rig->peakN(), 0.5 * peak) << "the test felt something";
   EXPECT_LE(rig->peakN(), peak * (1 + 1e-6));
@@ -203,8 +219,8 @@ TEST_P(ForceDevice, isAtZeroWhenItIsClosed) {
 }
 
 TEST_P(DeviceOfBytes, isAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
-  for (Misbehaviour what : {Misbehaviour::garbage, Misbehaviour::notFinite, Misbehaviour::shortAnswers, Misbehaviour::wrongEcho,
-                            Misbehaviour::late, Misbehaviour::silent}) {
+  for (Misbehaviour what : {Misbehaviour::garbage, Misbehaviour::notFinite, Misbehaviour::shortAnswers,
+                            Misbehaviour::wrongEcho, Misbehaviour::late, Misbehaviour::silent}) {
     SCOPED_TRACE(nameOf(what));
     if (what == Misbehaviour::silent && traits.silenceIsRest) continue;
     if (traits.force) feelHalf();
@@ -212,16 +228,20 @@ TEST_P(DeviceOfBytes, isAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
     if (!rig->misbehave(what)) continue;
     const double noticed = hands->until(half(2), [&] { return !hands->fresh; });
     const double zero = noticed + hands->until(half(2), [&] { return motorsOff(); });
-    std::printf("%s: %s noticed after %.1f ms, zero after %.1f ms\n", GetParam().name.c_str(), nameOf(what), 1e3 * noticed, 1e3 * zero);
+    std::printf("%s: %s noticed after %.1f ms, zero after %.1f ms\n", GetParam().name.c_str(), nameOf(what),
+                1e3 * noticed, 1e3 * zero);
     EXPECT_LT(noticed, kZeroSeconds) << device->status();
     EXPECT_LT(zero, 2 * kZeroSeconds) << device->status();
-    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("ready") == std::string::npos; }), kZeroSeconds) << device->status();
+    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("ready") == std::string::npos; }), kZeroSeconds)
+        << device->status();
     for (int i = 0; i < 40; ++i) {
       hands->tick(half(2));
       EXPECT_TRUE(motorsOff() || hands->fresh) << i << " " << device->status();
     }
     rig->misbehave(Misbehaviour::none);
-    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->fresh && device->status().find("ready") != std::string::npos; }), kReconnectSeconds)
+    EXPECT_LT(hands->until(Vec3d::Zero(),
+                           [&] { return hands->fresh && device->status().find("ready") != std::string::npos; }),
+              kReconnectSeconds)
         << device->status();
   }
 }
@@ -241,7 +261,9 @@ TEST_P(DeviceOnACable, noticesThatItIsUnpluggedAndGoesOnWhenItIsBack) {
     ASSERT_TRUE(hands->ready()) << device->status();
     rig->unplug();
     EXPECT_LT(hands->until(half(2), [&] { return !hands->fresh; }), kZeroSeconds);
-    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("unplugged") != std::string::npos; }), kReconnectSeconds) << device->status();
+    EXPECT_LT(hands->until(half(2), [&] { return device->status().find("unplugged") != std::string::npos; }),
+              kReconnectSeconds)
+        << device->status();
     for (int i = 0; i < 30; ++i) EXPECT_FALSE(hands->tick(half(2)));
     rig->replug();
     const double back = hands->until(Vec3d::Zero(), [&] { return hands->fresh; });
@@ -273,15 +295,22 @@ TEST_P(DeviceConformance, knowsNothingOfAnotherOfItsKind) {
   if (traits.follows) {
     rig->hand({5, 0, 0}, 0);
     otherRig->hand({0, 6, 0}, 0);
-    EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return (hands->state.pose.translation - Vec3d(5, 0, 0)).norm() <= traits.resolutionMm; }), kPatienceSeconds);
-    EXPECT_LT(otherHands.until(Vec3d::Zero(), [&] { return (otherHands.state.pose.translation - Vec3d(0, 6, 0)).norm() <= traits.resolutionMm; }), kPatienceSeconds);
+    EXPECT_LT(
+        hands->until(Vec3d::Zero(),
+                     [&] { return (hands->state.pose.translation - Vec3d(5, 0, 0)).norm() <= traits.resolutionMm; }),
+        kPatienceSeconds);
+    EXPECT_LT(otherHands.until(
+                  Vec3d::Zero(),
+                  [&] { return (otherHands.state.pose.translation - Vec3d(0, 6, 0)).norm() <= traits.resolutionMm; }),
+              kPatienceSeconds);
   }
   if (traits.cable) {
     rig->unplug();
     EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return !hands->fresh; }), kZeroSeconds);
     EXPECT_TRUE(otherHands.ready()) << "the other goes on";
     if (traits.force) {
-      EXPECT_LT(otherHands.until(half(0), [&] { return (otherRig->forceN() - half(0)).norm() < 1e-2; }), kPatienceSeconds);
+      EXPECT_LT(otherHands.until(half(0), [&] { return (otherRig->forceN() - half(0)).norm() < 1e-2; }),
+                kPatienceSeconds);
       EXPECT_TRUE(motorsOff());
     }
   }
@@ -305,13 +334,19 @@ TEST_P(DeviceConformance, keepsToTheRulesOfRealTime) {
   EXPECT_EQ(trap.systemCalls, 0u);
 }
 
-std::string rigName(const ::testing::TestParamInfo<RigMaker>& rig) { return rig.param.name; }
+std::string rigName(const ::testing::TestParamInfo<RigMaker>& rig) {
+  return rig.param.name;
+}
 
 INSTANTIATE_TEST_SUITE_P(Drivers, DeviceConformance, ::testing::ValuesIn(testing::deviceRigs()), rigName);
-INSTANTIATE_TEST_SUITE_P(Drivers, FollowingDevice, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::follows)), rigName);
-INSTANTIATE_TEST_SUITE_P(Drivers, ForceDevice, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::force)), rigName);
-INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOfBytes, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::bytes)), rigName);
-INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOnACable, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::cable)), rigName);
+INSTANTIATE_TEST_SUITE_P(Drivers, FollowingDevice,
+                         ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::follows)), rigName);
+INSTANTIATE_TEST_SUITE_P(Drivers, ForceDevice, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::force)),
+                         rigName);
+INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOfBytes, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::bytes)),
+                         rigName);
+INSTANTIATE_TEST_SUITE_P(Drivers, DeviceOnACable, ::testing::ValuesIn(testing::deviceRigs(&DeviceRig::Traits::cable)),
+                         rigName);
 
 }  // namespace
 }  // namespace argil::haptics

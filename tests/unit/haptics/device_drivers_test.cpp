@@ -60,7 +60,9 @@ TEST(Haply, turnsWithItsGripAndComesBack) {
     std::this_thread::sleep_for(1ms);
   }
   EXPECT_EQ(state.buttons, 1u);
-  EXPECT_LT(state.pose.rotation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))), 1e-6);
+  EXPECT_LT(
+      state.pose.rotation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))),
+      1e-6);
   // The grip lost: the arm goes on, no button stays held.
   grip.unplug();
   for (int i = 0; i < 2000 && state.buttons != 0; ++i) {
@@ -71,7 +73,9 @@ TEST(Haply, turnsWithItsGripAndComesBack) {
   bool fresh = false;
   for (int i = 0; i < 2000 && !(fresh = device->read(0, state)); ++i) std::this_thread::sleep_for(1ms);
   EXPECT_TRUE(fresh) << device->status();
-  EXPECT_LT(state.pose.rotation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))), 1e-6);
+  EXPECT_LT(
+      state.pose.rotation.angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(1.5707963267948966, Vec3d::UnitZ()))),
+      1e-6);
   arm.unplug();
   for (int i = 0; i < 2000 && device->read(0, state); ++i) std::this_thread::sleep_for(1ms);
   arm.plug();
@@ -304,7 +308,8 @@ class Sysfs : public ::testing::Test {
     fs::create_directories((root_ / path).parent_path());
     std::ofstream(root_ / path) << text;
   }
-  void serial(const std::string& tty, const std::string& usb, const std::string& vendor, const std::string& product, const std::string& name) {
+  void serial(const std::string& tty, const std::string& usb, const std::string& vendor, const std::string& product,
+              const std::string& name) {
     plant("sys/devices/" + usb + "/idVendor", vendor + "\n");
     plant("sys/devices/" + usb + "/idProduct", product + "\n");
     plant("sys/devices/" + usb + "/product", name + "\n");
@@ -313,7 +318,9 @@ class Sysfs : public ::testing::Test {
     fs::create_symlink(root_ / "sys/devices" / usb / (usb + ":1.0"), root_ / "sys/class/tty" / tty / "device");
     plant("dev/" + tty, "");
   }
-  [[nodiscard]] std::vector<FoundDevice> found() const { return findDevices((root_ / "sys").string(), (root_ / "dev").string()); }
+  [[nodiscard]] std::vector<FoundDevice> found() const {
+    return findDevices((root_ / "sys").string(), (root_ / "dev").string());
+  }
   [[nodiscard]] std::string dev(const std::string& name) const { return (root_ / "dev" / name).string(); }
 
   fs::path root_;
@@ -322,7 +329,8 @@ class Sysfs : public ::testing::Test {
 TEST_F(Sysfs, listsWhatIsPluggedIn) {
   EXPECT_TRUE(found().empty());
   plant("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000046D:0000C077\nHID_NAME=Logitech Mouse\n");
-  plant("sys/class/hidraw/hidraw3/device/uevent", "DRIVER=hid-generic\nHID_ID=0003:0000256F:0000C652\nHID_NAME=3Dconnexion Universal Receiver\n");
+  plant("sys/class/hidraw/hidraw3/device/uevent",
+        "DRIVER=hid-generic\nHID_ID=0003:0000256F:0000C652\nHID_NAME=3Dconnexion Universal Receiver\n");
   plant("sys/class/hidraw/hidraw4/device/uevent", "HID_ID=nonsense\n");
   plant("dev/hidraw3", "");
   fs::create_directories(root_ / "sys/class/tty/tty0");
@@ -436,7 +444,8 @@ TEST_F(Sysfs, listsFalconsByTheirSockets) {
 }
 
 TEST(Registry, opensByNameAndNamesWhatThereIs) {
-  for (const char* name : {"touch", "falcon", "falcon:9-9", "simulated:falcon", "spacemouse", "haply", "haply:/dev/ttyNeverThere"}) {
+  for (const char* name :
+       {"touch", "falcon", "falcon:9-9", "simulated:falcon", "spacemouse", "haply", "haply:/dev/ttyNeverThere"}) {
     const auto device = openDevice(name);
     ASSERT_NE(device, nullptr);
     EXPECT_EQ(device->sheet().name, sheetOfDevice(name).name);
@@ -454,7 +463,8 @@ TEST(Registry, opensByNameAndNamesWhatThereIs) {
   try {
     (void)openDevice("teapot");
   } catch (const Error& e) {
-    for (const char* known : {"teapot", "haply", "spacemouse", "recorded", "omega3"}) EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << e.what();
+    for (const char* known : {"teapot", "haply", "spacemouse", "recorded", "omega3"})
+      EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << e.what();
   }
   const fs::path file = fs::temp_directory_path() / "argil-registry-path.csv";
   std::ofstream(file) << "time,x,y,z\n5,0.1,0,0\n6,0.2,0,0\n";

@@ -82,7 +82,8 @@ TEST(SimulatedDevice, fallsAsMassAndForceSay) {
   device.read(0, state);
   device.write(0, {0.09, 0, 0});  // 0.045 kg: 2 m/s².
   device.read(0.5, state);
-  EXPECT_NEAR(state.pose.translation.x(), 0.5 * 2000 * 0.1 * 0.1, 0.2) << "no more than a tenth of a second is caught up";
+  EXPECT_NEAR(state.pose.translation.x(), 0.5 * 2000 * 0.1 * 0.1, 0.2)
+      << "no more than a tenth of a second is caught up";
   for (int i = 501; i <= 600; ++i) device.read(i * 1e-3, state);
   EXPECT_NEAR(state.pose.translation.x(), 0.5 * 2000 * 0.2 * 0.2, 0.2);
 }

@@ -16,7 +16,7 @@ namespace argil::haptics {
 namespace {
 
 constexpr unsigned kSeed = 41;
-constexpr double kRadiusMm = 50;           // Of the ball that is the workspace.
+constexpr double kRadiusMm = 50;  // Of the ball that is the workspace.
 constexpr double kAskedErrorMm = 0.061;
 constexpr double kDeg = 180 / std::numbers::pi;
 
@@ -80,7 +80,8 @@ TEST(FalconKinematics, theLinkageClosesAtTheHomeAngle) {
   EXPECT_NEAR(pose.positionMm.y(), 0, 1e-4);
   const double u = g.baseU - g.gripU + g.arm * std::cos(kFalconHomeDeg / kDeg), v = g.baseV - g.gripV;
   const double reach = std::sqrt(g.rod * g.rod - v * v) + 2 * g.hinge;
-  EXPECT_NEAR(pose.positionMm.z() + kFalconCentreMm, g.arm * std::sin(kFalconHomeDeg / kDeg) + std::sqrt(reach * reach - u * u), 1e-3);
+  EXPECT_NEAR(pose.positionMm.z() + kFalconCentreMm,
+              g.arm * std::sin(kFalconHomeDeg / kDeg) + std::sqrt(reach * reach - u * u), 1e-3);
 }
 
 TEST(FalconKinematics, theJacobianIsTheDerivativeOfTheInverse) {
@@ -146,7 +147,8 @@ TEST(FalconKinematics, costs) {
       (void)falconPose(c, pose);
       sum += pose.positionMm;
     }
-    best = std::min(best, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count() / double(all.size()));
+    best = std::min(best, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count() /
+                              double(all.size()));
   }
   std::printf("position and Jacobian: %.0f ns (%.3g)\n", best, sum.sum());
   EXPECT_LT(best, 20'000) << "no figure, only a bound that a sanitizer and a busy machine keep";

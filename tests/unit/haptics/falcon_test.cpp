@@ -21,10 +21,10 @@
 namespace argil::haptics {
 namespace {
 
+using ::testing::ElementsAre;
 using testing::FalconEmulator;
 using testing::FalconFault;
 using testing::FalconLine;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Pair;
 
@@ -47,18 +47,23 @@ std::vector<uint8_t> replyBytes(int a, int b, int c, uint8_t flags) {
   return bytes;
 }
 
-std::string text(const FalconPacket& p) { return {p.begin(), p.end()}; }
+std::string text(const FalconPacket& p) {
+  return {p.begin(), p.end()};
+}
 
 TEST(FalconProtocol, packsMotorsAndLights) {
   EXPECT_EQ(text(encodeFalcon({})), "<AAAAAAAAAAAAAA>");
   EXPECT_EQ(text(encodeFalcon({{0x123, -1, 0}, kFalconLedRed, false})), "<DCBAPPPPAAAACA>");
-  EXPECT_EQ(text(encodeFalcon({{0, 0, 4096}, kFalconLedBlue, true})), "<AAAAAAAAAAABJA>") << "homing is asked for in the byte of LEDs";
-  EXPECT_EQ(encodeFalcon({{100'000, -100'000, 0}, 0, false}), encodeFalcon({{4096, -4096, 0}, 0, false})) << "motors are limited";
+  EXPECT_EQ(text(encodeFalcon({{0, 0, 4096}, kFalconLedBlue, true})), "<AAAAAAAAAAABJA>")
+      << "homing is asked for in the byte of LEDs";
+  EXPECT_EQ(encodeFalcon({{100'000, -100'000, 0}, 0, false}), encodeFalcon({{4096, -4096, 0}, 0, false}))
+      << "motors are limited";
 }
 
 TEST(FalconProtocol, readsAnswersSplitAnywhere) {
   const auto bytes = replyBytes(-1234, 0, 2345, 0x70 | 5);
-  for (size_t cut = 0; cut <= bytes.size(); ++cut) {  // The decoder knows nothing of packets: before, between and after are the same.
+  // The decoder knows nothing of packets: before, between and after are the same.
+  for (size_t cut = 0; cut <= bytes.size(); ++cut) {
     FalconDecoder decoder;
     FalconReply reply;
     int whole = 0;
@@ -108,10 +113,13 @@ TEST(FalconProtocol, takesNoPacketThatIsNotWellFormed) {
 
 class FirmwareFile : public ::testing::Test {
  protected:
-  void SetUp() override { path_ = std::filesystem::temp_directory_path() / ("argil-falcon-" + std::to_string(::getpid())); }
+  void SetUp() override {
+    path_ = std::filesystem::temp_directory_path() / ("argil-falcon-" + std::to_string(::getpid()));
+  }
   void TearDown() override { std::filesystem::remove(path_); }
   std::string write(const std::vector<uint8_t>& bytes) {
-    std::ofstream(path_, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    std::ofstream(path_, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     return path_.string();
   }
   std::string complaint(const std::string& path) {
@@ -160,8 +168,9 @@ TEST(FalconFirmware, isLoadedInTheOrderThatTheBootLoaderWants) {
   EXPECT_TRUE(load.falcon.running());
   EXPECT_EQ(load.loader.attempts(), 1);
   EXPECT_THAT(load.falcon.requests(),
-              ElementsAre(Pair(0, 1), Pair(0, 2), Pair(9, 16), Pair(3, 0x4138), Pair(4, 8), Pair(2, 0), Pair(1, 0x0200), Pair(1, 0x0100),
-                          Pair(1, 0x0101), Pair(1, 0x0100), Pair(3, 0x15), Pair(9, 1), Pair(3, 2), Pair(0, 1), Pair(0, 2)));
+              ElementsAre(Pair(0, 1), Pair(0, 2), Pair(9, 16), Pair(3, 0x4138), Pair(4, 8), Pair(2, 0), Pair(1, 0x0200),
+                          Pair(1, 0x0100), Pair(1, 0x0101), Pair(1, 0x0100), Pair(3, 0x15), Pair(9, 1), Pair(3, 2),
+                          Pair(0, 1), Pair(0, 2)));
 }
 
 TEST(FalconFirmware, isLoadedAnewWhenAnEchoIsWrong) {
@@ -281,15 +290,18 @@ TEST_F(FalconDriver, asksToBeHomedAndGivesNoPlaceBefore) {
   EXPECT_TRUE(until([&] { return fresh; }, Vec3d::Zero(), 1)) << device->status();
   EXPECT_TRUE(until([&] { return falcon.lights() == kFalconLedGreen; }));
   falcon.setHomed(false);  // Its firmware began anew: its counts mean nothing now.
-  EXPECT_TRUE(until([&] { return !fresh && falcon.forceN().norm() == 0 && says("not homed"); }, {0, 0, 5})) << device->status();
+  EXPECT_TRUE(until([&] { return !fresh && falcon.forceN().norm() == 0 && says("not homed"); }, {0, 0, 5}))
+      << device->status();
 }
 
 TEST_F(FalconDriver, namesItsButtonsFromTheCentre) {
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
-  for (const auto& [raw, bit] : {std::pair{4, 1u}, std::pair{1, 2u}, std::pair{2, 4u}, std::pair{8, 8u}, std::pair{13, 11u}}) {
+  for (const auto& [raw, bit] :
+       {std::pair{4, 1u}, std::pair{1, 2u}, std::pair{2, 4u}, std::pair{8, 8u}, std::pair{13, 11u}}) {
     falcon.hand(Vec3d::Zero(), uint8_t(raw));
-    EXPECT_TRUE(until([&, b = bit] { return state.buttons == b && state.pressure == 1; })) << raw << " gave " << state.buttons;
+    EXPECT_TRUE(until([&, b = bit] { return state.buttons == b && state.pressure == 1; }))
+        << raw << " gave " << state.buttons;
   }
   falcon.hand(Vec3d::Zero(), 0);
   EXPECT_TRUE(until([&] { return state.buttons == 0 && state.pressure == 0; }));
@@ -301,7 +313,8 @@ TEST_F(FalconDriver, keepsTheDirectionOfAForceThatItsMotorsCannotReach) {
   ASSERT_TRUE(until([&] { return fresh; }));
   const Vec3d force = device->sheet().peakForceN * Vec3d(0.8, 0.6, 0);
   EXPECT_TRUE(until([&] { return falcon.forceN().norm() > 4; }, force));
-  EXPECT_TRUE(until([&] { return falcon.forceN().normalized().dot(force.normalized()) > 0.9999; }, force)) << falcon.forceN().transpose();
+  EXPECT_TRUE(until([&] { return falcon.forceN().normalized().dot(force.normalized()) > 0.9999; }, force))
+      << falcon.forceN().transpose();
   EXPECT_LT(falcon.forceN().norm(), 0.9 * force.norm()) << "the limit of the motors is the nearer one here";
 }
 
@@ -320,7 +333,8 @@ TEST_F(FalconDriver, takesNoLateAnswerForOneInTime) {
   falcon.misbehave(FalconFault::late);  // Twenty milliseconds, steadily: each comes while a later question waits.
   EXPECT_TRUE(until([&] { return !fresh; }));
   const int64_t begin = nowNs();
-  EXPECT_FALSE(until([&] { return fresh; }, {0, 0, 4}, 0.3)) << "after " << double(nowNs() - begin) * 1e-6 << " ms: " << device->status();
+  EXPECT_FALSE(until([&] { return fresh; }, {0, 0, 4}, 0.3))
+      << "after " << double(nowNs() - begin) * 1e-6 << " ms: " << device->status();
   EXPECT_EQ(falcon.forceN().norm(), 0);
   falcon.misbehave(FalconFault::none);
   EXPECT_TRUE(until([&] { return fresh; }, Vec3d::Zero(), 1)) << device->status();

@@ -65,7 +65,8 @@ class SerialDevice final : public Device {
   static HandPath presses() {
     std::vector<HandPoint> points;
     for (int second = 0; second < 60; ++second)
-      for (const auto& [part, z] : {std::pair(0.0, 6.0), std::pair(0.2, 1.0), std::pair(0.8, 1.0), std::pair(0.9, 6.0)}) {
+      for (const auto& [part, z] :
+           {std::pair(0.0, 6.0), std::pair(0.2, 1.0), std::pair(0.8, 1.0), std::pair(0.9, 6.0)}) {
         HandPoint point;
         point.timeS = second + part;
         point.position = {0, 0, z};
@@ -155,8 +156,10 @@ class Victim {
     pid_ = fork();
     if (pid_ == 0) run(slave, mode);
     // A line that nobody holds hangs up before a function can open it anew: hardware does not, so the test holds it.
-    if (mode.call) held_ = slave;
-    else close(slave);
+    if (mode.call)
+      held_ = slave;
+    else
+      close(slave);
   }
   ~Victim() {
     letGo();
@@ -250,7 +253,8 @@ std::vector<double> kill(int signal, const Mode& mode, int rounds) {
 
 void expectSoon(const char* what, std::vector<double> times) {
   std::sort(times.begin(), times.end());
-  std::printf("%s: zero force after %.1f to %.1f ms, median %.1f (%zu times)\n", what, times.front(), times.back(), median(times), times.size());
+  std::printf("%s: zero force after %.1f to %.1f ms, median %.1f (%zu times)\n", what, times.front(), times.back(),
+              median(times), times.size());
   EXPECT_LE(median(times), kWithinMs);
 }
 

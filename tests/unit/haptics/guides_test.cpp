@@ -1,4 +1,5 @@
-// Guides by themselves: locks hold, nothing jumps, keep-outs are what they say, and a scene without guides pays nothing.
+// Guides by themselves: locks hold, nothing jumps, keep-outs are what they say, and a scene without guides pays
+// nothing.
 
 #include "haptics/guides.h"
 
@@ -93,7 +94,8 @@ TEST(Subspace, holdsAllThatWasMet) {
       met.push_back((round >> i) % 2 ? Subspace::plane(common, vector()) : Subspace::line(common, vector()));
       ASSERT_TRUE(all.intersect(met.back())) << "seed " << kSeed << " round " << round;
       const Vec3d there = all.nearest(10 * vector());
-      for (const Subspace& set : met) ASSERT_NEAR((set.nearest(there) - there).norm(), 0, 1e-7) << "seed " << kSeed << " round " << round;
+      for (const Subspace& set : met)
+        ASSERT_NEAR((set.nearest(there) - there).norm(), 0, 1e-7) << "seed " << kSeed << " round " << round;
       ASSERT_NEAR((all.nearest(common) - common).norm(), 0, 1e-7);
     }
     ASSERT_EQ(all.dimension, 0);
@@ -161,8 +163,8 @@ TEST(Guides, aLockToTheNormalBeginsWhereTheToolTouches) {
   EXPECT_NEAR(from.dot(normal), (Vec3d(5, 9, 7) - Vec3d(1, 2, 3)).dot(normal), 1e-9);
 }
 
-// Locks that come, go, move and change their partners, keep-outs beside them, wells that appear under the tool: from tick to tick the force
-// changes by what the hand's own way explains, and little more.
+// Locks that come, go, move and change their partners, keep-outs beside them, wells that appear under the tool: from
+// tick to tick the force changes by what the hand's own way explains, and little more.
 void changeAtRandom(uint32_t seed, double& worst) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> spread(-6, 6);
@@ -177,18 +179,41 @@ void changeAtRandom(uint32_t seed, double& worst) {
       std::erase_if(felt.scene.guides, [&](const Guide& g) { return g.id == id; });
       const uint32_t buttons = random() % 2;
       switch (random() % 12) {
-        case 0: felt.add(id, LockToPoint{place()}, buttons); break;
-        case 1: felt.add(id, LockToLine{place(), place()}, buttons); break;
-        case 2: felt.add(id, LockToPlane{place(), place()}, buttons); break;
-        case 3: felt.add(id, LockToCurve{curve}, buttons); break;
-        case 4: felt.add(id, KeepOutBall{place(), 3.0}, buttons); break;
-        case 5: felt.add(id, WellAtPoints{{place(), place(), place()}, {5, 1}}, buttons); break;
-        case 6: felt.add(id, WellAtCurve{curve, {5, 1}}, buttons); break;
-        case 7: felt.add(id, WellAtPlane{place(), place(), {5, 1}}, buttons); break;
-        case 8: felt.add(id, Gravity{{0, 0, -1}}, buttons); break;
-        case 9: felt.add(id, Buoyancy{place(), Vec3d::UnitZ(), 0.5, 5}, buttons); break;
-        case 10: felt.add(id, AmbientPlane{place(), place(), 0.3, 1}, buttons); break;
-        default: break;
+        case 0:
+          felt.add(id, LockToPoint{place()}, buttons);
+          break;
+        case 1:
+          felt.add(id, LockToLine{place(), place()}, buttons);
+          break;
+        case 2:
+          felt.add(id, LockToPlane{place(), place()}, buttons);
+          break;
+        case 3:
+          felt.add(id, LockToCurve{curve}, buttons);
+          break;
+        case 4:
+          felt.add(id, KeepOutBall{place(), 3.0}, buttons);
+          break;
+        case 5:
+          felt.add(id, WellAtPoints{{place(), place(), place()}, {5, 1}}, buttons);
+          break;
+        case 6:
+          felt.add(id, WellAtCurve{curve, {5, 1}}, buttons);
+          break;
+        case 7:
+          felt.add(id, WellAtPlane{place(), place(), {5, 1}}, buttons);
+          break;
+        case 8:
+          felt.add(id, Gravity{{0, 0, -1}}, buttons);
+          break;
+        case 9:
+          felt.add(id, Buoyancy{place(), Vec3d::UnitZ(), 0.5, 5}, buttons);
+          break;
+        case 10:
+          felt.add(id, AmbientPlane{place(), place(), 0.3, 1}, buttons);
+          break;
+        default:
+          break;
       }
       if (random() % 3 == 0) felt.in.buttons ^= 1u;
       for (Guide& g : felt.scene.guides) g.check();
@@ -208,7 +233,10 @@ void changeAtRandom(uint32_t seed, double& worst) {
 TEST(Guides, nothingThatHappensToThemJumps) {
   double worst = 0;
   for (uint32_t seed = 1; seed <= 30; ++seed) changeAtRandom(seed, worst);
-  std::printf("seeds 1 to 30, 200 changes of guides each, hand at rest: the force changes by at most %.2f %% of the peak a tick\n", 100 * worst);
+  std::printf(
+      "seeds 1 to 30, 200 changes of guides each, hand at rest: the force changes by at most %.2f %% of the peak a "
+      "tick\n",
+      100 * worst);
 }
 
 TEST(Guides, aLockComesAtABoundedSpeed) {
@@ -230,13 +258,15 @@ TEST(Guides, aLockComesAtABoundedSpeed) {
 
 TEST(Guides, aBeadRunsThroughABendAtABoundedSpeed) {
   std::vector<Vec3d> ring;
-  for (int i = 0; i < 60; ++i) ring.push_back(5 * Vec3d(std::cos(i * std::numbers::pi / 30), std::sin(i * std::numbers::pi / 30), 0));
+  for (int i = 0; i < 60; ++i)
+    ring.push_back(5 * Vec3d(std::cos(i * std::numbers::pi / 30), std::sin(i * std::numbers::pi / 30), 0));
   Felt felt;
   felt.add(1, LockToCurve{std::make_shared<Polyline>(ring, true)});
   felt.settle({4, 0.02, 0});
   Vec3d before = felt.proxy;
   double most = 0;
-  for (int tick = 0; tick <= 4000; ++tick) {  // Past the ring's middle, where the nearest place is now here, now there.
+  // Past the ring's middle, where the nearest place is now here, now there.
+  for (int tick = 0; tick <= 4000; ++tick) {
     (void)felt.tick({4 - 0.002 * tick, 0.02, 0});
     most = std::max(most, (felt.proxy - before).norm());
     before = felt.proxy;
@@ -275,8 +305,14 @@ TEST(Guides, eightGuidesAndTheirChangesAllocateAndLockNothing) {
   const auto curve = wave();
   auto guides = std::make_unique<Guides>();
   Scene few, many;
-  many.guides = {{1, LockToPlane{}, 0}, {2, LockToCurve{curve}, 1}, {3, KeepOutBox{}, 0}, {4, KeepOutBall{{30, 0, 0}, 3}, 2},
-                 {5, WellAtPoints{{Vec3d::Zero(), Vec3d::UnitX()}, {}}, 0}, {6, WellAtCurve{curve, {}}, 0}, {7, Gravity{}, 1}, {8, AmbientPlane{}, 0}};
+  many.guides = {{1, LockToPlane{}, 0},
+                 {2, LockToCurve{curve}, 1},
+                 {3, KeepOutBox{}, 0},
+                 {4, KeepOutBall{{30, 0, 0}, 3}, 2},
+                 {5, WellAtPoints{{Vec3d::Zero(), Vec3d::UnitX()}, {}}, 0},
+                 {6, WellAtCurve{curve, {}}, 0},
+                 {7, Gravity{}, 1},
+                 {8, AmbientPlane{}, 0}};
   few.guides = {many.guides[5], many.guides[1]};
   testing::RealtimeTrap trap;
   Contact::Input in;
@@ -307,8 +343,10 @@ TEST(KeepOut, answersWithTheNearestPlaceOfItsSurface) {
   Scene scene;
   scene.tool.radiusMm = 1;
   const Vec3d half(4, 5, 6);
-  const std::vector<Guide> all{{1, KeepOutBox{pose, half, false}, 0}, {2, KeepOutBox{pose, half, true}, 0},
-                               {3, KeepOutBall{{1, 2, 3}, 5, false}, 0}, {4, KeepOutBall{{1, 2, 3}, 5, true}, 0},
+  const std::vector<Guide> all{{1, KeepOutBox{pose, half, false}, 0},
+                               {2, KeepOutBox{pose, half, true}, 0},
+                               {3, KeepOutBall{{1, 2, 3}, 5, false}, 0},
+                               {4, KeepOutBall{{1, 2, 3}, 5, true}, 0},
                                {5, KeepOutPlane{{1, 2, 3}, {0, 3, 4}}, 0}};
   for (const Guide& guide : all) {
     KeepOut keepOut;
@@ -344,9 +382,7 @@ TEST(KeepOut, answersWithTheNearestPlaceOfItsSurface) {
 
 TEST(Guide, refusesBadNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto refused = [](auto shape) {
-    EXPECT_THROW((Guide{3, shape, 0}.check()), Error);
-  };
+  const auto refused = [](auto shape) { EXPECT_THROW((Guide{3, shape, 0}.check()), Error); };
   refused(LockToPoint{{nan, 0, 0}});
   refused(LockToLine{{0, 0, 0}, {0, 0, 0}});
   refused(LockToPlane{{0, 0, 0}, {nan, 0, 1}});
@@ -381,7 +417,9 @@ TEST(SoftGuides, ACurveThatTakesTheNameOfAnotherIsSearchedAnew) {
   SoftMemory memory;
   const Scene scene;
   const SoftLimits limits;
-  const auto pull = [&](const auto& curve) { return softPull({1, WellAtCurve{curve, {5, 1}}, 0}, scene, nullptr, {99, 1, 0}, Vec3d::Zero(), limits, memory); };
+  const auto pull = [&](const auto& curve) {
+    return softPull({1, WellAtCurve{curve, {5, 1}}, 0}, scene, nullptr, {99, 1, 0}, Vec3d::Zero(), limits, memory);
+  };
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(pull(longOne).force.y(), 0) << "down to it";
     EXPECT_NEAR(memory.place.distance, 1, 1e-9);

@@ -60,8 +60,10 @@ TEST(SampleRing, keepsOrderBetweenThreads) {
   BoundedRing<uint64_t> ring(64);
   std::thread producer([&] {
     for (uint64_t i = 0; i < 100'000;) {
-      if (ring.push(i)) ++i;
-      else std::this_thread::yield();
+      if (ring.push(i))
+        ++i;
+      else
+        std::this_thread::yield();
     }
   });
   uint64_t wanted = 0, out[16];
@@ -147,7 +149,8 @@ TEST(Published, aReaderNeverSeesAFreedOneAndNeverFrees) {
 TEST(Published, saysWhenThereAreTooManyReaders) {
   Published<Watched> published;
   std::vector<std::unique_ptr<Published<Watched>::Reader>> readers;
-  for (size_t i = 0; i < Published<Watched>::kMaxReaders; ++i) readers.push_back(std::make_unique<Published<Watched>::Reader>(published));
+  for (size_t i = 0; i < Published<Watched>::kMaxReaders; ++i)
+    readers.push_back(std::make_unique<Published<Watched>::Reader>(published));
   EXPECT_THROW(Published<Watched>::Reader one(published), Error);
   readers.pop_back();
   EXPECT_NO_THROW(Published<Watched>::Reader one(published));

@@ -22,10 +22,11 @@ std::string sentenceOf(const std::string& text, const HandPathLayout& layout) {
   return "";
 }
 
-const char* kOther = "demo,Time_ms,x,y,z,qi,qj,qk,qw,fx,fy,fz,heat\n"
-                     "1,5000,0.1,0.2,0.3,0,0,0,1,1,2,3,hot\n"
-                     "1,5010,0.2,0.2,0.3,0,0,2,0,1,2,3,hot\n"
-                     "2,0,0.5,0.6,0.7,1,0,0,0,4,5,6,cold\n";
+const char* kOther =
+    "demo,Time_ms,x,y,z,qi,qj,qk,qw,fx,fy,fz,heat\n"
+    "1,5000,0.1,0.2,0.3,0,0,0,1,1,2,3,hot\n"
+    "1,5010,0.2,0.2,0.3,0,0,2,0,1,2,3,hot\n"
+    "2,0,0.5,0.6,0.7,1,0,0,0,4,5,6,cold\n";
 
 TEST(HandPathCsv, readsOtherLayoutsByNameAndUnits) {
   const HandPath path = HandPath::fromCsv(kOther, "p.csv", {"m", "", "demo=1"});
@@ -44,7 +45,8 @@ TEST(HandPathCsv, readsOtherLayoutsByNameAndUnits) {
 TEST(HandPathCsv, saysWhatIsMissing) {
   EXPECT_NE(sentenceOf(kOther, {"", "", "demo=1"}).find("units"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"parsec", "", "demo=1"}).find("parsec"), std::string::npos);
-  EXPECT_NE(sentenceOf(kOther, {"m", "", ""}).find("demo=1"), std::string::npos) << "time goes back where the second path begins";
+  EXPECT_NE(sentenceOf(kOther, {"m", "", ""}).find("demo=1"), std::string::npos)
+      << "time goes back where the second path begins";
   EXPECT_NE(sentenceOf(kOther, {"m", "", "demo=9"}).find("demo=9"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"m", "", "take=1"}).find("take"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"m", "x=tip", ""}).find("tip"), std::string::npos);
@@ -53,7 +55,8 @@ TEST(HandPathCsv, saysWhatIsMissing) {
   EXPECT_NE(sentenceOf("t,x,y\n0,0,0\n", {"m", "", ""}).find("z=NAME"), std::string::npos);
   EXPECT_NE(sentenceOf("t,time,x,y,z\n0,0,0,0,0\n", {"m", "", ""}).find("two columns"), std::string::npos);
   EXPECT_NE(sentenceOf("t,x,y,z,qw\n0,0,0,0,1\n", {"m", "", ""}).find("qx"), std::string::npos);
-  EXPECT_NE(sentenceOf("t,x,y,z\n0,0,0,1e306\n", {"m", "", ""}).find("line 2"), std::string::npos) << "overflows when scaled";
+  EXPECT_NE(sentenceOf("t,x,y,z\n0,0,0,1e306\n", {"m", "", ""}).find("line 2"), std::string::npos)
+      << "overflows when scaled";
 }
 
 TEST(HandPathCsv, readsARecordedPathOfAnotherLaboratory) {
@@ -74,7 +77,8 @@ TEST(HandPathCsv, readsARecordedPathOfAnotherLaboratory) {
 }
 
 TEST(HandPathCsv, whatTheFileSaysIsQuotedInOneLine) {
-  for (const std::string& text : {std::string("t_s,x_mm,y_mm,z\r\x1b[31mmm\n"), "t_s,x_mm,y_mm,z_mm\n0,1,2,\r3\x07" + std::string(500, '9') + "\n"}) {
+  for (const std::string& text : {std::string("t_s,x_mm,y_mm,z\r\x1b[31mmm\n"),
+                                  "t_s,x_mm,y_mm,z_mm\n0,1,2,\r3\x07" + std::string(500, '9') + "\n"}) {
     try {
       (void)HandPath::fromCsv(text, "p.csv");
       FAIL() << text;

@@ -32,9 +32,9 @@ TEST(HeatBudget, givesThePeakForAWhileAndThenTheContinuousForce) {
         budget.felt({0, force, 0});
         ASSERT_LE(budget.load(), 1 + 1e-6) << sheet.name << periodS;
       }
-      if (periodS == 1e-3) 
-        std::printf("%-9s peak for %.2f s of 60, then %.2f N, steepest %.3f %% of peak a tick, RMS %.2f N\n", sheet.name.c_str(), atPeak, last,
-                    100 * steepest / sheet.peakForceN, std::sqrt(square));
+      if (periodS == 1e-3)
+        std::printf("%-9s peak for %.2f s of 60, then %.2f N, steepest %.3f %% of peak a tick, RMS %.2f N\n",
+                    sheet.name.c_str(), atPeak, last, 100 * steepest / sheet.peakForceN, std::sqrt(square));
       EXPECT_LE(steepest, HeatBudget::kLimitStep * sheet.peakForceN * (1 + 1e-9));
       EXPECT_LE(last, 1.01 * sheet.continuousForceN);
       EXPECT_LE(std::sqrt(square), sheet.continuousForceN * std::sqrt(1 + sheet.thermalSeconds / 60));

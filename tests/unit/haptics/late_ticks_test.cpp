@@ -163,8 +163,8 @@ TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
         in.elapsedS = step;
         const double stretch = std::max(0.0, -place(t));
         in.force = {0, 0, 1.0 * stretch};
-        in.storedNmm =
-            0;  // Whatever the hand puts in goes to the tank, whatever it gets is drawn: both are seen there.
+        // Whatever the hand puts in goes to the tank, whatever it gets is drawn: both are seen there.
+        in.storedNmm = 0;
         in.active = true;
         const double before = passivity.tank().levelNmm();
         (void)passivity.apply(in);

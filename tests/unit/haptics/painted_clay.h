@@ -13,12 +13,14 @@
 namespace argil::haptics::testing {
 
 /// `version` with a channel that is what `value` says at each voxel coordinate of the band.
-inline clay::Version painted(const clay::Version& version, clay::Channel channel, const std::function<uint8_t(Coord)>& value) {
+inline clay::Version painted(const clay::Version& version, clay::Channel channel,
+                             const std::function<uint8_t(Coord)>& value) {
   clay::Editor editor(version);
   version.forEachBrick([&](const clay::Brick& brick) {
     std::array<uint8_t, clay::kBrickVoxels> values{};
     for (int i = 0; i < clay::kBrickVoxels; ++i)
-      if (std::abs(brick.phi(i)) < version.grid().band) values[size_t(i)] = value(brick.coord * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7});
+      if (std::abs(brick.phi(i)) < version.grid().band)
+        values[size_t(i)] = value(brick.coord * clay::kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7});
     editor.setChannel(channel, brick.coord, values);
   });
   return editor.commit();

@@ -22,7 +22,9 @@ using samples::cube;
 using samples::errorOf;
 using testing::RealtimeTrap;
 
-double angleDeg(const Vec3d& a, const Vec3d& b) { return std::atan2(a.cross(b).norm(), std::abs(a.dot(b))) * 180 / M_PI; }
+double angleDeg(const Vec3d& a, const Vec3d& b) {
+  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b))) * 180 / M_PI;
+}
 
 // The normal that is felt above `p`.
 Vec3d feltNormal(const PartMesh& mesh, const Vec3d& p) {
@@ -89,9 +91,11 @@ TEST(PartMesh, losesNothingFarFromZero) {
   double worst = 0;
   for (int i = 0; i < 1000; ++i) {
     const Vec3d p(place(random), place(random), place(random));
-    worst = std::max(worst, std::abs(here.nearest(p, 10, PartMesh::kNone).distance - there.nearest(p + offset, 10, PartMesh::kNone).distance));
+    worst = std::max(worst, std::abs(here.nearest(p, 10, PartMesh::kNone).distance -
+                                     there.nearest(p + offset, 10, PartMesh::kNone).distance));
   }
-  // A double at 10^6 mm has steps of 1.2e-10 mm; the middle of the box moves with them, and then which floats are nearest.
+  // A double at 10^6 mm has steps of 1.2e-10 mm; the middle of the box moves with them, and then which floats are
+  // nearest.
   EXPECT_LT(worst, 3e-7);
 }
 
@@ -136,14 +140,16 @@ TEST(PartMesh, aFanOfManyTrianglesIsShadedInNoTime) {
   clay::TriangleMesh mesh;
   constexpr uint32_t kSpokes = 20000;
   mesh.positions.push_back(Vec3d(0, 0, 1));
-  for (uint32_t i = 0; i < kSpokes; ++i) mesh.positions.push_back(50 * Vec3d(std::cos(2 * M_PI * i / kSpokes), std::sin(2 * M_PI * i / kSpokes), 0));
+  for (uint32_t i = 0; i < kSpokes; ++i)
+    mesh.positions.push_back(50 * Vec3d(std::cos(2 * M_PI * i / kSpokes), std::sin(2 * M_PI * i / kSpokes), 0));
   for (uint32_t i = 0; i < kSpokes; ++i) mesh.triangles.push_back({0, 1 + i, 1 + (i + 1) % kSpokes});
   const PartMesh part(mesh);
   EXPECT_LT(angleDeg(feltNormal(part, {0, 0, 4}), Vec3d::UnitZ()), 0.01);
 }
 
 TEST(PartMesh, depthIsBoundedForTheWorstOfMeshes) {
-  // Triangles that halve in size towards a corner: every split takes one off. And many at one place: no split tells them apart.
+  // Triangles that halve in size towards a corner: every split takes one off. And many at one place: no split tells
+  // them apart.
   clay::TriangleMesh mesh;
   for (int i = 0; i < 2000; ++i) {
     const double at = std::ldexp(1000.0, -(i % 100)), size = 0.1 * at;
@@ -178,7 +184,8 @@ TEST(PartMesh, aSearchGrowsWithTheLogarithmOfTheTriangles) {
       nodes += hit.nodes;
       triangles += hit.looked;
     }
-    std::printf("%8zu triangles: %.1f nodes and %.1f triangles a search\n", part.triangleCount(), nodes / kCalls, triangles / kCalls);
+    std::printf("%8zu triangles: %.1f nodes and %.1f triangles a search\n", part.triangleCount(), nodes / kCalls,
+                triangles / kCalls);
     return std::pair(nodes / kCalls, triangles / kCalls);
   };
   const auto small = look(3), large = look(6);

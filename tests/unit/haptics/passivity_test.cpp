@@ -42,9 +42,11 @@ TEST(Coupling, isAsStiffAsTheSheetAndTheBoundsAllow) {
           EXPECT_LE(c.stiffnessNmm, b.quantizationNmm);
           EXPECT_LE(c.stiffnessNmm, controlled ? b.controlledNmm : b.colgateBrownNmm);
           if (!controlled) {
-            EXPECT_GE(sheet.dampingNsmm, c.stiffnessNmm * (0.5 / rate + delay) + c.dampingNsmm - 1e-12) << "b > KT/2 + |B|";
+            EXPECT_GE(sheet.dampingNsmm, c.stiffnessNmm * (0.5 / rate + delay) + c.dampingNsmm - 1e-12)
+                << "b > KT/2 + |B|";
           }
-          EXPECT_GE(b.controlledNmm, 2 * b.colgateBrownNmm) << sheet.name << ": its top damping does what is asked of it";
+          EXPECT_GE(b.controlledNmm, 2 * b.colgateBrownNmm)
+              << sheet.name << ": its top damping does what is asked of it";
         }
   const CouplingBounds touch = couplingBounds(deviceSheet("touch"), kPeriod);
   EXPECT_NEAR(touch.colgateBrownNmm, 1.6, 1e-9) << "2b/T";
@@ -100,10 +102,12 @@ TEST(Passivity, dampsWhatAHeldForceLeaks) {
       const Passivity::Input in = wall(z, speed, stiffness);
       held = controlled ? passivity.apply(in) : in.force;
       ASSERT_GE(held.z(), 0) << "never turned round";
-      ASSERT_LE(held.z(), in.force.z() + sheet.topDampingNsmm * std::abs(speed) + 1e-12) << "no more damping than the sheet's top";
+      ASSERT_LE(held.z(), in.force.z() + sheet.topDampingNsmm * std::abs(speed) + 1e-12)
+          << "no more damping than the sheet's top";
       passivity.commanded(held);
     }
-    std::printf("%s: a prescribed tool got %.3f mJ in 13 contacts\n", controlled ? "with passivity control" : "without", given);
+    std::printf("%s: a prescribed tool got %.3f mJ in 13 contacts\n", controlled ? "with passivity control" : "without",
+                given);
     if (controlled) {
       EXPECT_LE(given, 0.05 * without) << "all but what is slower than encoder steps can tell";
     } else {
@@ -142,9 +146,11 @@ TEST(Passivity, anActiveScenePushesNoHarderThanTheTankPays) {
     } else {
       EXPECT_LT(last, 0.7 * stiffness * 2);
     }
-    EXPECT_LE(0.5 * last * last / stiffness, paid * (1 + 1e-9)) << "the hand does not move: all that the spring holds came from the tank";
+    EXPECT_LE(0.5 * last * last / stiffness, paid * (1 + 1e-9))
+        << "the hand does not move: all that the spring holds came from the tank";
     EXPECT_GT(last, 0.1);
-    // Afterwards the clay is gone: what the spring held is lost to the scene, and the person gets nothing of it. Empty the tank.
+    // Afterwards the clay is gone: what the spring held is lost to the scene, and the person gets nothing of it. Empty
+    // the tank.
     const Passivity::Input gone = wall(0, 0, stiffness, false, -1);
     passivity.commanded(passivity.apply(gone));
     passivity.interrupt();

@@ -18,7 +18,8 @@ constexpr double kPi = std::numbers::pi;
 
 std::vector<Vec3d> ring(int count, double radius) {
   std::vector<Vec3d> points;
-  for (int i = 0; i < count; ++i) points.push_back(radius * Vec3d(std::cos(2 * kPi * i / count), std::sin(2 * kPi * i / count), 0));
+  for (int i = 0; i < count; ++i)
+    points.push_back(radius * Vec3d(std::cos(2 * kPi * i / count), std::sin(2 * kPi * i / count), 0));
   return points;
 }
 
@@ -28,7 +29,8 @@ std::vector<Vec3d> walk(int count, uint32_t seed) {
   std::vector<Vec3d> points{Vec3d::Zero()};
   Vec3d step(1, 0, 0);
   for (int i = 1; i < count; ++i) {
-    step = (step + 0.5 * Vec3d(normal(random), normal(random), normal(random))).normalized() * (0.5 + std::abs(normal(random)));
+    step = (step + 0.5 * Vec3d(normal(random), normal(random), normal(random))).normalized() *
+           (0.5 + std::abs(normal(random)));
     points.push_back(points.back() + step);
   }
   return points;
@@ -89,7 +91,8 @@ TEST(Polyline, findsTheNearestPlaceOfAll) {
     const double spacing = curve.lengthMm() / kParts;
     Polyline::Place hint = curve.at(0);
     for (int round = 0; round < 300; ++round) {
-      const Vec3d p = places[size_t(random() % kParts)] + (round % 3) * 2.0 * Vec3d(normal(random), normal(random), normal(random));
+      const Vec3d p =
+          places[size_t(random() % kParts)] + (round % 3) * 2.0 * Vec3d(normal(random), normal(random), normal(random));
       double truth = std::numeric_limits<double>::infinity();
       for (const Vec3d& q : places) truth = std::min(truth, (q - p).norm());
       hint = curve.nearest(p, round % 2 ? &hint : nullptr);
@@ -107,7 +110,8 @@ TEST(Polyline, findsTheNearestPlaceOfAll) {
 TEST(Polyline, aBeadStaysOnItsStrand) {
   // A figure of eight: pulled along one strand through the crossing, and beside the other.
   std::vector<Vec3d> points;
-  for (int i = 0; i < 200; ++i) points.push_back({20 * std::sin(2 * kPi * i / 200), 10 * std::sin(4 * kPi * i / 200), 0});
+  for (int i = 0; i < 200; ++i)
+    points.push_back({20 * std::sin(2 * kPi * i / 200), 10 * std::sin(4 * kPi * i / 200), 0});
   const Polyline eight(points, true);
   Polyline::Place bead = eight.nearest({-5, -4, 0});
   const Vec3d way = bead.tangent;
@@ -124,7 +128,8 @@ TEST(Polyline, aBeadStaysOnItsStrand) {
 }
 
 TEST(Polyline, costsTheSameForAMillionPoints) {
-  // Counted in groups looked at it is bounded by construction; here that the answers are right where the hint is near and where there is none.
+  // Counted in groups looked at it is bounded by construction; here that the answers are right where the hint is near
+  // and where there is none.
   std::vector<Vec3d> points;
   constexpr int kCount = 1'000'000;
   for (int i = 0; i < kCount; ++i) {

@@ -69,12 +69,12 @@ void free(void* p) {
 }
 
 // Found by hand and not by a local static, whose own guard may take a lock.
-#define ARGIL_TRAP_LOCK(name, type)                                                          \
-  static int (*next_##name)(type*) = nullptr;                                                \
-  int name(type* lock) {                                                                     \
-    locks += inTick;                                                                         \
+#define ARGIL_TRAP_LOCK(name, type)                                                            \
+  static int (*next_##name)(type*) = nullptr;                                                  \
+  int name(type* lock) {                                                                       \
+    locks += inTick;                                                                           \
     if (!next_##name) next_##name = reinterpret_cast<int (*)(type*)>(dlsym(RTLD_NEXT, #name)); \
-    return next_##name(lock);                                                                \
+    return next_##name(lock);                                                                  \
   }
 ARGIL_TRAP_LOCK(pthread_mutex_lock, pthread_mutex_t)
 ARGIL_TRAP_LOCK(pthread_mutex_trylock, pthread_mutex_t)
@@ -123,6 +123,8 @@ void RealtimeTrap::leave() noexcept {
   ::allocations = ::locks = 0;
 }
 
-bool RealtimeTrap::seesAllocationsAndLocks() noexcept { return ARGIL_TRAP_INTERPOSES != 0; }
+bool RealtimeTrap::seesAllocationsAndLocks() noexcept {
+  return ARGIL_TRAP_INTERPOSES != 0;
+}
 
 }  // namespace argil::haptics::testing

@@ -1,5 +1,5 @@
-// A tick allocates nothing, locks nothing, calls no system, faults no page: 10^6 of them while clay is carved. And the trap
-// that says so catches each of these when it is planted.
+// A tick allocates nothing, locks nothing, calls no system, faults no page: 10^6 of them while clay is carved. And the
+// trap that says so catches each of these when it is planted.
 
 #include "realtime_trap.h"
 
@@ -97,7 +97,8 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   MaterialRows rows{};
   rows[1] = 1;
   scene.pieces[0].rows = std::make_shared<const MaterialRows>(rows);
-  scene.pieces[0].version = testing::painted(scene.pieces[0].version, clay::Channel::material, [](Coord v) { return static_cast<uint8_t>((v.x >> 4) & 1); });
+  scene.pieces[0].version = testing::painted(scene.pieces[0].version, clay::Channel::material,
+                                             [](Coord v) { return static_cast<uint8_t>((v.x >> 4) & 1); });
   scene.guides.resize(3);
   scene.guides[0] = {1, WellAtPlane{{0, 5, 0}, Vec3d::UnitY(), {3, 0.2}}, 0};
   scene.guides[1] = {2, KeepOutBall{{20, 0, 2}, 4, false}, 0};
@@ -108,7 +109,8 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
   SimulatedDevice device(deviceSheet("touch"), testing::scribble(double(kTicks) * 1e-3, tool.radiusMm, 1.2));
   SampleRing ring(1000);
   ServoTick tick(device, session.published(), ring, 1e-3);
-  // As the paced servo does: code that is first needed late must not be read then. Refused: what comes in is counted, not judged.
+  // As the paced servo does: code that is first needed late must not be read then. Refused: what comes in is counted,
+  // not judged.
   const bool locked = lockMemory();
   RealtimeTrap trap;
   uint64_t touching = 0, cutting = 0, stopped = 0;
@@ -119,18 +121,22 @@ TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
     trap.enter();
     const uint32_t flags = tick.run(timeS, false);
     trap.leave();
-    if (i == 0) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;  // Its stack and code come in.
+    // Its stack and code come in.
+    if (i == 0) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;
     touching += (flags & kTouching) != 0;
     cutting += (flags & kCutting) != 0;
     stopped += (flags & kStopped) != 0;
     peak = std::max(peak, tick.last().forceN.norm());
   }
-  std::printf("%llu ticks, %llu touching, %llu cutting, %llu strokes, %llu stamps, peak force %.2f N: %llu allocations, %llu locks, %llu system "
-              "calls, %llu page faults\n",
-              static_cast<unsigned long long>(kTicks), static_cast<unsigned long long>(touching), static_cast<unsigned long long>(cutting),
-              static_cast<unsigned long long>(session.strokes), static_cast<unsigned long long>(session.stamps), peak,
-              static_cast<unsigned long long>(trap.allocations), static_cast<unsigned long long>(trap.locks),
-              static_cast<unsigned long long>(trap.systemCalls), static_cast<unsigned long long>(trap.pageFaults));
+  std::printf(
+      "%llu ticks, %llu touching, %llu cutting, %llu strokes, %llu stamps, peak force %.2f N: %llu allocations, %llu "
+      "locks, %llu system "
+      "calls, %llu page faults\n",
+      static_cast<unsigned long long>(kTicks), static_cast<unsigned long long>(touching),
+      static_cast<unsigned long long>(cutting), static_cast<unsigned long long>(session.strokes),
+      static_cast<unsigned long long>(session.stamps), peak, static_cast<unsigned long long>(trap.allocations),
+      static_cast<unsigned long long>(trap.locks), static_cast<unsigned long long>(trap.systemCalls),
+      static_cast<unsigned long long>(trap.pageFaults));
   EXPECT_GT(touching, kTicks / 3);
   EXPECT_GT(cutting, kTicks / 3);
   EXPECT_EQ(stopped, 0u);
@@ -162,7 +168,8 @@ class TrappedDevice final : public Device {
     device_.write(timeS, force);
     if (!trap) return;
     trap->leave();
-    if (++ticks == 100) trap->allocations = trap->locks = trap->systemCalls = trap->pageFaults = 0;  // Its code came in.
+    // Its code came in.
+    if (++ticks == 100) trap->allocations = trap->locks = trap->systemCalls = trap->pageFaults = 0;
   }
   ForceGate& gate() const noexcept override { return device_.gate(); }
   std::unique_ptr<RealtimeTrap> trap;
@@ -182,12 +189,15 @@ TEST(Servo, keepsToTheRulesOfRealTimeWhenPaced) {
   SimulatedDevice device(deviceSheet("touch"), testing::scribble(seconds + 1, 3, 1.2));
   TrappedDevice trapped(device);
   Servo servo(trapped, session.published());
-  const PacedFigures figures = measurePaced(servo, seconds, [&](double elapsed) { session.step(servo.samples(), static_cast<uint64_t>(elapsed * 1000)); });
+  const PacedFigures figures = measurePaced(
+      servo, seconds, [&](double elapsed) { session.step(servo.samples(), static_cast<uint64_t>(elapsed * 1000)); });
   const RealtimeTrap& trap = *trapped.trap;
-  std::printf("%llu paced ticks, %llu touching: %llu allocations, %llu locks, %llu system calls, %llu page faults (%s)\n",
-              static_cast<unsigned long long>(servo.statistics().ticks), static_cast<unsigned long long>(servo.statistics().touching),
-              static_cast<unsigned long long>(trap.allocations), static_cast<unsigned long long>(trap.locks),
-              static_cast<unsigned long long>(trap.systemCalls), static_cast<unsigned long long>(trap.pageFaults), figures.grant.sentence.c_str());
+  std::printf(
+      "%llu paced ticks, %llu touching: %llu allocations, %llu locks, %llu system calls, %llu page faults (%s)\n",
+      static_cast<unsigned long long>(servo.statistics().ticks),
+      static_cast<unsigned long long>(servo.statistics().touching), static_cast<unsigned long long>(trap.allocations),
+      static_cast<unsigned long long>(trap.locks), static_cast<unsigned long long>(trap.systemCalls),
+      static_cast<unsigned long long>(trap.pageFaults), figures.grant.sentence.c_str());
   EXPECT_GT(servo.statistics().touching, servo.statistics().ticks / 4);
   EXPECT_EQ(trap.allocations, 0u);
   EXPECT_EQ(trap.locks, 0u);

@@ -57,7 +57,8 @@ TEST(Safety, aPointerIsNeverStopped) {
   for (int i = 0; i < 2000; ++i) {
     uint32_t flags = 0;
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const Vec3d force = safety.apply(i % 7 == 0 ? Vec3d(nan, 0, 0) : Vec3d(0, 0, anywhere(random)), at(anywhere(random)), i % 5 != 0, flags);
+    const Vec3d force = safety.apply(i % 7 == 0 ? Vec3d(nan, 0, 0) : Vec3d(0, 0, anywhere(random)),
+                                     at(anywhere(random)), i % 5 != 0, flags);
     EXPECT_EQ(safety.fault(), Fault::none);
     EXPECT_FALSE(flags & (kStopped | kWaiting));
     EXPECT_TRUE(force.allFinite());
@@ -72,9 +73,10 @@ TEST(Safety, fadesToALatchedStopOnEachFault) {
     Vec3d position;
     Fault fault;
   };
-  for (const Planted& p : {Planted{{nan, 0, 0}, {0, 0, 0}, Fault::notFinite}, Planted{{0, inf, 0}, {0, 0, 0}, Fault::notFinite},
-                           Planted{{0, 0, 0}, {0, nan, 0}, Fault::notFinite}, Planted{{0, 0, 7}, {0, 0, 0}, Fault::commandTooLarge},
-                           Planted{{0, 0, 1}, {30, 0, 0}, Fault::tooFast}}) {
+  for (const Planted& p :
+       {Planted{{nan, 0, 0}, {0, 0, 0}, Fault::notFinite}, Planted{{0, inf, 0}, {0, 0, 0}, Fault::notFinite},
+        Planted{{0, 0, 0}, {0, nan, 0}, Fault::notFinite}, Planted{{0, 0, 7}, {0, 0, 0}, Fault::commandTooLarge},
+        Planted{{0, 0, 1}, {30, 0, 0}, Fault::tooFast}}) {
     const DeviceSheet& sheet = deviceSheet("touch");
     Safety safety(sheet, kPeriod);
     uint32_t flags = 0;

@@ -1,5 +1,5 @@
-// A device that is unplugged, late, silent or talks garbage feels nothing from that tick on, and the person is told; two devices at
-// once know nothing of each other's trouble.
+// A device that is unplugged, late, silent or talks garbage feels nothing from that tick on, and the person is told;
+// two devices at once know nothing of each other's trouble.
 
 #include <gtest/gtest.h>
 
@@ -27,12 +27,22 @@ class FaultyDevice final : public Device {
     const bool fresh = device_.read(timeS, state);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     switch (trouble) {
-      case Trouble::none: break;
-      case Trouble::silent: return false;
-      case Trouble::notFinite: state.pose.translation.y() = nan; break;
-      case Trouble::infinite: state.pose.translation.z() = -std::numeric_limits<double>::infinity(); break;
-      case Trouble::turned: state.pose.rotation.x() = nan; break;
-      case Trouble::farAway: state.pose.translation.x() = 1e5; break;
+      case Trouble::none:
+        break;
+      case Trouble::silent:
+        return false;
+      case Trouble::notFinite:
+        state.pose.translation.y() = nan;
+        break;
+      case Trouble::infinite:
+        state.pose.translation.z() = -std::numeric_limits<double>::infinity();
+        break;
+      case Trouble::turned:
+        state.pose.rotation.x() = nan;
+        break;
+      case Trouble::farAway:
+        state.pose.translation.x() = 1e5;
+        break;
     }
     return fresh;
   }
@@ -76,7 +86,8 @@ TEST(ServoStates, unplugLateGarbageAndSilenceAreZeroInThatTick) {
     EXPECT_EQ(servo.fault(), fault);
     EXPECT_EQ(servo.tick().last().device.translation, before) << "the last place that was good is kept";
     EXPECT_GT(std::string(sentence(servo.state())).size(), 20u);
-    // The device is back where it was, pressed into the clay: no force until that is small, or until a fault was looked at.
+    // The device is back where it was, pressed into the clay: no force until that is small, or until a fault was looked
+    // at.
     device.trouble = Trouble::none;
     servo.runVirtual(50);
     EXPECT_EQ(device.told, Vec3d::Zero());
@@ -99,10 +110,11 @@ TEST(ServoStates, aGapOfOneTickComesBackGently) {
 
 TEST(ServoStates, everySentenceIsItsOwn) {
   std::vector<std::string> seen;
-  for (ServoState s : {ServoState::running, ServoState::warm, ServoState::waiting, ServoState::noScene, ServoState::silent,
-                       ServoState::hung, ServoState::stopped})
+  for (ServoState s : {ServoState::running, ServoState::warm, ServoState::waiting, ServoState::noScene,
+                       ServoState::silent, ServoState::hung, ServoState::stopped})
     seen.emplace_back(sentence(s));
-  for (Fault f : {Fault::none, Fault::notFinite, Fault::commandTooLarge, Fault::tooFast, Fault::implausible}) seen.emplace_back(sentence(f));
+  for (Fault f : {Fault::none, Fault::notFinite, Fault::commandTooLarge, Fault::tooFast, Fault::implausible})
+    seen.emplace_back(sentence(f));
   for (size_t i = 0; i < seen.size(); ++i)
     for (size_t j = 0; j < i; ++j) EXPECT_NE(seen[i], seen[j]);
 }

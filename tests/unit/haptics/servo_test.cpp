@@ -59,7 +59,8 @@ TEST(Servo, pressesBackWithTheSpringOfTheMaterial) {
 TEST(Servo, aWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
   VirtualSession session(0.5, toucher());
   session.scene().workspace.scale = 0.5;
-  session.scene().workspace.pose.rotation = Eigen::AngleAxisd(M_PI / 2, Vec3d::UnitX());  // The device's −z is the world's y.
+  // The device's −z is the world's y.
+  session.scene().workspace.pose.rotation = Eigen::AngleAxisd(M_PI / 2, Vec3d::UnitX());
   session.scene().workspace.pose.translation = {0, 0, 1};
   session.publish();
   SimulatedDevice::Options options;
@@ -104,7 +105,8 @@ TEST(Servo, aWallThatAppearsAroundTheToolPushesGently) {
       Servo servo(device, session.published());
       clay::Grid grid;
       grid.voxelMm = 0.5;
-      const clay::Version wall = clay::makeBlock(clay::Store::make(), grid, {0, 0, -10 + (5 + depth) / 2}, {80, 60, 20 + 5 + depth}, 1);
+      const clay::Version wall =
+          clay::makeBlock(clay::Store::make(), grid, {0, 0, -10 + (5 + depth) / 2}, {80, 60, 20 + 5 + depth}, 1);
       Watch watch;
       std::vector<Vec3d> forces;
       servo.runVirtual(1500, [&](uint64_t i, double) {
@@ -117,8 +119,8 @@ TEST(Servo, aWallThatAppearsAroundTheToolPushesGently) {
       });
       double change = 0;
       for (size_t i = 10; i < forces.size(); ++i) change = std::max(change, (forces[i] - forces[i - 10]).norm());
-      std::printf("%-9s clay %.0f mm over the centre: peak %.2f N of %.1f, steepest change %.2f %% of peak per 10 ms\n", sheet.name.c_str(), depth,
-                  watch.peak, sheet.peakForceN, 100 * change / sheet.peakForceN);
+      std::printf("%-9s clay %.0f mm over the centre: peak %.2f N of %.1f, steepest change %.2f %% of peak per 10 ms\n",
+                  sheet.name.c_str(), depth, watch.peak, sheet.peakForceN, 100 * change / sheet.peakForceN);
       EXPECT_TRUE(watch.finite);
       EXPECT_LE(watch.peak, sheet.peakForceN);
       EXPECT_GT(watch.peak, 0.1);
@@ -134,7 +136,8 @@ TEST(Servo, holdsItsLimitsWhenThePathJumps) {
       VirtualSession session(0.5, toucher());
       // On the surface, then 20 mm away in no time: down into the clay, sideways, up.
       HandPath path = HandPath::hold({0, 0, 2.5}, 0.3);
-      for (const Vec3d& to : {Vec3d(0, 0, -17.5), Vec3d(20, 0, -17.5), Vec3d(20, 0, 2.5), Vec3d(0, 0, 2.5), Vec3d(0, 0, 22.5)})
+      for (const Vec3d& to :
+           {Vec3d(0, 0, -17.5), Vec3d(20, 0, -17.5), Vec3d(20, 0, 2.5), Vec3d(0, 0, 2.5), Vec3d(0, 0, 22.5)})
         path = path.then(HandPath::hold(to, 0.3));
       SimulatedDevice::Options options;
       options.prescribed = prescribed;
@@ -189,7 +192,8 @@ TEST(Servo, clayThatVanishesAndComesBackNeverBreaksALimit) {
   VirtualSession session(0.5, toucher());
   const clay::Version block = session.scene().pieces[0].version;
   const clay::Version none = clay::Version::empty(block.store(), block.grid());
-  SimulatedDevice device(deviceSheet("premium15"), HandPath::line({0, 0, 6}, {0, 0, 1.5}, 0.5).then(HandPath::hold({0, 0, 1.5}, 3)));
+  SimulatedDevice device(deviceSheet("premium15"),
+                         HandPath::line({0, 0, 6}, {0, 0, 1.5}, 0.5).then(HandPath::hold({0, 0, 1.5}, 3)));
   Servo servo(device, session.published());
   Watch watch;
   servo.runVirtual(3000, [&](uint64_t i, double) {
@@ -224,9 +228,11 @@ TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   bare.stop();
   const ServoStatistics& s = servo.statistics();
-  std::printf("%s\n%llu ticks, %llu missed; compute median %.2f us, p99 %.2f us; late p99 %.1f us, bare loop p99 %.1f us\n", grant.sentence.c_str(),
-              static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed), s.compute.quantileUs(0.5),
-              s.compute.quantileUs(0.99), s.lateness.quantileUs(0.99), bare.lateness().quantileUs(0.99));
+  std::printf(
+      "%s\n%llu ticks, %llu missed; compute median %.2f us, p99 %.2f us; late p99 %.1f us, bare loop p99 %.1f us\n",
+      grant.sentence.c_str(), static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed),
+      s.compute.quantileUs(0.5), s.compute.quantileUs(0.99), s.lateness.quantileUs(0.99),
+      bare.lateness().quantileUs(0.99));
   EXPECT_NEAR(double(s.ticks + s.missed), ms, 30) << "1 kHz";
   EXPECT_EQ(session.published().reclaim(), 0u) << "parked";
   EXPECT_EQ(device.motorForce().allFinite(), true);
@@ -245,14 +251,17 @@ TEST(Servo, sculptsPacedBesideABareLoop) {
   VirtualSession session(0.5, tool, 0, 1);
   SimulatedDevice device(deviceSheet("touch"), testing::scribble(seconds + 1, 3, 1.2));
   Servo servo(device, session.published());
-  const PacedFigures figures = measurePaced(servo, seconds, [&](double elapsed) { session.step(servo.samples(), static_cast<uint64_t>(elapsed * 1000)); });
+  const PacedFigures figures = measurePaced(
+      servo, seconds, [&](double elapsed) { session.step(servo.samples(), static_cast<uint64_t>(elapsed * 1000)); });
   const ServoStatistics& s = servo.statistics();
   const auto print = [](const char* name, const Histogram& h) {
-    std::printf("%-10s median %6.2f, p99 %6.2f, p99.9 %7.2f, max %8.1f us\n", name, h.quantileUs(0.5), h.quantileUs(0.99), h.quantileUs(0.999), h.maxUs());
+    std::printf("%-10s median %6.2f, p99 %6.2f, p99.9 %7.2f, max %8.1f us\n", name, h.quantileUs(0.5),
+                h.quantileUs(0.99), h.quantileUs(0.999), h.maxUs());
   };
   std::printf("%s; %llu ticks, %llu missed, %llu cutting, %llu stamps, peak %.2f N\n", figures.grant.sentence.c_str(),
-              static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed), static_cast<unsigned long long>(s.cutting),
-              static_cast<unsigned long long>(session.stamps), s.peakForceN);
+              static_cast<unsigned long long>(s.ticks), static_cast<unsigned long long>(s.missed),
+              static_cast<unsigned long long>(s.cutting), static_cast<unsigned long long>(session.stamps),
+              s.peakForceN);
   print("compute", s.compute);
   print("lateness", s.lateness);
   print("bare loop", figures.bareLateness);
@@ -283,8 +292,8 @@ TEST(TouchBench, measuresTicksThatTouch) {
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
     scene.tool.radiusMm = r * grid.voxelMm;
     const TickFigures f = measureTicks(scene, glideOnBall({1, 2, 3}, 40, scene.tool.radiusMm, 1, 2, 8), 8000);
-    std::printf("ball of %4.1f voxels at 65 mm/s: median %.2f, p99 %.2f, p99.9 %.2f us\n", r, f.compute.quantileUs(0.5), f.compute.quantileUs(0.99),
-                f.compute.quantileUs(0.999));
+    std::printf("ball of %4.1f voxels at 65 mm/s: median %.2f, p99 %.2f, p99.9 %.2f us\n", r, f.compute.quantileUs(0.5),
+                f.compute.quantileUs(0.99), f.compute.quantileUs(0.999));
     EXPECT_GT(f.touching, 7500u);
     EXPECT_NEAR(f.peakForceN, 1.0, 0.15) << "1 mm deep at 1 N/mm, and some damping";
     EXPECT_EQ(f.radiusVoxels, r);
@@ -393,7 +402,8 @@ TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   const auto begin = std::chrono::steady_clock::now();
   device.hang = true;
   const auto wait = [&](auto&& until) {
-    while (!until() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(5)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!until() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(5))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   };
   const double ms = wait([&] { return servo.watchdogCuts() > before; });

@@ -154,8 +154,8 @@ TEST(SpaceMouse, doesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
 }
 
 TEST(SpaceMouse, refusesSettingsAndThingsThatAreNone) {
-  for (SpaceMouseOptions bad : {SpaceMouseOptions{.topSpeedMms = 0}, SpaceMouseOptions{.topTurnRads = -1}, SpaceMouseOptions{.deadZone = 0.9},
-                                SpaceMouseOptions{.boxMm = {0, 1, 1}}})
+  for (SpaceMouseOptions bad : {SpaceMouseOptions{.topSpeedMms = 0}, SpaceMouseOptions{.topTurnRads = -1},
+                                SpaceMouseOptions{.deadZone = 0.9}, SpaceMouseOptions{.boxMm = {0, 1, 1}}})
     EXPECT_THROW((void)openSpaceMouse(bad), Error);
   const auto device = openSpaceMouse({.node = "/dev/null"});
   std::this_thread::sleep_for(50ms);

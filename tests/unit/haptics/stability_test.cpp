@@ -22,8 +22,8 @@ StabilityCase caseOf(const DeviceSheet& sheet, double rate, StabilityTask task, 
   return c;
 }
 
-// Without friction and encoder steps, held by nobody, only Colgate and Brown's bound is left. The damping is raised so that
-// what is stable also comes to rest within the time that is judged.
+// Without friction and encoder steps, held by nobody, only Colgate and Brown's bound is left. The damping is raised so
+// that what is stable also comes to rest within the time that is judged.
 TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
   for (const double rate : {1000.0, 2000.0, 4000.0}) {
     DeviceSheet sheet = deviceSheet("touchx");
@@ -35,7 +35,8 @@ TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
     const double bound = couplingBounds(sheet, 1 / rate).colgateBrownNmm, measured = largestQuietStiffness(c);
     c.controlled = true;
     const double controlled = largestQuietStiffness(c);
-    std::printf("%4.0f Hz: 2b/T %.2f N/mm, quiet to %.2f, with passivity control to %.2f\n", rate, bound, measured, controlled);
+    std::printf("%4.0f Hz: 2b/T %.2f N/mm, quiet to %.2f, with passivity control to %.2f\n", rate, bound, measured,
+                controlled);
     EXPECT_GT(measured, 0.7 * bound);
     EXPECT_LT(measured, 1.1 * bound);
     EXPECT_GT(controlled, 1.3 * measured);
@@ -63,8 +64,9 @@ TEST(Stability, passivityControlQuietsTapsToTwiceTheBoundOrToTheEncoders) {
         for (const double part : {0.5, 1.0}) {
           c.coupling.stiffnessNmm = part * wanted;
           const StabilityFigures f = runStability(c);
-          EXPECT_TRUE(f.quiet) << sheet.name << " " << stabilityHands()[hand].name << " " << name(task) << " at " << c.coupling.stiffnessNmm
-                               << " N/mm: cycle " << f.cycleMm * 1e3 << " µm, jump " << f.jumpN << " N";
+          EXPECT_TRUE(f.quiet) << sheet.name << " " << stabilityHands()[hand].name << " " << name(task) << " at "
+                               << c.coupling.stiffnessNmm << " N/mm: cycle " << f.cycleMm * 1e3 << " µm, jump "
+                               << f.jumpN << " N";
         }
       }
   }
@@ -80,8 +82,8 @@ TEST(Stability, everyDeviceIsQuietAtItsCoupling) {
         const StabilityFigures f = runStability(caseOf(sheet, 1000, task, hand, true));
         // Pushed along by nobody's hand, friction does not hold it across the clay: NOTES.md says how far that goes.
         const bool alone = hand == 0 && task == StabilityTask::glide;
-        EXPECT_TRUE(f.quiet || alone) << sheet.name << " " << stabilityHands()[hand].name << " " << name(task) << ": cycle " << f.cycleMm * 1e3 << " µm, jump "
-                             << f.jumpN << " N";
+        EXPECT_TRUE(f.quiet || alone) << sheet.name << " " << stabilityHands()[hand].name << " " << name(task)
+                                      << ": cycle " << f.cycleMm * 1e3 << " µm, jump " << f.jumpN << " N";
         EXPECT_LE(f.peakN, sheet.peakForceN);
       }
 }
@@ -96,9 +98,11 @@ TEST(Stability, tenThousandContactsGiveNothing) {
   for (const DeviceSheet& sheet : deviceSheets()) {
     const ContactEnergy e = energyOfContacts(caseOf(sheet, 1000, StabilityTask::tap, 1, true), kContacts);
     const ContactEnergy bare = energyOfContacts(caseOf(sheet, 1000, StabilityTask::tap, 1, false), kContacts / 10);
-    std::printf("%-9s %llu contacts: the motor's work %.1f mJ in all, at most %.4f mJ in one; given to the hand %.5f mJ. Without control %.1f mJ in %llu\n",
-                sheet.name.c_str(), static_cast<unsigned long long>(e.contacts), e.workNmm, e.worstNmm, e.givenNmm, bare.workNmm,
-                static_cast<unsigned long long>(bare.contacts));
+    std::printf(
+        "%-9s %llu contacts: the motor's work %.1f mJ in all, at most %.4f mJ in one; given to the hand %.5f mJ. "
+        "Without control %.1f mJ in %llu\n",
+        sheet.name.c_str(), static_cast<unsigned long long>(e.contacts), e.workNmm, e.worstNmm, e.givenNmm,
+        bare.workNmm, static_cast<unsigned long long>(bare.contacts));
     EXPECT_EQ(e.contacts, kContacts);
     EXPECT_LE(e.workNmm, 0) << sheet.name << ": the hand pays";
     given += e.givenNmm;

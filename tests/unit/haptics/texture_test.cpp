@@ -1,4 +1,5 @@
-// Textures: heights within their range, slopes that are their gradients, nothing that could alias; and the path over them.
+// Textures: heights within their range, slopes that are their gradients, nothing that could alias; and the path over
+// them.
 
 #include "haptics/texture.h"
 
@@ -63,7 +64,8 @@ TEST(Texture, slopeIsTheGradientAlongTheSurface) {
       EXPECT_NEAR(slope.dot(n), 0, 1e-12) << c.name;
       const Vec3d along = n.unitOrthogonal();
       constexpr double kStep = 1e-5;
-      const double up = c.texture.height(at + kStep * along, n, finest, nullptr), down = c.texture.height(at - kStep * along, n, finest, nullptr);
+      const double up = c.texture.height(at + kStep * along, n, finest, nullptr),
+                   down = c.texture.height(at - kStep * along, n, finest, nullptr);
       worst = std::max(worst, std::abs((up - down) / (2 * kStep) - slope.dot(along)));
       jump = std::max(jump, std::abs(up - h));
       // Turned a little: no seam where one projection gives way to another.
@@ -191,15 +193,18 @@ TEST(TexturePath, beginsAnewWithEachTouch) {
 
 TEST(TexturePath, fullAtAHandsSpeedAndGoneWhereItWouldAlias) {
   for (const double amplitude : {0.005, 0.02, 0.05}) {
-    const double slow = rendered(20, amplitude, 1), fast = rendered(100, amplitude, 1), between = rendered(53, amplitude, 1);
-    std::printf("ridges of 0.2 mm, amplitude %.3f mm: %.4f of it at 20 mm/s, %.4f at 53, %.4f at 100\n", amplitude, slow, between, fast);
+    const double slow = rendered(20, amplitude, 1), fast = rendered(100, amplitude, 1),
+                 between = rendered(53, amplitude, 1);
+    std::printf("ridges of 0.2 mm, amplitude %.3f mm: %.4f of it at 20 mm/s, %.4f at 53, %.4f at 100\n", amplitude,
+                slow, between, fast);
     EXPECT_NEAR(slow, 1, 0.05) << amplitude;
     EXPECT_LE(fast, 0.02) << amplitude;
     EXPECT_LT(between, 0.9) << amplitude;
   }
 }
 
-// A bump that is narrower than the way of a tick is still felt, whatever the speed and wherever the ticks fall: as much of it.
+// A bump that is narrower than the way of a tick is still felt, whatever the speed and wherever the ticks fall: as much
+// of it.
 TEST(TexturePath, noDetailOnThePathIsSkipped) {
   HeightMap map;
   map.width = 256;
@@ -243,7 +248,8 @@ TEST(TexturePath, theForceIsTiltedByTheSlope) {
 // Quasi-static closed loops: the force has a potential.
 TEST(TexturePath, closedLoopsGiveNothing) {
   for (const Case& c : cases()) {
-    const Flat flat{Pose{Vec3d(1, 2, 3), Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()))}, &c.texture};
+    const Flat flat{Pose{Vec3d(1, 2, 3), Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()))},
+                    &c.texture};
     TexturePath path;
     constexpr int kSteps = 40'000;
     Vec3d before = Vec3d::Zero(), force = Vec3d::Zero();
@@ -266,8 +272,9 @@ TEST(TexturePath, closedLoopsGiveNothing) {
   }
 }
 
-// Any motion, any speed, friction that holds the proxy back: at no moment of a contact has the texture given more than the smooth
-// contact did, what that still holds, and what it takes to climb the texture once; and that comes back but slowly.
+// Any motion, any speed, friction that holds the proxy back: at no moment of a contact has the texture given more than
+// the smooth contact did, what that still holds, and what it takes to climb the texture once; and that comes back but
+// slowly.
 TEST(TexturePath, neverOwesMoreThanToClimbItOnce) {
   std::printf("seed %u\n", kSeed);
   for (const Case& c : cases()) {
@@ -281,9 +288,11 @@ TEST(TexturePath, neverOwesMoreThanToClimbItOnce) {
       const double lively = std::pow(10.0, -3.5 + 0.007 * run);  // Pushes up to 40 m/s².
       const bool friction = run % 2;
       Vec3d hand(0, 0, 0.1), speed = Vec3d::Zero(), proxy = hand, smoothForce = Vec3d::Zero(), force = Vec3d::Zero();
-      double more = 0, paid = 0, mayOwe = 0;  // Energy given by the texture less that by the smooth contact; all that passed.
+      // Energy given by the texture less that by the smooth contact; all that passed.
+      double more = 0, paid = 0, mayOwe = 0;
       for (int i = 0; i < 1000; ++i) {
-        speed = 0.9 * speed + lively * Vec3d(any(random), any(random), any(random)) + 0.01 * Vec3d(0, 0, -0.5 - hand.z());
+        speed =
+            0.9 * speed + lively * Vec3d(any(random), any(random), any(random)) + 0.01 * Vec3d(0, 0, -0.5 - hand.z());
         more += (force - smoothForce).dot(speed);
         paid += std::abs(force.dot(speed));
         hand += speed;
@@ -312,7 +321,8 @@ TEST(TexturePath, neverOwesMoreThanToClimbItOnce) {
         worst = std::max(worst, (more - 0.5 * smoothForce.squaredNorm()) / mayOwe);
       }
     }
-    std::printf("%s: %d contacts; at most %.2f of what may be owed; %.4f of what passed was lost\n", c.name, contacts, worst, lost / passed);
+    std::printf("%s: %d contacts; at most %.2f of what may be owed; %.4f of what passed was lost\n", c.name, contacts,
+                worst, lost / passed);
     EXPECT_LT(worst, 1.1) << c.name;
     EXPECT_GT(lost, 0) << c.name;
   }
@@ -326,7 +336,8 @@ TEST(TexturePath, eachPlaneWearsItsOwnTexture) {
   for (int i = 0; i <= 3000; ++i) {
     const double y = i * 0.001, d = std::min(1.0, i * 0.005);
     const Vec3d hand(-d, y, -d), proxy(0, y, 0);
-    const TexturedPlane planes[] = {{{Vec3d::UnitX(), 0}, &deep, &pose, proxy}, {{Vec3d::UnitZ(), 0}, &shallow, &pose, proxy}};
+    const TexturedPlane planes[] = {{{Vec3d::UnitX(), 0}, &deep, &pose, proxy},
+                                    {{Vec3d::UnitZ(), 0}, &shallow, &pose, proxy}};
     const auto place = path.advance(proxy, hand, planes, 2);
     if (i < 1000) continue;
     EXPECT_NEAR(place.stretch.x(), 1 + 0.2 * (std::cos(2 * kPi * y) - 1), 1e-3);
@@ -361,8 +372,10 @@ TEST(TexturePath, cost) {
       double sum = 0;
       constexpr int kTicks = 20'000;
       const auto begin = std::chrono::steady_clock::now();
-      for (int i = 0; i < kTicks; ++i) sum += flat.tick(path, {i * speed, i * 0.3 * speed, -std::min(1.0, 0.01 * i)}).stretch.z();
-      const double us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count() / kTicks;
+      for (int i = 0; i < kTicks; ++i)
+        sum += flat.tick(path, {i * speed, i * 0.3 * speed, -std::min(1.0, 0.01 * i)}).stretch.z();
+      const double us =
+          std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count() / kTicks;
       std::printf("%s at %.0f mm/s: %.3f us a tick (%.0f)\n", c.name, speed * 1000, us, sum);
     }
   }

@@ -43,8 +43,9 @@ TEST(VelocityFilter, hasAMeasuredCutOffAndDelay) {
       for (const double amplitude : {0.5, 3.0}) {
         const double cutoff = cutoffHz(rate, step, amplitude);
         const Response slow = respond(rate, step, amplitude, 10), quick = respond(rate, step, amplitude, 30);
-        std::printf("%4.0f Hz, step %.3f mm, swing ±%.1f mm: -3 dB at %3.0f Hz; lag %.1f ms at 10 Hz, %.1f ms at 30 Hz\n", rate, step, amplitude, cutoff,
-                    slow.lagMs, quick.lagMs);
+        std::printf(
+            "%4.0f Hz, step %.3f mm, swing ±%.1f mm: -3 dB at %3.0f Hz; lag %.1f ms at 10 Hz, %.1f ms at 30 Hz\n", rate,
+            step, amplitude, cutoff, slow.lagMs, quick.lagMs);
         EXPECT_GE(cutoff, 100) << "a low-pass of 40 Hz was there before";
         EXPECT_LE(cutoff, 250);
         EXPECT_LT(slow.lagMs, 8);

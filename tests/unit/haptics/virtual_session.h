@@ -18,7 +18,9 @@ class VirtualSession {
  public:
   /// A block with its top at z = 0, 1 N/mm at most, as the tool says.
   VirtualSession(double voxelMm, const Tool& tool, int delayTicks = 10, int everyTicks = 10)
-      : store_(clay::Store::make()), delay_(static_cast<uint64_t>(delayTicks)), every_(static_cast<uint64_t>(everyTicks)) {
+      : store_(clay::Store::make()),
+        delay_(static_cast<uint64_t>(delayTicks)),
+        every_(static_cast<uint64_t>(everyTicks)) {
     clay::Grid grid;
     grid.voxelMm = voxelMm;
     scene_.pieces.push_back({clay::makeBlock(store_, grid, {0, 0, -10}, {80, 60, 20}, 1), Pose(), 0});
@@ -84,8 +86,8 @@ class VirtualSession {
   uint64_t delay_, every_;
 };
 
-/// Strokes to and fro over the block's top, `depthMm` deep, each 0.03 mm deeper so that there is always clay to cut; button 1
-/// down while moving.
+/// Strokes to and fro over the block's top, `depthMm` deep, each 0.03 mm deeper so that there is always clay to cut;
+/// button 1 down while moving.
 inline HandPath scribble(double seconds, double radiusMm, double depthMm) {
   std::vector<HandPoint> points;
   double t = 0;

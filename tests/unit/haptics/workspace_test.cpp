@@ -18,8 +18,12 @@ namespace argil::haptics {
 namespace {
 
 constexpr double kPeriod = 1e-3;
-const DeviceSheet& sheet() { return deviceSheet("touch"); }
-Pose at(const Vec3d& p) { return {p, Eigen::Quaterniond::Identity()}; }
+const DeviceSheet& sheet() {
+  return deviceSheet("touch");
+}
+Pose at(const Vec3d& p) {
+  return {p, Eigen::Quaterniond::Identity()};
+}
 Eigen::Quaterniond anyTurn(std::mt19937& random) {
   std::normal_distribution<double> normal;
   return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
@@ -81,18 +85,32 @@ TEST(Workspace, noChangeOfAnySettingMovesTheTip) {
         if (random() % 5 == 0) buttons ^= 4;
       } else {
         switch (random() % 6) {
-          case 0: workspace.scale = std::pow(10.0, 3 * unit(random)); break;
-          case 1: workspace.pose.translation = 50 * Vec3d(unit(random), unit(random), unit(random)); break;
-          case 2: workspace.pose.rotation = anyTurn(random); break;
-          case 3: workspace.depthMm += 1 + 40 * std::abs(unit(random)); break;
-          case 4: workspace.frame = workspace.frame == Handedness::left ? Handedness::right : Handedness::left; break;
-          default: buttons ^= 4; workspace.scale *= 1.01; break;
+          case 0:
+            workspace.scale = std::pow(10.0, 3 * unit(random));
+            break;
+          case 1:
+            workspace.pose.translation = 50 * Vec3d(unit(random), unit(random), unit(random));
+            break;
+          case 2:
+            workspace.pose.rotation = anyTurn(random);
+            break;
+          case 3:
+            workspace.depthMm += 1 + 40 * std::abs(unit(random));
+            break;
+          case 4:
+            workspace.frame = workspace.frame == Handedness::left ? Handedness::right : Handedness::left;
+            break;
+          default:
+            buttons ^= 4;
+            workspace.scale *= 1.01;
+            break;
         }
       }
       const Pose world = map.toWorld(workspace, sheet(), at(device), buttons, kPeriod);
       if (change) {
         // Rounding of large worlds: 1000 mm of hand at the largest scale.
-        ASSERT_LE((world.translation - tip).norm(), 1e-9 + 1e-14 * workspace.scale * 1000) << "seed " << kSeed << " round " << round;
+        ASSERT_LE((world.translation - tip).norm(), 1e-9 + 1e-14 * workspace.scale * 1000)
+            << "seed " << kSeed << " round " << round;
       }
       tip = world.translation;
     }
@@ -133,7 +151,8 @@ TEST(Workspace, aZoomIsAboutTheTipAndKeepsTheForceOfAPressingHand) {
     // The spring in the world is k / scale: the same newtons as before at the same depth of the hand.
     EXPECT_NEAR(((held - hand) / scale - Vec3d(0, 0, 1.5)).norm(), 0, 1e-7) << scale;
     const Vec3d moved = map.toWorld(workspace, sheet(), at(device + Vec3d(0, 0, -1)), 0, kPeriod, &held).translation;
-    EXPECT_NEAR(((held - moved) / scale - Vec3d(0, 0, 2.5)).norm(), 0, 1e-7) << "a mm of the hand is a mm of its spring";
+    EXPECT_NEAR(((held - moved) / scale - Vec3d(0, 0, 2.5)).norm(), 0, 1e-7)
+        << "a mm of the hand is a mm of its spring";
     (void)map.toWorld(workspace, sheet(), at(device), 0, kPeriod, &held);
   }
 }
@@ -193,13 +212,15 @@ TEST(Workspace, depthBringsTheNearestWithinReachAndGlidesThere) {
   workspace.scale = 2;
   const Vec3d person = workspace.pose.rotation * Vec3d::UnitZ();
   // Two small boxes, one much nearer to the person.
-  const std::vector<Eigen::AlignedBox3d> boxes = {{Vec3d(-1, -1, -1), Vec3d(1, 1, 1)},
-                                                  {Vec3d(300 * person - Vec3d::Ones()), Vec3d(300 * person + Vec3d::Ones())}};
+  const std::vector<Eigen::AlignedBox3d> boxes = {
+      {Vec3d(-1, -1, -1), Vec3d(1, 1, 1)}, {Vec3d(300 * person - Vec3d::Ones()), Vec3d(300 * person + Vec3d::Ones())}};
   WorkspaceMap map;
   const Vec3d first = map.toWorld(workspace, sheet(), at(Vec3d::Zero()), 0, kPeriod).translation;
   workspace.depthMm = touchableDepthMm(workspace, sheet(), boxes);
   // The reach now holds the nearer box and not the farther one.
-  const auto reached = [&](const Vec3d& world) { return (workspace.toDevice(world).cwiseAbs().array() <= 0.5 * sheet().workspaceMm.array()).all(); };
+  const auto reached = [&](const Vec3d& world) {
+    return (workspace.toDevice(world).cwiseAbs().array() <= 0.5 * sheet().workspaceMm.array()).all();
+  };
   EXPECT_TRUE(reached(300 * person));
   EXPECT_FALSE(reached(Vec3d::Zero()));
   Workspace behind = workspace;
@@ -273,8 +294,9 @@ Felt zoomWhilePressing(double from, double to) {
 TEST(Workspace, zoomsInMidPressWithoutAKick) {
   for (const auto& [from, to] : {std::pair(1.0, 0.5), {1.0, 0.1}, {0.2, 1.0}}) {
     const Felt felt = zoomWhilePressing(from, to);
-    std::printf("scale %.2f to %.2f: force %.4f to %.4f N, steepest %.5f N a tick, tip moved by %.2e mm\n", from, to, felt.before.forceN.norm(),
-                felt.after.forceN.norm(), felt.steepestN, (felt.after.proxy - felt.before.proxy).norm());
+    std::printf("scale %.2f to %.2f: force %.4f to %.4f N, steepest %.5f N a tick, tip moved by %.2e mm\n", from, to,
+                felt.before.forceN.norm(), felt.after.forceN.norm(), felt.steepestN,
+                (felt.after.proxy - felt.before.proxy).norm());
     EXPECT_GT(felt.before.forceN.z(), 1.0);
     EXPECT_NEAR(felt.after.forceN.norm(), felt.before.forceN.norm(), 0.02 * felt.before.forceN.norm());
     EXPECT_LE(felt.steepestN, 0.02 * felt.before.forceN.norm());
@@ -316,7 +338,8 @@ TEST(Workspace, aHandAtRestDoesNotShakeASmallScale) {
     }
     last = sample.forceN;
   });
-  std::printf("the tip wandered over %.4f voxels, steepest change of force %.4f N a tick\n", box.sizes().maxCoeff() / kVoxel, steepest);
+  std::printf("the tip wandered over %.4f voxels, steepest change of force %.4f N a tick\n",
+              box.sizes().maxCoeff() / kVoxel, steepest);
   EXPECT_GT(touching, 2000u);
   EXPECT_LE(box.sizes().maxCoeff(), 0.1 * kVoxel) << "1 mm of hand is less than a tenth of a voxel";
   EXPECT_LE(steepest, 0.07 * device.sheet().peakForceN);
@@ -335,7 +358,8 @@ TEST(Workspace, keepsToTheRulesOfRealTime) {
     if (i % 700 == 350) workspace.depthMm = i % 11;
     const Pose device = at({90 * std::sin(i * 0.001), 80 * std::cos(i * 0.0013), 0});
     trap.enter();
-    sum += map.toWorld(workspace, sheet(), device, i % 900 < 100 ? 2 : 0, kPeriod, i % 300 < 100 ? &held : nullptr).translation;
+    sum += map.toWorld(workspace, sheet(), device, i % 900 < 100 ? 2 : 0, kPeriod, i % 300 < 100 ? &held : nullptr)
+               .translation;
     sum += map.toDevice(map.wallForce()) + map.velocityToWorld(device.translation);
     trap.leave();
     if (i == 0) trap.allocations = trap.locks = trap.systemCalls = trap.pageFaults = 0;

@@ -24,8 +24,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"engine", {"haptics", "io", "clay", "plugins/sdk"}},
     {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
 };
-constexpr std::array kTopFolders = {"clay", "haptics", "render", "io", "engine", "ui3d", "plugins", "tests", "installer", "cmake"};
-constexpr std::array kSourceSuffixes = {".h", ".hpp", ".inl", ".c", ".cpp", ".vert", ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
+constexpr std::array kTopFolders = {"clay", "haptics", "render", "io",        "engine",
+                                    "ui3d", "plugins", "tests",  "installer", "cmake"};
+constexpr std::array kSourceSuffixes = {".h",    ".hpp",  ".inl",  ".c",  ".cpp",   ".vert",
+                                        ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
 constexpr std::array kHeavyPrefixes = {"openvdb/", "nanovdb/", "vulkan/", "volk.h"};
 constexpr std::array kForeignParsers = {"stb_image.h", "draco/compression/decode.h", "png.h", "jpeglib.h"};
 
@@ -197,12 +199,15 @@ Breaches longFiles(const fs::path& root, size_t maxLines) {
     std::stringstream notes;
     notes << file.rdbuf();
     if (notes.str().find(fs::path(path).filename().string()) == std::string::npos) {
-      breaches.push_back(path + ": " + std::to_string(source.lines) + " lines, and " + top + "/NOTES.md gives no reason");
+      breaches.push_back(path + ": " + std::to_string(source.lines) + " lines, and " + top +
+                         "/NOTES.md gives no reason");
     }
   }
   return breaches;
 }
 
-size_t sourceCount(const fs::path& root) { return readTree(root).size(); }
+size_t sourceCount(const fs::path& root) {
+  return readTree(root).size();
+}
 
 }  // namespace argil::house

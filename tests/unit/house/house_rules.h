@@ -1,5 +1,6 @@
 #pragma once
-// The house plan, checked on a source tree: which room may include which, where heavy headers may be seen, how long a file is.
+// The house plan, checked on a source tree: which room may include which, where heavy headers may be seen, how long a
+// file is.
 
 #include <filesystem>
 #include <string>

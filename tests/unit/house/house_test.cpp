@@ -28,23 +28,31 @@ class PlantedTree : public ::testing::Test {
   fs::path root_;
 };
 
-TEST(House, ArrowsHold) { EXPECT_THAT(arrows(kThisTree), IsEmpty()); }
+TEST(House, ArrowsHold) {
+  EXPECT_THAT(arrows(kThisTree), IsEmpty());
+}
 
-TEST(House, HeavyHeadersStayInTheirRoom) { EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty()); }
+TEST(House, HeavyHeadersStayInTheirRoom) {
+  EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty());
+}
 
 TEST(House, OthersParsersRunInTheReaderAlone) {
   EXPECT_THAT(foreignParsers(kThisTree), IsEmpty());
 }
 
-TEST(House, LongFilesHaveAReason) { EXPECT_THAT(longFiles(kThisTree), IsEmpty()); }
+TEST(House, LongFilesHaveAReason) {
+  EXPECT_THAT(longFiles(kThisTree), IsEmpty());
+}
 
-TEST(House, TheTreeIsReallyRead) { EXPECT_GT(sourceCount(kThisTree), 20u); }
+TEST(House, TheTreeIsReallyRead) {
+  EXPECT_GT(sourceCount(kThisTree), 20u);
+}
 
 TEST_F(PlantedTree, EachForbiddenArrowIsCaught) {
   const std::vector<std::string> rooms = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk"};
   const std::vector<std::pair<std::string, std::string>> allowed = {
-      {"haptics", "clay"},       {"io", "clay"},     {"render", "clay"}, {"engine", "haptics"}, {"engine", "io"},
-      {"engine", "clay"},        {"ui3d", "engine"}, {"ui3d", "render"}, {"ui3d", "haptics"},   {"ui3d", "io"},
+      {"haptics", "clay"},       {"io", "clay"},     {"render", "clay"},     {"engine", "haptics"}, {"engine", "io"},
+      {"engine", "clay"},        {"ui3d", "engine"}, {"ui3d", "render"},     {"ui3d", "haptics"},   {"ui3d", "io"},
       {"engine", "plugins/sdk"}, {"ui3d", "clay"},   {"ui3d", "plugins/sdk"}};
   for (const std::string& to : rooms) plant(to + "/a.h", "#pragma once\n");
   for (const std::string& from : rooms) {
@@ -68,8 +76,9 @@ TEST_F(PlantedTree, ByPathsAndMissingFilesAreCaught) {
   plant("io/a.h", "#include <haptics/gone.h>\n");
   plant("plugins/wave/wave.c", "#include \"clay/a.h\"\n");
   plant("tests/unit/clay/free.cpp", "#include \"clay/a.h\"\n");
-  EXPECT_THAT(arrows(root_), ElementsAre(HasSubstr("leaves its folder"), HasSubstr("haptics/gone.h, which is not there"),
-                                         HasSubstr("no arrow leads from plugins/wave to clay")));
+  EXPECT_THAT(arrows(root_),
+              ElementsAre(HasSubstr("leaves its folder"), HasSubstr("haptics/gone.h, which is not there"),
+                          HasSubstr("no arrow leads from plugins/wave to clay")));
 }
 
 TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {

@@ -23,7 +23,8 @@ std::vector<std::byte> someBytes(size_t count, bool packable) {
 
 TEST(Blob, ComesBackWhateverItsLength) {
   for (const bool packable : {false, true}) {
-    for (const size_t size : {size_t{0}, size_t{1}, size_t{5000}, kMostRecordBody - 32, kMostRecordBody - 31, size_t{300000}}) {
+    for (const size_t size :
+         {size_t{0}, size_t{1}, size_t{5000}, kMostRecordBody - 32, kMostRecordBody - 31, size_t{300000}}) {
       RecordMemory memory;
       RecordIds ids(17);
       RecordSet held;

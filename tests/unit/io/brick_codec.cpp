@@ -83,7 +83,8 @@ TEST(BrickCodec, AnyDistancesComeBack) {
     const int kind = round % 8;
     for (float& phi : brick.value) {
       float value = std::uniform_real_distribution<float>(-4, 4)(random);
-      if (kind == 1) value = std::bit_cast<float>(static_cast<uint32_t>(random()));  // every order of magnitude, denormals too
+      // every order of magnitude, denormals too
+      if (kind == 1) value = std::bit_cast<float>(static_cast<uint32_t>(random()));
       if (kind == 2 && random() % 40 != 0) value = band;
       if (kind == 3 && random() % 40 != 0) value = -band;
       if (kind == 4) value = random() % 2 ? band : -band;
@@ -100,7 +101,9 @@ TEST(BrickCodec, AnyDistancesComeBack) {
 TEST(BrickCodec, WhatPackingCannotShortenStaysRaw) {
   std::mt19937 random(3);
   FloatBrick brick = brickOf(0);
-  for (float& phi : brick.value) phi = std::ldexp(random() % 2 ? 1.0f : -1.0f, -static_cast<int>(random() % 120)) * (1 + static_cast<float>(random() % 65536) / 65536);
+  for (float& phi : brick.value)
+    phi = std::ldexp(random() % 2 ? 1.0f : -1.0f, -static_cast<int>(random() % 120)) *
+          (1 + static_cast<float>(random() % 65536) / 65536);
   const Packed packed = pack(brick, 3, RecordCodec::predicted);
   EXPECT_EQ(packed.codec, RecordCodec::raw);
   ASSERT_NO_FATAL_FAILURE(expectComesBack(brick, 3));
@@ -136,7 +139,8 @@ TEST(BrickCodec, SixteenBitsComeBackToTheBit) {
         record.body = copy;
         ASSERT_EQ(codec.unpack(record, 3, back), brick.coord);
         ASSERT_EQ(std::memcmp(back.code, brick.code, sizeof brick.code), 0);
-        for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(back.inside[i / 64] >> (i % 64) & 1, uint64_t{brick.code[i] < 0});
+        for (int i = 0; i < kBrickVoxels; ++i)
+          ASSERT_EQ(back.inside[i / 64] >> (i % 64) & 1, uint64_t{brick.code[i] < 0});
         FloatBrick other;
         EXPECT_FALSE(codec.unpack(record, 3, other)) << "another form";
         record.body = std::span(copy).first(copy.size() - 1);
@@ -173,8 +177,10 @@ TEST(BrickCodec, SixteenBitsRefuseWhatNoVersionHolds) {
     }
     if (!sound) continue;
     ++read;
-    EXPECT_TRUE(std::all_of(std::begin(back.code), std::end(back.code), [](int code) { return code >= -clay::kMostCode; }));
-    EXPECT_TRUE(std::any_of(std::begin(back.code), std::end(back.code), [](int code) { return std::abs(code) < clay::kMostCode; }));
+    EXPECT_TRUE(
+        std::all_of(std::begin(back.code), std::end(back.code), [](int code) { return code >= -clay::kMostCode; }));
+    EXPECT_TRUE(std::any_of(std::begin(back.code), std::end(back.code),
+                            [](int code) { return std::abs(code) < clay::kMostCode; }));
   }
   EXPECT_GT(read, 1000);
 }
@@ -187,8 +193,9 @@ TEST(BrickCodec, RefusesWhatNoVersionHolds) {
   for (const RecordCodec codec : {RecordCodec::raw, RecordCodec::predicted}) {
     EXPECT_FALSE(unpack(pack(brickOf(band), band, codec), band, back)) << "no voxel in the band";
     EXPECT_FALSE(unpack(pack(brickOf(-band), band, codec), band, back));
-    for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
-                              std::nextafter(band, 4.0f), -std::nextafter(band, 4.0f), -0.0f}) {
+    for (const float wrong :
+         {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::quiet_NaN(),
+          std::numeric_limits<float>::infinity(), std::nextafter(band, 4.0f), -std::nextafter(band, 4.0f), -0.0f}) {
       FloatBrick brick = sound;
       brick.value[511] = wrong;
       EXPECT_FALSE(unpack(pack(brick, band, codec), band, back)) << wrong;
@@ -213,13 +220,15 @@ TEST(BrickCodec, AnyBytesAreReadOrRefused) {
   std::mt19937 random(20261120);
   const float band = 3;
   FloatBrick sound = brickOf(band);
-  for (int i = 0; i < kBrickVoxels; ++i) sound.value[i] = std::clamp(static_cast<float>(i % 8) - 3.5f + 0.1f * static_cast<float>(i / 64), -band, band);
+  for (int i = 0; i < kBrickVoxels; ++i)
+    sound.value[i] = std::clamp(static_cast<float>(i % 8) - 3.5f + 0.1f * static_cast<float>(i / 64), -band, band);
   const Packed packed = pack(sound, band, RecordCodec::predicted);
   int read = 0;
   for (int round = 0; round < 20000; ++round) {
     Packed changed = packed;
     if (round % 4 == 0) changed.body.resize(12 + random() % 2200);
-    for (unsigned i = 0; i < 1 + random() % 4; ++i) changed.body[random() % changed.body.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    for (unsigned i = 0; i < 1 + random() % 4; ++i)
+      changed.body[random() % changed.body.size()] ^= static_cast<std::byte>(1u << random() % 8);
     if (round % 5 == 0)
       for (size_t i = 12; i < changed.body.size(); ++i) changed.body[i] = static_cast<std::byte>(random());
     FloatBrick back;

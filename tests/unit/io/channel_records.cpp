@@ -1,4 +1,5 @@
-// Colour, material and mask as records: they come back to the bit, share what versions share, and what is lost of them is unset.
+// Colour, material and mask as records: they come back to the bit, share what versions share, and what is lost of them
+// is unset.
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -29,7 +30,9 @@ clay::Grid unitGrid() {
   return grid;
 }
 
-Version ball() { return clay::makeSphere(clay::Store::make(), unitGrid(), Vec3d::Zero(), 25); }
+Version ball() {
+  return clay::makeSphere(clay::Store::make(), unitGrid(), Vec3d::Zero(), 25);
+}
 
 Version painted(const Version& version, const Vec3d& at, clay::Property property, double radius = 8) {
   auto brush = std::make_shared<clay::Brush>();
@@ -42,7 +45,8 @@ Version painted(const Version& version, const Vec3d& at, clay::Property property
 }
 
 Version colourful() {
-  return painted(painted(painted(ball(), {25, 0, 0}, clay::Property::colour), {0, 25, 0}, clay::Property::material), {0, 18, 18}, clay::Property::mask);
+  return painted(painted(painted(ball(), {25, 0, 0}, clay::Property::colour), {0, 25, 0}, clay::Property::material),
+                 {0, 18, 18}, clay::Property::mask);
 }
 
 struct File {
@@ -50,7 +54,9 @@ struct File {
   ClayRecords clay{ids};
   RecordMemory memory;
   RecordSet held;
-  RecordId write(const Version& version, RecordCodec codec = RecordCodec::raw) { return clay.write(version, 1, held, memory, codec); }
+  RecordId write(const Version& version, RecordCodec codec = RecordCodec::raw) {
+    return clay.write(version, 1, held, memory, codec);
+  }
 };
 
 ReadClay readFresh(RecordMemory& memory, RecordId root, const OlderBricks* mend = nullptr) {
@@ -112,7 +118,8 @@ TEST(ChannelRecords, WhatWasReadIsNotWrittenAgain) {
 
 TEST(ChannelRecords, NearVersionsShareAndEveryWayLeadsBack) {
   File file;
-  const Version bare = ball(), first = painted(bare, {25, 0, 0}, clay::Property::colour), second = painted(first, {0, 25, 0}, clay::Property::mask);
+  const Version bare = ball(), first = painted(bare, {25, 0, 0}, clay::Property::colour),
+                second = painted(first, {0, 25, 0}, clay::Property::mask);
   clay::BrushStroke cut(second, clay::Brush::of(clay::Method::carve));
   cut.apply(clay::Stamp{{22, 0, 0}, {22, 8, 0}, 6});
   const std::vector<Version> versions{bare, first, second, cut.finish()};
@@ -130,7 +137,8 @@ TEST(ChannelRecords, NearVersionsShareAndEveryWayLeadsBack) {
       size_t other = 0, changed = 0;
       for (const Channel channel : clay::kAllChannels) {
         Version::forEachDifference(channel, near, back, [&](Coord, clay::ChannelSlot, clay::ChannelSlot) { ++other; });
-        Version::forEachDifference(channel, versions[a], versions[b], [&](Coord, clay::ChannelSlot, clay::ChannelSlot) { ++changed; });
+        Version::forEachDifference(channel, versions[a], versions[b],
+                                   [&](Coord, clay::ChannelSlot, clay::ChannelSlot) { ++changed; });
       }
       EXPECT_EQ(other, changed);
     }
@@ -152,7 +160,9 @@ TEST(ChannelRecords, WhatIsLostIsUnsetAndTold) {
     EXPECT_NE(back.notes[0].find("1 places of colour"), std::string::npos);
     size_t different = 0;
     for (const Channel channel : clay::kAllChannels) {
-      version.forEachBrick(channel, [&](const clay::ChannelBrick& brick) { different += back.version.find(channel, brick.coord) == clay::ChannelSlot(); });
+      version.forEachBrick(channel, [&](const clay::ChannelBrick& brick) {
+        different += back.version.find(channel, brick.coord) == clay::ChannelSlot();
+      });
     }
     EXPECT_EQ(different, 1u);
     file.memory.records[bricks[i]] = kept;
@@ -205,12 +215,15 @@ TEST(ChannelRecords, BytesBesideTheClayAreLeftOut) {
 TEST(ChannelRecords, BricksAndHeadsOfAnyBytesAreToldApart) {
   std::vector<std::byte> body;
   packClayHead({5, {0, 0, 7, 8, 0, 9}}, body);
-  const auto parse = [&](RecordId id) { return parseClayHead({{RecordKind::clay, RecordCodec::raw, static_cast<uint16_t>(body.size()), 1, id}, body, {}}); };
+  const auto parse = [&](RecordId id) {
+    return parseClayHead({{RecordKind::clay, RecordCodec::raw, static_cast<uint16_t>(body.size()), 1, id}, body, {}});
+  };
   ASSERT_TRUE(parse(10));
   EXPECT_EQ(parse(10)->channels[5], 9u);
   EXPECT_FALSE(parse(9));  // what it refers to is older than it
   for (size_t length = 0; length < body.size(); ++length) {
-    const RecordView cut{{RecordKind::clay, RecordCodec::raw, static_cast<uint16_t>(length), 1, 10}, std::span(body).first(length), {}};
+    const RecordView cut{
+        {RecordKind::clay, RecordCodec::raw, static_cast<uint16_t>(length), 1, 10}, std::span(body).first(length), {}};
     EXPECT_TRUE(length % 9 == 8 || !parseClayHead(cut)) << length;
   }
   clay::ChannelBrick brick{};
@@ -222,7 +235,9 @@ TEST(ChannelRecords, BricksAndHeadsOfAnyBytesAreToldApart) {
     EXPECT_EQ(unpackChannelBrick({{RecordKind::channelBrick, codec, 0, 1, 2}, body, {}}, values), brick.coord);
     EXPECT_TRUE(std::equal(std::begin(values), std::end(values), brick.value));
     for (size_t length = 0; length < body.size(); ++length)
-      EXPECT_FALSE(unpackChannelBrick({{RecordKind::channelBrick, codec, 0, 1, 2}, std::span(body).first(length), {}}, values)) << length;
+      EXPECT_FALSE(
+          unpackChannelBrick({{RecordKind::channelBrick, codec, 0, 1, 2}, std::span(body).first(length), {}}, values))
+          << length;
   }
 }
 

@@ -26,7 +26,9 @@ clay::Grid unitGrid() {
   return grid;
 }
 
-Version ball(double radius = 25) { return clay::makeSphere(clay::Store::make(), unitGrid(), Vec3d::Zero(), radius); }
+Version ball(double radius = 25) {
+  return clay::makeSphere(clay::Store::make(), unitGrid(), Vec3d::Zero(), radius);
+}
 
 Version dab(const Version& version, const Vec3d& at, double radius = 5, clay::Method method = clay::Method::carve) {
   clay::BrushStroke stroke(version, clay::Brush::of(method));
@@ -191,7 +193,8 @@ TEST(ClayRecords, WhatWasReadIsNotWrittenAgain) {
 }
 
 TEST(ClayRecords, ReadingNearSharesWhatBothHave) {
-  const Version first = dab(ball(), {20, 3, 1}), second = dab(dab(first, {-20, 3, 1}), {0, 25, 0}, 6, clay::Method::add);
+  const Version first = dab(ball(), {20, 3, 1}),
+                second = dab(dab(first, {-20, 3, 1}), {0, 25, 0}, 6, clay::Method::add);
   File file;
   const RecordId a = file.write(first), b = file.write(second);
   RecordIds ids(file.ids.next());

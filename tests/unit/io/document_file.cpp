@@ -176,7 +176,8 @@ TEST(DocumentFile, everyRecordLiesInOnePage) {
   {
     const auto transaction = file->begin();
     const std::vector<std::byte> largest(kMostRecordBody, std::byte{7});
-    for (RecordId id = 1; id <= 40; ++id) transaction->put({RecordKind::brick, RecordCodec::raw, 0, 1, (RecordId{1} << 32) + id}, largest);
+    for (RecordId id = 1; id <= 40; ++id)
+      transaction->put({RecordKind::brick, RecordCodec::raw, 0, 1, (RecordId{1} << 32) + id}, largest);
     for (RecordId id = 1; id <= 100; ++id) putSample(*transaction, id);
     transaction->commit(1, (RecordId{1} << 32) + 100);
   }
@@ -233,7 +234,9 @@ TEST(DocumentFile, isNotMixedWithTheJournalOfTheFileThatItReplaces) {
   // As another program leaves it that is killed in the middle of a transaction too large for its memory.
   sqlite3* other = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &other), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(other, "PRAGMA cache_size = 2; BEGIN; UPDATE record SET body = zeroblob(3000)", nullptr, nullptr, nullptr), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "PRAGMA cache_size = 2; BEGIN; UPDATE record SET body = zeroblob(3000)", nullptr,
+                         nullptr, nullptr),
+            SQLITE_OK);
   const std::string halfWritten = slurp(path), hot = slurp(journal);
   sqlite3_close(other);
   const auto leave = [&] {
@@ -350,16 +353,19 @@ TEST(DocumentFile, refusesWhatIsNoDocumentInOneSentence) {
     const std::string told = errorOf([&] { (void)DocumentFile::open(folder / name, true); });
     EXPECT_NE(told.find(name), std::string::npos) << told;
   }
-  EXPECT_NE(errorOf([&] { (void)DocumentFile::create(folder / "folder.argil"); }).find("is a folder"), std::string::npos);
-  EXPECT_NE(errorOf([&] { (void)DocumentFile::create(folder / "no" / "a.argil"); }).find("folder does not exist"), std::string::npos);
+  EXPECT_NE(errorOf([&] { (void)DocumentFile::create(folder / "folder.argil"); }).find("is a folder"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { (void)DocumentFile::create(folder / "no" / "a.argil"); }).find("folder does not exist"),
+            std::string::npos);
   EXPECT_NE(errorOf([&] { (void)DocumentFile::create("/dev/null"); }).find("not a regular file"), std::string::npos);
 }
 
 TEST(DocumentFile, runsNothingThatAFileBrings) {
   const samples::Folder folder;
   const auto path = folder / "a.argil";
-  for (const char* code : {"CREATE TRIGGER t AFTER INSERT ON record BEGIN DELETE FROM record; END", "CREATE VIEW v AS SELECT 1",
-                           "CREATE INDEX i ON record(length(body))", "CREATE TABLE more(x)", "ALTER TABLE record ADD COLUMN y AS (length(body))"}) {
+  for (const char* code : {"CREATE TRIGGER t AFTER INSERT ON record BEGIN DELETE FROM record; END",
+                           "CREATE VIEW v AS SELECT 1", "CREATE INDEX i ON record(length(body))",
+                           "CREATE TABLE more(x)", "ALTER TABLE record ADD COLUMN y AS (length(body))"}) {
     save(*DocumentFile::create(path), {1}, 1);
     sql(path, code);
     const std::string told = errorOf([&] { (void)DocumentFile::open(path, true); });
@@ -375,18 +381,26 @@ TEST(DocumentFile, saysWhichArgilAFileNeeds) {
   sql(path, "PRAGMA user_version = 7");
   save(*DocumentFile::open(path, true), {2}, 2);  // A later schema that this one may read.
   EXPECT_EQ(DocumentFile::open(path, true)->head(), 2u);
-  sql(path, "UPDATE meta SET value = 7 WHERE key = 'needs'; UPDATE meta SET value = '9.1' WHERE key = 'written_by'; CREATE TABLE more(x); PRAGMA user_version = 7");
-  EXPECT_NE(errorOf([&] { (void)DocumentFile::open(path, true); }).find("was written by Argil 9.1 and needs at least that to be read; nothing was opened"), std::string::npos);
+  sql(path,
+      "UPDATE meta SET value = 7 WHERE key = 'needs'; UPDATE meta SET value = '9.1' WHERE key = 'written_by'; CREATE "
+      "TABLE more(x); PRAGMA user_version = 7");
+  EXPECT_NE(errorOf([&] {
+              (void)DocumentFile::open(path, true);
+            }).find("was written by Argil 9.1 and needs at least that to be read; nothing was opened"),
+            std::string::npos);
 }
 
 TEST(DocumentFile, aChangedFactIsNoticed) {
   const samples::Folder folder;
   const auto path = folder / "a.argil";
-  for (const char* change : {"UPDATE meta SET value = 1 WHERE key = 'head'", "UPDATE meta SET value = 900 WHERE key = 'next_id'", "DELETE FROM meta WHERE key = 'save'",
-                             "UPDATE meta SET value = '2' WHERE key = 'head'"}) {
+  for (const char* change :
+       {"UPDATE meta SET value = 1 WHERE key = 'head'", "UPDATE meta SET value = 900 WHERE key = 'next_id'",
+        "DELETE FROM meta WHERE key = 'save'", "UPDATE meta SET value = '2' WHERE key = 'head'"}) {
     save(*DocumentFile::create(path), {1, 2}, 2);
     sql(path, change);
-    EXPECT_NE(errorOf([&] { (void)DocumentFile::open(path, true); }).find("is damaged (its table of facts"), std::string::npos) << change;
+    EXPECT_NE(errorOf([&] { (void)DocumentFile::open(path, true); }).find("is damaged (its table of facts"),
+              std::string::npos)
+        << change;
   }
 }
 

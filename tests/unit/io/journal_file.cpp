@@ -1,4 +1,5 @@
-// Journals: what was flushed is there, in order; a torn end and damaged places cost no other record; one Argil at a time has it.
+// Journals: what was flushed is there, in order; a torn end and damaged places cost no other record; one Argil at a
+// time has it.
 
 #include "io/journal_file.h"
 
@@ -25,7 +26,9 @@ using samples::slurp;
 using samples::soundSamples;
 using samples::spill;
 
-void putEvent(RecordSink& sink, const std::string& text) { sink.put({RecordKind::step, RecordCodec::raw, 0, 0, 0}, bytesOf(text)); }
+void putEvent(RecordSink& sink, const std::string& text) {
+  sink.put({RecordKind::step, RecordCodec::raw, 0, 0, 0}, bytesOf(text));
+}
 
 std::vector<std::string> events(const JournalReader& reader) {
   std::vector<std::string> all;
@@ -163,7 +166,9 @@ TEST(JournalFile, aFullDiskIsToldAndLeavesWhatWasFlushed) {
     } catch (const Error& error) {
       if (told != error.what()) std::_Exit(4);
     }
-    if (failures < 2 || !writer.broken() || told.find("a: the journal cannot be written (File too large)") == std::string::npos) std::_Exit(5);
+    if (failures < 2 || !writer.broken() ||
+        told.find("a: the journal cannot be written (File too large)") == std::string::npos)
+      std::_Exit(5);
     std::_Exit(std::filesystem::file_size(path) == flushed ? 0 : 6);
   }
   int status = 0;

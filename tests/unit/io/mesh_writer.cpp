@@ -33,7 +33,10 @@ TEST(MeshWriter, theEndingChoosesTheFormat) {
 TEST(MeshWriter, unknownEndingsNameTheKnownOnes) {
   const samples::Folder folder;
   const std::string error = errorOf([&] { writeMesh(folder / "a.step", samples::cube()); });
-  EXPECT_EQ(error.find((folder / "a.step").string() + ": cannot write \".step\"; name a file that ends in one of .stl, .obj, .ply"), 0u) << error;
+  EXPECT_EQ(error.find((folder / "a.step").string() +
+                       ": cannot write \".step\"; name a file that ends in one of .stl, .obj, .ply"),
+            0u)
+      << error;
   EXPECT_NE(errorOf([&] { writeMesh(folder / "a.off", samples::cube()); }).find(".stl, .obj, .ply"), std::string::npos);
   EXPECT_NE(errorOf([&] { writeMesh(folder / "a", samples::cube()); }).find("has no ending"), std::string::npos);
   EXPECT_EQ(folder.entries(), 0u);

@@ -138,8 +138,8 @@ TEST(Obj, errorsNameTheLine) {
 TEST(Obj, namedObjectsBecomeObjects) {
   const auto model = [](const std::string& text) { return parseModel(samples::bytesOf(text), "part.obj"); };
   // Two objects, the first in two places, one without faces and faces before any object.
-  const ModelFile file = model(std::string(kSquare) + "f 1 2 3\n" + "o  left hand \n" + kSquare + "f 5 6 7\no empty\no right\n" + kSquare +
-                               "f -4 -3 -2\no left hand\nf -6 -5 -8\n");
+  const ModelFile file = model(std::string(kSquare) + "f 1 2 3\n" + "o  left hand \n" + kSquare +
+                               "f 5 6 7\no empty\no right\n" + kSquare + "f -4 -3 -2\no left hand\nf -6 -5 -8\n");
   ASSERT_EQ(file.objects.size(), 3u);
   EXPECT_EQ(file.objects[0].name, "");
   EXPECT_EQ(file.objects[1].name, "left hand");
@@ -157,7 +157,8 @@ TEST(Obj, namedObjectsBecomeObjects) {
 }
 
 TEST(Obj, objectsThatShareVerticesStayOneSurface) {
-  const ModelFile file = parseModel(samples::bytesOf(std::string(kSquare) + "o a\nf 1 2 3\no b\nf 1 3 4\n"), "part.obj");
+  const ModelFile file =
+      parseModel(samples::bytesOf(std::string(kSquare) + "o a\nf 1 2 3\no b\nf 1 3 4\n"), "part.obj");
   ASSERT_EQ(file.objects.size(), 1u);
   EXPECT_EQ(file.objects[0].mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_EQ(file.notes, (std::vector<std::string>{"the objects share vertices and were put together"}));
@@ -170,7 +171,10 @@ TEST(Obj, coloursBehindPositionsAreRead) {
             (std::vector<Colour>{{255, 128, 1}, {0, 0, 255}, {0, 0, 1}}))
       << "one above 1 says that 255 is full";
   EXPECT_TRUE(parse("v 0 0 0 1\nv 1 0 0 1 1\nv 0 1 0 a b c\nf 1 2 3\n").vertexColours.empty());
-  const ModelFile split = parseModel(samples::bytesOf("o a\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0\nf 1 2 3\no b\nv 0 0 1\nv 1 0 1\nv 0 1 1 0 0 1\nf 6 5 4\n"), "x.obj");
+  const ModelFile split = parseModel(
+      samples::bytesOf(
+          "o a\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0\nf 1 2 3\no b\nv 0 0 1\nv 1 0 1\nv 0 1 1 0 0 1\nf 6 5 4\n"),
+      "x.obj");
   ASSERT_EQ(split.objects.size(), 2u);
   EXPECT_EQ(split.objects[1].vertexColours, (std::vector<Colour>{{0, 0, 255}, {}, {}}));
 }

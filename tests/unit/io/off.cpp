@@ -72,10 +72,12 @@ TEST(Off, coloursOfVerticesAndFaces) {
   };
   EXPECT_EQ(vertices("COFF", "255 0 1 128", "1 2 3"), (std::vector<Colour>{{255, 0, 1, 128}, {1, 2, 3}, {}}));
   EXPECT_EQ(vertices("COFF", "1 0 0.5 1", "0 1 0"), (std::vector<Colour>{{255, 0, 128, 255}, {0, 255, 0}, {}}));
-  EXPECT_EQ(vertices("CNOFF", "0 0 1 1 0 0", "0 0 1 0 1 0 0.2"), (std::vector<Colour>{{255, 0, 0}, {0, 255, 0, 51}, {}}));
+  EXPECT_EQ(vertices("CNOFF", "0 0 1 1 0 0", "0 0 1 0 1 0 0.2"),
+            (std::vector<Colour>{{255, 0, 0}, {0, 255, 0, 51}, {}}));
   EXPECT_TRUE(vertices("NOFF", "0 0 1 1 0 0", "0 0 1 0 1 0").empty());
   EXPECT_TRUE(vertices("COFF", "1 2", "red").empty());
-  const MeshFile faces = parse(std::string("OFF\n4 3 0\n") + kSquare + "3 0 1 2 17\n4 0 1 2 3 10 20 30\n3 0 1 2 1 2 3 4 5\n");
+  const MeshFile faces =
+      parse(std::string("OFF\n4 3 0\n") + kSquare + "3 0 1 2 17\n4 0 1 2 3 10 20 30\n3 0 1 2 1 2 3 4 5\n");
   EXPECT_EQ(faces.triangleColours, (std::vector<Colour>{{}, {10, 20, 30}, {10, 20, 30}, {1, 2, 3, 4}}));
 }
 

@@ -167,9 +167,11 @@ TEST(Ply, binaryCoordinatesMustBeFinite) {
 
 TEST(Ply, stripsOfTriangles) {
   const auto strips = [](const std::string& numbers, int count) {
-    return parse("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
-                 "property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n" +
-                 std::to_string(count) + " " + numbers + "\n");
+    return parse(
+        "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement "
+        "tristrips 1\n"
+        "property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n" +
+        std::to_string(count) + " " + numbers + "\n");
   };
   const MeshFile file = strips("0 1 2 3 4 -1 4 3 2 -1 -1 0 1", 13);
   EXPECT_EQ(file.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}, {4, 3, 2}}));
@@ -177,15 +179,17 @@ TEST(Ply, stripsOfTriangles) {
   EXPECT_TRUE(file.notes.empty());
   // A vertex that stands twice leads on, and still turns the order.
   EXPECT_EQ(strips("0 1 2 2 3 4", 6).mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {3, 2, 4}}));
-  EXPECT_NE(samples::errorOf([&] { strips("0 1 5", 3); }).find("strip 0 names vertex 5 and there are 5"), std::string::npos);
+  EXPECT_NE(samples::errorOf([&] { strips("0 1 5", 3); }).find("strip 0 names vertex 5 and there are 5"),
+            std::string::npos);
   EXPECT_NE(samples::errorOf([&] { strips("0 1 -2", 3); }).find("names vertex -2"), std::string::npos);
   EXPECT_NE(samples::errorOf([&] { strips("0 1 2", 4); }).find("cut off"), std::string::npos);
   EXPECT_NE(samples::errorOf([&] { strips("0 1 2", -1); }).find("negative count"), std::string::npos);
   EXPECT_NE(samples::errorOf([&] { strips("0 1", 2); }).find("holds no triangles"), std::string::npos);
   for (const bool big : {false, true}) {
-    std::string bytes = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                        "_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
-                        "property list int int vertex_indices\nend_header\n";
+    std::string bytes =
+        std::string("ply\nformat binary_") + (big ? "big" : "little") +
+        "_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
+        "property list int int vertex_indices\nend_header\n";
     for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) append(bytes, x, big);
     for (const int32_t i : {4, -1, 2, 0, 1}) append(bytes, i, big);
     EXPECT_EQ(parse(bytes).mesh.triangles, (std::vector<Triangle>{{2, 0, 1}}));
@@ -193,24 +197,32 @@ TEST(Ply, stripsOfTriangles) {
 }
 
 TEST(Ply, coloursOfVerticesAndFaces) {
-  const auto coloured = [](const std::string& type, const std::string& prefix, const std::string& first, const std::string& second) {
+  const auto coloured = [](const std::string& type, const std::string& prefix, const std::string& first,
+                           const std::string& second) {
     std::string header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n";
-    for (const char* part : {"red", "green", "blue", "alpha"}) header += "property " + type + " " + prefix + part + "\n";
-    return parse(header + "property float y\nproperty float z\nelement face 2\nproperty uchar red\nproperty list uchar int vertex_indices\n"
-                 "property uchar green\nproperty uchar blue\nend_header\n0 " + first + " 0 0\n1 " + second + " 0 0\n1 " + first +
-                 " 1 0\n9 3 0 1 2 8 7\n6 4 0 1 2 1 5 4\n");
+    for (const char* part : {"red", "green", "blue", "alpha"})
+      header += "property " + type + " " + prefix + part + "\n";
+    return parse(header +
+                 "property float y\nproperty float z\nelement face 2\nproperty uchar red\nproperty list uchar int "
+                 "vertex_indices\n"
+                 "property uchar green\nproperty uchar blue\nend_header\n0 " +
+                 first + " 0 0\n1 " + second + " 0 0\n1 " + first + " 1 0\n9 3 0 1 2 8 7\n6 4 0 1 2 1 5 4\n");
   };
   const MeshFile bytes = coloured("uchar", "", "255 0 1 128", "0 1 0 255");
   EXPECT_EQ(bytes.vertexColours, (std::vector<Colour>{{255, 0, 1, 128}, {0, 1, 0, 255}, {255, 0, 1, 128}}));
   EXPECT_EQ(bytes.triangleColours, (std::vector<Colour>{{9, 8, 7}, {6, 5, 4}, {6, 5, 4}}));
-  EXPECT_EQ(coloured("float", "diffuse_", "1 0.5 0 1", "0 0 0 0").vertexColours, (std::vector<Colour>{{255, 128, 0, 255}, {0, 0, 0, 0}, {255, 128, 0, 255}}));
+  EXPECT_EQ(coloured("float", "diffuse_", "1 0.5 0 1", "0 0 0 0").vertexColours,
+            (std::vector<Colour>{{255, 128, 0, 255}, {0, 0, 0, 0}, {255, 128, 0, 255}}));
   EXPECT_EQ(coloured("ushort", "", "65535 257 0 65535", "0 128 129 65535").vertexColours[1], (Colour{0, 0, 1, 255}));
   EXPECT_TRUE(coloured("uchar", "their_", "1 1 1 1", "1 1 1 1").vertexColours.empty());
 
-  std::string nan = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                    "property float red\nproperty float green\nproperty float blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string nan =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float red\nproperty float green\nproperty float blue\nelement face 1\nproperty list uchar int "
+      "vertex_indices\nend_header\n";
   for (int v = 0; v < 3; ++v) {
-    for (const float number : {float(v), 0.0f, 0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f, 1.0f}) append(nan, number);
+    for (const float number : {float(v), 0.0f, 0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f, 1.0f})
+      append(nan, number);
   }
   append(nan, uint8_t(3));
   for (const int32_t i : {0, 1, 2}) append(nan, i);
@@ -219,8 +231,10 @@ TEST(Ply, coloursOfVerticesAndFaces) {
 
 TEST(Ply, facesWithoutColoursBesideThoseWithThemAreWhite) {
   const MeshFile file = parse(
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
-      "property list int int vertex_indices\nelement face 1\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n"
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "
+      "tristrips 1\n"
+      "property list int int vertex_indices\nelement face 1\nproperty list uchar int vertex_indices\nproperty uchar "
+      "red\nproperty uchar green\n"
       "property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2 1 2 3\n3 0 1 2\n");
   EXPECT_EQ(file.mesh.triangles.size(), 3u);

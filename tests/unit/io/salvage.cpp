@@ -120,8 +120,8 @@ TEST(Salvage, knowsWholeHeadsAndBricksByPlaceNewestFirst) {
     putBrick(*transaction, 4, 5, -1, 2, 3);
     for (uint32_t i = 0; i < 3; ++i) putChunk(*transaction, 20 + i, BlobKind::head, i, 3, 78);
     for (uint32_t i = 0; i < 3; ++i) putChunk(*transaction, 30 + i, BlobKind::mesh, i, 3, 79);
-    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 40 + i, BlobKind::head, i, 3, 80);        // A piece is missing.
-    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 50 + i, BlobKind::head, i, 2, 81 + i);    // Of two blobs.
+    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 40 + i, BlobKind::head, i, 3, 80);  // A piece is missing.
+    for (uint32_t i = 0; i < 2; ++i) putChunk(*transaction, 50 + i, BlobKind::head, i, 2, 81 + i);  // Of two blobs.
     putChunk(*transaction, 60, BlobKind::head, 0, 0xffffffff, 90);
     transaction->commit(20, 100);
   }
@@ -180,7 +180,8 @@ TEST(Salvage, refusesOnlyWhatCannotBeRead) {
   spill(folder / "text", "not a record");
   EXPECT_EQ(Salvage(folder / "empty").records(), 0u);
   EXPECT_EQ(Salvage(folder / "text").records(), 0u);
-  EXPECT_NE(errorOf([&] { Salvage missing(folder / "missing"); }).find("missing: there is no such file"), std::string::npos);
+  EXPECT_NE(errorOf([&] { Salvage missing(folder / "missing"); }).find("missing: there is no such file"),
+            std::string::npos);
   EXPECT_NE(errorOf([&] { Salvage itself(folder.path()); }).find("is not a regular file"), std::string::npos);
   Job job;
   job.cancel();

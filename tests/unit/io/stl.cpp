@@ -153,7 +153,8 @@ TEST(Stl, coloursAreKeptWhereTheHeaderSaysSo) {
   EXPECT_TRUE(unsaid.triangleColours.empty());
   ASSERT_EQ(unsaid.notes.size(), 1u);
   EXPECT_NE(unsaid.notes[0].find("attribute bytes of 1 triangles"), std::string::npos);
-  EXPECT_TRUE(withAttributes(std::string(72, '.') + "COLOR=xx", 1, 1).triangleColours.empty()) << "the colour is cut off";
+  EXPECT_TRUE(withAttributes(std::string(72, '.') + "COLOR=xx", 1, 1).triangleColours.empty())
+      << "the colour is cut off";
 }
 
 }  // namespace

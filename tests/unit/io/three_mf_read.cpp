@@ -21,13 +21,17 @@ using ::testing::StartsWith;
 
 constexpr Colour kRed{255, 0, 0, 255}, kGreen{0, 255, 0, 255}, kBlue{0, 0, 255, 128}, kWhite{};
 
-ModelFile parse(const std::string& bytes) { return parseModel(bytesOf(bytes), "a.3mf"); }
+ModelFile parse(const std::string& bytes) {
+  return parseModel(bytesOf(bytes), "a.3mf");
+}
 
 std::string inResources(const std::string& resources, const std::string& build = "<item objectid=\"1\"/>") {
   return "<resources>" + resources + "</resources><build>" + build + "</build>";
 }
 
-std::string tetrahedron(const std::string& attributes = "id=\"1\"") { return "<object " + attributes + ">" + tetrahedronXml() + "</object>"; }
+std::string tetrahedron(const std::string& attributes = "id=\"1\"") {
+  return "<object " + attributes + ">" + tetrahedronXml() + "</object>";
+}
 
 void expectRefused(const std::string& bytes, const char* because) {
   const std::string error = errorOf([&] { (void)parse(bytes); });
@@ -36,7 +40,9 @@ void expectRefused(const std::string& bytes, const char* because) {
 }
 
 TEST(ThreeMfRead, aMeshWithNameUnitAndMetadata) {
-  const ModelFile file = parse(threeMf("<metadata name=\"Title\">A &amp; B</metadata><metadata name=\"Rating\"/>" + inResources(tetrahedron("id=\"1\" name=\"tetra\"")), "unit=\"inch\""));
+  const ModelFile file = parse(threeMf("<metadata name=\"Title\">A &amp; B</metadata><metadata name=\"Rating\"/>" +
+                                           inResources(tetrahedron("id=\"1\" name=\"tetra\"")),
+                                       "unit=\"inch\""));
   EXPECT_EQ(file.format, "3MF");
   EXPECT_EQ(file.unitMm, 25.4);
   EXPECT_EQ(file.faces, 4u);
@@ -59,23 +65,33 @@ TEST(ThreeMfRead, theUnitIsMillimetresWhereNoneIsGiven) {
 
 // (x, y, z) -> (2x, 3y, z) -> + (10, 20, 30): the component's transform goes first.
 TEST(ThreeMfRead, transformsOfItemsAndComponentsAreApplied) {
-  const std::string parts = tetrahedron() + "<object id=\"2\" name=\"pair\"><components><component objectid=\"1\" transform=\"2 0 0 0 3 0 0 0 1 0 0 0\"/>"
-                            "<component objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/></components></object>";
-  const ModelFile file = parse(threeMf(inResources(parts, "<item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 10 20 30\"/><item objectid=\"1\" transform=\" 0 1 0  0 0 1 1 0 0 0 0 0 \"/>")));
+  const std::string parts =
+      tetrahedron() +
+      "<object id=\"2\" name=\"pair\"><components><component objectid=\"1\" transform=\"2 0 0 0 3 0 0 0 1 0 0 0\"/>"
+      "<component objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/></components></object>";
+  const ModelFile file =
+      parse(threeMf(inResources(parts,
+                                "<item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 10 20 30\"/><item objectid=\"1\" "
+                                "transform=\" 0 1 0  0 0 1 1 0 0 0 0 0 \"/>")));
   ASSERT_EQ(file.objects.size(), 3u);
   EXPECT_EQ(file.faces, 12u);
   EXPECT_EQ(file.objects[0].name, "pair");
-  EXPECT_THAT(file.objects[0].mesh.positions, ElementsAre(Vec3d(10, 20, 30), Vec3d(12, 20, 30), Vec3d(10, 23, 30), Vec3d(10, 20, 31)));
-  EXPECT_THAT(file.objects[1].mesh.positions, ElementsAre(Vec3d(10, 20, 30), Vec3d(9, 20, 30), Vec3d(10, 21, 30), Vec3d(10, 20, 31)));
+  EXPECT_THAT(file.objects[0].mesh.positions,
+              ElementsAre(Vec3d(10, 20, 30), Vec3d(12, 20, 30), Vec3d(10, 23, 30), Vec3d(10, 20, 31)));
+  EXPECT_THAT(file.objects[1].mesh.positions,
+              ElementsAre(Vec3d(10, 20, 30), Vec3d(9, 20, 30), Vec3d(10, 21, 30), Vec3d(10, 20, 31)));
   EXPECT_EQ(file.objects[1].mesh.triangles[0], (std::array<uint32_t, 3>{0, 1, 2})) << "a mirror turns triangles";
-  EXPECT_THAT(file.objects[2].mesh.positions, ElementsAre(Vec3d(0, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1), Vec3d(1, 0, 0)));
+  EXPECT_THAT(file.objects[2].mesh.positions,
+              ElementsAre(Vec3d(0, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1), Vec3d(1, 0, 0)));
   EXPECT_EQ(file.objects[2].mesh.triangles[0], (std::array<uint32_t, 3>{0, 2, 1}));
 }
 
 TEST(ThreeMfRead, otherPartsOfThePackage) {
   const std::string other = samples::modelXml("<resources>" + tetrahedron("id=\"7\"") + "</resources><build/>");
-  const std::string inside = inResources("<object id=\"1\"><components><component objectid=\"7\" p:path=\"/3D/Objects/a.model\"/></components></object>",
-                                         "<item objectid=\"1\"/><item objectid=\"7\" p:path=\"/3D/Objects/a.model\" transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/>");
+  const std::string inside = inResources(
+      "<object id=\"1\"><components><component objectid=\"7\" p:path=\"/3D/Objects/a.model\"/></components></object>",
+      "<item objectid=\"1\"/><item objectid=\"7\" p:path=\"/3D/Objects/a.model\" transform=\"1 0 0 0 1 0 0 0 1 5 0 "
+      "0\"/>");
   const ModelFile file = parse(threeMf(inside, "requiredextensions=\"p\"", {{"3D/Objects/a.model", other}}));
   ASSERT_EQ(file.objects.size(), 2u);
   EXPECT_EQ(file.objects[1].mesh.positions[1], Vec3d(6, 0, 0));
@@ -84,30 +100,43 @@ TEST(ThreeMfRead, otherPartsOfThePackage) {
 }
 
 TEST(ThreeMfRead, coloursOfObjectsTrianglesAndCorners) {
-  const std::string groups = "<basematerials id=\"5\"><base name=\"a\" displaycolor=\"#FF0000\"/><base name=\"b\" displaycolor=\"#0000FF80\"/></basematerials>"
-                             "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/><m:color color=\"#0000ff80\"/></m:colorgroup>";
+  const std::string groups =
+      "<basematerials id=\"5\"><base name=\"a\" displaycolor=\"#FF0000\"/><base name=\"b\" "
+      "displaycolor=\"#0000FF80\"/></basematerials>"
+      "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/><m:color "
+      "color=\"#0000ff80\"/></m:colorgroup>";
   const auto of = [&](const std::string& attributes, const std::vector<std::string>& triangles) {
-    const ModelFile file = parse(threeMf(inResources(groups + "<object id=\"1\" " + attributes + ">" + tetrahedronXml(triangles) + "</object>")));
+    const ModelFile file = parse(threeMf(
+        inResources(groups + "<object id=\"1\" " + attributes + ">" + tetrahedronXml(triangles) + "</object>")));
     EXPECT_THAT(file.notes, IsEmpty());
     return file.objects.at(0);
   };
   EXPECT_EQ(of("pid=\"5\" pindex=\"1\"", {"", "", "", ""}).colour, kBlue);
-  const ModelObject byTriangle = of("pid=\"5\" pindex=\"1\"", {"", "pid=\"6\" p1=\"1\"", "p1=\"0\"", "pid=\"6\" p1=\"1\" p2=\"1\" p3=\"1\""});
+  const ModelObject byTriangle =
+      of("pid=\"5\" pindex=\"1\"", {"", "pid=\"6\" p1=\"1\"", "p1=\"0\"", "pid=\"6\" p1=\"1\" p2=\"1\" p3=\"1\""});
   EXPECT_THAT(byTriangle.triangleColours, ElementsAre(kBlue, kGreen, kRed, kGreen));
   EXPECT_EQ(byTriangle.colour, kBlue);
   // Vertices 0 and 2 red, 1 green, 3 blue.
-  const ModelObject byVertex = of("pid=\"6\" pindex=\"0\"", {"p1=\"0\" p2=\"0\" p3=\"1\"", "p1=\"0\" p2=\"1\" p3=\"2\"", "p1=\"0\" p2=\"2\" p3=\"0\"", "p1=\"1\" p2=\"0\" p3=\"2\""});
+  const ModelObject byVertex =
+      of("pid=\"6\" pindex=\"0\"", {"p1=\"0\" p2=\"0\" p3=\"1\"", "p1=\"0\" p2=\"1\" p3=\"2\"",
+                                    "p1=\"0\" p2=\"2\" p3=\"0\"", "p1=\"1\" p2=\"0\" p3=\"2\""});
   EXPECT_THAT(byVertex.vertexColours, ElementsAre(kRed, kGreen, kRed, kBlue));
   EXPECT_TRUE(byVertex.triangleColours.empty());
   EXPECT_TRUE(of("", {"p1=\"0\"", "", "", ""}).triangleColours.empty()) << "no group is named";
 }
 
 TEST(ThreeMfRead, whatIsNotKeptIsANote) {
-  const std::string groups = "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/></m:colorgroup>"
-                             "<m:texture2d id=\"8\" path=\"/a.png\" contenttype=\"image/png\"/><m:texture2dgroup id=\"9\" texid=\"8\"><m:tex2coord u=\"0\" v=\"0\"/></m:texture2dgroup>";
+  const std::string groups =
+      "<m:colorgroup id=\"6\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00FF\"/></m:colorgroup>"
+      "<m:texture2d id=\"8\" path=\"/a.png\" contenttype=\"image/png\"/><m:texture2dgroup id=\"9\" "
+      "texid=\"8\"><m:tex2coord u=\"0\" v=\"0\"/></m:texture2dgroup>";
   // Vertex 0 is red in one triangle and green in another, which a vertex alone cannot say.
-  const std::string mixed = "<object id=\"1\">" + tetrahedronXml({"pid=\"6\" p1=\"0\" p2=\"1\" p3=\"1\"", "pid=\"6\" p1=\"1\"", "pid=\"9\" p1=\"0\"", "pid=\"6\" p1=\"77\""}) + "</object>";
-  const ModelFile file = parse(threeMf(inResources(groups + mixed + tetrahedron("id=\"2\" type=\"support\""), "<item objectid=\"1\"/><item objectid=\"2\"/>")));
+  const std::string mixed = "<object id=\"1\">" +
+                            tetrahedronXml({"pid=\"6\" p1=\"0\" p2=\"1\" p3=\"1\"", "pid=\"6\" p1=\"1\"",
+                                            "pid=\"9\" p1=\"0\"", "pid=\"6\" p1=\"77\""}) +
+                            "</object>";
+  const ModelFile file = parse(threeMf(inResources(groups + mixed + tetrahedron("id=\"2\" type=\"support\""),
+                                                   "<item objectid=\"1\"/><item objectid=\"2\"/>")));
   ASSERT_EQ(file.objects.size(), 1u);
   EXPECT_THAT(file.notes,
               ElementsAre(HasSubstr("textures"), HasSubstr("1 colour is named"), HasSubstr("1 object is no model")));
@@ -123,7 +152,8 @@ TEST(ThreeMfRead, whatIsNotKeptIsANote) {
 }
 
 TEST(ThreeMfRead, whatTheModelNeedsAndIsNotKnownIsRefused) {
-  const std::string beams = "requiredextensions=\"b\" xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\"";
+  const std::string beams =
+      "requiredextensions=\"b\" xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\"";
   expectRefused(threeMf(inResources(tetrahedron()), beams), "needs beam lattices");
   expectRefused(threeMf(inResources(tetrahedron()), "requiredextensions=\"m p q\" xmlns:q=\"urn:q\""), "urn:q");
   expectRefused(threeMf(inResources(tetrahedron()), "requiredextensions=\"q\""), "\"q\"");
@@ -138,11 +168,17 @@ TEST(ThreeMfRead, brokenModelsAreRefusedWithTheirReason) {
   expectRefused(threeMf(inResources(tetrahedron() + tetrahedron())), "stands twice");
   expectRefused(threeMf(inResources("<object/>")), "has no id");
   expectRefused(threeMf(inResources(tetrahedron("id=\"-1\""))), "not negative");
-  expectRefused(threeMf(inResources(tetrahedron(), "<item objectid=\"1\" transform=\"1 0 0\"/>")), "number of a transform");
-  expectRefused(threeMf(inResources(tetrahedron(), "<item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 0 0 0 0\"/>")), "more than 12");
-  expectRefused(threeMf(inResources(tetrahedron(), "<item objectid=\"1\" transform=\"1e308 0 0 1e308 1 0 0 0 1 1e308 1e308 1e308\"/>")), "beyond all numbers");
+  expectRefused(threeMf(inResources(tetrahedron(), "<item objectid=\"1\" transform=\"1 0 0\"/>")),
+                "number of a transform");
+  expectRefused(threeMf(inResources(tetrahedron(), "<item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 0 0 0 0\"/>")),
+                "more than 12");
+  expectRefused(threeMf(inResources(
+                    tetrahedron(), "<item objectid=\"1\" transform=\"1e308 0 0 1e308 1 0 0 0 1 1e308 1e308 1e308\"/>")),
+                "beyond all numbers");
   const auto mesh = [](const std::string& vertex, const std::string& triangle) {
-    return threeMf(inResources("<object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/>" + vertex + "</vertices><triangles>" + triangle + "</triangles></mesh></object>"));
+    return threeMf(inResources(
+        "<object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/>" + vertex +
+        "</vertices><triangles>" + triangle + "</triangles></mesh></object>"));
   };
   const std::string vertex = "<vertex x=\"1\" y=\"0\" z=\"0\"/>", triangle = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
   EXPECT_EQ(parse(mesh(vertex, triangle)).faces, 1u);
@@ -156,16 +192,21 @@ TEST(ThreeMfRead, brokenModelsAreRefusedWithTheirReason) {
 }
 
 TEST(ThreeMfRead, objectsInObjectsEndSomewhere) {
-  const std::string cycle = "<object id=\"1\"><components><component objectid=\"2\"/></components></object><object id=\"2\"><components><component objectid=\"1\"/></components></object>";
+  const std::string cycle =
+      "<object id=\"1\"><components><component objectid=\"2\"/></components></object><object "
+      "id=\"2\"><components><component objectid=\"1\"/></components></object>";
   expectRefused(threeMf(inResources(cycle)), "contains itself");
   std::string doubled = tetrahedron("id=\"100\"");
   for (int i = 30; i >= 1; --i) {
     const std::string component = "<component objectid=\"" + std::to_string(i == 30 ? 100 : i + 1) + "\"/>";
-    doubled += "<object id=\"" + std::to_string(i) + "\"><components>" + component + component + "</components></object>";
+    doubled +=
+        "<object id=\"" + std::to_string(i) + "\"><components>" + component + component + "</components></object>";
   }
   expectRefused(threeMf(inResources(doubled)), "places more than");
   std::string deep = tetrahedron("id=\"100\"");
-  for (int i = 70; i >= 1; --i) deep += "<object id=\"" + std::to_string(i) + "\"><components><component objectid=\"" + std::to_string(i == 70 ? 100 : i + 1) + "\"/></components></object>";
+  for (int i = 70; i >= 1; --i)
+    deep += "<object id=\"" + std::to_string(i) + "\"><components><component objectid=\"" +
+            std::to_string(i == 70 ? 100 : i + 1) + "\"/></components></object>";
   expectRefused(threeMf(inResources(deep)), "deep");
 }
 
@@ -219,19 +260,22 @@ TEST(ThreeMfRead, realFiles) {
     EXPECT_LT((most - each.most).norm(), 1e-12) << most.transpose();
   }
   EXPECT_THAT(readModel(data / "malformed_property_index_oob.3mf").notes, ElementsAre(HasSubstr("1 colour is named")));
-  EXPECT_THAT(errorOf([&] { (void)readModel(data / "MUSTFAIL_Chapter3.4c_MissingResourceElement.3mf"); }), HasSubstr("no <resources>"));
+  EXPECT_THAT(errorOf([&] { (void)readModel(data / "MUSTFAIL_Chapter3.4c_MissingResourceElement.3mf"); }),
+              HasSubstr("no <resources>"));
   EXPECT_EQ(readModel(data / "heartgears.3mf").objects[0].name, "heart gears");
 }
 
-// Colours of single triangles as the XML has them: its lines 3067, 3767, 4467, ... name p1 0, 1, 5, 0, 6, 4, 6, 7, 5, 2, 0.
+// Colours of single triangles as the XML has them: its lines 3067, 3767, 4467, ... name p1 0, 1, 5, 0, 6, 4, 6, 7, 5,
+// 2, 0.
 TEST(ThreeMfRead, realColours) {
   const char* root = std::getenv("ARGIL_DATA");
   if (root == nullptr) GTEST_SKIP() << "set ARGIL_DATA to the folder of test data";
   const ModelFile file = readModel(std::filesystem::path(root) / "3mf" / "dodeca_chain_loop_color.3mf");
   const ModelObject& object = file.objects.at(0);
   EXPECT_EQ(object.name, "dodeca_chain_loop (color)");
-  const Colour group[] = {{255, 0, 128, 255}, {255, 255, 255, 255}, {128, 128, 255, 255}, {0, 255, 6, 255}, {128, 64, 0, 255},
-                          {252, 221, 3, 255}, {0, 255, 255, 255}, {255, 0, 255, 255}, {255, 255, 0, 255}};
+  const Colour group[] = {{255, 0, 128, 255}, {255, 255, 255, 255}, {128, 128, 255, 255},
+                          {0, 255, 6, 255},   {128, 64, 0, 255},    {252, 221, 3, 255},
+                          {0, 255, 255, 255}, {255, 0, 255, 255},   {255, 255, 0, 255}};
   const size_t named[] = {0, 1, 5, 0, 6, 4, 6, 7, 5, 2, 0};
   ASSERT_EQ(object.triangleColours.size(), 7680u);
   for (size_t i = 0; i < std::size(named); ++i) EXPECT_EQ(object.triangleColours[700 * i], group[named[i]]) << i;

@@ -14,7 +14,9 @@
 #include "tests/support/package_samples.h"
 
 /// lib3mf leaves some of libzip's memory behind, even when all of its objects are released.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libzip\nleak:lib3MF\n"; }
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libzip\nleak:lib3MF\n";
+}
 
 namespace argil::io {
 namespace {
@@ -70,7 +72,9 @@ void expectSame(const PeerModel& found, std::span<const ModelObject> objects) {
     ASSERT_EQ(found.objects[i].positions.size(), objects[i].mesh.positions.size());
     for (size_t v = 0; v < objects[i].mesh.positions.size(); ++v) {
       for (int axis = 0; axis < 3; ++axis) {
-        ASSERT_EQ(found.objects[i].positions[v][static_cast<size_t>(axis)], static_cast<float>(objects[i].mesh.positions[v][axis])) << v;
+        ASSERT_EQ(found.objects[i].positions[v][static_cast<size_t>(axis)],
+                  static_cast<float>(objects[i].mesh.positions[v][axis]))
+            << v;
       }
     }
   }
@@ -79,17 +83,21 @@ void expectSame(const PeerModel& found, std::span<const ModelObject> objects) {
 TEST(ThreeMfWrite, anotherReaderFindsTheSameObjects) {
   const Folder folder;
   // More than one block of vertices and of triangles.
-  const ModelObject objects[] = {object(torus(180), "a < b & \"c\" \xc3\xa4"), object(samples::cube(0.001), ""), object(samples::cube(123456.789, {1e-7, -1e5, 3}), "big")};
-  const WriteReport report = writeModel(folder / "a.3mf", {objects, {{"Title", "T & U"}, {"Custom name", "1"}, {"Title", "second"}}});
+  const ModelObject objects[] = {object(torus(180), "a < b & \"c\" \xc3\xa4"), object(samples::cube(0.001), ""),
+                                 object(samples::cube(123456.789, {1e-7, -1e5, 3}), "big")};
+  const WriteReport report =
+      writeModel(folder / "a.3mf", {objects, {{"Title", "T & U"}, {"Custom name", "1"}, {"Title", "second"}}});
   EXPECT_EQ(report.format, "3MF");
   EXPECT_EQ(report.triangles, 64800u + 24);
   EXPECT_GT(report.rounding, 0);
   const PeerModel found = readByLib3mf(folder / "a.3mf");
   expectSame(found, objects);
   // lib3mf leaves the entities in texts and puts namespaces in place of prefixes.
-  EXPECT_THAT(found.metadata, ElementsAre(std::pair<std::string, std::string>("Application", "Argil"), std::pair<std::string, std::string>("Title", "T &amp; U; second"),
+  EXPECT_THAT(found.metadata, ElementsAre(std::pair<std::string, std::string>("Application", "Argil"),
+                                          std::pair<std::string, std::string>("Title", "T &amp; U; second"),
                                           std::pair<std::string, std::string>("urn:argil:Custom_name", "1")));
-  EXPECT_THAT(readModel(folder / "a.3mf").metadata, Contains(std::pair<std::string, std::string>("Title", "T & U; second")));
+  EXPECT_THAT(readModel(folder / "a.3mf").metadata,
+              Contains(std::pair<std::string, std::string>("Title", "T & U; second")));
 }
 
 TEST(ThreeMfWrite, numbersOfAllSizesArriveAsTheSameFloats) {
@@ -105,7 +113,9 @@ TEST(ThreeMfWrite, numbersOfAllSizesArriveAsTheSameFloats) {
   writeModel(folder / "a.3mf", {one, {}});
   const ModelFile file = readModel(folder / "a.3mf");
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
-    for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(static_cast<float>(file.objects[0].mesh.positions[v][axis]), static_cast<float>(mesh.positions[v][axis]));
+    for (int axis = 0; axis < 3; ++axis)
+      ASSERT_EQ(static_cast<float>(file.objects[0].mesh.positions[v][axis]),
+                static_cast<float>(mesh.positions[v][axis]));
   }
   // lib3mf keeps what is within 1e9; it reads through strtod, which rounds twice.
   const PeerModel found = readByLib3mf(folder / "a.3mf");
@@ -119,7 +129,9 @@ TEST(ThreeMfWrite, numbersOfAllSizesArriveAsTheSameFloats) {
 
 TEST(ThreeMfWrite, coloursOfObjectsTrianglesAndVertices) {
   const Folder folder;
-  ModelObject objects[] = {object(samples::cube(1), "plain"), object(samples::cube(2), "blue"), object(samples::cube(3), "triangles"), object(samples::cube(4), "vertices"), object(samples::cube(5), "grey")};
+  ModelObject objects[] = {object(samples::cube(1), "plain"), object(samples::cube(2), "blue"),
+                           object(samples::cube(3), "triangles"), object(samples::cube(4), "vertices"),
+                           object(samples::cube(5), "grey")};
   objects[1].colour = kBlue;
   objects[4].colour = kGrey;
   objects[2].triangleColours.assign(12, kRed);
@@ -153,14 +165,16 @@ TEST(ThreeMfWrite, coloursOfObjectsTrianglesAndVertices) {
   const std::string xml = modelXml(folder / "a.3mf");
   EXPECT_THAT(xml, HasSubstr("<base name=\"#0000FF80\" displaycolor=\"#0000FF80\"/>"));
   EXPECT_THAT(xml, HasSubstr("<object id=\"3\" type=\"model\" name=\"blue\" pid=\"1\" pindex=\"0\">"));
-  EXPECT_THAT(xml, HasSubstr("<m:colorgroup id=\"4\">\n<m:color color=\"#0000FF80\"/>\n<m:color color=\"#00FF00FF\"/>\n<m:color color=\"#FF0000FF\"/>\n</m:colorgroup>"));
+  EXPECT_THAT(xml, HasSubstr("<m:colorgroup id=\"4\">\n<m:color color=\"#0000FF80\"/>\n<m:color "
+                             "color=\"#00FF00FF\"/>\n<m:color color=\"#FF0000FF\"/>\n</m:colorgroup>"));
   EXPECT_THAT(xml, HasSubstr("<triangle v1=\"0\" v2=\"2\" v3=\"1\" pid=\"4\" p1=\"2\"/>"));
 }
 
 TEST(ThreeMfWrite, manyColoursKeepTheirPlaces) {
   const Folder folder;
   ModelObject one[] = {object(torus(300))};
-  for (uint32_t i = 0; i < 180000; ++i) one[0].triangleColours.push_back({uint8_t(i * 7), uint8_t(i >> 3), uint8_t(i >> 11), uint8_t(255 - i % 3)});
+  for (uint32_t i = 0; i < 180000; ++i)
+    one[0].triangleColours.push_back({uint8_t(i * 7), uint8_t(i >> 3), uint8_t(i >> 11), uint8_t(255 - i % 3)});
   writeModel(folder / "a.3mf", {one, {}});
   EXPECT_EQ(readModel(folder / "a.3mf").objects[0].triangleColours, one[0].triangleColours);
 }
@@ -176,7 +190,9 @@ TEST(ThreeMfWrite, equalModelsGiveEqualBytesOnAnyNumberOfThreads) {
 
 TEST(ThreeMfWrite, brokenTextInNamesBecomesReadable) {
   const Folder folder;
-  const ModelObject one[] = {object(samples::cube(), "a\xff\x01" "b\n")};
+  const ModelObject one[] = {object(samples::cube(),
+                                    "a\xff\x01"
+                                    "b\n")};
   writeModel(folder / "a.3mf", {one, {{"Description", "two\nlines \xe2\x82"}}});
   const ModelFile file = readModel(folder / "a.3mf");
   EXPECT_EQ(file.objects[0].name, "a??b ");

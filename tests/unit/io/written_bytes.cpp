@@ -64,11 +64,15 @@ TEST(WrittenBytes, plyKeepsColours) {
   const samples::Folder folder;
   const ModelObject object = coloured();
   std::string expected =
-      "ply\nformat binary_little_endian 1.0\ncomment Written by Argil, units: mm\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+      "ply\nformat binary_little_endian 1.0\ncomment Written by Argil, units: mm\nelement vertex 3\nproperty float "
+      "x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int "
+      "vertex_indices\nend_header\n";
   for (size_t v = 0; v < 3; ++v) {
     for (int i = 0; i < 3; ++i) append(expected, float(object.mesh.positions[v][i]));
-    for (const uint8_t level : {object.vertexColours[v].red, object.vertexColours[v].green, object.vertexColours[v].blue}) append(expected, level);
+    for (const uint8_t level :
+         {object.vertexColours[v].red, object.vertexColours[v].green, object.vertexColours[v].blue})
+      append(expected, level);
   }
   append(expected, uint8_t(3));
   for (const uint32_t v : {0u, 1u, 2u}) append(expected, v);
@@ -80,7 +84,9 @@ TEST(WrittenBytes, objKeepsColours) {
   const samples::Folder folder;
   const ModelObject object = coloured();
   writeModel(folder / "a.obj", {{&object, 1}, {}});
-  EXPECT_EQ(slurp(folder / "a.obj"), "# Written by Argil, units: mm\nv 0 0 0 1 0 0\nv 2 0 0 0 0.5019608 0\nv 0 3 0 0.003921569 0.007843138 0.2\nf 1 2 3\n");
+  EXPECT_EQ(slurp(folder / "a.obj"),
+            "# Written by Argil, units: mm\nv 0 0 0 1 0 0\nv 2 0 0 0 0.5019608 0\nv 0 3 0 0.003921569 0.007843138 "
+            "0.2\nf 1 2 3\n");
 }
 
 TEST(WrittenBytes, stlDropsColours) {
@@ -100,7 +106,8 @@ TEST(WrittenBytes, objectsWithoutColoursAreWhiteBesideOthers) {
   objects[2].triangleColours = {Colour{0, 0, 255, 255}};
   writeModel(folder / "a.obj", {objects, {}});
   const std::string text = slurp(folder / "a.obj");
-  EXPECT_NE(text.find("\nv 0 0 0 1 1 1\nv 2 0 0 1 1 1\nv 0 3 0 1 1 1\nv 0 0 0 0.039215688 "), std::string::npos) << text;
+  EXPECT_NE(text.find("\nv 0 0 0 1 1 1\nv 2 0 0 1 1 1\nv 0 3 0 1 1 1\nv 0 0 0 0.039215688 "), std::string::npos)
+      << text;
   EXPECT_NE(text.find("\nv 2 0 0 0 0 1\nv 0 3 0 0 0 1\no Object\nf 1 2 3\no Object 2\nf 4 5 6\no Object 3\nf 7 8 9\n"),
             std::string::npos)
       << text;
@@ -112,7 +119,9 @@ TEST(WrittenBytes, coloursMustComeAsAnnounced) {
   for (const bool announced : {false, true}) {
     MeshWriter writer(folder / "a.ply", {3, 1, announced});
     const std::span<const Colour> colours(object.vertexColours);
-    EXPECT_NE(errorOf([&] { writer.vertices(object.mesh.positions, colours.first(announced ? 0 : 3)); }).find("announced"), std::string::npos);
+    EXPECT_NE(
+        errorOf([&] { writer.vertices(object.mesh.positions, colours.first(announced ? 0 : 3)); }).find("announced"),
+        std::string::npos);
   }
   EXPECT_EQ(folder.entries(), 0u);
 }

@@ -13,16 +13,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::byte> body(RecordId id, size_t bytes) { return std::vector<std::byte>(bytes, static_cast<std::byte>(id * 37)); }
+std::vector<std::byte> body(RecordId id, size_t bytes) {
+  return std::vector<std::byte>(bytes, static_cast<std::byte>(id * 37));
+}
 
-void put(JournalWriter& writer, RecordId id, size_t bytes) { writer.put({RecordKind::chunk, RecordCodec::raw, 0, 0, id}, body(id, bytes)); }
+void put(JournalWriter& writer, RecordId id, size_t bytes) {
+  writer.put({RecordKind::chunk, RecordCodec::raw, 0, 0, id}, body(id, bytes));
+}
 
 bool has(RecordSource& source, RecordId id, size_t bytes) {
   std::vector<std::byte> found;
   if (!source.get(id, found)) return false;
   const auto record = parseRecord(found);
   const auto wanted = body(id, bytes);
-  return record && record->header.id == id && std::equal(record->body.begin(), record->body.end(), wanted.begin(), wanted.end());
+  return record && record->header.id == id &&
+         std::equal(record->body.begin(), record->body.end(), wanted.begin(), wanted.end());
 }
 
 TEST(WrittenRecords, areReadBackInAnyOrderAndByManyAtOnce) {

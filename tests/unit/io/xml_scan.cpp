@@ -19,7 +19,8 @@ std::string listed(const std::string& document) {
     const size_t depth = xml.depth();
     result += std::string(xml.name()) + (xml.space().empty() ? "" : "{" + std::string(xml.space()) + "}");
     for (const XmlScanner::Attribute& each : xml.attributes()) {
-      result += "[" + (each.space.empty() ? "" : std::string(each.space) + "|") + std::string(each.name) + "=" + std::string(each.value) + "]";
+      result += "[" + (each.space.empty() ? "" : std::string(each.space) + "|") + std::string(each.name) + "=" +
+                std::string(each.value) + "]";
     }
     if (xml.name() == "t") {
       result += "'" + xml.text() + "'";
@@ -43,7 +44,9 @@ void expectRefused(const std::string& document, const char* because) {
 
 TEST(XmlScan, elementsAttributesAndSpaces) {
   EXPECT_EQ(listed("<a/>"), "a()");
-  EXPECT_EQ(listed("\xef\xbb\xbf<?xml version='1.0' encoding='utf-8' ?>\n<!-- <b> --><a x = '1'\ty=\"'\" ><b /><?pi <c> ?><b></b >x</a>\n<!---->"), "a[x=1][y='](b()b())");
+  EXPECT_EQ(listed("\xef\xbb\xbf<?xml version='1.0' encoding='utf-8' ?>\n<!-- <b> --><a x = '1'\ty=\"'\" ><b /><?pi "
+                   "<c> ?><b></b >x</a>\n<!---->"),
+            "a[x=1][y='](b()b())");
   EXPECT_EQ(listed("<a xmlns='u' xmlns:p='v'><p:b p:x='1' x='2'/><b xmlns=''/><b xmlns='w'><p:c/><d/></b><e/></a>"),
             "a{u}(b{v}[v|x=1][x=2]()b()b{w}(c{v}()d{w}())e{u}())");
   EXPECT_EQ(listed("<a xml:lang='en'/>"), "a[http://www.w3.org/XML/1998/namespace|lang=en]()");
@@ -63,7 +66,8 @@ TEST(XmlScan, textAndEntities) {
 
 TEST(XmlScan, textIsValidUtf8) {
   EXPECT_EQ(listed("<t>\xc3\xa4\xef\xbf\xbd\xf4\x8f\xbf\xbf</t>"), "t'\xc3\xa4\xef\xbf\xbd\xf4\x8f\xbf\xbf'");
-  for (const char* bad : {"\xff", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xc3", "\xc3(", "\x80"}) {
+  for (const char* bad :
+       {"\xff", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xc3", "\xc3(", "\x80"}) {
     expectRefused("<t>" + std::string(bad) + "</t>", "no valid UTF-8");
   }
 }
@@ -87,19 +91,36 @@ TEST(XmlScan, whatCannotBeTrustedIsRefused) {
 }
 
 TEST(XmlScan, whatIsNotWellFormedIsRefused) {
-  for (const auto& [document, because] : std::initializer_list<std::pair<const char*, const char*>>{
-           {"", "no element"}, {"x<a/>", "outside"}, {"<a/>x", "outside"}, {"<a/><b/>", "second"}, {"<a></b>", "not closed"}, {"<a><b></a>", "not closed"},
-           {"</a>", "not closed"}, {"<a x/>", "no value"}, {"<a x=1/>", "no quotes"}, {"<a x='1'y='2'/>", "no blank"}, {"<a x='1' x='2'/>", "twice"},
-           {"<a x='<'/>", "within a value"}, {"<1/>", "a name should"}, {"<a/ >", "within a tag"}, {"<p:a/>", "stands for nothing"}, {"<a p:x=''/>", "stands for nothing"},
-           {"<a><!-- -- --></a>", "a comment"}, {"<a></a b>", "more than a name"}, {"<![CDATA[]]><a/>", "document type"}}) {
+  for (const auto& [document, because] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"", "no element"},
+                                                                  {"x<a/>", "outside"},
+                                                                  {"<a/>x", "outside"},
+                                                                  {"<a/><b/>", "second"},
+                                                                  {"<a></b>", "not closed"},
+                                                                  {"<a><b></a>", "not closed"},
+                                                                  {"</a>", "not closed"},
+                                                                  {"<a x/>", "no value"},
+                                                                  {"<a x=1/>", "no quotes"},
+                                                                  {"<a x='1'y='2'/>", "no blank"},
+                                                                  {"<a x='1' x='2'/>", "twice"},
+                                                                  {"<a x='<'/>", "within a value"},
+                                                                  {"<1/>", "a name should"},
+                                                                  {"<a/ >", "within a tag"},
+                                                                  {"<p:a/>", "stands for nothing"},
+                                                                  {"<a p:x=''/>", "stands for nothing"},
+                                                                  {"<a><!-- -- --></a>", "a comment"},
+                                                                  {"<a></a b>", "more than a name"},
+                                                                  {"<![CDATA[]]><a/>", "document type"}}) {
     expectRefused(document, because);
   }
 }
 
 TEST(XmlScan, everyCutIsNoticed) {
-  const std::string document = "<?xml version='1.0'?><a x='1&amp;' xmlns:p='q'><!-- c --><p:b p:y='2'/><![CDATA[x]]><t>d</t><?e f?></a>";
+  const std::string document =
+      "<?xml version='1.0'?><a x='1&amp;' xmlns:p='q'><!-- c --><p:b p:y='2'/><![CDATA[x]]><t>d</t><?e f?></a>";
   ASSERT_FALSE(listed(document).empty());
-  for (size_t length = 0; length < document.size(); ++length) (void)errorOf([&] { (void)listed(document.substr(0, length)); });
+  for (size_t length = 0; length < document.size(); ++length)
+    (void)errorOf([&] { (void)listed(document.substr(0, length)); });
 }
 
 TEST(XmlScan, messagesNameTheLine) {

@@ -42,7 +42,9 @@ TEST(ZipReader, readsStoredAndDeflatedParts) {
   EXPECT_EQ(content(archive, "a"), "(none)");
 }
 
-TEST(ZipReader, readsNumbersOfSixtyFourBits) { EXPECT_EQ(content(zip({{"x", "1"}, {"a.txt", "hello", true}}, true), "a.txt"), "hello"); }
+TEST(ZipReader, readsNumbersOfSixtyFourBits) {
+  EXPECT_EQ(content(zip({{"x", "1"}, {"a.txt", "hello", true}}, true), "a.txt"), "hello");
+}
 
 TEST(ZipReader, aCommentAtTheEndIsPassedOver) {
   std::string archive = zip({{"a.txt", "hello"}});
@@ -52,11 +54,14 @@ TEST(ZipReader, aCommentAtTheEndIsPassedOver) {
 }
 
 TEST(ZipReader, namesThatLeadElsewhereAreRefused) {
-  for (const char* name : {"../a.txt", "/a.txt", "a/../../b", "..\\a", "./a", ""}) expectRefused(zip({{name, "1"}}), "a.txt", "holds a part named");
+  for (const char* name : {"../a.txt", "/a.txt", "a/../../b", "..\\a", "./a", ""})
+    expectRefused(zip({{name, "1"}}), "a.txt", "holds a part named");
   EXPECT_EQ(content(zip({{"a\\b..txt", "1"}}), "a/b..txt"), "1");
 }
 
-TEST(ZipReader, twoPartsOfOneNameAreRefused) { expectRefused(zip({{"a.txt", "1"}, {"A.TXT", "2"}}), "a.txt", "two parts"); }
+TEST(ZipReader, twoPartsOfOneNameAreRefused) {
+  expectRefused(zip({{"a.txt", "1"}, {"A.TXT", "2"}}), "a.txt", "two parts");
+}
 
 TEST(ZipReader, everyCutIsNoticed) {
   for (const bool wide : {false, true}) {

@@ -58,7 +58,8 @@ TEST(ZipWriter, partsThatMayBeLargeAreReadByOthers) {
           "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default Extension=\"model\" "
           "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>");
   zip.add("_rels/.rels", samples::kRelations);
-  std::string model = samples::modelXml("<resources><object id=\"1\" type=\"model\">" + samples::tetrahedronXml() + "</object></resources><build><item objectid=\"1\"/></build>");
+  std::string model = samples::modelXml("<resources><object id=\"1\" type=\"model\">" + samples::tetrahedronXml() +
+                                        "</object></resources><build><item objectid=\"1\"/></build>");
   // lib3mf wants more of models that name the production extension.
   const size_t production = model.find(" xmlns:p=");
   model.erase(production, model.find('>', production) - production);

@@ -1,4 +1,5 @@
-// Cues for depth: each is there when it is asked for, where it must be, and not otherwise. Tolerances are in levels of 255.
+// Cues for depth: each is there when it is asked for, where it must be, and not otherwise. Tolerances are in levels of
+// 255.
 
 #include <numbers>
 
@@ -65,10 +66,12 @@ TEST_F(Cues, TheBallIsTrueToScale) {
       const Image with = draw(from, look, overlays), without = draw(from, look);
       const Vec3d centre = at(from, {0, y, 6});
       int wide = 0;
-      for (int x = 0; x < kWidth; ++x) wide += std::abs(brightness(with, x, centre.y()) - brightness(without, x, centre.y())) > 6;
+      for (int x = 0; x < kWidth; ++x)
+        wide += std::abs(brightness(with, x, centre.y()) - brightness(without, x, centre.y())) > 6;
       const double distance = (Vec3d(0, y, 6) - from.position).norm();
       const double expected = projection == Projection::perspective
-                                  ? 2 * 1.5 / std::sqrt(distance * distance - 1.5 * 1.5) * kHeight / (from.heightAtTarget() / from.distance())
+                                  ? 2 * 1.5 / std::sqrt(distance * distance - 1.5 * 1.5) * kHeight /
+                                        (from.heightAtTarget() / from.distance())
                                   : 2 * 1.5 * kHeight / from.heightAtTarget();
       EXPECT_NEAR(wide, expected, 1.6) << "at y " << y;
     }
@@ -170,7 +173,8 @@ TEST_F(Cues, DepthFadeTakesTheFarTowardsTheBackgroundAndLeavesTheNear) {
   double nearest = 1e9, farthest = -1e9;
   const Box box = renderer_->bounds();
   for (int corner = 0; corner < 8; ++corner) {
-    const double z = depth({(corner & 1) ? box.max.x() : box.min.x(), (corner & 2) ? box.max.y() : box.min.y(), (corner & 4) ? box.max.z() : box.min.z()});
+    const double z = depth({(corner & 1) ? box.max.x() : box.min.x(), (corner & 2) ? box.max.y() : box.min.y(),
+                            (corner & 4) ? box.max.z() : box.min.z()});
     nearest = std::min(nearest, z);
     farthest = std::max(farthest, z);
   }
@@ -178,9 +182,11 @@ TEST_F(Cues, DepthFadeTakesTheFarTowardsTheBackgroundAndLeavesTheNear) {
     const Vec3d p(1, y, 2), place = at(from, p);
     const double part = 0.8 * (depth(p) - nearest) / (farthest - nearest);
     // The background at the same height of the picture, where it is bare.
-    const Vec3d back = displayLinear(colourAround(plain, {6, place.y(), 0})), before = displayLinear(colourAround(plain, place));
+    const Vec3d back = displayLinear(colourAround(plain, {6, place.y(), 0})),
+                before = displayLinear(colourAround(plain, place));
     const Vec3d expected = (1 - part) * before + part * back, seen = displayLinear(colourAround(faded, place));
-    EXPECT_LT((seen - expected).cwiseAbs().maxCoeff(), 0.015) << "at y " << y << ": " << seen.transpose() << ", expected " << expected.transpose();
+    EXPECT_LT((seen - expected).cwiseAbs().maxCoeff(), 0.015)
+        << "at y " << y << ": " << seen.transpose() << ", expected " << expected.transpose();
   }
 }
 
@@ -194,7 +200,9 @@ TEST_F(Cues, GuidesShowThroughClayAsTheyAreAskedTo) {
     const auto drawn = [&](Depth depth, bool xray) {
       Overlays overlays;
       if (filled) {
-        overlays.fills.push_back({{{-14, 12, -3}, {14, 12, -3}, {14, 12, 3}, {-14, 12, -3}, {14, 12, 3}, {-14, 12, 3}}, {0, 1, 0, 1}, depth});
+        overlays.fills.push_back({{{-14, 12, -3}, {14, 12, -3}, {14, 12, 3}, {-14, 12, -3}, {14, 12, 3}, {-14, 12, 3}},
+                                  {0, 1, 0, 1},
+                                  depth});
       } else {
         overlays.polylines.push_back({{{-14, 12, -0.8}, {14, 12, -0.8}}, {0, 1, 0, 1}, 4, depth});
       }
@@ -235,20 +243,23 @@ TEST_F(Cues, ASectionShowsAFlatCapInThePlaneItself) {
       EXPECT_LT((colourAround(image, at(from, {x * rim, cutAt, 0}), 0) - cap).cwiseAbs().maxCoeff(), 3) << x;
     }
     if (projection == Projection::orthographic) {
-      EXPECT_GT((colourAround(image, at(from, {1.06 * rim, cutAt, 0}), 0) - cap).norm(), 20) << "beyond the rim is the ball";
+      EXPECT_GT((colourAround(image, at(from, {1.06 * rim, cutAt, 0}), 0) - cap).norm(), 20)
+          << "beyond the rim is the ball";
     }
     look.section->normal = {0, 7, 0};  // the other half: its cap faces away
     const Image other = draw(from, look);
     EXPECT_GT((colourAround(other, at(from, {0, cutAt, 0})) - cap).norm(), 20);
     look.section.reset();
-    EXPECT_NEAR(brightnessAround(other, at(from, {0, -radius, 0})), brightnessAround(draw(from, look), at(from, {0, -radius, 0})), 3);
+    EXPECT_NEAR(brightnessAround(other, at(from, {0, -radius, 0})),
+                brightnessAround(draw(from, look), at(from, {0, -radius, 0})), 3);
   }
 }
 
 TEST_F(Cues, WhatASectionCutsAwayThrowsNoShadow) {
   // A roof over a floor.
   load([](const Vec3d& p) {
-    return std::min((p.cwiseAbs() - Vec3d(18, 18, 2)).maxCoeff(), ((p - Vec3d(-4, 4, 10)).cwiseAbs() - Vec3d(8, 8, 2)).maxCoeff());
+    return std::min((p.cwiseAbs() - Vec3d(18, 18, 2)).maxCoeff(),
+                    ((p - Vec3d(-4, 4, 10)).cwiseAbs() - Vec3d(8, 8, 2)).maxCoeff());
   });
   const View top = view("top");
   Look look = kBare;

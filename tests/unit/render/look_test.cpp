@@ -1,4 +1,5 @@
-// What each shading and each cue for depth does to a picture, and what it leaves alone. Tolerances are in levels of 255.
+// What each shading and each cue for depth does to a picture, and what it leaves alone. Tolerances are in levels of
+// 255.
 
 #include <numbers>
 
@@ -50,7 +51,8 @@ TEST_F(Shaded, MatcapsFollowTheNormalInTheViewAlone) {
     const Image first = draw(front, look);
     for (const char* name : {"left", "iso", "top"}) {
       const Image other = draw(view(name), look);
-      for (const Vec3d& n : {Vec3d(0, 0, 1), Vec3d(-0.4, 0.5, 0.768), Vec3d(0.6, 0.1, 0.794), Vec3d(0.2, -0.7, 0.686)}) {
+      for (const Vec3d& n :
+           {Vec3d(0, 0, 1), Vec3d(-0.4, 0.5, 0.768), Vec3d(0.6, 0.1, 0.794), Vec3d(0.2, -0.7, 0.686)}) {
         const Vec3d a = colourAround(first, place(front, n), 2), b = colourAround(other, place(view(name), n), 2);
         // Facets of the sphere turn normals by a degree or two: sharp reflections move by that.
         EXPECT_LT((a - b).cwiseAbs().maxCoeff(), Matcap(m) == Matcap::steel ? 40 : 8)
@@ -64,7 +66,8 @@ TEST_F(Shaded, TheNormalsMatcapIsThePictureOfNormals) {
   load(sphere());
   const View from = view("front");
   const Image image = draw(from, shaded(Shading::matcap, Matcap::normals));
-  for (const Vec3d& n : {Vec3d(0, 0, 1), Vec3d(-0.6, 0, 0.8), Vec3d(0.6, 0, 0.8), Vec3d(0, 0.6, 0.8), Vec3d(0.48, -0.64, 0.6)}) {
+  for (const Vec3d& n :
+       {Vec3d(0, 0, 1), Vec3d(-0.6, 0, 0.8), Vec3d(0.6, 0, 0.8), Vec3d(0, 0.6, 0.8), Vec3d(0.48, -0.64, 0.6)}) {
     const Vec3d seen = colourAround(image, place(from, n), 2), expected = 255 * 0.5 * (n + Vec3d::Ones());
     EXPECT_LT((seen - expected).cwiseAbs().maxCoeff(), 16) << seen.transpose() << " for " << n.transpose();
   }
@@ -81,7 +84,8 @@ TEST_F(Shaded, MatcapsAreLitFromTheUpperLeftAndDiffer) {
                 brightnessAround(images.back(), place(from, {0.45, -0.6, 0.66}), 4) + 15)
           << matcapNames()[size_t(m)];
     }
-    for (int other = 0; other < m; ++other) EXPECT_GT(meanDifference(images[size_t(other)], images.back()), 2) << other << " and " << m;
+    for (int other = 0; other < m; ++other)
+      EXPECT_GT(meanDifference(images[size_t(other)], images.back()), 2) << other << " and " << m;
   }
 }
 
@@ -89,7 +93,8 @@ TEST_F(Shaded, LitClayDarkensAwayFromTheLight) {
   load(sphere());
   const View from = view("front");
   const Image image = draw(from, shaded(Shading::lit));
-  const Vec3d l(-0.50, 0.66, 0.56), k = l.normalized(), across = Vec3d(k.y(), -k.x(), 0).normalized().cross(k).normalized();
+  const Vec3d l(-0.50, 0.66, 0.56), k = l.normalized(),
+                                    across = Vec3d(k.y(), -k.x(), 0).normalized().cross(k).normalized();
   // From between light and eye, where the highlight is, to the far edge of what is seen.
   double last = 256;
   for (double angle = 0.6; angle < 2.0; angle += 0.2) {
@@ -119,7 +124,8 @@ TEST_F(Shaded, ThePiecesColourIsSeenInEveryShadingThatTakesIt) {
       EXPECT_EQ(strongest, each.strongest) << seen.transpose();
       EXPECT_GT(seen.maxCoeff() - seen.minCoeff(), 40) << seen.transpose();
     }
-    const Vec3d steel = colourAround(draw(from, shaded(Shading::matcap, Matcap::steel)), place(from, {0.3, -0.2, 0.93}), 3);
+    const Vec3d steel =
+        colourAround(draw(from, shaded(Shading::matcap, Matcap::steel)), place(from, {0.3, -0.2, 0.93}), 3);
     EXPECT_LT(steel.maxCoeff() - steel.minCoeff(), 25) << "steel keeps its own colour";
   }
 }
@@ -197,7 +203,8 @@ TEST_F(Shaded, LightAndDarkBackgrounds) {
   const Image dark = draw(view("front"), look);
   look.lightBackground = true;
   const Image light = draw(view("front"), look);
-  for (const Vec3d& corner : {Vec3d(4, 4, 0), Vec3d(kWidth - 4, 4, 0), Vec3d(4, kHeight - 4, 0), Vec3d(kWidth - 4, kHeight - 4, 0)}) {
+  for (const Vec3d& corner :
+       {Vec3d(4, 4, 0), Vec3d(kWidth - 4, 4, 0), Vec3d(4, kHeight - 4, 0), Vec3d(kWidth - 4, kHeight - 4, 0)}) {
     EXPECT_LT(brightnessAround(dark, corner), 80);
     EXPECT_GT(brightnessAround(light, corner), 170);
   }

@@ -44,7 +44,8 @@ class Memory : public testing::Test {
     test::FieldSurface surface;
     clay::Grid grid;
     grid.voxelMm = 0.5;
-    renderer.update(piece, surface.update(grid, {-3, -3, -3}, {2, 2, 2}, [&](const Vec3d& p) { return p.norm() - radius; }));
+    renderer.update(piece,
+                    surface.update(grid, {-3, -3, -3}, {2, 2, 2}, [&](const Vec3d& p) { return p.norm() - radius; }));
   }
   Image draw() { return renderer_->render(Shot(), kWidth, kHeight); }
   template <class Work>
@@ -67,7 +68,8 @@ TEST_F(Memory, AModelThatDoesNotFitLeavesTheOthers) {
   clay::TriangleMesh large;
   for (int i = 0; i < 60'000; ++i) {
     const double x = i % 300, y = i / 300;
-    for (const Vec3d& corner : {Vec3d(x, y, 0), Vec3d(x + 1, y, 0), Vec3d(x, y + 1, 0)}) large.positions.push_back(corner);
+    for (const Vec3d& corner : {Vec3d(x, y, 0), Vec3d(x + 1, y, 0), Vec3d(x, y + 1, 0)})
+      large.positions.push_back(corner);
     large.triangles.push_back({uint32_t(3 * i), uint32_t(3 * i + 1), uint32_t(3 * i + 2)});
   }
   for (int i = 0; i < 3; ++i) {

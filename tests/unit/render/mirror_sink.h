@@ -30,7 +30,8 @@ class MirrorSink : public UploadSink {
 
   /// Every triangle that the draws show, in vertex units, empty ones left out, sorted.
   [[nodiscard]] std::vector<std::array<std::array<int32_t, 3>, 3>> drawn(
-      const SurfaceLayout& layout, const std::function<int(const ChunkDraw&)>& level = [](const ChunkDraw&) { return 0; }) const {
+      const SurfaceLayout& layout,
+      const std::function<int(const ChunkDraw&)>& level = [](const ChunkDraw&) { return 0; }) const {
     std::vector<std::array<std::array<int32_t, 3>, 3>> all;
     for (const ChunkDraw& draw : layout.draws()) {
       const ChunkDraw::Range& range = draw.at(level(draw));

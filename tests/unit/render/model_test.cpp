@@ -1,4 +1,5 @@
-// Several pieces and parts: where they are drawn, what a ray meets, what they leave behind. Drawn through the validation layer.
+// Several pieces and parts: where they are drawn, what a ray meets, what they leave behind. Drawn through the
+// validation layer.
 
 #include <gtest/gtest.h>
 
@@ -133,7 +134,8 @@ TEST_F(ModelPicture, ATurnedPieceIsLitAsTheWorldLightsIt) {
   }
   EXPECT_LT(difference / double(image.rgba.size()), 0.4);
   // The test can tell: a normal left behind darkens half of the disc.
-  EXPECT_GT(straight.pixel(kWidth / 2 - 10, kHeight / 2 - 10)[0], straight.pixel(kWidth / 2 + 12, kHeight / 2 + 12)[0] + 30);
+  EXPECT_GT(straight.pixel(kWidth / 2 - 10, kHeight / 2 - 10)[0],
+            straight.pixel(kWidth / 2 + 12, kHeight / 2 + 12)[0] + 30);
 }
 
 TEST_F(ModelPicture, BoundsOfATurnedPieceAreTight) {

@@ -25,7 +25,9 @@ class PaintSink : public test::MirrorSink {
   size_t painted = 0;
 };
 
-double sphere(const Vec3d& p) { return p.norm() - 20; }
+double sphere(const Vec3d& p) {
+  return p.norm() - 20;
+}
 
 std::shared_ptr<const clay::BrickPaint> paintOf(const clay::BrickMesh& mesh, const clay::VertexPaint& paint) {
   auto one = std::make_shared<clay::BrickPaint>();
@@ -97,7 +99,8 @@ TEST(Paint, WritesItsBytesAloneAndNothingWhereNothingIsPainted) {
   for (size_t i = 0; i < layout.draws().size(); ++i) layout.prepareChunk(i, 1, sink);
   EXPECT_GT(size_t(std::count(sink.paint.begin(), sink.paint.end(), packPaint(kRed))), mesh->positions.size());
   // Other vertices in that brick are unpainted unless the delta says otherwise.
-  const clay::SurfaceDelta moved = surface.update(clay::Grid{1, Vec3d::Zero(), 3}, {-4, -4, -4}, {3, 3, 3}, [](const Vec3d& p) { return p.norm() - 20.3; });
+  const clay::SurfaceDelta moved = surface.update(clay::Grid{1, Vec3d::Zero(), 3}, {-4, -4, -4}, {3, 3, 3},
+                                                  [](const Vec3d& p) { return p.norm() - 20.3; });
   layout.apply(moved, sink);
   for (const ChunkDraw& draw : layout.draws()) {
     const ChunkDraw::Range& range = draw.at(0);
@@ -147,7 +150,8 @@ TEST(Paint, UnseenClayHasNoTrianglesAndGetsThemBack) {
   EXPECT_EQ(coarse(), 0u);
   EXPECT_FALSE(layout.raycast(left).has_value());
   layout.apply(painted(whole, {0, 0, 0, 0, 0, 127}, true), sink);
-  EXPECT_NEAR(double(sink.drawn(layout).size()), 0.5 * double(all.size()), 0.05 * double(all.size())) << "half a mask is seen";
+  EXPECT_NEAR(double(sink.drawn(layout).size()), 0.5 * double(all.size()), 0.05 * double(all.size()))
+      << "half a mask is seen";
   layout.hideMasked(false, sink);
   EXPECT_EQ(sink.drawn(layout), all);
 }
@@ -168,7 +172,8 @@ TEST_F(PaintPicture, HiddenClayShowsWhatIsBehindIt) {
   look.hideMasked = true;
   renderer_->place(0, look);
   const Image hidden = draw(view("front"), test::kBare);
-  const Vec3d left(kWidth / 2 - 30, kHeight / 2 + 20, 0), right(kWidth / 2 + 30, kHeight / 2 + 20, 0), corner(20, 20, 0);
+  const Vec3d left(kWidth / 2 - 30, kHeight / 2 + 20, 0), right(kWidth / 2 + 30, kHeight / 2 + 20, 0),
+      corner(20, 20, 0);
   EXPECT_NEAR(test::brightnessAround(hidden, right), test::brightnessAround(plain, right), 1);
   EXPECT_NEAR(test::brightnessAround(hidden, left), test::brightnessAround(hidden, corner), 25) << "the backdrop";
   if (const char* folder = std::getenv("ARGIL_TEST_PICTURES")) writePng(hidden, std::string(folder) + "/hidden.png");
@@ -187,7 +192,8 @@ TEST_F(PaintPicture, PaintedClayHasItsColourAndMaskedClayIsDarker) {
   }
   renderer_->update(paint);
   const Image painted = draw(view("front"), test::kBare);
-  const Vec3d left(kWidth / 2 - 30, kHeight / 2 + 20, 0), upper(kWidth / 2 + 30, kHeight / 2 - 20, 0), lower(kWidth / 2 + 30, kHeight / 2 + 20, 0);
+  const Vec3d left(kWidth / 2 - 30, kHeight / 2 + 20, 0), upper(kWidth / 2 + 30, kHeight / 2 - 20, 0),
+      lower(kWidth / 2 + 30, kHeight / 2 + 20, 0);
   const Vec3d red = test::colourAround(painted, left);
   EXPECT_GT(red.x(), 3 * std::max(red.y(), red.z()));
   EXPECT_LT(test::brightnessAround(painted, upper), 0.8 * test::brightnessAround(plain, upper));

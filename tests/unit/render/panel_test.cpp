@@ -119,7 +119,8 @@ TEST_F(Panels, AnyNumberOfCommandsBeyondSixteenBitsOfVertices) {
   UiFrame panels = emptyPanels(kWidth, kHeight);
   const auto colour = [](int x, int y) { return rgba(x, y, (x * 7 + y * 3) & 255); };
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) addRectangle(panels, {float(x), float(y), float(x + 1), float(y + 1)}, colour(x, y));
+    for (int x = 0; x < kWidth; ++x)
+      addRectangle(panels, {float(x), float(y), float(x + 1), float(y + 1)}, colour(x, y));
   }
   ASSERT_GT(panels.vertices.size(), 65536u);
   const Image image = draw(panels);

@@ -53,10 +53,12 @@ TEST(Eyes, ArePlacedAsTheSetUpSays) {
     EXPECT_EQ(plan.eyes(), 2);
     for (int i = 0; i < 200; ++i) {
       const Vec3d p(1000 + place(random), place(random), place(random)), rel = p - plan.eye;
-      EXPECT_NEAR(column(plan.uniforms, 1, rel, 800) - column(plan.uniforms, 0, rel, 800), parallax(both.view, both.stereo, p, 800, 500), 0.02)
+      EXPECT_NEAR(column(plan.uniforms, 1, rel, 800) - column(plan.uniforms, 0, rel, 800),
+                  parallax(both.view, both.stereo, p, 800, 500), 0.02)
           << "seed " << kSeed;
       if (projection == Projection::perspective) {
-        EXPECT_NEAR(0.5 * (column(plan.uniforms, 1, rel, 800) + column(plan.uniforms, 0, rel, 800)), both.view.project(p, 800, 500).x(), 0.02);
+        EXPECT_NEAR(0.5 * (column(plan.uniforms, 1, rel, 800) + column(plan.uniforms, 0, rel, 800)),
+                    both.view.project(p, 800, 500).x(), 0.02);
       }
     }
     both.stereo.swapEyes = true;
@@ -78,10 +80,12 @@ TEST(Eyes, SidesHoldWhatEitherSees) {
     const FramePlan plan = planFrame(both, subject, {}, 800, 500);
     int seen = 0, kept = 0;
     for (int i = 0; i < 4000; ++i) {
-      const Vec3d p(place(random), place(random), place(random)), rel = p - plan.eye, at = both.view.project(p, 800, 500);
+      const Vec3d p(place(random), place(random), place(random)), rel = p - plan.eye,
+                                                                  at = both.view.project(p, 800, 500);
       if (at.z() < 1 || at.y() < 0 || at.y() > 500) continue;
       bool by = false;
-      for (int eye = 0; eye < 2; ++eye) by = by || (column(plan.uniforms, eye, rel, 800) >= 0 && column(plan.uniforms, eye, rel, 800) <= 800);
+      for (int eye = 0; eye < 2; ++eye)
+        by = by || (column(plan.uniforms, eye, rel, 800) >= 0 && column(plan.uniforms, eye, rel, 800) <= 800);
       const bool inside = std::all_of(plan.sides.begin(), plan.sides.end(),
                                       [&](const FramePlan::Side& side) { return side.normal.dot(rel) <= side.offset; });
       EXPECT_TRUE(inside || !by) << "seed " << kSeed << " at " << p.transpose();
@@ -115,12 +119,13 @@ class StereoPicture : public Picture {
     }
     return result;
   }
-  /// Where the middle of a stroke is along a row, by how much a channel rises over the same picture without it. The range of
-  /// columns is one eye's.
+  /// Where the middle of a stroke is along a row, by how much a channel rises over the same picture without it. The
+  /// range of columns is one eye's.
   static double centre(const Image& with, const Image& without, int channel, int row, int from, int to) {
     double sum = 0, x = 0;
     for (int column = from; column < to; ++column) {
-      const double more = displayLinear(with.pixel(column, row)[channel]) - displayLinear(without.pixel(column, row)[channel]);
+      const double more =
+          displayLinear(with.pixel(column, row)[channel]) - displayLinear(without.pixel(column, row)[channel]);
       if (more < 0.2) continue;
       sum += more;
       x += more * (column + 0.5);
@@ -152,13 +157,19 @@ TEST_F(StereoPicture, EveryModeHasTheParallaxOfItsSetUp) {
     for (const Vec3d& point : marks.points) {
       const double expected = parallax(from, stereo, point, kWide, kHigh);
       const int row = int(from.project(point, kWide, kHigh).y());
-      const double one = centre(left[0], left[1], 1, row, 0, kWide), other = centre(right[0], right[1], 1, row, 0, kWide);
+      const double one = centre(left[0], left[1], 1, row, 0, kWide),
+                   other = centre(right[0], right[1], 1, row, 0, kWide);
       EXPECT_NEAR(other - one, expected, 1) << "one eye each";
       EXPECT_NEAR(0.5 * (one + other), 0.5 * kWide, 1);
-      EXPECT_NEAR(centre(red[0], red[1], 2, row, 0, kWide) - centre(red[0], red[1], 0, row, 0, kWide), expected, 1) << "anaglyph";
-      EXPECT_NEAR(2 * (centre(side[0], side[1], 1, row, kWide / 2, kWide) - centre(side[0], side[1], 1, row, 0, kWide / 2)), expected, 1)
+      EXPECT_NEAR(centre(red[0], red[1], 2, row, 0, kWide) - centre(red[0], red[1], 0, row, 0, kWide), expected, 1)
+          << "anaglyph";
+      EXPECT_NEAR(
+          2 * (centre(side[0], side[1], 1, row, kWide / 2, kWide) - centre(side[0], side[1], 1, row, 0, kWide / 2)),
+          expected, 1)
           << "side by side";
-      EXPECT_NEAR(centre(over[0], over[1], 1, kHigh / 2 + row / 2, 0, kWide) - centre(over[0], over[1], 1, row / 2, 0, kWide), expected, 1)
+      EXPECT_NEAR(
+          centre(over[0], over[1], 1, kHigh / 2 + row / 2, 0, kWide) - centre(over[0], over[1], 1, row / 2, 0, kWide),
+          expected, 1)
           << "top and bottom";
     }
     EXPECT_LT(parallax(from, stereo, marks.points[0], kWide, kHigh), -2);
@@ -187,8 +198,10 @@ TEST_F(StereoPicture, ClayGroundAndLandingMarkFollowToo) {
     };
     // A ball's outline is a circle somewhat nearer than its centre.
     const double radius = kRadius * kVoxel, away = from.distance();
-    const Vec3d outline = projection == Projection::perspective ? Vec3d(-radius * radius / away * from.axes().forward) : Vec3d::Zero();
-    EXPECT_NEAR(middle(StereoMode::rightEye) - middle(StereoMode::leftEye), parallax(from, stereo, outline, kWide, kHigh), 1);
+    const Vec3d outline =
+        projection == Projection::perspective ? Vec3d(-radius * radius / away * from.axes().forward) : Vec3d::Zero();
+    EXPECT_NEAR(middle(StereoMode::rightEye) - middle(StereoMode::leftEye),
+                parallax(from, stereo, outline, kWide, kHigh), 1);
     // Ground, grid, section, cursor, beam, fills: each eye as it is alone, but for the halved width.
     Shot all{from, {}, stereo, {}};
     all.stereo.mode = StereoMode::sideBySide;
@@ -244,7 +257,8 @@ TEST_F(StereoPicture, LabelsLieInTheScreen) {
   const View from = view("front", Projection::perspective);
   Look look = kBare;
   look.scaleBar = true;
-  const Image left = draw(from, look, {}, {StereoMode::leftEye, 0.1, 0.8, false}), right = draw(from, look, {}, {StereoMode::rightEye, 0.1, 0.8, false});
+  const Image left = draw(from, look, {}, {StereoMode::leftEye, 0.1, 0.8, false}),
+              right = draw(from, look, {}, {StereoMode::rightEye, 0.1, 0.8, false});
   int bright = 0;
   for (int y = kHeight - 40; y < kHeight; ++y) {
     for (int x = 0; x < 80; ++x) {
@@ -267,7 +281,8 @@ TEST_F(StereoPicture, OneMultiviewPassIsValid) {
   overlays.cursor.emplace().positionMm = {-9, -9, 4};
   Look look;
   look.section = Section{{0, 0, 2}, {0, 0, 1}};
-  for (const StereoMode mode : {StereoMode::anaglyph, StereoMode::sideBySide, StereoMode::mono, StereoMode::topBottom}) {
+  for (const StereoMode mode :
+       {StereoMode::anaglyph, StereoMode::sideBySide, StereoMode::mono, StereoMode::topBottom}) {
     const Image image = draw(view("iso"), look, overlays, {mode, 0.05, 1, false});
     EXPECT_EQ(image.width, kWidth);
   }

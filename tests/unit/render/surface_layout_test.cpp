@@ -83,7 +83,7 @@ TEST(SurfaceLayout, ReachesTheEndsOfTheCoordinates) {
   for (const int brick : {-16384, 16383}) {
     FieldSurface surface;
     BufferRanges ranges;
-  SurfaceLayout layout(ranges);
+    SurfaceLayout layout(ranges);
     MirrorSink sink;
     const Vec3d centre = Vec3d::Constant(brick * 8.0 + 4.1);
     layout.apply(surface.update({}, Coord{brick, brick, brick}, Coord{brick, brick, brick}, sphere(2.5, centre)), sink);

@@ -95,7 +95,8 @@ TEST_F(Levels, WhateverLevelEachChunkHasTheSurfaceStaysClosed) {
   }
 }
 
-/// The fine surface of turned boxes: creases cross the sides of chunks, and vertices on them stand outside of their cells.
+/// The fine surface of turned boxes: creases cross the sides of chunks, and vertices on them stand outside of their
+/// cells.
 class FineLevels : public Levels {
  protected:
   void SetUp() override {
@@ -127,7 +128,9 @@ TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
     const clay::BrickMesh* other = draft.find(mesh->brick);
     if (!other) continue;
     for (size_t i = 0; i < mesh->positions.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis) outside += other->positions[i][axis] > 7.001f && other->positions[i][axis] < 7.999f && mesh->positions[i][axis] < 7;
+      for (int axis = 0; axis < 3; ++axis)
+        outside +=
+            other->positions[i][axis] > 7.001f && other->positions[i][axis] < 7.999f && mesh->positions[i][axis] < 7;
     }
   }
   EXPECT_GT(outside, 10u);
@@ -136,7 +139,8 @@ TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
   for (int run = 0; run < 20; ++run) {
     std::map<Coord, int> chosen;
     for (const ChunkDraw& draw : layout_.draws()) chosen[draw.chunk] = int(random() % unsigned(kLevels));
-    EXPECT_TRUE(boundary([&](const ChunkDraw& draw) { return chosen.at(draw.chunk); }).empty()) << "seed " << kSeed << ", run " << run;
+    EXPECT_TRUE(boundary([&](const ChunkDraw& draw) { return chosen.at(draw.chunk); }).empty())
+        << "seed " << kSeed << ", run " << run;
   }
   size_t beyond = 0;  // of the boxes that would do for the draft
   for (const ChunkDraw& draw : layout_.draws()) {
@@ -148,7 +152,8 @@ TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
       const Vec3d p = Vec3d(v.x, v.y, v.z) / kUnitsPerVoxel;
       ASSERT_GE((p - draw.min).minCoeff(), 0);
       ASSERT_GE((draw.max - p).minCoeff(), 0);
-      beyond += (p - draw.min).minCoeff() < clay::kSharpReach - 1e-3 || (draw.max - p).minCoeff() < clay::kSharpReach - 1e-3;
+      beyond +=
+          (p - draw.min).minCoeff() < clay::kSharpReach - 1e-3 || (draw.max - p).minCoeff() < clay::kSharpReach - 1e-3;
     }
   }
   EXPECT_GT(beyond, 0u);

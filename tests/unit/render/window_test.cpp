@@ -46,7 +46,8 @@ class GlfwWindow {
     hooks.instanceExtensions.assign(names, names + count);
     hooks.makeSurface = [this](void* instance) -> uint64_t {
       VkSurfaceKHR surface = VK_NULL_HANDLE;
-      if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), handle_, nullptr, &surface) != VK_SUCCESS) return 0;
+      if (glfwCreateWindowSurface(static_cast<VkInstance>(instance), handle_, nullptr, &surface) != VK_SUCCESS)
+        return 0;
       return reinterpret_cast<uint64_t>(surface);
     };
     hooks.size = [this] {
@@ -121,7 +122,8 @@ class WindowTest : public testing::Test {
   void load(double radius) {
     clay::Grid grid;
     grid.voxelMm = 0.5;
-    renderer_->update(surface_.update(grid, {-3, -3, -3}, {2, 2, 2}, [&](const Vec3d& p) { return p.norm() - radius; }));
+    renderer_->update(
+        surface_.update(grid, {-3, -3, -3}, {2, 2, 2}, [&](const Vec3d& p) { return p.norm() - radius; }));
   }
   /// What the X server has in the window, straight from it.
   [[nodiscard]] Image onScreen() const {

@@ -19,8 +19,26 @@ namespace argil::studio {
 namespace {
 
 TEST(Shortcuts, AreReadAndWrittenTheSame) {
-  const std::vector<std::string> texts = {"Ctrl+Z", "Ctrl+Shift+Z", "[", "]", "F1", "F12", "Keypad0", "Keypad9", "Ctrl++", "+", "Ctrl+.",
-                                          "Space", "Escape", "Delete", "PageUp", "Home", "Ctrl+Alt+Shift+Super+A", "7", "Alt+H", ","};
+  const std::vector<std::string> texts = {"Ctrl+Z",
+                                          "Ctrl+Shift+Z",
+                                          "[",
+                                          "]",
+                                          "F1",
+                                          "F12",
+                                          "Keypad0",
+                                          "Keypad9",
+                                          "Ctrl++",
+                                          "+",
+                                          "Ctrl+.",
+                                          "Space",
+                                          "Escape",
+                                          "Delete",
+                                          "PageUp",
+                                          "Home",
+                                          "Ctrl+Alt+Shift+Super+A",
+                                          "7",
+                                          "Alt+H",
+                                          ","};
   for (const std::string& text : texts) {
     const auto shortcut = parseShortcut(text);
     ASSERT_TRUE(shortcut) << text;
@@ -45,14 +63,16 @@ TEST(Shortcuts, EveryKeyOfTheTableComesBack) {
 }
 
 TEST(Shortcuts, OtherTextsAreNone) {
-  for (const char* text : {"", "+", "Ctrl", "Ctrl+", "Ctrl+Ctrl+Z", "Hyper+Z", "F0", "F13", "F1x", "Keypad10", "Zz", "Ctrl Z", " ", "\x80"}) {
+  for (const char* text : {"", "+", "Ctrl", "Ctrl+", "Ctrl+Ctrl+Z", "Hyper+Z", "F0", "F13", "F1x", "Keypad10", "Zz",
+                           "Ctrl Z", " ", "\x80"}) {
     if (std::string(text) == "+") continue;  // A key.
     EXPECT_FALSE(parseShortcut(text)) << "'" << text << "'";
   }
 }
 
 TEST(Actions, HaveNamesHelpAndUniqueIds) {
-  const std::set<std::string> groups = {"File", "Edit", "Clay", "Piece", "Tool", "Guides", "View", "Touch", "Window", "Help"};
+  const std::set<std::string> groups = {"File",   "Edit", "Clay",  "Piece",  "Tool",
+                                        "Guides", "View", "Touch", "Window", "Help"};
   std::set<std::string> ids;
   for (const Action& action : actions()) {
     EXPECT_TRUE(ids.insert(action.id).second) << action.id;
@@ -61,8 +81,10 @@ TEST(Actions, HaveNamesHelpAndUniqueIds) {
     EXPECT_TRUE(groups.contains(action.group)) << action.id << ": " << action.group;
     EXPECT_NE(action.run, nullptr) << action.id;
   }
-  for (const engine::ToolRow& tool : engine::toolTable()) EXPECT_TRUE(findAction("tool." + std::string(tool.id))) << tool.id;
-  for (const engine::PieceJob& job : engine::pieceJobs()) EXPECT_EQ(findAction("piece." + std::string(job.id)) == nullptr, job.id == "lattice") << job.id;
+  for (const engine::ToolRow& tool : engine::toolTable())
+    EXPECT_TRUE(findAction("tool." + std::string(tool.id))) << tool.id;
+  for (const engine::PieceJob& job : engine::pieceJobs())
+    EXPECT_EQ(findAction("piece." + std::string(job.id)) == nullptr, job.id == "lattice") << job.id;
   EXPECT_EQ(findAction("nothing"), nullptr);
 }
 
@@ -83,10 +105,15 @@ TEST(Actions, ShipWithoutConflicts) {
 TEST(Actions, KeysOfSculptorsAreThere) {
   const StudioState state;
   const std::map<std::string, std::string> keys = {
-      {"Ctrl+Z", "edit.undo"}, {"Ctrl+Shift+Z", "edit.redo"}, {"[", "tool.smaller"}, {"]", "tool.larger"}, {"X", "symmetry.x"},
-      {"1", "view.front"}, {"Ctrl+1", "view.back"}, {"3", "view.right"}, {"Ctrl+3", "view.left"}, {"7", "view.top"}, {"Ctrl+7", "view.bottom"},
-      {"5", "view.projection"}, {"F", "view.focus"}, {"Home", "view.all"}, {"Ctrl+N", "file.new"}, {"Ctrl+O", "file.open"}, {"Ctrl+S", "file.save"}, {"Ctrl+Shift+S", "file.saveAs"}, {"Ctrl+P", "panel.palette"}, {"Space", "panel.palette"},
-      {"G", "gizmo.move"}, {"R", "gizmo.rotate"}, {"T", "gizmo.scale"}, {"F11", "window.fullScreen"}, {"Ctrl+.", "touch.stop"}};
+      {"Ctrl+Z", "edit.undo"},     {"Ctrl+Shift+Z", "edit.redo"}, {"[", "tool.smaller"},
+      {"]", "tool.larger"},        {"X", "symmetry.x"},           {"1", "view.front"},
+      {"Ctrl+1", "view.back"},     {"3", "view.right"},           {"Ctrl+3", "view.left"},
+      {"7", "view.top"},           {"Ctrl+7", "view.bottom"},     {"5", "view.projection"},
+      {"F", "view.focus"},         {"Home", "view.all"},          {"Ctrl+N", "file.new"},
+      {"Ctrl+O", "file.open"},     {"Ctrl+S", "file.save"},       {"Ctrl+Shift+S", "file.saveAs"},
+      {"Ctrl+P", "panel.palette"}, {"Space", "panel.palette"},    {"G", "gizmo.move"},
+      {"R", "gizmo.rotate"},       {"T", "gizmo.scale"},          {"F11", "window.fullScreen"},
+      {"Ctrl+.", "touch.stop"}};
   for (const auto& [key, id] : keys) {
     const Action* action = actionOf(*parseShortcut(key), state);
     ASSERT_NE(action, nullptr) << key;

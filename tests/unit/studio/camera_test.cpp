@@ -19,7 +19,9 @@ using render::View;
 constexpr float kWidth = 1280, kHeight = 720;
 constexpr double kWindow = 1e-9;  // Of the window's height.
 
-Vec3d at(const Camera& camera, const Vec3d& p) { return camera.view().project(p, int(kWidth), int(kHeight)) / kHeight; }
+Vec3d at(const Camera& camera, const Vec3d& p) {
+  return camera.view().project(p, int(kWidth), int(kHeight)) / kHeight;
+}
 
 class Random {
  public:
@@ -178,14 +180,16 @@ TEST(Camera, ALookWithABoxAndAFocusFitIt) {
   Camera camera;
   camera.openingDegrees(50);
   camera.look("left", box, 1.5);
-  while (camera.tick(0.05)) {}
+  while (camera.tick(0.05)) {
+  }
   EXPECT_TRUE(camera.view().target.isApprox(box.centre()));
   EXPECT_EQ(camera.view().openingDegrees, 50);
   const Vec3d forward = camera.view().axes().forward;
   camera.pan(500, 0, kHeight, 100);
   camera.zoom(-20, Vec3d::Zero());
   camera.focus(box, 1.5);
-  while (camera.tick(0.05)) {}
+  while (camera.tick(0.05)) {
+  }
   EXPECT_TRUE(camera.view().target.isApprox(box.centre()));
   EXPECT_TRUE(camera.view().axes().forward.isApprox(forward));
   EXPECT_LT(camera.view().heightAtTarget(), 100);

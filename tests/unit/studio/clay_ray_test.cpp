@@ -17,7 +17,8 @@ namespace {
 constexpr double kRadius = 10, kVoxel = 0.25;
 
 engine::Document ball(const haptics::Pose& pose) {
-  engine::Document document = engine::Document::of(clay::makeSphere(clay::Store::make(), {.voxelMm = kVoxel}, Vec3d::Zero(), kRadius));
+  engine::Document document =
+      engine::Document::of(clay::makeSphere(clay::Store::make(), {.voxelMm = kVoxel}, Vec3d::Zero(), kRadius));
   document.pieces[0].pose = pose;
   return document;
 }
@@ -73,7 +74,8 @@ TEST(ClayRay, hiddenClayIsNotMet) {
 
 TEST(ClayRay, goesThroughAHiddenHalfToTheInnerSideOfTheOther) {
   engine::Document document = ball({});
-  const clay::Version masked = haptics::testing::painted(document.pieces[0].version, clay::Channel::mask, [](Coord v) { return v.z > 0 ? uint8_t{255} : uint8_t{0}; });
+  const clay::Version masked = haptics::testing::painted(document.pieces[0].version, clay::Channel::mask,
+                                                         [](Coord v) { return v.z > 0 ? uint8_t{255} : uint8_t{0}; });
   document.pieces[0].version = masked;
   render::Box box;
   box.add(Vec3d::Constant(-kRadius));

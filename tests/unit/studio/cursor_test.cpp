@@ -53,7 +53,8 @@ TEST(Cursor, TheShaftFollowsTheDeviceAndNeverHidesTheBall) {
   EXPECT_TRUE(makeCursor(sample, tool, view, {}).shaft.isApprox(Vec3d::UnitZ()));
   sample.device.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitX());
   EXPECT_TRUE(makeCursor(sample, tool, view, {}).shaft.isApprox(Vec3d::UnitX()));
-  sample.device.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -Vec3d::UnitY());  // At the eye, as a mouse is.
+  // At the eye, as a mouse is.
+  sample.device.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -Vec3d::UnitY());
   const Vec3d shaft = makeCursor(sample, tool, view, {}).shaft;
   EXPECT_GT(shaft.cross(Vec3d::UnitY()).norm(), 0.5);
   EXPECT_LT(shaft.y(), 0) << "still comes from the person";

@@ -27,7 +27,8 @@ struct Scene {
   bool update(bool held = false) {
     return deforming.update(
         rig.state.deformBox, rig.document, held,
-        [this](const std::string& label, const std::function<void(engine::Document&)>& change, const std::string& merge) { rig.world().edit(label, change, merge); },
+        [this](const std::string& label, const std::function<void(engine::Document&)>& change,
+               const std::string& merge) { rig.world().edit(label, change, merge); },
         [this] { rig.world().endMerge(); });
   }
   /// Until the clay has followed; generous, as the machine may be busy.
@@ -50,7 +51,8 @@ TEST(DeformBox, APointInTheHandTakesItsPlaceOfTheGridAlong) {
   Scene scene;
   const size_t index = scene.box()->lattice.index(3, 1, 3);
   const Vec3d from = scene.box()->lattice.restPoint(index);
-  const Vec3d to = from + 8 * ScreenMap(scene.rig.view, test::kWidth, test::kHeight).axes().right;  // In the plane of the picture.
+  // In the plane of the picture.
+  const Vec3d to = from + 8 * ScreenMap(scene.rig.view, test::kWidth, test::kHeight).axes().right;
   scene.rig.drag(scene.rig.at(from), scene.rig.at(to));
   Eigen::Matrix3d unused;
   EXPECT_LE((scene.box()->lattice.map(from, unused) - to).norm(), 0.2);

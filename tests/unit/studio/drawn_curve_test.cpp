@@ -37,20 +37,28 @@ class Drawing : public testing::Test {
   }
   // Millimetres of the world in the plane z = 0, in so many motions.
   void draw(const std::vector<std::array<double, 2>>& way, bool straight = false, int motions = 20) {
-    const auto at = [](const std::array<double, 2>& mm) { return std::array<float, 2>{float(kWide / 2 + 10 * mm[0]), float(kHigh / 2 - 10 * mm[1])}; };
+    const auto at = [](const std::array<double, 2>& mm) {
+      return std::array<float, 2>{float(kWide / 2 + 10 * mm[0]), float(kHigh / 2 - 10 * mm[1])};
+    };
     auto [x, y] = at(way.front());
     ASSERT_TRUE(curve()->press(rig.camera, x, y, kWide, kHigh));
     for (size_t i = 1; i < way.size(); ++i)
       for (int k = 1; k <= motions; ++k) {
         const double t = double(k) / motions;
-        const auto p = at({way[i - 1][0] + t * (way[i][0] - way[i - 1][0]), way[i - 1][1] + t * (way[i][1] - way[i - 1][1])});
+        const auto p =
+            at({way[i - 1][0] + t * (way[i][0] - way[i - 1][0]), way[i - 1][1] + t * (way[i][1] - way[i - 1][1])});
         curve()->move(rig.camera, p[0], p[1], kWide, kHigh, straight);
       }
     curve()->release(rig.camera, kWide, kHigh);
   }
   void apply() {
     curve()->apply = true;
-    rig.until([&] { follow(); return !curve(); }, "begun");
+    rig.until(
+        [&] {
+          follow();
+          return !curve();
+        },
+        "begun");
     rig.until([&] { return rig.bench.idle(); }, "cut");
   }
   // Of the voxels within, at 1 mm.
@@ -191,7 +199,12 @@ TEST_F(Drawing, ALassoMasksAtOnceAndTheMaskedPartIsHiddenAndShown) {
   const size_t steps = rig.bench.snapshot()->done;
   const uint64_t before = document().pieces[0].version.hash();
   draw({{-30, -20}, {0, -20}, {0, 20}, {-30, 20}});
-  rig.until([&] { follow(); return rig.bench.snapshot()->done == steps + 1 && rig.bench.idle(); }, "masked");
+  rig.until(
+      [&] {
+        follow();
+        return rig.bench.snapshot()->done == steps + 1 && rig.bench.idle();
+      },
+      "masked");
   EXPECT_NE(document().pieces[0].version.hash(), before);
   ASSERT_TRUE(curve()) << "ready for the next";
   EXPECT_TRUE(curve()->pointsMm.empty());

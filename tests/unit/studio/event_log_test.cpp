@@ -20,7 +20,8 @@ using Kind = Event::Kind;
 class EventLog : public ::testing::Test {
  protected:
   void SetUp() override {
-    file_ = fs::temp_directory_path() / ("argil-events-" + std::to_string(getpid()) + "-" + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    file_ = fs::temp_directory_path() / ("argil-events-" + std::to_string(getpid()) + "-" +
+                                         ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove(file_);
   }
   void TearDown() override { fs::remove(file_); }
@@ -47,7 +48,8 @@ Event ofKind(Kind kind) {
 TEST_F(EventLog, everyKindComesBackAsItWas) {
   for (int k = 0; k <= int(Kind::lose); ++k) {
     Event e = ofKind(Kind(k));
-    const bool placed = e.kind == Kind::move || e.kind == Kind::press || e.kind == Kind::release || e.kind == Kind::wheel || e.kind == Kind::enter;
+    const bool placed = e.kind == Kind::move || e.kind == Kind::press || e.kind == Kind::release ||
+                        e.kind == Kind::wheel || e.kind == Kind::enter;
     if (placed) {
       e.x = 640.5f;
       e.y = -3.25f;
@@ -96,7 +98,8 @@ TEST_F(EventLog, everyKindComesBackAsItWas) {
 
 TEST_F(EventLog, everyKeyHasANameOfItsOwn) {
   for (int k = 33; k <= int(Key::super); ++k) {
-    const bool named = k < 127 || (k >= int(Key::escape) && k <= int(Key::end)) || (k >= int(Key::f1) && k <= int(Key::f12)) ||
+    const bool named = k < 127 || (k >= int(Key::escape) && k <= int(Key::end)) ||
+                       (k >= int(Key::f1) && k <= int(Key::f12)) ||
                        (k >= int(Key::keypad0) && k <= int(Key::keypad9)) || k >= int(Key::shift);
     if (!named) continue;
     Event e = ofKind(Kind::keyDown);
@@ -106,11 +109,14 @@ TEST_F(EventLog, everyKeyHasANameOfItsOwn) {
 }
 
 TEST_F(EventLog, aBadLineIsNamedByItsNumber) {
-  for (const char* line : {"{\"t\": 2, \"kind\": \"jump\"}", "{\"t\": 2}", "nonsense", "[]", "{\"t\": 2, \"kind\": \"move\", \"x\": \"left\"}",
-                           "{\"t\": 2, \"kind\": \"move\", \"x\": 1e300}", "{\"t\": 2, \"kind\": \"down\", \"key\": \"any\"}",
-                           "{\"t\": 2, \"kind\": \"press\", \"button\": \"fourth\"}", "{\"t\": 2, \"kind\": \"motion6\", \"axes\": [1, 2]}",
-                           "{\"t\": 2, \"kind\": \"press\", \"modifiers\": [\"hyper\"]}", "{\"t\": 0.5, \"kind\": \"check\"}",
-                           "{\"t\": 2, \"kind\": \"resize\", \"width\": 99999}", "{\"t\": 2, \"kind\": \"move\", \"pressure\": 2}", "{\"t\": 2, \"kind\": \"text\", \"character\": -1}"}) {
+  for (const char* line :
+       {"{\"t\": 2, \"kind\": \"jump\"}", "{\"t\": 2}", "nonsense", "[]",
+        "{\"t\": 2, \"kind\": \"move\", \"x\": \"left\"}", "{\"t\": 2, \"kind\": \"move\", \"x\": 1e300}",
+        "{\"t\": 2, \"kind\": \"down\", \"key\": \"any\"}", "{\"t\": 2, \"kind\": \"press\", \"button\": \"fourth\"}",
+        "{\"t\": 2, \"kind\": \"motion6\", \"axes\": [1, 2]}",
+        "{\"t\": 2, \"kind\": \"press\", \"modifiers\": [\"hyper\"]}", "{\"t\": 0.5, \"kind\": \"check\"}",
+        "{\"t\": 2, \"kind\": \"resize\", \"width\": 99999}", "{\"t\": 2, \"kind\": \"move\", \"pressure\": 2}",
+        "{\"t\": 2, \"kind\": \"text\", \"character\": -1}"}) {
     write(std::string("# A recording\n{\"t\": 1, \"kind\": \"move\", \"x\": 1, \"y\": 2}\n\n") + line + "\n");
     EXPECT_THAT(refusal(), ::testing::HasSubstr(file_.string() + ":4: ")) << line;
   }

@@ -60,11 +60,14 @@ TEST(Face, aSectionThatIsOffStaysOffAndIsKept) {
 }
 
 TEST(Face, whatIsWrongLeavesThingsAsTheyAre) {
-  for (const char* text : {"", "[]", "nothing", "{}", R"({"view": 5, "section": [], "shading": 3, "matcap": "gold", "tool": "hammer"})",
-                           R"({"view": {"position": [0, 0, 0], "target": [0, 0, 0]}})", R"({"view": {"position": [0, 1], "target": ["a", 0, 0]}})",
-                           R"({"view": {"position": [0, 0, 1e300], "target": [0, 0, 0]}})", R"({"view": {"position": [0, 0, 9], "target": [0, 0, 0], "opening": 900}})",
-                           R"({"section": {"point": [0, 0, 0], "normal": [0, 0, 0]}, "tool": {"id": "hammer", "numbers": {"radius": 5}}})",
-                           R"({"tool": {"id": "carve", "numbers": {"radius": -3}}})", R"({"tool": {"id": "carve", "numbers": [1]}})"}) {
+  for (const char* text :
+       {"", "[]", "nothing", "{}", R"({"view": 5, "section": [], "shading": 3, "matcap": "gold", "tool": "hammer"})",
+        R"({"view": {"position": [0, 0, 0], "target": [0, 0, 0]}})",
+        R"({"view": {"position": [0, 1], "target": ["a", 0, 0]}})",
+        R"({"view": {"position": [0, 0, 1e300], "target": [0, 0, 0]}})",
+        R"({"view": {"position": [0, 0, 9], "target": [0, 0, 0], "opening": 900}})",
+        R"({"section": {"point": [0, 0, 0], "normal": [0, 0, 0]}, "tool": {"id": "hammer", "numbers": {"radius": 5}}})",
+        R"({"tool": {"id": "carve", "numbers": {"radius": -3}}})", R"({"tool": {"id": "carve", "numbers": [1]}})"}) {
     Desk d;
     d.state.tool();
     const std::string before = faceText(d.state, d.camera);

@@ -97,7 +97,8 @@ TEST_F(HandTest, aPensDepthGoesWithItsPressure) {
   lays.depthPart = 0;
   hand_.begin(lays, at(500, 500, 10, 0.5f), 10);
   hand_.pump(11);
-  EXPECT_NEAR(hand_.place().z() - haptics::PointerOptions().penDepthMm * 0.5, 20, 0.1) << "what does not cut stays on the clay";
+  EXPECT_NEAR(hand_.place().z() - haptics::PointerOptions().penDepthMm * 0.5, 20, 0.1)
+      << "what does not cut stays on the clay";
 }
 
 TEST_F(HandTest, motionsAreHandedOnAtTheirOwnTimesWithOneLag) {
@@ -206,7 +207,8 @@ class ToolsInHandTest : public HandTest {
 };
 
 TEST_F(ToolsInHandTest, EveryToolChangesTheClayAndIsOneStep) {
-  // Something for every tool to work on: a step in the clay, a rim between two colours and a sharp one of a mask that covers none of the rest.
+  // Something for every tool to work on: a step in the clay, a rim between two colours and a sharp one of a mask that
+  // covers none of the rest.
   const auto lay = [&](const char* id, double y, uint32_t colour = 0xc8402e) {
     engine::Tool tool = engine::standardTool(*engine::findTool(id));
     tool.colour = colour;

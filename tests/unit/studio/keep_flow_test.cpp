@@ -41,7 +41,8 @@ TEST(KeepFlow, whatIsNotSavedIsAskedAbout) {
       EXPECT_EQ(flow.stage(), Stage::asking);
       EXPECT_EQ(flow.answer(Answer::cancel, now.file), Next::nothing);
       EXPECT_EQ(flow.stage(), Stage::idle);
-      EXPECT_EQ(flow.follow(snapshot("/a.argil", false).file, false, 10), Next::nothing) << "went on after it was cancelled";
+      EXPECT_EQ(flow.follow(snapshot("/a.argil", false).file, false, 10), Next::nothing)
+          << "went on after it was cancelled";
       flow.want(to(where), now);
       EXPECT_EQ(flow.answer(Answer::dontSave, now.file), Next::go);
       EXPECT_EQ(flow.departure().to, where);

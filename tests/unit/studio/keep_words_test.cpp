@@ -69,8 +69,10 @@ TEST(FileKinds, printersGetThreeMfFirstAndUnitsAreAskedWhereNoneAre) {
     EXPECT_TRUE(kind.writes.ends_with('.')) << kind.name;
   }
   EXPECT_EQ(written, (std::vector<std::string>{".3mf", ".stl", ".obj", ".ply", ".glb", ".gltf", ".drc", ".vdb"}));
-  for (const char* file : {"a.stl", "a.OBJ", "a.ply", "a.off", "a.drc", "a.vdb"}) EXPECT_TRUE(asksForUnits(file)) << file;
-  for (const char* file : {"a.3mf", "a.glb", "a.gltf", "a.argil", "a.json", "a.txt", "a", ""}) EXPECT_FALSE(asksForUnits(file)) << file;
+  for (const char* file : {"a.stl", "a.OBJ", "a.ply", "a.off", "a.drc", "a.vdb"})
+    EXPECT_TRUE(asksForUnits(file)) << file;
+  for (const char* file : {"a.3mf", "a.glb", "a.gltf", "a.argil", "a.json", "a.txt", "a", ""})
+    EXPECT_FALSE(asksForUnits(file)) << file;
   EXPECT_EQ(kindOf("x.txt"), nullptr);
 }
 

@@ -82,7 +82,8 @@ TEST_F(Materials, ADragOfANumberIsOneStepAndIsFeltByTheScene) {
   EXPECT_DOUBLE_EQ(piece().material.stiffnessNmm, stiffness) << "the piece itself stays";
   const haptics::Scene scene = engine::sceneOf(*rig.bench.snapshot()->document, haptics::Scene());
   ASSERT_TRUE(scene.pieces[0].rows);
-  EXPECT_DOUBLE_EQ(scene.materials[(*scene.pieces[0].rows)[1]].stiffnessNmm, piece().materials[0].material.stiffnessNmm);
+  EXPECT_DOUBLE_EQ(scene.materials[(*scene.pieces[0].rows)[1]].stiffnessNmm,
+                   piece().materials[0].material.stiffnessNmm);
   rig.run("edit.undo");
   rig.until([&] { return piece().materials[0].material.stiffnessNmm == stiffness; }, "undone");
 }

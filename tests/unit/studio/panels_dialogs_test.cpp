@@ -20,7 +20,8 @@ class Dialogs : public testing::Test {
   Dialogs() {
     folder = fs::path(testing::TempDir()) / ("argil_panels_" + std::to_string(::getpid()));
     fs::create_directories(folder / "models");
-    std::ofstream(folder / "models" / "tetra.obj") << "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 0 20\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    std::ofstream(folder / "models" / "tetra.obj")
+        << "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 0 20\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
     std::ofstream(folder / "models" / "notes.txt") << "not a mesh";
     rig.state.shown.firstStart = false;
   }
@@ -75,7 +76,9 @@ TEST_F(Dialogs, FoldersAreWalkedByDoubleClicks) {
   fillIn("Files", "##folder", folder.string());
   rig.key(ImGuiKey_Enter);
   rig.frames(3);
-  const auto entry = [&](int i) { return rig.findId(list("Files"), ImHashStr("entry", 0, ImHashData(&i, sizeof i, list("Files")->ID))); };
+  const auto entry = [&](int i) {
+    return rig.findId(list("Files"), ImHashStr("entry", 0, ImHashData(&i, sizeof i, list("Files")->ID)));
+  };
   ImVec2 at = entry(0);
   ASSERT_FALSE(std::isnan(at.x)) << "no folder in the list";
   rig.doubleClick(at);
@@ -130,7 +133,8 @@ TEST_F(Dialogs, AModelStandsAsItIsAskedTo) {
 // Files that are dropped together are asked about one after the other; what is cancelled is left out alone.
 TEST_F(Dialogs, FilesThatAreDroppedTogetherAreAllAskedAbout) {
   for (const char* name : {"one.obj", "two.obj", "three.obj"})
-    std::ofstream(folder / "models" / name) << "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::ofstream(folder / "models" / name)
+        << "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   const auto now = rig.bench.snapshot();
   Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
   for (const char* name : {"one.obj", "two.obj", "three.obj"})
@@ -183,7 +187,9 @@ TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
   fillIn("Export", "##name", "cube");
   press("Export", "PLY");
   press("Export", "Export");
-  rig.until([&] { return fs::exists(folder / "cube.stl") && fs::exists(folder / "cube.ply") && rig.bench.jobs().empty(); }, "two files");
+  rig.until(
+      [&] { return fs::exists(folder / "cube.stl") && fs::exists(folder / "cube.ply") && rig.bench.jobs().empty(); },
+      "two files");
   EXPECT_FALSE(fs::exists(folder / "cube.obj"));
   EXPECT_FALSE(rig.state.shown.exporting);
 
@@ -244,7 +250,12 @@ TEST_F(Dialogs, AKeyIsChangedAndATakenOneRefused) {
 TEST_F(Dialogs, TheStopButtonStopsForces) {
   rig.bench.useDevice("simulated:touch");
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
-  rig.until([&] { return !rig.bench.usesPointer() && pieces() == 1 && rig.bench.touch(false).state == haptics::ServoState::running; }, "a device that runs");
+  rig.until(
+      [&] {
+        return !rig.bench.usesPointer() && pieces() == 1 &&
+               rig.bench.touch(false).state == haptics::ServoState::running;
+      },
+      "a device that runs");
   rig.frames(2);
   ImVec2 at = rig.find("Bar", {"Stop forces", "button"});
   ASSERT_FALSE(std::isnan(at.x));
@@ -265,7 +276,8 @@ TEST_F(Dialogs, ALongJobShowsItsProgressAndIsCancelled) {
   ImGuiWindow* notices = ImGui::FindWindowByName("Notices");
   ASSERT_NE(notices, nullptr);
   EXPECT_TRUE(rig.panels->moves());
-  const ImVec2 at = rig.findId(notices, ImHashStr("button", 0, ImHashStr("Cancel", 0, ImHashData(&id, sizeof id, notices->ID))));
+  const ImVec2 at =
+      rig.findId(notices, ImHashStr("button", 0, ImHashStr("Cancel", 0, ImHashData(&id, sizeof id, notices->ID))));
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);
   rig.until([&] { return rig.bench.jobs().empty(); }, "cancelled");

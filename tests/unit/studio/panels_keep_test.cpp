@@ -24,7 +24,8 @@ void press(PanelsRig& rig, const char* window, const char* button) {
 }
 void addBlock(PanelsRig& rig) {
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
-  rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1 && rig.bench.snapshot()->file.unsaved; }, "a block that is not saved");
+  rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1 && rig.bench.snapshot()->file.unsaved; },
+            "a block that is not saved");
 }
 
 class KeepPanels : public testing::Test {
@@ -245,7 +246,9 @@ TEST(KeepRecovery, ItIsThrownAwayByTwoPresses) {
   rig.until([&] { return std::string(dialog()) == "Recover"; }, "offered");
   rig.frames(2);
   const fs::path journal = rig.bench.recoverable()->front().journal;
-  const auto button = [&](const char* name) { return rig.findFrom(ImGui::FindWindowByName("Recover"), {journal.c_str(), name, "button"}); };
+  const auto button = [&](const char* name) {
+    return rig.findFrom(ImGui::FindWindowByName("Recover"), {journal.c_str(), name, "button"});
+  };
   const ImVec2 at = button("Discard");
   ASSERT_FALSE(std::isnan(at.x));
   rig.click(at);

@@ -21,7 +21,9 @@ struct Screen {
 void expectApart(const Screen& screen, const std::string& what) {
   std::vector<ImGuiWindow*> roots;
   for (ImGuiWindow* window : GImGui->Windows) {
-    if (window->WasActive && !window->ParentWindow && !(window->Flags & (ImGuiWindowFlags_Popup | ImGuiWindowFlags_Tooltip)) && std::string(window->Name).find("##Default") == std::string::npos &&
+    if (window->WasActive && !window->ParentWindow &&
+        !(window->Flags & (ImGuiWindowFlags_Popup | ImGuiWindowFlags_Tooltip)) &&
+        std::string(window->Name).find("##Default") == std::string::npos &&
         std::string(window->Name).find("Debug") == std::string::npos) {
       roots.push_back(window);
     }
@@ -54,19 +56,22 @@ void expectFits(const std::string& what) {
 
 TEST(PanelsLayout, NothingOverlapsOrLeavesTheWindow) {
   // The second is 2560 × 1440 pixels at scale 2.
-  for (const Screen& screen : {Screen{1280, 720, 1}, Screen{1280, 720, 2}, Screen{1920, 1080, 1}, Screen{1024, 640, 1}}) {
+  for (const Screen& screen :
+       {Screen{1280, 720, 1}, Screen{1280, 720, 2}, Screen{1920, 1080, 1}, Screen{1024, 640, 1}}) {
     PanelsRig rig(screen.width, screen.height, screen.scale);
     for (const bool full : {false, true}) {
       if (full) fill(rig);
       if (full) rig.state.selected = rig.bench.snapshot()->document->guides[0].id;
       rig.state.toolId = "smooth";
-      rig.bench.tell(engine::Message::Level::warning, "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
+      rig.bench.tell(engine::Message::Level::warning,
+                     "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
       for (const PanelRow& row : panelTable()) {
         if (row.dock == Dock::middle) continue;
         const PanelsShown before = rig.state.shown;
         showPanel(rig.state.shown, row, !(rig.state.shown.*row.shown));
         rig.frames(3);
-        const std::string what = std::string(row.id) + (full ? " full" : " empty") + " at " + std::to_string(int(screen.width));
+        const std::string what =
+            std::string(row.id) + (full ? " full" : " empty") + " at " + std::to_string(int(screen.width));
         expectApart(screen, what);
         expectFits(what);
         rig.state.shown = before;
@@ -93,7 +98,9 @@ std::vector<std::pair<Asked, Screen>> windows() {
   return all;
 }
 
-std::string named(const Asked& w) { return std::to_string(w.width) + "x" + std::to_string(w.height) + " at scale " + kit::written(double(w.scale)); }
+std::string named(const Asked& w) {
+  return std::to_string(w.width) + "x" + std::to_string(w.height) + " at scale " + kit::written(double(w.scale));
+}
 
 TEST(PanelsLayout, TheClayHasItsPartOfEveryWindow) {
   for (const auto& [window, screen] : windows()) {
@@ -106,7 +113,8 @@ TEST(PanelsLayout, TheClayHasItsPartOfEveryWindow) {
       shown.things = mask & 4;
       shown.view = mask & 8;
       const Layout l = layOut(screen.width, screen.height, shown, toolGroups());
-      const double part = double(l.free.width()) * double(l.free.height()) / (double(screen.width) * double(screen.height));
+      const double part =
+          double(l.free.width()) * double(l.free.height()) / (double(screen.width) * double(screen.height));
       EXPECT_GE(part, kClayPart - 1e-6) << named(window) << ", panels " << mask;
       double area = 0;
       for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free})
@@ -116,7 +124,10 @@ TEST(PanelsLayout, TheClayHasItsPartOfEveryWindow) {
       for (const PanelRow& row : panelTable()) {
         if (!l.folded(row.dock)) continue;
         const Layout over = layOut(screen.width, screen.height, shown, toolGroups(), row.id);
-        const kit::Rect& at = row.dock == Dock::tools ? over.tools : row.dock == Dock::settings ? over.settings : row.dock == Dock::upper ? over.upper : over.lower;
+        const kit::Rect& at = row.dock == Dock::tools      ? over.tools
+                              : row.dock == Dock::settings ? over.settings
+                              : row.dock == Dock::upper    ? over.upper
+                                                           : over.lower;
         EXPECT_FALSE(at.empty()) << named(window) << ": " << row.id;
         EXPECT_GE(at.left, l.free.left) << named(window) << ": " << row.id;
         EXPECT_LE(at.right, l.free.right) << named(window) << ": " << row.id;
@@ -135,7 +146,8 @@ TEST(PanelsLayout, TheClayHasItsPartOfEveryWindow) {
   const Layout laptop = layOut(1280, 720, PanelsShown(), toolGroups());
   EXPECT_TRUE(laptop.sideFolded);
   EXPECT_FALSE(laptop.settingsFolded);
-  EXPECT_GT(layOut(1280, 720, PanelsShown(), toolGroups(), {}, kLeastClayPart).upper.width(), 0) << "by choice panels stay";
+  EXPECT_GT(layOut(1280, 720, PanelsShown(), toolGroups(), {}, kLeastClayPart).upper.width(), 0)
+      << "by choice panels stay";
 }
 
 TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
@@ -145,7 +157,8 @@ TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
     if (screen.width > 1930 || !seen.insert({int(screen.width), int(screen.height)}).second) continue;
     PanelsRig rig(screen.width, screen.height, screen.scale);
     rig.state.foldPanels = true;
-    rig.bench.tell(engine::Message::Level::warning, "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
+    rig.bench.tell(engine::Message::Level::warning,
+                   "A sentence that is long enough to be broken into two lines where it stands, over the picture.");
     for (const bool full : {false, true}) {
       if (full) fill(rig);
       rig.state.shown.firstStart = !full;
@@ -166,10 +179,13 @@ TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
       }
     }
     // Dialogs are lower than the window, or scroll.
-    for (const char* dialog : {"open", "saveAs", "import", "picture", "recover", "clay", "export", "recent", "piece.join", "piece.cut-plane", "palette", "shortcuts", "preferences"}) {
+    for (const char* dialog : {"open", "saveAs", "import", "picture", "recover", "clay", "export", "recent",
+                               "piece.join", "piece.cut-plane", "palette", "shortcuts", "preferences"}) {
       const PanelRow* panel = findPanel(dialog);
-      if (panel) rig.state.shown.*panel->shown = true;
-      else rig.state.wishes.dialog = dialog;
+      if (panel)
+        rig.state.shown.*panel->shown = true;
+      else
+        rig.state.wishes.dialog = dialog;
       rig.frames(4);
       ASSERT_FALSE(GImGui->OpenPopupStack.empty()) << dialog;
       const ImRect at = GImGui->OpenPopupStack.back().Window->Rect();
@@ -187,10 +203,12 @@ TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
 }
 
 TEST(PanelsLayout, TheFirstWindowIsLargeOnEveryScreen) {
-  for (const auto& [width, height] : {std::pair{800, 600}, {1280, 720}, {1366, 768}, {1920, 1080}}) EXPECT_TRUE(firstWindow(width, height, 1).maximised) << width;
+  for (const auto& [width, height] : {std::pair{800, 600}, {1280, 720}, {1366, 768}, {1920, 1080}})
+    EXPECT_TRUE(firstWindow(width, height, 1).maximised) << width;
   EXPECT_TRUE(firstWindow(2560, 1440, 2).maximised);
   EXPECT_TRUE(firstWindow(3840, 2160, 3).maximised);
-  for (const auto& [width, height, scale] : {std::tuple{2560, 1440, 1.0f}, {3840, 2160, 1.0f}, {3840, 2160, 1.5f}, {5120, 2880, 2.0f}}) {
+  for (const auto& [width, height, scale] :
+       {std::tuple{2560, 1440, 1.0f}, {3840, 2160, 1.0f}, {3840, 2160, 1.5f}, {5120, 2880, 2.0f}}) {
     const FirstWindow window = firstWindow(width, height, scale);
     EXPECT_FALSE(window.maximised) << width;
     EXPECT_LE(window.width, width);
@@ -249,7 +267,8 @@ TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {
     const std::array groups{14};
     const Layout l = layOut(1280, 720, shown, groups, {}, kLeastClayPart);
     double area = 0;
-    for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free}) area += double(r.width()) * double(r.height());
+    for (const kit::Rect& r : {l.menu, l.bar, l.tools, l.settings, l.upper, l.lower, l.rail, l.status, l.free})
+      area += double(r.width()) * double(r.height());
     EXPECT_DOUBLE_EQ(area, 1280.0 * 720.0) << mask;
     EXPECT_GT(l.free.width(), 600) << mask;
     EXPECT_GT(l.free.height(), 580) << mask;
@@ -285,10 +304,12 @@ TEST(PanelsLayout, TextIsLargeEnough) {
 
 TEST(PanelsTheme, ColoursContrast) {
   EXPECT_NEAR(contrast(IM_COL32(0, 0, 0, 255), IM_COL32(255, 255, 255, 255)), 21, 1e-9);
-  EXPECT_NEAR(contrast(IM_COL32(118, 118, 118, 255), IM_COL32(255, 255, 255, 255)), 4.54, 0.01);  // The known grey that just passes.
+  // The known grey that just passes.
+  EXPECT_NEAR(contrast(IM_COL32(118, 118, 118, 255), IM_COL32(255, 255, 255, 255)), 4.54, 0.01);
   for (const Theme theme : {Theme::dark, Theme::light}) {
     for (const TextPair& pair : textPairs(theme)) {
-      EXPECT_GE(contrast(pair.text, pair.ground), 4.5) << (theme == Theme::dark ? "dark, " : "light, ") << pair.name << " " << std::hex << pair.text << " on " << pair.ground;
+      EXPECT_GE(contrast(pair.text, pair.ground), 4.5) << (theme == Theme::dark ? "dark, " : "light, ") << pair.name
+                                                       << " " << std::hex << pair.text << " on " << pair.ground;
     }
   }
 }

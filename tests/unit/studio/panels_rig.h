@@ -22,7 +22,8 @@ namespace argil::studio {
 
 class PanelsRig {
  public:
-  explicit PanelsRig(float width = 1280, float height = 720, float scale = 1, Theme theme = Theme::dark) : width_(width), height_(height), scale_(scale) {
+  explicit PanelsRig(float width = 1280, float height = 720, float scale = 1, Theme theme = Theme::dark)
+      : width_(width), height_(height), scale_(scale) {
     ImGui::CreateContext();
     ImGuiIO& io = ImGui::GetIO();
     io.DisplaySize = {width, height};
@@ -52,8 +53,10 @@ class PanelsRig {
     panels->draw(c);
     ImGui::Render();
     if (state.wishes.save) {  // As the window does.
-      if (state.wishes.save->empty()) bench.save({});
-      else bench.saveAs(*state.wishes.save, {});
+      if (state.wishes.save->empty())
+        bench.save({});
+      else
+        bench.saveAs(*state.wishes.save, {});
       state.wishes.save.reset();
     }
     if (state.wishes.copy) bench.saveCopy(*std::exchange(state.wishes.copy, {}), {});
@@ -91,8 +94,14 @@ class PanelsRig {
     ImGui::GetIO().MousePos = {x, y};
     frame();
   }
-  void press() { ImGui::GetIO().MouseDown[0] = true; frame(); }
-  void release() { ImGui::GetIO().MouseDown[0] = false; frame(); }
+  void press() {
+    ImGui::GetIO().MouseDown[0] = true;
+    frame();
+  }
+  void release() {
+    ImGui::GetIO().MouseDown[0] = false;
+    frame();
+  }
   void click(ImVec2 at) {
     moveTo(at.x, at.y);
     frame();
@@ -131,8 +140,8 @@ class PanelsRig {
     frame();
   }
 
-  /// Where an item stands in the frame that was drawn last: found by hovering a grid of places. `path`: the window's name and ids of the
-  /// item, from outside to inside. NaN: nowhere.
+  /// Where an item stands in the frame that was drawn last: found by hovering a grid of places. `path`: the window's
+  /// name and ids of the item, from outside to inside. NaN: nowhere.
   ImVec2 find(const char* window, std::initializer_list<const char*> path) {
     return findFrom(ImGui::FindWindowByName(window), path);
   }
@@ -159,7 +168,9 @@ class PanelsRig {
   }
   static ImGuiWindow* child(const char* parent, const char* name) {
     for (ImGuiWindow* window : GImGui->Windows) {
-      if (window->ParentWindow && std::string(window->ParentWindow->Name) == parent && std::string(window->Name).find(std::string("/") + name + "_") != std::string::npos) return window;
+      if (window->ParentWindow && std::string(window->ParentWindow->Name) == parent &&
+          std::string(window->Name).find(std::string("/") + name + "_") != std::string::npos)
+        return window;
     }
     return nullptr;
   }
@@ -193,13 +204,16 @@ inline void fill(PanelsRig& rig) {
     engine::Part part;
     part.name = "Skull";
     part.mesh = std::make_shared<clay::TriangleMesh>(
-        clay::TriangleMesh{{Vec3d(0, 0, 0), Vec3d(5, 0, 0), Vec3d(0, 5, 0), Vec3d(0, 0, 5)}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}});
+        clay::TriangleMesh{{Vec3d(0, 0, 0), Vec3d(5, 0, 0), Vec3d(0, 5, 0), Vec3d(0, 0, 5)},
+                           {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}});
     d.add(part);
-    for (const auto kind : {engine::Guide::Kind::plane, engine::Guide::Kind::line, engine::Guide::Kind::point, engine::Guide::Kind::curve,
-                            engine::Guide::Kind::keepOutBox, engine::Guide::Kind::ruler, engine::Guide::Kind::angle}) {
+    for (const auto kind :
+         {engine::Guide::Kind::plane, engine::Guide::Kind::line, engine::Guide::Kind::point, engine::Guide::Kind::curve,
+          engine::Guide::Kind::keepOutBox, engine::Guide::Kind::ruler, engine::Guide::Kind::angle}) {
       engine::Guide guide;
       guide.kind = kind;
-      if (kind == engine::Guide::Kind::curve || kind == engine::Guide::Kind::angle) guide.pointsMm = {Vec3d(0, 0, 30), Vec3d(10, 0, 30), Vec3d(10, 10, 30)};
+      if (kind == engine::Guide::Kind::curve || kind == engine::Guide::Kind::angle)
+        guide.pointsMm = {Vec3d(0, 0, 30), Vec3d(10, 0, 30), Vec3d(10, 10, 30)};
       if (kind == engine::Guide::Kind::ruler) guide.pointsMm = {Vec3d(0, 0, 30), Vec3d(3, 4, 30)};
       if (kind == engine::Guide::Kind::plane) guide.feel = engine::Guide::Feel::well;
       d.add(guide);

@@ -48,10 +48,12 @@ template <class Owner>
 void expectRows(std::span<const Row<Owner>> rows) {
   std::set<std::string_view> ids;
   for (const auto& row : rows) {
-    std::visit([&](const auto& each) {
-      EXPECT_TRUE(ids.insert(each.id).second) << each.id;
-      expectRow(each, Owner{});
-    }, row);
+    std::visit(
+        [&](const auto& each) {
+          EXPECT_TRUE(ids.insert(each.id).second) << each.id;
+          expectRow(each, Owner{});
+        },
+        row);
   }
   EXPECT_FALSE(ids.empty());
 }

@@ -74,7 +74,10 @@ TEST(Panels, EveryParameterOfAToolHasASlider) {
     rig.frame();
     for (const auto& parameter : engine::ownParameters(tool)) {
       const std::string id(parameter.id);
-      if (!parameter.choices.empty() || parameter.unit == "on" || parameter.unit == "colour" || (id == "material" && tool.id != "invisible")) continue;  // rows of another kind; materials are chosen by name
+      // rows of another kind; materials are chosen by name
+      if (!parameter.choices.empty() || parameter.unit == "on" || parameter.unit == "colour" ||
+          (id == "material" && tool.id != "invisible"))
+        continue;
       if (parameter.get(rig.state.tool()) >= parameter.high) parameter.change(rig.state.tool(), parameter.low);
       const ImVec2 at = rig.find("Settings", {id.c_str(), "bar"});
       ASSERT_FALSE(std::isnan(at.x)) << tool.id << " " << id;
@@ -239,7 +242,11 @@ TEST_F(ThingsList, ADraggedSliderIsOneStep) {
   for (int drags = 1; drags <= 2; ++drags) {
     const uint64_t sequence = rig.bench.snapshot()->sequence;
     rig.drag(at, {at.x + 40, at.y}, 20);
-    rig.until([&] { return rig.bench.snapshot()->sequence > sequence && rig.bench.snapshot()->done == steps + size_t(drags); }, "a step for each drag");
+    rig.until(
+        [&] {
+          return rig.bench.snapshot()->sequence > sequence && rig.bench.snapshot()->done == steps + size_t(drags);
+        },
+        "a step for each drag");
     rig.frames(10);
     EXPECT_EQ(rig.bench.snapshot()->done, steps + size_t(drags));
   }
@@ -307,7 +314,8 @@ TEST(Panels, NumbersAreWrittenShort) {
 
 TEST(Panels, IconsOfTablesAreThere) {
   for (const PanelRow& row : panelTable()) EXPECT_TRUE(hasIcon(row.icon)) << row.id;
-  for (const engine::ToolRow& row : engine::toolTable()) EXPECT_TRUE(hasIcon(row.icon)) << row.id << ": shown by its letters until an icon is drawn";
+  for (const engine::ToolRow& row : engine::toolTable())
+    EXPECT_TRUE(hasIcon(row.icon)) << row.id << ": shown by its letters until an icon is drawn";
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ TEST(Pen, valuatorsBeyondTheFirstByteAreFound) {
 
 TEST(Pen, staysInRangeWhateverComes) {
   const std::array<unsigned char, 1> mask{0b00011100};
-  for (const double value : {-1e9, 1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double value :
+       {-1e9, 1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const PenState s = decodePen(kTablet, mask, std::array{value, value, value}, {});
     EXPECT_GE(s.pressure, 0);
     EXPECT_LE(s.pressure, 1);

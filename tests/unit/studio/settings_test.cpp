@@ -53,10 +53,13 @@ TEST(Settings, comeBackAsTheyWere) {
 
 TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
   const std::string standard = settingsText(StudioState());
-  for (const char* text : {"{}", R"({"theme": 3, "interface_scale": 99, "tool": "hammer", "tools": {"carve": 5, "hammer": {}}, "panels": [], "look": {"shading": 17,
+  for (
+      const char* text :
+      {"{}",
+       R"({"theme": 3, "interface_scale": 99, "tool": "hammer", "tools": {"carve": 5, "hammer": {}}, "panels": [], "look": {"shading": 17,
                             "cavity_strength": "much"}, "stereo": {"mode": -1, "eyes": 4}, "quality": {"supersample": 100, "surface": 2}, "keys": {"a": 5}, "recent": [1, {}], "folder": 5,
                             "import": {"units": 9, "voxel": -1, "voxel_given": "yes"}})",
-                           R"({"tools": {"carve": {"radius": -5}}})"}) {
+       R"({"tools": {"carve": {"radius": -5}}})"}) {
     StudioState state;
     EXPECT_TRUE(applySettings(text, state)) << text;
     state.tools.clear();

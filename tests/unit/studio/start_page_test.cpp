@@ -39,10 +39,12 @@ TEST(StartPage, ShowsThePicturesThatDocumentsHold) {
   rig.state.recentFiles = {file.string(), "/no/such.argil", "/no/model.stl"};
   rig.state.shown.firstStart = true;  // From the Help menu: it stays although there is clay.
   std::vector<std::pair<uint32_t, const render::Image*>> pictures;
-  rig.until([&] {
-    pictures = rig.panels->takePictures();
-    return !pictures.empty();
-  }, "the picture");
+  rig.until(
+      [&] {
+        pictures = rig.panels->takePictures();
+        return !pictures.empty();
+      },
+      "the picture");
   EXPECT_TRUE(rig.state.shown.firstStart);
   ASSERT_EQ(pictures.size(), 1u);
   EXPECT_EQ(pictures[0].second->width, 12);

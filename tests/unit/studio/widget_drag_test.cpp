@@ -20,7 +20,9 @@ using test::Rig;
 constexpr double kWindow = 1e-6;  // Of the window's height.
 
 /// The half-edge between the two hands of a drag, far enough that it is one.
-Vec3d screenOf(const Rig& rig, const Vec3d& p) { return rig.place(p) * kHeight; }
+Vec3d screenOf(const Rig& rig, const Vec3d& p) {
+  return rig.place(p) * kHeight;
+}
 
 TEST(WidgetDrag, WhatIsHeldStaysUnderTheRayWithoutAJump) {
   Random random(11);
@@ -116,7 +118,9 @@ TEST(WidgetDrag, TurnsAreExactAboutTheirAxis) {
     const Vec3d to = ring.anchor + Eigen::AngleAxisd(angle, ring.axis) * (grab - ring.anchor);
     rig.hand(rig.at(grab));
     rig.hand(rig.at(grab, true));
-    if (!rig.widgets.held() || rig.widgets.drag()->handle().name != "turn axis" || rig.widgets.drag()->handle().index != ring.index) continue;
+    if (!rig.widgets.held() || rig.widgets.drag()->handle().name != "turn axis" ||
+        rig.widgets.drag()->handle().index != ring.index)
+      continue;
     rig.hand(rig.at(to, true));
     rig.hand(rig.at(to));
     const auto after = rig.selected().pose;
@@ -134,7 +138,7 @@ TEST(WidgetDrag, ARingSeenFromItsEdgeFollowsItsTangent) {
   Rig rig(render::View::named("front", Rig::box(100), kWidth / kHeight, render::Projection::orthographic));
   rig.addPlane();
   rig.state.gizmo = GizmoMode::rotate;
-  const Handle ring = rig.handle("turn axis", 2);  // About z: a level line in this view.
+  const Handle ring = rig.handle("turn axis", 2);              // About z: a level line in this view.
   const Vec3d grab = ring.points[ring.points.size() * 3 / 4];  // Beside the middle, where it crosses another one.
   const Vec3d tangent = ring.axis.cross(grab - ring.anchor);   // As long as a turn by 1 rad moves it.
   rig.drag(rig.at(grab), rig.at(grab + 0.5 * tangent));
@@ -319,7 +323,7 @@ TEST(WidgetDrag, WhatIsLetGoIsShownWhereItIsUntilTheEditComesBack) {
   const engine::Document fresh = rig.document;
   rig.document = old;  // The snapshot of a frame that was faster than the edit thread.
   EXPECT_NEAR(rig.handle("along normal").anchor.z(), 20, 1e-6);
-  rig.timeS += 2;      // It never came: it was refused.
+  rig.timeS += 2;  // It never came: it was refused.
   rig.hand(rig.mouse(5, 5));
   EXPECT_NEAR(rig.handle("along normal").anchor.z(), 0, 1e-6);
 }

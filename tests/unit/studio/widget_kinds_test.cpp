@@ -46,7 +46,8 @@ TEST(WidgetKinds, APlaneTiltsAtItsEdges) {
   const Vec3d grab = tilt.points[tilt.points.size() / 2];
   EXPECT_NEAR(grab.x(), 20, 1e-9);
   rig.drag(rig.at(grab), rig.at(tilt.anchor + Eigen::AngleAxisd(0.3, tilt.axis) * (grab - tilt.anchor)));
-  EXPECT_NEAR((rig.selected().pose.rotation * Vec3d::UnitX()).z(), std::sin(0.3), 1e-6) << "the edge rises with the hand";
+  EXPECT_NEAR((rig.selected().pose.rotation * Vec3d::UnitX()).z(), std::sin(0.3), 1e-6)
+      << "the edge rises with the hand";
   EXPECT_NEAR((rig.selected().pose.rotation * Vec3d::UnitY()).z(), 0, 1e-9);
 }
 
@@ -288,7 +289,8 @@ TEST(WidgetPlace, ACurveEndsWithEnterAndClosesAtItsBeginning) {
 
   rig.widgets.place(world, "curve");
   rig.snapping = false;
-  for (const Vec3d& p : {Vec3d(-5, 0, -20), Vec3d(5, 0, -20), Vec3d(0, 0, -12), Vec3d(-5, 0, -20)}) rig.press(rig.at(p));
+  for (const Vec3d& p : {Vec3d(-5, 0, -20), Vec3d(5, 0, -20), Vec3d(0, 0, -12), Vec3d(-5, 0, -20)})
+    rig.press(rig.at(p));
   ASSERT_EQ(rig.document.guides.size(), 2u);
   EXPECT_TRUE(rig.document.guides[1].closed);
   EXPECT_EQ(rig.document.guides[1].pointsMm.size(), 3u);

@@ -43,10 +43,12 @@ class Rig {
     }
     world.boundsOf = [this](engine::Id id) {
       render::Box result = box(40);
-      if (const auto* piece = document.piece(id)) result.min += piece->pose.translation, result.max += piece->pose.translation;
+      if (const auto* piece = document.piece(id))
+        result.min += piece->pose.translation, result.max += piece->pose.translation;
       return result;
     };
-    world.edit = [this](const std::string& label, const std::function<void(engine::Document&)>& change, const std::string& merge) {
+    world.edit = [this](const std::string& label, const std::function<void(engine::Document&)>& change,
+                        const std::string& merge) {
       ++edits;
       if (bench) return bench->edit(label, change, merge);
       change(document);
@@ -153,7 +155,8 @@ class Rig {
 
   engine::Document document;
   StudioState state;
-  engine::Workbench* bench = nullptr;  ///< Else edits are done at once, and join the last step where both have the same key.
+  /// Else edits are done at once, and join the last step where both have the same key.
+  engine::Workbench* bench = nullptr;
   render::View view;
   WidgetSet widgets;
   double clayRadius = 0;
@@ -170,7 +173,9 @@ class Random {
   explicit Random(uint32_t seed) : engine_(seed) { testing::Test::RecordProperty("seed", int(seed)); }
   double between(double low, double high) { return std::uniform_real_distribution(low, high)(engine_); }
   Vec3d vector(double size = 1) { return size * Vec3d(between(-1, 1), between(-1, 1), between(-1, 1)); }
-  Eigen::Quaterniond rotation() { return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)).normalized(); }
+  Eigen::Quaterniond rotation() {
+    return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)).normalized();
+  }
   /// Looks at what is about zero.
   render::View view() {
     render::View view;

@@ -86,7 +86,8 @@ TEST(Widgets, WorkInTheStudiosOwnContext) {
   const auto with = [&](auto act) {
     now = bench.snapshot();
     timeS += 0.01;
-    Context context{.bench = bench, .now = *now, .state = state, .camera = camera, .renderer = renderer, .timeS = timeS};
+    Context context{
+        .bench = bench, .now = *now, .state = state, .camera = camera, .renderer = renderer, .timeS = timeS};
     return act(context);
   };
   const auto hand = [&](float x, float y, bool down) {

@@ -1,4 +1,5 @@
-// What the Falcon's driver does on a USB bus beyond the conformance suite: being found, loaded, shared, taken over by a guard.
+// What the Falcon's driver does on a USB bus beyond the conformance suite: being found, loaded, shared, taken over by a
+// guard.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,7 +53,9 @@ TEST(FalconUsb, findsNothingWhereNothingIs) {
   EXPECT_TRUE(findFalcons().empty());
   EXPECT_EQ(zeroFalcons(), 0);
   const auto device = openAt("");
-  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) { return device->status().find("not plugged in") != std::string::npos; })) << device->status();
+  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) {
+    return device->status().find("not plugged in") != std::string::npos;
+  })) << device->status();
 }
 
 TEST(FalconUsb, findsEachByItsSocket) {
@@ -69,7 +72,9 @@ TEST(FalconUsb, findsEachByItsSocket) {
   two.hand({0, 10, 0}, 0);
   const auto device = openAt("1-4");
   DeviceState state;
-  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) { return device->read(0, state) && (state.pose.translation - Vec3d(0, 10, 0)).norm() < 0.1; }));
+  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool) {
+    return device->read(0, state) && (state.pose.translation - Vec3d(0, 10, 0)).norm() < 0.1;
+  }));
   EXPECT_THAT(device->status(), HasSubstr("1-4"));
 }
 
@@ -85,14 +90,17 @@ TEST(FalconUsb, twoDriversTakeTwoFalconsAndAThirdIsToldWhy) {
   EXPECT_GT(one.packets(), 0u);
   EXPECT_GT(two.packets(), 0u);
   const auto third = openAt("");
-  EXPECT_TRUE(until(*third, Vec3d::Zero(), [&](bool) { return third->status().find("another program uses it") != std::string::npos; })) << third->status();
+  EXPECT_TRUE(until(*third, Vec3d::Zero(), [&](bool) {
+    return third->status().find("another program uses it") != std::string::npos;
+  })) << third->status();
 }
 
 TEST(FalconUsb, loadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
   std::vector<uint8_t> firmware(500);
   for (size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<uint8_t>(7 * i + i / 100);
   const auto path = std::filesystem::temp_directory_path() / ("argil-falcon-usb-" + std::to_string(::getpid()));
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(firmware.data()), std::streamsize(firmware.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(firmware.data()), std::streamsize(firmware.size()));
   FalconEmulator falcon(firmware);
   falcon.powerCycle();
   falcon.setHomed(true);
@@ -112,8 +120,11 @@ TEST(FalconUsb, isAtZeroOnceCut) {
   const Vec3d push(0, 0, 4);
   ASSERT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
   const ForceGate::Generation stop = device->gate().stop(StopOwner::user);
-  EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() == 0; }, 0.5));
-  EXPECT_FALSE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 0; }, 0.05)) << "whatever write() says";
+  EXPECT_TRUE(until(
+      *device, push, [&](bool) { return falcon.forceN().norm() == 0; }, 0.5));
+  EXPECT_FALSE(until(
+      *device, push, [&](bool) { return falcon.forceN().norm() > 0; }, 0.05))
+      << "whatever write() says";
   ASSERT_TRUE(device->gate().resume(StopOwner::user, stop));
   EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
 }
@@ -140,7 +151,9 @@ TEST(FalconUsb, isAtZeroAfterAStallAndGoesOn) {
   falcon.misbehave(FalconFault::stall);
   EXPECT_TRUE(until(*device, push, [](bool fresh) { return !fresh; }));
   falcon.misbehave(FalconFault::none);
-  EXPECT_TRUE(until(*device, Vec3d::Zero(), [&](bool fresh) { return fresh && falcon.forceN().norm() == 0; }, 1)) << device->status();
+  EXPECT_TRUE(until(
+      *device, Vec3d::Zero(), [&](bool fresh) { return fresh && falcon.forceN().norm() == 0; }, 1))
+      << device->status();
 }
 
 TEST(FalconUsb, aGuardFindsItAndPutsItToZero) {

@@ -14,13 +14,29 @@ using Kind = DeformBox::Kind;
 using std::string_view;
 
 template <auto member>
-constexpr engine::Parameter<DeformBox> plain(string_view id, string_view name, string_view help, string_view unit, double low, double high, double standard,
-                                             bool logarithmic = false) {
-  return {id, name, help, unit, low, high, standard, logarithmic, [](const DeformBox& b) { return b.*member; }, [](DeformBox& b, double v) { b.*member = v; }};
+constexpr engine::Parameter<DeformBox> plain(string_view id, string_view name, string_view help, string_view unit,
+                                             double low, double high, double standard, bool logarithmic = false) {
+  return {id,
+          name,
+          help,
+          unit,
+          low,
+          high,
+          standard,
+          logarithmic,
+          [](const DeformBox& b) { return b.*member; },
+          [](DeformBox& b, double v) { b.*member = v; }};
 }
 template <int axis>
 constexpr engine::Parameter<DeformBox> count(string_view id, string_view name) {
-  return {id, name, "Points along this axis; moved ones go back to their places.", "", 2, 8, 4, false,
+  return {id,
+          name,
+          "Points along this axis; moved ones go back to their places.",
+          "",
+          2,
+          8,
+          4,
+          false,
           [](const DeformBox& b) { return double(b.lattice.counts()[axis]); },
           [](DeformBox& b, double v) {
             std::array<int, 3> counts = b.lattice.counts();
@@ -31,17 +47,21 @@ constexpr engine::Parameter<DeformBox> count(string_view id, string_view name) {
           }};
 }
 
-constexpr std::array kCounts{count<0>("points-x", "Points x"), count<1>("points-y", "Points y"), count<2>("points-z", "Points z")};
+constexpr std::array kCounts{count<0>("points-x", "Points x"), count<1>("points-y", "Points y"),
+                             count<2>("points-z", "Points z")};
 constexpr std::array kRange{
-    plain<&DeformBox::fromPercent>("from", "From", "Where it begins along the axis; what lies before stays.", "%", 0, 99, 0),
+    plain<&DeformBox::fromPercent>("from", "From", "Where it begins along the axis; what lies before stays.", "%", 0,
+                                   99, 0),
     plain<&DeformBox::toPercent>("to", "To", "Where it ends; what lies behind follows as it is.", "%", 1, 100, 100),
 };
 constexpr std::array kBend{
     plain<&DeformBox::bendDegrees>("bend", "Angle", "How far the end is turned.", "°", -350, 350, 0),
     plain<&DeformBox::bendTowards>("towards", "Towards", "Direction across the axis.", "°", 0, 360, 0),
 };
-constexpr std::array kTwist{plain<&DeformBox::twistDegrees>("twist", "Angle", "How far the end is turned.", "°", -1080, 1080, 0)};
-constexpr std::array kTaper{plain<&DeformBox::taperPercent>("taper", "Width", "At the end, of what it is at the beginning.", "%", 15, 700, 100, true)};
+constexpr std::array kTwist{
+    plain<&DeformBox::twistDegrees>("twist", "Angle", "How far the end is turned.", "°", -1080, 1080, 0)};
+constexpr std::array kTaper{plain<&DeformBox::taperPercent>(
+    "taper", "Width", "At the end, of what it is at the beginning.", "%", 15, 700, 100, true)};
 
 }  // namespace
 
@@ -61,9 +81,10 @@ void deformSection(Context& context) {
   } else {
     static constexpr std::array<string_view, 3> kAxes{"x", "y", "z"};
     kit::segmented("deform axis", kAxes, box.axis);
-    const std::span<const engine::Parameter<DeformBox>> rows = box.kind == Kind::bend    ? std::span<const engine::Parameter<DeformBox>>(kBend)
-                                                              : box.kind == Kind::twist ? std::span<const engine::Parameter<DeformBox>>(kTwist)
-                                                                                        : std::span<const engine::Parameter<DeformBox>>(kTaper);
+    const std::span<const engine::Parameter<DeformBox>> rows =
+        box.kind == Kind::bend    ? std::span<const engine::Parameter<DeformBox>>(kBend)
+        : box.kind == Kind::twist ? std::span<const engine::Parameter<DeformBox>>(kTwist)
+                                  : std::span<const engine::Parameter<DeformBox>>(kTaper);
     drawRows(rows, box);
     drawRows(std::span<const engine::Parameter<DeformBox>>(kRange), box);
   }

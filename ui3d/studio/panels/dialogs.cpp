@@ -31,8 +31,9 @@ void drawNewClay(Context& context, Memory& memory) {
     length("radius", "Radius", clay.radiusMm, 0.5, 30);
     voxels = 4 * 3.14159265358979 * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
   }
-  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", std::max(0.001, 0.01 * clay.scale), std::min(1000.0, 10 * clay.scale),
-               0.5 * clay.scale, true}, clay.voxelMm);
+  kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", std::max(0.001, 0.01 * clay.scale),
+               std::min(1000.0, 10 * clay.scale), 0.5 * clay.scale, true},
+              clay.voxelMm);
   kit::toggle(kHalfMemory, clay.halfMemory, kHalfMemoryHelp);
   // Two triangles a voxel of the surface; a half more on average for how a curved surface crosses them.
   kit::fact("Triangles, about", kit::counted(uint64_t(std::round(3 * voxels / 1000)) * 1000));
@@ -55,13 +56,16 @@ void drawPreferences(Context& context, Memory&) {
   kit::dimText("Theme");
   int theme = int(context.state.theme);
   if (kit::segmented("theme", kThemes, theme)) runAction(context, "window.theme");
-  static constexpr std::array<std::string_view, 8> kScales{"As the display says", "75 %", "100 %", "125 %", "150 %", "200 %", "250 %", "300 %"};
+  static constexpr std::array<std::string_view, 8> kScales{
+      "As the display says", "75 %", "100 %", "125 %", "150 %", "200 %", "250 %", "300 %"};
   static constexpr std::array<float, 8> kFactors{0, 0.75f, 1, 1.25f, 1.5f, 2, 2.5f, 3};
   int scale = int(std::find(kFactors.begin(), kFactors.end(), context.state.interfaceScale) - kFactors.begin());
-  if (kit::choice("Size", kScales, scale, "Of everything flat.")) context.state.interfaceScale = kFactors[size_t(scale)];
+  if (kit::choice("Size", kScales, scale, "Of everything flat."))
+    context.state.interfaceScale = kFactors[size_t(scale)];
   kit::toggle("Snap widgets", context.state.snapWidgets, "Dragged widgets snap to guides, clay and grid.");
   drawRows(handsRows(), context.state);
-  kit::toggle("Fold panels", context.state.foldPanels, "Where they would leave the clay less than 60 % of the window: then they open over it.");
+  kit::toggle("Fold panels", context.state.foldPanels,
+              "Where they would leave the clay less than 60 % of the window: then they open over it.");
   kit::toggle("Start page", context.state.startPage, "When Argil starts without a file.");
   kit::toggle("Light background", context.state.look.lightBackground, "Behind the clay.");
   kit::gap(6);

@@ -27,9 +27,11 @@ void divide() {
 }
 
 void menuItem(Context& context, const Action& action) {
-  const bool enabled = !action.enabled || action.enabled(context), checked = action.checked && action.checked(context, action.argument);
+  const bool enabled = !action.enabled || action.enabled(context),
+             checked = action.checked && action.checked(context, action.argument);
   const std::string keys = shortcutOf(action, context.state);
-  if (ImGui::MenuItem(action.name.c_str(), keys.substr(0, keys.find(' ')).c_str(), checked, enabled)) action.run(context, action.argument);
+  if (ImGui::MenuItem(action.name.c_str(), keys.substr(0, keys.find(' ')).c_str(), checked, enabled))
+    action.run(context, action.argument);
 }
 
 // A menu for each group of operations on whole pieces.
@@ -53,7 +55,8 @@ void pieceMenu(Context& context) {
 // A mouse that is not over the picture is silent too: nothing that a person need know.
 bool forcesAil(const Context& context, const Memory& memory) {
   const haptics::ServoState state = memory.touch.state;
-  return forcesStopped(memory) || state == haptics::ServoState::hung || (state == haptics::ServoState::silent && !context.bench.usesPointer());
+  return forcesStopped(memory) || state == haptics::ServoState::hung ||
+         (state == haptics::ServoState::silent && !context.bench.usesPointer());
 }
 
 }  // namespace
@@ -78,9 +81,14 @@ void runAction(Context& context, std::string_view id) {
 bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters) {
   const Action* action = findAction(id);
   if (!action) return false;
-  const bool enabled = !action->enabled || action->enabled(context), checked = action->checked && action->checked(context, action->argument);
+  const bool enabled = !action->enabled || action->enabled(context),
+             checked = action->checked && action->checked(context, action->argument);
   ImGui::BeginDisabled(!enabled);
-  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge, !checked ? kit::Lit::off : id.starts_with("tool.") ? kit::Lit::full : kit::Lit::soft, action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
+  const bool pressed = kit::iconButton(action->id.c_str(), icon, edge,
+                                       !checked                  ? kit::Lit::off
+                                       : id.starts_with("tool.") ? kit::Lit::full
+                                                                 : kit::Lit::soft,
+                                       action->name + ". " + action->help, shortcutOf(*action, context.state), letters);
   ImGui::EndDisabled();
   if (pressed) action->run(context, action->argument);
   return pressed;
@@ -99,7 +107,8 @@ std::string_view iconOf(const engine::Document& document, engine::Id id) {
 }
 
 void drawMenu(Context& context, Memory& memory) {
-  kit::begin("Menu", memory.layout.menu, colours().bar, {6, 0}, ImGuiWindowFlags_MenuBar | ImGuiWindowFlags_NoScrollbar);
+  kit::begin("Menu", memory.layout.menu, colours().bar, {6, 0},
+             ImGuiWindowFlags_MenuBar | ImGuiWindowFlags_NoScrollbar);
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 7});
   if (ImGui::BeginMenuBar()) {
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {8, 8});
@@ -127,7 +136,8 @@ void drawMenu(Context& context, Memory& memory) {
 }
 
 void drawBar(Context& context, Memory& memory) {
-  kit::begin("Bar", memory.layout.bar, colours().panel, {8, (kBarHeight - kBarButton) / 2}, ImGuiWindowFlags_NoScrollbar);
+  kit::begin("Bar", memory.layout.bar, colours().panel, {8, (kBarHeight - kBarButton) / 2},
+             ImGuiWindowFlags_NoScrollbar);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const kit::Rect& rect = memory.layout.bar;
   for (const float y : {rect.top + 0.5f, rect.bottom - 0.5f}) kit::frameLine({rect.left, y}, {rect.right, y});
@@ -137,7 +147,8 @@ void drawBar(Context& context, Memory& memory) {
   // What is folded is opened from here, as the rail does it on the other side.
   const int folded = int(memory.layout.toolsFolded) + int(memory.layout.settingsFolded);
   const BarGroups groups = barGroups(rect.width(), folded, stoppable ? stopWidth : 0);
-  for (const auto& [id, isFolded] : {std::pair{"tools", memory.layout.toolsFolded}, {"settings", memory.layout.settingsFolded}}) {
+  for (const auto& [id, isFolded] :
+       {std::pair{"tools", memory.layout.toolsFolded}, {"settings", memory.layout.settingsFolded}}) {
     if (!isFolded) continue;
     actionButton(context, std::string("panel.") + id, findPanel(id)->icon, kBarButton);
     ImGui::SameLine();
@@ -179,7 +190,8 @@ void drawBar(Context& context, Memory& memory) {
   }
   if (groups.shading) {
     divide();
-    for (const auto& [id, icon] : {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
+    for (const auto& [id, icon] :
+         {std::pair{"shading.matcap", "matcap"}, {"shading.lit", "lit"}, {"shading.material", "material"}}) {
       actionButton(context, id, icon, kBarButton);
       ImGui::SameLine();
     }
@@ -187,12 +199,14 @@ void drawBar(Context& context, Memory& memory) {
   }
   if (groups.view) {
     divide();
-    for (const auto& [id, icon] : {std::pair{"view.projection", "ortho"}, {"view.section", "section"}, {"view.all", "focus"}}) {
+    for (const auto& [id, icon] :
+         {std::pair{"view.projection", "ortho"}, {"view.section", "section"}, {"view.all", "focus"}}) {
       actionButton(context, id, icon, kBarButton);
       ImGui::SameLine();
     }
     const bool stereo = context.state.stereo.mode != render::StereoMode::mono;
-    if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off, "Stereo on or off; the View panel has its modes")) {
+    if (kit::iconButton("stereo", "stereo", kBarButton, stereo ? kit::Lit::soft : kit::Lit::off,
+                        "Stereo on or off; the View panel has its modes")) {
       context.state.stereo.mode = stereo ? render::StereoMode::mono : render::StereoMode::anaglyph;
     }
   }
@@ -201,7 +215,8 @@ void drawBar(Context& context, Memory& memory) {
     const char* words = stopped ? "Resume forces" : "Stop forces";
     ImGui::SameLine(rect.width() - stopWidth - 8);
     ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
-    if (kit::button(words, stopped ? kit::Weight::chief : kit::Weight::danger, stopWidth, stopped ? "play" : "stop")) runAction(context, stopped ? "touch.resume" : "touch.stop");
+    if (kit::button(words, stopped ? kit::Weight::chief : kit::Weight::danger, stopWidth, stopped ? "play" : "stop"))
+      runAction(context, stopped ? "touch.resume" : "touch.stop");
     const Action* action = findAction(stopped ? "touch.resume" : "touch.stop");
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
@@ -222,7 +237,8 @@ void drawRail(Context& context, Memory& memory) {
   }
   if (memory.layout.railFoot) {  // Else by menu and key.
     ImGui::SetCursorPosY(memory.layout.rail.height() - 3 * (edge + 2) - kToolPad + 2);
-    for (const char* id : {"palette", "shortcuts", "preferences"}) actionButton(context, std::string("panel.") + id, findPanel(id)->icon, edge);
+    for (const char* id : {"palette", "shortcuts", "preferences"})
+      actionButton(context, std::string("panel.") + id, findPanel(id)->icon, edge);
   }
   ImGui::PopStyleVar();
   kit::end();
@@ -243,7 +259,10 @@ void drawStatus(Context& context, Memory& memory) {
   const haptics::StylusSample& s = memory.touch.latest;
   std::vector<std::pair<std::string, float>> right;
   right.emplace_back(keeping.words, 0);
-  right.emplace_back(memory.touch.device.empty() ? "no device" : context.bench.usesPointer() ? "mouse or pen" : memory.touch.device, 0);
+  right.emplace_back(memory.touch.device.empty()   ? "no device"
+                     : context.bench.usesPointer() ? "mouse or pen"
+                                                   : memory.touch.device,
+                     0);
   right.emplace_back(kit::written(std::round(f.framesPerSecond)) + " frames/s", 96);
   right.emplace_back(kit::counted(f.triangles) + " triangles", 128);
   char text[96];
@@ -260,8 +279,10 @@ void drawStatus(Context& context, Memory& memory) {
     if (x - needed < 0.33f * rect.width()) break;
     x -= needed;
     ImGui::SetCursorPos({x, y});
-    if (first && keeping.ails) kit::elided(words, needed, c.warning);
-    else kit::dimText(words);
+    if (first && keeping.ails)
+      kit::elided(words, needed, c.warning);
+    else
+      kit::dimText(words);
     x -= 14;
     list.AddLine({x + 7, rect.top + 7}, {x + 7, rect.bottom - 6}, c.line, 1);
   }
@@ -278,20 +299,30 @@ void drawStatus(Context& context, Memory& memory) {
   else if (forcesAil(context, memory)) {
     doing = kit::sentence(memory.touch.sentence);
     colour = c.warning;
-  } else if (context.now.document->pieces.empty()) doing = "No clay yet: add a block, or open a file";
+  } else if (context.now.document->pieces.empty())
+    doing = "No clay yet: add a block, or open a file";
   else if (!context.now.document->workedOn()) {
     doing = "The active piece is hidden or locked: it cannot be worked on";
     colour = c.warning;
-  } else if (context.state.drawnCurve) doing = std::string(context.state.drawnCurve->job->name) + ": " + context.state.drawnCurve->hint();
-  else if (context.state.deformBox) doing = "Deform box: pull its points, or set numbers. Enter: apply. Esc: the clay as it was";
+  } else if (context.state.drawnCurve)
+    doing = std::string(context.state.drawnCurve->job->name) + ": " + context.state.drawnCurve->hint();
+  else if (context.state.deformBox)
+    doing = "Deform box: pull its points, or set numbers. Enter: apply. Esc: the clay as it was";
   else if (tool && tool->file != engine::ToolFile::none && context.state.tool().file.empty()) {
-    doing = std::string(tool->name) + (tool->file == engine::ToolFile::image ? " needs an image: choose one in the settings" : " needs a shape: choose one in the settings");
+    doing = std::string(tool->name) + (tool->file == engine::ToolFile::image
+                                           ? " needs an image: choose one in the settings"
+                                           : " needs a shape: choose one in the settings");
     colour = c.warning;
-  } else if (tool && context.state.straight) doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
-  else if (const engine::Piece* other = context.now.document->piece(context.state.otherPiece)) doing = other->name + ": click it to work on it; a drag turns the view";
+  } else if (tool && context.state.straight)
+    doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
+  else if (const engine::Piece* other = context.now.document->piece(context.state.otherPiece))
+    doing = other->name + ": click it to work on it; a drag turns the view";
   else if (tool && context.now.document->pieces.size() > 1 && !context.now.inStroke)
-    doing = std::string(tool->name) + " on " + context.now.document->workedOn()->name + ": drag on it. Click another piece to work on that. Ctrl: opposite, Shift: smooth";
-  else if (tool) doing = std::string(tool->name) + (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
+    doing = std::string(tool->name) + " on " + context.now.document->workedOn()->name +
+            ": drag on it. Click another piece to work on that. Ctrl: opposite, Shift: smooth";
+  else if (tool)
+    doing = std::string(tool->name) +
+            (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
   ImGui::SetCursorPos({10, y});
   kit::elided(doing, std::max(20.0f, x - 20), colour);
   ImGui::PopFont();

@@ -37,12 +37,14 @@ void drawnCurveSection(Context& context) {
   kit::text(curve.job->name);
   ImGui::PopFont();
   kit::wrapped(curve.job->help, colours().dim);
-  if (const engine::Piece* piece = context.now.document->piece(curve.arguments.pieces.front())) kit::fact("Piece", piece->name);
+  if (const engine::Piece* piece = context.now.document->piece(curve.arguments.pieces.front()))
+    kit::fact("Piece", piece->name);
   kit::gap(4);
   bool changed = false;
   for (const auto& parameter : curve.job->parameters)
     changed |= parameter.id == "keep" ? drawKeep(curve) : drawRow(parameter, curve.arguments).changed;
-  if (curve.cuts() && curve.drawn() && curve.pointsMm.size() >= 3) changed |= kit::toggle("Closed", curve.closed, "The end meets the beginning; else both ends go straight on.");
+  if (curve.cuts() && curve.drawn() && curve.pointsMm.size() >= 3)
+    changed |= kit::toggle("Closed", curve.closed, "The end meets the beginning; else both ends go straight on.");
   if (changed && curve.cuts()) curve.findSides();
   kit::gap(4);
   if (!curve.cuts()) {

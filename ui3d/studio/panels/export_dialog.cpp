@@ -30,13 +30,18 @@ void formats(ExportChoice& choice) {
       reduces &= kind.reduces;
     }
     if (kit::button(kind.name, chosen ? kit::Weight::chief : kit::Weight::plain, each)) {
-      if (chosen) choice.endings.erase(on);
-      else choice.endings.insert(std::string(kind.ending));
+      if (chosen)
+        choice.endings.erase(on);
+      else
+        choice.endings.insert(std::string(kind.ending));
     }
   }
-  if (choice.endings.size() == 1 && only) kit::wrapped(only->writes, colours().dim);
-  else if (!choice.endings.empty()) kit::wrapped("One file for each of them; lengths in mm, in metres where glTF wants it.", colours().dim);
-  if (!reduces && choice.reduce != 0) kit::wrapped("A level set has no triangles: OpenVDB is written whole.", colours().warning);
+  if (choice.endings.size() == 1 && only)
+    kit::wrapped(only->writes, colours().dim);
+  else if (!choice.endings.empty())
+    kit::wrapped("One file for each of them; lengths in mm, in metres where glTF wants it.", colours().dim);
+  if (!reduces && choice.reduce != 0)
+    kit::wrapped("A level set has no triangles: OpenVDB is written whole.", colours().warning);
 }
 
 // One click for who has a purpose and no opinion on formats.
@@ -64,8 +69,12 @@ void reduction(ExportChoice& choice) {
   static constexpr std::array<std::string_view, 3> kHow{"All triangles", "To a count", "Within an error"};
   kit::dimText("Triangles");
   kit::segmented("reduce", kHow, choice.reduce);
-  if (choice.reduce == 1) kit::number({"thousand", "At most", "In all; the error is told.", "thousand", 0.1, 50000, 200, true}, choice.thousandTriangles);
-  if (choice.reduce == 2) kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true}, choice.errorMm);
+  if (choice.reduce == 1)
+    kit::number({"thousand", "At most", "In all; the error is told.", "thousand", 0.1, 50000, 200, true},
+                choice.thousandTriangles);
+  if (choice.reduce == 2)
+    kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true},
+                choice.errorMm);
 }
 
 // Why it cannot be written; empty: it can.
@@ -124,7 +133,8 @@ void drawExport(Context& context, Memory& memory) {
   if (!kit::beginDialog("Export", "Export", 460, 0, &open)) return;
   std::error_code ignored;
   if (choice.name.empty() && ImGui::IsWindowAppearing()) choice.name = "clay";
-  if (choice.folder.empty()) choice.folder = context.state.lastFolder.empty() ? fs::current_path(ignored).string() : context.state.lastFolder;
+  if (choice.folder.empty())
+    choice.folder = context.state.lastFolder.empty() ? fs::current_path(ignored).string() : context.state.lastFolder;
   destinations(choice);
   formats(choice);
   static constexpr std::array<std::string_view, 3> kWhat{"What is visible", "Every piece", "Selected"};
@@ -143,7 +153,8 @@ void drawExport(Context& context, Memory& memory) {
   if (choice.endings.contains(".glb") || choice.endings.contains(".gltf"))
     kit::toggle("Pack glTF with Draco", choice.draco, "A tenth of the size; fewer programs can open it.");
   kit::dimText("Name and folder");
-  bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) && ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
+  bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) &&
+               ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false);
   kit::textField("##folder", choice.folder, ImGui::GetContentRegionAvail().x - kRow - kGap, "Folder");
   ImGui::SameLine();
   if (kit::iconButton("folders", "folder", kRow, kit::Lit::off, "Choose a folder", "", "", false)) {
@@ -163,7 +174,9 @@ void drawExport(Context& context, Memory& memory) {
   if (asking) {
     std::string names;
     for (const std::string& name : there) names += (names.empty() ? "" : ", ") + name;
-    kit::wrapped(names + (there.size() == 1 ? " is there already: write over it?" : " are there already: write over them?"), colours().warning);
+    kit::wrapped(
+        names + (there.size() == 1 ? " is there already: write over it?" : " are there already: write over them?"),
+        colours().warning);
   } else {
     choice.existing.clear();
   }

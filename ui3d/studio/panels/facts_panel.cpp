@@ -19,7 +19,8 @@ void qualityPanel(Context& context, Memory& memory) {
   if (memory.frameMs.size() > 1) {
     std::vector<float> sorted = memory.frameMs;
     std::sort(sorted.begin(), sorted.end());
-    kit::fact("p50 · p99", kit::written(sorted[sorted.size() / 2]) + " · " + kit::written(sorted[sorted.size() * 99 / 100]) + " ms");
+    kit::fact("p50 · p99",
+              kit::written(sorted[sorted.size() / 2]) + " · " + kit::written(sorted[sorted.size() * 99 / 100]) + " ms");
   }
   double most = 0;
   for (const render::PassTime& pass : f.passes) most = std::max(most, pass.us);
@@ -42,13 +43,18 @@ void factsPanel(Context& context, Memory&) {
   uint64_t bricks = 0;
   for (const engine::Piece& piece : document.pieces) bricks += piece.version ? piece.version.stats().bricks : 0;
   const render::Box box = context.renderer.bounds();
-  const auto size = [](const Vec3d& s) { return kit::written(s.x()) + " × " + kit::written(s.y()) + " × " + kit::written(s.z()) + " mm"; };
+  const auto size = [](const Vec3d& s) {
+    return kit::written(s.x()) + " × " + kit::written(s.y()) + " × " + kit::written(s.z()) + " mm";
+  };
   if (!box.empty()) kit::fact("Size of what is seen", size(box.size()));
-  kit::fact("Pieces · parts · guides", std::to_string(document.pieces.size()) + " · " + std::to_string(document.parts.size()) + " · " + std::to_string(document.guides.size()));
+  kit::fact("Pieces · parts · guides", std::to_string(document.pieces.size()) + " · " +
+                                           std::to_string(document.parts.size()) + " · " +
+                                           std::to_string(document.guides.size()));
   kit::fact("Triangles", kit::counted(context.renderer.triangleCount()));
   kit::fact("Bricks of 512 voxels", kit::counted(bricks));
   kit::fact("Clay and undo", kit::bytes(now.clayBytes));
-  kit::fact("Steps, done of all", std::to_string(now.done) + " of " + std::to_string(now.history ? now.history->size() : 0));
+  kit::fact("Steps, done of all",
+            std::to_string(now.done) + " of " + std::to_string(now.history ? now.history->size() : 0));
   kit::fact("Steps in memory · on disk", kit::counted(now.undo.inMemory) + " · " + kit::counted(now.undo.onDisk));
   kit::fact("Undo takes", kit::bytes(now.undo.bytes));
   if (drawRows(undoRows(), context.state).changed) context.bench.setUndoBudget(context.state.undoBytes());

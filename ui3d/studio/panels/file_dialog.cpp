@@ -15,7 +15,8 @@ namespace argil::studio {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr size_t kMostEntries = 4000;  // More than a person looks through; a folder of millions must not stop the window for long.
+// More than a person looks through; a folder of millions must not stop the window for long.
+constexpr size_t kMostEntries = 4000;
 
 std::string home() {
   const char* folder = std::getenv("HOME");
@@ -88,7 +89,9 @@ void FileDialog::list() {
 
 // Where a file is to be written: true when it may be.
 bool FileDialog::writes(fs::path whole) {
-  if (std::find(request_.endings.begin(), request_.endings.end(), small(whole.extension().string())) == request_.endings.end()) whole += request_.endings.front();
+  if (std::find(request_.endings.begin(), request_.endings.end(), small(whole.extension().string())) ==
+      request_.endings.end())
+    whole += request_.endings.front();
   std::error_code ignored;
   if (!fs::is_directory(whole.parent_path(), ignored)) {
     problem_ = "There is no folder " + whole.parent_path().string();
@@ -109,8 +112,10 @@ bool FileDialog::chooses(const std::string& typed) {
   if (fs::is_directory(whole, ignored) && !(request_.endings.empty() && typed.empty())) {
     go(whole);
     // The name of what is to be written goes along from folder to folder.
-    if (!request_.toWrite) typed_.clear();
-    else if (typed_ == typed) typed_ = request_.name;
+    if (!request_.toWrite)
+      typed_.clear();
+    else if (typed_ == typed)
+      typed_ = request_.name;
     return false;
   }
   if (request_.endings.empty()) {
@@ -137,20 +142,27 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   if (kit::textField("##folder", folderText_, 0, "Folder")) go(meant(folderText_, folder_));
 
   // Another name, another question.
-  if (!replacing_.empty() && replacing_ != meant(typed_, folder_) && replacing_ != meant(typed_ + request_.endings.front(), folder_)) replacing_.clear();
+  if (!replacing_.empty() && replacing_ != meant(typed_, folder_) &&
+      replacing_ != meant(typed_ + request_.endings.front(), folder_))
+    replacing_.clear();
   const bool replaces = !replacing_.empty();
   const float lines = (problem_.empty() ? 0.0f : 1.0f) + (replaces ? 1.0f : 0.0f);
-  const float foot = kRow + lines * ImGui::GetTextLineHeightWithSpacing() + (folders ? 0 : ImGui::GetFrameHeightWithSpacing()) + moreHeight;
+  const float foot = kRow + lines * ImGui::GetTextLineHeightWithSpacing() +
+                     (folders ? 0 : ImGui::GetFrameHeightWithSpacing()) + moreHeight;
   ImGui::PushStyleColor(ImGuiCol_ChildBg, colours().bar);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {6, 6});
-  ImGui::BeginChild("list", {0, ImGui::GetContentRegionAvail().y - foot - kGap}, true, ImGuiWindowFlags_AlwaysUseWindowPadding);
+  ImGui::BeginChild("list", {0, ImGui::GetContentRegionAvail().y - foot - kGap}, true,
+                    ImGuiWindowFlags_AlwaysUseWindowPadding);
   ImGui::PopStyleVar();
   ImGui::PopStyleColor();
   kit::sharpen(*ImGui::GetWindowDrawList());
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, 0});
   constexpr float kHeight = 27;
   int opened = -1;
-  if (entries_.empty()) kit::dimText(folders ? "No folders in here." : request_.toWrite ? "No files of this kind in here." : "Nothing in here that can be opened.");
+  if (entries_.empty())
+    kit::dimText(folders            ? "No folders in here."
+                 : request_.toWrite ? "No files of this kind in here."
+                                    : "Nothing in here that can be opened.");
   ImGuiListClipper clipper;
   clipper.Begin(int(entries_.size()), kHeight);
   while (clipper.Step()) {
@@ -168,13 +180,16 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
       ImDrawList& draw = *ImGui::GetWindowDrawList();
       const Colours& c = colours();
       if (chosen_ == i || hovered) draw.AddRectFilled(a, b, chosen_ == i ? c.soft : c.fieldHover, kRound);
-      drawIcon(draw, entry.folder ? "folder" : "file", {a.x + 15, (a.y + b.y) / 2}, 17, entry.folder ? c.accent : c.dim);
+      drawIcon(draw, entry.folder ? "folder" : "file", {a.x + 15, (a.y + b.y) / 2}, 17,
+               entry.folder ? c.accent : c.dim);
       const ImVec2 after = ImGui::GetCursorPos();
       ImGui::SetCursorScreenPos({a.x + 30, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)});
       kit::elided(entry.name, width - 120, c.text);
       if (!entry.folder) {
         const std::string size = kit::bytes(entry.bytes);
-        draw.AddText({b.x - 10 - ImGui::CalcTextSize(size.c_str()).x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)}, c.dim, size.c_str());
+        draw.AddText(
+            {b.x - 10 - ImGui::CalcTextSize(size.c_str()).x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)},
+            c.dim, size.c_str());
       }
       ImGui::SetCursorPos(after);
       ImGui::PopID();
@@ -190,7 +205,9 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
     done = chooses(typed_);
   }
   if (!problem_.empty()) kit::wrapped(problem_, colours().error);
-  if (replaces) kit::elided(replacing_.filename().string() + " is there already: replace it?", ImGui::GetContentRegionAvail().x, colours().warning);
+  if (replaces)
+    kit::elided(replacing_.filename().string() + " is there already: replace it?", ImGui::GetContentRegionAvail().x,
+                colours().warning);
   if (more) more();
   const std::string_view verb = replaces ? std::string_view("Replace") : std::string_view(request_.verb);
   const float wide = std::max(96.0f, kit::buttonWidth(verb));

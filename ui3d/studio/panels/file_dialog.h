@@ -15,15 +15,17 @@ class FileDialog {
     std::string title, verb;           ///< "Open a document", "Open".
     std::vector<std::string> endings;  ///< ".stl" and so on, small letters; empty: folders are chosen.
     std::string where = {};            ///< Folder to begin in; empty: where the last one was, or the person's home.
-    bool toWrite = false;              ///< The file need not be there: the first ending is added to a name without one, another file is replaced after a question.
-    std::string name = {};             ///< That is typed already.
+    /// The file need not be there: the first ending is added to a name without one, another file is replaced after a
+    /// question.
+    bool toWrite = false;
+    std::string name = {};  ///< That is typed already.
   };
   void open(Request request);
   void close() { open_ = false; }
   [[nodiscard]] bool isOpen() const { return open_; }
 
-  /// Draws it where it is open, once a frame; `more` draws what else is to be chosen, above the buttons, `moreHeight` high. True in the
-  /// one frame in which a file was chosen: path() names it.
+  /// Draws it where it is open, once a frame; `more` draws what else is to be chosen, above the buttons, `moreHeight`
+  /// high. True in the one frame in which a file was chosen: path() names it.
   bool draw(const std::function<void()>& more = {}, float moreHeight = 0);
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// As it is typed or clicked so far.

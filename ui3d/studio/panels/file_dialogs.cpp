@@ -30,8 +30,10 @@ std::string proposedName(const Context& context) {
 }
 
 void save(Context& context, Memory& memory) {
-  if (context.now.file.path.empty()) openSaveAs(context, memory);
-  else context.state.wishes.save = fs::path();
+  if (context.now.file.path.empty())
+    openSaveAs(context, memory);
+  else
+    context.state.wishes.save = fs::path();
 }
 
 }  // namespace
@@ -39,7 +41,12 @@ void save(Context& context, Memory& memory) {
 void openSaveAs(Context& context, Memory& memory) {
   const fs::path& path = context.now.file.path;
   openFiles(context, memory, FilesFor::save,
-            {"Save the document", "Save", {".argil"}, path.empty() ? std::string() : path.parent_path().string(), true, proposedName(context) + ".argil"});
+            {"Save the document",
+             "Save",
+             {".argil"},
+             path.empty() ? std::string() : path.parent_path().string(),
+             true,
+             proposedName(context) + ".argil"});
 }
 
 void serveWishes(Context& context, Memory& memory) {
@@ -68,7 +75,8 @@ void serveWishes(Context& context, Memory& memory) {
     memory.importAsPart = wish == "part";
     openFiles(context, memory, FilesFor::import, {"Import a model", "Import", endingsToImport(), {}});
   } else if (wish == "picture") {
-    openFiles(context, memory, FilesFor::picture, {"Save a picture of the view", "Save", {".png"}, {}, true, proposedName(context) + ".png"});
+    openFiles(context, memory, FilesFor::picture,
+              {"Save a picture of the view", "Save", {".png"}, {}, true, proposedName(context) + ".png"});
   } else if (wish == "recover") {
     memory.recoverOpen = true;
   } else if (wish == "clay") {
@@ -80,7 +88,8 @@ void serveWishes(Context& context, Memory& memory) {
     const fs::path now = context.state.tool().file;
     const bool image = row->file == engine::ToolFile::image;
     openFiles(context, memory, FilesFor::toolFile,
-              {image ? "Choose an image" : "Choose a shape", "Choose", image ? endingsOfImages() : endingsToImport(), now.empty() ? std::string() : now.parent_path().string()});
+              {image ? "Choose an image" : "Choose a shape", "Choose", image ? endingsOfImages() : endingsToImport(),
+               now.empty() ? std::string() : now.parent_path().string()});
   } else if (wish.starts_with("piece.")) {
     beginOperation(context, memory, std::string_view(wish).substr(6));
   } else if (wish.starts_with("export")) {
@@ -95,7 +104,8 @@ void drawFiles(Context& context, Memory& memory) {
   StudioState& state = context.state;
   switch (memory.filesFor) {
     case FilesFor::none:
-    case FilesFor::folder: return;  // Drawn within the export.
+    case FilesFor::folder:
+      return;  // Drawn within the export.
     case FilesFor::open:
       if (files.draw()) beginDocument(context, memory, files.path());
       break;
@@ -130,10 +140,12 @@ void drawFiles(Context& context, Memory& memory) {
       }
       break;
     case FilesFor::picture:
-      if (files.draw([&] {
-            static constexpr std::array<std::string_view, 2> kSizes{"As large as the view", "4K: 3840 pixels wide"};
-            kit::segmented("size", kSizes, memory.pictureSize);
-          }, kRow + kGap)) {
+      if (files.draw(
+              [&] {
+                static constexpr std::array<std::string_view, 2> kSizes{"As large as the view", "4K: 3840 pixels wide"};
+                kit::segmented("size", kSizes, memory.pictureSize);
+              },
+              kRow + kGap)) {
         state.wishes.picture = PictureWish{files.path(), memory.pictureSize == 1 ? k4kPixels : 0};
         state.lastFolder = files.path().parent_path().string();
       }
@@ -163,11 +175,13 @@ void drawRecent(Context& context, Memory& memory) {
     drawIcon(list, "file", {a.x + 15, (a.y + b.y) / 2}, 17, there ? c.accent : c.dim);
     const ImVec2 after = ImGui::GetCursorPos();
     const std::string name = file.filename().string();
-    const float named = std::min(ImGui::CalcTextSize(name.c_str()).x, 0.5f * width), y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);
+    const float named = std::min(ImGui::CalcTextSize(name.c_str()).x, 0.5f * width),
+                y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);
     ImGui::SetCursorScreenPos({a.x + 30, y});
     kit::elided(name, named, there ? c.text : c.dim);
     ImGui::SetCursorScreenPos({a.x + 30 + named + 14, y});
-    kit::elided(there ? file.parent_path().string() : "no longer there: " + file.parent_path().string(), width - named - 54, c.dim);
+    kit::elided(there ? file.parent_path().string() : "no longer there: " + file.parent_path().string(),
+                width - named - 54, c.dim);
     ImGui::SetCursorPos(after);
     ImGui::PopID();
   }

@@ -29,8 +29,8 @@ constexpr size_t kMostNotes = 3;
 constexpr size_t kMostObjects = 6;    // that are listed
 constexpr double kWorthSaying = 0.1;  // % of the surface
 constexpr double kVoxelsAlong = 256;  // The longest side, where nobody says otherwise.
-constexpr double kBytesASquare =
-    75;  // Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
+// Of clay for each square voxel of surface: a ball of 60 mm with voxels of 0.5 mm takes 3.4 MB.
+constexpr double kBytesASquare = 75;
 
 std::string units(int chosen) {
   return kUnits[size_t(std::clamp(chosen, 0, int(kUnits.size()) - 1))].id;

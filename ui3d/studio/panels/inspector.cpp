@@ -13,7 +13,9 @@ namespace {
 using engine::Document;
 using engine::Guide;
 
-std::string mergeKey(std::string_view what, engine::Id id) { return std::string(what) + "." + std::to_string(id); }
+std::string mergeKey(std::string_view what, engine::Id id) {
+  return std::string(what) + "." + std::to_string(id);
+}
 
 template <class Body>
 void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::Id)) {
@@ -22,10 +24,14 @@ void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::
   ImGui::AlignTextToFramePadding();
   kit::text("Colour");
   ImGui::SameLine(ImGui::GetCursorStartPos().x + width - ImGui::GetFrameHeight());
-  if (ImGui::ColorEdit3("##colour", colour.data(), ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_NoTooltip)) {
-    context.bench.edit("Colour of " + body.name, [id = body.id, colour, find](Document& d) {
-      if (Body* each = (d.*find)(id)) each->colour = colour;
-    }, mergeKey("colour", body.id));
+  if (ImGui::ColorEdit3("##colour", colour.data(),
+                        ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_NoTooltip)) {
+    context.bench.edit(
+        "Colour of " + body.name,
+        [id = body.id, colour, find](Document& d) {
+          if (Body* each = (d.*find)(id)) each->colour = colour;
+        },
+        mergeKey("colour", body.id));
   }
   if (ImGui::IsItemDeactivatedAfterEdit()) context.bench.endMerge();
 
@@ -33,9 +39,12 @@ void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::
   haptics::Material material = body.material;
   const Touched touched = drawRows(materialRows(), material);
   if (touched.changed) {
-    context.bench.edit(std::string(touched.name) + " of " + body.name, [id = body.id, material, find](Document& d) {
-      if (Body* each = (d.*find)(id)) each->material = material;
-    }, mergeKey(touched.id, body.id));
+    context.bench.edit(
+        std::string(touched.name) + " of " + body.name,
+        [id = body.id, material, find](Document& d) {
+          if (Body* each = (d.*find)(id)) each->material = material;
+        },
+        mergeKey(touched.id, body.id));
   }
   if (touched.ended) context.bench.endMerge();
 }
@@ -58,7 +67,8 @@ void guide(Context& context, const Guide& guide) {
         if (Guide* each = d.guide(id)) each->feel = feel;
       });
     }
-    static constexpr std::array<std::string_view, 4> kSays{"Not felt.", "Holds the tool on it.", "Draws the tool to it.", "The tool may not pass."};
+    static constexpr std::array<std::string_view, 4> kSays{"Not felt.", "Holds the tool on it.",
+                                                           "Draws the tool to it.", "The tool may not pass."};
     kit::wrapped(kSays[size_t(guide.feel)], colours().dim);
   }
   Guide copy = guide;
@@ -66,16 +76,20 @@ void guide(Context& context, const Guide& guide) {
   if (guide.feel == Guide::Feel::well) {
     if (const Touched t = drawRows(wellRows(), copy); t.changed || t.ended) touched = t;
   }
-  if (guide.kind == Guide::Kind::curve && kit::toggle("Closed", copy.closed, "The end meets the beginning.")) touched = {true, true, "closed", "Closing"};
+  if (guide.kind == Guide::Kind::curve && kit::toggle("Closed", copy.closed, "The end meets the beginning."))
+    touched = {true, true, "closed", "Closing"};
   if (touched.changed) {
-    context.bench.edit(std::string(touched.name) + " of " + guide.name, [copy](Document& d) {
-      if (Guide* each = d.guide(copy.id)) {
-        each->sizeMm = copy.sizeMm;
-        each->rangeMm = copy.rangeMm;
-        each->forceN = copy.forceN;
-        each->closed = copy.closed;
-      }
-    }, mergeKey(touched.id, guide.id));
+    context.bench.edit(
+        std::string(touched.name) + " of " + guide.name,
+        [copy](Document& d) {
+          if (Guide* each = d.guide(copy.id)) {
+            each->sizeMm = copy.sizeMm;
+            each->rangeMm = copy.rangeMm;
+            each->forceN = copy.forceN;
+            each->closed = copy.closed;
+          }
+        },
+        mergeKey(touched.id, guide.id));
   }
   if (touched.ended) context.bench.endMerge();
   if (guide.kind == Guide::Kind::curve || guide.kind == Guide::Kind::line) {

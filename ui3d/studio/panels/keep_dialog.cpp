@@ -20,8 +20,12 @@ void go(Context& context, Memory& memory) {
   StudioState& state = context.state;
   if (departure.to != To::quit) state.selected = 0;
   switch (departure.to) {
-    case To::quit: state.leave = true; break;
-    case To::newDocument: context.bench.newDocument(); break;
+    case To::quit:
+      state.leave = true;
+      break;
+    case To::newDocument:
+      context.bench.newDocument();
+      break;
     case To::file:
       if (departure.import) {
         engine::Workbench::ImportOptions options = *departure.import;
@@ -41,31 +45,41 @@ void go(Context& context, Memory& memory) {
 }
 
 void run(Context& context, Memory& memory, Next next) {
-  if (next == Next::chooseName) openSaveAs(context, memory);
-  else if (next == Next::save) context.state.wishes.save = std::filesystem::path();
-  else if (next == Next::go) go(context, memory);
+  if (next == Next::chooseName)
+    openSaveAs(context, memory);
+  else if (next == Next::save)
+    context.state.wishes.save = std::filesystem::path();
+  else if (next == Next::go)
+    go(context, memory);
 }
 
 std::string_view deed(To to) {
   switch (to) {
-    case To::quit: return "Argil is left";
-    case To::newDocument: return "a new one is begun";
-    case To::file: return "another one is opened";
-    case To::recovered: return "the other one is recovered";
+    case To::quit:
+      return "Argil is left";
+    case To::newDocument:
+      return "a new one is begun";
+    case To::file:
+      return "another one is opened";
+    case To::recovered:
+      return "the other one is recovered";
   }
   return "";
 }
 
 }  // namespace
 
-void depart(Context& context, Memory& memory, Departure departure) { run(context, memory, memory.keep.want(std::move(departure), context.now)); }
+void depart(Context& context, Memory& memory, Departure departure) {
+  run(context, memory, memory.keep.want(std::move(departure), context.now));
+}
 
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file) {
   // A model is looked at first: its unit, its up axis, its size.
   const FileKind* kind = kindOf(file);
   if (kind && kind->imports)
     askModel(memory, file, true, false);
-  else depart(context, memory, {To::file, file});
+  else
+    depart(context, memory, {To::file, file});
 }
 
 void drawKeep(Context& context, Memory& memory) {
@@ -79,7 +93,8 @@ void drawKeep(Context& context, Memory& memory) {
   if (!kit::beginDialog("Keep", saving ? "Saving" : "Save changes?", 440, 0, &open)) return;
   const engine::FileState& file = context.now.file;
   if (saving) {
-    kit::wrapped("Before " + std::string(deed(memory.keep.departure().to)) + ", " + documentName(file) + " is saved.", colours().text);
+    kit::wrapped("Before " + std::string(deed(memory.keep.departure().to)) + ", " + documentName(file) + " is saved.",
+                 colours().text);
     kit::gap(6);
     ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 110);
     if (kit::button("Stay", kit::Weight::plain, 110)) open = false;
@@ -87,7 +102,9 @@ void drawKeep(Context& context, Memory& memory) {
     kit::endDialog(open);
     return;
   }
-  kit::wrapped(documentName(file) + " has changes that no file holds. Save them before " + std::string(deed(memory.keep.departure().to)) + "?", colours().text);
+  kit::wrapped(documentName(file) + " has changes that no file holds. Save them before " +
+                   std::string(deed(memory.keep.departure().to)) + "?",
+               colours().text);
   kit::gap(10);
   constexpr float kWide = 110;
   std::optional<Answer> answer;

@@ -1,5 +1,6 @@
 #pragma once
-// What panels are made of: docks, buttons, switches, sliders, facts. All sizes in interface units. Between NewFrame() and Render().
+// What panels are made of: docks, buttons, switches, sliders, facts. All sizes in interface units. Between NewFrame()
+// and Render().
 
 #include <imgui.h>
 
@@ -25,11 +26,13 @@ void takeEscape();
 
 /// A window that fills a rectangle, without title and without moving. Always end() it.
 bool begin(const char* name, const Rect& rect, ImU32 ground, ImVec2 padding, ImGuiWindowFlags flags = 0);
-/// A card over the picture that grows with what is in it, as wide as given, its middle at (x, y) at the place told by `pivot`.
+/// A card over the picture that grows with what is in it, as wide as given, its middle at (x, y) at the place told by
+/// `pivot`.
 bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mostHeight = 0);
-/// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call it in every frame,
-/// open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a title a click outside closes it too.
-/// Enter presses its first Weight::chief button that is enabled, unless a text is being typed.
+/// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call
+/// it in every frame, open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a
+/// title a click outside closes it too. Enter presses its first Weight::chief button that is enabled, unless a text is
+/// being typed.
 bool beginDialog(const char* name, const char* title, float width, float height, bool* open);
 void end();
 void endCard();
@@ -50,8 +53,8 @@ void tooltip(std::string_view text, std::string_view shortcut = {});
 /// Of buttons that can be on: a switch that is on is lit softly, the one thing that is in hand fully.
 enum class Lit : uint8_t { off, soft, full };
 /// Square. Shows the first two of `letters` where there is no icon of that name. Not `quiet`: with a ground of its own.
-bool iconButton(const char* id, std::string_view icon, float size, Lit lit, std::string_view tip, std::string_view shortcut = {},
-                std::string_view letters = {}, bool quiet = true);
+bool iconButton(const char* id, std::string_view icon, float size, Lit lit, std::string_view tip,
+                std::string_view shortcut = {}, std::string_view letters = {}, bool quiet = true);
 enum class Weight : uint8_t { plain, chief, danger };
 /// Width 0: as its text needs; negative: all there is.
 bool button(std::string_view text, Weight weight = Weight::plain, float width = 0, std::string_view icon = {});

@@ -21,16 +21,21 @@ float toolsHeight(std::span<const int> groups, int columns, float between) {
   return height;
 }
 
-float toolsWidth(int columns) { return float(columns) * (kToolEdge + kToolGap) - kToolGap + 2 * kToolPad; }
+float toolsWidth(int columns) {
+  return float(columns) * (kToolEdge + kToolGap) - kToolGap + 2 * kToolPad;
+}
 
 // Where the clay's part of the window is decided.
 struct Room {
   float width, height, top, bottom, tools;
   double clayPart;
 
-  [[nodiscard]] double needed() const { return clayPart * double(width) * double(height) / std::max(1.0, double(bottom - top)); }
+  [[nodiscard]] double needed() const {
+    return clayPart * double(width) * double(height) / std::max(1.0, double(bottom - top));
+  }
   [[nodiscard]] double left(const Docked& d, float settings) const {
-    return double(width) - double(kRailWidth) - (d.tools ? double(tools) : 0) - (d.settings ? double(settings) : 0) - (d.side ? double(kSideWidth) : 0);
+    return double(width) - double(kRailWidth) - (d.tools ? double(tools) : 0) - (d.settings ? double(settings) : 0) -
+           (d.side ? double(kSideWidth) : 0);
   }
   // How wide the settings may be with these docks; 0: the clay would have too little.
   [[nodiscard]] float settingsWidth(const Docked& d) const {
@@ -45,16 +50,21 @@ struct Room {
 
 bool Layout::folded(Dock dock) const {
   switch (dock) {
-    case Dock::tools: return toolsFolded;
-    case Dock::settings: return settingsFolded;
+    case Dock::tools:
+      return toolsFolded;
+    case Dock::settings:
+      return settingsFolded;
     case Dock::upper:
-    case Dock::lower: return sideFolded;
-    case Dock::middle: return false;
+    case Dock::lower:
+      return sideFolded;
+    case Dock::middle:
+      return false;
   }
   return false;
 }
 
-Layout layOut(float width, float height, const PanelsShown& shown, std::span<const int> toolGroups, std::string_view over, double clayPart) {
+Layout layOut(float width, float height, const PanelsShown& shown, std::span<const int> toolGroups,
+              std::string_view over, double clayPart) {
   Layout l;
   l.menu = {0, 0, width, kMenuHeight};
   l.bar = {0, kMenuHeight, width, kMenuHeight + kBarHeight};
@@ -74,7 +84,8 @@ Layout layOut(float width, float height, const PanelsShown& shown, std::span<con
   l.railEdge = std::clamp(std::floor((inside - kRailGap) / float(buttons)) - 2, 8.0f, kRailEdge);
   l.railFoot = float(buttons + 3) * (l.railEdge + 2) + 2 * kRailGap <= inside;
 
-  while (l.toolColumns < kMostColumns && toolsHeight(toolGroups, l.toolColumns, kToolLine) > bottom - top) ++l.toolColumns;
+  while (l.toolColumns < kMostColumns && toolsHeight(toolGroups, l.toolColumns, kToolLine) > bottom - top)
+    ++l.toolColumns;
   l.toolHeadings = toolsHeight(toolGroups, l.toolColumns, kToolHeading) <= bottom - top;
   l.toolsScroll = toolsHeight(toolGroups, l.toolColumns, kToolLine) > bottom - top;
   const float toolsWide = toolsWidth(l.toolColumns) + (l.toolsScroll ? 9.0f : 0.0f);
@@ -83,13 +94,14 @@ Layout layOut(float width, float height, const PanelsShown& shown, std::span<con
   const Docked wanted{shown.tools, shown.settings, upper || lower};
   Docked docked;
   float settingsWide = kSettingsWidth;
-  for (const Docked& keep : {Docked{true, true, true}, Docked{true, true, false}, Docked{true, false, false}, Docked{}}) {
+  for (const Docked& keep :
+       {Docked{true, true, true}, Docked{true, true, false}, Docked{true, false, false}, Docked{}}) {
     docked = {keep.tools && wanted.tools, keep.settings && wanted.settings, keep.side && wanted.side};
     settingsWide = room.settingsWidth(docked);
     if (settingsWide > 0) break;
   }
   // A hidden dock is folded when there would be no room for it beside those that stand there.
-  const auto crowds = [&](bool Docked::* dock) {
+  const auto crowds = [&](bool Docked::*dock) {
     if (docked.*dock) return false;
     Docked more = docked;
     more.*dock = true;
@@ -121,15 +133,20 @@ Layout layOut(float width, float height, const PanelsShown& shown, std::span<con
   l.clear = l.free;
   const PanelRow* opened = over.empty() ? nullptr : findPanel(over);
   if (opened && l.folded(opened->dock)) {
-    const auto fromLeft = [&](float wide) { return kit::Rect{l.free.left, top, std::min(l.free.left + wide, l.free.right), bottom}; };
+    const auto fromLeft = [&](float wide) {
+      return kit::Rect{l.free.left, top, std::min(l.free.left + wide, l.free.right), bottom};
+    };
     if (opened->dock == Dock::tools) l.tools = fromLeft(toolsWide);
     if (opened->dock == Dock::settings) l.settings = fromLeft(kSettingsWidth);
     const kit::Rect side{std::max(l.free.left, l.free.right - kSideWidth), top, l.free.right, bottom};
     if (opened->dock == Dock::upper) l.upper = side;
     if (opened->dock == Dock::lower) l.lower = side;
-    if (opened->dock == Dock::tools) l.clear.left = l.tools.right;
-    else if (opened->dock == Dock::settings) l.clear.left = l.settings.right;
-    else l.clear.right = side.left;
+    if (opened->dock == Dock::tools)
+      l.clear.left = l.tools.right;
+    else if (opened->dock == Dock::settings)
+      l.clear.left = l.settings.right;
+    else
+      l.clear.right = side.left;
   }
   return l;
 }
@@ -139,9 +156,12 @@ bool isSeen(const Layout& layout, const StudioState& state, const PanelRow& row)
 }
 
 void turnPanel(const Layout& layout, StudioState& state, const PanelRow& row) {
-  if (!layout.folded(row.dock)) showPanel(state.shown, row, !(state.shown.*row.shown));
-  else if (state.over == row.id) state.over.clear();
-  else state.over = row.id;
+  if (!layout.folded(row.dock))
+    showPanel(state.shown, row, !(state.shown.*row.shown));
+  else if (state.over == row.id)
+    state.over.clear();
+  else
+    state.over = row.id;
 }
 
 double freeAspect(const kit::Rect& free, float width, float height) {
@@ -180,8 +200,8 @@ float scaleThatFits(float wanted, int width, int height) {
 }
 
 FirstWindow firstWindow(int workWidth, int workHeight, float scale) {
-  constexpr double kPart = 0.85;               // Of the work area: the desktop is seen around it.
-  constexpr double kWidth = 1760, kHeight = 960;  // Units that a window with air around it should have,
+  constexpr double kPart = 0.85;                           // Of the work area: the desktop is seen around it.
+  constexpr double kWidth = 1760, kHeight = 960;           // Units that a window with air around it should have,
   constexpr double kMostWidth = 2560, kMostHeight = 1440;  // and those beyond which more is of no use to start with.
   const double s = scale > 0 ? double(scale) : 1, width = kPart * workWidth, height = kPart * workHeight;
   if (width < kWidth * s || height < kHeight * s) return {true, int(width), int(height)};

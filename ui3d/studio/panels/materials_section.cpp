@@ -17,12 +17,17 @@ using engine::Piece;
 constexpr float kPatch = 14;
 
 // One step for each number that is dragged.
-void change(Context& context, const Piece& piece, size_t index, std::string_view what, std::string_view key, std::function<void(MaterialRow&)> how) {
-  const std::string merge = key.empty() ? std::string() : std::string(key) + "." + std::to_string(piece.id) + "." + std::to_string(index);
-  context.bench.edit(std::string(what) + " of " + piece.materials[index].name, [id = piece.id, index, how = std::move(how)](Document& d) {
-    Piece* each = d.piece(id);
-    if (each && index < each->materials.size()) how(each->materials[index]);
-  }, merge);
+void change(Context& context, const Piece& piece, size_t index, std::string_view what, std::string_view key,
+            std::function<void(MaterialRow&)> how) {
+  const std::string merge =
+      key.empty() ? std::string() : std::string(key) + "." + std::to_string(piece.id) + "." + std::to_string(index);
+  context.bench.edit(
+      std::string(what) + " of " + piece.materials[index].name,
+      [id = piece.id, index, how = std::move(how)](Document& d) {
+        Piece* each = d.piece(id);
+        if (each && index < each->materials.size()) how(each->materials[index]);
+      },
+      merge);
 }
 
 // A line of the list; `number` is what the channel holds.
@@ -35,7 +40,8 @@ bool line(int number, std::string_view name, const std::array<float, 3>& colour,
   ImDrawList& list = *ImGui::GetWindowDrawList();
   if (chosen || hovered) list.AddRectFilled(a, b, chosen ? colours().soft : colours().fieldHover, kRound);
   const float middle = std::floor((a.y + b.y) / 2), text = std::floor(middle - ImGui::GetTextLineHeight() / 2);
-  list.AddRectFilled({a.x + 7, middle - kPatch / 2}, {a.x + 7 + kPatch, middle + kPatch / 2}, ImGui::ColorConvertFloat4ToU32({colour[0], colour[1], colour[2], 1}), 3);
+  list.AddRectFilled({a.x + 7, middle - kPatch / 2}, {a.x + 7 + kPatch, middle + kPatch / 2},
+                     ImGui::ColorConvertFloat4ToU32({colour[0], colour[1], colour[2], 1}), 3);
   ImGui::SetCursorScreenPos({a.x + 29, text});
   kit::elided(name, width - 29 - 30, colours().text);
   const std::string digits = std::to_string(number);
@@ -53,7 +59,8 @@ void chosenRow(Context& context, Memory& memory, const Piece& piece, size_t inde
   const bool other = memory.materialOf != std::pair(piece.id, index);
   if (other || (!memory.materialTyping && memory.materialName != row.name)) memory.materialName = row.name;
   memory.materialOf = {piece.id, index};
-  if (kit::textField("##name", memory.materialName, 0, "Name") && !memory.materialName.empty() && memory.materialName != row.name)
+  if (kit::textField("##name", memory.materialName, 0, "Name") && !memory.materialName.empty() &&
+      memory.materialName != row.name)
     change(context, piece, index, "Name", "", [name = memory.materialName](MaterialRow& each) { each.name = name; });
   memory.materialTyping = ImGui::IsItemActive();
   bool coloured = row.colour.has_value();
@@ -77,10 +84,13 @@ void chosenRow(Context& context, Memory& memory, const Piece& piece, size_t inde
   }
   haptics::Material material = row.material;
   const Touched touched = drawRows(materialRows(), material);
-  if (touched.changed) change(context, piece, index, touched.name, touched.id, [material](MaterialRow& each) { each.material = material; });
+  if (touched.changed)
+    change(context, piece, index, touched.name, touched.id,
+           [material](MaterialRow& each) { each.material = material; });
   if (touched.ended) context.bench.endMerge();
   // Voxels hold numbers: only the last row can go without another one taking its place.
-  if (index + 1 == piece.materials.size() && kit::button("Remove", kit::Weight::plain, ImGui::GetContentRegionAvail().x, "trash")) {
+  if (index + 1 == piece.materials.size() &&
+      kit::button("Remove", kit::Weight::plain, ImGui::GetContentRegionAvail().x, "trash")) {
     context.bench.edit("Remove " + row.name, [id = piece.id, index](Document& d) {
       if (Piece* each = d.piece(id); each && each->materials.size() == index + 1) each->materials.pop_back();
     });
@@ -106,9 +116,13 @@ void materialsSection(Context& context, Memory& memory, const Piece& piece) {
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {kGap, 1});
   if (line(0, "As the piece", piece.colour, chosen == 0)) chosen = 0;
   for (int i = 0; i < rows; ++i)
-    if (line(i + 1, piece.materials[size_t(i)].name, piece.materials[size_t(i)].colour.value_or(piece.colour), chosen == i + 1)) chosen = i + 1;
+    if (line(i + 1, piece.materials[size_t(i)].name, piece.materials[size_t(i)].colour.value_or(piece.colour),
+             chosen == i + 1))
+      chosen = i + 1;
   ImGui::PopStyleVar();
-  if (lays && chosen > rows && chosen != 255) kit::wrapped("Material " + std::to_string(chosen) + " is not there yet: it looks and feels like the piece.", colours().warning);
+  if (lays && chosen > rows && chosen != 255)
+    kit::wrapped("Material " + std::to_string(chosen) + " is not there yet: it looks and feels like the piece.",
+                 colours().warning);
   const Action* add = findAction("clay.materialAdd");
   if (kit::button("Add a material", kit::Weight::plain, ImGui::GetContentRegionAvail().x, "plus")) {
     addMaterial(context, piece);

@@ -35,7 +35,8 @@ struct Said {
 
 /// Clay of 16-bit distances.
 inline constexpr const char* kHalfMemory = "Half the memory";
-inline constexpr const char* kHalfMemoryHelp = "Distances of 16 bits in place of 32: exact to a ten-thousandth of a voxel, strokes a tenth slower.";
+inline constexpr const char* kHalfMemoryHelp =
+    "Distances of 16 bits in place of 32: exact to a ten-thousandth of a voxel, strokes a tenth slower.";
 
 /// An operation on whole pieces that is about to be begun.
 struct Operation {
@@ -53,13 +54,13 @@ enum class FilesFor : uint8_t { none, open, import, folder, save, copy, picture,
 
 struct ExportChoice {
   std::set<std::string, std::less<>> endings{".3mf"};
-  int what = 0;                                     ///< 0 what is visible, 1 every piece, 2 the selected one.
-  int reduce = 0;                                   ///< 0 no, 1 to a count, 2 within an error.
+  int what = 0;    ///< 0 what is visible, 1 every piece, 2 the selected one.
+  int reduce = 0;  ///< 0 no, 1 to a count, 2 within an error.
   double thousandTriangles = 200, errorMm = 0.05;
-  int surface = 0;                                  ///< 0 fine, 1 draft.
+  int surface = 0;  ///< 0 fine, 1 draft.
   bool recentre = false, putBack = false, draco = false;
   std::string folder, name;
-  std::vector<std::string> existing;                ///< Files that would be written over: asked about.
+  std::vector<std::string> existing;  ///< Files that would be written over: asked about.
 };
 
 /// A model that is looked at before it comes in; without a name: none.
@@ -82,12 +83,12 @@ struct AskedModel {
 
 /// The page at the start.
 struct StartPage {
-  bool wasEmpty = true;               ///< The document, in the frame before.
-  int chosen = -1;                    ///< By keys, among its tiles; −1: none.
-  bool moved = false;                 ///< In the last frame, to another tile.
-  std::vector<std::string> files;     ///< Whose pictures these are, empty where a file has none.
+  bool wasEmpty = true;            ///< The document, in the frame before.
+  int chosen = -1;                 ///< By keys, among its tiles; −1: none.
+  bool moved = false;              ///< In the last frame, to another tile.
+  std::vector<std::string> files;  ///< Whose pictures these are, empty where a file has none.
   std::shared_ptr<std::vector<render::Image>> pictures;
-  bool sent = false;                  ///< Whoever has the renderer took them.
+  bool sent = false;                               ///< Whoever has the renderer took them.
   std::unique_ptr<engine::BackgroundJob> reading;  ///< Last: it fills the pictures.
 };
 
@@ -97,10 +98,10 @@ struct Memory {
   std::vector<float> frameMs;  ///< The last two hundred or so.
 
   std::deque<Said> said;
-  bool moves = false;          ///< Panels::moves().
-  bool handOpen = false;       ///< What every tool has is shown.
+  bool moves = false;     ///< Panels::moves().
+  bool handOpen = false;  ///< What every tool has is shown.
 
-  int material = 0;            ///< That is shown of a piece: 0 the piece's own.
+  int material = 0;                                ///< That is shown of a piece: 0 the piece's own.
   std::pair<engine::Id, size_t> materialOf{0, 0};  ///< Whose name is in the field.
   std::string materialName;
   bool materialTyping = false;
@@ -129,21 +130,22 @@ struct Memory {
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
-  std::vector<std::unique_ptr<engine::BackgroundJob>> ending;  ///< Cancelled; not waited for, as a tree is built whole.
+  /// Cancelled; not waited for, as a tree is built whole.
+  std::vector<std::unique_ptr<engine::BackgroundJob>> ending;
   std::deque<std::filesystem::path> toBeAsked;  ///< Files that were dropped together: one after the other.
-  int pictureSize = 0;        ///< 0 the view's, 1 4K.
+  int pictureSize = 0;                          ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
   KeepFlow keep;
   uint64_t madeSeen = UINT64_MAX;  ///< Snapshot::madeCount of the thing that was selected last for being new.
   double releasedS = 0;            ///< When the hand ended the stroke that is in work.
   bool handCuts = false;
-  double strokeFromS = 0;               ///< Of the hand's path, what was left to be worked on then.
-  uint64_t refusedSeen = 0;             ///< Saves that failed, of those for which another name was offered.
-  bool recoverOffered = false;          ///< Once after the start.
-  std::filesystem::path recoverDoubted; ///< The journal whose "Discard" was pressed once.
-  engine::Recoverable located;          ///< Of FilesFor::locate: whose saved file is looked for.
+  double strokeFromS = 0;                ///< Of the hand's path, what was left to be worked on then.
+  uint64_t refusedSeen = 0;              ///< Saves that failed, of those for which another name was offered.
+  bool recoverOffered = false;           ///< Once after the start.
+  std::filesystem::path recoverDoubted;  ///< The journal whose "Discard" was pressed once.
+  engine::Recoverable located;           ///< Of FilesFor::locate: whose saved file is looked for.
   StartPage start;
-  float noticesHeight = 0;    ///< Of what stands at the foot of the picture, in the frame before.
+  float noticesHeight = 0;  ///< Of what stands at the foot of the picture, in the frame before.
 };
 
 // Helpers for all of them.
@@ -152,7 +154,8 @@ struct Memory {
 [[nodiscard]] Layout layoutOf(const Context& context);
 
 /// The action's button: runs it, is lit while it is checked, says name, help and key in its tooltip.
-bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge, std::string_view letters = {});
+bool actionButton(Context& context, std::string_view id, std::string_view icon, float edge,
+                  std::string_view letters = {});
 void runAction(Context& context, std::string_view id);
 /// "Wax: the stroke is being worked into the clay, 40 %…": of the hand's path of `fromS` seconds `leftS` are left.
 [[nodiscard]] std::string strokeWords(std::string_view tool, double leftS, double fromS);
@@ -175,12 +178,12 @@ void drawNotices(Context& context, Memory& memory);
 
 // Panels: what is in them; their docks are begun.
 void settingsPanel(Context& context, Memory& memory);
-void deformSection(Context& context);              ///< While there is a deform box, instead of the tool's settings.
-void drawnCurveSection(Context& context);          ///< While a curve is drawn, instead of the tool's settings.
+void deformSection(Context& context);      ///< While there is a deform box, instead of the tool's settings.
+void drawnCurveSection(Context& context);  ///< While a curve is drawn, instead of the tool's settings.
 void materialsSection(Context& context, Memory& memory, const engine::Piece& piece);
 [[nodiscard]] bool laysMaterial(const Context& context);  ///< The tool in hand.
-void maskButtons(Context& context);                ///< What can be done with a mask as a whole.
-void inspector(Context& context, Memory& memory);  ///< Of the selected thing, within settings.
+void maskButtons(Context& context);                       ///< What can be done with a mask as a whole.
+void inspector(Context& context, Memory& memory);         ///< Of the selected thing, within settings.
 void thingsPanel(Context& context, Memory& memory);
 void historyPanel(Context& context, Memory& memory);
 void viewPanel(Context& context, Memory& memory);

@@ -18,7 +18,9 @@ ImU32 colourOf(Level level) {
   const Colours& c = colours();
   return level == Level::done ? c.good : level == Level::warning ? c.warning : c.error;
 }
-std::string_view iconOf(Level level) { return level == Level::done ? "check" : level == Level::warning ? "warning" : "error"; }
+std::string_view iconOf(Level level) {
+  return level == Level::done ? "check" : level == Level::warning ? "warning" : "error";
+}
 
 }  // namespace
 
@@ -39,7 +41,8 @@ void drawNotices(Context& context, Memory& memory) {
   if ((jobs.empty() && toasts.empty() && trouble.empty()) || free.width() < 120) return;
 
   const float width = std::min(420.0f, free.width() - 24);
-  kit::beginCard("Notices", {std::floor((free.left + free.right) / 2), free.bottom - 14}, {0.5f, 1}, width, free.height() - 28);
+  kit::beginCard("Notices", {std::floor((free.left + free.right) / 2), free.bottom - 14}, {0.5f, 1}, width,
+                 free.height() - 28);
   if (!trouble.empty()) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     drawIcon(*ImGui::GetWindowDrawList(), iconOf(Level::warning), {at.x + 9, at.y + 9}, 18, colourOf(Level::warning));
@@ -52,13 +55,15 @@ void drawNotices(Context& context, Memory& memory) {
     Said& said = **toast;
     ImGui::PushID(&said);
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    drawIcon(*ImGui::GetWindowDrawList(), iconOf(said.message.level), {at.x + 9, at.y + 9}, 18, colourOf(said.message.level));
+    drawIcon(*ImGui::GetWindowDrawList(), iconOf(said.message.level), {at.x + 9, at.y + 9}, 18,
+             colourOf(said.message.level));
     ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 28);
     ImGui::PushTextWrapPos(width - 44);
     kit::text(said.message.text);
     ImGui::PopTextWrapPos();
     ImGui::SameLine(width - 36);
-    if (kit::iconButton("dismiss", "close", 22, kit::Lit::off, "Dismiss; the Messages panel keeps it")) said.dismissed = true;
+    if (kit::iconButton("dismiss", "close", 22, kit::Lit::off, "Dismiss; the Messages panel keeps it"))
+      said.dismissed = true;
     ImGui::PopID();
   }
   for (const engine::JobView& job : jobs) {
@@ -81,7 +86,8 @@ void messagesPanel(Context&, Memory& memory) {
   if (memory.said.empty()) kit::wrapped("Nothing was said yet.", colours().dim);
   for (auto said = memory.said.rbegin(); said != memory.said.rend(); ++said) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    drawIcon(*ImGui::GetWindowDrawList(), iconOf(said->message.level), {at.x + 8, at.y + 9}, 16, colourOf(said->message.level));
+    drawIcon(*ImGui::GetWindowDrawList(), iconOf(said->message.level), {at.x + 8, at.y + 9}, 16,
+             colourOf(said->message.level));
     ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 24);
     kit::wrapped(said->message.text, colours().text);
   }

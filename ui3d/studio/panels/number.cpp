@@ -33,7 +33,8 @@ double valueAt(const Number& row, double t) {
 }
 // What a drag leaves is a round number.
 double rounded(const Number& row, double value) {
-  const double step = row.logarithmic ? std::pow(10, std::floor(std::log10(value)) - 2) : std::pow(10, std::floor(std::log10((row.high - row.low) / 200)));
+  const double step = row.logarithmic ? std::pow(10, std::floor(std::log10(value)) - 2)
+                                      : std::pow(10, std::floor(std::log10((row.high - row.low) / 200)));
   return std::clamp(std::round(value / step) * step, row.low, row.high);
 }
 
@@ -41,7 +42,8 @@ Change type(const Number& row, double& value, float width) {
   ImGui::SetNextItemWidth(width);
   if (!typing.begun) ImGui::SetKeyboardFocusHere();
   ImGui::PushStyleVar(ImGuiStyleVar_FrameBorderSize, 1);
-  const bool entered = ImGui::InputText("##typed", &typing.text, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  const bool entered = ImGui::InputText("##typed", &typing.text,
+                                        ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
   ImGui::PopStyleVar();
   const bool left = typing.begun && !ImGui::IsItemActive();
   if (ImGui::IsItemActive()) typing.begun = true;
@@ -57,15 +59,24 @@ Change type(const Number& row, double& value, float width) {
 
 }  // namespace
 
-bool numberIsTyped() { return typing.id != 0; }
+bool numberIsTyped() {
+  return typing.id != 0;
+}
 
 std::string written(double value) {
   if (!std::isfinite(value)) return "–";
   const double size = std::abs(value);
-  const int digits = size >= 100 ? 0 : size >= 10 ? 1 : size >= 0.1 || size == 0 ? 2 : size >= 0.01 ? 3 : size >= 1e-4 ? 5 : -1;
+  const int digits = size >= 100                ? 0
+                     : size >= 10               ? 1
+                     : size >= 0.1 || size == 0 ? 2
+                     : size >= 0.01             ? 3
+                     : size >= 1e-4             ? 5
+                                                : -1;
   char text[48];
-  if (digits < 0) std::snprintf(text, sizeof text, "%.3g", value);
-  else std::snprintf(text, sizeof text, "%.*f", digits, value);
+  if (digits < 0)
+    std::snprintf(text, sizeof text, "%.3g", value);
+  else
+    std::snprintf(text, sizeof text, "%.*f", digits, value);
   std::string result = text;
   if (digits > 0 && result.find('.') != std::string::npos) {
     result.erase(result.find_last_not_of('0') + 1);
@@ -114,14 +125,16 @@ Change number(const Number& row, double& value, float width) {
   const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
   const ImGuiIO& io = ImGui::GetIO();
   ImGuiStorage& storage = *ImGui::GetStateStorage();
-  const ImGuiID grip = ImGui::GetID("grip");  // Where on the bar the drag stands: a value would lose what rounding takes.
+  // Where on the bar the drag stands: a value would lose what rounding takes.
+  const ImGuiID grip = ImGui::GetID("grip");
   if (hovered && (ImGui::IsMouseDoubleClicked(0) || (ImGui::IsMouseClicked(0) && io.KeyCtrl))) {
     typing = {id, false, written(value)};
     ImGui::ClearActiveID();
   } else if (ImGui::IsItemActivated()) {
     storage.SetFloat(grip, float(part(row, value)));
   } else if (held && io.MouseDelta.x != 0 && ImGui::IsMouseDragging(0, 2)) {
-    const float t = std::clamp(storage.GetFloat(grip) + io.MouseDelta.x / width * (io.KeyShift ? 0.1f : 1.0f), 0.0f, 1.0f);
+    const float t =
+        std::clamp(storage.GetFloat(grip) + io.MouseDelta.x / width * (io.KeyShift ? 0.1f : 1.0f), 0.0f, 1.0f);
     storage.SetFloat(grip, t);
     const double next = rounded(row, valueAt(row, t));
     change.changed = next != value;
@@ -148,14 +161,18 @@ Change number(const Number& row, double& value, float width) {
   }
   list.AddRect(a, b, faded(held ? c.accent : c.line), kRound, 0, 1);
   const float y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);
-  const std::string shown = written(value) + (row.unit.empty() ? "" : row.unit == "°" ? "°" : " " + std::string(row.unit));
+  const std::string shown = written(value) + (row.unit.empty()  ? ""
+                                              : row.unit == "°" ? "°"
+                                                                : " " + std::string(row.unit));
   const float right = ImGui::CalcTextSize(shown.c_str()).x;
   const ImVec2 needed = ImGui::CalcTextSize(row.name.data(), row.name.data() + row.name.size());
   const float edge = b.x - right - 14;
-  ImGui::RenderTextEllipsis(&list, {a.x + 9, y}, {edge, b.y}, edge, edge, row.name.data(), row.name.data() + row.name.size(), &needed);
+  ImGui::RenderTextEllipsis(&list, {a.x + 9, y}, {edge, b.y}, edge, edge, row.name.data(),
+                            row.name.data() + row.name.size(), &needed);
   list.AddText({b.x - right - 9, y}, faded(c.text), shown.c_str());
   if (hovered && !held) {
-    const std::string range = written(row.low) + " to " + written(row.high) + (row.unit.empty() ? "" : " " + std::string(row.unit)) +
+    const std::string range = written(row.low) + " to " + written(row.high) +
+                              (row.unit.empty() ? "" : " " + std::string(row.unit)) +
                               ". Drag; double-click to type; right-click for " + written(row.standard) + ".";
     tooltip(row.help.empty() ? range : std::string(row.help) + "\n" + range);
   }

@@ -18,13 +18,16 @@ void drawPalette(Context& context, Memory& memory) {
   constexpr int kRows = 11;
   if (!kit::beginDialog("Palette", nullptr, 560, 66 + kRows * kHeight, &open)) return;
   const std::string before = memory.paletteTyped;
-  const bool entered = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false);
-  kit::textField("##typed", memory.paletteTyped, 0, "What shall be done? Type a part of its name", ImGui::IsWindowAppearing() || begins);
+  const bool entered = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
+                       ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false);
+  kit::textField("##typed", memory.paletteTyped, 0, "What shall be done? Type a part of its name",
+                 ImGui::IsWindowAppearing() || begins);
   if (memory.paletteTyped != before) memory.paletteChosen = 0;
 
   const std::vector<const Action*> found = searchActions(memory.paletteTyped);
   int& chosen = memory.paletteChosen;
-  const int shift = (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_DownArrow)) ? 1 : 0) - (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_UpArrow)) ? 1 : 0);
+  const int shift = (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_DownArrow)) ? 1 : 0) -
+                    (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_UpArrow)) ? 1 : 0);
   chosen = std::clamp(chosen + shift, 0, std::max(0, int(found.size()) - 1));
 
   const Action* run = nullptr;
@@ -60,7 +63,8 @@ void drawPalette(Context& context, Memory& memory) {
     list.AddText({b.x - right, y}, c.dim, key.c_str());
     ImGui::PushFont(fonts().small);
     const ImVec4 clip{a.x + named, a.y, b.x - right - 12, b.y};
-    list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), {a.x + named, y + 1}, c.dim, action.help.c_str(), nullptr, 0, &clip);
+    list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), {a.x + named, y + 1}, c.dim, action.help.c_str(), nullptr, 0,
+                 &clip);
     ImGui::PopFont();
     ImGui::PopID();
   }

@@ -22,7 +22,7 @@ struct PanelRow {
   std::string_view icon;            ///< See icons.h.
   std::string_view shortcut;        ///< As it ships.
   Dock dock = Dock::lower;
-  bool PanelsShown::* shown = nullptr;
+  bool PanelsShown::*shown = nullptr;
 };
 
 [[nodiscard]] std::span<const PanelRow> panelTable();

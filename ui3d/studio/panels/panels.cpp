@@ -16,8 +16,13 @@ using DrawPanel = void (*)(Context&, Memory&);
 
 // What draws a panel of a dock where one is seen at a time.
 DrawPanel drawerOf(std::string_view id) {
-  for (const auto& [name, draw] : {std::pair<std::string_view, DrawPanel>{"things", thingsPanel}, {"history", historyPanel}, {"view", viewPanel}, {"touch", touchPanel},
-                                   {"quality", qualityPanel}, {"facts", factsPanel}, {"messages", messagesPanel}}) {
+  for (const auto& [name, draw] : {std::pair<std::string_view, DrawPanel>{"things", thingsPanel},
+                                   {"history", historyPanel},
+                                   {"view", viewPanel},
+                                   {"touch", touchPanel},
+                                   {"quality", qualityPanel},
+                                   {"facts", factsPanel},
+                                   {"messages", messagesPanel}}) {
     if (name == id) return draw;
   }
   return nullptr;
@@ -38,7 +43,8 @@ void titles(Context& context, const Layout& layout, Dock dock) {
     const bool pressed = ImGui::InvisibleButton("title", {size.x, 24});
     ImGui::PopID();
     const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
-    list.AddText({a.x, a.y + 2}, on || ImGui::IsItemHovered() ? c.text : c.dim, row.name.data(), row.name.data() + row.name.size());
+    list.AddText({a.x, a.y + 2}, on || ImGui::IsItemHovered() ? c.text : c.dim, row.name.data(),
+                 row.name.data() + row.name.size());
     ImGui::PopFont();
     if (on && dock == Dock::upper) list.AddRectFilled({a.x, b.y - 2}, {b.x, b.y}, c.accent);
     if (pressed && !on) turnPanel(layout, context.state, row);
@@ -46,14 +52,17 @@ void titles(Context& context, const Layout& layout, Dock dock) {
     if (on) closed = &row;
   }
   ImGui::SameLine(ImGui::GetWindowWidth() - kPad - 22);
-  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") && closed) turnPanel(layout, context.state, *closed);
+  if (kit::iconButton("hide", "close", 22, kit::Lit::off, "Hide this panel; the icons on the right bring it back") &&
+      closed)
+    turnPanel(layout, context.state, *closed);
 }
 
 void dock(Context& context, Memory& memory, const char* name, Dock which, const kit::Rect& rect) {
   if (rect.empty()) return;
   kit::begin(name, rect, colours().panel, {kPad, 8}, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   kit::frameLine({rect.left + 0.5f, rect.top}, {rect.left + 0.5f, rect.bottom});
-  if (rect.top > memory.layout.bar.bottom + 1) kit::frameLine({rect.left, rect.top + 0.5f}, {rect.right, rect.top + 0.5f});
+  if (rect.top > memory.layout.bar.bottom + 1)
+    kit::frameLine({rect.left, rect.top + 0.5f}, {rect.right, rect.top + 0.5f});
   titles(context, memory.layout, which);
   for (const PanelRow& row : panelTable()) {
     if (row.dock != which || !isSeen(memory.layout, context.state, row)) continue;
@@ -75,8 +84,8 @@ void settings(Context& context, Memory& memory) {
   kit::end();
 }
 
-// Escape closes what is on top: a menu or a list, else a dialog (which does it itself), else the panel over the clay. So does a click beside
-// that panel.
+// Escape closes what is on top: a menu or a list, else a dialog (which does it itself), else the panel over the clay.
+// So does a click beside that panel.
 void fold(StudioState& state) {
   const ImGuiContext& g = *GImGui;
   const bool typing = g.ActiveId != 0 && g.ActiveId == g.InputTextState.ID;
@@ -85,14 +94,17 @@ void fold(StudioState& state) {
   if (popups > 0) {
     // Menus as a whole: a submenu would open again under the hand.
     int level = popups;
-    while (level > 0 && !(g.OpenPopupStack[level - 1].Window && (g.OpenPopupStack[level - 1].Window->Flags & ImGuiWindowFlags_Modal))) --level;
+    while (level > 0 && !(g.OpenPopupStack[level - 1].Window &&
+                          (g.OpenPopupStack[level - 1].Window->Flags & ImGuiWindowFlags_Modal)))
+      --level;
     if (escape && level < popups) {
       ImGui::ClosePopupToLevel(level, true);
       kit::takeEscape();
     }
     return;
   }
-  const bool beside = (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2)) && !ImGui::GetIO().WantCaptureMouse;
+  const bool beside = (ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2)) &&
+                      !ImGui::GetIO().WantCaptureMouse;
   if ((escape || beside) && !state.over.empty()) {
     state.over.clear();
     if (escape) kit::takeEscape();
@@ -140,13 +152,15 @@ Panels::~Panels() = default;
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
   // A tooltip waits for a hand at rest; a cursor blinks.
-  memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
+  memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() ||
+                 ImGui::IsAnyItemActive();
   hear(context, memory);
   serveWishes(context, memory);
   kit::beginFrame();
   fold(context.state);
   memory.layout = layoutOf(context);
-  if (const PanelRow* over = findPanel(context.state.over); over && !memory.layout.folded(over->dock)) context.state.over.clear();
+  if (const PanelRow* over = findPanel(context.state.over); over && !memory.layout.folded(over->dock))
+    context.state.over.clear();
   ImGui::PushFont(fonts().body);
   drawMenu(context, memory);
   drawBar(context, memory);
@@ -175,7 +189,8 @@ void Panels::draw(Context& context) {
 void Panels::dropped(Context& context, const std::string& path) {
   const FileKind* kind = kindOf(path);
   if (!kind) {
-    context.bench.tell(engine::Message::Level::warning, path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
+    context.bench.tell(engine::Message::Level::warning,
+                       path + ": files of this kind cannot be opened; meshes, .argil and .json can.");
   } else if (kind->imports) {
     state_->toBeAsked.emplace_back(path);
   } else {
@@ -183,23 +198,31 @@ void Panels::dropped(Context& context, const std::string& path) {
   }
 }
 
-std::vector<std::pair<uint32_t, const render::Image*>> Panels::takePictures() { return studio::takePictures(state_->start); }
-void Panels::forgetPictures() { state_->start.sent = false; }
+std::vector<std::pair<uint32_t, const render::Image*>> Panels::takePictures() {
+  return studio::takePictures(state_->start);
+}
+void Panels::forgetPictures() {
+  state_->start.sent = false;
+}
 
 bool Panels::letsThrough(const Context& context, const Shortcut& shortcut) {
   const Action* action = actionOf(shortcut, context.state);
   if (!action || GImGui->OpenPopupStack.empty()) return false;
   int dialogs = 0;
-  for (const ImGuiPopupData& popup : GImGui->OpenPopupStack) dialogs += popup.Window && (popup.Window->Flags & ImGuiWindowFlags_Modal) ? 1 : 0;
+  for (const ImGuiPopupData& popup : GImGui->OpenPopupStack)
+    dialogs += popup.Window && (popup.Window->Flags & ImGuiWindowFlags_Modal) ? 1 : 0;
   if (dialogs > 0) {
     const PanelRow* panel = action->id.starts_with("panel.") ? findPanel(action->argument) : nullptr;
-    return action->id == "window.fullScreen" || (panel && panel->dock == Dock::middle && context.state.shown.*panel->shown);
+    return action->id == "window.fullScreen" ||
+           (panel && panel->dock == Dock::middle && context.state.shown.*panel->shown);
   }
   ImGui::ClosePopupToLevel(0, true);
   return true;
 }
 
-bool Panels::moves() const { return state_->moves; }
+bool Panels::moves() const {
+  return state_->moves;
+}
 
 std::array<float, 4> Panels::free() const {
   const kit::Rect& free = state_->layout.free;

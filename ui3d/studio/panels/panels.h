@@ -21,20 +21,25 @@ class Panels {
   Panels(const Panels&) = delete;
   Panels& operator=(const Panels&) = delete;
 
-  /// Menus, panels, dialogs, status line, messages that pop up, progress of jobs. Changes `state` and sends edits to the bench.
+  /// Menus, panels, dialogs, status line, messages that pop up, progress of jobs. Changes `state` and sends edits to
+  /// the bench.
   void draw(Context& context);
   /// A file came by drag and drop: asks for units where it has to.
   void dropped(Context& context, const std::string& path);
-  /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's picture anew.
+  /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's
+  /// picture anew.
   static void applyTheme(Theme theme, float scale);
-  /// Pictures that panels show from the next draw() on, for Renderer::setUiTexture(); valid until then. Each is given once, until forgetPictures().
+  /// Pictures that panels show from the next draw() on, for Renderer::setUiTexture(); valid until then. Each is given
+  /// once, until forgetPictures().
   [[nodiscard]] std::vector<std::pair<uint32_t, const render::Image*>> takePictures();
   /// The renderer lost what it was given.
   void forgetPictures();
-  /// Whether a shortcut is run although a menu, a list or a dialog is open. The first two close, as somebody who knows the key wants no menu; a
-  /// dialog lets its own key through, by which it is closed, and what concerns the window alone. Between two frames.
+  /// Whether a shortcut is run although a menu, a list or a dialog is open. The first two close, as somebody who knows
+  /// the key wants no menu; a dialog lets its own key through, by which it is closed, and what concerns the window
+  /// alone. Between two frames.
   [[nodiscard]] bool letsThrough(const Context& context, const Shortcut& shortcut);
-  /// Something changes by itself (progress, a plot, a message that will go, a tooltip that will come): draw again within a tenth of a second.
+  /// Something changes by itself (progress, a plot, a message that will go, a tooltip that will come): draw again
+  /// within a tenth of a second.
   [[nodiscard]] bool moves() const;
   /// The middle part that no panel covers, in interface units: left, top, right, bottom. Of the last draw().
   [[nodiscard]] std::array<float, 4> free() const;

@@ -34,7 +34,8 @@ struct Words {
   double low;
   std::array<string_view, 3> words;
 };
-constexpr std::array kWords{Words{"keep", false, -1, {"Behind it", "Both sides", "Before it"}}, Words{"keep", true, -1, {"Outside, right", "Both", "Inside, left"}},
+constexpr std::array kWords{Words{"keep", false, -1, {"Behind it", "Both sides", "Before it"}},
+                            Words{"keep", true, -1, {"Outside, right", "Both", "Inside, left"}},
                             Words{"axis", false, 1, {"x", "y", "z"}}};
 
 void drawNumber(const Parameter& row, bool curve, engine::PieceArguments& arguments) {
@@ -43,7 +44,9 @@ void drawNumber(const Parameter& row, bool curve, engine::PieceArguments& argume
     if (kit::toggle(row.name, on, row.help)) row.change(arguments, on ? 1 : 0);
     return;
   }
-  const auto words = std::find_if(kWords.begin(), kWords.end(), [&](const Words& each) { return each.id == row.id && each.curve == curve && each.low == row.low && row.high == row.low + 2; });
+  const auto words = std::find_if(kWords.begin(), kWords.end(), [&](const Words& each) {
+    return each.id == row.id && each.curve == curve && each.low == row.low && row.high == row.low + 2;
+  });
   if (!row.unit.empty() || words == kWords.end()) {
     drawRow(row, arguments);
     return;
@@ -63,21 +66,27 @@ struct NamedPlane {
 std::vector<NamedPlane> planesFor(const Context& context, Operation& operation, const engine::Piece* piece) {
   const engine::Document& document = *context.now.document;
   std::vector<NamedPlane> planes;
-  const auto addGuide = [&](const Guide& guide) { planes.push_back({guide.name, {guide.pose.translation, guide.axis()}}); };
+  const auto addGuide = [&](const Guide& guide) {
+    planes.push_back({guide.name, {guide.pose.translation, guide.axis()}});
+  };
   const Guide* selected = document.guide(context.state.selected);
   if (selected && selected->kind == Guide::Kind::plane) addGuide(*selected);
   const engine::Symmetry& symmetry = document.symmetry;
   const bool mirrors[] = {symmetry.x, symmetry.y, symmetry.z};
   static constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
   for (int i = 0; i < 3; ++i)
-    if (mirrors[i]) planes.push_back({std::string("Symmetry ") + kAxes[size_t(i)], {symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(i)}});
+    if (mirrors[i])
+      planes.push_back({std::string("Symmetry ") + kAxes[size_t(i)],
+                        {symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(i)}});
   if (piece && piece->version && piece->version.stats().bricks > 0) {
     if (operation.measured != piece->version) {
       const clay::BoxMm box = clay::boundsOf(piece->version);
       operation.middleMm = piece->pose.apply((box.low + box.high) / 2);
       operation.measured = piece->version;
     }
-    for (int i = 0; i < 3; ++i) planes.push_back({std::string("Across ") + kAxes[size_t(i)] + ", in the middle", {operation.middleMm, Vec3d::Unit(i)}});
+    for (int i = 0; i < 3; ++i)
+      planes.push_back(
+          {std::string("Across ") + kAxes[size_t(i)] + ", in the middle", {operation.middleMm, Vec3d::Unit(i)}});
   }
   for (const Guide& guide : document.guides)
     if (guide.kind == Guide::Kind::plane && &guide != selected) addGuide(guide);
@@ -137,8 +146,10 @@ std::string drawCurve(const Context& context, Operation& operation) {
   const Guide& curve = *curves[size_t(operation.curve)];
   operation.arguments.pointsMm = placesAlong(curve);
   operation.arguments.closed = curve.closed;
-  if (curve.closed && operation.arguments.pointsMm.size() > 3) operation.arguments.pointsMm.pop_back();  // The first again.
-  operation.arguments.directionMm = operation.direction == 0 ? context.camera.view().axes().forward : Vec3d(Vec3d::Unit(operation.direction - 1));
+  // The first again.
+  if (curve.closed && operation.arguments.pointsMm.size() > 3) operation.arguments.pointsMm.pop_back();
+  operation.arguments.directionMm =
+      operation.direction == 0 ? context.camera.view().axes().forward : Vec3d(Vec3d::Unit(operation.direction - 1));
   return {};
 }
 
@@ -181,11 +192,13 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
   const auto last = memory.operations.find(row->id);
   const engine::Piece* selected = context.now.document->piece(context.state.selected);
   if (row->pieces > 0 && selected) operation.arguments.pieces = {selected->id};
-  const engine::Piece* piece = operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
+  const engine::Piece* piece =
+      operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
   for (const Parameter& parameter : row->parameters) {
     if (last != memory.operations.end() && parameter.id != "voxel")
       parameter.change(operation.arguments, parameter.get(last->second));
-    if (parameter.id == "voxel" && piece && piece->version) parameter.change(operation.arguments, piece->version.grid().voxelMm);
+    if (parameter.id == "voxel" && piece && piece->version)
+      parameter.change(operation.arguments, piece->version.grid().voxelMm);
   }
   memory.operation = std::move(operation);
 }
@@ -200,7 +213,8 @@ void drawOperation(Context& context, Memory& memory) {
   const engine::Piece* piece = drawPieces(context, operation);
   std::string problem = row.pieces > 0 && !piece ? "There are not enough pieces of clay." : "";
   for (const engine::Id id : operation.arguments.pieces)
-    if (const engine::Piece* each = context.now.document->piece(id); each && each->locked) problem = each->name + " is locked: unlock it first.";
+    if (const engine::Piece* each = context.now.document->piece(id); each && each->locked)
+      problem = each->name + " is locked: unlock it first.";
   if (row.takesPlane)
     if (const std::string missing = drawPlane(context, operation, piece); !missing.empty()) problem = missing;
   if (row.takesCurve)

@@ -69,7 +69,8 @@ void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
   const bool doubted = memory.recoverDoubted == what.journal;
   const float discard = doubted ? kit::buttonWidth("Discard for good") : kWide;
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + width - discard - kWide - kGap);
-  if (kit::button(doubted ? "Discard for good" : "Discard", doubted ? kit::Weight::danger : kit::Weight::plain, discard)) {
+  if (kit::button(doubted ? "Discard for good" : "Discard", doubted ? kit::Weight::danger : kit::Weight::plain,
+                  discard)) {
     if (doubted) {
       context.bench.discard(what);
     } else {
@@ -89,13 +90,16 @@ void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
 
 void drawRecover(Context& context, Memory& memory) {
   const auto list = context.bench.recoverable();
-  if (list && !std::exchange(memory.recoverOffered, true) && !list->empty() && context.state.offersRecovery) memory.recoverOpen = true;
+  if (list && !std::exchange(memory.recoverOffered, true) && !list->empty() && context.state.offersRecovery)
+    memory.recoverOpen = true;
   if (!memory.recoverOpen) memory.recoverDoubted.clear();
   static const std::vector<engine::Recoverable> kNone;
   const std::vector<engine::Recoverable>& offered = list ? *list : kNone;
   if (!kit::beginDialog("Recover", "Recover unsaved work", 560, 0, &memory.recoverOpen)) return;
-  if (offered.empty()) kit::wrapped("There is nothing to recover.", colours().text);
-  else kit::wrapped("Argil ended without saving. Its journal kept what was done:", colours().dim);
+  if (offered.empty())
+    kit::wrapped("There is nothing to recover.", colours().text);
+  else
+    kit::wrapped("Argil ended without saving. Its journal kept what was done:", colours().dim);
   kit::gap(4);
   // All at once where they fit: most people have one.
   const float most = std::floor(0.62f * context.height);
@@ -106,7 +110,8 @@ void drawRecover(Context& context, Memory& memory) {
   for (size_t i = 0; i < offered.size(); ++i) {
     if (i > 0) {
       const ImVec2 at = ImGui::GetCursorScreenPos();
-      ImGui::GetWindowDrawList()->AddLine({at.x, at.y + 3}, {at.x + ImGui::GetContentRegionAvail().x, at.y + 3}, colours().line, 1);
+      ImGui::GetWindowDrawList()->AddLine({at.x, at.y + 3}, {at.x + ImGui::GetContentRegionAvail().x, at.y + 3},
+                                          colours().line, 1);
       kit::gap(12);
     }
     entry(context, memory, offered[i]);

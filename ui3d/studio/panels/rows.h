@@ -15,7 +15,7 @@ namespace argil::studio {
 template <class Owner>
 struct Switch {
   std::string_view id, name, help;
-  bool Owner::* on = nullptr;
+  bool Owner::*on = nullptr;
 };
 
 /// One of a few.
@@ -32,8 +32,9 @@ using Row = std::variant<engine::Parameter<Owner>, Switch<Owner>, Choice<Owner>>
 
 /// What a person did to rows in this frame.
 struct Touched {
-  bool changed = false, ended = false;  ///< `ended`: a drag or typing is over, so the next change is a step of its own.
-  std::string_view id, name;            ///< Of the row.
+  /// `ended`: a drag or typing is over, so the next change is a step of its own.
+  bool changed = false, ended = false;
+  std::string_view id, name;  ///< Of the row.
 };
 
 template <class Owner>
@@ -54,7 +55,9 @@ Touched drawRow(const engine::Parameter<Owner>& row, Owner& owner, float width =
     const bool share = row.unit == "share";
     const double scale = share ? 100 : 1;
     value *= scale;
-    change = kit::number({row.id, row.name, row.help, share ? std::string_view("%") : row.unit, row.low * scale, row.high * scale, row.standard * scale, row.logarithmic}, value, width);
+    change = kit::number({row.id, row.name, row.help, share ? std::string_view("%") : row.unit, row.low * scale,
+                          row.high * scale, row.standard * scale, row.logarithmic},
+                         value, width);
     value /= scale;
   }
   if (change.changed) row.change(owner, value);

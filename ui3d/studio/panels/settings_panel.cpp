@@ -27,8 +27,10 @@ void fileRow(Context& context, const engine::ToolRow& row) {
   }
   ImGui::SameLine(ImGui::GetCursorStartPos().x + width - wide);
   ImGui::SetCursorPosY(top);
-  if (kit::button("Choose…", tool.file.empty() ? kit::Weight::chief : kit::Weight::plain, wide)) context.state.wishes.dialog = "toolFile";
-  kit::tooltip(image ? "A picture: what is bright in it stands out." : "A mesh: the stroke lays it along, or cuts it out.");
+  if (kit::button("Choose…", tool.file.empty() ? kit::Weight::chief : kit::Weight::plain, wide))
+    context.state.wishes.dialog = "toolFile";
+  kit::tooltip(image ? "A picture: what is bright in it stands out."
+                     : "A mesh: the stroke lays it along, or cuts it out.");
 }
 
 void hand(Context& context, const engine::ToolRow& row) {
@@ -44,7 +46,8 @@ void hiddenPart(Context& context) {
   if (!piece || !piece->hideMasked) return;
   const Action* action = findAction("piece.mask-show");
   kit::wrapped("Part of " + piece->name + " is hidden.", colours().warning);
-  if (kit::button(action->name, kit::Weight::plain, ImGui::GetContentRegionAvail().x, "eye")) runAction(context, action->id);
+  if (kit::button(action->name, kit::Weight::plain, ImGui::GetContentRegionAvail().x, "eye"))
+    runAction(context, action->id);
   kit::tooltip(action->help, shortcutOf(*action, context.state));
   kit::gap(6);
 }
@@ -55,7 +58,8 @@ void symmetry(Context& context) {
   for (const auto& [axis, letter] : {std::pair{"symmetry.x", "X"}, {"symmetry.y", "Y"}, {"symmetry.z", "Z"}}) {
     if (letter[0] != 'X') ImGui::SameLine();
     const Action* action = findAction(axis);
-    if (kit::button(letter, action->checked(context, action->argument) ? kit::Weight::chief : kit::Weight::plain, each)) runAction(context, axis);
+    if (kit::button(letter, action->checked(context, action->argument) ? kit::Weight::chief : kit::Weight::plain, each))
+      runAction(context, axis);
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
   engine::Symmetry symmetry = context.now.document->symmetry;
@@ -108,10 +112,13 @@ void settingsPanel(Context& context, Memory& memory) {
     const bool lays = laysMaterial(context);
     for (const auto& parameter : engine::ownParameters(*row))
       if (!lays || parameter.id != "material") (void)drawRow(parameter, context.state.tool());
-    if (row->opposite == row->id) kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
+    if (row->opposite == row->id)
+      kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
     if (!row->operations.empty() && row->operations.front().property == clay::Property::mask) maskButtons(context);
     kit::gap(2);
-    if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain, ImGui::GetContentRegionAvail().x)) memory.handOpen = !memory.handOpen;
+    if (kit::button(memory.handOpen ? "Hand and pressure  −" : "Hand and pressure  +", kit::Weight::plain,
+                    ImGui::GetContentRegionAvail().x))
+      memory.handOpen = !memory.handOpen;
     if (memory.handOpen) hand(context, *row);
   }
   if (context.bench.usesPointer()) drawRows(handRows(), context.state);

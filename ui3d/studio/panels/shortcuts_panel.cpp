@@ -34,10 +34,15 @@ void drawShortcuts(Context& context, Memory& memory) {
     memory.keyProblem.clear();
     return;
   }
-  kit::wrapped("Drag with the left button on clay: the tool. Middle or right button: turn; with Shift: move; wheel: nearer and farther. "
-               "Ctrl held: the opposite tool; Shift held: smooth; F and a drag: the tool's size. "
-               "A pen: its button and a drag turn; its button and the tip together move; a click of its button (or the right one of a mouse) opens a ring of undo, redo, "
-               "size, zoom and move; pressure as each tool's settings say; its other end is the opposite tool, or smooths. Click a key below to change it.", colours().dim);
+  kit::wrapped(
+      "Drag with the left button on clay: the tool. Middle or right button: turn; with Shift: move; wheel: nearer and "
+      "farther. "
+      "Ctrl held: the opposite tool; Shift held: smooth; F and a drag: the tool's size. "
+      "A pen: its button and a drag turn; its button and the tip together move; a click of its button (or the right "
+      "one of a mouse) opens a ring of undo, redo, "
+      "size, zoom and move; pressure as each tool's settings say; its other end is the opposite tool, or smooths. "
+      "Click a key below to change it.",
+      colours().dim);
   kit::textField("##filter", memory.keyFilter, 0, "Search");
   if (!memory.keyProblem.empty()) kit::wrapped(memory.keyProblem, colours().error);
   ImGui::BeginChild("list", {0, ImGui::GetContentRegionAvail().y - kRow - kGap});

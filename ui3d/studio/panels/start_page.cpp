@@ -1,4 +1,5 @@
-// The page that a start without a file shows: new clay, a file, what was opened before as pictures, what can be recovered, examples.
+// The page that a start without a file shows: new clay, a file, what was opened before as pictures, what can be
+// recovered, examples.
 
 #include <imgui_internal.h>
 
@@ -35,8 +36,9 @@ struct Item {
 
 // The pictures of documents, read beside the person: a disk may be slow.
 void readPictures(const Context& context, StartPage& page) {
-  std::vector<std::string> files(context.state.recentFiles.begin(),
-                                 context.state.recentFiles.begin() + std::ptrdiff_t(std::min(kMostRecent, context.state.recentFiles.size())));
+  std::vector<std::string> files(
+      context.state.recentFiles.begin(),
+      context.state.recentFiles.begin() + std::ptrdiff_t(std::min(kMostRecent, context.state.recentFiles.size())));
   if (files != page.files) {
     page.files = files;
     page.pictures = std::make_shared<std::vector<render::Image>>(files.size());
@@ -77,7 +79,8 @@ void openExample(Context& context, Memory& memory, std::string_view id) {
 
 std::vector<Item> itemsOf(Context& context, Memory& memory) {
   std::vector<Item> items;
-  const auto action = [&](const char* section, const char* name, const char* help, std::string_view icon, const char* id) {
+  const auto action = [&](const char* section, const char* name, const char* help, std::string_view icon,
+                          const char* id) {
     items.push_back({section, id, name, help, icon, -1, kTile, [&context, id] { runAction(context, id); }});
   };
   action("New", "A block", "60 × 60 × 40 mm", "block", "clay.block");
@@ -90,14 +93,17 @@ std::vector<Item> itemsOf(Context& context, Memory& memory) {
     const fs::path file = recent[i];
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) continue;
-    const bool pictured = memory.start.sent && i < memory.start.pictures->size() && (*memory.start.pictures)[i].width > 0;
-    items.push_back({"Opened before", recent[i], file.filename().string(), file.parent_path().string(), "file", pictured ? int(i) : -1, kPictureTile,
+    const bool pictured =
+        memory.start.sent && i < memory.start.pictures->size() && (*memory.start.pictures)[i].width > 0;
+    items.push_back({"Opened before", recent[i], file.filename().string(), file.parent_path().string(), "file",
+                     pictured ? int(i) : -1, kPictureTile,
                      [&context, &memory, file] { beginDocument(context, memory, file); }});
   }
   for (const std::string_view id : kExamples) {
     const engine::ToolRow* row = engine::findTool(id);
     if (row)
-      items.push_back({"Examples", "example." + std::string(id), std::string(row->name), "", hasIcon(id) ? id : row->icon, -1, kRowTile,
+      items.push_back({"Examples", "example." + std::string(id), std::string(row->name), "",
+                       hasIcon(id) ? id : row->icon, -1, kRowTile,
                        [&context, &memory, id] { openExample(context, memory, id); }});
   }
   return items;
@@ -155,7 +161,8 @@ int nextTile(const std::vector<ImRect>& rects, int from, int dx, int dy) {
   const ImVec2 here = rects[size_t(from)].GetCenter();
   for (int i = 0; i < int(rects.size()); ++i) {
     const ImVec2 there = rects[size_t(i)].GetCenter();
-    const float x = there.x - here.x, y = there.y - here.y, along = x * float(dx) + y * float(dy), across = std::abs(dx != 0 ? y : x);
+    const float x = there.x - here.x, y = there.y - here.y, along = x * float(dx) + y * float(dy),
+                across = std::abs(dx != 0 ? y : x);
     // In rows nothing of another row is beside.
     if (i == from || along < 4 || (dx != 0 && across > 20)) continue;
     if (const float away = along + 0.5f * across; away < nearest) nearest = away, best = i;
@@ -169,7 +176,8 @@ std::vector<std::pair<uint32_t, const render::Image*>> takePictures(StartPage& p
   std::vector<std::pair<uint32_t, const render::Image*>> pictures;
   if (!page.reading || !page.reading->done() || page.sent) return pictures;
   for (size_t i = 0; i < page.pictures->size(); ++i)
-    if (const render::Image& image = (*page.pictures)[i]; image.width > 0) pictures.emplace_back(kFirstTexture + uint32_t(i), &image);
+    if (const render::Image& image = (*page.pictures)[i]; image.width > 0)
+      pictures.emplace_back(kFirstTexture + uint32_t(i), &image);
   page.sent = true;
   return pictures;
 }
@@ -192,9 +200,11 @@ void drawFirstStart(Context& context, Memory& memory) {
   const std::vector<Item> items = itemsOf(context, memory);
 
   // Messages stand below it.
-  const float width = std::min(640.0f, free.width() - 24), height = free.height() - memory.noticesHeight, air = std::min(40.0f, 0.06f * height);
+  const float width = std::min(640.0f, free.width() - 24), height = free.height() - memory.noticesHeight,
+              air = std::min(40.0f, 0.06f * height);
   if (height < 60) return;
-  kit::beginCard("First start", {std::floor((free.left + free.right) / 2), std::floor(free.top + air)}, {0.5f, 0}, width, std::floor(height - 2 * air));
+  kit::beginCard("First start", {std::floor((free.left + free.right) / 2), std::floor(free.top + air)}, {0.5f, 0},
+                 width, std::floor(height - 2 * air));
   ImGui::PushFont(fonts().title);
   kit::text("Argil");
   ImGui::PopFont();
@@ -216,7 +226,8 @@ void drawFirstStart(Context& context, Memory& memory) {
         kit::gap(4);
       }
       kit::dimText(section);
-      const int count = int(std::count_if(items.begin(), items.end(), [&](const Item& each) { return each.section == section; }));
+      const int count =
+          int(std::count_if(items.begin(), items.end(), [&](const Item& each) { return each.section == section; }));
       columns = std::clamp(int((room + kGap) / (kLeastTile - 20 + kGap)), 1, std::min(4, std::max(count, 3)));
       column = 0;
       at = ImGui::GetCursorScreenPos();
@@ -240,9 +251,13 @@ void drawFirstStart(Context& context, Memory& memory) {
   page.moved = false;
   const ImGuiContext& g = *GImGui;
   if (g.OpenPopupStack.empty() && !ImGui::GetIO().WantTextInput && !ImGui::GetIO().KeyCtrl && !ImGui::GetIO().KeyAlt) {
-    const auto pressed = [](ImGuiKey key, bool again = true) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), again); };
+    const auto pressed = [](ImGuiKey key, bool again = true) {
+      return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), again);
+    };
     int next = page.chosen;
-    if (pressed(ImGuiKey_Tab)) next = (std::max(next, -1) + (ImGui::GetIO().KeyShift ? int(items.size()) - (next < 0 ? 0 : 1) : 1)) % int(items.size());
+    if (pressed(ImGuiKey_Tab))
+      next = (std::max(next, -1) + (ImGui::GetIO().KeyShift ? int(items.size()) - (next < 0 ? 0 : 1) : 1)) %
+             int(items.size());
     if (pressed(ImGuiKey_RightArrow)) next = nextTile(rects, next, 1, 0);
     if (pressed(ImGuiKey_LeftArrow)) next = nextTile(rects, next, -1, 0);
     if (pressed(ImGuiKey_DownArrow)) next = nextTile(rects, next, 0, 1);
@@ -250,7 +265,8 @@ void drawFirstStart(Context& context, Memory& memory) {
     page.moved = next != page.chosen;
     page.chosen = std::min(next, int(items.size()) - 1);
     memory.moves |= page.moved;
-    if (page.chosen >= 0 && (pressed(ImGuiKey_Enter, false) || pressed(ImGuiKey_KeyPadEnter, false))) chosen = &items[size_t(page.chosen)];
+    if (page.chosen >= 0 && (pressed(ImGuiKey_Enter, false) || pressed(ImGuiKey_KeyPadEnter, false)))
+      chosen = &items[size_t(page.chosen)];
     if (pressed(ImGuiKey_Escape, false) && !kit::escapeIsTaken()) open = false;
   }
   if (chosen) chosen->run();

@@ -10,16 +10,44 @@
 namespace argil::studio {
 namespace {
 
-constexpr ImU32 rgb(unsigned hex) { return IM_COL32((hex >> 16) & 255, (hex >> 8) & 255, hex & 255, 255); }
+constexpr ImU32 rgb(unsigned hex) {
+  return IM_COL32((hex >> 16) & 255, (hex >> 8) & 255, hex & 255, 255);
+}
 
-constexpr Colours kDark{.panel = rgb(0x25272b), .bar = rgb(0x1d1f22), .field = rgb(0x33363c), .fieldHover = rgb(0x3d4148), .fieldPress = rgb(0x41454c),
-                        .line = rgb(0x3a3d43), .text = rgb(0xe8e9eb), .dim = rgb(0xb0b4bb), .accent = rgb(0x74b6e2), .onAccent = rgb(0x0b1a25),
-                        .soft = rgb(0x2b3d4c), .level = rgb(0x31485a), .good = rgb(0x7fce93), .warning = rgb(0xf0bd5e), .error = rgb(0xff938a),
-                        .stop = rgb(0xc62f28), .onStop = rgb(0xffffff)};
-constexpr Colours kLight{.panel = rgb(0xf6f6f5), .bar = rgb(0xe9e9e7), .field = rgb(0xffffff), .fieldHover = rgb(0xefeeec), .fieldPress = rgb(0xe2e0dd),
-                         .line = rgb(0xcfcfcc), .text = rgb(0x1f2124), .dim = rgb(0x565a61), .accent = rgb(0x1f6591), .onAccent = rgb(0xffffff),
-                         .soft = rgb(0xd3e4f0), .level = rgb(0xb9d5e8), .good = rgb(0x1d6b35), .warning = rgb(0x7d5200), .error = rgb(0xb3221b),
-                         .stop = rgb(0xc62f28), .onStop = rgb(0xffffff)};
+constexpr Colours kDark{.panel = rgb(0x25272b),
+                        .bar = rgb(0x1d1f22),
+                        .field = rgb(0x33363c),
+                        .fieldHover = rgb(0x3d4148),
+                        .fieldPress = rgb(0x41454c),
+                        .line = rgb(0x3a3d43),
+                        .text = rgb(0xe8e9eb),
+                        .dim = rgb(0xb0b4bb),
+                        .accent = rgb(0x74b6e2),
+                        .onAccent = rgb(0x0b1a25),
+                        .soft = rgb(0x2b3d4c),
+                        .level = rgb(0x31485a),
+                        .good = rgb(0x7fce93),
+                        .warning = rgb(0xf0bd5e),
+                        .error = rgb(0xff938a),
+                        .stop = rgb(0xc62f28),
+                        .onStop = rgb(0xffffff)};
+constexpr Colours kLight{.panel = rgb(0xf6f6f5),
+                         .bar = rgb(0xe9e9e7),
+                         .field = rgb(0xffffff),
+                         .fieldHover = rgb(0xefeeec),
+                         .fieldPress = rgb(0xe2e0dd),
+                         .line = rgb(0xcfcfcc),
+                         .text = rgb(0x1f2124),
+                         .dim = rgb(0x565a61),
+                         .accent = rgb(0x1f6591),
+                         .onAccent = rgb(0xffffff),
+                         .soft = rgb(0xd3e4f0),
+                         .level = rgb(0xb9d5e8),
+                         .good = rgb(0x1d6b35),
+                         .warning = rgb(0x7d5200),
+                         .error = rgb(0xb3221b),
+                         .stop = rgb(0xc62f28),
+                         .onStop = rgb(0xffffff)};
 
 Theme inForce = Theme::dark;
 float scaleInForce = 1;
@@ -35,7 +63,8 @@ double luminance(ImU32 colour) {
 }
 
 // What people's file names and our texts need: Latin, Greek, Cyrillic, punctuation, ², arrows, mathematical signs.
-constexpr std::array<ImWchar, 17> kLetters{0x20, 0x17f, 0x370, 0x3ff, 0x400, 0x45f, 0x2009, 0x2033, 0x2070, 0x2089, 0x2190, 0x2199, 0x2212, 0x221e, 0x2248, 0x2265, 0};
+constexpr std::array<ImWchar, 17> kLetters{0x20,   0x17f,  0x370,  0x3ff,  0x400,  0x45f,  0x2009, 0x2033, 0x2070,
+                                           0x2089, 0x2190, 0x2199, 0x2212, 0x221e, 0x2248, 0x2265, 0};
 constexpr std::array<ImWchar, 3> kTitleLetters{0x20, 0xff, 0};
 
 ImFont* addFont(const std::string& file, float units, const ImWchar* letters, float scale) {
@@ -85,10 +114,18 @@ void setColours(const Colours& c) {
 
 }  // namespace
 
-const Colours& coloursOf(Theme theme) { return theme == Theme::dark ? kDark : kLight; }
-const Colours& colours() { return coloursOf(inForce); }
-const Fonts& fonts() { return fontsInForce; }
-float pixelScale() { return scaleInForce; }
+const Colours& coloursOf(Theme theme) {
+  return theme == Theme::dark ? kDark : kLight;
+}
+const Colours& colours() {
+  return coloursOf(inForce);
+}
+const Fonts& fonts() {
+  return fontsInForce;
+}
+float pixelScale() {
+  return scaleInForce;
+}
 
 double contrast(ImU32 a, ImU32 b) {
   const double la = luminance(a), lb = luminance(b);
@@ -98,7 +135,11 @@ double contrast(ImU32 a, ImU32 b) {
 std::vector<TextPair> textPairs(Theme theme) {
   const Colours& c = coloursOf(theme);
   std::vector<TextPair> pairs;
-  for (const auto& [name, ground] : {std::pair{"panel", c.panel}, {"bar", c.bar}, {"field", c.field}, {"hovered", c.fieldHover}, {"pressed", c.fieldPress}}) {
+  for (const auto& [name, ground] : {std::pair{"panel", c.panel},
+                                     {"bar", c.bar},
+                                     {"field", c.field},
+                                     {"hovered", c.fieldHover},
+                                     {"pressed", c.fieldPress}}) {
     pairs.push_back({name, c.text, ground});
     pairs.push_back({name, c.dim, ground});
   }
@@ -117,13 +158,16 @@ std::string fontFile(bool strong) {
   static constexpr std::array<std::array<const char*, 2>, 5> kFiles{{
       {"/usr/share/fonts/opentype/inter/Inter-Regular.otf", "/usr/share/fonts/opentype/inter/Inter-SemiBold.otf"},
       {"/usr/share/fonts/truetype/inter/Inter-Regular.ttf", "/usr/share/fonts/truetype/inter/Inter-SemiBold.ttf"},
-      {"/usr/share/fonts/truetype/liberation2/LiberationSans-Regular.ttf", "/usr/share/fonts/truetype/liberation2/LiberationSans-Bold.ttf"},
-      {"/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf", "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf"},
+      {"/usr/share/fonts/truetype/liberation2/LiberationSans-Regular.ttf",
+       "/usr/share/fonts/truetype/liberation2/LiberationSans-Bold.ttf"},
+      {"/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+       "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf"},
       {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"},
   }};
   for (const auto& [regular, bold] : kFiles) {
     std::error_code ignored;
-    if (std::filesystem::exists(regular, ignored) && std::filesystem::exists(bold, ignored)) return strong ? bold : regular;
+    if (std::filesystem::exists(regular, ignored) && std::filesystem::exists(bold, ignored))
+      return strong ? bold : regular;
   }
   return {};
 }

@@ -10,7 +10,8 @@
 
 namespace argil::studio {
 
-/// One theme: quiet greys and one accent, far from the clay's own colours. Every text colour has a contrast of 4.5 or more to what it stands on (WCAG 2, AA).
+/// One theme: quiet greys and one accent, far from the clay's own colours. Every text colour has a contrast of 4.5 or
+/// more to what it stands on (WCAG 2, AA).
 struct Colours {
   ImU32 panel, bar, field, fieldHover, fieldPress;  ///< Surfaces: of panels, of bars, of what can be pressed.
   ImU32 line;                                       ///< Between things.
@@ -45,10 +46,10 @@ struct Fonts {
 
 // Interface units.
 inline constexpr float kTextSize = 14.5f, kSmallSize = 13, kTitleSize = 24;
-inline constexpr float kRow = 28;      ///< Height of a row that can be pressed.
-inline constexpr float kGap = 6;       ///< Between rows.
-inline constexpr float kPad = 12;      ///< From a panel's edge to what is in it.
-inline constexpr float kRound = 5;     ///< Corners.
+inline constexpr float kRow = 28;   ///< Height of a row that can be pressed.
+inline constexpr float kGap = 6;    ///< Between rows.
+inline constexpr float kPad = 12;   ///< From a panel's edge to what is in it.
+inline constexpr float kRound = 5;  ///< Corners.
 
 /// Pixels a unit, as applyTheme() was told.
 [[nodiscard]] float pixelScale();

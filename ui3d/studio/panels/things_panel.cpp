@@ -27,7 +27,8 @@ void rename(Context& context, Memory& memory, const Thing& thing, float width) {
   ImGui::SetNextItemWidth(width);
   if (!memory.renameBegun) ImGui::SetKeyboardFocusHere();
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {6, 6});
-  const bool entered = ImGui::InputText("##name", &memory.renameText, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  const bool entered = ImGui::InputText("##name", &memory.renameText,
+                                        ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
   ImGui::PopStyleVar();
   const bool left = memory.renameBegun && !ImGui::IsItemActive();
   if (ImGui::IsItemActive()) memory.renameBegun = true;
@@ -49,7 +50,8 @@ void menu(Context& context, Memory& memory, const Thing& thing) {
   context.state.selected = thing.id;
   for (const char* id : {"view.focus", "edit.hide", "edit.lock", "edit.moveUp", "edit.moveDown", "edit.delete"}) {
     const Action* action = findAction(id);
-    if (action && ImGui::MenuItem(action->name.c_str(), shortcutOf(*action, context.state).c_str())) runAction(context, id);
+    if (action && ImGui::MenuItem(action->name.c_str(), shortcutOf(*action, context.state).c_str()))
+      runAction(context, id);
   }
 }
 
@@ -67,9 +69,12 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
     if (ImGui::InvisibleButton("row", {main, kHeight})) {
       context.state.selected = thing.id;
       if (document.piece(thing.id) && document.active != thing.id) {
-        context.bench.edit("Work on " + thing.name, [id = thing.id](Document& d) {
-          if (d.piece(id)) d.active = id;
-        }, "active");
+        context.bench.edit(
+            "Work on " + thing.name,
+            [id = thing.id](Document& d) {
+              if (d.piece(id)) d.active = id;
+            },
+            "active");
       }
     }
     const bool hovered = ImGui::IsItemHovered();
@@ -110,8 +115,11 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
     const ImU32 ink = thing.visible ? c.text : c.dim;
     const float middle = (a.y + b.y) / 2;
     if (colour) {
-      list.AddRectFilled({a.x + 8, middle - 7}, {a.x + 22, middle + 7}, ImGui::ColorConvertFloat4ToU32({colour[0], colour[1], colour[2], thing.visible ? 1 : 0.4f}), 3);
-      if (document.active == thing.id) list.AddRect({a.x + 5.5f, middle - 9.5f}, {a.x + 24.5f, middle + 9.5f}, c.accent, 5, 0, 1.5f);
+      list.AddRectFilled({a.x + 8, middle - 7}, {a.x + 22, middle + 7},
+                         ImGui::ColorConvertFloat4ToU32({colour[0], colour[1], colour[2], thing.visible ? 1 : 0.4f}),
+                         3);
+      if (document.active == thing.id)
+        list.AddRect({a.x + 5.5f, middle - 9.5f}, {a.x + 24.5f, middle + 9.5f}, c.accent, 5, 0, 1.5f);
     } else {
       drawIcon(list, iconOf(document, thing.id), {a.x + 15, middle}, 17, ink);
     }
@@ -123,14 +131,24 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
   }
   ImGui::SameLine(0, 0);
   ImGui::SetCursorPosY(ImGui::GetCursorPosY() + (kHeight - kSmallButton) / 2);
-  if (kit::iconButton("eye", thing.visible ? "eye" : "eyeOff", kSmallButton, kit::Lit::off, thing.visible ? "Hide: hidden things are not felt either" : "Show")) {
-    if (thing.visible) change(context, thing, "Hide", [](Thing& t) { t.visible = false; });
-    else change(context, thing, "Show", [](Thing& t) { t.visible = true; });
+  if (kit::iconButton("eye", thing.visible ? "eye" : "eyeOff", kSmallButton, kit::Lit::off,
+                      thing.visible ? "Hide: hidden things are not felt either" : "Show")) {
+    if (thing.visible)
+      change(context, thing, "Hide", [](Thing& t) { t.visible = false; });
+    else
+      change(context, thing, "Show", [](Thing& t) { t.visible = true; });
   }
   ImGui::SameLine(0, 0);
-  if (kit::iconButton("lock", thing.locked ? "lock" : inRow ? "unlock" : "none", kSmallButton, kit::Lit::off, thing.locked ? "Unlock" : "Lock: neither edited nor moved, still felt")) {
-    if (thing.locked) change(context, thing, "Unlock", [](Thing& t) { t.locked = false; });
-    else change(context, thing, "Lock", [](Thing& t) { t.locked = true; });
+  if (kit::iconButton("lock",
+                      thing.locked ? "lock"
+                      : inRow      ? "unlock"
+                                   : "none",
+                      kSmallButton, kit::Lit::off,
+                      thing.locked ? "Unlock" : "Lock: neither edited nor moved, still felt")) {
+    if (thing.locked)
+      change(context, thing, "Unlock", [](Thing& t) { t.locked = false; });
+    else
+      change(context, thing, "Lock", [](Thing& t) { t.locked = true; });
   }
   ImGui::SetCursorScreenPos({origin.x, origin.y + kHeight + 1});
   ImGui::PopID();

@@ -18,7 +18,8 @@ void part(const Memory& memory, std::string_view name, bool first) {
   const float width = ImGui::GetContentRegionAvail().x;
   if (memory.layout.toolHeadings) {
     ImGui::PushFont(fonts().small);
-    ImGui::GetWindowDrawList()->AddText({at.x + 2, std::floor(at.y + kToolHeading - 2 - ImGui::GetTextLineHeight())}, colours().dim, name.data(), name.data() + name.size());
+    ImGui::GetWindowDrawList()->AddText({at.x + 2, std::floor(at.y + kToolHeading - 2 - ImGui::GetTextLineHeight())},
+                                        colours().dim, name.data(), name.data() + name.size());
     ImGui::PopFont();
     ImGui::Dummy({width, kToolHeading - kToolGap});
   } else if (!first) {
@@ -45,7 +46,8 @@ std::vector<int> toolGroups() {
 
 void drawTools(Context& context, Memory& memory) {
   if (memory.layout.tools.empty()) return;
-  kit::begin("Tools", memory.layout.tools, colours().bar, {kToolPad, kToolPad}, memory.layout.toolsScroll ? 0 : ImGuiWindowFlags_NoScrollbar);
+  kit::begin("Tools", memory.layout.tools, colours().bar, {kToolPad, kToolPad},
+             memory.layout.toolsScroll ? 0 : ImGuiWindowFlags_NoScrollbar);
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {kToolGap, kToolGap});
   int column = 0;
   const auto begin = [&](std::string_view name, bool first = false) {

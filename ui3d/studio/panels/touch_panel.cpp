@@ -23,7 +23,8 @@ kit::Rect plotField(float height) {
 void inField(const kit::Rect& field, float x, float y, const std::string& words, bool right = false) {
   ImGui::PushFont(fonts().small);
   const float width = ImGui::CalcTextSize(words.c_str()).x;
-  ImGui::GetWindowDrawList()->AddText({right ? field.right - width - x : field.left + x, field.top + y}, colours().dim, words.c_str());
+  ImGui::GetWindowDrawList()->AddText({right ? field.right - width - x : field.left + x, field.top + y}, colours().dim,
+                                      words.c_str());
   ImGui::PopFont();
 }
 
@@ -40,7 +41,8 @@ void plotForce(const std::vector<float>& forceN, double peakN) {
     const int columns = std::min(int(field.width()) - 4, int(forceN.size()));
     std::vector<ImVec2> points;
     for (int i = 0; i < columns; ++i) {
-      const size_t from = size_t(i) * forceN.size() / size_t(columns), to = std::max(from + 1, size_t(i + 1) * forceN.size() / size_t(columns));
+      const size_t from = size_t(i) * forceN.size() / size_t(columns),
+                   to = std::max(from + 1, size_t(i + 1) * forceN.size() / size_t(columns));
       const float value = *std::max_element(forceN.begin() + long(from), forceN.begin() + long(to));
       points.push_back({field.left + 2 + (field.width() - 4) * float(i) / float(std::max(1, columns - 1)), y(value)});
     }
@@ -68,7 +70,8 @@ void plotTimes(const char* name, const haptics::Histogram& times) {
   ImDrawList& list = *ImGui::GetWindowDrawList();
   for (int i = 0; i < kBars; ++i) {
     if (bars[size_t(i)] == 0) continue;
-    const float x = field.left + 4 + float(i) * wide, high = std::max(1.5f, room * float(bars[size_t(i)]) / float(most));
+    const float x = field.left + 4 + float(i) * wide,
+                high = std::max(1.5f, room * float(bars[size_t(i)]) / float(most));
     list.AddRectFilled({x, field.bottom - 3 - high}, {x + wide - 1, field.bottom - 3}, colours().accent);
   }
   for (int decade = 1; decade < int(kDecades); ++decade) {
@@ -85,10 +88,13 @@ void chooseDevice(Context& context, Memory& memory) {
     memory.found = haptics::findDevices();
     memory.foundAtS = context.timeS;
   }
-  struct Choice { std::string name, shown; };
+  struct Choice {
+    std::string name, shown;
+  };
   std::vector<Choice> choices{{"pointer", "Mouse or pen"}};
   for (const haptics::FoundDevice& found : memory.found) choices.push_back({found.name, found.what});
-  for (const haptics::DeviceSheet& sheet : haptics::deviceSheets()) choices.push_back({"simulated:" + sheet.name, "Simulated " + sheet.like});
+  for (const haptics::DeviceSheet& sheet : haptics::deviceSheets())
+    choices.push_back({"simulated:" + sheet.name, "Simulated " + sheet.like});
   std::vector<std::string_view> names;
   int chosen = -1;
   for (const Choice& choice : choices) {
@@ -110,7 +116,8 @@ void limits(const haptics::DeviceSheet& sheet) {
   kit::fact("Stiffness, at most", kit::written(sheet.topStiffnessNmm) + " N/mm");
   kit::fact("Step of its sensors", kit::written(sheet.resolutionMm) + " mm");
   kit::fact("Exchanges", kit::written(sheet.rateHz) + " Hz");
-  kit::fact("Axes in · out · buttons", std::to_string(sheet.dofIn) + " · " + std::to_string(sheet.dofOut) + " · " + std::to_string(sheet.buttons));
+  kit::fact("Axes in · out · buttons",
+            std::to_string(sheet.dofIn) + " · " + std::to_string(sheet.dofOut) + " · " + std::to_string(sheet.buttons));
 }
 
 }  // namespace
@@ -122,13 +129,17 @@ void touchPanel(Context& context, Memory& memory) {
   if (!pointer || stopped) {
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::PushFont(fonts().strong);
-    if (stopped ? kit::button("Resume forces", kit::Weight::chief, width, "play") : kit::button("STOP FORCES", kit::Weight::danger, width, "stop")) {
+    if (stopped ? kit::button("Resume forces", kit::Weight::chief, width, "play")
+                : kit::button("STOP FORCES", kit::Weight::danger, width, "stop")) {
       runAction(context, stopped ? "touch.resume" : "touch.stop");
     }
     ImGui::PopFont();
   }
-  const bool well = !stopped && (touch.state == haptics::ServoState::running || touch.state == haptics::ServoState::waiting || touch.state == haptics::ServoState::warm);
-  if (!touch.sentence.empty()) kit::wrapped(kit::sentence(touch.sentence), well ? colours().text : pointer ? colours().dim : colours().warning);
+  const bool well =
+      !stopped && (touch.state == haptics::ServoState::running || touch.state == haptics::ServoState::waiting ||
+                   touch.state == haptics::ServoState::warm);
+  if (!touch.sentence.empty())
+    kit::wrapped(kit::sentence(touch.sentence), well ? colours().text : pointer ? colours().dim : colours().warning);
   if (!touch.deviceStatus.empty()) kit::wrapped(kit::sentence(touch.deviceStatus), colours().dim);
 
   if (!pointer) plotForce(touch.forceN, touch.sheet.peakForceN);
@@ -140,19 +151,25 @@ void touchPanel(Context& context, Memory& memory) {
     kit::fact("Delay of the loop", kit::written(1e3 * touch.delayS) + " ms");
     kit::fact("Stiffness at that delay", kit::written(touch.stiffnessNmm) + " N/mm");
   }
-  kit::fact("Ticks · late · missed", kit::counted(s.ticks) + " · " + kit::counted(s.overrun) + " · " + kit::counted(s.missed));
-  kit::fact("Dropped samples · watchdog", kit::counted(touch.droppedSamples) + " · " + kit::counted(touch.watchdogCuts));
+  kit::fact("Ticks · late · missed",
+            kit::counted(s.ticks) + " · " + kit::counted(s.overrun) + " · " + kit::counted(s.missed));
+  kit::fact("Dropped samples · watchdog",
+            kit::counted(touch.droppedSamples) + " · " + kit::counted(touch.watchdogCuts));
   if (!touch.grant.empty()) kit::wrapped(kit::sentence(touch.grant), colours().dim);
 
   kit::heading("Reach of the hand");
   Touched touched = drawRows(workspaceRows(), context.state.workspace);
   const auto walls = wallRows();
-  if (const Touched t = drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls); t.changed) touched = t;
+  if (const Touched t =
+          drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls);
+      t.changed)
+    touched = t;
   if (touched.changed) context.bench.setWorkspace(context.state.workspace);
   kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
 
   kit::heading("Accuracy of touch");
-  if (drawRows(touchQualityRows(), context.state.touchQuality).changed) context.bench.setTouchQuality(context.state.touchQuality);
+  if (drawRows(touchQualityRows(), context.state.touchQuality).changed)
+    context.bench.setTouchQuality(context.state.touchQuality);
   if (!pointer) limits(touch.sheet);
 }
 

@@ -9,8 +9,16 @@
 namespace argil::studio {
 namespace {
 
-constexpr engine::Parameter<render::View> kOpening{"opening", "Opening", "Of the picture's height: small is flat, large is near.", "°", 5, 120, 30, false,
-                                                   [](const render::View& v) { return v.openingDegrees; }, [](render::View& v, double d) { v.openingDegrees = d; }};
+constexpr engine::Parameter<render::View> kOpening{"opening",
+                                                   "Opening",
+                                                   "Of the picture's height: small is flat, large is near.",
+                                                   "°",
+                                                   5,
+                                                   120,
+                                                   30,
+                                                   false,
+                                                   [](const render::View& v) { return v.openingDegrees; },
+                                                   [](render::View& v, double d) { v.openingDegrees = d; }};
 
 void section(Context& context) {
   kit::heading("Section");
@@ -27,7 +35,8 @@ void section(Context& context) {
   const Vec3d unit = s.normal.normalized();
   double offset = s.pointMm.dot(unit);
   const double reach = box.empty() ? 100 : std::max(1.0, box.centre().cwiseAbs().maxCoeff() + 0.5 * box.size().norm());
-  if (kit::number({"offset", "Place", "Along its normal.", "mm", -reach, reach, 0, false}, offset).changed) s.pointMm += (offset - s.pointMm.dot(unit)) * unit;
+  if (kit::number({"offset", "Place", "Along its normal.", "mm", -reach, reach, 0, false}, offset).changed)
+    s.pointMm += (offset - s.pointMm.dot(unit)) * unit;
   if (kit::button("Other side", kit::Weight::plain, -1)) s.normal = -s.normal;
 }
 

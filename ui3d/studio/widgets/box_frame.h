@@ -14,7 +14,9 @@ struct BoxFrame {
 
   [[nodiscard]] Vec3d at(double x, double y, double z) const { return pose.apply(half.cwiseProduct(Vec3d(x, y, z))); }
   /// Unit, outwards; face 2 i is at −1 along axis i, 2 i + 1 at +1.
-  [[nodiscard]] Vec3d normal(int face) const { return pose.rotation * ((face & 1 ? 1.0 : -1.0) * Vec3d::Unit(face / 2)); }
+  [[nodiscard]] Vec3d normal(int face) const {
+    return pose.rotation * ((face & 1 ? 1.0 : -1.0) * Vec3d::Unit(face / 2));
+  }
   [[nodiscard]] Vec3d faceCentre(int face) const { return pose.translation + half[face / 2] * normal(face); }
   [[nodiscard]] std::vector<std::array<Vec3d, 2>> edges() const {
     std::vector<std::array<Vec3d, 2>> result;
@@ -34,7 +36,8 @@ struct BoxFrame {
         Vec3d p = (face & 1 ? 1.0 : -1.0) * Vec3d::Unit(i) + u * Vec3d::Unit(j) + v * Vec3d::Unit(k);
         return at(p.x(), p.y(), p.z());
       };
-      for (const auto& [u, v] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, -1}, {1, 1}, {-1, 1}}) result.push_back(corner(u, v));
+      for (const auto& [u, v] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, -1}, {1, 1}, {-1, 1}})
+        result.push_back(corner(u, v));
     }
     return result;
   }

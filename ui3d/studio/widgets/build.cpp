@@ -23,7 +23,9 @@ render::Colour onGround(render::Colour c, const World& world) {
   return world.state.look.lightBackground ? render::Colour{kDarker * c.r, kDarker * c.g, kDarker * c.b, c.a} : c;
 }
 
-render::Colour darker(render::Colour c) { return {0.25f * c.r, 0.25f * c.g, 0.25f * c.b, c.a}; }
+render::Colour darker(render::Colour c) {
+  return {0.25f * c.r, 0.25f * c.g, 0.25f * c.b, c.a};
+}
 
 bool isHot(const Handle& handle, const std::vector<const Handle*>& hot) {
   return std::any_of(hot.begin(), hot.end(), [&](const Handle* other) { return other->same(handle); });
@@ -53,7 +55,9 @@ void solid(Build& build, const std::vector<Vec3d>& outline, render::Colour colou
 
 }  // namespace
 
-render::Colour axisColour(int axis) { return axis == 0 ? colours::kX : axis == 1 ? colours::kY : colours::kZ; }
+render::Colour axisColour(int axis) {
+  return axis == 0 ? colours::kX : axis == 1 ? colours::kY : colours::kZ;
+}
 
 render::Colour faded(render::Colour colour, float alpha) {
   colour.a *= alpha;
@@ -63,10 +67,14 @@ render::Colour faded(render::Colour colour, float alpha) {
 render::Colour guideColour(const Guide& guide) {
   if (guide.kind == Guide::Kind::ruler || guide.kind == Guide::Kind::angle) return {0.98f, 0.90f, 0.55f, 1};
   switch (guide.feel) {
-    case Guide::Feel::seen: return {0.78f, 0.82f, 0.88f, 1};
-    case Guide::Feel::lock: return {0.98f, 0.68f, 0.30f, 1};
-    case Guide::Feel::well: return {0.36f, 0.84f, 0.80f, 1};
-    case Guide::Feel::keepOut: return {0.96f, 0.42f, 0.40f, 1};
+    case Guide::Feel::seen:
+      return {0.78f, 0.82f, 0.88f, 1};
+    case Guide::Feel::lock:
+      return {0.98f, 0.68f, 0.30f, 1};
+    case Guide::Feel::well:
+      return {0.36f, 0.84f, 0.80f, 1};
+    case Guide::Feel::keepOut:
+      return {0.96f, 0.42f, 0.40f, 1};
   }
   return {};
 }
@@ -79,7 +87,9 @@ std::string lengthText(double mm) {
   return fmt::format("{:.1f} µm", mm * 1000);
 }
 
-std::string angleText(double rad) { return fmt::format("{:.1f}°", rad * 180 / kPi); }
+std::string angleText(double rad) {
+  return fmt::format("{:.1f}°", rad * 180 / kPi);
+}
 
 void Build::line(std::vector<Vec3d> points, render::Colour colour, float width, render::Depth depth) {
   lines.push_back({std::move(points), depth == render::Depth::onTop ? colour : onGround(colour, world), width, depth});
@@ -94,7 +104,9 @@ void Build::fill(std::vector<Vec3d> triangles, render::Colour colour, render::De
   fills.push_back({std::move(triangles), depth == render::Depth::onTop ? colour : onGround(colour, world), depth});
 }
 
-void Build::text(const Vec3d& at, std::string text, render::Colour colour) { texts.push_back({at, std::move(text), onGround(colour, world)}); }
+void Build::text(const Vec3d& at, std::string text, render::Colour colour) {
+  texts.push_back({at, std::move(text), onGround(colour, world)});
+}
 
 double Build::extentMm() const {
   return world.bounds.empty() ? 0.5 * world.screen.view().heightAtTarget() : std::max(1e-3, world.bounds.size().norm());
@@ -120,7 +132,8 @@ std::vector<Vec3d> Sheet::rim() const {
   return triangles;
 }
 
-void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const Vec3d& foot, render::Colour colour, bool tilts) {
+void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const Vec3d& foot, render::Colour colour,
+                  bool tilts) {
   const Vec3d n = sheet.normal();
   Handle arrow;
   arrow.target = target;
@@ -136,7 +149,8 @@ void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const 
   build.handles.push_back(arrow);
   if (!tilts) return;
   for (int i = 0; i < 2; ++i) {
-    const Vec3d out = i == 0 ? sheet.x : sheet.y, axis = i == 0 ? -sheet.y : sheet.x;  // out × n... turns out towards n.
+    // out × n... turns out towards n.
+    const Vec3d out = i == 0 ? sheet.x : sheet.y, axis = i == 0 ? -sheet.y : sheet.x;
     const double radius = i == 0 ? sheet.halfX : sheet.halfY;
     if (std::abs(build.world.screen.toEye(sheet.centre).dot(axis)) < kEdgeOn) continue;
     const Vec3d middle = sheet.centre + radius * out;
@@ -158,13 +172,20 @@ void sheetHandles(Build& build, const Sheet& sheet, const Target& target, const 
 
 void buildGuide(Build& build, const Guide& guide, const Stance& stance) {
   switch (guide.kind) {
-    case Guide::Kind::plane: return buildPlane(build, guide, stance);
-    case Guide::Kind::line: return buildLine(build, guide, stance);
-    case Guide::Kind::point: return buildPoint(build, guide, stance);
-    case Guide::Kind::curve: return buildCurve(build, guide, stance);
-    case Guide::Kind::keepOutBox: return buildKeepOutBox(build, guide, stance);
-    case Guide::Kind::ruler: return buildRuler(build, guide, stance);
-    case Guide::Kind::angle: return buildAngle(build, guide, stance);
+    case Guide::Kind::plane:
+      return buildPlane(build, guide, stance);
+    case Guide::Kind::line:
+      return buildLine(build, guide, stance);
+    case Guide::Kind::point:
+      return buildPoint(build, guide, stance);
+    case Guide::Kind::curve:
+      return buildCurve(build, guide, stance);
+    case Guide::Kind::keepOutBox:
+      return buildKeepOutBox(build, guide, stance);
+    case Guide::Kind::ruler:
+      return buildRuler(build, guide, stance);
+    case Guide::Kind::angle:
+      return buildAngle(build, guide, stance);
   }
 }
 
@@ -217,7 +238,8 @@ Build buildAll(const World& world, const engine::Document& shown, const std::opt
   return build;
 }
 
-std::vector<Vec3d> arc(const Vec3d& centre, const Vec3d& x, const Vec3d& y, double radius, double from, double to, int steps) {
+std::vector<Vec3d> arc(const Vec3d& centre, const Vec3d& x, const Vec3d& y, double radius, double from, double to,
+                       int steps) {
   std::vector<Vec3d> points;
   points.reserve(size_t(steps) + 1);
   for (int i = 0; i <= steps; ++i) {
@@ -234,24 +256,34 @@ void drawHandles(Build& build, const std::vector<const Handle*>& hot) {
     const render::Colour colour = on ? colours::kHot : handle.colour;
     const double size = on ? kHotUnits : kDotUnits;
     switch (handle.form) {
-      case Form::dot: solid(build, facing(screen, handle.points[0], size, 16, 0), colour); break;
-      case Form::square: solid(build, facing(screen, handle.points[0], 1.3 * size, 4, kPi / 4), colour); break;
+      case Form::dot:
+        solid(build, facing(screen, handle.points[0], size, 16, 0), colour);
+        break;
+      case Form::square:
+        solid(build, facing(screen, handle.points[0], 1.3 * size, 4, kPi / 4), colour);
+        break;
       case Form::arrow: {
         const Vec3d tip = handle.points.back();
         const Vec3d along = (tip - handle.points.front()).normalized(), away = screen.toEye(tip);
         const Vec3d aside = along.cross(away);
         const double unit = screen.unitMm(tip), scale = on ? 1.2 : 1;
-        build.line({handle.points.front(), tip - kHeadUnits * unit * along}, colour, on ? 4.f : 3.f, render::Depth::onTop);
+        build.line({handle.points.front(), tip - kHeadUnits * unit * along}, colour, on ? 4.f : 3.f,
+                   render::Depth::onTop);
         if (aside.norm() < 0.2) {  // It points at the eye.
           solid(build, facing(screen, tip, size, 16, 0), colour);
           break;
         }
-        const Vec3d base = tip - kHeadUnits * scale * unit * along, half = kHeadWidthUnits * scale * unit * aside.normalized();
+        const Vec3d base = tip - kHeadUnits * scale * unit * along,
+                    half = kHeadWidthUnits * scale * unit * aside.normalized();
         solid(build, {tip, base - half, base + half}, colour);
         break;
       }
-      case Form::path: build.line(handle.points, colour, on ? 5.f : 3.2f, render::Depth::onTop); break;
-      case Form::area: build.fill(handle.points, faded(colour, on ? 0.85f : 0.45f), render::Depth::onTop); break;
+      case Form::path:
+        build.line(handle.points, colour, on ? 5.f : 3.2f, render::Depth::onTop);
+        break;
+      case Form::area:
+        build.fill(handle.points, faded(colour, on ? 0.85f : 0.45f), render::Depth::onTop);
+        break;
       case Form::unseen:
         if (on) build.line(handle.points, faded(colours::kHot, 0.9f), 3.5f, render::Depth::xray);
         break;

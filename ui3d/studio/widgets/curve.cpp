@@ -39,7 +39,8 @@ std::vector<Vec3d> sampleCurve(const std::vector<Vec3d>& points, bool closed, st
         const auto start = curve.at(from);
         here = curve.arcLengthMm(curve.slide(points[i], start));
         // A bead that got stuck at a bend: the nearest place of all.
-        if ((curve.at(here).point - points[i]).norm() > 1e-3 * length) here = curve.arcLengthMm(curve.nearest(points[i]));
+        if ((curve.at(here).point - points[i]).norm() > 1e-3 * length)
+          here = curve.arcLengthMm(curve.nearest(points[i]));
         here = std::max(from, here);
       }
       for (int step = i == 0 ? kStepsPerPoint : 1; step <= kStepsPerPoint; ++step)

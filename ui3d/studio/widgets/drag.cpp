@@ -12,20 +12,28 @@ namespace {
 
 using engine::Guide;
 
-constexpr double kStillUnits = 1.5;   // A press is no drag until the hand has moved so far.
-constexpr double kParallel = 1e-3;    // Sine squared, between the line of sight and what is dragged along.
-constexpr double kFlat = 5e-3;        // Sine, between the line of sight and a plane.
-constexpr double kFarthest = 1e3;     // Distances of the view: beyond, a plane ends in its horizon.
-constexpr double kFarthestMm = 1e6;   // From zero: what a document may hold.
-constexpr double kEdgeOn = 0.15;      // Sine, between the line of sight and a circle's plane.
-constexpr double kScaleStep = 0.1;    // Of constrained scales.
+constexpr double kStillUnits = 1.5;  // A press is no drag until the hand has moved so far.
+constexpr double kParallel = 1e-3;   // Sine squared, between the line of sight and what is dragged along.
+constexpr double kFlat = 5e-3;       // Sine, between the line of sight and a plane.
+constexpr double kFarthest = 1e3;    // Distances of the view: beyond, a plane ends in its horizon.
+constexpr double kFarthestMm = 1e6;  // From zero: what a document may hold.
+constexpr double kEdgeOn = 0.15;     // Sine, between the line of sight and a circle's plane.
+constexpr double kScaleStep = 0.1;   // Of constrained scales.
 
-Vec3d without(const Vec3d& v, const Vec3d& axis) { return v - v.dot(axis) * axis; }
+Vec3d without(const Vec3d& v, const Vec3d& axis) {
+  return v - v.dot(axis) * axis;
+}
 
 }  // namespace
 
-Drag::Drag(const Handle& handle, const Vec3d& grab, Subject start, const Grip& grip, const ScreenMap& screen, std::string merge)
-    : handle_(handle), grab_(grab), start_(start), now_(std::move(start)), merge_(std::move(merge)), stylus_(grip.stylus) {
+Drag::Drag(const Handle& handle, const Vec3d& grab, Subject start, const Grip& grip, const ScreenMap& screen,
+           std::string merge)
+    : handle_(handle),
+      grab_(grab),
+      start_(start),
+      now_(std::move(start)),
+      merge_(std::move(merge)),
+      stylus_(grip.stylus) {
   if (handle_.anchorIsGrab) handle_.anchor = grab_;
   if (stylus_) {
     pressed_ = grip.origin;
@@ -51,7 +59,8 @@ Drag::Hand Drag::shifted(const Grip& grip, const ScreenMap& screen) const {
   return hand;
 }
 
-std::optional<double> Drag::alongLine(const Hand& hand, const Vec3d& through, const Vec3d& axis, const ScreenMap& screen) const {
+std::optional<double> Drag::alongLine(const Hand& hand, const Vec3d& through, const Vec3d& axis,
+                                      const ScreenMap& screen) const {
   if (stylus_) return (hand.tip - through).dot(axis);
   const Vec3d w = through - hand.ray.origin;
   const double b = axis.dot(hand.ray.direction), square = 1 - b * b;
@@ -71,8 +80,8 @@ std::optional<Vec3d> Drag::onPlane(const Hand& hand, const Vec3d& normal, const 
   return hit;
 }
 
-std::optional<Change> Drag::measureMove(const World& world, const engine::Document& shown, const Grip& grip, const Hand& hand,
-                                        std::optional<Snap>& snap) const {
+std::optional<Change> Drag::measureMove(const World& world, const engine::Document& shown, const Grip& grip,
+                                        const Hand& hand, std::optional<Snap>& snap) const {
   const ScreenMap& screen = world.screen;
   SnapQuery query;
   query.self = handle_.target;
@@ -111,8 +120,8 @@ std::optional<Change> Drag::measureMove(const World& world, const engine::Docume
   return change;
 }
 
-std::optional<Change> Drag::measureTurn(const World& world, const engine::Document& shown, const Grip& grip, const Hand& hand,
-                                        std::optional<Snap>& snap) const {
+std::optional<Change> Drag::measureTurn(const World& world, const engine::Document& shown, const Grip& grip,
+                                        const Hand& hand, std::optional<Snap>& snap) const {
   const Vec3d from = without(grab_ - handle_.anchor, handle_.axis);
   if (!(from.norm() > 0)) return {};
   Change change;
@@ -138,14 +147,17 @@ std::optional<Change> Drag::measureTurn(const World& world, const engine::Docume
   return change;
 }
 
-std::optional<Change> Drag::measure(const World& world, const engine::Document& shown, const Grip& grip, std::optional<Snap>& snap) const {
+std::optional<Change> Drag::measure(const World& world, const engine::Document& shown, const Grip& grip,
+                                    std::optional<Snap>& snap) const {
   const Hand hand = shifted(grip, world.screen);
   Change change;
   switch (handle_.way) {
     case Way::free:
     case Way::along:
-    case Way::inPlane: return measureMove(world, shown, grip, hand, snap);
-    case Way::about: return measureTurn(world, shown, grip, hand, snap);
+    case Way::inPlane:
+      return measureMove(world, shown, grip, hand, snap);
+    case Way::about:
+      return measureTurn(world, shown, grip, hand, snap);
     case Way::scaleAlong: {
       const double before = (grab_ - handle_.anchor).dot(handle_.axis);
       const auto t = alongLine(hand, grab_, handle_.axis, world.screen);
@@ -158,7 +170,8 @@ std::optional<Change> Drag::measure(const World& world, const engine::Document& 
         change.factor = (hand.tip - handle_.anchor).norm() / (grab_ - handle_.anchor).norm();
       } else {
         const Vec3d centre = world.screen.project(handle_.anchor), was = world.screen.project(grab_);
-        change.factor = std::hypot(hand.x - centre.x(), hand.y - centre.y()) / std::hypot(was.x() - centre.x(), was.y() - centre.y());
+        change.factor = std::hypot(hand.x - centre.x(), hand.y - centre.y()) /
+                        std::hypot(was.x() - centre.x(), was.y() - centre.y());
       }
       break;
     }
@@ -196,14 +209,21 @@ bool Drag::follow(const World& world, const engine::Document& shown, const Grip&
 }
 
 std::string Drag::label(const engine::Document& document) const {
-  const char* verb = handle_.way == Way::about ? "Turn" : handle_.way == Way::scaleAlong || handle_.way == Way::scaleAll ? "Scale" : "Move";
+  const char* verb = handle_.way == Way::about                                        ? "Turn"
+                     : handle_.way == Way::scaleAlong || handle_.way == Way::scaleAll ? "Scale"
+                                                                                      : "Move";
   if (handle_.name == "insert") verb = "Insert a point in";
   switch (handle_.target.kind) {
-    case Target::Kind::symmetry: return fmt::format("{} symmetry", verb);
-    case Target::Kind::section: return fmt::format("{} section", verb);
-    case Target::Kind::lattice: return "Deform";
-    case Target::Kind::workspace: return fmt::format("{} workspace", verb);
-    default: break;
+    case Target::Kind::symmetry:
+      return fmt::format("{} symmetry", verb);
+    case Target::Kind::section:
+      return fmt::format("{} section", verb);
+    case Target::Kind::lattice:
+      return "Deform";
+    case Target::Kind::workspace:
+      return fmt::format("{} workspace", verb);
+    default:
+      break;
   }
   if (handle_.name == "corner" || handle_.name == "face") verb = "Resize";
   const engine::Thing* thing = document.thing(handle_.target.id);
@@ -215,12 +235,16 @@ std::string Drag::text() const {
     if (handle_.name == "corner") return lengthText(guide->sizeMm.x()) + " × " + lengthText(guide->sizeMm.y());
     if (handle_.name == "face") return lengthText(guide->sizeMm[handle_.index / 2]);
   }
-  if (const auto* workspace = std::get_if<haptics::Workspace>(&now_); workspace && handle_.name == "face") return fmt::format("× {:.3g}", workspace->scale);
+  if (const auto* workspace = std::get_if<haptics::Workspace>(&now_); workspace && handle_.name == "face")
+    return fmt::format("× {:.3g}", workspace->scale);
   switch (handle_.way) {
-    case Way::about: return angleText(change_.angle);
+    case Way::about:
+      return angleText(change_.angle);
     case Way::scaleAlong:
-    case Way::scaleAll: return fmt::format("× {:.2f}", change_.factor);
-    default: return lengthText(change_.move.norm());
+    case Way::scaleAll:
+      return fmt::format("× {:.2f}", change_.factor);
+    default:
+      return lengthText(change_.move.norm());
   }
 }
 

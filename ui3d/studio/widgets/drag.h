@@ -13,9 +13,11 @@ namespace argil::studio {
 class Drag {
  public:
   /// `grab`: the place on the handle that the hand took.
-  Drag(const Handle& handle, const Vec3d& grab, Subject start, const Grip& grip, const ScreenMap& screen, std::string merge);
+  Drag(const Handle& handle, const Vec3d& grab, Subject start, const Grip& grip, const ScreenMap& screen,
+       std::string merge);
 
-  /// Where the hand has brought it. False when nothing changed since the last time. Nothing does before the hand has moved a little.
+  /// Where the hand has brought it. False when nothing changed since the last time. Nothing does before the hand has
+  /// moved a little.
   bool follow(const World& world, const engine::Document& shown, const Grip& grip);
 
   [[nodiscard]] const Handle& handle() const { return handle_; }
@@ -41,22 +43,24 @@ class Drag {
     Vec3d tip = Vec3d::Zero();
   };
   [[nodiscard]] Hand shifted(const Grip& grip, const ScreenMap& screen) const;
-  [[nodiscard]] std::optional<double> alongLine(const Hand& hand, const Vec3d& through, const Vec3d& axis, const ScreenMap& screen) const;
+  [[nodiscard]] std::optional<double> alongLine(const Hand& hand, const Vec3d& through, const Vec3d& axis,
+                                                const ScreenMap& screen) const;
   [[nodiscard]] std::optional<Vec3d> onPlane(const Hand& hand, const Vec3d& normal, const ScreenMap& screen) const;
-  [[nodiscard]] std::optional<Change> measure(const World& world, const engine::Document& shown, const Grip& grip, std::optional<Snap>& snap) const;
-  [[nodiscard]] std::optional<Change> measureMove(const World& world, const engine::Document& shown, const Grip& grip, const Hand& hand,
-                                                  std::optional<Snap>& snap) const;
-  [[nodiscard]] std::optional<Change> measureTurn(const World& world, const engine::Document& shown, const Grip& grip, const Hand& hand,
-                                                  std::optional<Snap>& snap) const;
+  [[nodiscard]] std::optional<Change> measure(const World& world, const engine::Document& shown, const Grip& grip,
+                                              std::optional<Snap>& snap) const;
+  [[nodiscard]] std::optional<Change> measureMove(const World& world, const engine::Document& shown, const Grip& grip,
+                                                  const Hand& hand, std::optional<Snap>& snap) const;
+  [[nodiscard]] std::optional<Change> measureTurn(const World& world, const engine::Document& shown, const Grip& grip,
+                                                  const Hand& hand, std::optional<Snap>& snap) const;
 
   Handle handle_;
   Vec3d grab_;
   Subject start_, now_;
   std::string merge_;
   bool stylus_;
-  Vec3d shift_ = Vec3d::Zero();     // Units in the window (x, y), or mm of a tip.
-  Vec3d pressed_ = Vec3d::Zero();   // Where the hand was, in the same.
-  bool edgeOn_ = false;             // A turn whose circle is a line in the picture: it follows the tangent.
+  Vec3d shift_ = Vec3d::Zero();    // Units in the window (x, y), or mm of a tip.
+  Vec3d pressed_ = Vec3d::Zero();  // Where the hand was, in the same.
+  bool edgeOn_ = false;            // A turn whose circle is a line in the picture: it follows the tangent.
   bool moved_ = false, changed_ = false;
   Change change_;
   std::optional<Snap> snap_;

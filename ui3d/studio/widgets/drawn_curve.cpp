@@ -5,7 +5,8 @@
 namespace argil::studio {
 namespace {
 
-constexpr render::Colour kCurve{1.00f, 0.82f, 0.22f, 1}, kGoes{0.86f, 0.16f, 0.12f, 0.42f}, kStays{0.25f, 0.62f, 0.95f, 0.16f}, kOther{0.95f, 0.55f, 0.15f, 0.30f};
+constexpr render::Colour kCurve{1.00f, 0.82f, 0.22f, 1}, kGoes{0.86f, 0.16f, 0.12f, 0.42f},
+    kStays{0.25f, 0.62f, 0.95f, 0.16f}, kOther{0.95f, 0.55f, 0.15f, 0.30f};
 constexpr render::Colour kPlain{0.95f, 0.95f, 0.95f, 1};
 constexpr float kWire = 0.22f;  // Of the wall that the curve sweeps.
 

@@ -40,20 +40,27 @@ void applyScale(Subject& subject, const Handle& handle, const Change& change) {
 
 bool scales(const Guide& guide, int axis) {
   switch (guide.kind) {
-    case Guide::Kind::plane: return axis < 2;
-    case Guide::Kind::line: return axis == 2;
-    case Guide::Kind::point: return false;
-    default: return true;
+    case Guide::Kind::plane:
+      return axis < 2;
+    case Guide::Kind::line:
+      return axis == 2;
+    case Guide::Kind::point:
+      return false;
+    default:
+      return true;
   }
 }
 
 }  // namespace
 
-void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d& pivot, const Eigen::Matrix3d& axes, bool sized) {
+void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d& pivot, const Eigen::Matrix3d& axes,
+                bool sized) {
   const ScreenMap& screen = build.world.screen;
   const double unit = screen.unitMm(pivot);
-  const Vec3d eye = screen.toEye(pivot), across = (screen.axes().right - screen.axes().right.dot(eye) * eye).normalized();
-  const auto add = [&](std::string_view name, int index, Way way, const Vec3d& axis, Form form, std::vector<Vec3d> points, render::Colour colour) {
+  const Vec3d eye = screen.toEye(pivot),
+              across = (screen.axes().right - screen.axes().right.dot(eye) * eye).normalized();
+  const auto add = [&](std::string_view name, int index, Way way, const Vec3d& axis, Form form,
+                       std::vector<Vec3d> points, render::Colour colour) {
     Handle handle;
     handle.target = target;
     handle.name = name;
@@ -72,10 +79,12 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
     for (int i = 0; i < 3; ++i) {
       const Vec3d axis = axes.col(i), u = axes.col((i + 1) % 3), v = axes.col((i + 2) % 3);
       if (std::abs(axis.dot(eye)) < kTowardsEye)
-        add("move axis", i, Way::along, axis, Form::arrow, {pivot + kGapUnits * unit * axis, pivot + kSizeUnits * unit * axis}, axisColour(i));
+        add("move axis", i, Way::along, axis, Form::arrow,
+            {pivot + kGapUnits * unit * axis, pivot + kSizeUnits * unit * axis}, axisColour(i));
       if (std::abs(axis.dot(eye)) > kEdgeOn) {
         const auto corner = [&](double a, double b) { return Vec3d(pivot + unit * (a * u + b * v)); };
-        const std::array<Vec3d, 4> c{corner(kPadFrom, kPadFrom), corner(kPadTo, kPadFrom), corner(kPadTo, kPadTo), corner(kPadFrom, kPadTo)};
+        const std::array<Vec3d, 4> c{corner(kPadFrom, kPadFrom), corner(kPadTo, kPadFrom), corner(kPadTo, kPadTo),
+                                     corner(kPadFrom, kPadTo)};
         add("move plane", i, Way::inPlane, axis, Form::area, {c[0], c[1], c[2], c[0], c[2], c[3]}, axisColour(i));
         build.closedLine({c.begin(), c.end()}, axisColour(i), 1.5f, render::Depth::onTop);
       }
@@ -85,27 +94,30 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
     const double r = kRingUnits * unit;
     for (int i = 0; i < 3; ++i) {
       const Vec3d axis = axes.col(i);
-      build.closedLine(arc(pivot, axes.col((i + 1) % 3), axes.col((i + 2) % 3), r, 0, 2 * std::numbers::pi, kRingSteps), faded(axisColour(i), 0.22f), 1.5f,
-                       render::Depth::onTop);
+      build.closedLine(arc(pivot, axes.col((i + 1) % 3), axes.col((i + 2) % 3), r, 0, 2 * std::numbers::pi, kRingSteps),
+                       faded(axisColour(i), 0.22f), 1.5f, render::Depth::onTop);
       // The half that faces the person can be grabbed; a ring that is seen from its edge is a line there.
       Vec3d front = eye - eye.dot(axis) * axis;
       const bool whole = front.norm() < 0.05;
       front = whole ? Vec3d(axes.col((i + 1) % 3)) : front.normalized();
       const double half = whole ? std::numbers::pi : 0.5 * std::numbers::pi;
-      add("turn axis", i, Way::about, axis, Form::path, arc(pivot, front, axis.cross(front), r, -half, half, whole ? kRingSteps : kRingSteps / 2),
-          axisColour(i));
+      add("turn axis", i, Way::about, axis, Form::path,
+          arc(pivot, front, axis.cross(front), r, -half, half, whole ? kRingSteps : kRingSteps / 2), axisColour(i));
     }
-    add("turn view", 0, Way::about, eye, Form::path, arc(pivot, across, eye.cross(across), kViewRingUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
+    add("turn view", 0, Way::about, eye, Form::path,
+        arc(pivot, across, eye.cross(across), kViewRingUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
         faded(colours::kHandle, 0.85f));
   } else if (mode == GizmoMode::scale && sized) {
     const Guide* guide = build.document.guide(target.id);
     for (int i = 0; guide && i < 3; ++i) {
       const Vec3d axis = axes.col(i);
       if (!scales(*guide, i) || std::abs(axis.dot(eye)) >= kTowardsEye) continue;
-      build.line({pivot + kGapUnits * unit * axis, pivot + kSizeUnits * unit * axis}, axisColour(i), 3.f, render::Depth::onTop);
+      build.line({pivot + kGapUnits * unit * axis, pivot + kSizeUnits * unit * axis}, axisColour(i), 3.f,
+                 render::Depth::onTop);
       add("scale axis", i, Way::scaleAlong, axis, Form::square, {pivot + kSizeUnits * unit * axis}, axisColour(i));
     }
-    add("scale", -1, Way::scaleAll, eye, Form::path, arc(pivot, across, eye.cross(across), 0.5 * kSizeUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
+    add("scale", -1, Way::scaleAll, eye, Form::path,
+        arc(pivot, across, eye.cross(across), 0.5 * kSizeUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
         colours::kHandle);
   }
 }

@@ -11,7 +11,9 @@ constexpr double kPathBehindDot = 1.5, kAreaBehindPath = 6, kBodyBehindAll = 100
 constexpr double kNearerWins = 1e-6;  // Units for each mm of depth: decides between equals alone.
 
 double behind(const Handle& handle) {
-  const double form = handle.form == Form::area ? kAreaBehindPath : (handle.form == Form::dot || handle.form == Form::square) ? 0 : kPathBehindDot;
+  const double form = handle.form == Form::area                                   ? kAreaBehindPath
+                      : (handle.form == Form::dot || handle.form == Form::square) ? 0
+                                                                                  : kPathBehindDot;
   return form + (handle.body ? kBodyBehindAll : 0);
 }
 
@@ -64,8 +66,8 @@ void applyRigid(Subject& subject, const Handle& handle, const Change& change) {
   if (!change.move.isZero(0)) move(subject, change.move);
 }
 
-std::optional<Picked> pickHandle(const std::vector<Handle>& handles, const Grip& grip, const ScreenMap& screen, double tipReachMm,
-                                 const std::function<bool()>& clayThere) {
+std::optional<Picked> pickHandle(const std::vector<Handle>& handles, const Grip& grip, const ScreenMap& screen,
+                                 double tipReachMm, const std::function<bool()>& clayThere) {
   struct Candidate {
     double rank;
     Picked picked;
@@ -78,13 +80,16 @@ std::optional<Picked> pickHandle(const std::vector<Handle>& handles, const Grip&
     if (grip.stylus) {
       distance = fromTip(handle, grip.origin);
       // Handles keep their size in the picture: in a wide view their reach is that of a mouse.
-      if (distance && distance->value > std::max(tipReachMm, kPickUnits * screen.unitMm(distance->point))) distance.reset();
+      if (distance && distance->value > std::max(tipReachMm, kPickUnits * screen.unitMm(distance->point)))
+        distance.reset();
       if (distance) distance->value /= screen.unitMm(distance->point);
     } else {
-      const auto near = handle.form == Form::area ? screen.inside(handle.points, at.x(), at.y()) : screen.nearest(handle.points, at.x(), at.y());
+      const auto near = handle.form == Form::area ? screen.inside(handle.points, at.x(), at.y())
+                                                  : screen.nearest(handle.points, at.x(), at.y());
       if (near && near->units <= kPickUnits) distance = Distance{near->units, near->depthMm, near->point};
     }
-    if (distance) found.push_back({distance->value + behind(handle) + kNearerWins * distance->depthMm, {i, distance->point}});
+    if (distance)
+      found.push_back({distance->value + behind(handle) + kNearerWins * distance->depthMm, {i, distance->point}});
   }
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   std::optional<bool> clay;

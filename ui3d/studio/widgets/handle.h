@@ -28,21 +28,21 @@ struct Change {
 };
 
 enum class Form : uint8_t {
-  dot,      ///< At points[0], of constant size.
-  square,   ///< The same, square: scales.
-  arrow,    ///< From points.front() to points.back(), with a head.
-  path,     ///< A line along the points.
-  area,     ///< Triangles, three points each.
-  unseen,   ///< A path that is drawn by something else.
+  dot,     ///< At points[0], of constant size.
+  square,  ///< The same, square: scales.
+  arrow,   ///< From points.front() to points.back(), with a head.
+  path,    ///< A line along the points.
+  area,    ///< Triangles, three points each.
+  unseen,  ///< A path that is drawn by something else.
 };
 
 struct Handle {
   Target target;
-  std::string_view name;      ///< With target and index it names the handle from frame to frame.
+  std::string_view name;  ///< With target and index it names the handle from frame to frame.
   int index = 0;
   Way way = Way::free;
-  Vec3d anchor = Vec3d::Zero();   ///< What snaps; centre of turns and scales.
-  Vec3d axis = Vec3d::UnitZ();    ///< Unit length.
+  Vec3d anchor = Vec3d::Zero();  ///< What snaps; centre of turns and scales.
+  Vec3d axis = Vec3d::UnitZ();   ///< Unit length.
   Form form = Form::dot;
   std::vector<Vec3d> points;
   render::Colour colour;
@@ -55,7 +55,9 @@ struct Handle {
   /// Changes the subject as it was when the drag began.
   void (*apply)(Subject& subject, const Handle& handle, const Change& change) = nullptr;
 
-  [[nodiscard]] bool same(const Handle& other) const { return target == other.target && name == other.name && index == other.index; }
+  [[nodiscard]] bool same(const Handle& other) const {
+    return target == other.target && name == other.name && index == other.index;
+  }
 };
 
 /// Moves or turns all of the subject: what most handles do.
@@ -63,13 +65,14 @@ void applyRigid(Subject& subject, const Handle& handle, const Change& change);
 
 inline constexpr double kPickUnits = 8;  ///< Interface units around a handle that a mouse grabs.
 
-/// The handle that a hand would grab, and where. Nearest wins, handles before bodies. `clayThere`: there is clay under the hand; asked once
-/// at most.
+/// The handle that a hand would grab, and where. Nearest wins, handles before bodies. `clayThere`: there is clay under
+/// the hand; asked once at most.
 struct Picked {
   size_t index = 0;  ///< In `handles`.
   Vec3d point = Vec3d::Zero();
 };
-[[nodiscard]] std::optional<Picked> pickHandle(const std::vector<Handle>& handles, const Grip& grip, const ScreenMap& screen,
-                                               double tipReachMm, const std::function<bool()>& clayThere);
+[[nodiscard]] std::optional<Picked> pickHandle(const std::vector<Handle>& handles, const Grip& grip,
+                                               const ScreenMap& screen, double tipReachMm,
+                                               const std::function<bool()>& clayThere);
 
 }  // namespace argil::studio

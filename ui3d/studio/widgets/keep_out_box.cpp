@@ -52,7 +52,8 @@ void buildKeepOutBox(Build& build, const Guide& guide, const Stance& stance) {
     dot.anchor = box.faceCentre(face);
     dot.axis = box.normal(face);
     dot.points = {dot.anchor};
-    dot.colour = faded(axisColour(face / 2), dot.axis.dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : 0.45f);  // Behind: faint.
+    // Behind: faint.
+    dot.colour = faded(axisColour(face / 2), dot.axis.dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : 0.45f);
     dot.aligns = true;
     dot.apply = applyFace;
     build.handles.push_back(dot);

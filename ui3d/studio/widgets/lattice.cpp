@@ -5,7 +5,7 @@
 namespace argil::studio {
 namespace {
 
-constexpr int kSteps = 6;       // Of a line between two points of the grid.
+constexpr int kSteps = 6;        // Of a line between two points of the grid.
 constexpr int kPlainCounts = 4;  // Lines of a box without points of its own.
 constexpr float kBehind = 0.45f;
 
@@ -23,7 +23,8 @@ void buildLattice(Build& build) {
   const auto& box = build.world.state.deformBox;
   if (!box) return;
   const bool points = box->kind == DeformBox::Kind::lattice;
-  const clay::Lattice grid = points ? box->lattice : clay::Lattice(box->lattice.box(), {kPlainCounts, kPlainCounts, kPlainCounts});
+  const clay::Lattice grid =
+      points ? box->lattice : clay::Lattice(box->lattice.box(), {kPlainCounts, kPlainCounts, kPlainCounts});
   const auto warp = box->warp();
   const auto place = [&](const Vec3d& p) {
     Eigen::Matrix3d unused;
@@ -59,7 +60,8 @@ void buildLattice(Build& build) {
     dot.index = static_cast<int>(i);
     dot.anchor = place(box->lattice.restPoint(i));
     dot.points = {dot.anchor};
-    dot.colour = faded(colours::kHandle, (dot.anchor - middle).dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : kBehind);
+    dot.colour =
+        faded(colours::kHandle, (dot.anchor - middle).dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : kBehind);
     dot.apply = applyPoint;
     build.handles.push_back(dot);
   }

@@ -11,12 +11,12 @@ namespace {
 
 using engine::Guide;
 
-constexpr double kSameUnits = 7;      // Two clicks at one place.
-constexpr double kDragUnits = 12;     // A press and a release so far apart are two clicks.
-constexpr double kSizePart = 0.6;     // Of the model's extent: a new plane.
-constexpr double kBoxPart = 0.2;      // A box that was clicked, not dragged.
-constexpr double kGroundSlope = 0.15; // Sine, between the view and the ground: below, points lie before the eye.
-constexpr double kThinnest = 1e-3;    // Of the model's extent: where a ray for the thickness begins under the surface.
+constexpr double kSameUnits = 7;       // Two clicks at one place.
+constexpr double kDragUnits = 12;      // A press and a release so far apart are two clicks.
+constexpr double kSizePart = 0.6;      // Of the model's extent: a new plane.
+constexpr double kBoxPart = 0.2;       // A box that was clicked, not dragged.
+constexpr double kGroundSlope = 0.15;  // Sine, between the view and the ground: below, points lie before the eye.
+constexpr double kThinnest = 1e-3;     // Of the model's extent: where a ray for the thickness begins under the surface.
 
 constexpr std::array<const char*, 8> kKinds{"plane", "line", "point", "curve", "box", "ruler", "angle", "thickness"};
 
@@ -47,7 +47,9 @@ double extentOf(const World& world) {
 
 }  // namespace
 
-bool Placing::knows(const std::string& kind) { return std::find(kKinds.begin(), kKinds.end(), kind) != kKinds.end(); }
+bool Placing::knows(const std::string& kind) {
+  return std::find(kKinds.begin(), kKinds.end(), kind) != kKinds.end();
+}
 
 size_t Placing::needed() const {
   if (kind_ == "line" || kind_ == "ruler" || kind_ == "box") return 2;
@@ -57,13 +59,15 @@ size_t Placing::needed() const {
 }
 
 std::string Placing::hint() const {
-  if (kind_ == "curve") return points_.empty() ? "Click on the clay where the curve begins" : "Click for each point; Enter ends the curve";
+  if (kind_ == "curve")
+    return points_.empty() ? "Click on the clay where the curve begins" : "Click for each point; Enter ends the curve";
   if (kind_ == "box") return "Press where the box begins, drag, release";
   if (kind_ == "plane") return "Click on the clay: the plane touches it there";
   if (kind_ == "thickness") return "Click on the clay: the ruler goes through it";
   if (kind_ == "point") return "Click where the point is to be";
   if (kind_ == "angle") {
-    static constexpr std::array<const char*, 3> steps{"Click at the end of one arm", "Click at the corner", "Click at the end of the other arm"};
+    static constexpr std::array<const char*, 3> steps{"Click at the end of one arm", "Click at the corner",
+                                                      "Click at the end of the other arm"};
     return steps[std::min<size_t>(points_.size(), 2)];
   }
   if (kind_ == "ruler") return points_.empty() ? "Click where the ruler begins" : "Click where the ruler ends";
@@ -82,7 +86,8 @@ void Placing::look(const World& world, const Grip& grip) {
     const Ray sight{grip.origin, grip.direction};
     if (kind_ == "box" && points_.size() == 1) {
       // In the level of its first corner, or before the eye.
-      const Vec3d n = std::abs(screen.axes().forward.z()) > kGroundSlope ? Vec3d(Vec3d::UnitZ()) : nearestAxis(screen.axes().forward);
+      const Vec3d n = std::abs(screen.axes().forward.z()) > kGroundSlope ? Vec3d(Vec3d::UnitZ())
+                                                                         : nearestAxis(screen.axes().forward);
       const double fall = sight.direction.dot(n);
       const double t = std::abs(fall) > 1e-3 ? (points_[0] - sight.origin).dot(n) / fall : -1;
       if (t > 0) spot_ = sight.origin + t * sight.direction;
@@ -188,7 +193,9 @@ std::optional<Guide> Placing::preview(const World& world) const {
   return make(world, points);
 }
 
-std::optional<Guide> Placing::result(const World& world) const { return make(world, points_); }
+std::optional<Guide> Placing::result(const World& world) const {
+  return make(world, points_);
+}
 
 std::optional<Guide> Placing::make(const World& world, const std::vector<Vec3d>& points) const {
   if (points.empty()) return {};

@@ -10,11 +10,11 @@
 
 namespace argil::studio {
 
-/// plane: one click, tangent to the clay there. point: one. thickness: one, a ruler through the clay along its normal. line: two; twice at
-/// one place stands on the clay along its normal. ruler: two. angle: three, the corner second. curve: as many as wanted; ends with
-/// finish(), a second click at the last point, or one at the first, which closes it. box: press, drag, release. Where there is no clay
-/// points lie on the ground, or before the eye where the ground is seen from its edge. Two clicks may be one drag. Constrain: planes
-/// and lines take the nearest axis of the world.
+/// plane: one click, tangent to the clay there. point: one. thickness: one, a ruler through the clay along its normal.
+/// line: two; twice at one place stands on the clay along its normal. ruler: two. angle: three, the corner second.
+/// curve: as many as wanted; ends with finish(), a second click at the last point, or one at the first, which closes
+/// it. box: press, drag, release. Where there is no clay points lie on the ground, or before the eye where the ground
+/// is seen from its edge. Two clicks may be one drag. Constrain: planes and lines take the nearest axis of the world.
 class Placing {
  public:
   /// Nothing for an unknown kind.
@@ -49,7 +49,7 @@ class Placing {
 
   std::string kind_;
   std::vector<Vec3d> points_;
-  Vec3d normal_ = Vec3d::Zero();        // Of the clay at the first point; zero: none.
+  Vec3d normal_ = Vec3d::Zero();  // Of the clay at the first point; zero: none.
   Vec3d spotNormal_ = Vec3d::Zero();
   std::optional<Vec3d> spot_, pressedAt_;
   std::optional<Snap> snap_;

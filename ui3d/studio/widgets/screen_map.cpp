@@ -13,8 +13,12 @@ constexpr double kBack = 1e3;       // As Camera::ray.
 }  // namespace
 
 ScreenMap::ScreenMap(const render::View& view, double width, double height)
-    : view_(view), axes_(view.axes()), width_(width), height_(std::max(1.0, height)),
-      halfTangent_(std::tan(0.5 * view.openingDegrees * std::numbers::pi / 180)), nearMm_(kNearPart * view.distance()) {}
+    : view_(view),
+      axes_(view.axes()),
+      width_(width),
+      height_(std::max(1.0, height)),
+      halfTangent_(std::tan(0.5 * view.openingDegrees * std::numbers::pi / 180)),
+      nearMm_(kNearPart * view.distance()) {}
 
 bool ScreenMap::seen(const Vec3d& p) const {
   return view_.projection == render::Projection::orthographic || depth(p) > nearMm_;

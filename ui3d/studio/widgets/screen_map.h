@@ -40,7 +40,8 @@ class ScreenMap {
     double depthMm = 0;
     Vec3d point = Vec3d::Zero();
   };
-  /// The place of a chain of segments that is nearest to (x, y) in the window. Nothing when all of it lies behind the eye.
+  /// The place of a chain of segments that is nearest to (x, y) in the window. Nothing when all of it lies behind the
+  /// eye.
   [[nodiscard]] std::optional<Near> nearest(std::span<const Vec3d> chain, double x, double y) const;
   /// Of triangles, three corners each: only inside of them. The nearest to the eye.
   [[nodiscard]] std::optional<Near> inside(std::span<const Vec3d> triangles, double x, double y) const;

@@ -13,7 +13,8 @@ void buildSection(Build& build) {
   const auto& section = build.world.state.look.section;
   if (!section || !(section->normal.norm() > 0)) return;
   const Vec3d n = section->normal.normalized();
-  const Vec3d x = (std::abs(n.z()) < 0.9 ? n.cross(Vec3d::UnitZ()) : n.cross(Vec3d::UnitX())).normalized(), y = n.cross(x);
+  const Vec3d x = (std::abs(n.z()) < 0.9 ? n.cross(Vec3d::UnitZ()) : n.cross(Vec3d::UnitX())).normalized(),
+              y = n.cross(x);
   const Vec3d middle = build.world.bounds.empty() ? section->pointMm : build.world.bounds.centre();
   const double half = 0.5 * kMargin * build.extentMm();
   const Sheet sheet{middle - (middle - section->pointMm).dot(n) * n, x, y, half, half};

@@ -14,20 +14,22 @@ using engine::Document;
 using engine::Guide;
 
 constexpr double kParallel = 1e-6;
-constexpr double kGridPart = 0.25;   // Of a grid's cell: between its lines there is room for what is not on them.
+constexpr double kGridPart = 0.25;  // Of a grid's cell: between its lines there is room for what is not on them.
 constexpr double kAligned = 1 - 1e-9;
 
 struct Feature {
   enum class Kind : uint8_t { point, line, path, plane } kind;
   std::string name;
-  std::vector<Vec3d> points;   // Of a point, of a path; a line's and a plane's place first.
+  std::vector<Vec3d> points;  // Of a point, of a path; a line's and a plane's place first.
   Vec3d axis = Vec3d::UnitZ();
   std::vector<Vec3d> highlight;
 };
 
 std::vector<Feature> featuresOf(const Document& document, const Target& self) {
   std::vector<Feature> features;
-  const auto point = [&](const std::string& name, const Vec3d& p) { features.push_back({Feature::Kind::point, name, {p}, Vec3d::UnitZ(), {}}); };
+  const auto point = [&](const std::string& name, const Vec3d& p) {
+    features.push_back({Feature::Kind::point, name, {p}, Vec3d::UnitZ(), {}});
+  };
   for (const Guide& guide : document.guides) {
     if (!guide.visible || (self.kind == Target::Kind::thing && self.id == guide.id)) continue;
     const Vec3d place = guide.pose.translation;
@@ -45,14 +47,17 @@ std::vector<Feature> featuresOf(const Document& document, const Target& self) {
         features.push_back({Feature::Kind::line, guide.name, {place}, guide.axis(), {place - half, place + half}});
         break;
       }
-      case Guide::Kind::point: point(guide.name, place); break;
+      case Guide::Kind::point:
+        point(guide.name, place);
+        break;
       case Guide::Kind::curve: {
         const auto samples = sampleCurve(guide.pointsMm, guide.closed);
         features.push_back({Feature::Kind::path, guide.name, samples, Vec3d::UnitZ(), samples});
         for (const Vec3d& p : guide.pointsMm) point(guide.name, p);
         break;
       }
-      case Guide::Kind::keepOutBox: break;
+      case Guide::Kind::keepOutBox:
+        break;
       case Guide::Kind::ruler:
       case Guide::Kind::angle:
         for (const Vec3d& p : guide.pointsMm) point(guide.name, p);
@@ -79,7 +84,8 @@ Vec3d nearestOnPath(const std::vector<Vec3d>& path, const Vec3d& p) {
   for (size_t i = 1; i < path.size(); ++i) {
     const Vec3d ab = path[i] - path[i - 1];
     const double length2 = ab.squaredNorm();
-    const Vec3d q = length2 > 0 ? Vec3d(path[i - 1] + std::clamp((p - path[i - 1]).dot(ab) / length2, 0.0, 1.0) * ab) : path[i];
+    const Vec3d q =
+        length2 > 0 ? Vec3d(path[i - 1] + std::clamp((p - path[i - 1]).dot(ab) / length2, 0.0, 1.0) * ab) : path[i];
     if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
   }
   return best;
@@ -90,7 +96,8 @@ std::optional<Vec3d> wanted(const Feature& feature, const SnapQuery& query, cons
   const Bound& bound = query.bound;
   const Vec3d& place = feature.points.front();
   switch (feature.kind) {
-    case Feature::Kind::point: return query.aligns ? bound.nearest(place) : place;
+    case Feature::Kind::point:
+      return query.aligns ? bound.nearest(place) : place;
     case Feature::Kind::line:
       if (bound.kind == Bound::Kind::none) {
         if (!query.sight) return place + (query.at - place).dot(feature.axis) * feature.axis;
@@ -171,7 +178,8 @@ std::optional<Snap> rightAngle(const World& world, const SnapQuery& query) {
   for (const Vec3d& from : query.beside) {
     for (int i = 0; i < 3; ++i) {
       const Vec3d foot = from + (query.at - from).dot(Vec3d::Unit(i)) * Vec3d::Unit(i);
-      if ((foot - from).norm() < 2 * kSnapUnits * world.screen.unitMm(from)) continue;  // Everything is near the point itself.
+      // Everything is near the point itself.
+      if ((foot - from).norm() < 2 * kSnapUnits * world.screen.unitMm(from)) continue;
       const double units = (foot - query.at).norm() / world.screen.unitMm(query.at);
       if (units >= bestUnits) continue;
       bestUnits = units;
@@ -189,7 +197,8 @@ std::optional<Snap> gridLines(const World& world, const SnapQuery& query) {
   bool any = false;
   for (int i = 0; i < 3; ++i) {
     const double along = query.bound.axis[i];
-    const bool free = query.bound.kind == Bound::Kind::line ? std::abs(along) >= kAligned : std::abs(along) <= kParallel;
+    const bool free =
+        query.bound.kind == Bound::Kind::line ? std::abs(along) >= kAligned : std::abs(along) <= kParallel;
     if (!free) continue;
     const double line = std::round(query.at[i] / step) * step;
     if (std::abs(line - query.at[i]) > within) continue;
@@ -205,9 +214,12 @@ std::optional<Snap> gridLines(const World& world, const SnapQuery& query) {
 
 Vec3d Bound::nearest(const Vec3d& p) const {
   switch (kind) {
-    case Kind::none: break;
-    case Kind::line: return origin + (p - origin).dot(axis) * axis;
-    case Kind::plane: return p - (p - origin).dot(axis) * axis;
+    case Kind::none:
+      break;
+    case Kind::line:
+      return origin + (p - origin).dot(axis) * axis;
+    case Kind::plane:
+      return p - (p - origin).dot(axis) * axis;
   }
   return p;
 }
@@ -220,7 +232,8 @@ std::optional<Snap> snapPlace(const World& world, const Document& shown, const S
   return gridLines(world, query);
 }
 
-std::optional<double> snapTurn(const Document& shown, const Target& self, const std::vector<Vec3d>& directions, const Vec3d& axis, double angle) {
+std::optional<double> snapTurn(const Document& shown, const Target& self, const std::vector<Vec3d>& directions,
+                               const Vec3d& axis, double angle) {
   std::vector<Vec3d> others{Vec3d::UnitX(), Vec3d::UnitY(), Vec3d::UnitZ()};
   for (const Guide& guide : shown.guides) {
     if (!guide.visible || (self.kind == Target::Kind::thing && self.id == guide.id)) continue;
@@ -236,7 +249,8 @@ std::optional<double> snapTurn(const Document& shown, const Target& self, const 
       if (to.norm() < 0.1) continue;
       const double between = std::atan2(from.cross(to).dot(axis), from.dot(to)), quarter = 0.5 * std::numbers::pi;
       const double candidate = between + std::round((angle - between) / quarter) * quarter;
-      if (std::abs(candidate - angle) <= kSnapAngle && (!best || std::abs(candidate - angle) < std::abs(*best - angle))) best = candidate;
+      if (std::abs(candidate - angle) <= kSnapAngle && (!best || std::abs(candidate - angle) < std::abs(*best - angle)))
+        best = candidate;
     }
   }
   return best;
@@ -247,7 +261,8 @@ Vec3d toGrid(const World& world, const Bound& bound, const Vec3d& start, const V
   const auto whole = [&](double mm) { return std::round(mm / step) * step; };
   Vec3d result = at;
   switch (bound.kind) {
-    case Bound::Kind::none: return {whole(at.x()), whole(at.y()), whole(at.z())};
+    case Bound::Kind::none:
+      return {whole(at.x()), whole(at.y()), whole(at.z())};
     case Bound::Kind::line: {
       for (int i = 0; i < 3; ++i)
         if (std::abs(bound.axis[i]) >= kAligned) {

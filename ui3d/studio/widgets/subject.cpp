@@ -17,12 +17,16 @@ struct Overloaded : Fs... {
 template <class... Fs>
 Overloaded(Fs...) -> Overloaded<Fs...>;
 
-bool same(const Vec3d& a, const Vec3d& b) { return (a - b).norm() <= 1e-9 * (1 + a.norm()); }
+bool same(const Vec3d& a, const Vec3d& b) {
+  return (a - b).norm() <= 1e-9 * (1 + a.norm());
+}
 bool same(const Pose& a, const Pose& b) {
   return same(a.translation, b.translation) && std::abs(a.rotation.dot(b.rotation)) >= 1 - 1e-14;
 }
 bool same(const Guide& a, const Guide& b) {
-  if (!same(a.pose, b.pose) || !same(a.sizeMm, b.sizeMm) || a.closed != b.closed || a.pointsMm.size() != b.pointsMm.size()) return false;
+  if (!same(a.pose, b.pose) || !same(a.sizeMm, b.sizeMm) || a.closed != b.closed ||
+      a.pointsMm.size() != b.pointsMm.size())
+    return false;
   for (size_t i = 0; i < a.pointsMm.size(); ++i)
     if (!same(a.pointsMm[i], b.pointsMm[i])) return false;
   return true;
@@ -37,49 +41,57 @@ void turnPose(Pose& pose, const Vec3d& pivot, const Eigen::Quaterniond& q) {
 
 Subject readSubject(const World& world, const Target& target) {
   switch (target.kind) {
-    case Target::Kind::none: break;
+    case Target::Kind::none:
+      break;
     case Target::Kind::thing:
       if (const auto* guide = world.document.guide(target.id)) return *guide;
       if (const auto* piece = world.document.piece(target.id)) return piece->pose;
       if (const auto* part = world.document.part(target.id)) return part->pose;
       break;
-    case Target::Kind::symmetry: return world.document.symmetry;
+    case Target::Kind::symmetry:
+      return world.document.symmetry;
     case Target::Kind::section:
       if (world.state.look.section) return *world.state.look.section;
       break;
-    case Target::Kind::workspace: return world.state.workspace;
+    case Target::Kind::workspace:
+      return world.state.workspace;
     case Target::Kind::lattice:
-      if (const auto& box = world.state.deformBox; box && box->piece == target.id) return HeldLattice{box->lattice, box->pose};
+      if (const auto& box = world.state.deformBox; box && box->piece == target.id)
+        return HeldLattice{box->lattice, box->pose};
       break;
   }
   return {};
 }
 
-void writeSubject(World& world, const Target& target, const Subject& subject, const std::string& label, const std::string& merge) {
+void writeSubject(World& world, const Target& target, const Subject& subject, const std::string& label,
+                  const std::string& merge) {
   std::visit(Overloaded{
                  [](std::monostate) {},
                  [&](const Guide& guide) {
-                   world.edit(label,
-                              [id = target.id, guide](Document& document) {
-                                Guide* there = document.guide(id);
-                                if (!there) return;
-                                there->pose = guide.pose;
-                                there->sizeMm = guide.sizeMm;
-                                there->pointsMm = guide.pointsMm;
-                                there->closed = guide.closed;
-                              },
-                              merge);
+                   world.edit(
+                       label,
+                       [id = target.id, guide](Document& document) {
+                         Guide* there = document.guide(id);
+                         if (!there) return;
+                         there->pose = guide.pose;
+                         there->sizeMm = guide.sizeMm;
+                         there->pointsMm = guide.pointsMm;
+                         there->closed = guide.closed;
+                       },
+                       merge);
                  },
                  [&](const Pose& pose) {
-                   world.edit(label,
-                              [id = target.id, pose](Document& document) {
-                                if (auto* piece = document.piece(id)) piece->pose = pose;
-                                if (auto* part = document.part(id)) part->pose = pose;
-                              },
-                              merge);
+                   world.edit(
+                       label,
+                       [id = target.id, pose](Document& document) {
+                         if (auto* piece = document.piece(id)) piece->pose = pose;
+                         if (auto* part = document.part(id)) part->pose = pose;
+                       },
+                       merge);
                  },
                  [&](const Symmetry& symmetry) {
-                   world.edit(label, [pose = symmetry.pose](Document& document) { document.symmetry.pose = pose; }, merge);
+                   world.edit(
+                       label, [pose = symmetry.pose](Document& document) { document.symmetry.pose = pose; }, merge);
                  },
                  [&](const render::Section& section) {
                    world.state.section = section;
@@ -98,42 +110,46 @@ void writeSubject(World& world, const Target& target, const Subject& subject, co
 
 bool sameSubject(const Subject& a, const Subject& b) {
   if (a.index() != b.index()) return false;
-  return std::visit(Overloaded{
-                        [](std::monostate) { return true; },
-                        [&](const Guide& guide) { return same(guide, std::get<Guide>(b)); },
-                        [&](const Pose& pose) { return same(pose, std::get<Pose>(b)); },
-                        [&](const Symmetry& symmetry) { return same(symmetry.pose, std::get<Symmetry>(b).pose); },
-                        [&](const render::Section& section) {
-                          const auto& other = std::get<render::Section>(b);
-                          return same(section.pointMm, other.pointMm) && same(section.normal, other.normal);
-                        },
-                        [&](const haptics::Workspace& workspace) {
-                          const auto& other = std::get<haptics::Workspace>(b);
-                          return same(workspace.pose, other.pose) && std::abs(workspace.scale - other.scale) <= 1e-12 * workspace.scale;
-                        },
-                        [&](const HeldLattice& held) { return held.lattice.points() == std::get<HeldLattice>(b).lattice.points(); },
-                    },
-                    a);
+  return std::visit(
+      Overloaded{
+          [](std::monostate) { return true; },
+          [&](const Guide& guide) { return same(guide, std::get<Guide>(b)); },
+          [&](const Pose& pose) { return same(pose, std::get<Pose>(b)); },
+          [&](const Symmetry& symmetry) { return same(symmetry.pose, std::get<Symmetry>(b).pose); },
+          [&](const render::Section& section) {
+            const auto& other = std::get<render::Section>(b);
+            return same(section.pointMm, other.pointMm) && same(section.normal, other.normal);
+          },
+          [&](const haptics::Workspace& workspace) {
+            const auto& other = std::get<haptics::Workspace>(b);
+            return same(workspace.pose, other.pose) &&
+                   std::abs(workspace.scale - other.scale) <= 1e-12 * workspace.scale;
+          },
+          [&](const HeldLattice& held) { return held.lattice.points() == std::get<HeldLattice>(b).lattice.points(); },
+      },
+      a);
 }
 
 std::vector<Vec3d> axesOf(const Subject& subject) {
   const auto three = [](const Pose& pose) {
-    return std::vector<Vec3d>{pose.rotation * Vec3d::UnitX(), pose.rotation * Vec3d::UnitY(), pose.rotation * Vec3d::UnitZ()};
+    return std::vector<Vec3d>{pose.rotation * Vec3d::UnitX(), pose.rotation * Vec3d::UnitY(),
+                              pose.rotation * Vec3d::UnitZ()};
   };
-  return std::visit(Overloaded{
-                        [](std::monostate) { return std::vector<Vec3d>(); },
-                        [&](const Guide& guide) {
-                          if (guide.kind == Guide::Kind::line) return std::vector<Vec3d>{guide.axis()};
-                          if (guide.pointsMm.size() == 2) return std::vector<Vec3d>{(guide.pointsMm[1] - guide.pointsMm[0]).normalized()};
-                          return three(guide.pose);
-                        },
-                        [&](const Pose& pose) { return three(pose); },
-                        [&](const Symmetry& symmetry) { return three(symmetry.pose); },
-                        [](const render::Section& section) { return std::vector<Vec3d>{section.normal.normalized()}; },
-                        [&](const haptics::Workspace& workspace) { return three(workspace.pose); },
-                        [](const HeldLattice&) { return std::vector<Vec3d>(); },  // Its points do not turn.
-                    },
-                    subject);
+  return std::visit(
+      Overloaded{
+          [](std::monostate) { return std::vector<Vec3d>(); },
+          [&](const Guide& guide) {
+            if (guide.kind == Guide::Kind::line) return std::vector<Vec3d>{guide.axis()};
+            if (guide.pointsMm.size() == 2)
+              return std::vector<Vec3d>{(guide.pointsMm[1] - guide.pointsMm[0]).normalized()};
+            return three(guide.pose);
+          },
+          [&](const Pose& pose) { return three(pose); }, [&](const Symmetry& symmetry) { return three(symmetry.pose); },
+          [](const render::Section& section) { return std::vector<Vec3d>{section.normal.normalized()}; },
+          [&](const haptics::Workspace& workspace) { return three(workspace.pose); },
+          [](const HeldLattice&) { return std::vector<Vec3d>(); },  // Its points do not turn.
+      },
+      subject);
 }
 
 void move(Subject& subject, const Vec3d& by) {

@@ -24,12 +24,14 @@ struct HeldLattice {
 };
 
 /// A guide, the place of a piece or part, or what stands once in the studio.
-using Subject = std::variant<std::monostate, engine::Guide, haptics::Pose, engine::Symmetry, render::Section, haptics::Workspace, HeldLattice>;
+using Subject = std::variant<std::monostate, engine::Guide, haptics::Pose, engine::Symmetry, render::Section,
+                             haptics::Workspace, HeldLattice>;
 
 /// std::monostate when there is no such thing.
 [[nodiscard]] Subject readSubject(const World& world, const Target& target);
 /// Sends it on its way: an edit of the document that joins others of the same `merge`, or a setting of the studio.
-void writeSubject(World& world, const Target& target, const Subject& subject, const std::string& label, const std::string& merge);
+void writeSubject(World& world, const Target& target, const Subject& subject, const std::string& label,
+                  const std::string& merge);
 /// Nothing that a widget can change differs, but for rounding.
 [[nodiscard]] bool sameSubject(const Subject& a, const Subject& b);
 /// Directions that look for right angles when it is turned.

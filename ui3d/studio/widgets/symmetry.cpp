@@ -1,4 +1,5 @@
-// The planes of symmetry, and the circle of strokes that are repeated around an axis. Their arrows stand at the rim: the clay in the middle is for sculpting.
+// The planes of symmetry, and the circle of strokes that are repeated around an axis. Their arrows stand at the rim:
+// the clay in the middle is for sculpting.
 
 #include <cmath>
 #include <numbers>
@@ -17,7 +18,8 @@ void buildTurns(Build& build, const engine::Symmetry& symmetry, double radius) {
   const Vec3d centre = symmetry.pose.translation, axis = axes.col(2);
   const render::Colour colour = faded(axisColour(2), 0.8f);
   build.line({centre - radius * axis, centre + radius * axis}, colour, 1.6f);
-  build.closedLine(arc(centre, axes.col(0), axes.col(1), radius, 0, 2 * std::numbers::pi, 72), faded(colour, 0.4f), 1.2f);
+  build.closedLine(arc(centre, axes.col(0), axes.col(1), radius, 0, 2 * std::numbers::pi, 72), faded(colour, 0.4f),
+                   1.2f);
   for (int i = 0; i < symmetry.turns; ++i) {
     const double angle = 2 * std::numbers::pi * i / symmetry.turns;
     const Vec3d out = std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1);

@@ -10,13 +10,14 @@ namespace {
 using engine::Document;
 using engine::Guide;
 
-constexpr double kSettleS = 0.5;      // An edit that has not come back by then was refused.
-constexpr double kMarkUnits = 9;      // Of a snapped place.
-constexpr float kLabelAside = 14;     // Interface units from what it names.
+constexpr double kSettleS = 0.5;   // An edit that has not come back by then was refused.
+constexpr double kMarkUnits = 9;   // Of a snapped place.
+constexpr float kLabelAside = 14;  // Interface units from what it names.
 
 bool isGizmo(const Handle& handle) {
-  return handle.name == "move axis" || handle.name == "move plane" || handle.name == "move" || handle.name == "turn axis" || handle.name == "turn view" ||
-         handle.name == "scale axis" || handle.name == "scale";
+  return handle.name == "move axis" || handle.name == "move plane" || handle.name == "move" ||
+         handle.name == "turn axis" || handle.name == "turn view" || handle.name == "scale axis" ||
+         handle.name == "scale";
 }
 
 void overlay(Document& document, const Target& target, const Subject& subject) {
@@ -41,8 +42,8 @@ void mark(Build& build, const Snap& snap) {
   if (snap.highlight.size() > 1) build.line(snap.highlight, colours::kSnap, 3.5f, render::Depth::xray);
   const auto& axes = build.world.screen.axes();
   const double r = kMarkUnits * build.unit(snap.at);
-  build.closedLine({snap.at + r * axes.right, snap.at + r * axes.up, snap.at - r * axes.right, snap.at - r * axes.up}, colours::kSnap, 2.5f,
-                   render::Depth::onTop);
+  build.closedLine({snap.at + r * axes.right, snap.at + r * axes.up, snap.at - r * axes.right, snap.at - r * axes.up},
+                   colours::kSnap, 2.5f, render::Depth::onTop);
 }
 
 }  // namespace
@@ -61,7 +62,9 @@ Build WidgetSet::build(const World& world, const Document& document) const {
   return buildAll(world, document, pivot);
 }
 
-std::vector<Handle> WidgetSet::handles(const World& world) const { return build(world, shown(world)).handles; }
+std::vector<Handle> WidgetSet::handles(const World& world) const {
+  return build(world, shown(world)).handles;
+}
 
 void WidgetSet::selectNew(World& world) {
   if (expected_ == 0) return;
@@ -75,7 +78,9 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
   const bool pressed = grip.down && !wasDown_[hand];
   wasDown_[hand] = grip.down;
   selectNew(world);
-  if (settling_ && (world.timeS > settling_->untilS || sameSubject(readSubject(world, settling_->target), settling_->subject))) settling_.reset();
+  if (settling_ &&
+      (world.timeS > settling_->untilS || sameSubject(readSubject(world, settling_->target), settling_->subject)))
+    settling_.reset();
   if (!grip.down) ignored_[hand] = false;
   if (ignored_[hand]) return true;
 
@@ -86,7 +91,8 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
     return true;
   }
   if (drag_ && drag_->stylus() == grip.stylus) {
-    if (std::holds_alternative<std::monostate>(readSubject(world, drag_->handle().target))) {  // An undo took it away.
+    // An undo took it away.
+    if (std::holds_alternative<std::monostate>(readSubject(world, drag_->handle().target))) {
       drag_.reset();
       ignored_[hand] = grip.down;
       return true;
@@ -115,7 +121,8 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
 }
 
 void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const Grip& grip) {
-  Subject start = settling_ && settling_->target == handle.target ? settling_->subject : readSubject(world, handle.target);
+  Subject start =
+      settling_ && settling_->target == handle.target ? settling_->subject : readSubject(world, handle.target);
   settling_.reset();
   point_.reset();
   if (handle.target.kind == Target::Kind::thing) {
@@ -128,7 +135,8 @@ void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const
 
 void WidgetSet::letGo(World& world) {
   if (drag_->changed()) {
-    if (drag_->handle().target.kind != Target::Kind::lattice) world.endMerge();  // All moves of a deform box are one step.
+    // All moves of a deform box are one step.
+    if (drag_->handle().target.kind != Target::Kind::lattice) world.endMerge();
     std::optional<Vec3d> pivot;
     if (isGizmo(drag_->handle())) pivot = drag_->anchor();
     settling_ = Settling{drag_->handle().target, drag_->now(), pivot, world.timeS + kSettleS};
@@ -172,12 +180,14 @@ bool WidgetSet::removePoint(World& world) {
   const auto [id, index] = *point_;
   const Guide* guide = world.document.guide(id);
   point_.reset();
-  if (!guide || guide->locked || guide->kind != Guide::Kind::curve || index >= guide->pointsMm.size() || guide->pointsMm.size() <= (guide->closed ? 3u : 2u))
+  if (!guide || guide->locked || guide->kind != Guide::Kind::curve || index >= guide->pointsMm.size() ||
+      guide->pointsMm.size() <= (guide->closed ? 3u : 2u))
     return false;
   world.edit(fmt::format("Delete a point of {}", guide->name),
              [id, index](Document& document) {
                Guide* there = document.guide(id);
-               if (there && index < there->pointsMm.size()) there->pointsMm.erase(there->pointsMm.begin() + ptrdiff_t(index));
+               if (there && index < there->pointsMm.size())
+                 there->pointsMm.erase(there->pointsMm.begin() + ptrdiff_t(index));
              },
              {});
   settling_.reset();
@@ -201,7 +211,8 @@ void WidgetSet::complete(World& world) {
   expected_ = world.document.nextId;
   expectedUntilS_ = world.timeS + kSettleS;
   static constexpr std::array<const char*, 7> names{"plane", "line", "point", "curve", "box", "ruler", "angle"};
-  world.edit(fmt::format("Add a {}", names[size_t(guide->kind)]), [guide = *guide](Document& document) { document.add(guide); }, {});
+  world.edit(fmt::format("Add a {}", names[size_t(guide->kind)]),
+             [guide = *guide](Document& document) { document.add(guide); }, {});
 }
 
 bool WidgetSet::click(World& world, const Grip& grip) {
@@ -266,13 +277,16 @@ void WidgetSet::draw(const World& world, render::Overlays& overlays) const {
     if (drag_->changed() && (handle.way == Way::along || handle.way == Way::about)) {
       // The way that it goes: a thin line through all.
       const double far = 4 * all.extentMm();
-      all.line({drag_->anchor() - far * handle.axis, drag_->anchor() + far * handle.axis}, faded(colours::kHot, 0.35f), 1.2f);
+      all.line({drag_->anchor() - far * handle.axis, drag_->anchor() + far * handle.axis}, faded(colours::kHot, 0.35f),
+               1.2f);
     }
     if (drag_->snap()) mark(all, *drag_->snap());
   }
   drawHandles(all, hot);
-  overlays.fills.insert(overlays.fills.end(), std::make_move_iterator(all.fills.begin()), std::make_move_iterator(all.fills.end()));
-  overlays.polylines.insert(overlays.polylines.end(), std::make_move_iterator(all.lines.begin()), std::make_move_iterator(all.lines.end()));
+  overlays.fills.insert(overlays.fills.end(), std::make_move_iterator(all.fills.begin()),
+                        std::make_move_iterator(all.fills.end()));
+  overlays.polylines.insert(overlays.polylines.end(), std::make_move_iterator(all.lines.begin()),
+                            std::make_move_iterator(all.lines.end()));
 }
 
 std::vector<Widgets::Label> WidgetSet::labels(const World& world) const {
@@ -294,11 +308,15 @@ std::vector<Widgets::Label> WidgetSet::labels(const World& world) const {
     add(drag_->anchor(), text, colours::kHot, kLabelAside);
   } else if (!drag_) {
     for (const auto& hover : hover_) {
-      if (!hover || hover->target.kind != Target::Kind::thing || !hover->body || hover->target.id == world.state.selected) continue;
-      if (const engine::Thing* thing = document.thing(hover->target.id)) add(hover->points.front(), thing->name, colours::kHot, kLabelAside);
+      if (!hover || hover->target.kind != Target::Kind::thing || !hover->body ||
+          hover->target.id == world.state.selected)
+        continue;
+      if (const engine::Thing* thing = document.thing(hover->target.id))
+        add(hover->points.front(), thing->name, colours::kHot, kLabelAside);
     }
   }
-  if (placing_ && placing_->snap() && placing_->spot()) add(*placing_->spot(), placing_->snap()->text, colours::kSnap, kLabelAside);
+  if (placing_ && placing_->snap() && placing_->spot())
+    add(*placing_->spot(), placing_->snap()->text, colours::kSnap, kLabelAside);
   return labels;
 }
 

@@ -49,13 +49,13 @@ class WidgetSet {
   void complete(World& world);
   void selectNew(World& world);
 
-  std::array<std::optional<Handle>, 2> hover_;   // Of the mouse, of the stylus.
-  std::array<bool, 2> wasDown_{}, ignored_{};    // Ignored: until the button is up, after an escape.
+  std::array<std::optional<Handle>, 2> hover_;  // Of the mouse, of the stylus.
+  std::array<bool, 2> wasDown_{}, ignored_{};   // Ignored: until the button is up, after an escape.
   std::optional<Drag> drag_;
   std::optional<Settling> settling_;
   std::optional<Placing> placing_;
-  bool placedByPress_ = false;                   // The click that follows was taken already.
-  engine::Id expected_ = 0;                      // Of a guide that was placed and is on its way.
+  bool placedByPress_ = false;  // The click that follows was taken already.
+  engine::Id expected_ = 0;     // Of a guide that was placed and is on its way.
   double expectedUntilS_ = 0;
   std::optional<std::pair<engine::Id, size_t>> point_;  // Of a curve: dragged last, what Delete takes.
   uint64_t drags_ = 0;

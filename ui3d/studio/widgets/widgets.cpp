@@ -15,7 +15,8 @@ World worldOf(const Context& context) {
   const StudioState& state = context.state;
   engine::Workbench& bench = context.bench;
   if (state.showWorkspaceBox) world.reachMm = bench.touch(false).sheet.workspaceMm;
-  world.pick = [&renderer, &state](const Vec3d& origin, const Vec3d& direction) -> std::optional<render::Cursor::Footprint> {
+  world.pick = [&renderer, &state](const Vec3d& origin,
+                                   const Vec3d& direction) -> std::optional<render::Cursor::Footprint> {
     const auto hit = renderer.pick(origin, direction, state.look.section);
     if (!hit) return {};
     return render::Cursor::Footprint{origin + hit->distanceMm * direction.normalized(), hit->normal};
@@ -62,7 +63,9 @@ bool Widgets::removePoint(Context& context) {
   return state_->set.removePoint(world);
 }
 
-bool Widgets::held() const { return state_->set.held(); }
+bool Widgets::held() const {
+  return state_->set.held();
+}
 
 bool Widgets::click(Context& context, const Grip& grip) {
   World world = worldOf(context);
@@ -74,11 +77,19 @@ void Widgets::place(Context& context, const std::string& kind) {
   state_->set.place(world, kind);
 }
 
-bool Widgets::placing() const { return state_->set.placing(); }
-std::string Widgets::hint() const { return state_->set.hint(); }
+bool Widgets::placing() const {
+  return state_->set.placing();
+}
+std::string Widgets::hint() const {
+  return state_->set.hint();
+}
 
-void Widgets::draw(const Context& context, render::Overlays& overlays) const { state_->set.draw(worldOf(context), overlays); }
+void Widgets::draw(const Context& context, render::Overlays& overlays) const {
+  state_->set.draw(worldOf(context), overlays);
+}
 
-std::vector<Widgets::Label> Widgets::labels(const Context& context) const { return state_->set.labels(worldOf(context)); }
+std::vector<Widgets::Label> Widgets::labels(const Context& context) const {
+  return state_->set.labels(worldOf(context));
+}
 
 }  // namespace argil::studio

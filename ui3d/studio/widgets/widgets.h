@@ -14,10 +14,10 @@ namespace argil::studio {
 /// A hand on a widget: a ray of the mouse or pen, or the tip of a stylus.
 struct Grip {
   Vec3d origin = Vec3d::Zero(), direction = -Vec3d::UnitZ();  ///< Of a ray, length one.
-  bool stylus = false;       ///< Then `origin` is the tip, and what is nearest to it within reach is grabbed.
-  bool down = false;         ///< Button held.
-  bool snapOff = false;      ///< A key held: no snapping for the moment.
-  bool constrain = false;    ///< A key held: steps of 15° and of whole grid lines.
+  bool stylus = false;     ///< Then `origin` is the tip, and what is nearest to it within reach is grabbed.
+  bool down = false;       ///< Button held.
+  bool snapOff = false;    ///< A key held: no snapping for the moment.
+  bool constrain = false;  ///< A key held: steps of 15° and of whole grid lines.
 };
 
 /// Draws and moves widgets. One thread.
@@ -28,8 +28,8 @@ class Widgets {
   Widgets(const Widgets&) = delete;
   Widgets& operator=(const Widgets&) = delete;
 
-  /// Once a frame and once an event of the hand, mouse and stylus alike. True: a widget is under the hand or held, or something is being
-  /// placed, so the clay is not to be touched. A drag sends edits that merge into one undo step.
+  /// Once a frame and once an event of the hand, mouse and stylus alike. True: a widget is under the hand or held, or
+  /// something is being placed, so the clay is not to be touched. A drag sends edits that merge into one undo step.
   bool handle(Context& context, const Grip& grip);
   /// What is held goes back to where it was; else what is being placed is given up; else nothing is selected any more.
   void escape(Context& context);
@@ -38,11 +38,11 @@ class Widgets {
   /// Delete: the point of a curve that was dragged last; while placing, the last point. False when there was none.
   bool removePoint(Context& context);
   [[nodiscard]] bool held() const;
-  /// A click for which handle() was false: selects the thing under the ray, or nothing any more. While something is placed handle() follows
-  /// the presses itself; a click that comes without one adds a point. True when it was used.
+  /// A click for which handle() was false: selects the thing under the ray, or nothing any more. While something is
+  /// placed handle() follows the presses itself; a click that comes without one adds a point. True when it was used.
   bool click(Context& context, const Grip& grip);
-  /// Begins to place a new guide: "plane", "line", "point", "curve", "box", "ruler", "angle", "thickness" (a ruler through the clay). How:
-  /// placing.h. It is selected once it is there. Nothing for another kind.
+  /// Begins to place a new guide: "plane", "line", "point", "curve", "box", "ruler", "angle", "thickness" (a ruler
+  /// through the clay). How: placing.h. It is selected once it is there. Nothing for another kind.
   void place(Context& context, const std::string& kind);
   [[nodiscard]] bool placing() const;
   /// What to do next while placing, for the status line; else empty.

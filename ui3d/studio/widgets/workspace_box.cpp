@@ -17,8 +17,10 @@ void applyFace(Subject& subject, const Handle& handle, const Change& change) {
   auto* workspace = std::get_if<haptics::Workspace>(&subject);
   if (!workspace || handle.beside.empty()) return;
   const Vec3d centre = handle.beside[0];
-  const double before = (handle.anchor - centre).dot(handle.axis), now = (handle.anchor + change.move - centre).dot(handle.axis);
-  if (before > 0) workspace->scale = std::clamp(workspace->scale * std::max(1e-3, now / before), kLeastScale, kMostScale);
+  const double before = (handle.anchor - centre).dot(handle.axis),
+               now = (handle.anchor + change.move - centre).dot(handle.axis);
+  if (before > 0)
+    workspace->scale = std::clamp(workspace->scale * std::max(1e-3, now / before), kLeastScale, kMostScale);
 }
 
 }  // namespace
@@ -49,7 +51,8 @@ void buildWorkspaceBox(Build& build) {
     handle.axis = box.normal(face);
     handle.points = {handle.anchor};
     handle.beside = {box.pose.translation};
-    handle.colour = faded(colours::kWorkspace, handle.axis.dot(build.world.screen.toEye(handle.anchor)) > 0 ? 1.f : 0.45f);
+    handle.colour =
+        faded(colours::kWorkspace, handle.axis.dot(build.world.screen.toEye(handle.anchor)) > 0 ? 1.f : 0.45f);
     handle.apply = applyFace;
     build.handles.push_back(handle);
   }

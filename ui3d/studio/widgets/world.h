@@ -1,5 +1,6 @@
 #pragma once
-// What widgets stand in and work on. Made anew from a Context for each call; tests make it without a renderer or a workbench.
+// What widgets stand in and work on. Made anew from a Context for each call; tests make it without a renderer or a
+// workbench.
 
 #include <functional>
 #include <string>
@@ -18,13 +19,13 @@ struct World {
   StudioState& state;
   ScreenMap screen;
   double timeS = 0;
-  double toolRadiusMm = 5;             ///< Within it the tip of a stylus grabs.
-  render::Box bounds;                  ///< Of all that is visible.
-  Vec3d reachMm{100, 100, 100};        ///< Edges of what the device reaches, at the hand.
+  double toolRadiusMm = 5;       ///< Within it the tip of a stylus grabs.
+  render::Box bounds;            ///< Of all that is visible.
+  Vec3d reachMm{100, 100, 100};  ///< Edges of what the device reaches, at the hand.
 
-  PickSurface pick;                                            ///< Visible clay and parts, open where the section cuts.
-  std::function<render::Box(engine::Id)> boundsOf;             ///< Of a piece or part, world.
-  std::function<engine::Id(const Ray&)> pickThing;             ///< The piece or part under a ray; 0: none.
+  PickSurface pick;                                 ///< Visible clay and parts, open where the section cuts.
+  std::function<render::Box(engine::Id)> boundsOf;  ///< Of a piece or part, world.
+  std::function<engine::Id(const Ray&)> pickThing;  ///< The piece or part under a ray; 0: none.
   /// As Workbench::edit and the like.
   std::function<void(std::string, std::function<void(engine::Document&)>, std::string)> edit;
   std::function<void()> endMerge;
