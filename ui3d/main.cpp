@@ -15,10 +15,10 @@
 
 #include <fmt/format.h>
 
-#include "clay/error.h"
-#include "engine/export_presets.h"
-#include "haptics/guard.h"
-#include "io/model_file.h"
+#include "clay/base/error.h"
+#include "engine/models/export_presets.h"
+#include "haptics/threads/guard.h"
+#include "io/models/model_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 #ifdef ARGIL_STUDIO

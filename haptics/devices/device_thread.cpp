@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cstring>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
-#include "haptics/realtime_thread.h"
-#include "haptics/safety.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
+#include "haptics/servo/safety.h"
+#include "haptics/threads/realtime_thread.h"
 
 namespace argil::haptics {
 namespace {

@@ -9,10 +9,10 @@
 #include <string>
 #include <thread>
 
-#include "haptics/delay_meter.h"
-#include "haptics/device.h"
-#include "haptics/force_line.h"
-#include "haptics/latest_value.h"
+#include "haptics/base/device.h"
+#include "haptics/servo/force_line.h"
+#include "haptics/threads/delay_meter.h"
+#include "haptics/threads/latest_value.h"
 
 namespace argil::haptics {
 

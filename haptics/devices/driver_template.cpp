@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/serial_port.h"
 

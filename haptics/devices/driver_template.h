@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "haptics/device.h"
+#include "haptics/base/device.h"
 
 namespace argil::haptics {
 

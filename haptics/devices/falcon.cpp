@@ -9,12 +9,12 @@
 #include <optional>
 #include <span>
 
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/falcon_kinematics.h"
 #include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/guard.h"
+#include "haptics/threads/guard.h"
 
 namespace argil::haptics {
 namespace {

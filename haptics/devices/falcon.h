@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/device.h"
+#include "haptics/base/device.h"
 #include "haptics/devices/byte_transport.h"
 #include "haptics/devices/usb_transport.h"
 

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "clay/vec.h"
-#include "haptics/realtime.h"
+#include "clay/base/vec.h"
+#include "haptics/base/realtime.h"
 
 namespace argil::haptics {
 

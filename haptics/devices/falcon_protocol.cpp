@@ -7,8 +7,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 
 namespace argil::haptics {
 namespace {

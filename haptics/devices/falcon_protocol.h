@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "haptics/base/realtime.h"
 #include "haptics/devices/byte_transport.h"
 #include "haptics/devices/falcon_kinematics.h"
-#include "haptics/realtime.h"
 
 namespace argil::haptics {
 

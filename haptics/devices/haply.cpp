@@ -9,12 +9,12 @@
 #include <cmath>
 #include <cstring>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/serial_port.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/guard.h"
+#include "haptics/threads/guard.h"
 
 namespace argil::haptics {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "haptics/device.h"
+#include "haptics/base/device.h"
 
 namespace argil::haptics {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::haptics {
 namespace {

@@ -5,8 +5,8 @@
 #include <deque>
 #include <limits>
 
-#include "haptics/device.h"
-#include "haptics/sample_ring.h"
+#include "haptics/base/device.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 

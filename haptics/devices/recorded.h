@@ -4,8 +4,8 @@
 #include <atomic>
 #include <string>
 
-#include "haptics/device.h"
-#include "haptics/hand_path.h"
+#include "haptics/base/device.h"
+#include "haptics/devices/hand_path.h"
 
 namespace argil::haptics {
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/haply.h"

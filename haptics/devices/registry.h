@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "haptics/device.h"
-#include "haptics/hand_path.h"
+#include "haptics/base/device.h"
+#include "haptics/devices/hand_path.h"
 
 namespace argil::haptics {
 

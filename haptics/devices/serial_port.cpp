@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 
 namespace argil::haptics {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::haptics {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "haptics/device.h"
+#include "haptics/base/device.h"
 
 namespace argil::haptics {
 

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "haptics/device.h"
-#include "haptics/hand_path.h"
+#include "haptics/base/device.h"
+#include "haptics/devices/hand_path.h"
 
 namespace argil::haptics {
 

@@ -15,8 +15,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/hid_descriptor.h"
 
 namespace argil::haptics {

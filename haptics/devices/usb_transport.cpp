@@ -8,8 +8,8 @@
 #include <array>
 #include <cstring>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 
 namespace argil::haptics {
 namespace {

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <string>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/descriptor.h"
 #include "io/reader/reader.h"
 

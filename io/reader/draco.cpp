@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
 

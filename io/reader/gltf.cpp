@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "clay/error.h"
-#include "clay/vec.h"
+#include "clay/base/error.h"
+#include "clay/base/vec.h"
 #include "io/reader/gltf_file.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/reader.h"
 
 namespace argil::io::reader {

@@ -18,7 +18,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/reader.h"
 #include "io/reader/sandbox.h"
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/reader.h"
 
 namespace {

@@ -14,7 +14,7 @@
 #include <cerrno>
 #include <memory>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/descriptor.h"
 
 namespace argil::io::reader {

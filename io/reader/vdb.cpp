@@ -11,7 +11,7 @@
 #include <map>
 #include <string>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
 
@@ -25,7 +25,7 @@ constexpr uint64_t kMostBricks = uint64_t{1} << 22;
 constexpr double kLeastBand = 3;        // voxels on each side: what clay keeps
 constexpr double kBandSlack = 1e-3;     // of a voxel: 32-bit numbers of other units
 constexpr double kScaleSlack = 1e-6;    // relative: what a transform may differ from a uniform scale by
-constexpr int kReach = 14000 * 8 - 64;  // voxels: clay's (clay/version.h), less a region
+constexpr int kReach = 14000 * 8 - 64;  // voxels: clay's (clay/store/version.h), less a region
 
 /// How voxels lie: their edge, 0 where the transform is more than a uniform scale, a rotation and a translation.
 struct Voxels {

@@ -5,7 +5,7 @@
 
 layout(location = 0) in ivec3 position;
 layout(location = 1) in vec2 normal;
-layout(location = 2) in vec4 paint;  // PackedPaint (render/surface_layout.h)
+layout(location = 2) in vec4 paint;  // PackedPaint (render/surface/surface_layout.h)
 layout(location = 0) out vec3 viewNormal;
 layout(location = 1) out float cut;
 layout(location = 2) out vec3 colour;

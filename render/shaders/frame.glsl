@@ -1,8 +1,8 @@
-// What every pass of one picture knows. Mirrors FrameUniforms (render/frame.h). Positions are in mm relative to the eye
+// What every pass of one picture knows. Mirrors FrameUniforms (render/renderer/frame.h). Positions are in mm relative to the eye
 // between both eyes, along the world's axes ("rel"), so that floats suffice far from the origin.
 #extension GL_EXT_multiview : require
 
-// Mirrors Variant (render/pipelines.h): what a picture does not use is not even compiled.
+// Mirrors Variant (render/renderer/pipelines.h): what a picture does not use is not even compiled.
 layout(constant_id = 0) const int kEye = 0;  // whose picture; 2: both, a view each
 layout(constant_id = 1) const bool kPerspective = true;
 layout(constant_id = 2) const int kShading = 1;  // as Shading

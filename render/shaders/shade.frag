@@ -34,7 +34,7 @@ vec2 cavityAt(float z) {
   return sum / weights;
 }
 
-// Mirrors surfaceOf (render/pipelines.h).
+// Mirrors surfaceOf (render/renderer/pipelines.h).
 void readCode(float code, inout Point p, out bool dimmed) {
   float k = max(round(code * 255.0) - 1.0, 0.0);
   dimmed = k >= 121.0;

@@ -15,12 +15,12 @@
 #include <span>
 #include <vector>
 
-#include "clay/brick.h"
-#include "io/blob.h"
-#include "io/brick_codec.h"
-#include "io/channel_codec.h"
-#include "io/node_body.h"
-#include "io/record.h"
+#include "clay/kernels/brick.h"
+#include "io/records/blob.h"
+#include "io/records/brick_codec.h"
+#include "io/records/channel_codec.h"
+#include "io/records/node_body.h"
+#include "io/records/record.h"
 
 namespace argil::tests {
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::tests {
 

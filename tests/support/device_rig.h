@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "haptics/device.h"
+#include "haptics/base/device.h"
 
 namespace argil::haptics::testing {
 

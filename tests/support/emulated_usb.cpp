@@ -14,7 +14,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 
 namespace argil::haptics::testing {
 namespace {

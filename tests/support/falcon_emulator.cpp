@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 
 namespace argil::haptics::testing {
 namespace {

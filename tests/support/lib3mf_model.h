@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 
 namespace argil::samples {
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/lib3mf_model.h"
 
 namespace argil::samples {

@@ -14,8 +14,8 @@
 #include <string>
 #include <string_view>
 
-#include "clay/error.h"
-#include "clay/triangle_mesh.h"
+#include "clay/base/error.h"
+#include "clay/mesh/triangle_mesh.h"
 
 namespace argil::samples {
 

@@ -10,7 +10,7 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 
 namespace argil::haptics::testing {
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "clay/vec.h"
+#include "clay/base/vec.h"
 #include "device_rig.h"
 
 namespace argil::haptics::testing {

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "io/clay_records.h"
-#include "io/record.h"
+#include "io/records/clay_records.h"
+#include "io/records/record.h"
 
 namespace argil::io::testing {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "io/record.h"
+#include "io/records/record.h"
 
 namespace argil::samples {
 

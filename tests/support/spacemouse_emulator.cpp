@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 
 namespace argil::haptics::testing {
 

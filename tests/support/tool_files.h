@@ -3,11 +3,11 @@
 
 #include <vector>
 
-#include "clay/height_image.h"
-#include "clay/primitives.h"
-#include "clay/stamp_shape.h"
-#include "clay/store.h"
-#include "engine/tool_table.h"
+#include "clay/brush/stamp_shape.h"
+#include "clay/field/primitives.h"
+#include "clay/import/height_image.h"
+#include "clay/store/store.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::tests {
 

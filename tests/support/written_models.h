@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/package_samples.h"
 

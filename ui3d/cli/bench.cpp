@@ -1,4 +1,4 @@
-#include "ui3d/cli/bench.h"
+#include "bench/bench.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clay/error.h"
-#include "engine/tool_table.h"
-#include "io/atomic_file.h"
-#include "ui3d/cli/bench_day.h"
+#include "bench/day.h"
+#include "clay/base/error.h"
+#include "engine/tools/tool_table.h"
+#include "io/bytes/atomic_file.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {

@@ -8,14 +8,14 @@
 
 #include <fmt/format.h>
 
-#include "clay/change_precision.h"
-#include "clay/error.h"
-#include "engine/export_presets.h"
-#include "engine/kept_document.h"
-#include "engine/load_document.h"
-#include "io/input.h"
-#include "io/model_file.h"
-#include "io/model_writer.h"
+#include "clay/base/error.h"
+#include "clay/whole/change_precision.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/models/export_presets.h"
+#include "engine/models/load_document.h"
+#include "io/bytes/input.h"
+#include "io/models/model_file.h"
+#include "io/models/model_writer.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"

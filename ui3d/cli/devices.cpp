@@ -5,15 +5,15 @@
 
 #include <fmt/format.h>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/bare_loop.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/registry.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
+#include "haptics/threads/bare_loop.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {

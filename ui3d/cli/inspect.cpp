@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/surface.h"
-#include "clay/weld.h"
-#include "engine/import_place.h"
-#include "engine/load_document.h"
+#include "clay/base/error.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "clay/surface/surface.h"
+#include "engine/models/import_place.h"
+#include "engine/models/load_document.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 

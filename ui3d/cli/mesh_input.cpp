@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include "clay/store.h"
-#include "engine/load_document.h"
-#include "engine/model_files.h"
+#include "clay/store/store.h"
+#include "engine/models/load_document.h"
+#include "engine/models/model_files.h"
 #include "ui3d/cli/progress.h"
 
 namespace argil::cli {

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "clay/mesh_to_clay.h"
-#include "engine/import_place.h"
-#include "io/mesh_file.h"
+#include "clay/import/mesh_to_clay.h"
+#include "engine/models/import_place.h"
+#include "io/models/mesh_file.h"
 
 namespace argil::cli {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <thread>
 
-#include "clay/job.h"
+#include "clay/base/job.h"
 
 namespace argil::cli {
 

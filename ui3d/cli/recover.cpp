@@ -6,11 +6,11 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "clay/error.h"
-#include "engine/kept_document.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
-#include "io/journal_file.h"
+#include "clay/base/error.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/session/recovery.h"
+#include "io/records/journal_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 

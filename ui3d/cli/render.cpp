@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "clay/error.h"
-#include "engine/load_document.h"
-#include "render/renderer.h"
+#include "clay/base/error.h"
+#include "engine/models/load_document.h"
+#include "render/renderer/renderer.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/show_document.h"

@@ -1,9 +1,9 @@
 #pragma once
 // What is visible of a document, in a picture.
 
-#include "clay/surface.h"
-#include "engine/document.h"
-#include "render/renderer.h"
+#include "clay/surface/surface.h"
+#include "engine/document/document.h"
+#include "render/renderer/renderer.h"
 
 namespace argil::cli {
 

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clay/error.h"
-#include "engine/operation_text.h"
-#include "engine/parameter_text.h"
-#include "engine/script.h"
-#include "engine/script_page.h"
-#include "engine/tool_demo.h"
-#include "engine/tool_table.h"
+#include "clay/base/error.h"
+#include "engine/session/tool_demo.h"
+#include "engine/text/operation_text.h"
+#include "engine/text/parameter_text.h"
+#include "engine/text/script.h"
+#include "engine/text/script_page.h"
+#include "engine/tools/tool_table.h"
 #include "ui3d/cli/verbs.h"
 
 namespace argil::cli {

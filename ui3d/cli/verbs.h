@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "clay/job.h"
-#include "clay/surface.h"
-#include "engine/import_place.h"
-#include "haptics/hand_path.h"
-#include "ui3d/cli/bench.h"
+#include "bench/bench.h"
+#include "clay/base/job.h"
+#include "clay/surface/surface.h"
+#include "engine/models/import_place.h"
+#include "haptics/devices/hand_path.h"
 
 namespace argil::cli {
 
@@ -84,11 +84,12 @@ struct RenderOptions {
   std::array<int, 2> size{1280, 720};
   int frames = 1;   ///< Above 1: one revolution about the upright axis through the model's centre.
   int samples = 2;  ///< A pixel along each axis: 1 to 4.
-  std::string shading = "lit", matcap = "clay", stereo = "mono";  ///< As render/look.h and render/stereo.h name them.
-  std::optional<double> eyeDistance, convergence;                 ///< Parts of the distance to the model's centre.
-  std::optional<double> depthFade;                                ///< 0 to 1.
-  std::string section;                                            ///< X,Y,Z,NX,NY,NZ; empty: none.
-  bool light = false;                                             ///< A light background.
+  std::string shading = "lit", matcap = "clay",
+              stereo = "mono";                     ///< As render/view/look.h and render/view/stereo.h name them.
+  std::optional<double> eyeDistance, convergence;  ///< Parts of the distance to the model's centre.
+  std::optional<double> depthFade;                 ///< 0 to 1.
+  std::string section;                             ///< X,Y,Z,NX,NY,NZ; empty: none.
+  bool light = false;                              ///< A light background.
   Job* job = nullptr;
 };
 /// A picture, or the frames of a turntable: then the output's name holds one %d or %0Nd for the frame's number, from 0.

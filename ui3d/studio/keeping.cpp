@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "clay/error.h"
-#include "ui3d/studio/face.h"
-#include "ui3d/studio/keep_words.h"
+#include "clay/base/error.h"
+#include "ui3d/studio/files/keep_words.h"
+#include "ui3d/studio/files/settings.h"
 #include "ui3d/studio/session_window.h"
-#include "ui3d/studio/settings.h"
+#include "ui3d/studio/view/face.h"
 
 namespace argil::studio {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/kit/theme.h"
 
 namespace argil::studio {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "ui3d/studio/studio_state.h"
+#include "ui3d/studio/view/studio_state.h"
 
 namespace argil::studio {
 

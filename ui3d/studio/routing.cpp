@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "ui3d/studio/cursor.h"
 #include "ui3d/studio/session_window.h"
+#include "ui3d/studio/view/cursor.h"
 
 namespace argil::studio {
 namespace {

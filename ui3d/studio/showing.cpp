@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
-#include "ui3d/studio/cursor.h"
-#include "ui3d/studio/fingerprint.h"
-#include "ui3d/studio/panels/layout.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
+#include "ui3d/studio/kit/layout.h"
 #include "ui3d/studio/session_window.h"
+#include "ui3d/studio/view/cursor.h"
+#include "ui3d/studio/view/fingerprint.h"
 
 namespace argil::studio {
 namespace {

@@ -1,6 +1,6 @@
 #include "ui3d/studio/studio.h"
 
-#include "ui3d/studio/file_kinds.h"
+#include "ui3d/studio/files/file_kinds.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -9,13 +9,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
-#include "ui3d/studio/icon.h"
-#include "ui3d/studio/panels/theme.h"
-#include "ui3d/studio/picture_labels.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
+#include "ui3d/studio/files/settings.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/session_window.h"
-#include "ui3d/studio/settings.h"
+#include "ui3d/studio/view/icon.h"
+#include "ui3d/studio/widgets/picture_labels.h"
 
 namespace argil::studio {
 namespace {
@@ -112,7 +112,7 @@ void SessionWindow::applyTheme() {
   if (themeShown_ == state_.theme && scaleShown_ == scale_) return;
   themeShown_ = state_.theme;
   scaleShown_ = scale_;
-  Panels::applyTheme(state_.theme, scale_);
+  studio::applyTheme(state_.theme, scale_);
   sendFont();
   uiSteps_ = 2;
 }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "ui3d/studio/studio_state.h"
+#include "ui3d/studio/view/studio_state.h"
 
 namespace argil::studio {
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "render/ui_frame.h"
-#include "ui3d/studio/event.h"
+#include "render/view/ui_frame.h"
+#include "ui3d/studio/view/event.h"
 
 struct ImDrawData;
 struct ImGuiContext;

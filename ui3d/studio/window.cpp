@@ -12,9 +12,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
-#include "ui3d/studio/panels/layout.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
+#include "ui3d/studio/kit/layout.h"
 
 // As <GLFW/glfw3native.h> and <X11/Xlib.h> have them: the first wants headers of more X libraries, the second's macros
 // have our names.

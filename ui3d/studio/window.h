@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "render/image.h"
-#include "render/window_hooks.h"
-#include "ui3d/studio/event.h"
+#include "render/view/image.h"
+#include "render/view/window_hooks.h"
+#include "ui3d/studio/view/event.h"
 
 namespace argil::studio {
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "clay/mesh_topology.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/session.h"
-#include "io/model_file.h"
+#include "clay/mesh/mesh_topology.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "io/models/model_file.h"
 
 namespace argil::tests {
 namespace {

@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::tests {

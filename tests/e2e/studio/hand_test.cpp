@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay_on_screen.h"
-#include "engine/tool_table.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::tests {
 namespace {

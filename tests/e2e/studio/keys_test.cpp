@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "screen.h"
-#include "ui3d/studio/actions.h"
+#include "ui3d/studio/panels/actions.h"
 
 namespace argil::tests {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/image.h"
+#include "render/view/image.h"
 
 namespace argil::tests {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "engine/tool_table.h"
+#include "engine/tools/tool_table.h"
 #include "screen.h"
 
 namespace argil::tests {

@@ -13,15 +13,15 @@
 #include <string>
 #include <vector>
 
-#include "clay/hash.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/random.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
-#include "engine/undo_budget.h"
+#include "clay/base/hash.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/keeping/undo_budget.h"
+#include "engine/session/recovery.h"
 #include "tests/support/write_trace.h"
 
 namespace argil::engine {

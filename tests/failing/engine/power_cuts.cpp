@@ -17,13 +17,13 @@
 #include <string>
 #include <thread>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/kept_document.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
-#include "engine/undo_budget.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/keeping/undo_budget.h"
+#include "engine/session/recovery.h"
 #include "tests/failing/engine/desk.h"
 #include "tests/support/power_cut.h"
 #include "tests/support/write_trace.h"

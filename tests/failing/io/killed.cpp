@@ -9,8 +9,8 @@
 #include <csignal>
 #include <random>
 
-#include "io/document_file.h"
-#include "io/journal_file.h"
+#include "io/records/document_file.h"
+#include "io/records/journal_file.h"
 #include "tests/support/failing_writes.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"

@@ -1,5 +1,5 @@
 // Any records as a document at one moment: whole, or an Error that says what is damaged.
-#include "engine/archive.h"
+#include "engine/keeping/archive.h"
 
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"

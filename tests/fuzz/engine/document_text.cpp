@@ -1,5 +1,5 @@
 // Documents as text: any text is refused or gives a document that is written and read as itself.
-#include "engine/document_text.h"
+#include "engine/text/document_text.h"
 
 #include <string_view>
 

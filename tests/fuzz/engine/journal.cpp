@@ -1,10 +1,10 @@
 // A journal of steps, painted clay among them, and a stroke that was cut off, damaged anywhere: what is intact is
 // recovered and done again, or an Error says why.
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/keeper.h"
-#include "engine/recovery.h"
-#include "engine/tool_table.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/keeper.h"
+#include "engine/session/recovery.h"
+#include "engine/tools/tool_table.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {

@@ -1,9 +1,9 @@
 // Documents with painted and masked clay, damaged anywhere: opened, mended or refused.
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/kept_document.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/tools/tool_table.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {

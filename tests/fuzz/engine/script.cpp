@@ -1,7 +1,7 @@
 // Any bytes must give a script that can be written and read back, or an Error of one line.
 #include <cstdint>
 
-#include "engine/script.h"
+#include "engine/text/script.h"
 #include "tests/fuzz/require.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

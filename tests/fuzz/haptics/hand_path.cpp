@@ -1,5 +1,5 @@
 // Paths of a hand as CSV, ours and others': read, they can be asked for any moment.
-#include "haptics/hand_path.h"
+#include "haptics/devices/hand_path.h"
 
 #include <cmath>
 #include <cstdint>

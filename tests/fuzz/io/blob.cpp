@@ -1,6 +1,6 @@
 // Any records as a blob: what getBlob() gives is not longer than was asked for; the bytes themselves come back as a
 // blob.
-#include "io/blob.h"
+#include "io/records/blob.h"
 
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"

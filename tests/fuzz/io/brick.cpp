@@ -1,7 +1,7 @@
 // Bricks: any body is refused or gives one that is packed and unpacked as itself.
 #include <cstring>
 
-#include "io/brick_codec.h"
+#include "io/records/brick_codec.h"
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "io/channel_codec.h"
+#include "io/records/channel_codec.h"
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"
 

@@ -1,7 +1,7 @@
 // Any records as clay: damaged, or (third byte of 128 and more) mended into a version that can be written again.
-#include "io/clay_records.h"
+#include "io/records/clay_records.h"
 
-#include "clay/store.h"
+#include "clay/store/store.h"
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"
 

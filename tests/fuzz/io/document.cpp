@@ -1,7 +1,7 @@
 // Saved documents of any bytes: opened, read through and added to, or refused; scanned in any case.
-#include "io/document_file.h"
+#include "io/records/document_file.h"
 
-#include "io/salvage.h"
+#include "io/records/salvage.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {

@@ -2,9 +2,9 @@
 // this process. Draco's own streams are left out: its library is others', and dies in the reader alone.
 #include <string_view>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
+#include "io/models/reader_process.h"
 #include "io/reader/reader.h"
-#include "io/reader_process.h"
 #include "tests/fuzz/file_input.h"
 #include "tests/fuzz/io/reader_input.h"
 

@@ -1,5 +1,5 @@
 // Journals: any bytes, or any records one after another, are read in order; what is no record is passed over.
-#include "io/journal_file.h"
+#include "io/records/journal_file.h"
 
 #include "tests/fuzz/file_input.h"
 #include "tests/fuzz/record_input.h"

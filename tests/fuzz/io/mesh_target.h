@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/fuzz/require.h"
 
 namespace argil::tests {

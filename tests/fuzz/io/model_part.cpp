@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "io/three_mf_part.h"
+#include "io/models/three_mf_part.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace argil;

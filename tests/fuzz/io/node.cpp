@@ -1,5 +1,5 @@
 // Nodes of a version's tree: any body is refused or gives a node that is packed as itself.
-#include "io/node_body.h"
+#include "io/records/node_body.h"
 
 #include "tests/fuzz/record_input.h"
 #include "tests/fuzz/require.h"

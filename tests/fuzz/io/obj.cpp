@@ -1,5 +1,5 @@
 // The readers of OBJ and of the material libraries that it names.
-#include "io/mtl.h"
+#include "io/models/mtl.h"
 #include "tests/fuzz/io/mesh_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -1,9 +1,9 @@
 // Pictures as height maps and in colour: what the reader process does with the file, and then the editor with what it
 // sends. Both in this process.
-#include "io/picture.h"
+#include "io/models/picture.h"
 
+#include "io/models/reader_process.h"
 #include "io/reader/reader.h"
-#include "io/reader_process.h"
 #include "tests/fuzz/file_input.h"
 #include "tests/fuzz/io/reader_input.h"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "io/record.h"
+#include "io/records/record.h"
 #include "tests/fuzz/require.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

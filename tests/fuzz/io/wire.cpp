@@ -3,10 +3,10 @@
 // magic.
 #include "io/reader/wire.h"
 
-#include "io/model_file.h"
-#include "io/picture.h"
-#include "io/reader_process.h"
-#include "io/vdb_file.h"
+#include "io/models/model_file.h"
+#include "io/models/picture.h"
+#include "io/models/reader_process.h"
+#include "io/models/vdb_file.h"
 #include "tests/fuzz/file_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

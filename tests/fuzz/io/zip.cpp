@@ -1,5 +1,5 @@
 // ZIP archives: a table and parts that are as long as they say.
-#include "io/zip_reader.h"
+#include "io/bytes/zip_reader.h"
 
 #include "tests/fuzz/require.h"
 

@@ -1,5 +1,5 @@
 // Recordings of a session: lines of events that can be written and read again, or an Error.
-#include "ui3d/studio/event_log.h"
+#include "ui3d/studio/input/event_log.h"
 
 #include "tests/fuzz/file_input.h"
 

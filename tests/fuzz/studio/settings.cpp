@@ -1,5 +1,5 @@
 // The studio's settings: whatever the file holds leaves a state that is written and read back as itself.
-#include "ui3d/studio/settings.h"
+#include "ui3d/studio/files/settings.h"
 
 #include "tests/fuzz/require.h"
 

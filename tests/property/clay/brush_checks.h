@@ -6,11 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include "clay/brush.h"
-#include "clay/mesh_topology.h"
-#include "clay/nearest_triangle.h"
-#include "clay/sampler.h"
-#include "clay/surface.h"
+#include "clay/brush/brush.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/sampler.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay::testing {
 

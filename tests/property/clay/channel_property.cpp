@@ -7,11 +7,11 @@
 #include <map>
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/brush_channels.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/vertex_channels.h"
+#include "clay/brush/brush.h"
+#include "clay/brush/brush_channels.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/vertex_channels.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <random>
 
-#include "clay/deform.h"
-#include "clay/error.h"
-#include "clay/lattice.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/deform.h"
+#include "clay/whole/lattice.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/field_compare.h"
 

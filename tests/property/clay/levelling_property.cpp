@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/property/clay/brush_checks.h"
 #include "tests/support/simd_targets.h"
 

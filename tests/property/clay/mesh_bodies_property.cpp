@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <random>
 
-#include "clay/mesh_to_clay.h"
-#include "clay/mesh_topology.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/import/mesh_to_clay.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <random>
 
-#include "clay/height_image.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/import/height_image.h"
+#include "clay/store/store.h"
 #include "tests/property/clay/brush_checks.h"
 #include "tests/support/simd_targets.h"
 

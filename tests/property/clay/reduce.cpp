@@ -1,7 +1,7 @@
 // Sculpted clay, thin walls, bodies that nearly touch: whatever is asked for, the reduced surface is closed and the
 // same bodies.
 
-#include "clay/reduce.h"
+#include "clay/mesh/reduce.h"
 
 #include <gtest/gtest.h>
 
@@ -9,12 +9,12 @@
 #include <numeric>
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/edge_collapse.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/edge_collapse.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
 #include "tests/unit/clay/brute_distance.h"
 
 namespace argil::clay {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "clay/mesh_topology.h"
-#include "clay/sharp_vertices.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/surface/sharp_vertices.h"
 #include "tests/support/simd_targets.h"
 #include "tests/unit/clay/sharp_shapes.h"
 

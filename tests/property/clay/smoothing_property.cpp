@@ -1,7 +1,7 @@
 // Smoothing: volume kept when asked, and the same feel at any radius.
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/property/clay/brush_checks.h"
 #include "tests/support/simd_targets.h"
 

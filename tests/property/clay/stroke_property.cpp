@@ -4,15 +4,15 @@
 
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/redistance.h"
-#include "clay/sampler.h"
-#include "clay/settle.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/base/error.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/field/redistance.h"
+#include "clay/field/settle.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {

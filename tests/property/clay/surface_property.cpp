@@ -1,6 +1,6 @@
 // The surface is a closed 2-manifold whatever the signs, and following edits gives what extracting anew gives.
 
-#include "clay/surface.h"
+#include "clay/surface/surface.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <map>
 #include <random>
 
-#include "clay/cell_cases.h"
-#include "clay/editor.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface_kernels.h"
+#include "clay/field/primitives.h"
+#include "clay/kernels/cell_cases.h"
+#include "clay/kernels/surface_kernels.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {

@@ -4,12 +4,12 @@
 
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/stamp_shape.h"
-#include "clay/store.h"
-#include "clay/swept_tip.h"
+#include "clay/brush/brush.h"
+#include "clay/brush/stamp_shape.h"
+#include "clay/brush/swept_tip.h"
+#include "clay/field/primitives.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
 
 namespace argil::clay {
 namespace {

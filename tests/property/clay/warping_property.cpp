@@ -4,12 +4,12 @@
 
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {

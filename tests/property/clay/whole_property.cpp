@@ -4,17 +4,17 @@
 
 #include <random>
 
-#include "clay/boolean.h"
-#include "clay/loose_parts.h"
-#include "clay/mirror.h"
-#include "clay/nearest_triangle.h"
-#include "clay/offset.h"
-#include "clay/primitives.h"
-#include "clay/resample.h"
-#include "clay/sampler.h"
-#include "clay/smooth_all.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/field/loose_parts.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/mirror.h"
+#include "clay/whole/offset.h"
+#include "clay/whole/resample.h"
+#include "clay/whole/smooth_all.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

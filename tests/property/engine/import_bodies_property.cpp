@@ -8,13 +8,13 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "clay/error.h"
-#include "clay/mesh_to_clay.h"
-#include "clay/mesh_topology.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "clay/wall_thickness.h"
-#include "io/mesh_file.h"
+#include "clay/base/error.h"
+#include "clay/import/mesh_to_clay.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/wall_thickness.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "io/models/mesh_file.h"
 
 namespace argil::engine {
 namespace {

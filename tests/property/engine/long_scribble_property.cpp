@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "engine/keeping/session.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::engine {
 namespace {

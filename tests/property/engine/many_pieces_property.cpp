@@ -8,13 +8,13 @@
 #include <cstdio>
 #include <fstream>
 
-#include "clay/boolean.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/edit_loop.h"
-#include "engine/random.h"
-#include "engine/surfaces.h"
-#include "engine/undo_budget.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+#include "engine/document/random.h"
+#include "engine/keeping/undo_budget.h"
+#include "engine/session/edit_loop.h"
+#include "engine/session/surfaces.h"
 
 namespace argil::engine {
 namespace {

@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "clay/mesh_colours.h"
-#include "engine/document.h"
-#include "engine/model_files.h"
+#include "clay/import/mesh_colours.h"
+#include "engine/document/document.h"
+#include "engine/models/model_files.h"
 
 namespace argil::engine {
 namespace {

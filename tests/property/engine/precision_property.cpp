@@ -6,16 +6,16 @@
 #include <cmath>
 #include <cstdio>
 
-#include "clay/change_precision.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "engine/random.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
-#include "haptics/ball_contact.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/change_precision.h"
+#include "engine/document/random.h"
+#include "engine/keeping/session.h"
+#include "engine/tools/tool_table.h"
+#include "haptics/contact/ball_contact.h"
 #include "tests/support/tool_files.h"
 
 namespace argil::engine {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "clay/primitives.h"
-#include "clay/surface.h"
-#include "engine/random.h"
-#include "engine/session.h"
+#include "clay/field/primitives.h"
+#include "clay/surface/surface.h"
+#include "engine/document/random.h"
+#include "engine/keeping/session.h"
 
 namespace argil::engine {
 namespace {

@@ -8,19 +8,19 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "clay/mask_work.h"
-#include "clay/mesh_topology.h"
-#include "clay/nearest_triangle.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "clay/tree_view.h"
-#include "engine/prepare_clay.h"
-#include "engine/random.h"
-#include "engine/run.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/store/tree_view.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/mask_work.h"
+#include "engine/document/random.h"
+#include "engine/keeping/session.h"
+#include "engine/models/prepare_clay.h"
+#include "engine/session/run.h"
+#include "engine/tools/tool_table.h"
 #include "tests/support/tool_files.h"
 
 namespace argil::engine {

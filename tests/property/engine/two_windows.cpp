@@ -11,14 +11,14 @@
 #include <map>
 #include <string>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/document_text.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/random.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/session/recovery.h"
+#include "engine/text/document_text.h"
 
 namespace argil::engine {
 namespace {

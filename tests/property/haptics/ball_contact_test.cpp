@@ -1,7 +1,7 @@
 // The proxy: on the surface, never through it, never farther from the hand than it has to be; pushed out gently when
 // clay grows.
 
-#include "haptics/ball_contact.h"
+#include "haptics/contact/ball_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "clay_fields.h"
-#include "haptics/sample_ring.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

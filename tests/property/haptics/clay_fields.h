@@ -7,10 +7,10 @@
 #include <limits>
 #include <memory>
 
-#include "clay/editor.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
-#include "clay/version.h"
+#include "clay/store/editor.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/store/version.h"
 
 namespace argil::haptics::testing {
 

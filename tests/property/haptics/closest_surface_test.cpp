@@ -1,6 +1,6 @@
 // The closest point of the surface, against every cell around: planes, spheres, grooves, rims, noise.
 
-#include "haptics/closest_surface.h"
+#include "haptics/scene/closest_surface.h"
 
 #include <gtest/gtest.h>
 

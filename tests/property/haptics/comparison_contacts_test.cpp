@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "clay_fields.h"
-#include "haptics/contact.h"
-#include "haptics/sample_ring.h"
+#include "haptics/contact/contact.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

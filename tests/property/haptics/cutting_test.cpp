@@ -1,6 +1,6 @@
 // Cutting: depth under a constant force, the same force before and after the edit arrives, no kick, no runaway.
 
-#include "haptics/cutting.h"
+#include "haptics/contact/cutting.h"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,11 @@
 #include <deque>
 #include <memory>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
 #include "clay_fields.h"
-#include "haptics/ball_contact.h"
-#include "haptics/sample_ring.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "haptics/active_set.h"
+#include "haptics/contact/active_set.h"
 
 namespace argil::haptics {
 namespace {

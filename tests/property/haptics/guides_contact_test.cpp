@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "clay_fields.h"
-#include "haptics/ball_contact.h"
-#include "haptics/sample_ring.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

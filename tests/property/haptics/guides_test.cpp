@@ -1,6 +1,6 @@
 // Guides over many paths: wells give out no more than they hold.
 
-#include "haptics/guides.h"
+#include "haptics/contact/guides.h"
 
 #include <gtest/gtest.h>
 

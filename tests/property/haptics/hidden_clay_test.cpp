@@ -6,10 +6,10 @@
 #include <memory>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/ball_contact.h"
-#include "haptics/sample_ring.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/threads/sample_ring.h"
 #include "tests/unit/haptics/painted_clay.h"
 
 namespace argil::haptics {

@@ -7,11 +7,11 @@
 #include <random>
 #include <vector>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/ball_contact.h"
-#include "haptics/cutting.h"
-#include "haptics/sample_ring.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/contact/cutting.h"
+#include "haptics/threads/sample_ring.h"
 #include "tests/unit/haptics/painted_clay.h"
 
 namespace argil::haptics {

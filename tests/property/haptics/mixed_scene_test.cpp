@@ -7,11 +7,11 @@
 #include <cmath>
 #include <memory>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/ball_contact.h"
-#include "haptics/part_mesh.h"
-#include "haptics/sample_ring.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/scene/part_mesh.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

@@ -7,15 +7,15 @@
 #include <memory>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/ball_contact.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/analysis/touch_bench.h"
+#include "haptics/contact/ball_contact.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/part_mesh.h"
-#include "haptics/sample_ring.h"
-#include "haptics/servo_tick.h"
-#include "haptics/touch_bench.h"
+#include "haptics/scene/part_mesh.h"
+#include "haptics/servo/servo_tick.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

@@ -9,12 +9,12 @@
 #include <random>
 #include <string_view>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/ball_contact.h"
-#include "haptics/part_mesh.h"
-#include "haptics/sample_ring.h"
-#include "haptics/touch_bench.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/analysis/touch_bench.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/scene/part_mesh.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

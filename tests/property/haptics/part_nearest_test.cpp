@@ -11,7 +11,7 @@
 #include <random>
 #include <sstream>
 
-#include "haptics/part_mesh.h"
+#include "haptics/scene/part_mesh.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::haptics {

@@ -8,11 +8,11 @@
 #include <limits>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/contact.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/contact/contact.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/servo_tick.h"
+#include "haptics/servo/servo_tick.h"
 
 namespace argil::haptics {
 namespace {

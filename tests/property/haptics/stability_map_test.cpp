@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
+#include "haptics/analysis/stability_bench.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/stability_bench.h"
 
 namespace argil::haptics {
 namespace {

@@ -9,14 +9,14 @@
 #include <random>
 #include <vector>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "clay_fields.h"
-#include "haptics/ball_contact.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/devices/hand_path.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/hand_path.h"
-#include "haptics/sample_ring.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

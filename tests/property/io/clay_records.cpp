@@ -1,18 +1,18 @@
 // Clay as records, over random strokes and random damage.
 
-#include "io/clay_records.h"
+#include "io/records/clay_records.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "clay/brush.h"
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "io/node_body.h"
+#include "clay/base/error.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "io/records/node_body.h"
 #include "tests/support/record_memory.h"
 
 namespace argil::io {

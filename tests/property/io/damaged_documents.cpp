@@ -9,9 +9,9 @@
 #include <random>
 #include <set>
 
-#include "io/document_file.h"
-#include "io/journal_file.h"
-#include "io/salvage.h"
+#include "io/records/document_file.h"
+#include "io/records/journal_file.h"
+#include "io/records/salvage.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 

@@ -3,9 +3,9 @@
 
 #include <random>
 
-#include "clay/mesh_topology.h"
-#include "io/mesh_file.h"
-#include "io/mesh_writer.h"
+#include "clay/mesh/mesh_topology.h"
+#include "io/models/mesh_file.h"
+#include "io/models/mesh_writer.h"
 #include "tests/support/damage.h"
 #include "tests/support/mesh_samples.h"
 

@@ -5,7 +5,7 @@
 #include <iostream>
 #include <random>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/damage.h"
 #include "tests/support/package_samples.h"
 

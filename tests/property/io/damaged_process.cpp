@@ -5,12 +5,12 @@
 #include <cstdlib>
 #include <random>
 
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "io/model_file.h"
-#include "io/model_writer.h"
-#include "io/vdb_file.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "io/models/model_file.h"
+#include "io/models/model_writer.h"
+#include "io/models/vdb_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

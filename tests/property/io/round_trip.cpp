@@ -3,10 +3,10 @@
 
 #include <random>
 
-#include "clay/mesh_topology.h"
-#include "clay/weld.h"
-#include "io/mesh_file.h"
-#include "io/mesh_writer.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "io/models/mesh_file.h"
+#include "io/models/mesh_writer.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "render/renderer.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "render/renderer/renderer.h"
 
 namespace argil::render {
 namespace {

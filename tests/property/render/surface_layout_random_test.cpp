@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "render/surface_layout.h"
+#include "render/surface/surface_layout.h"
 #include "tests/unit/render/field_surface.h"
 #include "tests/unit/render/mirror_sink.h"
 

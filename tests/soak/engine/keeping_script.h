@@ -12,10 +12,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "clay/hash.h"
-#include "engine/document.h"
-#include "engine/random.h"
-#include "engine/tool.h"
+#include "clay/base/hash.h"
+#include "engine/document/document.h"
+#include "engine/document/random.h"
+#include "engine/document/tool.h"
 
 namespace argil::soak {
 

@@ -16,12 +16,12 @@
 #include <string>
 #include <thread>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/kept_document.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/session/recovery.h"
 #include "tests/soak/engine/keeping_script.h"
 
 extern char** environ;

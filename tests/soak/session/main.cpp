@@ -6,12 +6,12 @@
 #include <optional>
 #include <thread>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/jobs.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/session.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/jobs.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
 #include "tests/soak/engine/keeping_script.h"
 
 using namespace argil;

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "clay/boolean.h"
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/smooth_all.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/smooth_all.h"
 
 namespace argil::clay {
 namespace {

@@ -1,15 +1,15 @@
 // Two clays become one: against distances that are known.
 
-#include "clay/boolean.h"
+#include "clay/whole/boolean.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "clay/primitives.h"
-#include "clay/resample.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/resample.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

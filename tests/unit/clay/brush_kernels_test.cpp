@@ -1,6 +1,6 @@
 // The question that a stroke asks of each brick: do the model's surface and the tip's meet at an angle here?
 
-#include "clay/brush_kernels.h"
+#include "clay/kernels/brush_kernels.h"
 
 #include <gtest/gtest.h>
 

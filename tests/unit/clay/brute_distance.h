@@ -1,11 +1,11 @@
 #pragma once
-// Distance to a mesh by looking at every triangle, for tests: shares nothing with clay/nearest_triangle.h.
+// Distance to a mesh by looking at every triangle, for tests: shares nothing with clay/mesh/nearest_triangle.h.
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "clay/triangle_mesh.h"
+#include "clay/mesh/triangle_mesh.h"
 
 namespace argil::clay::testing {
 

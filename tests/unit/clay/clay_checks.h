@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "clay/sampler.h"
-#include "clay/version.h"
+#include "clay/store/sampler.h"
+#include "clay/store/version.h"
 
 namespace argil::clay::testing {
 

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "clay/cut.h"
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/cut.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/field_compare.h"
 

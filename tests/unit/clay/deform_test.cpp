@@ -7,14 +7,14 @@
 #include <random>
 #include <thread>
 
-#include "clay/cut.h"
-#include "clay/deform.h"
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/lattice.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/cut.h"
+#include "clay/whole/deform.h"
+#include "clay/whole/lattice.h"
 #include "tests/unit/clay/clay_checks.h"
 
 namespace argil::clay {

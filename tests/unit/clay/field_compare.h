@@ -4,8 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "clay/sampler.h"
-#include "clay/version.h"
+#include "clay/store/sampler.h"
+#include "clay/store/version.h"
 
 namespace argil::clay::testing {
 

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <random>
 
-#include "clay/boolean.h"
-#include "clay/change_precision.h"
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/fixed_brick.h"
-#include "clay/primitives.h"
-#include "clay/resample.h"
-#include "clay/store.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/kernels/fixed_brick.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/change_precision.h"
+#include "clay/whole/resample.h"
 #include "tests/unit/clay/clay_checks.h"
 
 namespace argil::clay {

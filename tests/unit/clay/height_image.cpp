@@ -1,8 +1,8 @@
-#include "clay/height_image.h"
+#include "clay/import/height_image.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::clay {
 namespace {

@@ -1,20 +1,20 @@
 // Bodies, cavities, halves and evened surfaces.
 
-#include "clay/loose_parts.h"
+#include "clay/field/loose_parts.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "clay/boolean.h"
-#include "clay/editor.h"
-#include "clay/mesh_topology.h"
-#include "clay/mirror.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/smooth_all.h"
-#include "clay/store.h"
-#include "clay/surface.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/editor.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/mirror.h"
+#include "clay/whole/smooth_all.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

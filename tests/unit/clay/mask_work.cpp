@@ -1,16 +1,16 @@
 // Masks of whole pieces.
 
-#include "clay/mask_work.h"
+#include "clay/whole/mask_work.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
 
 namespace argil::clay {
 namespace {

@@ -1,4 +1,4 @@
-#include "clay/mesh_repair.h"
+#include "clay/import/mesh_repair.h"
 
 #include <gtest/gtest.h>
 

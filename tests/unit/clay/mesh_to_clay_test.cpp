@@ -1,12 +1,12 @@
-#include "clay/mesh_to_clay.h"
+#include "clay/import/mesh_to_clay.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "clay/store.h"
-#include "clay/winding_number.h"
+#include "clay/mesh/winding_number.h"
+#include "clay/store/store.h"
 #include "clay_checks.h"
 #include "test_meshes.h"
 

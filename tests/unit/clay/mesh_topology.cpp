@@ -1,4 +1,4 @@
-#include "clay/mesh_topology.h"
+#include "clay/mesh/mesh_topology.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Thicker, thinner, hollow: against spheres and boxes whose offsets are known.
 
-#include "clay/offset.h"
+#include "clay/whole/offset.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

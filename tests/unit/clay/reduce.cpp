@@ -1,14 +1,14 @@
 // Fewer triangles: what shapes with a known answer become, and what is refused.
 
-#include "clay/reduce.h"
+#include "clay/mesh/reduce.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <thread>
 
-#include "clay/mesh_topology.h"
-#include "clay/nearest_triangle.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/nearest_triangle.h"
 #include "tests/unit/clay/brute_distance.h"
 #include "tests/unit/clay/test_meshes.h"
 

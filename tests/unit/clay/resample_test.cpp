@@ -1,11 +1,11 @@
 // The same clay on another grid.
 
-#include "clay/resample.h"
+#include "clay/whole/resample.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

@@ -1,13 +1,13 @@
-#include "clay/sampler.h"
+#include "clay/store/sampler.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <random>
 
-#include "clay/editor.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
 
 namespace argil::clay {
 namespace {

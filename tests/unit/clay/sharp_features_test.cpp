@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
 #include "tests/unit/clay/sharp_shapes.h"
 
 namespace argil::clay {

@@ -7,11 +7,11 @@
 #include <memory>
 #include <random>
 
-#include "clay/editor.h"
-#include "clay/nearest_triangle.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "clay/triangle_mesh.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/mesh/triangle_mesh.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay::testing {
 

@@ -10,12 +10,12 @@
 #include <stdexcept>
 #include <thread>
 
-#include "clay/block_pool.h"
-#include "clay/brick_set.h"
-#include "clay/editor.h"
-#include "clay/hash.h"
-#include "clay/job.h"
-#include "clay/parallel.h"
+#include "clay/base/block_pool.h"
+#include "clay/base/hash.h"
+#include "clay/base/job.h"
+#include "clay/base/parallel.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/editor.h"
 
 namespace argil::clay {
 namespace {

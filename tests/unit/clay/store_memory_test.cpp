@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 
 namespace argil::clay {
 namespace {

@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "clay/triangle_mesh.h"
+#include "clay/mesh/triangle_mesh.h"
 
 namespace argil::clay::testing {
 

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/unshared.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/store/unshared.h"
 
 namespace argil::clay {
 namespace {

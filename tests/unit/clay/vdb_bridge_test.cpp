@@ -1,9 +1,9 @@
-#include "clay/vdb_bridge.h"
+#include "clay/store/vdb_bridge.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "clay_checks.h"
 
 namespace argil::clay {

@@ -3,10 +3,10 @@
 #include <limits>
 #include <random>
 
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
 
 namespace argil::clay {

@@ -1,4 +1,4 @@
-#include "clay/voxel_winding.h"
+#include "clay/import/voxel_winding.h"
 
 #include <gtest/gtest.h>
 

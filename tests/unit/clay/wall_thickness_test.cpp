@@ -1,11 +1,11 @@
 // Walls of shapes that are known, and what import then really loses.
-#include "clay/wall_thickness.h"
+#include "clay/mesh/wall_thickness.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "clay/mesh_to_clay.h"
-#include "clay/store.h"
+#include "clay/import/mesh_to_clay.h"
+#include "clay/store/store.h"
 #include "test_meshes.h"
 
 namespace argil::clay {

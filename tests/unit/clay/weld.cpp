@@ -1,11 +1,11 @@
-#include "clay/weld.h"
+#include "clay/mesh/weld.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <tuple>
 
-#include "clay/mesh_topology.h"
+#include "clay/mesh/mesh_topology.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::clay {

@@ -5,17 +5,17 @@
 
 #include <functional>
 
-#include "clay/boolean.h"
-#include "clay/channel_reader.h"
-#include "clay/deform.h"
-#include "clay/lattice.h"
-#include "clay/loose_parts.h"
-#include "clay/mirror.h"
-#include "clay/offset.h"
-#include "clay/primitives.h"
-#include "clay/resample.h"
-#include "clay/smooth_all.h"
-#include "clay/store.h"
+#include "clay/field/loose_parts.h"
+#include "clay/field/primitives.h"
+#include "clay/store/channel_reader.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/deform.h"
+#include "clay/whole/lattice.h"
+#include "clay/whole/mirror.h"
+#include "clay/whole/offset.h"
+#include "clay/whole/resample.h"
+#include "clay/whole/smooth_all.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 

@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "clay/mesh_topology.h"
-#include "clay/surface.h"
-#include "clay/version.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/version.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay::testing {
 

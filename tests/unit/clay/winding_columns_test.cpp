@@ -1,9 +1,9 @@
-#include "clay/winding_columns.h"
+#include "clay/import/winding_columns.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/mesh_repair.h"
-#include "clay/winding_number.h"
+#include "clay/import/mesh_repair.h"
+#include "clay/mesh/winding_number.h"
 #include "test_meshes.h"
 
 namespace argil::clay {

@@ -1,4 +1,4 @@
-#include "clay/winding_number.h"
+#include "clay/mesh/winding_number.h"
 
 #include <gtest/gtest.h>
 

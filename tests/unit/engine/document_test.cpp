@@ -1,12 +1,12 @@
-#include "engine/document.h"
+#include "engine/document/document.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/session.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::engine {
 namespace {

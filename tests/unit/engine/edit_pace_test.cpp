@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/edit_loop.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/session/edit_loop.h"
 #include "workbench_rig.h"
 
 namespace argil::engine {

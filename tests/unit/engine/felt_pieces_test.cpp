@@ -1,12 +1,12 @@
 // A document of more pieces than the hand can feel at once.
 
-#include "engine/felt_pieces.h"
+#include "engine/tools/felt_pieces.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/edit_loop.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/session/edit_loop.h"
 
 namespace argil::engine {
 namespace {

@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "../../support/interleaver.h"
-#include "engine/force_control.h"
+#include "engine/session/force_control.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/force_line.h"
-#include "haptics/servo_tick.h"
+#include "haptics/servo/force_line.h"
+#include "haptics/servo/servo_tick.h"
 
 namespace argil::engine {
 namespace {

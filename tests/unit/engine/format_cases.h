@@ -12,12 +12,12 @@
 #include <functional>
 #include <set>
 
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/nearest_triangle.h"
-#include "clay/weld.h"
-#include "engine/model_files.h"
-#include "io/model_writer.h"
+#include "clay/base/error.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/mesh/weld.h"
+#include "engine/models/model_files.h"
+#include "io/models/model_writer.h"
 #include "tests/support/written_models.h"
 
 namespace argil::engine::cases {

@@ -1,19 +1,19 @@
 // Guides and materials in scripts: read, written, refused, felt.
 
-#include "engine/guide_setup.h"
+#include "engine/text/guide_setup.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "engine/run.h"
-#include "engine/script.h"
-#include "haptics/polyline.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "engine/session/run.h"
+#include "engine/text/script.h"
+#include "haptics/scene/polyline.h"
 
 namespace argil::engine {
 namespace {

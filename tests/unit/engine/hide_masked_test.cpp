@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/document_text.h"
-#include "engine/piece_jobs.h"
-#include "engine/session.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/session.h"
+#include "engine/text/document_text.h"
+#include "engine/tools/piece_jobs.h"
 #include "tests/unit/haptics/painted_clay.h"
 
 namespace argil::engine {

@@ -1,4 +1,4 @@
-#include "engine/jobs.h"
+#include "engine/document/jobs.h"
 
 #include <gtest/gtest.h>
 

@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/document_text.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/random.h"
-#include "engine/session.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/text/document_text.h"
 
 namespace argil::engine {
 

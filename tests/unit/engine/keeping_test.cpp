@@ -7,16 +7,16 @@
 #include <fstream>
 #include <functional>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/document_text.h"
-#include "engine/keeper.h"
-#include "engine/kept_document.h"
-#include "engine/random.h"
-#include "engine/recovery.h"
-#include "engine/session.h"
-#include "io/document_file.h"
-#include "io/journal_file.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/session/recovery.h"
+#include "engine/text/document_text.h"
+#include "io/records/document_file.h"
+#include "io/records/journal_file.h"
 #include "tests/unit/engine/keeping_rig.h"
 
 namespace argil::engine {

@@ -1,10 +1,10 @@
-#include "engine/lay.h"
+#include "engine/text/lay.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 
 namespace argil::engine {
 namespace {

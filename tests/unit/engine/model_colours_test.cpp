@@ -1,6 +1,6 @@
 // Colours go out to every format that has them and come back as the clay's own; one colour alone is the piece's.
 
-#include "engine/model_colours.h"
+#include "engine/models/model_colours.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,13 +10,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include "clay/channel_reader.h"
-#include "clay/editor.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/model_files.h"
-#include "engine/prepare_clay.h"
-#include "io/model_writer.h"
+#include "clay/field/primitives.h"
+#include "clay/store/channel_reader.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "engine/models/model_files.h"
+#include "engine/models/prepare_clay.h"
+#include "io/models/model_writer.h"
 
 namespace argil::engine {
 namespace {

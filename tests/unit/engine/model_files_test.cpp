@@ -1,6 +1,6 @@
 // Models that lie far away, hold several objects, or come in other units become pieces where clay can be.
 
-#include "engine/model_files.h"
+#include "engine/models/model_files.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,15 +10,15 @@
 #include <filesystem>
 #include <fstream>
 
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/region_work.h"
-#include "clay/store.h"
-#include "engine/document_text.h"
-#include "engine/prepare_clay.h"
-#include "io/model_writer.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/field/region_work.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "engine/models/prepare_clay.h"
+#include "engine/text/document_text.h"
+#include "io/models/model_writer.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::engine {

@@ -4,14 +4,14 @@
 
 #include <cmath>
 
-#include "clay/deform.h"
-#include "clay/error.h"
-#include "clay/lattice.h"
-#include "clay/mesh_topology.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "clay/surface.h"
-#include "engine/piece_jobs.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/deform.h"
+#include "clay/whole/lattice.h"
+#include "engine/tools/piece_jobs.h"
 
 namespace argil::engine {
 namespace {

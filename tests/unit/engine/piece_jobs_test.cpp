@@ -1,6 +1,6 @@
 // Operations on whole pieces as the studio and scripts call them.
 
-#include "engine/piece_jobs.h"
+#include "engine/tools/piece_jobs.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +8,13 @@
 #include <thread>
 #include <utility>
 
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/loose_parts.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/beside.h"
-#include "engine/workbench.h"
+#include "clay/base/error.h"
+#include "clay/field/loose_parts.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "engine/document/beside.h"
+#include "engine/session/workbench.h"
 
 namespace argil::engine {
 namespace {

@@ -10,7 +10,7 @@
 #include <functional>
 #include <iterator>
 
-#include "engine/recovery.h"
+#include "engine/session/recovery.h"
 #include "tests/unit/engine/keeping_rig.h"
 
 namespace argil::engine {

@@ -1,12 +1,12 @@
-#include "engine/run.h"
+#include "engine/session/run.h"
 
 #include <gmock/gmock.h>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/sampler.h"
-#include "clay/store.h"
-#include "engine/prepare_clay.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "engine/models/prepare_clay.h"
 
 namespace argil::engine {
 namespace {

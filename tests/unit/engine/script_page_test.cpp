@@ -1,7 +1,7 @@
 // The page on scripts says what scripts are read by: it is made from the tables, and every key that is read stands on
 // it.
 
-#include "engine/script_page.h"
+#include "engine/text/script_page.h"
 
 #include <gtest/gtest.h>
 
@@ -10,16 +10,16 @@
 #include <set>
 #include <sstream>
 
-#include "clay/error.h"
-#include "clay/store.h"
-#include "engine/guide_setup.h"
-#include "engine/operation_text.h"
-#include "engine/parameter_text.h"
-#include "engine/piece_jobs.h"
-#include "engine/prepare_clay.h"
-#include "engine/run.h"
-#include "engine/script.h"
-#include "engine/tool_table.h"
+#include "clay/base/error.h"
+#include "clay/store/store.h"
+#include "engine/models/prepare_clay.h"
+#include "engine/session/run.h"
+#include "engine/text/guide_setup.h"
+#include "engine/text/operation_text.h"
+#include "engine/text/parameter_text.h"
+#include "engine/text/script.h"
+#include "engine/tools/piece_jobs.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::engine {
 namespace {

@@ -1,4 +1,5 @@
-#include "engine/script.h"
+#include "engine/text/script.h"
+#include "engine/models/script_file.h"
 
 #include <gmock/gmock.h>
 
@@ -6,9 +7,9 @@
 #include <fstream>
 #include <limits>
 
-#include "clay/error.h"
-#include "engine/operation_text.h"
-#include "engine/parameter_text.h"
+#include "clay/base/error.h"
+#include "engine/text/operation_text.h"
+#include "engine/text/parameter_text.h"
 
 namespace argil::engine {
 namespace {

@@ -1,12 +1,12 @@
-#include "engine/session.h"
+#include "engine/keeping/session.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <thread>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
 
 namespace argil::engine {
 namespace {

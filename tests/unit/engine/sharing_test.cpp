@@ -12,16 +12,16 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/kept_document.h"
-#include "engine/load_document.h"
-#include "engine/random.h"
-#include "engine/session.h"
-#include "io/blob.h"
-#include "io/document_facts.h"
-#include "io/document_file.h"
-#include "io/sqlite.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/kept_document.h"
+#include "engine/keeping/session.h"
+#include "engine/models/load_document.h"
+#include "io/records/blob.h"
+#include "io/records/document_facts.h"
+#include "io/records/document_file.h"
+#include "io/records/sqlite.h"
 
 namespace argil::engine {
 namespace {

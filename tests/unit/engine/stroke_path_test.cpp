@@ -1,4 +1,4 @@
-#include "engine/stroke_path.h"
+#include "engine/tools/stroke_path.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "clay/error.h"
-#include "engine/random.h"
+#include "clay/base/error.h"
+#include "engine/document/random.h"
 
 namespace argil::engine {
 namespace {

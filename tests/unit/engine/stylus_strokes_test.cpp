@@ -1,14 +1,14 @@
-#include "engine/stylus_strokes.h"
+#include "engine/session/stylus_strokes.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/edit_loop.h"
-#include "engine/random.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/session/edit_loop.h"
 
 namespace argil::engine {
 namespace {

@@ -1,15 +1,15 @@
 // The picture's way beside the edit thread: what is large, what failed, what never came.
 
-#include "engine/surfaces.h"
+#include "engine/session/surfaces.h"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "clay/boolean.h"
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
 #include "tests/support/refusing_system.h"
 #include "workbench_rig.h"
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "engine/tool_table.h"
+#include "engine/tools/tool_table.h"
 #include "workbench_rig.h"
 
 namespace argil::engine {

@@ -10,13 +10,13 @@
 #include <fstream>
 #include <thread>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/keeper.h"
-#include "engine/random.h"
-#include "engine/recovery.h"
-#include "engine/undo_budget.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/document/random.h"
+#include "engine/keeping/keeper.h"
+#include "engine/keeping/undo_budget.h"
+#include "engine/session/recovery.h"
 #include "workbench_rig.h"
 
 namespace argil::engine {

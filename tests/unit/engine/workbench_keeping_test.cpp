@@ -8,7 +8,7 @@
 #include <fstream>
 #include <thread>
 
-#include "engine/workbench.h"
+#include "engine/session/workbench.h"
 
 namespace argil::engine {
 namespace {

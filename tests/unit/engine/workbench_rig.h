@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "engine/workbench.h"
+#include "engine/session/workbench.h"
 
 namespace argil::engine {
 

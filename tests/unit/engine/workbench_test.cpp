@@ -1,4 +1,4 @@
-#include "engine/workbench.h"
+#include "engine/session/workbench.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,12 +11,12 @@
 #include <set>
 #include <thread>
 
-#include "clay/mesh_topology.h"
-#include "clay/surface.h"
-#include "engine/beside.h"
-#include "engine/model_files.h"
-#include "engine/script.h"
-#include "engine/tool_table.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/surface/surface.h"
+#include "engine/document/beside.h"
+#include "engine/models/model_files.h"
+#include "engine/text/script.h"
+#include "engine/tools/tool_table.h"
 #include "workbench_rig.h"
 
 namespace argil::engine {

@@ -1,6 +1,6 @@
 // The exact solve against an independent one.
 
-#include "haptics/active_set.h"
+#include "haptics/contact/active_set.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The buzz of the source's volumes comes with a penalty and goes with a proxy.
 
-#include "haptics/buzz.h"
+#include "haptics/analysis/buzz.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo_tick.h"
+#include "haptics/servo/servo_tick.h"
 #include "realtime_trap.h"
 #include "virtual_session.h"
 

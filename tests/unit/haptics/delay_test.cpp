@@ -5,12 +5,12 @@
 #include <cmath>
 #include <memory>
 
-#include "haptics/coupling.h"
-#include "haptics/delay_meter.h"
+#include "haptics/contact/coupling.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo_tick.h"
+#include "haptics/servo/servo_tick.h"
+#include "haptics/threads/delay_meter.h"
 
 namespace argil::haptics {
 namespace {

@@ -11,9 +11,9 @@
 #include <thread>
 
 #include "device_conformance.h"
-#include "haptics/clock.h"
-#include "haptics/safety.h"
-#include "haptics/servo.h"
+#include "haptics/base/clock.h"
+#include "haptics/servo/safety.h"
+#include "haptics/servo/servo.h"
 #include "realtime_trap.h"
 
 namespace argil::haptics {

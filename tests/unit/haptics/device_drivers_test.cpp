@@ -21,8 +21,8 @@
 
 #include "../../support/haply_emulator.h"
 #include "../../support/spacemouse_emulator.h"
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/pointer.h"
 #include "haptics/devices/recorded.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
 

@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "../../support/falcon_emulator.h"
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/falcon_protocol.h"
 
 namespace argil::haptics {

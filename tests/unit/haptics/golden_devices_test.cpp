@@ -17,7 +17,7 @@
 
 #include "../../support/pty_emulator.h"
 #include "../../support/spacemouse_emulator.h"
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/byte_transport.h"
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/haply.h"

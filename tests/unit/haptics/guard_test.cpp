@@ -1,6 +1,6 @@
 // Argil dies in the middle of pushing, against a device that keeps its last force for ever: the guard zeroes it.
 
-#include "haptics/guard.h"
+#include "haptics/threads/guard.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -18,11 +18,11 @@
 #include <cstring>
 #include <optional>
 
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

@@ -1,7 +1,7 @@
 // Guides by themselves: locks hold, nothing jumps, keep-outs are what they say, and a scene without guides pays
 // nothing.
 
-#include "haptics/guides.h"
+#include "haptics/contact/guides.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <numbers>
 #include <random>
 
-#include "clay/error.h"
-#include "haptics/sample_ring.h"
+#include "clay/base/error.h"
+#include "haptics/threads/sample_ring.h"
 #include "realtime_trap.h"
 
 namespace argil::haptics {

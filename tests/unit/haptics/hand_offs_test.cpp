@@ -6,9 +6,9 @@
 #include <memory>
 #include <thread>
 
-#include "haptics/latest_value.h"
-#include "haptics/published.h"
-#include "haptics/sample_ring.h"
+#include "haptics/threads/latest_value.h"
+#include "haptics/threads/published.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics {
 namespace {

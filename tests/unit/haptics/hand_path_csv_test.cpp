@@ -7,8 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "clay/error.h"
-#include "haptics/hand_path.h"
+#include "clay/base/error.h"
+#include "haptics/devices/hand_path.h"
 
 namespace argil::haptics {
 namespace {

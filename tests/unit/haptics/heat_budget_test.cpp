@@ -1,6 +1,6 @@
 // The motors' heat: the peak for a while, the continuous force for ever, and no step between.
 
-#include "haptics/heat_budget.h"
+#include "haptics/servo/heat_budget.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

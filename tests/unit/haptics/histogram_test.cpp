@@ -1,4 +1,4 @@
-#include "haptics/histogram.h"
+#include "haptics/base/histogram.h"
 
 #include <gtest/gtest.h>
 

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "haptics/base/tick_clock.h"
+#include "haptics/devices/hand_path.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/hand_path.h"
-#include "haptics/heat_budget.h"
-#include "haptics/passivity.h"
-#include "haptics/safety.h"
-#include "haptics/servo_tick.h"
-#include "haptics/tick_clock.h"
-#include "haptics/velocity_filter.h"
+#include "haptics/servo/heat_budget.h"
+#include "haptics/servo/passivity.h"
+#include "haptics/servo/safety.h"
+#include "haptics/servo/servo_tick.h"
+#include "haptics/servo/velocity_filter.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "clay/editor.h"
-#include "clay/version.h"
+#include "clay/store/editor.h"
+#include "clay/store/version.h"
 
 namespace argil::haptics::testing {
 

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "haptics/clock.h"
-#include "haptics/part_mesh.h"
-#include "haptics/touch_bench.h"
+#include "haptics/analysis/touch_bench.h"
+#include "haptics/base/clock.h"
+#include "haptics/scene/part_mesh.h"
 
 namespace argil::haptics {
 namespace {

@@ -1,6 +1,6 @@
 // A mesh as something to touch: what it refuses, how it feels at creases, what a search costs.
 
-#include "haptics/part_mesh.h"
+#include "haptics/scene/part_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "haptics/ball_contact.h"
-#include "haptics/sample_ring.h"
-#include "haptics/touch_bench.h"
-#include "haptics/touchable_part.h"
+#include "haptics/analysis/touch_bench.h"
+#include "haptics/contact/ball_contact.h"
+#include "haptics/scene/touchable_part.h"
+#include "haptics/threads/sample_ring.h"
 #include "realtime_trap.h"
 #include "tests/support/mesh_samples.h"
 

@@ -1,14 +1,14 @@
 // Couplings, the energy tank, and passivity control by itself.
 
-#include "haptics/passivity.h"
+#include "haptics/servo/passivity.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "clay/error.h"
-#include "haptics/coupling.h"
+#include "clay/base/error.h"
+#include "haptics/contact/coupling.h"
 #include "haptics/devices/sheets.h"
 #include "realtime_trap.h"
 

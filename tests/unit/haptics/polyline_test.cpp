@@ -1,6 +1,6 @@
 // Curves of guides: smooth, and their nearest place found whatever their size.
 
-#include "haptics/polyline.h"
+#include "haptics/scene/polyline.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::haptics {
 namespace {

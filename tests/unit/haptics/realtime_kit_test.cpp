@@ -1,6 +1,6 @@
 // RealtimeKit, against a bus that speaks, stutters, refuses or says nothing at all.
 
-#include "haptics/realtime_kit.h"
+#include "haptics/threads/realtime_kit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@
 #include <string>
 #include <thread>
 
-#include "haptics/realtime_thread.h"
+#include "haptics/threads/realtime_thread.h"
 
 namespace argil::haptics {
 namespace {

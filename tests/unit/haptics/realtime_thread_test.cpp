@@ -1,6 +1,6 @@
 // What a real-time thread asks of the system, and what it leaves to others.
 
-#include "haptics/realtime_thread.h"
+#include "haptics/threads/realtime_thread.h"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
+#include "haptics/devices/hand_path.h"
 #include "haptics/devices/sheets.h"
-#include "haptics/hand_path.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

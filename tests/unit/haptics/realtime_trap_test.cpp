@@ -12,12 +12,12 @@
 #include <mutex>
 #include <shared_mutex>
 
+#include "haptics/analysis/touch_bench.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/part_mesh.h"
-#include "haptics/servo.h"
-#include "haptics/texture.h"
-#include "haptics/touch_bench.h"
+#include "haptics/scene/part_mesh.h"
+#include "haptics/scene/texture.h"
+#include "haptics/servo/servo.h"
 #include "painted_clay.h"
 #include "virtual_session.h"
 

@@ -1,6 +1,6 @@
 // The last stop before the motor.
 
-#include "haptics/safety.h"
+#include "haptics/servo/safety.h"
 
 #include <gtest/gtest.h>
 

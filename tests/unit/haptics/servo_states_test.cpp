@@ -9,7 +9,7 @@
 
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

@@ -1,6 +1,6 @@
 // The servo in closed loop with a simulated device: limits that hold whatever the hand and the clay do.
 
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@
 #include <random>
 #include <thread>
 
-#include "haptics/bare_loop.h"
+#include "haptics/analysis/touch_bench.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/touch_bench.h"
+#include "haptics/threads/bare_loop.h"
 #include "virtual_session.h"
 
 namespace argil::haptics {

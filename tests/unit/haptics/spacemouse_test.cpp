@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "../../support/spacemouse_emulator.h"
-#include "clay/error.h"
-#include "haptics/clock.h"
+#include "clay/base/error.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/hid_descriptor.h"
 
 namespace argil::haptics {

@@ -1,6 +1,6 @@
 // The closed loop in virtual time: where theory says that it swings, it swings; passivity control quiets it.
 
-#include "haptics/stability_bench.h"
+#include "haptics/analysis/stability_bench.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Textures: heights within their range, slopes that are their gradients, nothing that could alias; and the path over
 // them.
 
-#include "haptics/texture.h"
+#include "haptics/scene/texture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <numbers>
 #include <random>
 
-#include "clay/error.h"
-#include "haptics/texture_path.h"
+#include "clay/base/error.h"
+#include "haptics/contact/texture_path.h"
 #include "realtime_trap.h"
 
 namespace argil::haptics {

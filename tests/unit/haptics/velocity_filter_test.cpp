@@ -1,6 +1,6 @@
 // The velocity filter: what it passes, how late, and how much of the encoder's steps.
 
-#include "haptics/velocity_filter.h"
+#include "haptics/servo/velocity_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -5,12 +5,12 @@
 #include <deque>
 #include <memory>
 
-#include "clay/brush.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "haptics/published.h"
-#include "haptics/sample_ring.h"
-#include "haptics/scene.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "haptics/scene/scene.h"
+#include "haptics/threads/published.h"
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::haptics::testing {
 

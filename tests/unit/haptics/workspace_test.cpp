@@ -1,16 +1,16 @@
 // Scale, walls, depth, clutch and handedness: whatever changes, the tip stays where it is.
 
-#include "haptics/workspace.h"
+#include "haptics/scene/workspace.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
-#include "haptics/servo.h"
+#include "haptics/servo/servo.h"
 #include "realtime_trap.h"
 #include "virtual_session.h"
 

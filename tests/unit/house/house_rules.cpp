@@ -22,9 +22,20 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"io", {"clay"}},
     {"render", {"clay"}},
     {"engine", {"haptics", "io", "clay", "plugins/sdk"}},
-    {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
+    {"bench", {"engine", "render", "haptics", "io", "clay"}},
+    {"ui3d", {"bench", "engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
 };
-constexpr std::array kTopFolders = {"clay", "haptics", "render", "io",        "engine",
+// Folders of a room from the ground up: each may include what stands before it. Files beside them may include all, and
+// nothing in a folder includes those.
+const std::map<std::string, std::vector<std::string>> kFloors = {
+    {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
+    {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
+    {"io", {"bytes", "records", "reader", "models"}},
+    {"engine", {"document", "tools", "text", "keeping", "models", "session"}},
+    {"render", {"view", "surface", "gpu", "renderer"}},
+    {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},
+};
+constexpr std::array kTopFolders = {"clay", "haptics", "render", "io",        "engine", "bench",
                                     "ui3d", "plugins", "tests",  "installer", "cmake"};
 constexpr std::array kSourceSuffixes = {".h",    ".hpp",  ".inl",  ".c",  ".cpp",   ".vert",
                                         ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
@@ -60,6 +71,24 @@ std::string roomOf(const std::string& path) {
     return second == std::string::npos ? std::string() : path.substr(0, second);
   }
   return kMayInclude.count(top) ? top : std::string();
+}
+
+// Where a file stands in a house of floors: its room and its floor, counted from the ground; beside the folders, above
+// all.
+struct FloorPlace {
+  std::string house, folder;
+  size_t floor = 0;
+};
+std::optional<FloorPlace> floorOf(const std::string& path) {
+  for (const auto& [house, floors] : kFloors) {
+    if (!path.starts_with(house + "/")) continue;
+    const std::string rest = path.substr(house.size() + 1), folder = rest.substr(0, rest.find('/'));
+    if (rest.find('/') == std::string::npos) return FloorPlace{house, house, floors.size()};
+    const auto found = std::find(floors.begin(), floors.end(), folder);
+    if (found == floors.end()) return std::nullopt;
+    return FloorPlace{house, house + "/" + folder, size_t(found - floors.begin())};
+  }
+  return std::nullopt;
 }
 
 std::set<std::string> mayInclude(const std::string& room) {
@@ -163,6 +192,35 @@ Breaches arrows(const fs::path& root) {
   return breaches;
 }
 
+Breaches floors(const fs::path& root) {
+  Breaches breaches;
+  const Tree tree = readTree(root);
+  for (const auto& [path, source] : tree) {
+    const auto here = floorOf(path);
+    if (!here && !source.room.empty() && kFloors.count(source.room) && path.ends_with(".h"))
+      breaches.push_back(path + ": its folder is none of the floors of " + source.room);
+    if (!here) continue;
+    for (const Include& include : source.includes) {
+      const Source* target = resolve(tree, source, include);
+      const auto there = target ? floorOf(target->path) : std::nullopt;
+      if (there && there->house == here->house && there->floor > here->floor)
+        breaches.push_back(place(source, include) + ", but " + there->folder + " stands on " + here->folder);
+    }
+  }
+  return breaches;
+}
+
+Breaches crowdedFolders(const fs::path& root, size_t most) {
+  std::map<std::string, size_t> files;
+  for (const auto& [path, source] : readTree(root)) ++files[fs::path(path).parent_path().generic_string()];
+  Breaches breaches;
+  for (const auto& [folder, count] : files)
+    if (count > most)
+      breaches.push_back(folder + ": " + std::to_string(count) + " files, and " + std::to_string(most) +
+                         " is the most");
+  return breaches;
+}
+
 Breaches heavyHeaders(const fs::path& root) {
   Breaches breaches;
   const Tree tree = readTree(root);
@@ -201,6 +259,30 @@ Breaches longFiles(const fs::path& root, size_t maxLines) {
     if (notes.str().find(fs::path(path).filename().string()) == std::string::npos) {
       breaches.push_back(path + ": " + std::to_string(source.lines) + " lines, and " + top +
                          "/NOTES.md gives no reason");
+    }
+  }
+  return breaches;
+}
+
+Breaches wideLines(const fs::path& root) {
+  constexpr size_t kMost = 120;
+  Breaches breaches;
+  for (const auto& [path, source] : readTree(root)) {
+    if (!path.ends_with(".h") && !path.ends_with(".cpp")) continue;
+    std::ifstream file(root / path);
+    size_t number = 0;
+    bool raw = false;
+    for (std::string line; std::getline(file, line);) {
+      ++number;
+      const bool begins = line.find("R\"") != std::string::npos;
+      const bool exempt = raw || begins;
+      if (begins) raw = true;
+      const size_t from = begins ? line.find("R\"") + 2 : 0;
+      const size_t end = line.find(")", from);
+      if (raw && end != std::string::npos && line.find('"', end) != std::string::npos) raw = false;
+      const auto characters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+      if (!exempt && characters > std::ptrdiff_t(kMost))
+        breaches.push_back(path + ":" + std::to_string(number) + ": " + std::to_string(characters) + " characters");
     }
   }
   return breaches;

@@ -16,6 +16,15 @@ using Breaches = std::vector<std::string>;
 /// `root` is not a folder.
 [[nodiscard]] Breaches arrows(const std::filesystem::path& root);
 
+/// Includes by which a folder of a room sees one that stands on it, and headers in folders that are no floor of theirs.
+[[nodiscard]] Breaches floors(const std::filesystem::path& root);
+
+/// Folders of more source files than a reader looks through.
+[[nodiscard]] Breaches crowdedFolders(const std::filesystem::path& root, size_t most = 40);
+
+/// Lines of more than 120 characters outside of raw string literals.
+[[nodiscard]] Breaches wideLines(const std::filesystem::path& root);
+
 /// Includes by which a file of one room gets to see OpenVDB's or Vulkan's headers through a header of another.
 [[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
 

@@ -32,6 +32,18 @@ TEST(House, ArrowsHold) {
   EXPECT_THAT(arrows(kThisTree), IsEmpty());
 }
 
+TEST(House, FoldersStandOnThoseBelow) {
+  EXPECT_THAT(floors(kThisTree), IsEmpty());
+}
+
+TEST(House, NoFolderIsCrowded) {
+  EXPECT_THAT(crowdedFolders(kThisTree), IsEmpty());
+}
+
+TEST(House, NoLineIsWide) {
+  EXPECT_THAT(wideLines(kThisTree), IsEmpty());
+}
+
 TEST(House, HeavyHeadersStayInTheirRoom) {
   EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty());
 }
@@ -49,11 +61,13 @@ TEST(House, TheTreeIsReallyRead) {
 }
 
 TEST_F(PlantedTree, EachForbiddenArrowIsCaught) {
-  const std::vector<std::string> rooms = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk"};
+  const std::vector<std::string> rooms = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk", "bench"};
   const std::vector<std::pair<std::string, std::string>> allowed = {
-      {"haptics", "clay"},       {"io", "clay"},     {"render", "clay"},     {"engine", "haptics"}, {"engine", "io"},
-      {"engine", "clay"},        {"ui3d", "engine"}, {"ui3d", "render"},     {"ui3d", "haptics"},   {"ui3d", "io"},
-      {"engine", "plugins/sdk"}, {"ui3d", "clay"},   {"ui3d", "plugins/sdk"}};
+      {"haptics", "clay"},     {"io", "clay"},      {"render", "clay"},        {"engine", "haptics"},
+      {"engine", "io"},        {"engine", "clay"},  {"ui3d", "engine"},        {"ui3d", "render"},
+      {"ui3d", "haptics"},     {"ui3d", "io"},      {"engine", "plugins/sdk"}, {"ui3d", "clay"},
+      {"ui3d", "plugins/sdk"}, {"bench", "engine"}, {"bench", "render"},       {"bench", "haptics"},
+      {"bench", "io"},         {"bench", "clay"},   {"ui3d", "bench"}};
   for (const std::string& to : rooms) plant(to + "/a.h", "#pragma once\n");
   for (const std::string& from : rooms) {
     for (const std::string& to : rooms) {
@@ -79,6 +93,38 @@ TEST_F(PlantedTree, ByPathsAndMissingFilesAreCaught) {
   EXPECT_THAT(arrows(root_),
               ElementsAre(HasSubstr("leaves its folder"), HasSubstr("haptics/gone.h, which is not there"),
                           HasSubstr("no arrow leads from plugins/wave to clay")));
+}
+
+TEST_F(PlantedTree, AFolderThatSeesOneAboveIsCaught) {
+  plant("clay/base/a.h", "#pragma once\n");
+  plant("clay/store/b.h", "#include \"clay/base/a.h\"\n");
+  plant("ui3d/studio/session.h", "#include \"ui3d/studio/view/camera.h\"\n");
+  plant("ui3d/studio/view/camera.h", "#pragma once\n");
+  EXPECT_THAT(floors(root_), IsEmpty());
+  plant("clay/base/a.cpp", "#include \"clay/store/b.h\"\n");
+  plant("clay/attic/c.h", "#pragma once\n");
+  plant("ui3d/studio/view/camera.cpp", "#include \"ui3d/studio/session.h\"\n");
+  EXPECT_THAT(floors(root_), ElementsAre(HasSubstr("clay/attic/c.h: its folder is none of the floors of clay"),
+                                         HasSubstr("clay/store stands on clay/base"),
+                                         HasSubstr("ui3d/studio stands on ui3d/studio/view")));
+}
+
+TEST_F(PlantedTree, ACrowdedFolderIsCaught) {
+  for (int i = 0; i < 5; ++i) plant("clay/base/" + std::to_string(i) + ".h", "#pragma once\n");
+  EXPECT_THAT(crowdedFolders(root_, 5), IsEmpty());
+  plant("clay/base/5.cpp", "\n");
+  EXPECT_THAT(crowdedFolders(root_, 5), ElementsAre(HasSubstr("clay/base: 6 files")));
+}
+
+TEST_F(PlantedTree, AWideLineIsCaught) {
+  std::string greek;
+  for (int i = 0; i < 120; ++i) greek += "\u03b1";
+  plant("clay/base/a.h", greek + "\n");
+  plant("clay/base/raw.cpp", "auto s = R\"(\n" + std::string(200, 'x') + "\n)\";\n");
+  EXPECT_THAT(wideLines(root_), IsEmpty());
+  plant("clay/base/b.h", "\n" + std::string(121, 'x') + "\n");
+  plant("clay/base/raw.cpp", "auto s = R\"(\n" + std::string(200, 'x') + "\n)\";\n" + std::string(121, 'y') + "\n");
+  EXPECT_THAT(wideLines(root_), ElementsAre(HasSubstr("clay/base/b.h:2: 121"), HasSubstr("clay/base/raw.cpp:4: 121")));
 }
 
 TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {

@@ -1,12 +1,12 @@
 // Blobs: any length comes back, and nothing else than what was stored.
 
-#include "io/blob.h"
+#include "io/records/blob.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "tests/support/record_memory.h"
 
 namespace argil::io {

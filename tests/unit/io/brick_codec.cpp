@@ -1,6 +1,6 @@
 // Bricks: packed and unpacked to the bit; what no version can hold is refused.
 
-#include "io/brick_codec.h"
+#include "io/records/brick_codec.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <limits>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 
 namespace argil::io {
 namespace {

@@ -1,11 +1,11 @@
-#include "io/byte_sink.h"
+#include "io/bytes/byte_sink.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <csignal>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -6,14 +6,14 @@
 
 #include <cmath>
 
-#include "clay/brush.h"
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "io/channel_codec.h"
-#include "io/clay_records.h"
-#include "io/document_file.h"
+#include "clay/base/error.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "io/records/channel_codec.h"
+#include "io/records/clay_records.h"
+#include "io/records/document_file.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_memory.h"
 

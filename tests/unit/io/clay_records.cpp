@@ -1,17 +1,17 @@
 // Clay as records: it comes back to the bit, shares what versions share, and is refused when a record lies.
 
-#include "io/clay_records.h"
+#include "io/records/clay_records.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "clay/brush.h"
-#include "clay/editor.h"
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "io/node_body.h"
+#include "clay/base/error.h"
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "io/records/node_body.h"
 #include "tests/support/record_memory.h"
 
 namespace argil::io {

@@ -1,6 +1,6 @@
 // Documents: what a commit wrote is there, what had none is not, and only our own tables are opened.
 
-#include "io/document_file.h"
+#include "io/records/document_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <random>
 #include <set>
 
-#include "io/salvage.h"
+#include "io/records/salvage.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 

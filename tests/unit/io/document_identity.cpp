@@ -11,11 +11,11 @@
 #include <optional>
 #include <set>
 
-#include "io/atomic_file.h"
-#include "io/document_facts.h"
-#include "io/document_file.h"
-#include "io/document_presence.h"
-#include "io/sqlite.h"
+#include "io/bytes/atomic_file.h"
+#include "io/records/document_facts.h"
+#include "io/records/document_file.h"
+#include "io/records/document_presence.h"
+#include "io/records/sqlite.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/mesh_topology.h"
-#include "io/draco_mesh.h"
-#include "io/model_file.h"
-#include "io/model_writer.h"
+#include "clay/mesh/mesh_topology.h"
+#include "io/models/draco_mesh.h"
+#include "io/models/model_file.h"
+#include "io/models/model_writer.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

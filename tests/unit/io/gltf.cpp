@@ -7,10 +7,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "clay/mesh_topology.h"
-#include "clay/weld.h"
-#include "io/model_file.h"
-#include "io/model_writer.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "io/models/model_file.h"
+#include "io/models/model_writer.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/unit/io/gltf_peer.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "clay/vec.h"
+#include "clay/base/vec.h"
 
 namespace argil::io {
 

@@ -14,7 +14,7 @@
 #include <set>
 #include <sstream>
 
-#include "io/model_writer.h"
+#include "io/models/model_writer.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/unit/io/gltf_peer.h"
 

@@ -1,7 +1,7 @@
 // Journals: what was flushed is there, in order; a torn end and damaged places cost no other record; one Argil at a
 // time has it.
 
-#include "io/journal_file.h"
+#include "io/records/journal_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/file.h>

@@ -1,11 +1,11 @@
-#include "io/mesh_file.h"
+#include "io/models/mesh_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "clay/mesh_topology.h"
-#include "clay/weld.h"
-#include "io/input.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "io/bytes/input.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

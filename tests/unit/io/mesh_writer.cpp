@@ -1,4 +1,4 @@
-#include "io/mesh_writer.h"
+#include "io/models/mesh_writer.h"
 
 #include <gmock/gmock.h>
 
@@ -6,8 +6,8 @@
 
 #include <limits>
 
-#include "io/mesh_file.h"
-#include "io/model_writer.h"
+#include "io/models/mesh_file.h"
+#include "io/models/model_writer.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/mesh_file.h"
-#include "io/model_file.h"
+#include "io/models/mesh_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "io/mesh_file.h"
+#include "io/models/mesh_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

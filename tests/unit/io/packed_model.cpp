@@ -9,8 +9,8 @@
 #include <cstring>
 #include <vector>
 
-#include "io/model_file.h"
-#include "io/unpack_limit.h"
+#include "io/bytes/unpack_limit.h"
+#include "io/models/model_file.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {

@@ -1,12 +1,12 @@
 // Pictures as grey levels and in colour, taken apart by the reader process.
 
-#include "io/picture.h"
+#include "io/models/picture.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "io/reader_process.h"
+#include "io/models/reader_process.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "io/mesh_file.h"
+#include "io/models/mesh_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -1,5 +1,5 @@
 // The process that parses with other people's libraries: what it may, what it may not, and how its end is told.
-#include "io/reader_process.h"
+#include "io/models/reader_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <cstring>
 #include <thread>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -1,6 +1,6 @@
 // Records: written, read back, found among other bytes, refused when anything in them has changed.
 
-#include "io/record.h"
+#include "io/records/record.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Salvage: what is sound in a file is found, whatever became of the rest.
 
-#include "io/salvage.h"
+#include "io/records/salvage.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "io/blob.h"
-#include "io/document_file.h"
+#include "io/records/blob.h"
+#include "io/records/document_file.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/model_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-#include "io/mesh_file.h"
+#include "io/models/mesh_file.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

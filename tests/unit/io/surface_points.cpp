@@ -1,4 +1,4 @@
-#include "io/surface_points.h"
+#include "io/models/surface_points.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "clay/mesh_topology.h"
-#include "clay/weld.h"
-#include "io/mesh_file.h"
-#include "io/model_file.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "io/models/mesh_file.h"
+#include "io/models/model_file.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {

@@ -1,4 +1,4 @@
-#include "io/three_mf_write.h"
+#include "io/models/three_mf_write.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <random>
 
-#include "clay/mesh_topology.h"
-#include "io/model_writer.h"
-#include "io/zip_reader.h"
+#include "clay/mesh/mesh_topology.h"
+#include "io/bytes/zip_reader.h"
+#include "io/models/model_writer.h"
 #include "tests/support/lib3mf_model.h"
 #include "tests/support/package_samples.h"
 

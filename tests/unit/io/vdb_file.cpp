@@ -1,5 +1,5 @@
 // .vdb files: what OpenVDB itself reads in them, and what becomes of the files of others.
-#include "io/vdb_file.h"
+#include "io/models/vdb_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 
 #include <cmath>
 
-#include "clay/editor.h"
-#include "clay/primitives.h"
-#include "clay/vdb_bridge.h"
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/vdb_bridge.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "io/mesh_writer.h"
-#include "io/model_writer.h"
+#include "io/models/mesh_writer.h"
+#include "io/models/model_writer.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::io {

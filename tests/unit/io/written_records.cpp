@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "clay/error.h"
-#include "io/journal_file.h"
+#include "clay/base/error.h"
+#include "io/records/journal_file.h"
 
 namespace argil::io {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/xml_scan.h"
+#include "io/bytes/xml_scan.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "io/zip_reader.h"
+#include "io/bytes/zip_reader.h"
 
 #include <gtest/gtest.h>
 

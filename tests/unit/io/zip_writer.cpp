@@ -1,10 +1,10 @@
-#include "io/zip_writer.h"
+#include "io/bytes/zip_writer.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "io/zip_reader.h"
+#include "io/bytes/zip_reader.h"
 #include "tests/support/lib3mf_model.h"
 #include "tests/support/package_samples.h"
 

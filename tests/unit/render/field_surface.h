@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "clay/surface.h"
+#include "clay/surface/surface.h"
 
 namespace argil::render::test {
 

@@ -1,4 +1,4 @@
-#include "render/frame.h"
+#include "render/renderer/frame.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "render/scale.h"
+#include "render/view/scale.h"
 
 namespace argil::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/image.h"
+#include "render/view/image.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::render {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "tests/unit/render/picture_fixture.h"
 
 namespace argil::render {

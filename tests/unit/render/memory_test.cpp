@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "clay/error.h"
-#include "render/renderer.h"
+#include "clay/base/error.h"
+#include "render/renderer/renderer.h"
 #include "tests/unit/render/field_surface.h"
 
 namespace argil::render {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "render/surface_layout.h"
+#include "render/surface/surface_layout.h"
 
 namespace argil::render::test {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "clay/error.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "render/renderer.h"
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "render/renderer/renderer.h"
 #include "tests/unit/render/field_surface.h"
 
 namespace argil::render {

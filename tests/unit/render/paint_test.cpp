@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "clay/vertex_channels.h"
+#include "clay/surface/vertex_channels.h"
 #include "tests/unit/render/mirror_sink.h"
 #include "tests/unit/render/picture_fixture.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "render/ui_frame.h"
+#include "render/view/ui_frame.h"
 
 namespace argil::render::test {
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "clay/error.h"
-#include "render/renderer.h"
+#include "clay/base/error.h"
+#include "render/renderer/renderer.h"
 #include "tests/unit/render/panel_sample.h"
 
 namespace argil::render {

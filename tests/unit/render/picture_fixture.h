@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-#include "render/renderer.h"
+#include "render/renderer/renderer.h"
 #include "tests/unit/render/field_surface.h"
 
 namespace argil::render::test {

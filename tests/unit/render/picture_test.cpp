@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include "clay/error.h"
-#include "render/renderer.h"
-#include "render/scale.h"
+#include "clay/base/error.h"
+#include "render/renderer/renderer.h"
+#include "render/view/scale.h"
 #include "tests/unit/render/picture_fixture.h"
 
 namespace argil::render {

@@ -3,7 +3,7 @@
 #include <numbers>
 #include <random>
 
-#include "render/frame.h"
+#include "render/renderer/frame.h"
 #include "tests/unit/render/picture_fixture.h"
 
 namespace argil::render {
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-/// Right eye's place less left eye's, in pixels of a picture of that size, as render/stereo.h has it.
+/// Right eye's place less left eye's, in pixels of a picture of that size, as render/view/stereo.h has it.
 double parallax(const View& view, const Stereo& stereo, const Vec3d& point, int width, int height) {
   const double z = view.axes().forward.dot(point - view.position), away = view.distance();
   const double converge = stereo.convergencePart * away;

@@ -1,8 +1,8 @@
-#include "render/surface_layout.h"
+#include "render/surface/surface_layout.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 #include "tests/unit/render/field_surface.h"
 #include "tests/unit/render/mirror_sink.h"
 

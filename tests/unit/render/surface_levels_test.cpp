@@ -5,10 +5,10 @@
 #include <map>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/sharp_vertices.h"
-#include "clay/store.h"
-#include "render/surface_layout.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/sharp_vertices.h"
+#include "render/surface/surface_layout.h"
 #include "tests/unit/clay/sharp_shapes.h"
 #include "tests/unit/render/field_surface.h"
 #include "tests/unit/render/mirror_sink.h"

@@ -1,12 +1,12 @@
-#include "render/view.h"
+#include "render/view/view.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "clay/error.h"
-#include "render/lettering.h"
-#include "render/scale.h"
+#include "clay/base/error.h"
+#include "render/view/lettering.h"
+#include "render/view/scale.h"
 
 namespace argil::render {
 namespace {

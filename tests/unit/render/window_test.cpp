@@ -11,8 +11,8 @@
 #include <random>
 #include <thread>
 
-#include "clay/error.h"
-#include "render/renderer.h"
+#include "clay/base/error.h"
+#include "render/renderer/renderer.h"
 #include "tests/support/x_server.h"
 #include "tests/unit/render/field_surface.h"
 #include "tests/unit/render/panel_sample.h"

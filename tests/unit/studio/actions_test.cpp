@@ -1,6 +1,6 @@
 // Names, keys and the search of what can be done.
 
-#include "ui3d/studio/actions.h"
+#include "ui3d/studio/panels/actions.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <set>
 #include <sstream>
 
-#include "clay/error.h"
-#include "ui3d/studio/file_kinds.h"
-#include "ui3d/studio/panels/panel_table.h"
+#include "clay/base/error.h"
+#include "ui3d/studio/files/file_kinds.h"
+#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/panels/settings_tables.h"
 
 namespace argil::studio {

@@ -1,4 +1,4 @@
-#include "ui3d/studio/camera.h"
+#include "ui3d/studio/view/camera.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
 
 namespace argil::studio {
 namespace {

@@ -1,14 +1,14 @@
 // Lines of sight to clay as it was.
 
-#include "ui3d/studio/clay_ray.h"
+#include "ui3d/studio/view/clay_ray.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/unit/haptics/painted_clay.h"
 
 namespace argil::studio {

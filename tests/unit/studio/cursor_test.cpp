@@ -1,4 +1,4 @@
-#include "ui3d/studio/cursor.h"
+#include "ui3d/studio/view/cursor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,17 +1,17 @@
 // The deform box: points in the hand, and the clay that follows them.
 
-#include "ui3d/studio/deform_box.h"
+#include "ui3d/studio/view/deform_box.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
 
-#include "clay/deform.h"
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/whole/deform.h"
 #include "tests/unit/studio/widget_rig.h"
-#include "ui3d/studio/deforming.h"
+#include "ui3d/studio/view/deforming.h"
 
 namespace argil::studio {
 namespace {

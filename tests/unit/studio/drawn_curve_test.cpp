@@ -1,10 +1,10 @@
 // A curve drawn over the picture cuts the clay where it was drawn, or masks it.
 
-#include "ui3d/studio/drawn_curve.h"
+#include "ui3d/studio/view/drawn_curve.h"
 
 #include <cmath>
 
-#include "clay/sampler.h"
+#include "clay/store/sampler.h"
 #include "panels_rig.h"
 #include "ui3d/studio/widgets/build.h"
 

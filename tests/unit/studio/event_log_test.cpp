@@ -1,6 +1,6 @@
 // Recordings: what is written is read again; what is no recording is refused by line.
 
-#include "ui3d/studio/event_log.h"
+#include "ui3d/studio/input/event_log.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 #include <filesystem>
 
-#include "clay/error.h"
-#include "ui3d/studio/player.h"
+#include "clay/base/error.h"
+#include "ui3d/studio/input/player.h"
 
 namespace argil::studio {
 namespace {

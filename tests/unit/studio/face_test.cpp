@@ -1,6 +1,6 @@
 // What the studio puts into a document comes back, whatever somebody made of it.
 
-#include "ui3d/studio/face.h"
+#include "ui3d/studio/view/face.h"
 
 #include <gtest/gtest.h>
 

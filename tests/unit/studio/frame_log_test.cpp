@@ -1,6 +1,6 @@
 // What frames cost and how they are counted, by simulated times.
 
-#include "ui3d/studio/frame_log.h"
+#include "ui3d/studio/view/frame_log.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Mouse and pen as a hand: what reaches the pointer, and when.
 
-#include "ui3d/studio/hand.h"
+#include "ui3d/studio/input/hand.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <thread>
 
-#include "engine/tool_table.h"
+#include "engine/tools/tool_table.h"
 
 namespace argil::studio {
 namespace {

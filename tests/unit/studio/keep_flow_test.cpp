@@ -1,6 +1,6 @@
 // Nothing is put away unasked, nothing is done that was cancelled, and a save that fails stops what was asked for.
 
-#include "ui3d/studio/keep_flow.h"
+#include "ui3d/studio/files/keep_flow.h"
 
 #include <gtest/gtest.h>
 

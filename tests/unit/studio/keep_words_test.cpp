@@ -1,12 +1,12 @@
 // What is said of files, of moments and of what a crash left.
 
-#include "ui3d/studio/keep_words.h"
+#include "ui3d/studio/files/keep_words.h"
 
 #include <gtest/gtest.h>
 
 #include <ctime>
 
-#include "ui3d/studio/file_kinds.h"
+#include "ui3d/studio/files/file_kinds.h"
 
 namespace argil::studio {
 namespace {

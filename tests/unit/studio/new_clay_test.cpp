@@ -1,9 +1,9 @@
-#include "ui3d/studio/new_clay.h"
+#include "ui3d/studio/files/new_clay.h"
 
 #include <gtest/gtest.h>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 
 namespace argil::studio {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <unistd.h>
 
-#include "engine/beside.h"
+#include "engine/document/beside.h"
 #include "panels_rig.h"
+#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/panel_table.h"
 
 namespace argil::studio {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "engine/kept_document.h"
+#include "engine/keeping/kept_document.h"
 #include "panels_rig.h"
 
 namespace argil::studio {

@@ -6,10 +6,10 @@
 #include <tuple>
 
 #include "panels_rig.h"
-#include "ui3d/studio/panels/layout.h"
+#include "ui3d/studio/kit/layout.h"
+#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/panel_table.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

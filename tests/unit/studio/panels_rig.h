@@ -11,12 +11,12 @@
 #include <thread>
 #include <utility>
 
-#include "engine/workbench.h"
-#include "render/renderer.h"
-#include "ui3d/studio/actions.h"
-#include "ui3d/studio/camera.h"
-#include "ui3d/studio/context.h"
+#include "engine/session/workbench.h"
+#include "render/renderer/renderer.h"
+#include "ui3d/studio/panels/actions.h"
 #include "ui3d/studio/panels/panels.h"
+#include "ui3d/studio/view/camera.h"
+#include "ui3d/studio/view/context.h"
 
 namespace argil::studio {
 
@@ -31,7 +31,7 @@ class PanelsRig {
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key + 1;  // Codes of our own.
     state.theme = theme;
     state.foldPanels = false;  // Tests of what is in panels want all of them beside the clay.
-    Panels::applyTheme(theme, scale);
+    studio::applyTheme(theme, scale);
     panels = std::make_unique<Panels>();
     frame();
     frame();

@@ -7,9 +7,9 @@
 #include <map>
 
 #include "panels_rig.h"
-#include "ui3d/studio/panels/icons.h"
-#include "ui3d/studio/panels/kit.h"
-#include "ui3d/studio/panels/panel_table.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/kit.h"
+#include "ui3d/studio/kit/panel_table.h"
 
 namespace argil::studio {
 namespace {

@@ -4,13 +4,13 @@
 
 #include <limits>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
-#include "engine/session.h"
-#include "engine/tool_table.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "engine/keeping/session.h"
+#include "engine/tools/tool_table.h"
 #include "tests/support/tool_files.h"
 #include "ui3d/studio/quick_ring.h"
-#include "ui3d/studio/studio_state.h"
+#include "ui3d/studio/view/studio_state.h"
 
 namespace argil::engine {
 namespace {

@@ -1,6 +1,6 @@
 // What X says of a pen.
 
-#include "ui3d/studio/pen.h"
+#include "ui3d/studio/input/pen.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // What the studio keeps from one day to the next.
 
-#include "ui3d/studio/settings.h"
+#include "ui3d/studio/files/settings.h"
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
-#include "clay/error.h"
-#include "engine/thumbnail.h"
+#include "clay/base/error.h"
+#include "engine/keeping/thumbnail.h"
 #include "panels_rig.h"
-#include "render/image.h"
+#include "render/view/image.h"
 
 namespace argil::studio {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "clay/primitives.h"
-#include "clay/store.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/unit/studio/widget_rig.h"
 
 namespace argil::studio {

@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "clay/error.h"
-#include "haptics/guides.h"
+#include "clay/base/error.h"
+#include "haptics/contact/guides.h"
 #include "tests/unit/studio/widget_rig.h"
 
 namespace argil::studio {

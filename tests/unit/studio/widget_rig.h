@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/workbench.h"
+#include "engine/session/workbench.h"
 #include "ui3d/studio/widgets/widget_set.h"
 
 namespace argil::studio::test {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "tests/unit/studio/widget_rig.h"
-#include "ui3d/studio/camera.h"
+#include "ui3d/studio/view/camera.h"
 
 namespace argil::studio {
 namespace {

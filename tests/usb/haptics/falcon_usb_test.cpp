@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "../../support/emulated_usb.h"
-#include "haptics/clock.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/falcon.h"
 
 namespace argil::haptics {

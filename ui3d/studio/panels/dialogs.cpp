@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/panel_table.h"
 #include "ui3d/studio/panels/settings_tables.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 void drawNewClay(Context& context, Memory& memory) {

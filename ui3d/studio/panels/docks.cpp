@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstring>
 
-#include "ui3d/studio/camera.h"
-#include "ui3d/studio/keep_words.h"
-#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/files/keep_words.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/kit/rows.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/panel_table.h"
-#include "ui3d/studio/panels/rows.h"
-#include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/view/camera.h"
 
 namespace argil::studio {
 namespace {

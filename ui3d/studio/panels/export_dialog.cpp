@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/export_presets.h"
+#include "engine/models/export_presets.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace fs = std::filesystem;

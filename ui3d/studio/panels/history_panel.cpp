@@ -1,7 +1,7 @@
 #include <cmath>
 
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 

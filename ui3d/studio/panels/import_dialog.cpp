@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "io/input.h"
-#include "ui3d/studio/panels/icons.h"
+#include "io/bytes/input.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace fs = std::filesystem;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

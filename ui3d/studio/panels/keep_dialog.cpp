@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "ui3d/studio/keep_words.h"
+#include "ui3d/studio/files/keep_words.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

@@ -12,18 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "engine/import_place.h"
-#include "engine/jobs.h"
+#include "engine/document/jobs.h"
+#include "engine/models/import_place.h"
 #include "haptics/devices/registry.h"
-#include "render/image.h"
-#include "ui3d/studio/actions.h"
-#include "ui3d/studio/context.h"
-#include "ui3d/studio/file_kinds.h"
-#include "ui3d/studio/keep_flow.h"
-#include "ui3d/studio/new_clay.h"
-#include "ui3d/studio/panels/file_dialog.h"
-#include "ui3d/studio/panels/kit.h"
-#include "ui3d/studio/panels/layout.h"
+#include "render/view/image.h"
+#include "ui3d/studio/files/file_kinds.h"
+#include "ui3d/studio/files/keep_flow.h"
+#include "ui3d/studio/files/new_clay.h"
+#include "ui3d/studio/kit/file_dialog.h"
+#include "ui3d/studio/kit/kit.h"
+#include "ui3d/studio/kit/layout.h"
+#include "ui3d/studio/panels/actions.h"
+#include "ui3d/studio/view/context.h"
 
 namespace argil::studio {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "render/image.h"
-#include "ui3d/studio/actions.h"
-#include "ui3d/studio/context.h"
+#include "render/view/image.h"
+#include "ui3d/studio/panels/actions.h"
+#include "ui3d/studio/view/context.h"
 
 namespace argil::studio {
 
@@ -26,9 +26,6 @@ class Panels {
   void draw(Context& context);
   /// A file came by drag and drop: asks for units where it has to.
   void dropped(Context& context, const std::string& path);
-  /// Colours, sizes and font for a theme and a scale; before NewFrame(), when one of them changed. Makes the font's
-  /// picture anew.
-  static void applyTheme(Theme theme, float scale);
   /// Pictures that panels show from the next draw() on, for Renderer::setUiTexture(); valid until then. Each is given
   /// once, until forgetPictures().
   [[nodiscard]] std::vector<std::pair<uint32_t, const render::Image*>> takePictures();

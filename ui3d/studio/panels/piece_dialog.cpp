@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "clay/deform.h"
-#include "ui3d/studio/camera.h"
-#include "ui3d/studio/guide_places.h"
+#include "clay/whole/deform.h"
+#include "ui3d/studio/kit/rows.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/rows.h"
-#include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/view/camera.h"
+#include "ui3d/studio/widgets/guide_places.h"
 
 namespace argil::studio {
 namespace {

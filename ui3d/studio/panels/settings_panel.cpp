@@ -2,10 +2,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "ui3d/studio/panels/rows.h"
-#include "ui3d/studio/studio_state.h"
+#include "ui3d/studio/kit/rows.h"
+#include "ui3d/studio/view/studio_state.h"
 
 namespace argil::studio {
 

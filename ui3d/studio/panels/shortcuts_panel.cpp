@@ -2,9 +2,9 @@
 #include <cmath>
 #include <utility>
 
-#include "clay/error.h"
+#include "clay/base/error.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

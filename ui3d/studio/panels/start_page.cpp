@@ -7,14 +7,14 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/script.h"
-#include "engine/thumbnail.h"
-#include "engine/tool_demo.h"
-#include "io/picture.h"
-#include "ui3d/studio/panels/icons.h"
+#include "engine/keeping/thumbnail.h"
+#include "engine/session/tool_demo.h"
+#include "engine/text/script.h"
+#include "io/models/picture.h"
+#include "ui3d/studio/files/settings.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
-#include "ui3d/studio/settings.h"
 
 namespace argil::studio {
 namespace fs = std::filesystem;

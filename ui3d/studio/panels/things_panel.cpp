@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "ui3d/studio/panels/icons.h"
+#include "ui3d/studio/kit/icons.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

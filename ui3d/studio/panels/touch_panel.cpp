@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "haptics/devices/sheets.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
-#include "ui3d/studio/panels/theme.h"
 
 namespace argil::studio {
 namespace {

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ui3d/studio/camera.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
-#include "ui3d/studio/panels/theme.h"
+#include "ui3d/studio/view/camera.h"
 
 namespace argil::studio {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "haptics/pose.h"
+#include "haptics/base/pose.h"
 
 namespace argil::studio {
 

@@ -1,7 +1,7 @@
 // The curve guide: points that are dragged; a drag of the curve between them puts a new one there.
 
-#include "clay/error.h"
-#include "haptics/polyline.h"
+#include "clay/base/error.h"
+#include "haptics/scene/polyline.h"
 #include "ui3d/studio/widgets/build.h"
 
 namespace argil::studio {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "render/view.h"
+#include "render/view/view.h"
 
 namespace argil::studio {
 

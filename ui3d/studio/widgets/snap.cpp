@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/scale.h"
+#include "render/view/scale.h"
 #include "ui3d/studio/widgets/build.h"
 
 namespace argil::studio {

@@ -1,6 +1,6 @@
 #include "ui3d/studio/widgets/widgets.h"
 
-#include "ui3d/studio/camera.h"
+#include "ui3d/studio/view/camera.h"
 #include "ui3d/studio/widgets/widget_set.h"
 
 namespace argil::studio {

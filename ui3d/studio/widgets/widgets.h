@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "haptics/sample_ring.h"
-#include "render/overlays.h"
-#include "ui3d/studio/context.h"
+#include "haptics/threads/sample_ring.h"
+#include "render/view/overlays.h"
+#include "ui3d/studio/view/context.h"
 
 namespace argil::studio {
 

@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "engine/document.h"
-#include "ui3d/studio/cursor.h"
-#include "ui3d/studio/studio_state.h"
+#include "engine/document/document.h"
+#include "ui3d/studio/view/cursor.h"
+#include "ui3d/studio/view/studio_state.h"
 #include "ui3d/studio/widgets/screen_map.h"
 
 namespace argil::studio {

@@ -1,0 +1,115 @@
+#pragma once
+// What benchmarks share: a result, how it is printed, how it is kept.
+
+#include <chrono>
+#include <cstdint>
+#include <ctime>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clay/base/job.h"
+
+namespace argil::cli {
+
+/// A figure. Keys that do not apply stay empty and are left out of the JSON.
+struct BenchResult {
+  std::string name;  ///< A path, such as edit/ball20/48M.
+  std::string unit = "us";
+  double median = 0;
+  std::optional<double> p99, p999;
+  uint64_t n = 0;
+  int threads = 1;
+  std::optional<double> peer;  ///< The same work by the named library in the same run, in `unit`.
+  std::string peerName;
+  std::optional<double> ratio;  ///< peer / median.
+  /// memory: bytes at the peak, beside what was there before.
+  std::optional<uint64_t> bricks, chunks, triangles, bytes, memory, hash;
+  std::string note;  ///< For the reader of the table; not in the JSON.
+};
+
+/// Microseconds of many runs.
+class Samples {
+ public:
+  void add(double us) { us_.push_back(us); }
+  [[nodiscard]] uint64_t count() const { return us_.size(); }
+  [[nodiscard]] double quantile(double q) const;
+  [[nodiscard]] double median() const { return quantile(0.5); }
+  /// A result with n, median and, where there are enough of them, p99 and p999.
+  [[nodiscard]] BenchResult result(std::string name) const;
+
+ private:
+  mutable std::vector<double> us_;
+};
+
+/// Microseconds since it was made, by the steady clock.
+class Stopwatch {
+ public:
+  [[nodiscard]] double us() const {
+    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Microseconds of the processor, of all threads together, since it was made: other programs beside it count little.
+class CoreStopwatch {
+ public:
+  [[nodiscard]] double us() const { return now() - start_; }
+
+ private:
+  static double now() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) * 1e6 + static_cast<double>(t.tv_nsec) * 1e-3;
+  }
+  double start_ = now();
+};
+
+/// Prints each result as it comes and keeps them for the JSON.
+class BenchReport {
+ public:
+  void add(BenchResult result);
+  void keep(BenchResult result) { results_.push_back(std::move(result)); }  ///< For the JSON alone.
+  void heading(const std::string& text) const;
+  void write(const std::filesystem::path& file, const std::string& bench) const;
+
+ private:
+  std::vector<BenchResult> results_;
+};
+
+struct BenchOptions {
+  std::vector<std::string> names;  ///< As benchNames() lists them; empty: those that run by default.
+  std::filesystem::path json;
+  std::filesystem::path figure;                 ///< SVG, of the one benchmark that draws: buzz or stability.
+  double largest = 48;                          ///< Million active voxels of the largest model.
+  double seconds = 60;                          ///< Of the paced servo.
+  std::filesystem::path folder;                 ///< Where files are written; empty: the folder of temporary files.
+  double longestS = 60;                         ///< day: of the hand, in one stroke; 1 to 600.
+  double cellSeconds = 20;                      ///< day: a stroke that has taken so much work is cut off.
+  std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
+  double hours = 4;                             ///< day: simulated.
+  std::vector<std::string> tools;  ///< day: ids of the tools that are measured; empty: all that need no file.
+  Job* job = nullptr;
+};
+
+/// Names of all benchmarks, "edit, surface, ...", in the order in which they run.
+[[nodiscard]] std::string benchNames();
+
+void benchEdit(BenchReport& report, const BenchOptions& options);
+void benchSurface(BenchReport& report, const BenchOptions& options);
+void benchFine(BenchReport& report, const BenchOptions& options);
+void benchFineError(BenchReport& report, const BenchOptions& options);  ///< The second half of fine.
+void benchTouch(BenchReport& report, const BenchOptions& options);
+void benchRender(BenchReport& report, const BenchOptions& options);
+void benchKeep(BenchReport& report, const BenchOptions& options);
+void benchUndo(BenchReport& report, const BenchOptions& options);
+void benchIo(BenchReport& report, const BenchOptions& options);
+void benchWhole(BenchReport& report, const BenchOptions& options);
+void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four parts of a day's work.
+void benchBuzz(BenchReport& report, const BenchOptions& options);
+void benchStability(BenchReport& report, const BenchOptions& options);
+
+}  // namespace argil::cli

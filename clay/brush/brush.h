@@ -1,0 +1,141 @@
+#pragma once
+// What a tool does to clay: a brush is a list of operations, a stamp is one place where it works.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "clay/store/editor.h"
+
+namespace argil::clay {
+
+class StampShape;   // clay/brush/stamp_shape.h
+class HeightImage;  // clay/import/height_image.h
+
+/// What an operation changes.
+enum class Property : uint8_t { distance, colour, material, mask };
+
+/// How it changes it. Distances first: what is named there is what the piece looks like.
+enum class Method : uint8_t {
+  carve,
+  add,         ///< The swept tip is cut away or laid on.
+  wax,         ///< Laid on and blended with what is there over Brush::blend.
+  smooth,      ///< Towards the mean of the neighbours.
+  smoothKeep,  ///< The same, and what that takes or gives in volume is put back evenly.
+  /// Towards a plane fitted to the surface under the tip: what stands above it goes, what lies below is filled, or
+  /// both.
+  scrape,
+  fill,
+  flatten,
+  /// Along the normals of the surface as it was when the stroke began, by Brush::height at most when Brush::limited.
+  /// Below zero it lowers.
+  raise,
+  crease,  ///< Draws the clay together and lowers it along the stroke; above zero a sharp ridge.
+  tug,     ///< Clay under the tip goes with it.
+  smudge,  ///< The same with slip: what is behind stays.
+  pinch,   ///< Towards the stroke; below zero away from it.
+  twist,   ///< About the tip's axis, by Brush::angle over the radius.
+  morph,   ///< Back to Brush::before.
+  set,     ///< Colour, material, mask: Brush::colour, Brush::material, 255 (below zero: 0).
+  blur,    ///< Colour and mask: towards the mean of the neighbours.
+};
+
+/// Weight of an operation over the tip: 1 in its middle and 0 at its rim, t the distance in radii.
+enum class Falloff : uint8_t {
+  constant,  ///< 1.
+  smooth,    ///< (1 − t²)².
+  linear,    ///< 1 − t.
+  sharp,     ///< (1 − t)².
+  dome,      ///< √(1 − t²).
+};
+[[nodiscard]] float falloff(Falloff shape, float t) noexcept;
+
+struct Operation {
+  Property property = Property::distance;
+  Method method = Method::carve;
+  Falloff shape = Falloff::smooth;
+  /// Times the stamp's strength: −1 to 1. Below zero the other way round where the method says so.
+  float amount = 1;
+  friend bool operator==(const Operation&, const Operation&) = default;
+};
+
+/// The solid that a tool works with, in the stamp's axes.
+enum class Tip : uint8_t {
+  ball,
+  ellipsoid,  ///< Half axes: radius · proportions.
+  box,        ///< Half edges: radius · proportions, its edges rounded by `round` of the least of them.
+  shape,      ///< Brush::shape, scaled so that it fits into the radius.
+};
+
+/// The same for a whole stroke. Lengths are in voxels.
+struct Brush {
+  std::vector<Operation> operations;  ///< One to four, no property twice.
+  Tip tip = Tip::ball;
+  Vec3f proportions = Vec3f::Ones();  ///< 0.05 to 1.
+  float round = 0.2f;                 ///< 0 to 1.
+  float blend = 0;                    ///< Wax: 0 to 64; what is wider than the band counts as the band.
+  float height = 1;                   ///< Raise: 0 to 4096; a smooth one reaches it in about ten stamps of strength 1.
+  bool limited = false;               ///< Raise: what a stroke lays never exceeds the height, however often it passes.
+  float angle = 0.5f;                 ///< Twist: radians over a whole turn of the tip's way, −3 to 3.
+  std::array<uint8_t, 3> colour{};
+  uint8_t material = 0;
+  bool dye = false;  ///< New clay takes the brush's colour; else that of the nearest clay there was.
+  std::shared_ptr<const StampShape> shape;
+  std::shared_ptr<const HeightImage> image;  ///< Raise: its height over the tip's x and y instead of the falloff.
+  Version before;                            ///< Morph: of the same store and grid.
+
+  /// One operation on distances.
+  [[nodiscard]] static std::shared_ptr<const Brush> of(Method method, float amount = 1);
+  /// Throws Error for what is out of range or does not go together.
+  void check() const;
+};
+
+/// A tip swept from a to b, its radius changing evenly on the way. Equal stamps on equal versions give equal bits on
+/// every CPU, whatever was published between.
+struct Stamp {
+  Vec3d a = Vec3d::Zero();  ///< Voxel coordinates.
+  Vec3d b = Vec3d::Zero();  ///< Voxel coordinates; equal to a for a single dab.
+  double radius = 1;        ///< Voxels, 0.5 to 4096.
+  float strength = 1;       ///< 0 to 1.
+  double endRadius = 0;     ///< At b; 0: the same.
+  /// Columns: the tip's x, y, z; orthonormal, mirrored in a mirror image.
+  Eigen::Matrix3f axes = Eigen::Matrix3f::Identity();
+
+  [[nodiscard]] double radiusAtEnd() const { return endRadius > 0 ? endRadius : radius; }
+  [[nodiscard]] double largestRadius() const { return std::max(radius, radiusAtEnd()); }
+};
+
+/// The stamps of one stroke, applied to a version one after the other, with redistancing that trails the tool by a
+/// fixed count of stamps: the result depends on the sequence of stamps alone. One thread; `threads` help it with large
+/// stamps.
+class BrushStroke {
+ public:
+  /// `start`: the clay as it was when the stroke began, for methods that go by it; none: `base`. Throws Error for a bad
+  /// brush.
+  BrushStroke(Version base, std::shared_ptr<const Brush> brush, Version start = {}, int threads = 1);
+  ~BrushStroke();
+
+  /// Applies a stamp and its mirror images as one: all of them read the clay as it was before. Throws Error for a stamp
+  /// that is not finite or out of range; then nothing changed. 1 to 64 images; each must be the mirror image of the one
+  /// whose index differs in one bit, or a turned copy.
+  void apply(std::span<const Stamp> images);
+  void apply(const Stamp& stamp) { apply(std::span(&stamp, 1)); }
+  /// A version of all that was applied so far. Cheap: path copies only.
+  [[nodiscard]] Version publish();
+  /// Redistances what still trails; the version that the stroke leaves. The stroke is over.
+  [[nodiscard]] Version finish();
+
+  /// Bricks and nodes made so far.
+  [[nodiscard]] Editor::Counts counts() const;
+  /// Bricks that stamps computed or turned into tiles so far, changed or not: what an edit's cost follows.
+  [[nodiscard]] uint64_t touched() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,123 @@
+// Colour, material and mask under a stamp.
+
+#include "clay/brush/brush_channels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/store/channel_blur.h"
+
+namespace argil::clay {
+
+namespace {
+
+// From the centre of a brick's (a region's) voxels to its corner voxel, and a little for rounding.
+const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
+const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
+// Least share that moves a byte at all: less is the rim of a falloff.
+constexpr float kLeastShare = 1.0f / 255;
+
+void set(const Brush& brush, const Operation& operation, float share, ChannelBytes& bytes) {
+  const bool erase = operation.amount < 0;
+  switch (operation.property) {
+    case Property::colour:
+      if (!erase) return layColour(bytes, brush.colour, share);
+      bytes[indexOf(Channel::cover)] = approach(bytes[indexOf(Channel::cover)], 0, share);
+      if (bytes[indexOf(Channel::cover)] == 0) bytes[0] = bytes[1] = bytes[2] = 0;
+      return;
+    case Property::material:
+      if (share > 0.5f) bytes[indexOf(Channel::material)] = erase ? uint8_t{0} : brush.material;
+      return;
+    case Property::mask:
+      bytes[indexOf(Channel::mask)] = approach(bytes[indexOf(Channel::mask)], erase ? 0 : 255, share);
+      return;
+    case Property::distance:
+      return;
+  }
+}
+
+}  // namespace
+
+uint8_t approach(uint8_t from, uint8_t to, float share) noexcept {
+  if (from == to || !(share >= kLeastShare)) return from;
+  const int way = std::abs(int{to} - int{from});
+  const int step = std::clamp(static_cast<int>(static_cast<float>(way) * share + 0.5f), 1, way);
+  return static_cast<uint8_t>(to > from ? from + step : from - step);
+}
+
+void layColour(ChannelBytes& bytes, const std::array<uint8_t, 3>& colour, float alpha) noexcept {
+  if (!(alpha >= kLeastShare)) return;
+  uint8_t& cover = bytes[indexOf(Channel::cover)];
+  // What the new layer makes of the whole that covers the piece.
+  const float whole = static_cast<float>(cover) + (255.0f - static_cast<float>(cover)) * alpha;
+  const float share = std::min(alpha * 255.0f / whole, 1.0f);
+  for (size_t i = 0; i < 3; ++i) {
+    uint8_t& mine = bytes[indexOf(kColourChannels[i])];
+    mine = cover == 0 ? colour[i] : approach(mine, colour[i], share);
+  }
+  cover = approach(cover, 255, alpha);
+}
+
+std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> images,
+                                 const std::function<double(const Stamp&)>& reach) {
+  std::vector<Coord> all;
+  for (const Stamp& s : images) {
+    const double margin = reach(s);
+    // Of bricks with a voxel in the box, so that mirrored stamps choose mirrored ones.
+    const auto brickOf = [](const Vec3d& p) {
+      return Coord{static_cast<int32_t>(p.x()), static_cast<int32_t>(p.y()), static_cast<int32_t>(p.z())};
+    };
+    const Coord first = brickOf(((s.a.cwiseMin(s.b).array() - margin - 7) / kBrickEdge).ceil()),
+                last = brickOf(((s.a.cwiseMax(s.b).array() + margin) / kBrickEdge).floor());
+    const auto near = [&](Coord brick, double half, double diagonal) {
+      return segmentDistance(s, (brick * kBrickEdge).toVec3d() + Vec3d::Constant(half)) - diagonal < margin;
+    };
+    for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
+      for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
+        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
+          const Coord region = Coord{rx, ry, rz} * 8;
+          if (!near(region, 31.5, kRegionHalfDiagonal)) continue;
+          for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
+            for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
+              for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z)
+                if (!editor.find(Coord{x, y, z}).isTile() && near({x, y, z}, 3.5, kHalfDiagonal))
+                  all.push_back({x, y, z});
+        }
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images) {
+  const bool masks = editor.has(Channel::mask) && operation.property != Property::mask,
+             blurs = operation.method == Method::blur;
+  const float amount = std::abs(operation.amount);
+  ChannelReader<Editor> clay(editor);
+  ChannelBlur blur;
+  std::vector<std::pair<Coord, ChannelBlock>> changed;
+  for (const Coord coord : surfaceBricks(editor, images, [](const Stamp& s) { return s.largestRadius(); })) {
+    const ChannelPlace& place = clay.at(coord);
+    if (masks && place.channel[indexOf(Channel::mask)] == ChannelSlot(true)) continue;
+    float weight[kBrickVoxels];
+    imageWeights(images, operation.shape, coord, weight);
+    if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
+    if (blurs) blur.gather(clay, coord, operation.property == Property::colour);
+    ChannelBlock block(place);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      float share = weight[i] * amount;
+      if (masks) share *= static_cast<float>(255 - block[Channel::mask][i]) / 255.0f;
+      if (!(share >= kLeastShare) || !place.inBand(i, clay.band())) continue;
+      ChannelBytes bytes = block.bytes(i);
+      if (blurs)
+        blur.apply(i, share, bytes);
+      else
+        set(brush, operation, share, bytes);
+      block.set(i, bytes);
+    }
+    changed.emplace_back(coord, block);
+  }
+  for (const auto& [coord, block] : changed) block.store(editor, coord);
+}
+
+}  // namespace argil::clay

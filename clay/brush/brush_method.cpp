@@ -1,0 +1,87 @@
+#include "clay/brush/brush_method.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/error.h"
+
+namespace argil::clay {
+
+double segmentDistance(const Stamp& s, const Vec3d& p) {
+  const Vec3d d = s.b - s.a;
+  const double length2 = d.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - s.a).dot(d) / length2, 0.0, 1.0) : 0.0;
+  return (p - s.a - t * d).norm();
+}
+
+SweptBall sweptBall(const Stamp& s, Coord brick) {
+  const Vec3d a = s.a - ((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)), d = s.b - s.a;
+  SweptBall ball{};
+  ball.ax = static_cast<float>(a.x());
+  ball.ay = static_cast<float>(a.y());
+  ball.az = static_cast<float>(a.z());
+  ball.dx = static_cast<float>(d.x());
+  ball.dy = static_cast<float>(d.y());
+  ball.dz = static_cast<float>(d.z());
+  const float length2 = (ball.dx * ball.dx + ball.dy * ball.dy) + ball.dz * ball.dz;
+  // A segment too short for its inverse to be finite is a dab.
+  const float inverse = length2 > 0 ? 1.0f / length2 : 0.0f;
+  ball.inverseLength2 = std::isfinite(inverse) ? inverse : 0.0f;
+  ball.radius = static_cast<float>(s.radius);
+  ball.growth = static_cast<float>(s.radiusAtEnd()) - ball.radius;
+  return ball;
+}
+
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]) {
+  std::fill(std::begin(weight), std::end(weight), 0.0f);
+  for (const Stamp& each : images) ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight);
+}
+
+float falloff(Falloff shape, float t) noexcept {
+  if (!(t < 1)) return 0;
+  switch (shape) {
+    case Falloff::constant:
+      return 1;
+    case Falloff::smooth:
+      return (1 - t * t) * (1 - t * t);
+    case Falloff::linear:
+      return 1 - t;
+    case Falloff::sharp:
+      return (1 - t) * (1 - t);
+    case Falloff::dome:
+      return std::sqrt(1 - t * t);
+  }
+  return 0;
+}
+
+std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
+  switch (context.operation.method) {
+    case Method::carve:
+    case Method::add:
+    case Method::wax:
+      return makeSweep(context);
+    case Method::smooth:
+    case Method::smoothKeep:
+      return makeSmoothing(context);
+    case Method::scrape:
+    case Method::fill:
+    case Method::flatten:
+      return makeLevelling(context);
+    case Method::raise:
+      return makeRaising(context);
+    case Method::crease:
+    case Method::tug:
+    case Method::smudge:
+    case Method::pinch:
+    case Method::twist:
+      return makeWarping(context);
+    case Method::morph:
+      return makeMorphing(context);
+    case Method::set:
+    case Method::blur:
+      break;
+  }
+  throw Error("a brush cannot do that to distances");
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,129 @@
+#pragma once
+// One way of changing distances: what a file of a new method implements. This room's own.
+
+#include <cmath>
+#include <memory>
+#include <span>
+
+#include "clay/brush/brush.h"
+#include "clay/field/redistance.h"
+#include "clay/kernels/brush_kernels.h"
+#include "clay/store/sampler.h"
+
+namespace argil::clay {
+
+/// What a method knows for a whole stroke.
+struct StrokeContext {
+  std::shared_ptr<const Brush> brush;
+  Operation operation;  ///< Of that brush, on distances.
+  Version start;        ///< The clay as it was when the stroke began.
+  float band = 3;
+  Version base;     ///< The clay as the first application finds it.
+  int threads = 1;  ///< That help where an application has much to do; the result does not depend on them.
+};
+
+/// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick()
+/// for each of its bricks, those from several threads. Equal bits on every CPU and thread count: add, multiply, divide,
+/// square root, min, max only, in an order that follows from the arguments. Where images overlap they combine so that
+/// their order does not matter: the largest weight; sums are taken halves first, which mirroring does not change.
+class DistanceMethod {
+ public:
+  virtual ~DistanceMethod() = default;
+
+  /// How far from a stamp's segment it may change anything, voxels. The same every time.
+  [[nodiscard]] virtual double reach(const Stamp& stamp) const { return stamp.largestRadius(); }
+
+  /// Whether what it keeps of the stroke has grown so much that it should begin anew; asked after each application, and
+  /// the answer follows from those alone. The stroke then redistances what trails and calls beginAnew() with the clay
+  /// as it is: to be taken as that which the next application finds first.
+  [[nodiscard]] virtual bool full() const { return false; }
+  virtual void beginAnew(const Version& now) { (void)now; }
+
+  /// How far outside of the surface an application may put one, voxels.
+  [[nodiscard]] virtual double travel() const { return 0; }
+
+  /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that
+  /// hold or touch some surface.
+  virtual void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+    (void)before, (void)images, (void)bricks;
+  }
+
+  /// New distances of a brick, from the clay `before` the application: fills phi (clamping and signs are the caller's)
+  /// and returns true; false where nothing changes. What a mask covers is put back by the caller.
+  [[nodiscard]] virtual bool brick(Sampler& before, std::span<const Stamp> images, Coord coord,
+                                   float (&phi)[kBrickVoxels]) const = 0;
+
+  /// Of a method that moves clay: where the clay of each voxel (its place in voxels) was before this application, for
+  /// what it carries along. False: it stayed.
+  [[nodiscard]] virtual bool origins(std::span<const Stamp> images, Coord coord, Vec3f (&from)[kBrickVoxels]) const {
+    (void)images, (void)coord, (void)from;
+    return false;
+  }
+
+  /// What has to be renewed beside the surface: nothing where it leaves distances there, as a CSG of distances does.
+  [[nodiscard]] virtual Renew leaves() const { return Renew::slopes; }
+
+  /// Whether it makes clay where no surface is near: all bricks within reach are asked for.
+  [[nodiscard]] virtual bool everywhere() const { return false; }
+
+  /// Whether every application computes its bricks from the stroke's base, so that nothing adds up that had to be
+  /// redistanced on the way.
+  [[nodiscard]] virtual bool lasting() const { return false; }
+
+  /// Whether it heeds masks that cover a part itself; what they cover whole is put back in any case.
+  [[nodiscard]] virtual bool masks() const { return false; }
+
+  /// How far an application moves clay at most, voxels, where brick() computes what all applications so far have left,
+  /// whatever was computed between: bricks of some that move little are then computed together. Infinity: those of each
+  /// at once.
+  [[nodiscard]] virtual double moves(std::span<const Stamp> images) const {
+    (void)images;
+    return HUGE_VAL;
+  }
+
+  /// Of how many parts of its way, one after the other, an application is made: where it would carry the surface out of
+  /// the bricks around it.
+  [[nodiscard]] virtual int parts(std::span<const Stamp> images) const {
+    (void)images;
+    return 1;
+  }
+};
+
+/// The method of the context's operation. One line a method.
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context);
+
+// Makers, each in the file of its method.
+// carve, add, wax with any tip (sweep.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeSweep(const StrokeContext& context);
+// smooth, smoothKeep (smoothing.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context);
+// scrape, fill, flatten (levelling.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context);
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context);  // raise (raising.cpp)
+// crease, tug, smudge, pinch, twist (warping.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context);
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context);  // morph (morphing.cpp)
+
+/// Distance of a point from a stamp's segment, voxels; in double, for choosing.
+[[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
+
+/// A stamp's ball as kernels take it.
+[[nodiscard]] SweptBall sweptBall(const Stamp& stamp, Coord brick);
+
+/// Weight of the images at the voxels of a brick: the largest over all images of falloff(distance to the segment /
+/// radius) · strength. Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]);
+
+/// Where voxel (x, y, z) of a brick lies relative to a point, computed through the brick's middle: mirrored places give
+/// mirrored bits.
+struct BrickFrame {
+  BrickFrame(const Vec3d& point, Coord coord)
+      : middle((point - ((coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5))).cast<float>()) {}
+  [[nodiscard]] Vec3f at(int x, int y, int z) const {
+    return {(static_cast<float>(x) - 3.5f) - middle.x(), (static_cast<float>(y) - 3.5f) - middle.y(),
+            (static_cast<float>(z) - 3.5f) - middle.z()};
+  }
+  Vec3f middle;  ///< The point, from the brick's middle.
+};
+
+}  // namespace argil::clay

@@ -1,0 +1,210 @@
+// Towards a plane fitted to the surface under the tip: what stands above it goes (scrape), what lies below is filled,
+// or both.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "clay/brush/brush_method.h"
+#include "clay/field/redistance.h"
+#include "clay/kernels/warp_kernels.h"
+#include "clay/store/brick_margins.h"
+
+namespace argil::clay {
+namespace {
+
+// Voxels that phi moves at most in one application: less than the band, so that what is known goes along with the
+// surface.
+constexpr float kMost = 1.5f;
+// Of the plane of the application before, what stays: a blade keeps its angle over bumps.
+constexpr double kKeep = 0.5;
+// Means of the surface, each weighed by the one before. Of a wall as large as what it stands beside nothing is left
+// after the third.
+constexpr int kRounds = 3;
+// Sums are of multiples of this: exact, so that their order does not matter.
+constexpr double kGrain = 1.0 / (1 << 22);
+
+class Levelling : public DistanceMethod {
+ public:
+  explicit Levelling(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
+
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
+  Renew leaves() const override { return Renew::all; }
+  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
+
+ private:
+  struct Fitted {
+    Vec3d point, normal;
+  };
+  [[nodiscard]] std::optional<Fitted> fit(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks) const;
+
+  Operation operation_;
+  float band_;
+  std::vector<std::optional<Fitted>> planes_;  // one for each image
+};
+
+int64_t grains(float value) {
+  return static_cast<int64_t>(static_cast<double>(value) / kGrain);
+}
+
+// Mean place and normal of the surface under the tip; nothing where there is none.
+std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& stamp,
+                                                std::span<const Coord> bricks) const {
+  const Vec3d middle = (stamp.a + stamp.b) / 2;
+  struct Sample {
+    float weight;
+    Vec3f normal, place;
+  };
+  std::vector<Sample> samples;
+  for (const Coord coord : bricks) {
+    const Slot slot = before.slot(coord);
+    if (slot.isTile() ||
+        segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1)
+      continue;
+    float padded[kPaddedSize] = {}, weight[kBrickVoxels];
+    gatherPadded(before, coord, padded);
+    BrickValues scratch;
+    const BrickValues& values = slot.brick()->values(scratch);
+    imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
+    const BrickFrame frame(middle, coord);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float phi = values[i];
+      // A cubic B-spline of the distance: together the voxels weigh the surface's area, wherever it lies between them.
+      const float t = std::abs(phi), out = 2 - t;
+      const float w = weight[i] * (t < 1   ? (2.0f / 3) - t * t * (1 - 0.5f * t)
+                                   : t < 2 ? out * out * out * (1.0f / 6)
+                                           : 0.0f);
+      if (!(w > 0)) continue;
+      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
+      const Vec3f g(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow],
+                    padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
+      const float length = std::sqrt((g.x() * g.x() + g.y() * g.y()) + g.z() * g.z());
+      if (!(length > 0.2f)) continue;
+      const Vec3f n = g / length, p = frame.at(x, y, z) - n * phi;
+      samples.push_back({w, n, p});
+    }
+  }
+  const auto vec = [](const std::array<int64_t, 3>& sum) {
+    return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
+  };
+  const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
+  // From the second time on the surface counts as far as it faces the way that it did on average the time before: a
+  // wall at its edge does not tilt the plane.
+  int64_t weights = 0;
+  std::array<int64_t, 3> places{}, normals{};
+  Vec3f mean = Vec3f::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    weights = 0;
+    places = normals = {};
+    for (const Sample& each : samples) {
+      float w = each.weight;
+      if (round > 0) {
+        const float facing = std::max(
+                        (each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f),
+                    square = facing * facing;
+        w *= square * square;
+      }
+      weights += grains(w);
+      for (size_t k = 0; k < 3; ++k) {
+        normals[k] += grains(w * each.normal[static_cast<int>(k)]);
+        places[k] += grains(w * each.place[static_cast<int>(k)]);
+      }
+    }
+    // Faces that look against each other have no plane between them.
+    const double length = norm(vec(normals));
+    if (!(length > 0.2 * static_cast<double>(weights)) || weights == 0) return std::nullopt;
+    mean = (vec(normals) / length).cast<float>();
+  }
+  const Vec3d normal = vec(normals);
+  // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
+  const Vec3d offset = (vec(places) / static_cast<double>(weights) * 65536).array().round().matrix() / 65536;
+  return Fitted{middle + offset, normal / norm(normal)};
+}
+
+void Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+  planes_.resize(images.size());
+  for (size_t i = 0; i < images.size(); ++i) {
+    const std::optional<Fitted> was = planes_[i];
+    std::optional<Fitted>& plane = planes_[i] = fit(before, images[i], bricks);
+    if (!plane || !was) continue;
+    const Vec3d step = was->point - plane->point;
+    // Another place, or another face: nothing to keep.
+    if (step.squaredNorm() > images[i].radius * images[i].radius || was->normal.dot(plane->normal) < 0.5) continue;
+    const Vec3d mixed = was->normal * kKeep + plane->normal * (1 - kKeep);
+    plane->normal = mixed / std::sqrt((mixed.x() * mixed.x() + mixed.y() * mixed.y()) + mixed.z() * mixed.z());
+  }
+}
+
+// Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane
+// stays as it is, and no lip grows from an edge.
+bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
+  if (before.slot(coord).isTile()) return false;
+  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
+  float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
+  gatherBroad(
+      before, coord, 4, [](Coord) -> const float* { return nullptr; }, broad);
+  const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+  // Below zero scraping fills and filling scrapes.
+  const bool down =
+      operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
+  const bool up = operation_.method == Method::flatten || !down;
+  FieldSample samples[kBrickVoxels];
+  FieldValue values[kBrickVoxels];
+  int voxels[kBrickVoxels];
+  float goals[kBrickVoxels], rises[kBrickVoxels];
+  for (size_t image = 0; image < images.size(); ++image) {
+    if (!planes_[image]) continue;
+    const Vec3d from = planes_[image]->point - middle;
+    const Vec3d& normal = planes_[image]->normal;
+    const Vec3f n = normal.cast<float>();
+    const auto offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z());
+    float weight[kBrickVoxels];
+    imageWeights(images.subspan(image, 1), operation_.shape, coord, weight);
+    size_t count = 0;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
+      const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
+      if (!(weight[i] > 0) || !(std::abs(*at) < band_)) continue;
+      const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) +
+                          n.z() * (static_cast<float>(z) - 3.5f)) -
+                         offset;
+      const Vec3f g(at[kX] - at[-kX], at[kY] - at[-kY], at[1] - at[-1]);
+      const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
+                  along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
+      // From the plane to the surface along its normal: of what faces away there is nothing to move.
+      const float facing = std::min(std::max(along / std::sqrt(std::max(length2, 0.04f)), 0.0f), 1.0f);
+      const float way = std::min(std::max(*at * facing - goal, -kMost), kMost),
+                  rise = way * (weight[i] * std::abs(operation_.amount));
+      if (rise == 0 || !(rise > 0 ? up : down)) continue;
+      const AxisPlace px = placeOf(x, -rise * n.x()), py = placeOf(y, -rise * n.y()), pz = placeOf(z, -rise * n.z());
+      samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
+      goals[count] = goal;
+      rises[count] = rise;
+      voxels[count++] = i;
+    }
+    sampleField(std::span(samples, count), kX, kY, values);
+    for (size_t k = 0; k < count; ++k) {
+      const int i = voxels[k];
+      const float old = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
+      // Filling only adds, scraping only takes away, neither beyond the plane.
+      if (rises[k] > 0)
+        heap[i] = std::min(heap[i], std::max(values[k].value, std::min(goals[k], old)) - old);
+      else
+        cut[i] = std::max(cut[i], std::min(values[k].value, std::max(goals[k], old)) - old);
+    }
+  }
+  for (int i = 0; i < kBrickVoxels; ++i)
+    phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context) {
+  return std::make_unique<Levelling>(context);
+}
+
+}  // namespace argil::clay

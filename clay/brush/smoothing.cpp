@@ -1,0 +1,195 @@
+// Towards the mean of the neighbours; farther ones for larger tips.
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <vector>
+
+#include "clay/brush/brush_method.h"
+#include "clay/field/redistance.h"
+#include "clay/store/brick_margins.h"
+
+namespace argil::clay {
+namespace {
+
+// Up to this radius the mean of the next neighbours serves; a stamp's variance then grows with the square of the
+// radius.
+constexpr double kFineRadius = 10;
+// Sums are of multiples of this: exact, so that their order does not matter.
+constexpr double kGrain = 1.0 / (1 << 30);
+// Voxels beside an edge that the surface may come to in one application.
+constexpr float kNear = 2;
+
+// How much of an edge between two voxels is inside.
+float insideOf(float a, float b) {
+  if ((a < 0) == (b < 0)) return a < 0 ? 1.0f : 0.0f;
+  return a < 0 ? a / (a - b) : b / (b - a);
+}
+
+class Smoothing : public DistanceMethod {
+ public:
+  explicit Smoothing(const StrokeContext& context)
+      : operation_(context.operation), band_(context.band), threads_(context.threads) {}
+
+  Renew leaves() const override { return Renew::all; }
+  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
+
+ private:
+  struct Part {
+    float mean[kBrickVoxels];    // of the neighbours, near and far
+    float weight[kBrickVoxels];  // 0 where nothing is known
+  };
+  // For gatherBroad: from the parts where there are any, else the clay's.
+  [[nodiscard]] const float* meanOf(Coord coord) const {
+    const Part* part = find(coord);
+    return part ? part->mean : nullptr;
+  }
+  void gatherWeights(Coord coord, float* broad) const;
+  [[nodiscard]] const Part* find(Coord coord) const {
+    const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
+    return it != bricks_.end() && *it == coord ? &parts_[static_cast<size_t>(it - bricks_.begin())] : nullptr;
+  }
+
+  Operation operation_;
+  float band_;
+  int threads_;
+  // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
+  bool near_ = true;
+  std::vector<Coord> bricks_;
+  std::vector<Part> parts_, next_;
+  float putBack_ = 0;
+};
+
+void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+  const bool keep = operation_.method == Method::smoothKeep;
+  double radius = 0;
+  for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
+  bricks_.clear();
+  putBack_ = 0;
+  near_ = !keep && radius <= kFineRadius;
+  if (near_) return;
+  // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the
+  // band's edge.
+  std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_),
+               [&](Coord coord) { return !before.slot(coord).isTile(); });
+  // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
+  // squares.
+  double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+  parts_.resize(bricks_.size());
+  next_.resize(bricks_.size());
+  for (int spacing = 1; spacing <= 4; spacing *= 2) {
+    forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
+      Sampler mine = before;
+      float broad[kBroadSize] = {};
+      for (size_t i = begin; i < end; ++i) {
+        gatherBroad(
+            mine, bricks_[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
+        broadMean(broad, spacing, next_[i].mean);
+      }
+    });
+    std::swap(parts_, next_);
+    variance += 0.5 * spacing * spacing;
+    if (variance >= wanted) break;
+  }
+  const float share = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
+  forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
+    Sampler mine = before;
+    for (size_t i = begin; i < end; ++i) {
+      Part& part = parts_[i];
+      imageWeights(images, operation_.shape, bricks_[i], part.weight);
+      BrickValues scratch;
+      const BrickValues& values = mine.slot(bricks_[i]).values(scratch, band_);
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const float phi = values[v];
+        if (!(std::abs(phi) < band_)) part.weight[v] = 0;
+        // From here on what it becomes.
+        part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);
+      }
+    }
+  });
+  if (!keep) return;
+  // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
+  // Volume is the length that lies inside of the lines of voxels along each axis.
+  struct Edge {
+    float a, b, weightA, weightB, share;
+  };
+  std::vector<Edge> edges;
+  int64_t goal = 0;
+  const auto grains = [](float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); };
+  float broadNow[kBroadSize], broadWas[kBroadSize], broadWeight[kBroadSize] = {};
+  for (size_t i = 0; i < bricks_.size(); ++i) {
+    const Part& part = parts_[i];
+    if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
+    gatherBroad(
+        before, bricks_[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
+    gatherBroad(
+        before, bricks_[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
+    gatherWeights(bricks_[i], broadWeight);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);
+      if (!(std::abs(broadWas[at]) < kNear)) continue;
+      constexpr int kSteps[3] = {16 * kBroadRow, kBroadRow, 1};
+      float slopes[3], squares = 1e-6f;
+      for (int k = 0; k < 3; ++k) {
+        slopes[k] = broadWas[at + kSteps[k]] - broadWas[at - kSteps[k]];
+        squares += slopes[k] * slopes[k];
+      }
+      for (int k = 0; k < 3; ++k) {
+        const int next = at + kSteps[k];
+        if (!(broadWeight[at] > 0) && !(broadWeight[next] > 0)) continue;
+        // Lines along the surface say nothing of its height.
+        const float lineShare = slopes[k] * slopes[k] / squares;
+        goal += grains(lineShare * insideOf(broadWas[at], broadWas[next]));
+        edges.push_back({broadNow[at], broadNow[next], broadWeight[at], broadWeight[next], lineShare});
+      }
+    }
+  }
+  for (int step = 0; step < 4; ++step) {
+    int64_t now = 0, slope = 0;
+    for (const Edge& each : edges) {
+      const float a = each.a + each.weightA * putBack_, b = each.b + each.weightB * putBack_;
+      now += grains(each.share * insideOf(a, b));
+      if ((a < 0) != (b < 0))
+        slope += grains(each.share * 0.5f * (each.weightA + each.weightB) / std::max(std::abs(a - b), 0.05f));
+    }
+    if (slope <= 0) break;
+    putBack_ = static_cast<float>(std::clamp(
+        static_cast<double>(putBack_) + static_cast<double>(now - goal) / static_cast<double>(slope), -1.0, 1.0));
+  }
+}
+
+// Weights of a brick and of one voxel beyond its upper faces.
+void Smoothing::gatherWeights(Coord coord, float* broad) const {
+  for (int i = 0; i < 4; ++i) {
+    const Coord side{i == 1, i == 2, i == 3};
+    const Part* part = find(coord + side);
+    for (int x = side.x * 8; x < (side.x ? 9 : 8); ++x)
+      for (int y = side.y * 8; y < (side.y ? 9 : 8); ++y)
+        for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z)
+          broad[broadOffset(x + 4, y + 4, z + 4)] = part ? part->weight[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
+  }
+}
+
+bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
+  if (before.slot(coord).isTile()) return false;
+  if (near_) {
+    float padded[kPaddedSize] = {}, weight[kBrickVoxels];
+    gatherPadded(before, coord, padded);
+    imageWeights(images, operation_.shape, coord, weight);
+    smoothBrick(padded, weight, operation_.amount, band_, phi);
+    return true;
+  }
+  const Part* part = find(coord);
+  if (!part) return false;
+  for (int v = 0; v < kBrickVoxels; ++v) phi[v] = part->mean[v] + part->weight[v] * putBack_;
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context) {
+  return std::make_unique<Smoothing>(context);
+}
+
+}  // namespace argil::clay

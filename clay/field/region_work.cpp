@@ -1,0 +1,206 @@
+#include "clay/field/region_work.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "clay/base/parallel.h"
+#include "clay/field/settle.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/channel_source.h"
+#include "clay/store/store.h"
+#include "clay/store/tree_view.h"
+
+namespace argil::clay {
+
+int threadCount(int threads) {
+  if (threads < 0 || threads > 64) throw Error(fmt::format("{} threads: give 1 to 64, or 0 for all cores", threads));
+  return threads > 0 ? threads : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+}
+
+std::vector<Coord> regionsNear(const Version& version, int reach, const std::function<bool(const Brick&)>& wants) {
+  BrickSet regions;
+  version.forEachBrick([&](const Brick& brick) {
+    if (wants && !wants(brick)) return;
+    const Coord r{reach, reach, reach}, edge{kBrickEdge - 1, kBrickEdge - 1, kBrickEdge - 1};
+    const Coord low = (brick.coord * kBrickEdge - r) >> 6, high = (brick.coord * kBrickEdge + edge + r) >> 6;
+    for (int x = low.x; x <= high.x; ++x)
+      for (int y = low.y; y <= high.y; ++y)
+        for (int z = low.z; z <= high.z; ++z) regions.add({x, y, z});
+  });
+  return regions.sorted();
+}
+
+namespace {
+
+void copyTilesOf(const TreePlace& place, Editor& target) {
+  if (place.isTile()) {
+    if (place.tile() == Tile::inside) target.setBlock(place.first(), place.level(), Tile::inside);
+    return;
+  }
+  if (!place.isNode()) return;
+  for (int i = 0; i < 512; ++i) copyTilesOf(place.child(i), target);
+}
+
+}  // namespace
+
+void copyTiles(const Version& version, Editor& target) {
+  copyTilesOf(TreePlace::root(version), target);
+}
+
+void copyAll(const Version& version, Editor& target, const WorkPart& part) {
+  constexpr uint64_t kStepEvery = 4096;  // bricks between two looks at the job
+  copyTiles(version, target);
+  uint64_t done = 0;
+  const auto all = static_cast<double>(version.stats().bricks + 1);
+  version.forEachBrick([&](const Brick& brick) {
+    if (done++ % kStepEvery == 0) part.step(0.9 * static_cast<double>(done) / all);
+    BrickValues room;
+    target.setVoxels(brick.coord, brick.values(room));
+  });
+  keepChannels(target, version);
+  part.step(1);
+}
+
+namespace {
+
+double volumeOfPlace(const TreePlace& place) {
+  double sum = 0;
+  if (place.isTile()) return place.tile() == Tile::inside ? kBrickVoxels * std::pow(512.0, place.level()) : 0;
+  if (place.isNode()) {
+    for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i));
+    return sum;
+  }
+  BrickValues scratch;
+  for (const float phi : place.brick()->values(scratch)) sum += std::clamp(0.5 - double(phi), 0.0, 1.0);
+  return sum;
+}
+
+}  // namespace
+
+double volumeOf(const Version& version) {
+  return volumeOfPlace(TreePlace::root(version));
+}
+
+double areaOf(const Version& version) {
+  uint64_t edges = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    for (int v = 0; v < kBrickVoxels; ++v)
+      for (const int stride : {64, 8, 1}) {
+        if (((v / stride) & 7) == 7) continue;
+        edges +=
+            ((brick.inside[v >> 6] >> (v & 63)) & 1) != ((brick.inside[(v + stride) >> 6] >> ((v + stride) & 63)) & 1);
+      }
+  });
+  // Edges between bricks are left out: an eighth of all.
+  return double(edges) / (7.0 / 8.0) / 1.5;
+}
+
+void forEachItem(size_t count, int threads, const WorkPart& part,
+                 const std::function<void(size_t, DistanceBox&)>& work) {
+  part.step(0);
+  std::mutex mutex;
+  std::vector<std::unique_ptr<DistanceBox>> spare;
+  size_t done = 0;
+  parallelBlocks(
+      count, threads,
+      [&](size_t begin, size_t end) {
+        std::unique_ptr<DistanceBox> box;
+        {
+          const std::lock_guard lock(mutex);
+          if (!spare.empty()) {
+            box = std::move(spare.back());
+            spare.pop_back();
+          }
+        }
+        if (!box) box = std::make_unique<DistanceBox>();
+        for (size_t i = begin; i < end; ++i) {
+          work(i, *box);
+          const std::lock_guard lock(mutex);
+          part.step(static_cast<double>(++done) / static_cast<double>(count));
+        }
+        const std::lock_guard lock(mutex);
+        spare.push_back(std::move(box));
+      },
+      1);
+}
+
+namespace {
+
+// What a new brick of these distances has in its channels.
+ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std::span<const float, kBrickVoxels> phi,
+                     float band, CarryFrom carry) {
+  ChannelBlock block{ChannelPlace{}};
+  ChannelBytes bytes;
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    if (!(std::abs(phi[static_cast<size_t>(v)]) < band)) continue;
+    const Coord at = low + Coord{v >> 6, (v >> 3) & 7, v & 7};
+    if ((carry == CarryFrom::place && old.read(at, bytes)) || old.nearest(box.foot(at), bytes) != ChannelSource::kNone)
+      block.set(v, bytes);
+  }
+  return block;
+}
+
+}  // namespace
+
+Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
+                const WorkPart& part, const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry,
+                int pad) {
+  const float band = source.grid().band;
+  const bool channels = ChannelSource::any(source);
+  reach.feet = channels;
+  Editor editor(Version::empty(Store::make(source.store()->precision()), source.grid()));
+  copyTiles(source, editor);
+  std::mutex editing;
+  std::vector<Coord> written;
+  forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
+    const Coord first = regions[i] * kRegionBricks;
+    const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
+    if (!box.fill(source, first * kBrickEdge - around, size + around * 2, reach)) return;
+    std::vector<std::array<float, kBrickVoxels>> values;
+    std::vector<Coord> bricks;
+    std::vector<ChannelBlock> paint;
+    ChannelSource old(source);
+    for (int b = 0; b < 512; ++b) {
+      const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
+      const Coord low = brick * kBrickEdge;
+      values.emplace_back();
+      bricks.push_back(brick);
+      bool flat = true;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const float phi = std::clamp(value(box, low + Coord{v >> 6, (v >> 3) & 7, v & 7}), -band, band);
+        values.back()[static_cast<size_t>(v)] = phi;
+        flat = flat && std::abs(phi) >= band;
+      }
+      if (!flat && channels) paint.push_back(carried(box, old, low, values.back(), band, carry));
+      if (!flat) continue;
+      const Tile tile = values.back()[0] < 0 ? Tile::inside : Tile::outside;
+      values.pop_back();
+      bricks.pop_back();
+      const std::lock_guard lock(editing);
+      if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+    }
+    const std::lock_guard lock(editing);
+    for (size_t k = 0; k < bricks.size(); ++k) {
+      editor.setVoxels(bricks[k], values[k]);
+      if (!channels) continue;
+      paint[k].store(editor, bricks[k]);
+      clearChannelsRoundedAway(editor, bricks[k]);
+    }
+    written.insert(written.end(), bricks.begin(), bricks.end());
+  });
+  // What vanished leaves values that are within the band of nothing.
+  dropWithoutSurface(editor, written);
+  // Where an edge came up or two sides met.
+  limitSlopes(editor, written, threads, part.part(0.98, 1));
+  if (channels)
+    for (const Coord brick : written)
+      if (!editor.find(brick).brick()) clearChannels(editor, brick);
+  return editor.commit();
+}
+
+}  // namespace argil::clay

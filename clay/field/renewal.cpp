@@ -1,0 +1,168 @@
+#include "clay/field/renewal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "clay/kernels/warp_kernels.h"
+#include "clay/store/brick_margins.h"
+
+namespace argil::clay {
+namespace {
+
+// Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth
+// surface; how near to zero the foot has to be, voxels.
+constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
+
+struct Work {
+  float u[2][kWideSize];
+  uint64_t frozen[kBrickEdge];
+  Slot source;
+  ptrdiff_t beside[6];  // index of the neighbour across each face; −1: not among them
+  ChannelSlot mask;
+};
+
+// Follows the field to where it is zero, from voxels beside it; `u` where that goes well.
+void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, float* u) {
+  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
+  FieldSample samples[kBrickVoxels];
+  FieldValue values[kBrickVoxels];
+  Vec3f way[kBrickVoxels], slope[kBrickVoxels];
+  int voxels[kBrickVoxels];
+  size_t count = 0;
+  const auto place = [&](int i, const Vec3f& step, Vec3f& moved, FieldSample& sample) {
+    const int voxel[3] = {i >> 6, (i >> 3) & 7, i & 7};
+    AxisPlace at[3];
+    for (int k = 0; k < 3; ++k) {
+      at[k] = placeOf(voxel[k], step[k]);
+      moved[k] = static_cast<float>(at[k].base - voxel[k]) + at[k].t;
+    }
+    sample = {broad + broadOffset(at[0].base + 3, at[1].base + 3, at[2].base + 3), at[0].t, at[1].t, at[2].t};
+  };
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    if (!((frozen[i >> 6] >> (i & 63)) & 1)) continue;
+    const float* at = broad + broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4);
+    if (std::abs(*at) < least) continue;
+    const Vec3f g(0.5f * (at[kX] - at[-kX]), 0.5f * (at[kY] - at[-kY]), 0.5f * (at[1] - at[-1]));
+    const float squared = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z();
+    if (!(squared > 0.04f)) continue;
+    // At a crease of true distances both sides of a voxel differ, and what is there is right.
+    float slopes2 = 0;
+    bool kink = false;
+    for (const int axis : {kX, kY, 1}) {
+      const float down = std::abs(*at - at[-axis]), up = std::abs(at[axis] - *at), most = std::max(down, up);
+      kink = kink || std::abs(up - down) > 0.5f;
+      slopes2 += most * most;
+    }
+    if (kink && slopes2 > 0.7f && slopes2 < 2.2f) continue;
+    const float by = -*at / squared;
+    const Vec3f step(by * g.x(), by * g.y(), by * g.z());
+    if (!(std::abs(step.x()) <= 1.75f && std::abs(step.y()) <= 1.75f && std::abs(step.z()) <= 1.75f)) continue;
+    slope[count] = g;
+    voxels[count] = i;
+    place(i, step, way[count], samples[count]);
+    ++count;
+  }
+  sampleField(std::span(samples, count), kX, kY, values);
+  for (size_t n = 0; n < count; ++n) {
+    const FieldValue& v = values[n];
+    const int i = voxels[n];
+    const float squared = (v.x * v.x + v.y * v.y) + v.z * v.z;
+    const Vec3f& g = slope[n];
+    const float was2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
+                facing = (g.x() * v.x + g.y() * v.y) + g.z() * v.z;
+    if (!(squared > 0.04f) || !(facing > 0) || facing * facing < kFacing * (was2 * squared)) continue;
+    const float d = (v.value - ((way[n].x() * v.x + way[n].y() * v.y) + way[n].z() * v.z)) / std::sqrt(squared);
+    const float phi = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
+    if ((d < 0) != (phi < 0) || !(std::abs(d) < 1.5f)) continue;
+    // Where the surface bends within a voxel or two the cubic's is not quite the one that is drawn: there what is
+    // nearly right stays, or it would wander.
+    const bool smooth = facing * facing >= kSmooth * (was2 * squared) && v.value * v.value < kFound * kFound * squared;
+    if (smooth || std::abs(d - phi) >= kSlopeTolerance)
+      u[paddedOffset((i >> 6) + 1, ((i >> 3) & 7) + 1, (i & 7) + 1)] = std::abs(d);
+  }
+}
+
+}  // namespace
+
+std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
+                                  int threads) {
+  const float band = editor.grid().band;
+  const bool masks = editor.has(Channel::mask);
+  const size_t count = coords.size();
+  static thread_local std::unique_ptr<Work[]> scratch;
+  static thread_local size_t capacity = 0;
+  if (capacity < count) {
+    capacity = std::max(count, 2 * capacity);
+    scratch = std::make_unique_for_overwrite<Work[]>(capacity);
+  }
+  const std::span<Work> works(scratch.get(), count);
+  for (size_t i = 0; i < count; ++i) {
+    Work& w = works[i];
+    w.source = editor.find(coords[i]);
+    w.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
+    for (int face = 0; face < 6; ++face) {
+      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
+      w.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
+    }
+  }
+  const auto start = [&](size_t i, Sampler& field) {
+    Work& w = works[i];
+    float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
+    gatherBroad(
+        field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
+    for (int x = 0; x < 10; ++x)
+      for (int y = 0; y < 10; ++y)
+        std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
+    startDistance(padded, band, w.frozen, near);
+    if (renew[i] != Renew::none) {
+      const float least = renew[i] == Renew::impossible ? 1.0f : 0.0f;
+      float sloped[kPaddedSize];
+      std::copy_n(near, kPaddedSize, sloped);
+      renewNearDistance(padded, w.frozen, least, sloped);
+      for (int at = 0; at < kPaddedSize; ++at)
+        if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
+      distancesOfFeet(broad, w.frozen, least, near);
+    }
+    holdMasked(w.mask, padded, w.frozen, near);
+    for (int x = 0; x < 12; ++x)
+      for (int y = 0; y < 12; ++y)
+        for (int z = 0; z < 12; ++z) {
+          const float phi = broad[broadOffset(x + 2, y + 2, z + 2)];
+          w.u[0][wideOffset(x, y, z)] = std::abs(phi) < band ? phi : phi < 0 ? -kUnknownDistance : kUnknownDistance;
+        }
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const int x = v >> 6, y = (v >> 3) & 7, z = v & 7;
+      const float u = ((w.frozen[x] >> (v & 63)) & 1) ? near[paddedOffset(x + 1, y + 1, z + 1)] : kUnknownDistance;
+      w.u[0][wideOffset(x + 2, y + 2, z + 2)] = padded[paddedOffset(x + 1, y + 1, z + 1)] < 0 ? -u : u;
+    }
+    std::copy_n(w.u[0], kWideSize, w.u[1]);
+  };
+  forBrickRanges(count, threads, [&](size_t begin, size_t end) {
+    Sampler field(editor);
+    for (size_t i = begin; i < end; ++i) start(i, field);
+  });
+  int now = 0;
+  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
+    forEachBrickOf(count, threads, [&](size_t i) {
+      Work& w = works[i];
+      for (int face = 0; face < 6; ++face)
+        if (w.beside[face] >= 0)
+          copyLayers(works[static_cast<size_t>(w.beside[face])].u[now], w.u[now], face / 2, face % 2 == 0);
+      widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
+    });
+  return linkSettled(editor, settleBricks(editor, coords, {}, threads, [&](size_t i, FloatBrick& brick) {
+                       const Work& w = works[i];
+                       float solved[kPaddedSize] = {};
+                       for (int x = 0; x < 8; ++x)
+                         for (int y = 0; y < 8; ++y)
+                           for (int z = 0; z < 8; ++z)
+                             solved[paddedOffset(x + 1, y + 1, z + 1)] =
+                                 std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
+                       BrickValues room;
+                       return settleDistance(w.source.values(room, band), solved, band,
+                                             renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
+                     }));
+}
+
+}  // namespace argil::clay

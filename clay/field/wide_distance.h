@@ -1,0 +1,56 @@
+#pragma once
+// Distances to the surface of a version beyond its band, on one side of it, where they are asked for.
+
+#include <array>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "clay/kernels/shaping_kernels.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/version.h"
+
+namespace argil::clay {
+
+/// In the band the version's own distances; beyond, |∇u| = 1 solved from them upwind and of second order. One thread
+/// calls; equal bits for the same sequence of calls whatever the count of threads, and mirrored ones for mirrored clay.
+/// Method: NOTES.md, "Raising, levelling, smoothing".
+class WideDistance {
+ public:
+  struct Block {
+    /// Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
+    float u[kBrickVoxels];
+    /// From each voxel to its nearest point of the surface: x of all, y of all, z of all. Null where nothing is known.
+    std::unique_ptr<float[]> foot;
+    /// Box around the feet of known voxels, from the brick's middle; upside down where there are none.
+    float feet[2][3];
+    uint64_t known[kBrickEdge] = {};   ///< Bit y·8 + z of word x: u and foot are known.
+    uint64_t frozen[kBrickEdge] = {};  ///< The same for the version's own, within the band or behind the surface.
+    float solvedTo = 0;
+  };
+
+  /// `side` +1: distances outside of the clay, −1: inside. `threads` help where there is much to solve.
+  WideDistance(Version version, int side, int threads = 1)
+      : version_(std::move(version)), side_(static_cast<float>(side)), threads_(threads) {}
+
+  /// Makes distances up to `reach` (voxels, above the band) known in `bricks` (sorted), whose shortest ways to the
+  /// surface must lie in bricks of this or earlier calls. Cost: about 10 µs a new brick, more the farther.
+  void extend(std::span<const Coord> bricks, float reach);
+  /// Forgets all but `bricks` (sorted): what is asked for again is solved again.
+  void keepOnly(std::span<const Coord> bricks);
+  [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Bricks that it holds, about 8 KiB each.
+  /// Null where nothing was asked for, or all of a brick is on the other side beyond the band.
+  [[nodiscard]] const Block* find(Coord brick) const;
+
+ private:
+  struct Work;
+  void gather(Work& work) const;
+
+  Version version_;
+  float side_;
+  int threads_;
+  std::unordered_map<Coord, std::unique_ptr<Block>, CoordHash> blocks_;
+};
+
+}  // namespace argil::clay

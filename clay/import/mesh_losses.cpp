@@ -1,0 +1,103 @@
+#include "clay/import/mesh_losses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "clay/base/even_points.h"
+#include "clay/field/loose_parts.h"
+#include "clay/field/region_work.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/sampler.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kFragment = 0.5;     // of its body of the mesh: what is less is a part of it
+constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
+constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
+constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
+constexpr int kMostSamples = 256;     // of one triangle
+
+// Volume in voxels³ of the body of the mesh that each triangle belongs to.
+class BodiesOfMesh {
+ public:
+  explicit BodiesOfMesh(const TriangleMesh& mesh) : parent_(mesh.positions.size()), volume_(mesh.positions.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (const auto& [a, b, c] : mesh.triangles) unite(a, b), unite(a, c);
+    for (const auto& [a, b, c] : mesh.triangles)
+      volume_[find(a)] += mesh.positions[a].dot(mesh.positions[b].cross(mesh.positions[c])) / 6;
+  }
+  [[nodiscard]] double volumeAt(uint32_t vertex) { return std::abs(volume_[find(vertex)]); }
+  [[nodiscard]] double sum() const { return std::accumulate(volume_.begin(), volume_.end(), 0.0); }
+
+ private:
+  uint32_t find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void unite(uint32_t a, uint32_t b) {
+    a = find(a), b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+  std::vector<uint32_t> parent_;
+  std::vector<double> volume_;
+};
+
+}  // namespace
+
+MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const WorkPart& part) {
+  const TriangleMesh& mesh = repaired.mesh;
+  const double edge = version.grid().voxelMm;
+  MeshLosses found;
+  BodiesOfMesh bodies(mesh);
+  std::optional<NearestTriangle> nearest;
+  const SpeckTest isSpeck = [&](Coord voxel, double voxels) {
+    if (!nearest) nearest.emplace(mesh);
+    const uint32_t vertex = nearest->corners(nearest->nearest(voxel.toVec3d()).triangle)[0];
+    return voxels < kFragment * bodies.volumeAt(vertex);
+  };
+  for (const Tile side : {Tile::inside, Tile::outside}) {
+    Specks taken = removeSpecks(version, side, kSpeckVoxels, isSpeck,
+                                side == Tile::inside ? part.part(0, 0.4) : part.part(0.4, 0.8));
+    uint64_t& left = side == Tile::inside ? found.bodies : found.cavities;
+    left = taken.left;
+    if (taken.volumeMm3 > kMostSpecks * volumeOf(version) * edge * edge * edge) {
+      left += taken.count;
+      continue;
+    }
+    version = std::move(taken.version);
+    found.specks += taken.count;
+    found.speckMm3 += taken.volumeMm3;
+  }
+  found.clayMm3 = volumeOf(version) * edge * edge * edge;
+  if (repaired.findings.sound() && repaired.findings.bodies == 1) found.meshMm3 = bodies.sum() * edge * edge * edge;
+
+  Sampler clay(version);
+  double lost = 0;
+  Vec3d sum = Vec3d::Zero();
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (t % 65536 == 0) part.step(0.8 + 0.2 * double(t) / double(mesh.triangles.size()));
+    const auto& [i, j, k] = mesh.triangles[t];
+    const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
+    const double area = (b - a).cross(c - a).norm() / 2;
+    const int samples = std::clamp(int(area / kSampleArea), 1, kMostSamples);
+    for (int s = 0; s < samples; ++s) {
+      const Vec3d p = evenPoint(a, b, c, s);
+      if (!(clay.trilinear(p) > kNoClay)) continue;
+      lost += area / samples;
+      sum += p * (area / samples);
+    }
+  }
+  part.step(1);
+  if (lost > 0) {
+    found.lostMm2 = lost * edge * edge;
+    found.lostAtMm = version.grid().toWorld(sum / lost);
+  }
+  return found;
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,269 @@
+#include "clay/kernels/shaping_kernels.h"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "clay/kernels/shaping_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace argil::clay::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using RowTag = hn::CappedTag<float, kBrickEdge>;
+using Row = hn::Vec<RowTag>;
+
+HWY_INLINE hn::Mask<RowTag> rowMask(const uint64_t* words, int voxel) {
+  const RowTag d;
+  const uint8_t bits[8] = {static_cast<uint8_t>(words[voxel >> 6] >> (voxel & 63))};
+  return hn::LoadMaskBits(d, bits);
+}
+
+template <class Value>
+HWY_INLINE void forRows(const Value& value) {
+  const RowTag d;
+  for (int voxel = 0; voxel < kBrickVoxels; voxel += static_cast<int>(hn::Lanes(d))) value(voxel);
+}
+
+HWY_INLINE int wideAt(int voxel) {
+  return wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2);
+}
+
+// An axis as the upwind scheme sees it: α(u − β) with the nearer neighbour's value, relative to a base.
+struct Axis {
+  Row near, alpha2, beta;
+};
+
+HWY_INLINE void order(Axis& a, Axis& b) {
+  const auto swap = hn::Lt(b.near, a.near);
+  const Axis low{hn::IfThenElse(swap, b.near, a.near), hn::IfThenElse(swap, b.alpha2, a.alpha2),
+                 hn::IfThenElse(swap, b.beta, a.beta)};
+  const Axis high{hn::IfThenElse(swap, a.near, b.near), hn::IfThenElse(swap, a.alpha2, b.alpha2),
+                  hn::IfThenElse(swap, a.beta, b.beta)};
+  a = low;
+  b = high;
+}
+
+bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
+  const RowTag d;
+  const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d), third = hn::Set(d, 1.0f / 3), second = hn::Set(d, 2.25f);
+  const Row unknown = hn::Set(d, kUnknownDistance), bound = hn::Set(d, cap);
+  auto changed = hn::Lt(zero, zero);
+  forRows([&](int voxel) {
+    // Both buffers hold what is frozen.
+    constexpr auto kAll = static_cast<uint8_t>((1u << std::min<size_t>(hn::MaxLanes(d), 8)) - 1);
+    if ((static_cast<uint8_t>(frozen[voxel >> 6] >> (voxel & 63)) & kAll) == kAll) return;
+    const int at = wideAt(voxel);
+    const Row old = hn::LoadU(d, wide + at);
+    const auto kept = rowMask(frozen, voxel);
+    // As seen from the voxel's own side of the surface.
+    const Row side = hn::And(old, hn::Set(d, -0.0f));
+    const auto load = [&](int step) { return hn::Xor(hn::LoadU(d, wide + at + step), side); };
+    constexpr int kX = 12 * kWideRow, kY = kWideRow, kZ = 1;
+    const Row before[3] = {load(-kX), load(-kY), load(-kZ)}, after[3] = {load(kX), load(kY), load(kZ)};
+    const Row nearest[3] = {hn::Min(before[0], after[0]), hn::Min(before[1], after[1]), hn::Min(before[2], after[2])};
+    const Row base = hn::Min(hn::Min(nearest[0], nearest[1]), nearest[2]);
+    if (hn::AllTrue(d, hn::Or(kept, hn::Ge(base, bound)))) {
+      hn::StoreU(old, d, out + at);
+      return;
+    }
+    const auto axis = [&](int i, int step) {
+      const Row down = load(-2 * step), up = load(2 * step);
+      // Of two equal sides the lower next one counts, so that mirroring changes nothing.
+      const Row next = hn::IfThenElse(hn::Lt(before[i], after[i]), down,
+                                      hn::IfThenElse(hn::Lt(after[i], before[i]), up, hn::Min(down, up)));
+      const auto two = hn::Le(next, nearest[i]);
+      const Row near = hn::Sub(nearest[i], base), rise = hn::Min(hn::Sub(nearest[i], next), one);
+      return Axis{near, hn::IfThenElse(two, second, one),
+                  hn::IfThenElse(two, hn::Add(near, hn::Mul(rise, third)), near)};
+    };
+    Axis a = axis(0, kX), b = axis(1, kY), c = axis(2, kZ);
+    order(a, b);
+    order(b, c);
+    order(a, b);
+    // α²(u − β)² summed over the axes that lie upwind is 1.
+    Row u = hn::Add(a.beta, hn::Div(one, hn::Sqrt(a.alpha2)));
+    Row sumA = a.alpha2, sumB = hn::Mul(a.alpha2, a.beta), sumC = hn::Sub(hn::Mul(sumB, a.beta), one);
+    const auto with = [&](const Axis& next) {
+      const Row weighted = hn::Mul(next.alpha2, next.beta);
+      const auto joins = hn::Gt(u, next.near);
+      sumA = hn::Add(sumA, next.alpha2);
+      sumB = hn::Add(sumB, weighted);
+      sumC = hn::Add(sumC, hn::Mul(weighted, next.beta));
+      const Row root = hn::Sub(hn::Mul(sumB, sumB), hn::Mul(sumA, sumC));
+      const Row solved = hn::Div(hn::Add(sumB, hn::Sqrt(hn::Max(root, zero))), sumA);
+      u = hn::IfThenElse(hn::And(joins, hn::Ge(root, zero)), solved, u);
+    };
+    with(b);
+    with(c);
+    u = hn::Add(u, base);
+    u = hn::Xor(hn::IfThenElse(hn::Lt(u, bound), u, unknown), side);
+    u = hn::IfThenElse(kept, old, u);
+    changed = hn::Or(changed, hn::Ne(u, old));
+    hn::StoreU(u, d, out + at);
+  });
+  return !hn::AllFalse(d, changed);
+}
+
+void Feet(const float* wide, float* foot, float (&box)[2][3]) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), far = hn::Set(d, kUnknownDistance), least = hn::Set(d, 1e-4f);
+  Row lowest[3] = {far, far, far}, highest[3] = {hn::Neg(far), hn::Neg(far), hn::Neg(far)};
+  forRows([&](int voxel) {
+    const int at = wideAt(voxel);
+    const Row u = hn::LoadU(d, wide + at), twice = hn::Add(u, u);
+    const auto slope = [&](int step) {
+      const Row before = hn::LoadU(d, wide + at - step), after = hn::LoadU(d, wide + at + step);
+      const Row low = hn::IfThenElse(hn::Ge(before, far), hn::Sub(twice, after), before);
+      const Row high = hn::IfThenElse(hn::Ge(after, far), hn::Sub(twice, before), after);
+      return hn::Sub(high, low);
+    };
+    const Row gx = slope(12 * kWideRow), gy = slope(kWideRow), gz = slope(1);
+    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
+    const auto known = hn::And(hn::Lt(u, far), hn::Gt(length2, least));
+    const Row scale = hn::IfThenElse(known, hn::Neg(hn::Div(u, hn::Sqrt(hn::Max(length2, least)))), zero);
+    const auto one = [&](int axis, Row value, Row place) {
+      hn::StoreU(value, d, foot + axis * kBrickVoxels + voxel);
+      const Row end = hn::Add(place, value);
+      lowest[axis] = hn::Min(lowest[axis], hn::IfThenElse(hn::Lt(u, far), end, far));
+      highest[axis] = hn::Max(highest[axis], hn::IfThenElse(hn::Lt(u, far), end, hn::Neg(far)));
+    };
+    one(0, hn::Mul(gx, scale), hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f));
+    one(1, hn::Mul(gy, scale), hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f));
+    one(2, hn::Mul(gz, scale), hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f));
+  });
+  for (int axis = 0; axis < 3; ++axis) {
+    box[0][axis] = hn::GetLane(hn::MinOfLanes(d, lowest[axis]));
+    box[1][axis] = hn::GetLane(hn::MaxOfLanes(d, highest[axis]));
+  }
+}
+
+void Weights(const SweptBall& b, int shape, float strength, const float* foot, float* weight) {
+  const RowTag d;
+  const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  forRows([&](int voxel) {
+    const Row vx = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), hn::LoadU(d, foot + voxel));
+    const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay),
+                           hn::LoadU(d, foot + kBrickVoxels + voxel));
+    const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
+    const Row vz = hn::Add(hn::Sub(z, hn::Set(d, b.az)), hn::LoadU(d, foot + 2 * kBrickVoxels + voxel));
+    const Row dx = hn::Set(d, b.dx), dy = hn::Set(d, b.dy), dz = hn::Set(d, b.dz);
+    const Row along = hn::Add(hn::Add(hn::Mul(vx, dx), hn::Mul(vy, dy)), hn::Mul(vz, dz));
+    const Row t = hn::Min(hn::Max(hn::Mul(along, hn::Set(d, b.inverseLength2)), zero), one);
+    const Row ex = hn::Sub(vx, hn::Mul(t, dx)), ey = hn::Sub(vy, hn::Mul(t, dy)), ez = hn::Sub(vz, hn::Mul(t, dz));
+    const Row squared = hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
+    const Row radius = hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)));
+    const Row t2 = hn::Div(squared, hn::Mul(radius, radius)), rest2 = hn::Max(hn::Sub(one, t2), zero);
+    Row w = one;
+    switch (shape) {
+      case 0:
+        w = hn::Min(hn::Max(hn::Mul(hn::Sub(radius, hn::Sqrt(squared)), hn::Set(d, 0.5f)), zero), one);
+        break;
+      case 1:
+        w = hn::Mul(rest2, rest2);
+        break;
+      case 2:
+        w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+        break;
+      case 3: {
+        const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+        w = hn::Mul(rest, rest);
+        break;
+      }
+      default:
+        w = hn::Sqrt(rest2);
+    }
+    hn::StoreU(hn::Max(hn::Mul(w, hn::Set(d, strength)), hn::LoadU(d, weight + voxel)), d, weight + voxel);
+  });
+}
+
+bool Heights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), most = hn::Set(d, limit), times = hn::Set(d, gain);
+  auto any = hn::Lt(zero, zero);
+  forRows([&](int voxel) {
+    const Row w = hn::LoadU(d, weight + voxel), old = hn::LoadU(d, height + voxel);
+    const auto mine = hn::And(rowMask(mask, voxel), hn::Gt(w, zero));
+    const Row next = hn::Min(hn::Add(old, hn::Mul(w, times)), most);
+    any = hn::Or(any, hn::And(mine, hn::Gt(next, old)));
+    hn::StoreU(hn::IfThenElse(mine, next, old), d, height + voxel);
+  });
+  return !hn::AllFalse(d, any);
+}
+
+void Raised(const float* u, const float* padded, float side, float* phi) {
+  const RowTag d;
+  // Beyond this slope the height jumps from voxel to voxel and says nothing about a distance.
+  const Row one = hn::Set(d, 1.0f), quarter = hn::Set(d, 0.25f), steepest = hn::Set(d, 25.0f), sign = hn::Set(d, side);
+  forRows([&](int voxel) {
+    const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
+    const Row h = hn::LoadU(d, padded + at);
+    const auto slope = [&](int step) {
+      return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step));
+    };
+    const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
+    const Row squared = hn::Mul(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), quarter);
+    const Row value = hn::Div(hn::Sub(hn::LoadU(d, u + voxel), h), hn::Sqrt(hn::Add(one, hn::Min(squared, steepest))));
+    const auto raised = hn::And(hn::Gt(h, hn::Zero(d)), hn::Lt(hn::LoadU(d, u + voxel), hn::Set(d, kUnknownDistance)));
+    hn::StoreU(hn::IfThenElse(raised, hn::Mul(value, sign), hn::LoadU(d, phi + voxel)), d, phi + voxel);
+  });
+}
+
+void Broad(const float* broad, int spacing, float* mean) {
+  const RowTag d;
+  const Row share = hn::Set(d, 1.0f / 64);
+  alignas(64) float alongZ[16 * 16 * 8], alongY[16 * 8 * 8];
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto sum = [&](const float* at, int step) {
+    const Row centre = hn::LoadU(d, at);
+    return hn::Add(hn::Add(hn::LoadU(d, at - step), hn::LoadU(d, at + step)), hn::Add(centre, centre));
+  };
+  for (int x = 4 - spacing; x < 12 + spacing; ++x)
+    for (int y = 4 - spacing; y < 12 + spacing; ++y)
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), spacing), d, alongZ + (x * 16 + y) * 8 + z);
+  for (int x = 4 - spacing; x < 12 + spacing; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, spacing * 8), d, alongY + (x * 8 + y) * 8 + z);
+  for (int x = 0; x < 8; ++x)
+    for (int i = 0; i < 64; i += lanes)
+      hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
+}
+
+}  // namespace argil::clay::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace argil::clay {
+
+HWY_EXPORT(Pass);
+HWY_EXPORT(Feet);
+HWY_EXPORT(Weights);
+HWY_EXPORT(Heights);
+HWY_EXPORT(Raised);
+HWY_EXPORT(Broad);
+
+bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, cap, out);
+}
+void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept {
+  HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box);
+}
+void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
+  HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);
+}
+bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);
+}
+void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept {
+  HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi);
+}
+void broadMean(const float* broad, int spacing, float* mean) noexcept {
+  HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean);
+}
+
+}  // namespace argil::clay
+#endif

@@ -1,0 +1,54 @@
+#pragma once
+// Arithmetic of raising, levelling and smoothing on one brick; compiled once per SIMD target.
+
+#include <cstdint>
+
+#include "clay/kernels/brush_kernels.h"
+
+namespace argil::clay {
+
+/// A distance that is not known yet.
+inline constexpr float kUnknownDistance = 1e6f;
+
+/// A brick with two voxels of its neighbours around it: [x][y][z] at (x·12 + y)·12 + z, voxel (0,0,0) of the brick at
+/// index 2, 2, 2.
+inline constexpr int kWideRow = 12;
+inline constexpr int kWideSize = 12 * 12 * kWideRow + 16;
+inline constexpr int wideOffset(int x, int y, int z) {
+  return (x * 12 + y) * kWideRow + z;
+}
+
+/// One Jacobi pass of |∇u| = 1, upwind and of second order where two voxels of an axis are known. Voxels whose bit in
+/// `frozen` is set keep the value that both buffers hold, values beyond `cap` become kUnknownDistance. Writes the inner
+/// 8×8×8 of `out`; whether any of them differs from `wide`.
+bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
+
+/// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known. `box`:
+/// the least and the largest x, y, z of where the feet of known voxels lie, from the brick's middle.
+void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept;
+
+/// As ballWeights, taken at the feet of the voxels instead of at the voxels. The constant falloff's rim is two voxels
+/// wide: a step within one voxel could not be told from a step elsewhere in it.
+void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept;
+
+/// height = min(height + gain · weight, limit) where a bit of `mask` is set and the weight is not zero; no height is
+/// above the limit. Whether any changed.
+bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept;
+
+/// side · (u − h)/√(1 + |∇h|²), h the height, where that is not zero and u is known; elsewhere `phi` keeps its value.
+/// `padded`: the heights with one voxel around them.
+void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
+
+/// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at
+/// index 4, 4, 4.
+inline constexpr int kBroadRow = 16;
+inline constexpr int kBroadSize = 16 * 16 * kBroadRow + 16;
+inline constexpr int broadOffset(int x, int y, int z) {
+  return (x * 16 + y) * kBroadRow + z;
+}
+
+/// Means of 3×3×3 voxels `spacing` (1 to 4) apart, with binomial weights. `broad` needs that many voxels around the
+/// brick.
+void broadMean(const float* broad, int spacing, float* mean) noexcept;
+
+}  // namespace argil::clay

@@ -1,0 +1,276 @@
+#include "clay/kernels/surface_kernels.h"
+
+#include <bit>
+#include <cstring>
+#include <utility>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "clay/kernels/surface_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace argil::clay::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::CappedTag<float, kCellPadding>;
+using IntTag = hn::RebindToSigned<Tag>;
+using Floats = hn::Vec<Tag>;
+using Ints = hn::Vec<IntTag>;
+
+HWY_INLINE Floats mix(Floats a, Floats b, Floats t) {
+  return hn::Add(a, hn::Mul(hn::Sub(b, a), t));
+}
+
+// Octahedral, as PackedNormal::pack; a vector without length gives z.
+HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
+  const Tag d;
+  const IntTag di;
+  const Floats one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const Floats sum = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(gz));
+  // A field without slope at the vertex (a saddle's very centre) has no normal: any will do, but always the same.
+  const auto flat = hn::Not(hn::Gt(sum, hn::Set(d, 1e-12f)));
+  const Floats scale = hn::IfThenElse(flat, zero, hn::Div(one, sum)), z = hn::IfThenElse(flat, one, gz);
+  const Floats u = hn::Mul(x, scale), v = hn::Mul(y, scale);
+  const auto sign = [&](Floats a) { return hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -1.0f), one); };
+  const auto below = hn::Lt(z, zero);
+  const Floats fu = hn::IfThenElse(below, hn::Mul(hn::Sub(one, hn::Abs(v)), sign(u)), u);
+  const Floats fv = hn::IfThenElse(below, hn::Mul(hn::Sub(one, hn::Abs(u)), sign(v)), v);
+  const auto fixed = [&](Floats a) {
+    const Floats half = hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -0.5f), hn::Set(d, 0.5f));
+    return hn::ConvertTo(di, hn::Add(hn::Mul(a, hn::Set(d, 32767.0f)), half));
+  };
+  return hn::Or(hn::And(fixed(fu), hn::Set(di, 0xffff)), hn::ShiftLeft<16>(fixed(fv)));
+}
+
+// at[index] and at[index + 1], both by one load a lane: loads are what a gather costs.
+HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& second) {
+  const Tag d;
+  const hn::Repartition<int64_t, Tag> d64;
+  const hn::Repartition<double, Tag> pair;
+  const hn::Half<IntTag> half;
+  const auto load = [&](hn::Vec<decltype(half)> i) {
+    // Bytes, as the pairs overlap.
+    return hn::BitCast(
+        d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
+  };
+  const Floats lower = load(hn::LowerHalf(half, index)), upper = load(hn::UpperHalf(half, index));
+  first = hn::ConcatEven(d, upper, lower);
+  second = hn::ConcatOdd(d, upper, lower);
+}
+
+// (Loops over corners and edges are written out by templates: g++ keeps them as loops otherwise, with vectors in
+// memory.)
+template <int... c>
+HWY_INLINE Ints patternOf(const Floats (&v)[8], std::integer_sequence<int, c...>) {
+  const Tag d;
+  const IntTag di;
+  Ints pattern = hn::Zero(di);
+  ((pattern = hn::Or(pattern, hn::IfThenElseZero(hn::RebindMask(di, hn::Lt(v[c], hn::Zero(d))), hn::Set(di, 1 << c)))),
+   ...);
+  return pattern;
+}
+
+// Edge axis·4 + e, as kCellEdges: its crossing's coordinates on top of `sum` where it is crossed, and one on top of
+// `n`.
+template <int axis, int e>
+HWY_INLINE void addEdge(const Floats (&v)[8], Floats (&sum)[3], Floats& n) {
+  const Tag d;
+  constexpr int u = (axis + 1) % 3, w = (axis + 2) % 3;
+  constexpr int from = (e >> 1) * (4 >> u) + (e & 1) * (4 >> w), to = from + (4 >> axis);
+  const auto crossed = hn::Xor(hn::Lt(v[from], hn::Zero(d)), hn::Lt(v[to], hn::Zero(d)));
+  sum[axis] = hn::Add(sum[axis], hn::IfThenElseZero(crossed, hn::Div(v[from], hn::Sub(v[from], v[to]))));
+  const Floats step = hn::IfThenElseZero(crossed, hn::Set(d, 1.0f));
+  if constexpr ((e >> 1) != 0) sum[u] = hn::Add(sum[u], step);
+  if constexpr ((e & 1) != 0) sum[w] = hn::Add(sum[w], step);
+  n = hn::Add(n, step);
+}
+template <int... i>
+HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std::integer_sequence<int, i...>) {
+  (addEdge<i / 4, i % 4>(v, sum, n), ...);
+}
+
+void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
+                  uint32_t* normals) {
+  const Tag d;
+  const IntTag di;
+  const hn::Rebind<uint16_t, Tag> d16;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  for (int first = 0; first < count; first += lanes) {
+    const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + first));
+    const Ints x = hn::ShiftRight<6>(cell), y = hn::And(hn::ShiftRight<3>(cell), hn::Set(di, 7)),
+               z = hn::And(cell, hn::Set(di, 7));
+    // (x·9 + y)·9 + z, by shifts: integer products are slow on some targets.
+    const Ints xy = hn::Add(hn::Add(hn::ShiftLeft<3>(x), x), y);
+    const Ints base = hn::Add(hn::Add(hn::ShiftLeft<3>(xy), xy), z);
+    Floats v[8];
+    gatherPairs(corners + cornerOffset(0, 0, 0), base, v[0], v[1]);
+    gatherPairs(corners + cornerOffset(0, 1, 0), base, v[2], v[3]);
+    gatherPairs(corners + cornerOffset(1, 0, 0), base, v[4], v[5]);
+    gatherPairs(corners + cornerOffset(1, 1, 0), base, v[6], v[7]);
+    hn::StoreU(patternOf(v, std::make_integer_sequence<int, 8>()), di, reinterpret_cast<int32_t*>(patterns + first));
+
+    Floats sum[3] = {zero, zero, zero}, n = zero;
+    addEdges(v, sum, n, std::make_integer_sequence<int, 12>());
+    const Floats inverse = hn::Div(one, n);
+    const Floats fx = hn::Mul(sum[0], inverse), fy = hn::Mul(sum[1], inverse), fz = hn::Mul(sum[2], inverse);
+    hn::StoreInterleaved3(hn::Add(hn::ConvertTo(d, x), fx), hn::Add(hn::ConvertTo(d, y), fy),
+                          hn::Add(hn::ConvertTo(d, z), fz), d, positions + 3 * first);
+    if (!normals) continue;
+
+    // Gradient of the trilinear field at the vertex.
+    const Floats v00 = mix(v[0], v[1], fz), v01 = mix(v[2], v[3], fz), v10 = mix(v[4], v[5], fz),
+                 v11 = mix(v[6], v[7], fz);
+    const Floats z0 = mix(hn::Sub(v[1], v[0]), hn::Sub(v[3], v[2]), fy),
+                 z1 = mix(hn::Sub(v[5], v[4]), hn::Sub(v[7], v[6]), fy);
+    const Floats gx = mix(hn::Sub(v10, v00), hn::Sub(v11, v01), fy), gy = mix(hn::Sub(v01, v00), hn::Sub(v11, v10), fx),
+                 gz = mix(z0, z1, fx);
+    hn::StoreU(packNormal(gx, gy, gz), di, reinterpret_cast<int32_t*>(normals + first));
+  }
+}
+
+void Signs(const SignWords& words, BrickSigns& out) {
+  const hn::CappedTag<uint64_t, 8> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto lowZ = hn::Set(d, 0x0101010101010101ull), rest = hn::Set(d, ~0x8080808080808080ull);
+  uint64_t own[9], any[9], all[9];  // by x; over the four voxels of a plane of cells' corners
+  for (int x = 0; x <= 8; x += x < 8 ? lanes : 1) {
+    // The plane of the next brick comes last, in every lane the same.
+    const auto load = [&](int k) { return x < 8 ? hn::LoadU(d, words.own[k] + x) : hn::Set(d, words.next[k]); };
+    const auto w = load(0), z = load(1), y = load(2), yz = load(3);
+    const auto toZ = [&](decltype(w) here, decltype(w) after) {
+      return hn::Or(hn::And(hn::ShiftRight<1>(here), rest), hn::ShiftLeft<7>(hn::And(after, lowZ)));
+    };
+    const auto toY = [](decltype(w) here, decltype(w) after) {
+      return hn::Or(hn::ShiftRight<8>(here), hn::ShiftLeft<56>(after));
+    };
+    const auto atZ = toZ(w, z), atY = toY(w, y), atYZ = toZ(atY, toY(z, yz));
+    const auto someIn = hn::Or(hn::Or(w, atZ), hn::Or(atY, atYZ)), allIn = hn::And(hn::And(w, atZ), hn::And(atY, atYZ));
+    if (x == 8) {
+      own[8] = hn::GetLane(w);
+      any[8] = hn::GetLane(someIn);
+      all[8] = hn::GetLane(allIn);
+      break;
+    }
+    hn::StoreU(w, d, own + x);
+    hn::StoreU(someIn, d, any + x);
+    hn::StoreU(allIn, d, all + x);
+    hn::StoreU(w, d, out.inside + x);
+    hn::StoreU(hn::Xor(w, atY), d, out.crossed[1] + x);
+    hn::StoreU(hn::Xor(w, atZ), d, out.crossed[2] + x);
+  }
+  for (int x = 0; x < 8; x += lanes) {
+    hn::StoreU(hn::Xor(hn::LoadU(d, own + x), hn::LoadU(d, own + x + 1)), d, out.crossed[0] + x);
+    const auto someIn = hn::Or(hn::LoadU(d, any + x), hn::LoadU(d, any + x + 1));
+    const auto allIn = hn::And(hn::LoadU(d, all + x), hn::LoadU(d, all + x + 1));
+    hn::StoreU(hn::AndNot(allIn, someIn), d, out.active + x);
+  }
+}
+
+static_assert(std::endian::native == std::endian::little, "a quad is written as one word");
+
+void EdgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV, uint16_t* quads) {
+  const hn::Full128<float> d;
+  using Four = hn::Vec<decltype(d)>;
+  const auto load = [&](const CellVertex* v) { return hn::Load(d, &v->x); };
+  // (x² + y²) + z² of four vectors whose squares these are.
+  const auto sums = [&](const Four(&q)[4]) {
+    const Four xy0 = hn::InterleaveLower(d, q[0], q[1]), xy1 = hn::InterleaveLower(d, q[2], q[3]);
+    const Four z = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, q[2], q[3]), hn::InterleaveUpper(d, q[0], q[1]));
+    return hn::Add(hn::Add(hn::ConcatLowerLower(d, xy1, xy0), hn::ConcatUpperUpper(d, xy1, xy0)), z);
+  };
+  for (int first = 0; first < count; first += 4) {
+    const auto squares = [&](int i, Four& diagonal, Four& other) {
+      const CellVertex* c = vertices + (edges[first + i] & ~kEdgeDown);
+      const Four a = hn::Sub(load(c - stepU - stepV), load(c)), b = hn::Sub(load(c - stepV), load(c - stepU));
+      diagonal = hn::Mul(a, a);
+      other = hn::Mul(b, b);
+    };
+    Four ac[4], bd[4];
+    squares(0, ac[0], bd[0]);
+    squares(1, ac[1], bd[1]);
+    squares(2, ac[2], bd[2]);
+    squares(3, ac[3], bd[3]);
+    uint8_t turned[8];
+    hn::StoreMaskBits(d, hn::Lt(sums(bd), sums(ac)), turned);
+    for (int i = 0; i < 4; ++i) {
+      const uint16_t edge = edges[first + i];
+      const CellVertex* c = vertices + (edge & ~kEdgeDown);
+      const auto ref = [](const CellVertex* v) { return static_cast<uint64_t>(v->ref & 0xffff); };
+      // Around an edge, counter-clockwise seen from its upper end; the other way round where that is the inside.
+      uint64_t second = ref(c - stepV), fourth = ref(c - stepU);
+      const uint64_t swap = (second ^ fourth) & (uint64_t{0} - (edge >> 15));
+      second ^= swap;
+      fourth ^= swap;
+      const uint64_t quad = ref(c - stepU - stepV) | second << 16 | ref(c) << 32 | fourth << 48;
+      const uint64_t word = std::rotr(quad, ((turned[0] >> i) & 1) * 16);
+      std::memcpy(quads + 4 * (first + i), &word, sizeof word);
+    }
+  }
+}
+
+void Differing(const float* a, const float* b, uint64_t* out) {
+  const hn::CappedTag<uint32_t, 16> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int x = 0; x < 8; ++x) {
+    uint64_t word = 0;
+    for (int i = 0; i < 64; i += lanes) {
+      const auto load = [&](const float* v) { return hn::LoadU(d, reinterpret_cast<const uint32_t*>(v) + x * 64 + i); };
+      uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::Ne(load(a), load(b)), bits);
+      word |= (bits[0] | uint64_t{bits[1]} << 8) << i;
+    }
+    out[x] = word;
+  }
+}
+
+}  // namespace argil::clay::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace argil::clay {
+
+HWY_EXPORT(Signs);
+HWY_EXPORT(CellVertices);
+HWY_EXPORT(EdgeQuads);
+HWY_EXPORT(Differing);
+
+void brickSigns(const SignWords& words, BrickSigns& out) noexcept {
+  HWY_DYNAMIC_DISPATCH(Signs)(words, out);
+}
+
+void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
+                  uint32_t* normals) noexcept {
+  HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, patterns, positions, normals);
+}
+
+int listBits(const uint64_t* words, uint16_t* out) noexcept {
+  uint16_t* at = out;
+  for (int x = 0; x < 8; ++x) {
+    uint64_t left = words[x];
+    const int count = std::popcount(left);
+    // Four at a time, needed or not: how many there are is hard to foresee, and a wrong guess costs more than they do.
+    uint16_t* next = at;
+    do {
+      for (int i = 0; i < 4; ++i) {
+        *next++ = static_cast<uint16_t>(x * 64 + (std::countr_zero(left | uint64_t{1} << 63)));
+        left &= left - 1;
+      }
+    } while (left != 0);
+    at += count;
+  }
+  return static_cast<int>(at - out);
+}
+
+void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV,
+               uint16_t* quads) noexcept {
+  HWY_DYNAMIC_DISPATCH(EdgeQuads)(vertices, edges, count, stepU, stepV, quads);
+}
+
+void differingVoxels(const float* a, const float* b, uint64_t (&out)[8]) noexcept {
+  HWY_DYNAMIC_DISPATCH(Differing)(a, b, out);
+}
+
+}  // namespace argil::clay
+#endif

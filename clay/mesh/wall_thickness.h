@@ -1,0 +1,34 @@
+#pragma once
+// How thick the walls of a mesh are: what voxels of a size would lose, known before clay is made.
+
+#include <cstddef>
+#include <vector>
+
+#include "clay/base/work_part.h"
+#include "clay/mesh/triangle_mesh.h"
+
+namespace argil::clay {
+
+/// Of points spread evenly over the surface.
+struct WallThickness {
+  /// Where there is an opposite side, ascending: the inscribed ball that touches there.
+  std::vector<double> wallsMm;
+  size_t points = 0;  ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
+
+  /// Part of the surface, 0 to 1, that bounds walls thinner than this: voxels of that size lose them, or parts of them.
+  [[nodiscard]] double shareThinner(double mm) const;
+  /// A voxel, in mm to two digits, that keeps the walls: 1.25 of them across all but the thinnest thousandth; 0 when
+  /// there is no wall. Knife edges count by their area: they are thin at any voxel size.
+  [[nodiscard]] double keepingVoxelMm() const;
+};
+
+inline constexpr size_t kWallPoints = 20000;
+
+/// Of a mesh in mm: the inside is where its faces point away from (all are taken the other way where its volume is
+/// negative); faces within other bodies are no walls. At least one triangle with an area, or nothing is found. Results
+/// do not depend on `threads` (0: all cores). Throws Cancelled. Cost: a search tree over the triangles and about 20
+/// searches a point: 0.5 s, and 0.3 s for each million triangles.
+[[nodiscard]] WallThickness wallThickness(const TriangleMesh& mesh, const WorkPart& part, size_t points = kWallPoints,
+                                          int threads = 0);
+
+}  // namespace argil::clay

@@ -1,0 +1,170 @@
+#include "clay/store/sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/store/editor.h"
+#include "clay/store/tree.h"
+
+namespace argil::clay {
+
+namespace {
+
+// Beyond this a voxel coordinate cannot lie in any brick; clamping there keeps the conversion to int defined for any
+// input.
+constexpr double kFar = 8.0 * kBrickReach + 16;
+
+struct Cell {
+  Coord base;
+  float fx, fy, fz;
+};
+
+// Not-a-number and infinities land on the far side: outside, never undefined.
+Cell cellOf(const Vec3d& p) noexcept {
+  const auto bound = [](double v) { return v >= -kFar ? std::min(v, kFar) : -kFar; };
+  const double x = bound(p.x()), y = bound(p.y()), z = bound(p.z());
+  const double bx = std::floor(x), by = std::floor(y), bz = std::floor(z);
+  return {{static_cast<int32_t>(bx), static_cast<int32_t>(by), static_cast<int32_t>(bz)},
+          static_cast<float>(x - bx),
+          static_cast<float>(y - by),
+          static_cast<float>(z - bz)};
+}
+
+// Catmull-Rom weights of four samples at -1, 0, 1, 2 and their derivatives.
+void cubicWeights(float t, float w[4], float d[4]) noexcept {
+  const float t2 = t * t, t3 = t2 * t;
+  w[0] = 0.5f * (-t3 + 2 * t2 - t);
+  w[1] = 0.5f * (3 * t3 - 5 * t2 + 2);
+  w[2] = 0.5f * (-3 * t3 + 4 * t2 + t);
+  w[3] = 0.5f * (t3 - t2);
+  d[0] = 0.5f * (-3 * t2 + 4 * t - 1);
+  d[1] = 0.5f * (9 * t2 - 10 * t);
+  d[2] = 0.5f * (-9 * t2 + 8 * t + 1);
+  d[3] = 0.5f * (3 * t2 - 2 * t);
+}
+
+}  // namespace
+
+void Sampler::reset(const Version& version) noexcept {
+  root_ = version.record()->roots[kDistanceTree];
+  band_ = version.record()->grid.band;
+  step_ = version.record()->step;
+  regionCoord_ = {INT32_MIN, 0, 0};
+}
+
+void Sampler::reset(const Editor& editor) noexcept {
+  root_ = editor.trees_[kDistanceTree].root;
+  band_ = editor.grid().band;
+  step_ = editor.step();
+  regionCoord_ = {INT32_MIN, 0, 0};
+}
+
+Slot Sampler::slot(Coord brick) noexcept {
+  const Coord region = brick >> 3;
+  if (region != regionCoord_) {
+    if (!inReach(brick)) return Tile::outside;
+    regionCoord_ = region;
+    region_ = descend(root_, brick, 1);
+  }
+  return slotOf(isTile(region_) ? region_ : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1)]);
+}
+
+void Sampler::corner(Coord brick, Slot (&out)[2][2][2]) noexcept {
+  out[0][0][0] = slot(brick);
+  if ((brick.x & 7) < 7 && (brick.y & 7) < 7 && (brick.z & 7) < 7 && inReach(brick)) {
+    // All of one region: one node, neighbouring children.
+    for (int i = 1; i < 8; ++i) {
+      const int dx = i >> 2, dy = (i >> 1) & 1, dz = i & 1;
+      out[dx][dy][dz] = slotOf(
+          isTile(region_)
+              ? region_
+              : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1) + (dx << 6) + (dy << 3) + dz]);
+    }
+    return;
+  }
+  for (int i = 1; i < 8; ++i) out[i >> 2][(i >> 1) & 1][i & 1] = slot(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
+}
+
+float Sampler::voxel(Coord v) noexcept {
+  return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_, step_);
+}
+
+// Copies n³ voxels from `first` on into out[x][y][z]; n ≤ 4, so at most eight bricks are met.
+template <int n>
+void Sampler::gather(Coord first, float (&out)[n][n][n]) noexcept {
+  const int lx = first.x & 7, ly = first.y & 7, lz = first.z & 7;
+  if (lx <= 8 - n && ly <= 8 - n && lz <= 8 - n) {
+    const Slot s = slot(first >> kBrickBits);
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z) out[x][y][z] = s.phi(Brick::offset(lx + x, ly + y, lz + z), band_, step_);
+    return;
+  }
+  const Coord brick = first >> kBrickBits;
+  Slot slots[2][2][2];
+  for (int i = 0; i < 8; ++i) {
+    const int ix = i >> 2, iy = (i >> 1) & 1, iz = i & 1;
+    if ((ix && lx <= 8 - n) || (iy && ly <= 8 - n) || (iz && lz <= 8 - n)) continue;
+    slots[ix][iy][iz] = slot(brick + Coord{ix, iy, iz});
+  }
+  for (int x = 0; x < n; ++x)
+    for (int y = 0; y < n; ++y)
+      for (int z = 0; z < n; ++z) {
+        const int vx = lx + x, vy = ly + y, vz = lz + z;
+        out[x][y][z] = slots[vx >> 3][vy >> 3][vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band_, step_);
+      }
+}
+
+float Sampler::trilinear(const Vec3d& p) noexcept {
+  Vec3f unused;
+  return trilinear(p, unused);
+}
+
+float Sampler::trilinear(const Vec3d& p, Vec3f& gradient) noexcept {
+  const Cell c = cellOf(p);
+  float v[2][2][2];
+  gather<2>(c.base, v);
+  const auto mix = [](float a, float b, float t) { return a + (b - a) * t; };
+  float value[2][2], slopeZ[2][2];
+  for (int x = 0; x < 2; ++x)
+    for (int y = 0; y < 2; ++y) {
+      value[x][y] = mix(v[x][y][0], v[x][y][1], c.fz);
+      slopeZ[x][y] = v[x][y][1] - v[x][y][0];
+    }
+  const float x0 = mix(value[0][0], value[0][1], c.fy), x1 = mix(value[1][0], value[1][1], c.fy);
+  gradient = {x1 - x0, mix(value[0][1] - value[0][0], value[1][1] - value[1][0], c.fx),
+              mix(mix(slopeZ[0][0], slopeZ[0][1], c.fy), mix(slopeZ[1][0], slopeZ[1][1], c.fy), c.fx)};
+  return mix(x0, x1, c.fx);
+}
+
+float Sampler::tricubic(const Vec3d& p, Vec3f& gradient) noexcept {
+  const Cell c = cellOf(p);
+  float v[4][4][4];
+  gather<4>(c.base - Coord{1, 1, 1}, v);
+  float wx[4], dx[4], wy[4], dy[4], wz[4], dz[4];
+  cubicWeights(c.fx, wx, dx);
+  cubicWeights(c.fy, wy, dy);
+  cubicWeights(c.fz, wz, dz);
+  float value = 0, gx = 0, gy = 0, gz = 0;
+  for (int x = 0; x < 4; ++x) {
+    float planeValue = 0, planeY = 0, planeZ = 0;
+    for (int y = 0; y < 4; ++y) {
+      float row = 0, rowZ = 0;
+      for (int z = 0; z < 4; ++z) {
+        row += wz[z] * v[x][y][z];
+        rowZ += dz[z] * v[x][y][z];
+      }
+      planeValue += wy[y] * row;
+      planeY += dy[y] * row;
+      planeZ += wy[y] * rowZ;
+    }
+    value += wx[x] * planeValue;
+    gx += dx[x] * planeValue;
+    gy += wx[x] * planeY;
+    gz += wx[x] * planeZ;
+  }
+  gradient = {gx, gy, gz};
+  return value;
+}
+
+}  // namespace argil::clay

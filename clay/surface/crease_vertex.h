@@ -1,0 +1,41 @@
+#pragma once
+// Where the faces that meet near a cell cross: a corner, an edge, or beside them a face.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "clay/base/vec.h"
+#include "clay/surface/crease_path.h"
+
+namespace argil::clay {
+
+/// The linear field that fits a cell which lies on one face.
+struct TangentPlane {
+  Vec3f centre;        ///< Of the cell, voxels.
+  Vec3f normal;        ///< Unit, outwards.
+  float distance = 0;  ///< Signed, of the centre.
+  float quality = 0;   ///< 0 to 1: how well it fits.
+};
+
+/// A cell and what is known around it.
+struct CreaseCell {
+  Vec3f low;           ///< Its lowest corner, voxels.
+  Vec3f draft;         ///< Its vertex in the draft.
+  CellView view;       ///< Its field; `low` zero: models are in coordinates from its lowest corner.
+  uint16_t edges = 0;  ///< Its crossed edges (of the vertex's loop), as clay/kernels/cell_cases.h numbers them.
+  std::span<const TangentPlane> planes;  ///< Of the cells around it, in a fixed order.
+};
+
+struct CreaseVertex {
+  enum class Kind { none, face, edge, corner } kind = Kind::none;
+  Vec3f position;
+  Vec3f normal;  ///< Unit: the mean of the faces'.
+};
+
+/// Groups the planes by normal into at most three faces, and puts the vertex where two or three of them meet in the
+/// cell; if they meet outside, onto the face that it is on. `none` where fewer than two faces are told apart or where
+/// the cell's own values contradict them. O(planes).
+[[nodiscard]] CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept;
+
+}  // namespace argil::clay

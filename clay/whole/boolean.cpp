@@ -1,0 +1,343 @@
+#include "clay/whole/boolean.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+
+#include "clay/field/redistance.h"
+#include "clay/field/region_work.h"
+#include "clay/field/settle.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/channel_source.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/store/tree_view.h"
+#include "clay/whole/resample.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kMostBlend = 100;  // voxels: regions are measured so far around
+using MaterialMap = std::vector<uint8_t>;
+
+uint8_t mapped(const MaterialMap& materials, uint8_t own) {
+  return own < materials.size() ? materials[own] : own;
+}
+
+constexpr float kInexact = 0.5f;  // voxels: distances of sculpted clay are off by less
+// Cosine between two surfaces' normals above which they count as one surface: the line where they meet is then nowhere.
+constexpr float kParallel = 0.995f;
+constexpr uint64_t kStepEvery = 256;  // bricks between two looks at the job
+
+// All three are an intersection of solids, one or both of them and the result turned inside out.
+class Combiner {
+ public:
+  Combiner(Editor& editor, const Version& b, Combination how, const MaterialMap& materials, const WorkPart& part)
+      : editor_(editor),
+        b_(b),
+        materials_(materials),
+        turnA_(how == Combination::join),
+        turnB_(how != Combination::intersect),
+        channels_(ChannelSource::any(editor.base())),
+        channelsB_(ChannelSource::any(b)),
+        fieldA_(editor.base()),
+        fieldB_(b),
+        all_(std::max<uint64_t>(b.stats().bricks, 1)),
+        part_(part) {}
+
+  void combine(const TreePlace& a, const TreePlace& b) {
+    if (outOfReach(b) || (a.isTile() && empty(a.tile(), turnA_))) return;
+    if (b.isTile()) {
+      takeTile(b);
+      if (channels_ && empty(b.tile(), turnB_)) clearBelow(a);
+      return;
+    }
+    if (a.isTile()) {
+      copy(b);
+    } else if (a.isNode()) {
+      for (int i = 0; i < 512; ++i) combine(a.child(i), b.child(i));
+    } else {
+      mix(*a.brick(), *b.brick());
+    }
+  }
+
+  /// Bricks with voxels whose distance was measured to what the other solid took away.
+  [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
+  /// Where there are channels: bricks in which both clays have a band.
+  [[nodiscard]] const std::vector<Coord>& met() const { return met_; }
+
+ private:
+  [[nodiscard]] static bool empty(Tile tile, bool turned) { return (tile == Tile::outside) != turned; }
+  [[nodiscard]] static bool outOfReach(const TreePlace& place) {
+    const Coord first = place.first(), last = first + Coord{1, 1, 1} * ((1 << (3 * place.level())) - 1);
+    return std::min({last.x, last.y, last.z}) < -kBrickReach || std::max({first.x, first.y, first.z}) >= kBrickReach;
+  }
+  // Where b has nothing of the intersection, the result has nothing. A block may begin out of reach; any brick of it
+  // names it.
+  void takeTile(const TreePlace& b) {
+    if (!empty(b.tile(), turnB_)) return;
+    const Coord f = b.first();
+    editor_.setBlock({std::max(f.x, -kBrickReach), std::max(f.y, -kBrickReach), std::max(f.z, -kBrickReach)}, b.level(),
+                     turnA_ ? Tile::inside : Tile::outside);
+  }
+
+  void count() {
+    if (++done_ % kStepEvery == 0) part_.step(std::min(1.0, static_cast<double>(done_) / static_cast<double>(all_)));
+  }
+  void copy(const TreePlace& b) {
+    if (outOfReach(b)) return;
+    if (b.isTile()) {
+      takeTile(b);
+      return;
+    }
+    if (b.isNode()) {
+      for (int i = 0; i < 512; ++i) copy(b.child(i));
+      return;
+    }
+    count();
+    const Brick& from = *b.brick();
+    FloatBrick* brick = editor_.newBrick(from.coord);
+    from.read(0, kBrickVoxels, brick->value);
+    if (turnA_ == turnB_) {
+      std::memcpy(brick->inside, from.inside, sizeof brick->inside);
+    } else {
+      for (float& value : brick->value) value = 0.0f - value;
+      for (int x = 0; x < kBrickEdge; ++x) {
+        uint64_t zero = 0;
+        for (int i = 0; i < 64; ++i) zero |= static_cast<uint64_t>(brick->value[x * 64 + i] == 0) << i;
+        brick->inside[x] = ~(from.inside[x] | zero);
+      }
+    }
+    editor_.link(brick, true);
+    if (channelsB_) copyChannels(from.coord);
+  }
+
+  void copyChannels(Coord brick) {
+    for (const Channel channel : kAllChannels) {
+      if (!b_.has(channel)) continue;
+      const ChannelSlot slot = b_.find(channel, brick);
+      if (channel == Channel::material && !materials_.empty()) {
+        std::array<uint8_t, kBrickVoxels> values;
+        const Brick& own = *b_.find(brick).brick();
+        for (int v = 0; v < kBrickVoxels; ++v)
+          values[static_cast<size_t>(v)] =
+              std::abs(own.phi(v)) < b_.grid().band ? mapped(materials_, slot.value(v)) : 0;
+        editor_.setChannel(channel, brick, values);
+      } else if (slot.isTile())
+        editor_.setChannelTile(channel, brick, slot == ChannelSlot(true));
+      else
+        editor_.setChannel(channel, brick, slot.brick()->value);
+    }
+    clearChannelsRoundedAway(editor_, brick);
+  }
+  // The first clay's, where nothing of it is left.
+  void clearBelow(const TreePlace& a) {
+    if (a.brick()) clearChannels(editor_, a.first());
+    if (!a.isNode()) return;
+    for (int i = 0; i < 512; ++i) clearBelow(a.child(i));
+  }
+
+  void mix(const Brick& a, const Brick& b) {
+    count();
+    const float band = editor_.grid().band;
+    BrickValues phi, scratchA, scratchB;
+    const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
+    bool ends = false;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
+      float value = std::max(pa, pb);
+      // The point that a voxel's distance was measured to is outside of the other solid only if that is nearer than
+      // twice the distance.
+      const float other = std::min(pa, pb);
+      if (value > 0 && value < band && other > -value - kInexact) {
+        ends = true;
+        if (other > -value)
+          value = std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb), band);
+      }
+      phi[i] = turnA_ ? -value : value;
+    }
+    editor_.setVoxels(a.coord, phi);
+    if (ends) creases_.push_back(a.coord);
+    if (channels_ || channelsB_) met_.push_back(a.coord);
+  }
+
+  // Distance of a voxel outside of the intersection to that intersection, given its distances to both solids.
+  // Near the voxel both are half-spaces. Where the foot on the farther plane lies in the other
+  // half-space, that plane is nearest; else the line is where both planes meet. Voxels beside the surface keep the
+  // larger distance, so that the surface crosses voxel edges where one of the two solids' does.
+  float wedgeDistance(Coord voxel, float pa, float pb) {
+    const float high = std::max(pa, pb), low = std::min(pa, pb);
+    Vec3f ga, gb;
+    for (int axis = 0; axis < 3; ++axis) {
+      float a[2], b[2];
+      for (int side = 0; side < 2; ++side) {
+        const int step = side ? 1 : -1;
+        const Coord next = voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+        a[side] = turnA_ ? -fieldA_.voxel(next) : fieldA_.voxel(next);
+        b[side] = turnB_ ? -fieldB_.voxel(next) : fieldB_.voxel(next);
+        if (std::max(a[side], b[side]) < 0) return high;
+      }
+      // Central differences, but where one neighbour is out of the band: there the other alone tells the slope.
+      ga[axis] = slope(a[0], a[1], pa);
+      gb[axis] = slope(b[0], b[1], pb);
+    }
+    const float lengths = std::sqrt(ga.squaredNorm() * gb.squaredNorm());
+    if (!(lengths > 0.25f)) return high;  // a ridge of one of the solids: its normal is not known
+    const float cosine =
+        std::min(std::max(((ga.x() * gb.x() + ga.y() * gb.y()) + ga.z() * gb.z()) / lengths, -1.0f), 1.0f);
+    if (low - cosine * high <= 0 || cosine > kParallel) return high;
+    // Opposite half-spaces that do not meet, or far away only.
+    if (cosine < -kParallel) return editor_.grid().band;
+    return std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine));
+  }
+  [[nodiscard]] float slope(float before, float after, float here) const {
+    const float band = editor_.grid().band;
+    if (std::abs(before) >= band) return std::abs(after) >= band ? 0 : after - here;
+    return std::abs(after) >= band ? here - before : (after - before) / 2;
+  }
+
+  Editor& editor_;
+  const Version& b_;
+  const MaterialMap& materials_;
+  bool turnA_, turnB_, channels_, channelsB_;
+  Sampler fieldA_, fieldB_;
+  std::vector<Coord> creases_, met_;
+  uint64_t done_ = 0, all_;
+  WorkPart part_;
+};
+
+// Each voxel of `bricks` (sorted) has its channels from the clay whose surface its distance is to: of both that have it
+// in their band, the one whose distance is closer to its own.
+void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& a, const Version& b, Combination how,
+                  const MaterialMap& materials, const WorkPart& part) {
+  const float band = editor.grid().band, ofB = how == Combination::cut ? -1 : 1;
+  ChannelSource fromA(a), fromB(b);
+  ChannelBytes bytes;
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    if (i % kStepEvery == 0) part.step(double(i) / double(bricks.size()));
+    const Slot now = editor.find(bricks[i]), inA = a.find(bricks[i]), inB = b.find(bricks[i]);
+    ChannelBlock block{ChannelPlace{}};
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float phi = now.phi(v, band);
+      if (!(std::abs(phi) < band)) continue;
+      const Coord at = bricks[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+      const float offA = std::abs(inA.phi(v, band) - phi), offB = std::abs(ofB * inB.phi(v, band) - phi);
+      bool isB = offA > offB;
+      const int near = (isB ? fromB : fromA).nearest(at, bytes);
+      // Where both bands end, or the one that is closer does not come near, the voxels decide.
+      if (ChannelBytes ofOther; (near == ChannelSource::kNone || (near > 0 && offA == offB)) &&
+                                (isB ? fromA : fromB).nearest(at, ofOther) < near) {
+        bytes = ofOther;
+        isB = !isB;
+      }
+      if (isB) bytes[indexOf(Channel::material)] = mapped(materials, bytes[indexOf(Channel::material)]);
+      block.set(v, bytes);
+    }
+    block.store(editor, bricks[i]);
+  }
+}
+
+// Quadratic smooth maximum: max where they differ by more than the width (Quilez).
+float blended(float a, float b, float width) {
+  const float h = std::max(width - std::abs(a - b), 0.0f) / width;
+  return std::max(a, b) + h * h * width * 0.25f;
+}
+
+// Where both surfaces are near, the blend of both distances takes the place of the combination. Distances are needed
+// beyond the band: to 1.25 widths, where the blend no longer reaches the surface. Returns the bricks that it may have
+// changed.
+std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Combination how, float width, int threads,
+                         const WorkPart& part) {
+  const float band = a.grid().band, far = 1.25f * width + band;
+  const int around = static_cast<int>(std::ceil(1.25f * width)) + 1;
+  std::vector<Coord> regions;
+  {
+    const std::vector<Coord> ofA = regionsNear(a, around), ofB = regionsNear(b, around);
+    std::set_intersection(ofA.begin(), ofA.end(), ofB.begin(), ofB.end(), std::back_inserter(regions));
+  }
+  const bool turnA = how == Combination::join, turnB = how != Combination::intersect;
+  std::mutex editing;
+  std::vector<Coord> changed;
+  forEachItem(regions.size(), threads, part.part(0, 0.9), [&](size_t i, DistanceBox& boxA) {
+    DistanceBox boxB;
+    const Coord first = regions[i] * kRegionBricks, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
+    const DistanceBox::Reach reach{far, far};
+    if (!boxA.fill(a, first * kBrickEdge, size, reach) || !boxB.fill(b, first * kBrickEdge, size, reach)) return;
+    for (int n = 0; n < 512; ++n) {
+      const Coord brick = first + Coord{n >> 6, (n >> 3) & 7, n & 7};
+      float phi[kBrickVoxels];
+      bool any = false;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const Coord at = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+        const float pa = turnA ? -boxA.at(at) : boxA.at(at), pb = turnB ? -boxB.at(at) : boxB.at(at);
+        const float value = blended(pa, pb, width);
+        any |= std::abs(pa - pb) < width && std::abs(value) < band;
+        phi[v] = turnA ? -value : value;
+      }
+      if (!any) continue;
+      const std::lock_guard lock(editing);
+      editor.setVoxels(brick, phi);
+      changed.push_back(brick);
+    }
+  });
+  std::vector<Coord> touched = bricksAround(editor, changed);
+  redistanceAll(editor, touched, part.part(0.9, 1));
+  return touched;
+}
+
+// `width`: voxels of blend, 0 for none.
+Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, const MaterialMap& materials,
+                      int threads, const WorkPart& part) {
+  Editor editor(a);
+  const double shape = width > 0 ? 0.1 : 0.8;
+  Combiner combiner(editor, b, how, materials, part.part(0, shape));
+  combiner.combine(TreePlace::root(a), TreePlace::root(b));
+  std::vector<Coord> changed;
+  if (width > 0) {
+    changed = blend(editor, a, b, how, width, threads, part.part(shape, 0.98));
+  } else {
+    changed = combiner.creases();
+    // Where more than two surfaces meet, the line between two of them may be cut off by the third, and where they only
+    // come near each other there is no such line: values that nothing beside them supports go, and none is farther from
+    // the surface than its neighbours allow.
+    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance);
+    std::sort(changed.begin(), changed.end());
+    std::erase_if(changed, [&](Coord c) { return !editor.find(c).brick(); });
+    limitSlopes(editor, changed, threads, part.part(0.9, 0.98));
+  }
+  if (ChannelSource::any(a) || ChannelSource::any(b)) {
+    changed.insert(changed.end(), combiner.met().begin(), combiner.met().end());
+    std::sort(changed.begin(), changed.end());
+    changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+    takeChannels(editor, changed, a, b, how, materials, part.part(0.98, 1));
+  }
+  return editor.commit();
+}
+
+}  // namespace
+
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options,
+                const WorkPart& part) {
+  const int threads = threadCount(options.threads);
+  const double width = options.blendMm / a.grid().voxelMm;
+  if (!(width >= 0 && width <= kMostBlend))
+    throw Error(fmt::format("a blend of {:g} mm at voxels of {:g} mm: give 0 to {:g} mm", options.blendMm,
+                            a.grid().voxelMm, kMostBlend * a.grid().voxelMm));
+  const bool other = !(b.grid() == a.grid());
+  const double ready = other ? 0.6 : 0;
+  const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, part.part(0, ready)) : b;
+  const Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), options.materials,
+                                       threads, part.part(ready, 1));
+  part.step(1);
+  return result;
+}
+
+Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options, Job* job) {
+  return combine(a, b, how, options, WorkPart(job));
+}
+
+}  // namespace argil::clay

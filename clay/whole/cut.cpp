@@ -1,0 +1,147 @@
+#include "clay/whole/cut.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+#include "clay/base/parallel.h"
+#include "clay/field/settle.h"
+#include "clay/store/editor.h"
+#include "clay/store/tree_view.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr size_t kBatch = 2048;  // Bricks computed before they are linked: 4 MiB.
+
+Vec3d unit(const char* what, const Vec3d& v) {
+  const double length = std::sqrt(v.squaredNorm());
+  if (!v.allFinite() || !(length > 1e-12))
+    throw Error(fmt::format("cut with a {} that is zero or not finite: give a direction", what));
+  return v / length;
+}
+
+class Cutter {
+ public:
+  Cutter(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
+         int threads)
+      : version_(version),
+        divider_(divider),
+        sign_(keepFirst ? 1 : -1),
+        copies_(store != version.store()),
+        editor_(copies_ ? Version::empty(std::move(store), version.grid()) : version),
+        job_(job),
+        threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {}
+
+  Version run() {
+    walk(TreePlace::root(version_), 0, 0.2);
+    compute();
+    std::sort(cutBricks_.begin(), cutBricks_.end());
+    redistanceByRegion(editor_, cutBricks_, job_, 0.8);
+    keepChannels(editor_, version_);
+    return editor_.commit();
+  }
+
+ private:
+  // Voxels, negative on the kept side.
+  double distance(const Vec3d& voxel) const {
+    return sign_ * divider_.distance(version_.grid().toWorld(voxel)) / version_.grid().voxelMm;
+  }
+
+  void walk(const TreePlace& place, double from, double to) {
+    if (place.isTile() && place.tile() == Tile::outside) return;
+    const int edge = 1 << (3 * place.level());
+    const double half = 0.5 * (edge * kBrickEdge - 1);
+    const double middle = distance((place.first() * kBrickEdge).toVec3d() + Vec3d::Constant(half));
+    // Half a voxel more than needed keeps rounding out of the decision.
+    const double reach = half * std::sqrt(3.0) + double(version_.grid().band) + 0.5;
+    if (middle < -reach) {
+      if (copies_) copy(place);
+      return;
+    }
+    if (middle > reach) {
+      if (!copies_) editor_.setBlock(place.first(), place.level(), Tile::outside);
+      return;
+    }
+    if (place.level() == 0) {
+      cutBricks_.push_back(place.first());
+      return;
+    }
+    if (job_) job_->step(from);
+    for (int i = 0; i < 512; ++i)
+      walk(place.child(i), from + (to - from) * i / 512, from + (to - from) * (i + 1) / 512);
+  }
+
+  void copy(const TreePlace& place) {
+    if (const Brick* brick = place.brick()) {
+      BrickValues scratch;
+      editor_.setVoxels(brick->coord, brick->values(scratch));
+    } else if (place.isTile()) {
+      if (place.tile() == Tile::inside) editor_.setBlock(place.first(), place.level(), Tile::inside);
+    } else {
+      if (job_ && job_->cancelled()) throw Cancelled();
+      for (int i = 0; i < 512; ++i) copy(place.child(i));
+    }
+  }
+
+  void compute() {
+    const Grid& grid = version_.grid();
+    std::vector<std::array<float, kBrickVoxels>> fields(std::min(kBatch, cutBricks_.size()));
+    std::atomic<size_t> done{0};
+    for (size_t begin = 0; begin < cutBricks_.size(); begin += kBatch) {
+      const size_t count = std::min(kBatch, cutBricks_.size() - begin);
+      parallelBlocks(
+          count, threads_,
+          [&](size_t from, size_t to) {
+            std::array<double, kBrickVoxels> away;
+            for (size_t i = from; i < to; ++i) {
+              const Coord brick = cutBricks_[begin + i];
+              const Slot slot = version_.find(brick);
+              divider_.distances(grid.toWorld((brick * kBrickEdge).toVec3d()), grid.voxelMm, away);
+              for (int v = 0; v < kBrickVoxels; ++v)
+                fields[i][static_cast<size_t>(v)] = std::max(
+                    slot.phi(v, grid.band), static_cast<float>(sign_ * away[static_cast<size_t>(v)] / grid.voxelMm));
+              if (job_)
+                job_->step(0.2 +
+                           0.6 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(cutBricks_.size()));
+            }
+          },
+          32);
+      for (size_t i = 0; i < count; ++i) editor_.setVoxels(cutBricks_[begin + i], fields[i]);
+    }
+  }
+
+  const Version& version_;
+  const Divider& divider_;
+  double sign_;
+  bool copies_;
+  Editor editor_;
+  Job* job_;
+  int threads_;
+  std::vector<Coord> cutBricks_;
+};
+
+}  // namespace
+
+void Divider::distances(const Vec3d& first, double step, std::span<double, kBrickVoxels> out) const {
+  for (int i = 0; i < kBrickVoxels; ++i)
+    out[static_cast<size_t>(i)] = distance(first + step * Coord{i >> 6, (i >> 3) & 7, i & 7}.toVec3d());
+}
+
+PlaneDivider::PlaneDivider(const Vec3d& pointMm, const Vec3d& normal)
+    : point_(pointMm), normal_(unit("normal", normal)) {
+  if (!pointMm.allFinite()) throw Error("cut by a plane through a point that is not finite: give finite numbers");
+}
+
+Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
+            int threads) {
+  return Cutter(version, divider, keepFirst, std::move(store), job, threads).run();
+}
+
+}  // namespace argil::clay

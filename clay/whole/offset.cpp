@@ -1,0 +1,77 @@
+#include "clay/whole/offset.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "clay/field/region_work.h"
+#include "clay/whole/boolean.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kMostVoxels = 10000;
+constexpr double kMostStep = 16;  // voxels: the margin around a region grows with it
+constexpr double kLeastWall = 2;  // voxels: less is a sheet that the voxels cannot tell from its sides
+
+// One step, so short that the region around a place holds all that can be nearest.
+Version step(const Version& version, float voxels, int threads, const WorkPart& part) {
+  const float band = version.grid().band;
+  const DistanceBox::Reach reach{std::max(band, band - voxels), std::max(band, band + voxels)};
+  const std::vector<Coord> regions = regionsNear(version, static_cast<int>(std::ceil(std::abs(voxels))) + 2);
+  return rebuild(version, regions, reach, threads, part,
+                 [voxels](const DistanceBox& box, Coord v) { return box.at(v) - voxels; });
+}
+
+Version moved(const Version& version, double voxels, int threads, const WorkPart& part) {
+  if (!(std::abs(voxels) <= kMostVoxels))
+    throw Error(
+        fmt::format("moving the surface by {:.0f} voxels is too much: give at most {:.0f}, or use a larger voxel",
+                    voxels, kMostVoxels));
+  if (voxels == 0) return version;
+  const int steps = static_cast<int>(std::ceil(std::abs(voxels) / kMostStep));
+  Version now = version;
+  for (int i = 0; i < steps; ++i) {
+    now = step(now, static_cast<float>(voxels / steps), threads, part.part(double(i) / steps, double(i + 1) / steps));
+    if (now.stats().bricks == 0) break;
+  }
+  return now;
+}
+
+}  // namespace
+
+Version offset(const Version& version, double mm, int threads, Job* job) {
+  if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to move");
+  const Version result = moved(version, mm / version.grid().voxelMm, threadCount(threads), WorkPart(job));
+  if (result.stats().bricks == 0)
+    throw Error(fmt::format("nothing is left when the surface moves inwards by {:g} mm: give less", -mm),
+                Error::Kind::work);
+  if (job) job->step(1);
+  return result;
+}
+
+Version shell(const Version& version, double innerMm, double outerMm, int threads, Job* job) {
+  const double voxel = version.grid().voxelMm;
+  if (version.stats().bricks == 0) throw Error("the piece is empty: there is nothing to hollow");
+  if (!(innerMm >= 0 && outerMm >= 0) || !((innerMm + outerMm) / voxel >= kLeastWall))
+    throw Error(fmt::format(
+        "a wall of {:g} mm inside and {:g} mm outside at voxels of {:g} mm: give a wall of at least {:g} mm", innerMm,
+        outerMm, voxel, kLeastWall * voxel));
+  threads = threadCount(threads);
+  const WorkPart all(job);
+  const double inner = innerMm / voxel, outer = outerMm / voxel, share = 0.9 * outer / (inner + outer);
+  const Version outside = moved(version, outer, threads, all.part(0, share));
+  const Version hollow = moved(version, -inner, threads, all.part(share, 0.9));
+  if (hollow.stats().bricks == 0)
+    throw Error(
+        fmt::format(
+            "nothing is hollow with a wall of {:g} mm to the inside: the piece is thinner than twice that; give less",
+            innerMm),
+        Error::Kind::work);
+  const Version wall = combine(outside, hollow, Combination::cut, {}, all.part(0.9, 1));
+  if (job) job->step(1);
+  return wall;
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,29 @@
+#pragma once
+// What colours a model has, on the clay that was made of it.
+
+#include <array>
+#include <span>
+
+#include "clay/import/mesh_colours.h"
+#include "io/models/model_file.h"
+
+namespace argil::engine {
+
+/// Colours of a mesh as files have them: one a vertex, or one a triangle, which go first; both may be empty.
+struct FileColours {
+  std::span<const io::Colour> vertices = {};
+  std::span<const io::Colour> triangles = {};
+  /// More than one: what the colour of a whole piece cannot say.
+  [[nodiscard]] bool several() const;
+};
+
+/// The clay with these colours, its mask and materials as they were. Without several colours: the same version, as one
+/// is the piece's own. Throws as clay::withMeshColours.
+[[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
+                                        const FileColours& colours, const clay::WorkPart& part);
+
+/// As pieces and parts have it; alpha is left out.
+[[nodiscard]] std::array<float, 3> colourOf(const io::Colour& colour);
+[[nodiscard]] io::Colour colourOf(const std::array<float, 3>& colour);
+
+}  // namespace argil::engine

@@ -1,0 +1,325 @@
+#include "engine/models/model_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "clay/base/error.h"
+#include "clay/import/mesh_to_clay.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/surface/vertex_channels.h"
+#include "engine/models/cut_negatives.h"
+#include "engine/models/model_colours.h"
+#include "haptics/scene/part_mesh.h"
+#include "io/bytes/input.h"
+#include "io/models/model_writer.h"
+#include "io/models/vdb_file.h"
+
+namespace argil::engine {
+namespace {
+
+constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
+constexpr double kMade = 0.9;        // of an import, when there is clay and no colour yet
+
+// The name is the file's where the object has none: the caller knows it.
+Piece pieceOf(const io::ModelObject& object, clay::Version version) {
+  Piece piece;
+  piece.name = object.name;
+  if (const auto colour = io::meanColour(object)) piece.colour = colourOf(*colour);
+  piece.version = std::move(version);
+  return piece;
+}
+
+ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& how, Job* job) {
+  ImportedModel imported;
+  for (io::VdbObject& object : io::readVdb(file, unitMm(how.units == "auto" ? "mm" : how.units), job)) {
+    Piece piece;
+    piece.name = object.name;
+    piece.pose.rotation = object.rotation;
+    if (object.colour) piece.colour = colourOf(*object.colour);
+    piece.version = std::move(object.version);
+    imported.pieces.push_back(std::move(piece));
+    for (std::string& note : object.notes) imported.notes.push_back(std::move(note));
+  }
+  if (how.asPart || how.fitMm || how.voxelMm || !how.up.empty() || how.heightMm)
+    imported.notes.push_back("A level set comes in as the clay that it is: other wishes do not apply to it.");
+  return imported;
+}
+
+void requireSome(const ImportedModel& imported) {
+  if (imported.pieces.empty()) throw Error("nothing is left when the file's negative volumes are cut away");
+}
+
+void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& imported, Job* job) {
+  const uint32_t assembly = read.objects.front().assembly;
+  const std::vector<io::ModelObject> objects =
+      read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
+  io::ModelObject all = io::merged(objects.empty() ? std::move(read.objects) : std::vector<io::ModelObject>(objects));
+  all.assembly = assembly;
+  all.colour = io::meanColour(all);  // While it has its mesh.
+  const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
+  if (how.onRead) how.onRead(whole);
+  clay::ImportOptions options;
+  options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
+  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
+    clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
+    made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours},
+                               clay::WorkPart(job, kMade, 1));
+    std::vector<std::string> notes = made.report.sentences();
+    made.version = withoutNegatives(std::move(made.version), object.assembly, read.negatives, notes, job);
+    if (made.version.stats().bricks == 0)
+      notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.",
+                                  object.name.empty() ? "an object" : object.name));
+    else
+      imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+    for (std::string& sentence : notes) {
+      if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end())
+        imported.notes.push_back(std::move(sentence));
+    }
+  };
+  if (!objects.empty()) {
+    const size_t notes = imported.notes.size();
+    const io::ModelObject* at = &objects.front();
+    try {
+      for (const io::ModelObject& object : objects) add(*(at = &object), object.mesh);
+      requireSome(imported);
+      return;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      // Some object is no solid alone: together they may be one.
+      imported.pieces.clear();
+      imported.notes.resize(notes);
+      imported.notes.push_back(fmt::format("{} objects became one piece: {} is no solid alone.", objects.size(),
+                                           at->name.empty() ? "one of them" : at->name));
+    }
+  }
+  add(all, *whole);
+  requireSome(imported);
+}
+
+Part partOf(io::ModelObject&& object, Job* job) {
+  Part part;
+  part.name = object.name;
+  if (const auto colour = io::meanColour(object)) part.colour = colourOf(*colour);
+  part.mesh = std::make_shared<const clay::TriangleMesh>(std::move(object.mesh));
+  part.felt = std::make_shared<const haptics::PartMesh>(*part.mesh, job);
+  return part;
+}
+
+}  // namespace
+
+double unitMm(const std::string& units) {
+  struct Unit {
+    const char* name;
+    double mm;
+  };
+  for (const Unit& u :
+       {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
+    if (units == u.name) return u.mm;
+  throw Error(fmt::format("units {}: give mm, um, cm, m, in or ft", units));
+}
+
+ImportedModel importModel(const std::filesystem::path& file, const ModelImport& how, Job* job) {
+  if (io::endingOf(file) == ".vdb") return importVdb(file, how, job);
+  const ImportPlace wish = how.place();
+  if (wish.units != "auto") (void)unitMm(wish.units);  // A wrong name is told before the file is read.
+  if (!wish.up.empty() && wish.up != "auto") (void)upAxisNamed(wish.up);
+  io::ModelFile read;
+  ImportedModel imported;
+  Vec3d moved = Vec3d::Zero();
+  {
+    const ModelLook look = how.look ? *how.look : lookAtModel(file, job);
+    Placement placement;
+    try {
+      placement = placementOf(look, wish);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: {}", file.string(), e.what()), e.kind());
+    }
+    read = *look.model;
+    imported.notes = read.notes;
+    if (!wish.up.empty() || wish.heightMm || wish.units == "auto")
+      imported.notes.push_back(placeWords(look, placement, wish));
+    moved = placement.moveMm;
+    place(read.objects, placement);
+    place(read.negatives, placement);
+  }
+  if (read.objects.size() > kMostObjects || how.fitMm) {
+    const uint32_t assembly = read.objects.front().assembly;
+    if (read.objects.size() > 1)
+      imported.notes.push_back(fmt::format(
+          "{} objects became one: {}.", read.objects.size(),
+          how.fitMm ? std::string("they are scaled together") : fmt::format("{} at most stay apart", kMostObjects)));
+    read.objects = {io::merged(std::move(read.objects))};
+    read.objects.front().assembly = assembly;
+    for (io::ModelObject& negative : read.negatives) negative.assembly = assembly;
+  }
+  std::vector<clay::TriangleMesh*> solids, negatives;
+  for (io::ModelObject& object : read.objects) solids.push_back(&object.mesh);
+  for (io::ModelObject& object : read.negatives) negatives.push_back(&object.mesh);
+  if (how.fitMm) imported.notes.push_back(fitMeshes(solids, *how.fitMm, negatives));
+  const Vec3d near = bringNear(solids, negatives);
+  moved += near;
+  if (std::string words = movedWords(near); !words.empty()) imported.notes.push_back(std::move(words));
+  try {
+    if (how.asPart) {
+      if (!read.negatives.empty()) imported.notes.push_back(io::notCutAway(read.negatives.size()));
+      for (io::ModelObject& object : read.objects) imported.parts.push_back(partOf(std::move(object), job));
+    } else {
+      makePieces(read, how, imported, job);
+      // A model that was scaled to a size has no place to go back to.
+      if (!how.fitMm)
+        for (Piece& piece : imported.pieces) piece.fileOffsetMm = fileOffset(moved);
+    }
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", file.string(), e.what()), e.kind());
+  }
+  return imported;
+}
+
+// Where something is painted, or of a material that has a colour: one a vertex, as the studio shows it.
+std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {
+  const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
+  const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
+  const std::array<uint8_t, 3> own = bytesOf(piece.colour);
+  const auto materialOf = [&](const clay::VertexPaint& each) {
+    return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt;
+  };
+  std::vector<io::Colour> colours;
+  if (std::none_of(paint.begin(), paint.end(),
+                   [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); }))
+    return colours;
+  colours.reserve(paint.size());
+  for (const clay::VertexPaint& each : paint) {
+    const std::array<uint8_t, 3> ground = materialOf(each).value_or(own);
+    const auto over = [&](uint8_t colour, uint8_t under) {
+      return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255);
+    };
+    colours.push_back({over(each.red, ground[0]), over(each.green, ground[1]), over(each.blue, ground[2]), 255});
+  }
+  return colours;
+}
+
+// A reduced mesh has other vertices: each takes the colour of the nearest corner of the nearest triangle there was.
+std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::TriangleMesh& before,
+                                  const std::vector<io::Colour>& colours) {
+  const clay::NearestTriangle nearest(before);
+  std::vector<io::Colour> moved;
+  moved.reserve(mesh.positions.size());
+  uint32_t hint = UINT32_MAX;
+  for (const Vec3d& p : mesh.positions) {
+    hint = nearest.nearest(p, hint).triangle;
+    const auto& corners = nearest.corners(hint);
+    moved.push_back(colours[*std::min_element(corners.begin(), corners.end(), [&](uint32_t a, uint32_t b) {
+      return (before.positions[a] - p).squaredNorm() < (before.positions[b] - p).squaredNorm();
+    })]);
+  }
+  return moved;
+}
+
+std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport& what, Job* job) {
+  std::vector<io::ModelObject> objects;
+  for (const Piece& each : document.pieces) {
+    if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
+    if (job) job->step(0);
+    clay::Surface surface(false, what.grade);
+    surface.update(each.version, 2);
+    io::ModelObject object;
+    object.name = each.name;
+    object.colour = colourOf(each.colour);
+    object.mesh = surface.toMesh();
+    if (object.mesh.triangles.empty()) continue;
+    object.vertexColours = vertexColoursOf(surface, each);
+    const Vec3d back = what.putBack ? each.fileOffsetMm : Vec3d::Zero();
+    for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position) + back;
+    objects.push_back(std::move(object));
+  }
+  if (objects.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+  return objects;
+}
+
+std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport& how, Job* job) {
+  uint64_t before = 0, after = 0;
+  for (const io::ModelObject& object : objects) before += object.mesh.triangles.size();
+  double most = 0;
+  for (io::ModelObject& object : objects) {
+    clay::ReduceOptions options;
+    options.errorMm = how.errorMm;
+    if (how.triangles)
+      options.triangles = std::max<uint64_t>(
+          4, uint64_t(double(*how.triangles) * double(object.mesh.triangles.size()) / double(before)));
+    clay::Reduced reduced = clay::reduce(object.mesh, options, job);
+    if (!object.vertexColours.empty())
+      object.vertexColours = coloursOn(reduced.mesh, object.mesh, object.vertexColours);
+    object.mesh = std::move(reduced.mesh);
+    most = std::max(most, reduced.deviation.most());
+    after += object.mesh.triangles.size();
+  }
+  return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.",
+                     before, after, most);
+}
+
+clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, Job* job) {
+  ModelExport what;
+  what.piece = piece;
+  what.visibleOnly = visibleOnly;
+  return io::merged(modelOf(document, what, job)).mesh;
+}
+
+std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document,
+                                         const ModelExport& what, Job* job) {
+  std::vector<std::string> sentences;
+  // What is wrong with a name is told before the work.
+  for (const std::filesystem::path& file : files) {
+    if (io::endingOf(file) != ".vdb") io::requireWritable(file);
+  }
+  std::vector<io::ModelObject> objects;
+  std::string reduction;
+  double tolerance = 0;
+  for (const Piece& piece : document.pieces) {
+    if (piece.version) tolerance = std::max(tolerance, 0.1 * piece.version.grid().voxelMm);
+  }
+  for (const std::filesystem::path& file : files) {
+    io::WriteReport report;
+    if (io::endingOf(file) == ".vdb") {
+      std::vector<io::VdbView> clays;
+      for (const Piece& each : document.pieces) {
+        if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
+        clays.push_back({each.name, each.version,
+                         each.pose.translation + (what.putBack ? each.fileOffsetMm : Vec3d::Zero()), each.pose.rotation,
+                         colourOf(each.colour), materialColours(each)});
+      }
+      if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+      report = io::writeVdb(file, clays, job);
+      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(),
+                                      clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
+    } else {
+      if (objects.empty()) {
+        objects = modelOf(document, what, job);
+        if (what.recentre) sentences.push_back(recentre(objects));
+        if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
+      }
+      io::WriteOptions write;
+      write.distinct = true;
+      write.tolerance = tolerance;
+      write.draco = what.draco;
+      for (std::string& sentence : io::lossesOf(file, {objects, {}}, write)) sentences.push_back(std::move(sentence));
+      report = io::writeModel(file, {objects, {}}, write, job);
+      sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(),
+                                      report.triangles, report.format, double(report.bytes) * 1e-6));
+    }
+    if (report.deviation > 0)
+      sentences.back() += fmt::format(" Packing moved the surface by at most {:.2g} mm.", report.deviation);
+    if (!report.warning.empty()) sentences.back() += " " + report.warning;
+  }
+  if (!reduction.empty()) sentences.push_back(reduction);
+  return sentences;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,94 @@
+#pragma once
+// Operations on whole pieces: joined, cut, hollowed, split, mirrored ..., as rows of a table that studio, scripts and
+// docs are made from.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "clay/base/job.h"
+#include "engine/document/document.h"
+#include "engine/document/parameter.h"
+
+namespace argil::engine {
+
+/// What an operation is given. A row says which members it reads: `parameters` the numbers, `takes` the rest.
+struct PieceArguments {
+  std::vector<Id> pieces;           ///< The first is worked on; a row that takes two has the other second.
+  double distanceMm = 1;            ///< Offset, wall, blend radius ...: as the row's parameter says.
+  double innerMm = 2, outerMm = 0;  ///< Walls of a shell.
+  double blendMm = 0;
+  double voxelMm = 0.5;
+  clay::Precision precision = clay::Precision::fixed16;
+  double volumeMm3 = 10;
+  double passes = 1;
+  bool keepOther = false;       ///< Of two pieces: the second stays.
+  MirrorPlane plane;            ///< World mm.
+  int keep = 1;                 ///< Of a cut: +1 what the normal points to, -1 the other side, 0 both, as two pieces.
+  std::vector<Vec3d> pointsMm;  ///< A drawn curve or control points, world mm.
+  Vec3d directionMm = Vec3d::UnitZ();  ///< Along which a drawn curve is extruded, world.
+  bool closed = false;                 ///< Of the curve.
+  std::vector<double> numbers;         ///< What fits nowhere else: the row's file says what.
+
+  friend bool operator==(const PieceArguments&, const PieceArguments&) = default;
+};
+
+/// What an operation leads to; nothing of the document changes before applyPieceResult().
+struct PieceResult {
+  std::vector<Piece> changed;  ///< Take the place of those with the same id.
+  std::vector<Piece> added;    ///< Get an id; their names may be empty or taken, and then get a number.
+  std::vector<Id> removed;
+  std::vector<std::string> notes;  ///< Sentences for the person: what was found, how large the error is.
+};
+
+/// A row of the table.
+struct PieceJob {
+  std::string_view id, name, help;  ///< "join", "Join", one line.
+  std::string_view doing;           ///< "Joining": what the list of jobs shows.
+  std::string_view group;  ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New", "Mask".
+  int pieces = 1;          ///< 0, 1 or 2.
+  bool takesPlane = false, takesCurve = false;
+  std::span<const Parameter<PieceArguments>> parameters;
+  /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
+  PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
+  /// That the points belong to: its low and its high corner, mm of the piece, are numbers 3 to 8; not there: around the
+  /// piece.
+  bool takesBox = false;
+  /// Where there is little room and its group stands above it: "Invert" for "Invert mask". Empty: the name.
+  std::string_view brief = {};
+};
+
+/// All rows, in the order of the menus.
+[[nodiscard]] std::span<const PieceJob> pieceJobs();
+/// Null for an unknown id.
+[[nodiscard]] const PieceJob* findPieceJob(std::string_view id);
+/// Arguments as the row begins with, for a document's active piece.
+[[nodiscard]] PieceArguments standardArguments(const PieceJob& row, const Document& document);
+
+/// What a combination of two pieces leads to.
+struct CombineCost {
+  double voxelMm = 0;
+  uint64_t bytes = 0;  ///< Of memory, about: as if all of both surfaces stayed.
+};
+/// With voxels of `voxelMm`; for 0 with those that the row takes by itself: of cuts the first piece's, else the finer
+/// ones of both, or as much coarser ones as keep the result within twice the memory of both.
+[[nodiscard]] CombineCost combineCost(const PieceJob& row, const Piece& first, const Piece& second, double voxelMm);
+
+/// Checks the pieces (there, not locked, so many as the row takes) and runs the row. Any thread. Throws Error,
+/// Cancelled.
+[[nodiscard]] PieceResult runPieceJob(const PieceJob& row, const Document& document, const PieceArguments& arguments,
+                                      Job* job = nullptr);
+
+/// Makes the result part of a document, which may have changed since `before`, the one that the job ran on, but not in
+/// the clay that the job changes or removes: then it throws Error.
+void applyPieceResult(const PieceResult& result, const Document& before, Document& document);
+
+/// Rows of the other files; pieceJobs() has them all.
+[[nodiscard]] std::span<const PieceJob> combineJobs();  ///< engine/tools/piece_jobs_combine.cpp
+[[nodiscard]] std::span<const PieceJob> shapeJobs();    ///< engine/tools/piece_jobs_shape.cpp
+[[nodiscard]] std::span<const PieceJob> deformJobs();   ///< engine/tools/piece_jobs_deform.cpp
+[[nodiscard]] std::span<const PieceJob> maskJobs();     ///< engine/tools/piece_jobs_mask.cpp
+
+}  // namespace argil::engine

@@ -1,0 +1,178 @@
+// Masks of whole pieces, as rows of the table.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "clay/base/error.h"
+#include "clay/whole/mask_work.h"
+#include "engine/tools/piece_jobs.h"
+
+namespace argil::engine {
+namespace {
+
+using Row = Parameter<PieceArguments>;
+
+template <size_t index>
+constexpr Row number(std::string_view id, std::string_view name, std::string_view help, std::string_view unit,
+                     double low, double high, double standard, bool logarithmic = false) {
+  return {id,
+          name,
+          help,
+          unit,
+          low,
+          high,
+          standard,
+          logarithmic,
+          [](const PieceArguments& a) { return index < a.numbers.size() ? a.numbers[index] : 0.0; },
+          [](PieceArguments& a, double v) {
+            if (a.numbers.size() <= index) a.numbers.resize(index + 1);
+            a.numbers[index] = v;
+          }};
+}
+
+constexpr std::array kBlur{number<0>("passes", "Passes", "How often it is softened.", "", 1, 100, 4)};
+constexpr std::array kCavity{
+    number<0>("radius", "Radius", "Hollows as narrow as this are masked whole, those twice as wide not at all.", "mm",
+              0.01, 100, 3, true),
+    number<1>("ridges", "Ridges", "What stands out instead of hollows.", "on", 0, 1, 0),
+    number<2>("add", "Add", "To the mask there is.", "on", 0, 1, 0)};
+constexpr std::array kLasso{
+    number<0>("front", "Front only", "Only clay that faces the view; else through and through.", "on", 0, 1, 1),
+    number<1>("erase", "Free", "Frees what is in the curve instead.", "on", 0, 1, 0)};
+
+const Piece& theFirst(const Document& document, const PieceArguments& arguments) {
+  return *document.piece(arguments.pieces.at(0));
+}
+
+PieceResult masked(const Piece& piece, clay::Version version) {
+  PieceResult result;
+  result.changed.push_back(piece);
+  result.changed.back().version = std::move(version);
+  return result;
+}
+
+PieceResult invert(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  return masked(piece, clay::invertMask(piece.version, job, 2));
+}
+
+PieceResult clear(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  return masked(piece, clay::clearMask(piece.version, job));
+}
+
+PieceResult hide(const Document& document, const PieceArguments& arguments, Job*) {
+  PieceResult result;
+  result.changed.push_back(hideMasked(theFirst(document, arguments)));
+  return result;
+}
+
+PieceResult showAll(const Document& document, const PieceArguments& arguments, Job*) {
+  PieceResult result = masked(theFirst(document, arguments), theFirst(document, arguments).version);
+  result.changed.back().hideMasked = false;
+  return result;
+}
+
+PieceResult blur(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  return masked(piece, clay::blurMask(piece.version, static_cast<int>(std::lround(kBlur[0].get(arguments))), job, 2));
+}
+
+PieceResult cavity(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  clay::MaskByCavity how;
+  how.radius = std::clamp(kCavity[0].get(arguments) / piece.version.grid().voxelMm, 1.0, 1000.0);
+  how.ridges = kCavity[1].get(arguments) > 0.5;
+  how.add = kCavity[2].get(arguments) > 0.5;
+  return masked(piece, clay::maskByCavity(piece.version, how, job, 2));
+}
+
+// The curve is seen along its direction, from far away.
+PieceResult lasso(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  const Vec3d away = arguments.directionMm.stableNormalized();
+  if (!(away.norm() > 0.5)) throw Error("mask-lasso: a direction of no length: give the one that you look along");
+  const Vec3d across = away.unitOrthogonal(), up = away.cross(across);
+  const clay::Grid& grid = piece.version.grid();
+  const auto worldOf = [&](const Vec3d& voxel) -> Vec3d { return piece.pose.apply(grid.toWorld(voxel)); };
+  const Vec3d zero = worldOf(Vec3d::Zero());
+  clay::MaskLasso how;
+  how.view.setZero();
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d step = worldOf(Vec3d::Unit(i)) - zero;
+    how.view(0, i) = across.dot(step);
+    how.view(1, i) = up.dot(step);
+  }
+  how.view(0, 3) = across.dot(zero);
+  how.view(1, 3) = up.dot(zero);
+  how.view(3, 3) = 1;
+  for (const Vec3d& p : arguments.pointsMm) how.curve.emplace_back(across.dot(p), up.dot(p));
+  if (kLasso[0].get(arguments) > 0.5) how.eye = Vec3d(piece.pose.rotation.conjugate() * away) * -1e9;
+  how.erase = kLasso[1].get(arguments) > 0.5;
+  return masked(piece, clay::maskByLasso(piece.version, how, job, 2));
+}
+
+}  // namespace
+
+std::span<const PieceJob> maskJobs() {
+  static constexpr std::array rows{
+      PieceJob{"mask-invert",
+               "Invert mask",
+               "Frees what is masked and masks what is free.",
+               "Inverting the mask",
+               "Mask",
+               1,
+               false,
+               false,
+               {},
+               invert,
+               false,
+               "Invert"},
+      PieceJob{"mask-clear",
+               "Clear mask",
+               "Frees all of the piece.",
+               "Clearing the mask",
+               "Mask",
+               1,
+               false,
+               false,
+               {},
+               clear,
+               false,
+               "Clear"},
+      PieceJob{"mask-soften", "Soften mask", "Softens the rim of the mask.", "Softening the mask", "Mask", 1, false,
+               false, kBlur, blur, false, "Soften"},
+      PieceJob{"mask-cavity", "Mask by cavity", "Masks hollows, or what stands out.", "Finding hollows", "Mask", 1,
+               false, false, kCavity, cavity, false, "By cavity"},
+      PieceJob{"mask-lasso", "Mask by lasso", "Masks what a drawn curve goes around.", "Masking", "Mask", 1, false,
+               true, kLasso, lasso, false, "By lasso"},
+      PieceJob{"mask-hide",
+               "Hide masked part",
+               "Neither seen nor felt nor changed until all is shown.",
+               "Hiding",
+               "Mask",
+               1,
+               false,
+               false,
+               {},
+               hide,
+               false,
+               "Hide"},
+      PieceJob{"mask-show",
+               "Show all",
+               "Shows what was hidden; it stays masked.",
+               "Showing",
+               "Mask",
+               1,
+               false,
+               false,
+               {},
+               showAll,
+               false,
+               "Show all"},
+  };
+  return rows;
+}
+
+}  // namespace argil::engine

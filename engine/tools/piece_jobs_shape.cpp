@@ -1,0 +1,213 @@
+// Operations on the shape of one whole piece.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "clay/base/error.h"
+#include "clay/field/loose_parts.h"
+#include "clay/whole/change_grid.h"
+#include "clay/whole/change_precision.h"
+#include "clay/whole/mirror.h"
+#include "clay/whole/offset.h"
+#include "clay/whole/resample.h"
+#include "clay/whole/smooth_all.h"
+#include "engine/document/beside.h"
+#include "engine/document/size_words.h"
+#include "engine/tools/piece_jobs.h"
+
+namespace argil::engine {
+namespace {
+
+const Piece& pieceOf(const Document& document, const PieceArguments& arguments) {
+  return *document.piece(arguments.pieces[0]);
+}
+
+PieceResult changedTo(const Piece& piece, clay::Version version, std::vector<std::string> notes = {}) {
+  PieceResult result;
+  if (version == piece.version) {
+    result.notes = std::move(notes);
+    return result;
+  }
+  result.changed.push_back(piece);
+  result.changed.back().version = std::move(version);
+  result.notes = std::move(notes);
+  return result;
+}
+
+PieceResult offset(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  return changedTo(piece, clay::offset(piece.version, a.distanceMm, 0, job));
+}
+
+PieceResult shell(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  return changedTo(piece, clay::shell(piece.version, a.innerMm, a.outerMm, 0, job));
+}
+
+PieceResult smooth(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  return changedTo(piece, clay::smoothAll(piece.version, static_cast<int>(std::lround(a.passes)), true, 0, job));
+}
+
+PieceResult resample(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  clay::Grid grid = piece.version.grid();
+  grid.voxelMm = a.voxelMm;
+  const clay::WorkPart all(job);
+  const clay::Version version = clay::resample(piece.version, grid, Eigen::Isometry3d::Identity(), 0, all.part(0, 0.9));
+  const clay::ResampleError error =
+      clay::resampleError(piece.version, version, Eigen::Isometry3d::Identity(), 0, all.part(0.9, 1));
+  return changedTo(piece, version,
+                   {fmt::format("{}: voxels of {:g} mm, from {:g}; the surface moved by {:.2g} mm RMS and {:.2g} mm at "
+                                "most ({:.2g} voxel), measured at {} points both ways.",
+                                piece.name, grid.voxelMm, piece.version.grid().voxelMm, error.rmsMm(), error.maxMm(),
+                                error.maxMm() / grid.voxelMm, error.points)});
+}
+
+PieceResult precision(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const clay::WorkPart all(job);
+  const clay::Version version = clay::withPrecision(piece.version, a.precision, all);
+  const int bits = a.precision == clay::Precision::fixed16 ? 16 : 32;
+  if (version == piece.version)
+    return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, bits)});
+  // Voxel by voxel, as both have the same grid: points of the surface would tell more of how they were found.
+  const float band = version.grid().band;
+  float moved = 0;
+  piece.version.forEachBrick([&](const clay::Brick& brick) {
+    const clay::Slot now = version.find(brick.coord);
+    for (int i = 0; i < clay::kBrickVoxels; ++i) moved = std::max(moved, std::abs(brick.phi(i) - now.phi(i, band)));
+  });
+  constexpr double kMegabyte = 1 << 20;
+  return changedTo(
+      piece, version,
+      {fmt::format(
+          "{}: {} bits a voxel, {:.1f} MiB, from {:.1f}; no distance moved by more than {:.2g} mm ({:.2g} voxel).",
+          piece.name, bits, double(version.stats().bytes()) / kMegabyte,
+          double(piece.version.stats().bytes()) / kMegabyte, double(moved) * version.grid().voxelMm, moved)});
+}
+
+PieceResult mirror(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const Vec3d point = piece.pose.rotation.conjugate() * (a.plane.pointMm - piece.pose.translation),
+              normal = piece.pose.rotation.conjugate() * a.plane.normal;
+  return changedTo(piece, clay::mirrorHalf(piece.version, point, normal, 0, job));
+}
+
+PieceResult fillVoids(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const clay::Cleaned cleaned = clay::fillVoids(piece.version, job);
+  return changedTo(
+      piece, cleaned.version,
+      {fmt::format("{}: {} filled, {:.3g} mm³ together.", piece.name,
+                   cleaned.count == 1 ? "1 void" : fmt::format("{} voids", cleaned.count), cleaned.volumeMm3)});
+}
+
+PieceResult crumbs(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const clay::Cleaned cleaned = clay::removeCrumbs(piece.version, a.volumeMm3, job);
+  return changedTo(
+      piece, cleaned.version,
+      {fmt::format("{}: {} removed, {:.3g} mm³ together.", piece.name,
+                   cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count), cleaned.volumeMm3)});
+}
+
+using Arguments = PieceArguments;
+// The middle of its lower side stays where it is: what stands goes on standing.
+PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
+  const Piece& piece = pieceOf(document, a);
+  const double factor = a.numbers.at(0) / 100;
+  if (factor == 1) return {};
+  PieceResult result = changedTo(piece, clay::scaled(piece.version, factor, clay::WorkPart(job)));
+  const clay::BoxMm before = boundsOf(piece), after = boundsOf(result.changed[0]);
+  const auto foot = [](const clay::BoxMm& box) {
+    return Vec3d((box.low.x() + box.high.x()) / 2, (box.low.y() + box.high.y()) / 2, box.low.z());
+  };
+  if (piece.version.stats().bricks > 0) result.changed[0].pose.translation += foot(before) - foot(after);
+  const double voxel = result.changed[0].version.grid().voxelMm;
+  result.notes.push_back(fmt::format("{}: {}, with voxels of {:.4g} mm; no detail was lost.", piece.name,
+                                     sizeWords(after.high - after.low), voxel));
+  return result;
+}
+
+constexpr std::array kScale{Parameter<Arguments>{
+    "size", "Size", "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.",
+    "%", 1, 10000, 100, true, [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
+    [](Arguments& a, double v) {
+      if (a.numbers.empty()) a.numbers.resize(1);
+      a.numbers[0] = v;
+    }}};
+constexpr std::array kOffset{Parameter<Arguments>{
+    "distance", "Distance", "How far the surface moves: outwards where positive, inwards where negative.", "mm", -100,
+    100, 1, false, [](const Arguments& a) { return a.distanceMm; }, [](Arguments& a, double v) { a.distanceMm = v; }}};
+constexpr std::array kShell{
+    Parameter<Arguments>{"inner", "Inner wall", "Thickness of the wall to the inside of the surface.", "mm", 0, 100, 2,
+                         false, [](const Arguments& a) { return a.innerMm; },
+                         [](Arguments& a, double v) { a.innerMm = v; }},
+    Parameter<Arguments>{"outer", "Outer wall", "Thickness of the wall to the outside of the surface.", "mm", 0, 100, 0,
+                         false, [](const Arguments& a) { return a.outerMm; },
+                         [](Arguments& a, double v) { a.outerMm = v; }}};
+constexpr std::array kSmooth{Parameter<Arguments>{
+    "passes", "Passes", "How often the surface is evened out; the volume stays.", "", 1, 200, 3, true,
+    [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
+constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000,
+                                                    0.5, true, [](const Arguments& a) { return a.voxelMm; },
+                                                    [](Arguments& a, double v) { a.voxelMm = v; }}};
+constexpr std::array<std::string_view, 2> kBits{"32", "16"};  // as clay::Precision has them
+constexpr std::array kPrecision{Parameter<Arguments>{
+    "bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 0, 1, 1, false,
+    [](const Arguments& a) { return double(a.precision); },
+    [](Arguments& a, double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; },
+    kBits}};
+constexpr std::array kCrumbs{Parameter<Arguments>{
+    "below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
+    [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
+
+const std::array kRows{
+    PieceJob{"offset", "Offset", "Makes the piece thicker or thinner all over.", "Offsetting", "Shape", 1, false, false,
+             kOffset, offset},
+    PieceJob{"shell", "Shell", "Makes the piece hollow, with a wall of a given thickness.", "Hollowing", "Shape", 1,
+             false, false, kShell, shell},
+    PieceJob{"smooth-all", "Smooth all", "Evens out the whole surface and keeps the volume.", "Smoothing", "Shape", 1,
+             false, false, kSmooth, smooth},
+    PieceJob{"scale", "Scale", "Makes the piece larger or smaller, exactly: its voxels grow with it.", "Scaling",
+             "Shape", 1, false, false, kScale, scale},
+    PieceJob{"resample", "Resample", "Changes the voxel size and says how far the surface moved.", "Resampling",
+             "Shape", 1, false, false, kResample, resample},
+    PieceJob{"precision", "Precision",
+             "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far they moved.",
+             "Changing the precision", "Shape", 1, false, false, kPrecision, precision},
+    PieceJob{"mirror",
+             "Mirror now",
+             "Puts the mirror image of the half that the plane's normal points to in the place of the other.",
+             "Mirroring",
+             "Shape",
+             1,
+             true,
+             false,
+             {},
+             mirror},
+    PieceJob{"fill-voids",
+             "Fill voids",
+             "Makes cavities solid that no way leads to from outside.",
+             "Filling voids",
+             "Repair",
+             1,
+             false,
+             false,
+             {},
+             fillVoids},
+    PieceJob{"remove-crumbs", "Remove crumbs", "Takes away loose bodies below a volume.", "Removing crumbs", "Repair",
+             1, false, false, kCrumbs, crumbs},
+};
+
+}  // namespace
+
+std::span<const PieceJob> shapeJobs() {
+  return kRows;
+}
+
+}  // namespace argil::engine

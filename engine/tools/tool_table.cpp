@@ -1,0 +1,444 @@
+#include "engine/tools/tool_table.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+
+namespace argil::engine {
+namespace {
+
+using clay::Falloff;
+using clay::Method;
+using clay::Operation;
+using clay::Property;
+using clay::Tip;
+using haptics::Work;
+
+using Row = Parameter<Tool>;
+
+constexpr std::array<std::string_view, 5> kFalloffs{"constant", "smooth", "linear", "sharp", "dome"};
+constexpr std::array<std::string_view, 3> kTips{"ball", "ellipsoid", "box"};
+
+constexpr Row kRadius{"radius",
+                      "Radius",
+                      "Radius of the tip.",
+                      "mm",
+                      0.005,
+                      1000,
+                      5,
+                      true,
+                      [](const Tool& t) { return t.radiusMm; },
+                      [](Tool& t, double v) { t.radiusMm = v; }};
+constexpr Row kStrength{"strength",
+                        "Strength",
+                        "How much of its work a pass does.",
+                        "share",
+                        0.01,
+                        1,
+                        0.5,
+                        false,
+                        [](const Tool& t) { return t.strength; },
+                        [](Tool& t, double v) { t.strength = v; }};
+constexpr Row kHeight{"height",
+                      "Height",
+                      "How high it lays clay, or how deep it cuts.",
+                      "mm",
+                      0.001,
+                      500,
+                      1,
+                      true,
+                      [](const Tool& t) { return t.heightMm; },
+                      [](Tool& t, double v) { t.heightMm = v; }};
+constexpr Row kBlend{"blend",
+                     "Blend",
+                     "Width over which new clay runs into the old.",
+                     "mm",
+                     0,
+                     20,
+                     1,
+                     false,
+                     [](const Tool& t) { return t.blendMm; },
+                     [](Tool& t, double v) { t.blendMm = v; }};
+constexpr Row kAngle{"angle",
+                     "Angle",
+                     "How far it turns while the tip moves by its radius.",
+                     "°",
+                     -180,
+                     180,
+                     45,
+                     false,
+                     [](const Tool& t) { return t.angleDeg; },
+                     [](Tool& t, double v) { t.angleDeg = v; }};
+constexpr Row kFalloff{"falloff",
+                       "Falloff",
+                       "How its strength fades towards the rim.",
+                       "",
+                       0,
+                       4,
+                       1,
+                       false,
+                       [](const Tool& t) { return double(t.falloff); },
+                       [](Tool& t, double v) { t.falloff = Falloff(int(v)); },
+                       kFalloffs};
+constexpr Row kTip{"tip",
+                   "Tip",
+                   "The solid that it works with; a stylus turns it.",
+                   "",
+                   0,
+                   2,
+                   0,
+                   false,
+                   [](const Tool& t) { return double(t.tip); },
+                   [](Tool& t, double v) { t.tip = Tip(int(v)); },
+                   kTips};
+constexpr Row kBreadth{"breadth",
+                       "Breadth",
+                       "Of the tip beside its length.",
+                       "share",
+                       0.05,
+                       1,
+                       1,
+                       false,
+                       [](const Tool& t) { return t.breadth; },
+                       [](Tool& t, double v) { t.breadth = v; }};
+constexpr Row kThickness{"thickness",
+                         "Thickness",
+                         "Of the tip beside its length.",
+                         "share",
+                         0.05,
+                         1,
+                         1,
+                         false,
+                         [](const Tool& t) { return t.thickness; },
+                         [](Tool& t, double v) { t.thickness = v; }};
+constexpr Row kRound{"round",
+                     "Roundness",
+                     "Of the edges of a box.",
+                     "share",
+                     0,
+                     1,
+                     0.2,
+                     false,
+                     [](const Tool& t) { return t.round; },
+                     [](Tool& t, double v) { t.round = v; }};
+constexpr Row kColour{"colour",
+                      "Colour",
+                      "What it paints.",
+                      "colour",
+                      0,
+                      0xffffff,
+                      0xc8402e,
+                      false,
+                      [](const Tool& t) { return double(t.colour); },
+                      [](Tool& t, double v) { t.colour = uint32_t(v); }};
+constexpr Row kMaterial{"material",
+                        "Material",
+                        "Row of the piece's materials; 0 is its own.",
+                        "",
+                        0,
+                        255,
+                        1,
+                        false,
+                        [](const Tool& t) { return double(t.material); },
+                        [](Tool& t, double v) { t.material = int(v); }};
+constexpr Row kMorphTo{"morph_to",
+                       "Back to step",
+                       "The clay after so many steps; 0 is the beginning.",
+                       "",
+                       0,
+                       100000,
+                       0,
+                       false,
+                       [](const Tool& t) { return double(t.morphTo); },
+                       [](Tool& t, double v) { t.morphTo = int(v); }};
+constexpr Row kStabilise{"stabilise",
+                         "Stabiliser",
+                         "The tool is drawn on a string of this length, so that a shaky hand draws a smooth line.",
+                         "mm",
+                         0,
+                         50,
+                         0,
+                         false,
+                         [](const Tool& t) { return t.stabiliseMm; },
+                         [](Tool& t, double v) { t.stabiliseMm = v; }};
+constexpr Row pressureRadius(double standard) {
+  return {"radius_by_pressure",
+          "Pressure on radius",
+          "Share of the radius that the pressure rules.",
+          "share",
+          0,
+          1,
+          standard,
+          false,
+          [](const Tool& t) { return t.radiusByPressure; },
+          [](Tool& t, double v) { t.radiusByPressure = v; }};
+}
+constexpr Row pressureStrength(double standard) {
+  return {"strength_by_pressure",
+          "Pressure on strength",
+          "Share of the strength that the pressure rules.",
+          "share",
+          0,
+          1,
+          standard,
+          false,
+          [](const Tool& t) { return t.strengthByPressure; },
+          [](Tool& t, double v) { t.strengthByPressure = v; }};
+}
+constexpr Row kPressureCurve{"pressure_curve",
+                             "Pressure curve",
+                             "Below zero a light touch does much already; above, little.",
+                             "",
+                             -1,
+                             1,
+                             0,
+                             false,
+                             [](const Tool& t) { return t.pressureCurve; },
+                             [](Tool& t, double v) { t.pressureCurve = v; }};
+constexpr Row kForce{"pressure_is_force",
+                     "Force is pressure",
+                     "The force that is felt rules radius and strength, not a pen's pressure.",
+                     "on",
+                     0,
+                     1,
+                     0,
+                     false,
+                     [](const Tool& t) { return t.pressureIsForce ? 1.0 : 0.0; },
+                     [](Tool& t, double v) { t.pressureIsForce = v >= 0.5; }};
+constexpr Row kFullForce{"full_force",
+                         "Full force",
+                         "The force that counts as full pressure.",
+                         "N",
+                         0.2,
+                         20,
+                         3,
+                         true,
+                         [](const Tool& t) { return t.fullForceN; },
+                         [](Tool& t, double v) { t.fullForceN = v; }};
+
+// What every tool has comes last; before it, what a pen's pressure rules as the tool begins. A touch that has hardly
+// any pressure still does a tenth of the work, so that a stroke's first samples are not lost. Where a solid is laid or
+// set there is no strength: there it is the radius. A carving tip goes deeper by pressure (PressureRules::depth);
+// tugged clay stays under the hand at any pressure.
+#define ARGIL_HELD(radius, strength) \
+  kStabilise, pressureRadius(radius), pressureStrength(strength), kPressureCurve, kForce, kFullForce
+#define ARGIL_BY_DEPTH ARGIL_HELD(0, 0)
+#define ARGIL_BY_RADIUS ARGIL_HELD(0.6, 0)
+#define ARGIL_BY_STRENGTH ARGIL_HELD(0, 0.9)
+constexpr std::array kCut{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
+constexpr std::array kSolid{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
+constexpr std::array kWax{kRadius, kBlend, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
+constexpr std::array kSoft{kRadius, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kGrip{kRadius, kStrength, kFalloff, ARGIL_BY_RADIUS};
+constexpr std::array kRaise{kRadius, kHeight, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kTwist{kRadius, kAngle, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kStamp{kRadius, ARGIL_BY_RADIUS};
+constexpr std::array kPaint{kRadius, kColour, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kSquirt{kRadius, kHeight, kColour, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kStampPaint{kRadius, kColour, kMaterial, ARGIL_BY_RADIUS};
+constexpr std::array kDull{kRadius, kMaterial, ARGIL_BY_RADIUS};
+constexpr std::array kMorph{kRadius, kMorphTo, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+#undef ARGIL_BY_DEPTH
+#undef ARGIL_BY_RADIUS
+#undef ARGIL_BY_STRENGTH
+#undef ARGIL_HELD
+
+constexpr std::array kCarveOps{Operation{Property::distance, Method::carve}};
+constexpr std::array kAddOps{Operation{Property::distance, Method::add}};
+constexpr std::array kWaxOps{Operation{Property::distance, Method::wax}};
+constexpr std::array kSmoothOps{Operation{Property::distance, Method::smooth}};
+constexpr std::array kPolishOps{Operation{Property::distance, Method::smoothKeep}};
+constexpr std::array kScrapeOps{Operation{Property::distance, Method::scrape}};
+constexpr std::array kFillOps{Operation{Property::distance, Method::fill}};
+constexpr std::array kFlattenOps{Operation{Property::distance, Method::flatten}};
+constexpr std::array kRaiseOps{Operation{Property::distance, Method::raise}};
+constexpr std::array kLowerOps{Operation{Property::distance, Method::raise, Falloff::smooth, -1}};
+constexpr std::array kCreaseOps{Operation{Property::distance, Method::crease, Falloff::smooth, -1}};
+constexpr std::array kPinchOps{Operation{Property::distance, Method::pinch}};
+constexpr std::array kTugOps{Operation{Property::distance, Method::tug}};
+constexpr std::array kSmudgeOps{Operation{Property::distance, Method::smudge}};
+constexpr std::array kTwistOps{Operation{Property::distance, Method::twist}};
+constexpr std::array kMorphOps{Operation{Property::distance, Method::morph}};
+constexpr std::array kPaintOps{Operation{Property::colour, Method::set, Falloff::constant}};
+constexpr std::array kAirbrushOps{Operation{Property::colour, Method::set, Falloff::smooth, 0.3f}};
+constexpr std::array kBlendOps{Operation{Property::colour, Method::blur}};
+constexpr std::array kMaterialOps{Operation{Property::material, Method::set, Falloff::constant}};
+constexpr std::array kMaskOps{Operation{Property::mask, Method::set}};
+constexpr std::array kMaskBlurOps{Operation{Property::mask, Method::blur}};
+constexpr std::array kBurnOps{Operation{Property::distance, Method::raise, Falloff::smooth, -1},
+                              Operation{Property::colour, Method::set, Falloff::smooth, 0.5f}};
+constexpr std::array kSquirtOps{Operation{Property::distance, Method::raise},
+                                Operation{Property::colour, Method::set, Falloff::smooth}};
+constexpr std::array kStampPaintOps{Operation{Property::distance, Method::add},
+                                    Operation{Property::colour, Method::set, Falloff::constant},
+                                    Operation{Property::material, Method::set, Falloff::constant}};
+
+// The source's own tools (Avila and Sobierajski, table 2) are the last group but for those that have a place above: its
+// Paint and Airbrush.
+constexpr std::array kTools{
+    ToolRow{"carve", "Carve", "Cuts clay away where the tip goes.", "carve", "C", "Clay", kCarveOps, Work::cut, "add",
+            kCut},
+    ToolRow{"add", "Add", "Lays clay along the stroke.", "add", "A", "Clay", kAddOps, Work::lay, "carve", kSolid},
+    ToolRow{"wax", "Hot wax", "Lays clay that runs into what is there.", "wax", "W", "Clay", kWaxOps, Work::lay,
+            "carve", kWax},
+    ToolRow{"stamp", "Stamp", "Lays a shape from a file, or cuts it out.", "stamp", "", "Clay", kAddOps, Work::lay,
+            "stamp", kStamp, false, false, ToolFile::shape, Falloff::smooth, Tip::shape},
+    ToolRow{"smooth", "Smooth", "Evens out bumps and edges.", "smooth", "S", "Surface", kSmoothOps, Work::rub, "",
+            kSoft, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
+    ToolRow{"polish", "Polish", "Evens out and keeps the volume.", "polish", "", "Surface", kPolishOps, Work::rub, "",
+            kSoft, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
+    ToolRow{"scrape", "Scrape", "Takes away what stands above the surface around it.", "scrape", "", "Surface",
+            kScrapeOps, Work::rub, "fill", kSoft},
+    ToolRow{"fill", "Fill", "Fills what lies below the surface around it.", "fill", "", "Surface", kFillOps, Work::rub,
+            "scrape", kSoft},
+    ToolRow{"flatten", "Flatten", "Scrapes and fills to a plane.", "flatten", "", "Surface", kFlattenOps, Work::rub, "",
+            kSoft},
+    ToolRow{"layer", "Layer", "One even layer, however often it is gone over.", "layer", "", "Surface", kRaiseOps,
+            Work::rub, "layer", kRaise, true},
+    ToolRow{"inflate", "Inflate", "Swells the clay along its normals.", "inflate", "", "Surface", kRaiseOps, Work::rub,
+            "inflate", kRaise},
+    ToolRow{"groove", "Groove", "A channel along the stroke.", "groove", "", "Surface", kLowerOps, Work::rub, "ridge",
+            kRaise, true, false, ToolFile::none, Falloff::dome},
+    ToolRow{"ridge", "Ridge", "A bead along the stroke.", "ridge", "", "Surface", kRaiseOps, Work::rub, "groove",
+            kRaise, true, false, ToolFile::none, Falloff::dome},
+    ToolRow{"crease", "Crease", "Draws the clay together into a sharp valley, or a sharp ridge.", "crease", "",
+            "Surface", kCreaseOps, Work::rub, "crease", kRaise},
+    ToolRow{"emboss", "Emboss", "Presses an image into the surface.", "emboss", "", "Surface", kRaiseOps, Work::rub,
+            "emboss", kRaise, true, false, ToolFile::image, Falloff::constant},
+    ToolRow{"tug", "Tug", "Takes the clay along.", "tug", "", "Move", kTugOps, Work::rub, "", kGrip},
+    ToolRow{"smudge", "Smudge", "Smears the clay along.", "smudge", "", "Move", kSmudgeOps, Work::rub, "", kSoft, false,
+            false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
+    ToolRow{"pinch", "Pinch", "Draws the clay towards the stroke, or pushes it apart.", "pinch", "P", "Move", kPinchOps,
+            Work::rub, "pinch", kSoft, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
+    ToolRow{"twist", "Twist", "Turns the clay about the tool.", "twist", "", "Move", kTwistOps, Work::rub, "twist",
+            kTwist},
+    ToolRow{"morph", "Morph back", "Brings back what an earlier step had.", "morph", "", "Move", kMorphOps, Work::rub,
+            "", kMorph, false, false, ToolFile::none, Falloff::smooth, Tip::ball, 0.5},
+    ToolRow{"paint", "Paint", "Colours the clay.", "paint", "", "Paint", kPaintOps, Work::rub, "paint", kPaint, false,
+            false, ToolFile::none, Falloff::constant},
+    ToolRow{"airbrush", "Airbrush", "A breath of colour.", "airbrush", "", "Paint", kAirbrushOps, Work::rub, "airbrush",
+            kPaint},
+    ToolRow{"blend", "Blend colours", "Lets colours run into each other.", "blend", "", "Paint", kBlendOps, Work::rub,
+            "", kSoft},
+    ToolRow{"material", "Material", "Sets how the clay feels.", "material", "", "Paint", kMaterialOps, Work::rub,
+            "material", kDull, false, false, ToolFile::none, Falloff::constant},
+    ToolRow{"mask", "Mask", "Protects clay from every tool; inverted it frees it.", "mask", "M", "Paint", kMaskOps,
+            Work::rub, "mask", kSoft},
+    ToolRow{"blur_mask", "Soften mask", "Softens the rim of a mask.", "blur_mask", "", "Paint", kMaskBlurOps, Work::rub,
+            "", kSoft},
+    ToolRow{"melt", "Melt", "Lets clay run away from under the tool.", "melt", "", "Lab", kLowerOps, Work::rub,
+            "construct", kRaise},
+    ToolRow{"construct", "Construct", "Lets clay grow under the tool.", "construct", "", "Lab", kRaiseOps, Work::rub,
+            "melt", kRaise},
+    ToolRow{"burn", "Burn", "Melts and blackens.", "burn", "", "Lab", kBurnOps, Work::rub, "", kSquirt},
+    ToolRow{"squirt", "Squirt", "Lets clay of the tool's colour grow.", "squirt", "", "Lab", kSquirtOps, Work::rub,
+            "squirt", kSquirt, false, true},
+    ToolRow{"stamp_paint", "Coloured stamp", "Lays a shape of the tool's colour and material.", "stamp", "", "Lab",
+            kStampPaintOps, Work::lay, "stamp_paint", kStampPaint, false, true, ToolFile::shape, Falloff::smooth,
+            Tip::shape},
+    ToolRow{"invisible", "Invisible", "Makes clay unseen; it can still be felt.", "invisible", "", "Lab", kMaterialOps,
+            Work::rub, "invisible", kDull, false, false, ToolFile::none, Falloff::constant},
+};
+
+constexpr int kInvisibleMaterial = 255;
+constexpr uint32_t kBlack = 0x101010;
+
+}  // namespace
+
+bool operator==(const Tool& a, const Tool& b) {
+  return a.id == b.id && a.radiusMm == b.radiusMm && a.strength == b.strength && a.inverted == b.inverted &&
+         a.heightMm == b.heightMm && a.blendMm == b.blendMm && a.angleDeg == b.angleDeg && a.falloff == b.falloff &&
+         a.tip == b.tip && a.breadth == b.breadth && a.thickness == b.thickness && a.round == b.round &&
+         a.colour == b.colour && a.material == b.material && a.stabiliseMm == b.stabiliseMm &&
+         a.radiusByPressure == b.radiusByPressure && a.strengthByPressure == b.strengthByPressure &&
+         a.pressureCurve == b.pressureCurve && a.pressureIsForce == b.pressureIsForce && a.fullForceN == b.fullForceN &&
+         a.morphTo == b.morphTo && a.file == b.file;
+}
+
+std::span<const ToolRow> toolTable() {
+  return kTools;
+}
+
+const ToolRow* findTool(std::string_view id) {
+  const auto row = std::find_if(kTools.begin(), kTools.end(), [&](const ToolRow& each) { return each.id == id; });
+  return row == kTools.end() ? nullptr : &*row;
+}
+
+const ToolRow& rowOf(const Tool& tool) {
+  const ToolRow* row = findTool(tool.id);
+  if (!row) throw Error(fmt::format("there is no tool named \"{}\"", tool.id));
+  return *row;
+}
+
+const Parameter<Tool>* findParameter(const ToolRow& row, std::string_view id) {
+  const auto found = std::find_if(row.parameters.begin(), row.parameters.end(),
+                                  [&](const Parameter<Tool>& each) { return each.id == id; });
+  return found == row.parameters.end() ? nullptr : &*found;
+}
+
+Tool standardTool(const ToolRow& row) {
+  Tool tool;
+  for (const Parameter<Tool>& parameter : row.parameters) parameter.change(tool, parameter.standard);
+  tool.id = row.id;
+  tool.falloff = row.falloff;
+  tool.tip = row.tip;
+  tool.strength = row.strength;
+  if (row.id == "burn") tool.colour = kBlack;
+  if (row.id == "invisible") tool.material = kInvisibleMaterial;
+  return tool;
+}
+
+Tool scriptTool(const ToolRow& row) {
+  Tool tool = standardTool(row);
+  tool.radiusByPressure = tool.strengthByPressure = 0;
+  return tool;
+}
+
+PressureRules pressureRules(const ToolRow& row) {
+  if (row.work == Work::cut) return PressureRules::depth;
+  return standardTool(row).radiusByPressure > 0 ? PressureRules::radius : PressureRules::strength;
+}
+
+std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& grid, const clay::Version& before) {
+  const ToolRow& row = rowOf(tool);
+  if (!(tool.strength >= 0 && tool.strength <= 1))
+    throw Error(fmt::format("a strength of {} is out of range; choose 0 to 1", tool.strength));
+  auto brush = std::make_shared<clay::Brush>();
+  const bool turned = tool.inverted && row.opposite == row.id;
+  for (Operation operation : row.operations) {
+    operation.shape =
+        operation.property == Property::distance || row.operations.size() == 1 ? tool.falloff : operation.shape;
+    if (turned && operation.method == Method::add)
+      operation.method = Method::carve;
+    else if (turned && operation.method == Method::carve)
+      operation.method = Method::add;
+    else if (turned)
+      operation.amount = -operation.amount;
+    brush->operations.push_back(operation);
+  }
+  const auto voxels = [&](double mm) { return static_cast<float>(mm / grid.voxelMm); };
+  brush->tip = tool.tip;
+  brush->proportions = Vec3f(1, static_cast<float>(tool.breadth), static_cast<float>(tool.thickness));
+  brush->round = static_cast<float>(tool.round);
+  brush->blend = std::min(voxels(tool.blendMm), 64.0f);
+  brush->height = std::min(voxels(tool.heightMm), 4096.0f);
+  brush->limited = row.limited;
+  brush->angle = static_cast<float>(tool.angleDeg * 3.14159265358979 / 180);
+  brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};
+  brush->material = static_cast<uint8_t>(std::clamp(tool.material, 0, 255));
+  brush->dye = row.dye;
+  brush->shape = tool.shape;
+  brush->image = tool.image;
+  brush->before = before;
+  if (row.file == ToolFile::image && !tool.image)
+    throw Error(fmt::format("the tool {} needs an image: choose one", row.name));
+  if (row.file == ToolFile::shape && !tool.shape)
+    throw Error(fmt::format("the tool {} needs a shape: choose a file of one", row.name));
+  brush->check();
+  return brush;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,176 @@
+// glTF and Draco: what the reader process sends becomes a model.
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <string_view>
+
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "io/models/colour_list.h"
+#include "io/models/format.h"
+#include "io/models/reader_process.h"
+
+namespace argil::io {
+
+namespace {
+
+constexpr uint64_t kMemoryAByte = 5;
+
+/// Puts messages together and believes none of them.
+class ModelAssembler {
+ public:
+  void take(wire::Kind kind, std::span<const std::byte> payload);
+  ModelFile finish();
+
+ private:
+  template <class T, class Use>
+  static void each(std::span<const std::byte> payload, uint64_t& missing, const Use& use) {
+    if (payload.size() % sizeof(T) != 0 || payload.size() / sizeof(T) > missing) failWire();
+    missing -= payload.size() / sizeof(T);
+    for (; !payload.empty(); payload = payload.subspan(sizeof(T))) use(wireStruct<T>(payload));
+  }
+  void requireComplete() const {
+    if (vertices_ != 0 || triangles_ != 0 || colours_ != 0) failWire();
+  }
+
+  ModelFile model_;
+  uint64_t count_ = 0;                                   // vertices of the object
+  uint64_t vertices_ = 0, triangles_ = 0, colours_ = 0;  // still to come
+};
+
+void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
+  ModelObject* object = model_.objects.empty() ? nullptr : &model_.objects.back();
+  switch (kind) {
+    case wire::Kind::note:
+      model_.notes.push_back(wireText(payload));
+      return;
+    case wire::Kind::format:
+      model_.format = wireText(payload);
+      return;
+    case wire::Kind::metadata: {
+      const auto split = std::find(payload.begin(), payload.end(), std::byte{0});
+      if (split == payload.end()) failWire();
+      const auto key = size_t(split - payload.begin());
+      model_.metadata.emplace_back(wireText(payload.first(key)), wireText(payload.subspan(key + 1)));
+      return;
+    }
+    case wire::Kind::object: {
+      requireComplete();
+      std::span<const std::byte> name;
+      const auto head = wireStruct<wire::Object>(payload, &name);
+      if (head.vertices == 0 || head.vertices > UINT32_MAX || head.triangles == 0) failWire();
+      count_ = vertices_ = head.vertices;
+      triangles_ = head.triangles;
+      colours_ = head.hasColours != 0 ? head.vertices : 0;
+      ModelObject& next = model_.objects.emplace_back();
+      next.name = wireText(name);
+      if (head.hasColour != 0) next.colour = Colour{head.colour[0], head.colour[1], head.colour[2], head.colour[3]};
+      return;
+    }
+    case wire::Kind::positions:
+      if (object == nullptr) failWire();
+      return each<std::array<double, 3>>(payload, vertices_, [&](const std::array<double, 3>& p) {
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) failWire();
+        object->mesh.positions.emplace_back(p[0], p[1], p[2]);
+      });
+    case wire::Kind::triangles:
+      if (object == nullptr) failWire();
+      return each<std::array<uint32_t, 3>>(payload, triangles_, [&](const std::array<uint32_t, 3>& corners) {
+        if (std::max({corners[0], corners[1], corners[2]}) >= count_) failWire();
+        object->mesh.triangles.push_back(corners);
+      });
+    case wire::Kind::colours:
+      if (object == nullptr) failWire();
+      return each<std::array<uint8_t, 4>>(payload, colours_, [&](const std::array<uint8_t, 4>& c) {
+        object->vertexColours.push_back({c[0], c[1], c[2], c[3]});
+      });
+    case wire::Kind::end:
+      requireComplete();
+      if (object == nullptr) failWire();
+      return;
+    default:
+      failWire();
+  }
+}
+
+/// Vertices of equal coordinates become one, unless they differ in colour and some triangle blends its corners.
+void weld(ModelObject& object) {
+  clay::VertexWelder welder;
+  std::vector<uint32_t> place(object.mesh.positions.size());
+  welder.add(object.mesh.positions, place);
+  object.mesh.positions = welder.take();
+  const std::vector<Colour> before = std::move(object.vertexColours);
+  std::vector<Colour> colours(before.empty() ? 0 : object.mesh.positions.size());
+  for (size_t i = 0; i < before.size(); ++i) colours[place[i]] = before[i];
+  bool same = true;
+  for (size_t i = 0; same && i < before.size(); ++i) same = colours[place[i]] == before[i];
+  std::vector<std::array<Colour, 3>> corners;
+  if (!same) {
+    for (const auto& [a, b, c] : object.mesh.triangles) corners.push_back({before[a], before[b], before[c]});
+  }
+  for (auto& triangle : object.mesh.triangles) {
+    for (uint32_t& corner : triangle) corner = place[corner];
+  }
+  if (same)
+    object.vertexColours = std::move(colours);
+  else
+    setCornerColours(object, corners);
+}
+
+ModelFile ModelAssembler::finish() {
+  for (ModelObject& object : model_.objects) {
+    model_.faces += object.mesh.triangles.size();
+    // These formats split vertices where normals or colours jump. What is closed as it is stays: in it equal places are
+    // different vertices that were rounded together.
+    if (clay::checkTopology(object.mesh).boundaryEdges == 0) continue;
+    weld(object);
+    model_.welded = true;
+  }
+  return std::move(model_);
+}
+
+ModelFile readModelInProcess(const char* what, const std::filesystem::path& path, Job* job) {
+  ModelAssembler model;
+  ReaderLimits limits;
+  std::error_code failed;
+  // The file itself, its numbers as doubles, and what is sent of them.
+  if (const uint64_t size = std::filesystem::file_size(path, failed); !failed)
+    limits.memoryBytes = std::max(limits.memoryBytes, kMemoryAByte * size);
+  try {
+    runReader(
+        what, path, [&](wire::Kind kind, std::span<const std::byte> payload) { model.take(kind, payload); }, job,
+        limits);
+    return model.finish();
+  } catch (const std::bad_alloc&) {
+    fail(displayName(path), "does not fit into memory; reduce it first");
+  }
+}
+
+}  // namespace
+
+bool recognizesGlb(const Input& input) {
+  return input.text().starts_with("glTF");
+}
+
+bool recognizesGltf(const Input& input) {
+  const std::string_view text = input.text();
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '{';
+}
+
+bool recognizesDraco(const Input& input) {
+  return input.text().starts_with("DRACO");
+}
+
+ModelFile readGltf(const std::filesystem::path& path, Job* job) {
+  ModelFile model = readModelInProcess("gltf", path, job);
+  model.unitMm = 1000;
+  return model;
+}
+
+ModelFile readDraco(const std::filesystem::path& path, Job* job) {
+  return readModelInProcess("draco", path, job);
+}
+
+}  // namespace argil::io

@@ -1,0 +1,76 @@
+#pragma once
+// Models from files, with what meshes alone do not say: several objects, names, units, colours.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clay/base/job.h"
+#include "clay/mesh/triangle_mesh.h"
+
+namespace argil::io {
+
+/// sRGB with alpha, 255 opaque.
+struct Colour {
+  uint8_t red = 255, green = 255, blue = 255, alpha = 255;
+  friend bool operator==(const Colour&, const Colour&) = default;
+};
+
+/// One thing of a model, placed: all transforms of the file are applied (an odd mirror also turns the triangles).
+struct ModelObject {
+  std::string name;                     ///< As the file has it; may be empty.
+  clay::TriangleMesh mesh;              ///< In the file's unit.
+  std::vector<Colour> vertexColours;    ///< One a vertex, or empty.
+  std::vector<Colour> triangleColours;  ///< One a triangle, or empty: goes before vertexColours.
+  std::optional<Colour> colour;         ///< Of the whole, where the file says so.
+  uint32_t assembly = 0;  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
+};
+
+/// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there
+/// is at least one object; nothing is promised about topology.
+struct ModelFile {
+  std::vector<ModelObject> objects;
+  std::vector<ModelObject>
+      negatives;  ///< What slicers cut away from the objects of the same assembly; held to the same promises.
+  std::optional<double> unitMm;  ///< mm in one unit where the format says so (3MF; glTF: 1000); none: ask the person.
+  std::string format;            ///< "STL (binary)", "3MF", "glTF (binary, Draco)", ...
+  uint64_t faces = 0;            ///< As the file has them, before polygons became triangles.
+  uint64_t polygons = 0;         ///< Faces of more than three corners.
+  bool welded = false;           ///< Vertices of equal coordinates were made one.
+  std::vector<std::pair<std::string, std::string>> metadata;  ///< Title, designer and the like.
+  std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
+};
+
+/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco; the first four and 3MF also out of .gz
+/// and a .zip of one model. The content says which, the ending only where the content does not. What other people's
+/// libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any
+/// thread.
+[[nodiscard]] ModelFile readModel(const std::filesystem::path& path, Job* job = nullptr);
+
+/// ".stl, .obj, ...": what readModel reads, and what writeModel writes.
+[[nodiscard]] std::string readableEndings();
+[[nodiscard]] std::string writableEndings();
+
+/// The same from memory, for formats that this program reads itself.
+[[nodiscard]] ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, Job* job = nullptr);
+
+/// The objects as one. Colours stay where some object has them: the others are white. Where some have colours of
+/// vertices and some of triangles, triangles get the mean of their corners.
+[[nodiscard]] ModelObject merged(std::vector<ModelObject>&& objects);
+
+/// Rounded to the nearest.
+[[nodiscard]] Colour meanOf(const Colour& a, const Colour& b, const Colour& c);
+
+/// What a reader says that leaves ModelFile::negatives out.
+[[nodiscard]] std::string notCutAway(size_t negatives);
+
+/// Mean of an object's colours by area; none when it has none.
+[[nodiscard]] std::optional<Colour> meanColour(const ModelObject& object);
+
+}  // namespace argil::io

@@ -1,0 +1,61 @@
+#pragma once
+// The vertex and index buffer on the device. Only for the .cpp files of render/.
+
+#include "render/gpu/gpu.h"
+#include "render/surface/surface_layout.h"
+
+namespace argil::render {
+
+/// One vertex and one index buffer for all pieces, written through a staging buffer. Grow by copying on the device.
+class SurfaceBuffers {
+ public:
+  explicit SurfaceBuffers(Gpu& gpu) : gpu_(gpu) {}
+
+  /// What `write` sends to the sink lies on the device when this returns.
+  template <class Write>
+  UploadStats update(Write&& write) {
+    Staging staging(*this);
+    write(staging);
+    staging.flush();
+    return staging.stats;
+  }
+  /// Gives the memory back; no piece may be left.
+  void clear();
+
+  [[nodiscard]] BufferRanges& ranges() { return ranges_; }
+  [[nodiscard]] VkBuffer vertices() const { return vertices_.handle(); }
+  /// One PackedPaint a vertex where something is painted; else one for all of them.
+  [[nodiscard]] VkBuffer paint();
+  [[nodiscard]] bool painted() const { return paint_.handle() != VK_NULL_HANDLE; }
+  [[nodiscard]] VkBuffer indices() const { return indices_.handle(); }
+  [[nodiscard]] uint64_t bytes() const { return vertices_.size() + indices_.size() + paint_.size() + staging_.size(); }
+
+ private:
+  /// Gathers writes in the staging buffer and sends them when it is full.
+  class Staging : public UploadSink {
+   public:
+    explicit Staging(SurfaceBuffers& owner);
+    void reserve(uint32_t vertices, uint32_t indices) override;
+    void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) override;
+    void writeIndices(uint32_t first, std::span<const uint32_t> indices) override;
+    void writePaint(uint32_t first, std::span<const PackedPaint> paint) override;
+    void flush();
+
+    UploadStats stats;
+
+   private:
+    void growPaint();
+    void grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage);
+    void write(std::vector<VkBufferCopy>& copies, VkDeviceSize offset, std::span<const std::byte> bytes);
+
+    SurfaceBuffers& owner_;
+    std::vector<VkBufferCopy> toVertices_, toIndices_, toPaint_;
+    VkDeviceSize filled_ = 0;
+  };
+
+  Gpu& gpu_;
+  BufferRanges ranges_;
+  Buffer vertices_, indices_, paint_, unpainted_, staging_;
+};
+
+}  // namespace argil::render

@@ -1,0 +1,215 @@
+// The model's draw calls: which chunks are in the picture, and how fine.
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/error.h"
+#include "render/renderer/model.h"
+#include "render/renderer/renderer_state.h"
+
+namespace argil::render {
+namespace {
+
+/// Quads that one picture reads to make levels of detail: about 15 ms on one core;
+constexpr size_t kQuadsAPicture = 250'000;
+/// or more where pictures are slow for want of them: this part of the triangles that the last one drew, a small part of
+/// its time.
+constexpr double kQuadsATriangle = 0.5;
+
+}  // namespace
+
+/// A sight in the voxels of one piece (in its mm, for a part): chunks are tested as they are.
+struct Model::Local {
+  struct Side {
+    Vec3d normal;
+    double offset;
+  };
+  std::vector<Side> sides;
+  Vec3d eye, forward;
+  std::vector<std::pair<Vec3d, Vec3d>> eyes;
+  double reach = 0, detail = 0;  // largest group of cells, at distance 1 in perspective
+  bool perspective = true, backsSeen = false;
+
+  Local(const Sight& sight, const PieceLook& look, double scaleMm, const Vec3d& originMm) {
+    const Eigen::Quaterniond back = look.rotation.conjugate();
+    eye = (back * (sight.eye - look.translationMm) - originMm) / scaleMm;
+    forward = back * sight.forward;
+    for (const FramePlan::Side& side : sight.sides) sides.push_back({back * side.normal, side.offset / scaleMm});
+    for (const auto& [place, ahead] : sight.eyes) {
+      eyes.emplace_back((back * (place - look.translationMm) - originMm) / scaleMm, back * ahead);
+      reach = std::max(reach, (eyes.back().first - eye).norm());
+    }
+    detail = sight.detailPixels * sight.mmPerPixel / (sight.perspective ? 1 : scaleMm);
+    perspective = sight.perspective;
+    backsSeen = sight.backsSeen;
+  }
+
+  [[nodiscard]] bool outside(const Vec3d& min, const Vec3d& max) const {
+    return std::any_of(sides.begin(), sides.end(), [&](const Side& side) {
+      // The corner that lies farthest inwards.
+      const Vec3d corner = (side.normal.array() > 0).select(min, max);
+      return side.normal.dot(corner - eye) > side.offset;
+    });
+  }
+  /// The coarsest level whose groups of cells are small enough at the nearest point of a chunk.
+  [[nodiscard]] int level(const ChunkDraw& draw) const {
+    const Vec3d half = 0.5 * (draw.max - draw.min);
+    const double nearest = perspective ? forward.dot(draw.min + half - eye) - forward.cwiseAbs().dot(half) - reach : 1;
+    const double group = detail * nearest;
+    int level = kLevels - 1;
+    while (level > 0 && group < kGroupCells[size_t(level)]) --level;
+    return level;
+  }
+  [[nodiscard]] bool facesAway(const ChunkDraw& draw) const {
+    if (backsSeen) return false;
+    const Vec3d half = 0.5 * (draw.max - draw.min);
+    return std::all_of(eyes.begin(), eyes.end(), [&](const auto& e) {
+      return perspective ? draw.cone.facesAway(draw.min + half, half.norm(), e.first) : draw.cone.facesAway(e.second);
+    });
+  }
+};
+
+Model::Local Model::toLocal(const Piece& piece, const PieceLook& look, const Sight& sight) const {
+  return piece.clay ? Local(sight, look, piece.clay->grid().voxelMm, piece.clay->grid().originMm)
+                    : Local(sight, look, 1, Vec3d::Zero());
+}
+
+void Model::prepare(const Sight& sight) {
+  list_.nextPicture();
+  levelBytes_ = 0;
+  size_t left = std::max(kQuadsAPicture, size_t(kQuadsATriangle * double(drawn_)));
+  struct Wish {
+    SurfaceLayout* clay;
+    size_t chunk;
+    int level;
+  };
+  std::vector<Wish> wishes;
+  for (auto& [id, piece] : pieces_) {
+    if (!piece.clay) continue;
+    piece.clay->nextPicture();
+    if (!lookOf(id).visible || sight.detailPixels <= 0) continue;
+    const Local local = toLocal(piece, lookOf(id), sight);
+    const std::vector<ChunkDraw>& draws = piece.clay->draws();
+    for (size_t i = 0; i < draws.size(); ++i) {
+      if (!piece.clay->atRest(i) || local.outside(draws[i].min, draws[i].max)) continue;
+      const int level = local.level(draws[i]);
+      if (!draws[i].levels[size_t(level)].made || !draws[i].coned) wishes.push_back({piece.clay.get(), i, level});
+    }
+  }
+  if (wishes.empty()) return;
+  const UploadStats stats = buffers_.update([&](UploadSink& sink) {
+    for (const Wish& wish : wishes) {
+      try {
+        const size_t cost = wish.clay->prepareChunk(wish.chunk, wish.level, sink);
+        if (cost >= left) return;
+        left -= cost;
+      } catch (const Error&) {
+        return;  // no memory left for what only saves time
+      }
+    }
+  });
+  levelBytes_ = stats.bytes;
+}
+
+void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
+                 Renderer::DrawStats* stats) {
+  const uint64_t before = stats ? stats->trianglesDrawn : 0;
+  if (pieces_.empty() || !buffers_.vertices()) return;
+  const VkBuffer vertices[] = {buffers_.vertices(), buffers_.paint()};
+  const VkDeviceSize offsets[] = {0, 0};
+  vkCmdBindVertexBuffers(commands, 0, 2, vertices, offsets);
+  vkCmdBindIndexBuffer(commands, buffers_.indices(), 0, VK_INDEX_TYPE_UINT32);
+  for (const auto& [id, piece] : pieces_) {
+    const PieceLook& look = lookOf(id);
+    if (!look.visible || (kind == Kind::clay) != (piece.clay != nullptr)) continue;
+    const Local local = toLocal(piece, look, sight);
+    commands_.clear();
+    const auto add = [&](const ChunkDraw::Range& range) {
+      if (range.indexCount == 0) return;
+      commands_.push_back({range.indexCount, 1, range.firstIndex, 0, 0});
+      if (stats) {
+        ++stats->chunksDrawn;
+        stats->trianglesDrawn += range.triangles;
+      }
+    };
+    if (piece.part) {
+      if (const Box& box = piece.part->bounds(); !box.empty() && !local.outside(box.min, box.max)) {
+        add(piece.part->draw());
+      } else if (stats) {
+        ++stats->chunksCulled;
+      }
+    } else {
+      for (const ChunkDraw& chunk : piece.clay->draws()) {
+        if (local.outside(chunk.min, chunk.max) || local.facesAway(chunk)) {
+          if (stats) ++stats->chunksCulled;
+          continue;
+        }
+        add(chunk.at(sight.detailPixels > 0 ? local.level(chunk) : 0));
+      }
+    }
+    if (commands_.empty()) continue;
+
+    push(commands, layout, constants(piece, look, sight));
+    const uint64_t calls = list_.draw(commands, commands_);
+    if (stats) stats->drawCalls += calls;
+  }
+  if (stats && kind == Kind::clay) drawn_ = stats->trianglesDrawn - before;
+}
+
+PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const Sight& sight) const {
+  const double unit = piece.unitMm();
+  const Eigen::Quaterniond& turn = look.rotation;
+  // The point of the piece's box nearest to the eye: differences to it fit 32 bits, and what is near keeps its digits.
+  const Box box = piece.clay ? piece.clay->looseBounds() : piece.part->bounds();
+  const Vec3d eye = turn.conjugate() * (sight.eye - look.translationMm);
+  const Vec3d anchor = ((eye.cwiseMax(box.min).cwiseMin(box.max) - piece.originMm()) / unit).array().round();
+  const Vec3d rel = turn * (piece.originMm() + anchor * unit) + (look.translationMm - sight.eye);
+  PieceConstants c{};
+  for (int i = 0; i < 3; ++i) {
+    c.anchor[i] = int32_t(std::clamp(anchor[i], double(INT32_MIN), double(INT32_MAX)));
+    c.anchorRel[i] = float(rel[i]);
+  }
+  c.unit = float(unit);
+  for (int i = 0; i < 4; ++i) c.rotation[i] = float(turn.coeffs()[i]);
+  c.surface = surfaceOf(look, piece.part != nullptr);
+  return c;
+}
+
+Sight Renderer::State::sight(const FramePlan& plan) const {
+  const auto vec = [](const FrameUniforms::Vec4& v) { return Vec3d(double(v[0]), double(v[1]), double(v[2])); };
+  const FrameUniforms& u = plan.uniforms;
+  Sight sight;
+  sight.eye = plan.eye;
+  sight.forward = vec(u.cameraForward);
+  sight.perspective = plan.perspective;
+  for (size_t i = 0; i < size_t(plan.eyes()); ++i) {
+    sight.eyes.emplace_back(plan.eye + vec(u.eyes[i].place), vec(u.eyes[i].forward));
+  }
+  sight.mmPerPixel = double(u.scale[3]) * double(u.size[2]);
+  sight.detailPixels = quality.detailPixels;
+  sight.backsSeen = plan.look.section.has_value();
+  sight.sides = plan.sides;
+  return sight;
+}
+
+void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, bool intoShadow) {
+  Sight from = sight(plan);
+  if (intoShadow) {
+    // Parallel rays from the light; all of the clay is in the map. A texel holds what a pixel may.
+    const auto& x = plan.uniforms.shadowX;
+    const double reach = 1 / std::hypot(double(x[0]), double(x[1]), double(x[2]));
+    from.perspective = false;
+    from.mmPerPixel = 2 * reach / double(targets.shadow.extent().width);
+    from.detailPixels = std::min(from.detailPixels, 1.0);
+    from.backsSeen = true;
+    from.sides.clear();
+  }
+  using Kind = Model::Kind;
+  variant.painted = model.painted();
+  for (const Kind kind : {Kind::clay, Kind::parts}) {
+    bind(commands, intoShadow ? Pass::shadow : kind == Kind::clay ? Pass::clay : Pass::part);
+    model.draw(commands, pipelines.layout(), from, kind, intoShadow ? nullptr : &stats);
+  }
+}
+
+}  // namespace argil::render

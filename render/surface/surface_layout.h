@@ -1,0 +1,216 @@
+#pragma once
+// Which part of the vertex and index buffers each brick of the surface has, and what must be written when bricks
+// change.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "clay/surface/vertex_channels.h"
+#include "render/surface/range_allocator.h"
+#include "render/view/colour.h"
+#include "render/view/lod.h"
+#include "render/view/ray.h"
+#include "render/view/view.h"
+
+namespace argil::render {
+
+/// Vertices lie at this many units a voxel, counted from voxel (0, 0, 0): a brick's reach of ±131 072 voxels fills 32
+/// bits.
+inline constexpr int kUnitsPerVoxel = 1 << 14;
+/// Index ranges are handed out in steps of a quad's two triangles.
+inline constexpr uint32_t kIndicesPerQuad = 6;
+
+/// A vertex as the GPU reads it, 16 bytes. Integers, so that a shader subtracts an anchor near the eye without
+/// rounding.
+struct SurfaceVertex {
+  int32_t x = 0, y = 0, z = 0;
+  clay::PackedNormal normal;
+};
+static_assert(sizeof(SurfaceVertex) == 16);
+
+/// What a vertex shows of its clay's channels, as the GPU reads it: square roots of the display-linear colour that it
+/// adds (red lowest), and in the highest byte how much of the piece's own colour is left. A mask darkens both.
+using PackedPaint = uint32_t;
+inline constexpr PackedPaint kUnpainted = 0xff000000;
+[[nodiscard]] PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& materials = {});
+
+/// Row of a piece's materials (clay::Channel::material) that is not drawn.
+inline constexpr uint8_t kUnseenMaterial = 255;
+
+/// Receives what a layout writes: the GPU's buffers, or a test's arrays.
+class UploadSink {
+ public:
+  virtual ~UploadSink() = default;
+  /// The buffers must hold at least this many vertices and indices from now on; what was written stays.
+  virtual void reserve(uint32_t vertices, uint32_t indices) = 0;
+  virtual void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) = 0;
+  virtual void writeIndices(uint32_t first, std::span<const uint32_t> indices) = 0;
+  /// Of vertices that were written; all others are unpainted from the first call on.
+  virtual void writePaint(uint32_t first, std::span<const PackedPaint> paint) { (void)first, (void)paint; }
+};
+
+/// The two buffers, shared by all pieces: who has which range.
+class BufferRanges {
+ public:
+  /// Room for that many more, in one growth. Throws Error (work) past 4 G indices; then nothing has changed.
+  void reserve(uint64_t vertices, uint64_t quads, UploadSink& sink);
+  [[nodiscard]] uint32_t takeVertices(uint32_t count, UploadSink& sink);
+  [[nodiscard]] uint32_t takeQuads(uint32_t count, UploadSink& sink);
+  void releaseVertices(uint32_t first, uint32_t count) { vertices_.release(first, count); }
+  void releaseQuads(uint32_t first, uint32_t count) { quads_.release(first, count); }
+  /// Whether some vertex has paint: then all have, else none costs anything.
+  [[nodiscard]] bool painted() const { return painted_; }
+  void setPainted() { painted_ = true; }
+  [[nodiscard]] uint32_t usedVertices() const { return vertices_.used(); }
+  [[nodiscard]] uint32_t usedQuads() const { return quads_.used(); }
+
+ private:
+  RangeAllocator vertices_{0}, quads_{0};
+  bool painted_ = false;
+};
+
+/// 8×8×8 bricks that are drawn with one command.
+inline constexpr int kChunkBits = 3;
+
+struct ChunkDraw {
+  struct Range {
+    uint32_t firstIndex = 0, indexCount = 0;  ///< Of triangles, some of which may be empty (three equal indices).
+    uint32_t triangles = 0;                   ///< Without the empty ones.
+    bool made = false;
+  };
+  Coord chunk;
+  Vec3d min = Vec3d::Zero(), max = Vec3d::Zero();  ///< Voxel coordinates that hold all its triangles.
+  std::array<Range, kLevels> levels;               ///< Level 0 is always made.
+  NormalCone cone;                                 ///< Of level 0.
+  bool coned = false;                              ///< The cone was found.
+  uint64_t changedIn = 0;                          ///< The picture before which it last changed.
+
+  /// The coarsest level that is made, up to `wanted`.
+  [[nodiscard]] const Range& at(int wanted) const {
+    while (wanted > 0 && !levels[size_t(wanted)].made) --wanted;
+    return levels[size_t(wanted)];
+  }
+};
+
+/// Follows a clay surface delta by delta. One vertex range and one index range a brick; the index ranges of a chunk lie
+/// in one block. Writes only bricks whose mesh changed, and the indices of those whose neighbour's vertices moved. One
+/// thread.
+class SurfaceLayout {
+ public:
+  /// `ranges` and the sinks given later belong together and outlive this.
+  explicit SurfaceLayout(BufferRanges& ranges) : ranges_(&ranges) {}
+  ~SurfaceLayout() { clear(); }
+  SurfaceLayout(const SurfaceLayout&) = delete;
+  SurfaceLayout& operator=(const SurfaceLayout&) = delete;
+
+  /// Throws Error (work) when a quad names a vertex that no brick has, for a mesh without normals, or past 4 G indices;
+  /// unless whole() still holds, the layout is unusable then.
+  void apply(const clay::SurfaceDelta& delta, UploadSink& sink);
+  /// Whether masked clay (above half) is left out too, beside what is of the unseen material. Writes the triangles of
+  /// painted bricks anew when it changes.
+  void hideMasked(bool hide, UploadSink& sink);
+  /// Colours of materials. Writes the paint of painted bricks anew when they change.
+  void colourMaterials(const MaterialColours& colours, UploadSink& sink);
+  void clear();
+  [[nodiscard]] bool whole() const { return whole_; }
+
+  [[nodiscard]] const clay::Grid& grid() const { return grid_; }
+  /// In order of chunk coordinate. Valid until the next apply().
+  [[nodiscard]] const std::vector<ChunkDraw>& draws() const { return draws_; }
+  [[nodiscard]] uint64_t triangleCount() const { return 2 * quads_; }
+  [[nodiscard]] uint64_t brickCount() const { return bricks_.size(); }
+  /// Tight box of all vertices, turned and then moved by `translation`. O(chunks + bricks of changed chunks + vertices
+  /// at its sides, where turned).
+  [[nodiscard]] Box bounds(const Eigen::Quaterniond& rotation = Eigen::Quaterniond::Identity(),
+                           const Vec3d& translation = Vec3d::Zero()) const;
+  /// A box that holds all chunks, in the piece's mm. O(1).
+  [[nodiscard]] const Box& looseBounds() const { return loose_; }
+  /// The first triangle met along a ray in the piece's mm. O(chunks + bricks near the ray).
+  [[nodiscard]] std::optional<RayHit> raycast(const Ray& ray) const;
+
+  // Levels of detail (surface_levels.cpp)
+
+  /// Starts the next picture. Levels are not made for chunks that changed within the last kRestPictures of them: a
+  /// stroke pays nothing for them.
+  void nextPicture() { ++picture_; }
+  [[nodiscard]] bool atRest(size_t at) const { return picture_ >= draws_[at].changedIn + kRestPictures; }
+  /// Makes `level` (0 to 4) and the cone of the chunk draws()[at], unless they are made or the chunk is not at rest.
+  /// Returns the quads that were read: the cost, about 60 ns each.
+  size_t prepareChunk(size_t at, int level, UploadSink& sink);
+
+  static constexpr uint64_t kRestPictures = 8;
+
+ private:
+  struct BrickEntry {
+    clay::BrickMeshPtr mesh;
+    std::shared_ptr<const clay::BrickPaint> paint;  // null: none
+    uint32_t firstVertex = 0, vertexCapacity = 0;
+    uint32_t firstQuad = 0, quadCapacity = 0;  // within the chunk's block
+    bool unseen = false;                       // some vertex is
+    Vec3f min, max;                            // of the vertices, relative to the brick
+  };
+  struct ChunkLevel {
+    uint32_t firstVertex = 0, vertexCount = 0, firstQuad = 0, quadCount = 0;
+  };
+  struct Chunk {
+    uint32_t firstQuad = 0;  // of its block
+    RangeAllocator quads{0};
+    std::vector<Coord> bricks;                         // with quads; sorted
+    std::array<ChunkLevel, size_t(kLevels)> levels{};  // above 0
+    size_t draw = SIZE_MAX;                            // in draws_
+    mutable std::optional<Box> tight;  // of the vertices that its quads name, in voxels; found when asked for
+  };
+  struct CoordHash {
+    size_t operator()(Coord c) const noexcept;
+  };
+  struct Base {
+    const BrickEntry* brick = nullptr;
+    uint32_t first = 0, count = 0;
+  };
+  using Bases = std::array<Base, 8>;
+
+  void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
+  static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
+  [[nodiscard]] PackedPaint paintOf(const BrickEntry& brick, size_t index) const;
+  void writePaint(const BrickEntry& brick, UploadSink& sink);
+  [[nodiscard]] bool unseen(const clay::VertexPaint& paint) const {
+    return paint.material == kUnseenMaterial || (hideMasked_ && paint.mask > 127);
+  }
+  // all of its corners
+  [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;
+  void noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite, std::set<Coord>& changedChunks);
+  bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
+  void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
+  void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
+  void eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
+  void resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink);
+  std::array<Base, 8> basesOf(Coord coord) const;  // the bricks that its quads may name
+  void dropLevels(Chunk& chunk);
+  void updateDraws(const std::set<Coord>& changed);
+  const Box& tightBox(const Chunk& chunk) const;
+  NormalCone coneOf(const Chunk& chunk) const;
+  void makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& sink);
+
+  BufferRanges* ranges_;
+  clay::Grid grid_;
+  bool hideMasked_ = false;
+  MaterialColours materials_;
+  std::unordered_map<Coord, BrickEntry, CoordHash> bricks_;
+  std::map<Coord, Chunk> chunks_;
+  uint64_t quads_ = 0, picture_ = kRestPictures;
+  bool whole_ = true;
+  std::vector<ChunkDraw> draws_;
+  Box loose_;
+  std::vector<SurfaceVertex> vertexScratch_;
+  std::vector<uint32_t> indexScratch_;
+  std::vector<PackedPaint> paintScratch_;
+};
+
+}  // namespace argil::render

@@ -1,0 +1,71 @@
+#include "ui3d/studio/files/file_kinds.h"
+
+#include <algorithm>
+#include <array>
+
+#include "io/bytes/input.h"
+
+namespace argil::studio {
+namespace {
+
+constexpr std::array kKinds{
+    FileKind{".argil", "Argil", "mm", true, false, "", false},
+    FileKind{".json", "Script", "mm", true, false, "", false},
+    // Writers in the order in which they are offered.
+    FileKind{".3mf", "3MF", "as the file says", true, true, "For printing: unit, colours and names are in the file.",
+             true},
+    FileKind{".stl", "STL", "", true, true,
+             "For printing, where 3MF is not understood. It names no unit: read it as mm.", true},
+    FileKind{".obj", "OBJ", "", true, true, "For other modellers. It names no unit: read it as mm.", true},
+    FileKind{".ply", "PLY", "", true, true, "For scanners' and researchers' programs. It names no unit: read it as mm.",
+             true},
+    FileKind{".glb", "glTF binary", "metres", true, true,
+             "For the web and for game engines, in one file. Lengths become metres, as the format wants.", true},
+    FileKind{".gltf", "glTF", "metres", true, true, "For the web, as text. Lengths become metres, as the format wants.",
+             true},
+    FileKind{".drc", "Draco", "", true, true,
+             "The smallest file: rounded within a stated error. It names no unit: read it as mm.", true},
+    FileKind{".vdb", "OpenVDB", "", true, true,
+             "The clay itself, as a level set, for effects and simulation. It names no unit: read it as mm.", false},
+    // One model in it, of a kind that names no unit as a rule.
+    FileKind{".gz", "Packed model", "", true, true, "", false},
+    FileKind{".zip", "Packed model", "", true, true, "", false},
+    FileKind{".off", "OFF", "", true, true, "", false},
+};
+
+std::vector<std::string> endings(bool FileKind::*which) {
+  std::vector<std::string> result;
+  for (const FileKind& kind : kKinds)
+    if (kind.*which) result.emplace_back(kind.ending);
+  return result;
+}
+
+}  // namespace
+
+std::span<const FileKind> fileKinds() {
+  return kKinds;
+}
+
+const FileKind* kindOf(const std::filesystem::path& file) {
+  const std::string ending = io::endingOf(file);
+  const auto row =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
+  return row == kKinds.end() ? nullptr : &*row;
+}
+
+bool asksForUnits(const std::filesystem::path& file) {
+  const FileKind* kind = kindOf(file);
+  return kind && kind->units.empty();
+}
+
+std::vector<std::string> endingsToOpen() {
+  return endings(&FileKind::opens);
+}
+std::vector<std::string> endingsToImport() {
+  return endings(&FileKind::imports);
+}
+std::vector<std::string> endingsOfImages() {
+  return {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".pgm"};
+}
+
+}  // namespace argil::studio

@@ -1,0 +1,75 @@
+#include "ui3d/studio/view/studio_state.h"
+
+#include <cmath>
+
+#include <system_error>
+
+namespace argil::studio {
+
+engine::Tool& StudioState::tool() {
+  const auto found = tools.find(toolId);
+  if (found != tools.end()) return found->second;
+  const engine::ToolRow* row = engine::findTool(toolId);
+  if (!row) {
+    row = &engine::toolTable().front();
+    toolId = row->id;
+  }
+  return tools.emplace(toolId, newTool(*row)).first->second;
+}
+
+namespace {
+
+void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor) {
+  for (const auto& parameter : row.parameters)
+    if (parameter.unit == "mm") parameter.change(tool, parameter.get(tool) * factor);
+}
+
+}  // namespace
+
+engine::Tool StudioState::newTool(const engine::ToolRow& row) const {
+  engine::Tool made = engine::standardTool(row);
+  if (sizedForMm != kUsualMm) scaleLengths(row, made, sizedForMm / kUsualMm);
+  return made;
+}
+
+void StudioState::sizeTools(double forMm) {
+  if (!(forMm > 0) || !std::isfinite(forMm) || forMm == sizedForMm) return;
+  for (auto& [id, each] : tools)
+    if (const engine::ToolRow* row = engine::findTool(id)) scaleLengths(*row, each, forMm / sizedForMm);
+  sizedForMm = forMm;
+}
+
+// The other tool works at the size of the one in hand: a person turns the brush over, not into another.
+engine::Tool StudioState::effectiveTool() {
+  const engine::Tool inHand = tool();
+  const engine::ToolRow* row = engine::findTool(toolId);
+  const std::string_view other = smoothing         ? std::string_view("smooth")
+                                 : inverted && row ? row->opposite
+                                                   : std::string_view();
+  const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
+  if (!otherRow) {
+    engine::Tool turned = inHand;
+    turned.inverted = inHand.inverted != (inverted && !smoothing && other == toolId);
+    return turned;
+  }
+  const auto kept = tools.find(other);
+  engine::Tool result = kept == tools.end() ? newTool(*otherRow) : kept->second;
+  result.radiusMm = inHand.radiusMm;
+  return result;
+}
+
+void StudioState::remember(const std::filesystem::path& file) {
+  std::error_code failed;
+  std::filesystem::path whole = std::filesystem::absolute(file, failed).lexically_normal();
+  if (failed || whole.empty()) whole = file;
+  std::erase(recentFiles, whole.string());
+  recentFiles.insert(recentFiles.begin(), whole.string());
+  if (recentFiles.size() > kMostRecent) recentFiles.resize(kMostRecent);
+  lastFolder = whole.parent_path().string();
+}
+
+uint64_t StudioState::undoBytes() const {
+  return static_cast<uint64_t>(std::llround(std::ldexp(undoGiB, 30)));
+}
+
+}  // namespace argil::studio

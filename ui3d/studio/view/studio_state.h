@@ -1,0 +1,140 @@
+#pragma once
+// What the studio itself remembers: how things are looked at and what the person has in hand. The model is the
+// workbench's.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/document/document.h"
+#include "engine/session/workbench.h"
+#include "engine/tools/tool_table.h"
+#include "haptics/scene/workspace.h"
+#include "render/renderer/renderer.h"
+#include "ui3d/studio/view/deform_box.h"
+#include "ui3d/studio/view/drawn_curve.h"
+
+namespace argil::studio {
+
+enum class Theme : uint8_t { dark, light };
+/// What the sizes of tools go with: nothing, the model that is worked on, or what is seen of it.
+enum class SizeBy : uint8_t { millimetres, model, view };
+enum class GizmoMode : uint8_t { none, move, rotate, scale };
+
+/// Panels that can be shown and hidden.
+struct PanelsShown {
+  bool tools = true, settings = true, things = true, history = false, view = false, touch = false, quality = false,
+       facts = false, messages = false, exporting = false, palette = false, firstStart = true, shortcuts = false,
+       preferences = false;
+};
+
+/// What the window measured; shown in panels and written by --report.
+struct FrameFigures {
+  double frameMs = 0, framesPerSecond = 0;
+  bool still = true;  ///< The full picture is shown, not the thinned one.
+  uint64_t triangles = 0, uploadedBytes = 0, deviceBytes = 0;
+  double sampleToScreenMs = 0;
+  std::string deviceName;
+  std::vector<render::PassTime> passes;
+};
+
+/// A picture for a file.
+struct PictureWish {
+  std::filesystem::path file;
+  int longestPixels = 0;  ///< Of its longer edge; 0: as large as the window's.
+};
+
+/// What an action or a panel asks of another part of the studio. Who serves it empties it.
+struct Wishes {
+  std::string place;  ///< A kind of guide, to be placed by clicks: Widgets::place().
+  /// Of the panels: "new", "open", "recent", "save", "saveAs", "saveCopy", "import", "part", "export", "picture",
+  /// "recover", "clay", "toolFile"; "export.stl" names a format, "piece.join" a row of engine::pieceJobs().
+  std::string dialog;
+  std::optional<std::filesystem::path> open;  ///< This file as the document: a model is asked about.
+  std::optional<std::filesystem::path> save;  ///< The document, to this file; empty: to its own.
+  std::optional<std::filesystem::path> copy;  ///< The document without its history, to this file.
+  std::optional<PictureWish> picture;
+  bool quickRing = false;  ///< Around the cursor.
+};
+
+/// How models came in last: asked for again, this is what is offered.
+struct ImportChoice {
+  bool voxelGiven = false;  ///< Else 256 voxels along the longest side.
+  double voxelMm = 0.5;
+  bool halfMemory = false;  ///< Distances of 16 bits.
+  friend bool operator==(const ImportChoice&, const ImportChoice&) = default;
+};
+
+struct StudioState {
+  // In hand
+  std::string toolId = "carve";
+  /// Settings of each tool by id, kept when another is taken.
+  std::map<std::string, engine::Tool, std::less<>> tools;
+  bool inverted = false, smoothing = false;  ///< Keys held: the opposite tool, or smooth, for the moment.
+  /// How deep mouse and pen go under the surface, as a part of the tool's radius: 0 to 1. Carving needs some.
+  double pointerDepthMm = 0.6;
+  double penCurve = 0;            ///< Of all pens: engine::curvedPressure(), −1 to 1.
+  SizeBy sizeBy = SizeBy::model;  ///< What the tools' sizes go with.
+  double sizedForMm = kUsualMm;   ///< What they go with was so large when they were set; > 0.
+  engine::Id otherPiece = 0;      ///< Under the cursor, and not worked on; 0: none.
+  engine::Id selected = 0;        ///< A thing of the document; widgets are shown for it. 0: none.
+  bool straight = false;  ///< A drag over the clay draws a straight line, worked along when the button comes up.
+  GizmoMode gizmo = GizmoMode::none;
+  bool snapWidgets = true;  ///< Dragged widgets snap to guides, surface and grid.
+
+  engine::Workbench::Things
+      copied;  ///< By Copy and Cut: values, which outlive the document that they were copied from.
+
+  std::optional<DeformBox> deformBox;    ///< Around a piece that is being deformed.
+  std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.
+
+  // Looks
+  render::Look look;
+  render::Stereo stereo;
+  render::Quality quality;
+  clay::Grade surface = clay::Grade::draft;  ///< Of all pieces as they are drawn.
+  std::optional<render::Section> section;    ///< Kept while it is switched off: look.section is what is shown.
+  haptics::Workspace workspace;
+  haptics::Quality touchQuality;
+  bool showWorkspaceBox = false;
+
+  // Panels
+  PanelsShown shown;
+  std::string over;  ///< The folded panel that stands over the clay until it is folded again, by its id; empty: none.
+  bool foldPanels = true;  ///< Panels are folded where they would leave the clay less than kClayPart of the window.
+  bool startPage = true;   ///< It comes when the studio starts without a file.
+  Theme theme = Theme::dark;
+  float interfaceScale = 0;                              ///< 0: as the display says; else 0.75 to 4.
+  std::map<std::string, std::string, std::less<>> keys;  ///< Shortcuts that the person changed: action id → "Ctrl+Z".
+  std::vector<std::string> recentFiles;                  ///< Newest first, absolute.
+  std::string lastFolder;                                ///< Where a file was opened or saved last.
+  ImportChoice imports;
+  double undoGiB = 2;  ///< Memory that undo steps may take: 0 to 64; 0: no limit.
+  [[nodiscard]] uint64_t undoBytes() const;
+
+  FrameFigures figures;
+  Wishes wishes;
+  bool fullScreen = false;     ///< The window follows.
+  bool offersRecovery = true;  ///< What crashed sessions left is offered as soon as it is known.
+  bool quit = false;           ///< The person wants to leave: the panels ask about unsaved work.
+  bool leave = false;          ///< And nothing stands in the way of it.
+
+  /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never
+  /// taken.
+  engine::Tool& tool();
+  engine::Tool effectiveTool();
+  /// A row's standard tool, as large as the others are.
+  [[nodiscard]] engine::Tool newTool(const engine::ToolRow& row) const;
+  /// All lengths of all tools go from sizedForMm to this: of a model its longest side, of a view half its height.
+  /// Nothing for what is no length.
+  void sizeTools(double forMm);
+  static constexpr double kUsualMm = 60;  ///< What the standard sizes are for.
+
+  static constexpr size_t kMostRecent = 12;
+  /// To the front of recentFiles; its folder is lastFolder.
+  void remember(const std::filesystem::path& file);
+};
+
+}  // namespace argil::studio
