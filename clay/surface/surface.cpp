@@ -20,28 +20,6 @@
 
 namespace argil::clay {
 
-PackedNormal PackedNormal::pack(const Vec3f& n) noexcept {
-  const float scale = 1.0f / (std::abs(n.x()) + std::abs(n.y()) + std::abs(n.z()));
-  float u = n.x() * scale, v = n.y() * scale;
-  if (n.z() < 0) {
-    const float folded = (1 - std::abs(v)) * (u < 0 ? -1.0f : 1.0f);
-    v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
-    u = folded;
-  }
-  const auto fixed = [](float x) { return static_cast<int16_t>(x * 32767.0f + (x < 0 ? -0.5f : 0.5f)); };
-  return {fixed(u), fixed(v)};
-}
-
-Vec3f PackedNormal::unpack() const noexcept {
-  const float x = static_cast<float>(u) / 32767.0f, y = static_cast<float>(v) / 32767.0f;
-  Vec3f n(x, y, 1 - std::abs(x) - std::abs(y));
-  if (n.z() < 0) {
-    n.x() = (1 - std::abs(y)) * (x < 0 ? -1.0f : 1.0f);
-    n.y() = (1 - std::abs(x)) * (y < 0 ? -1.0f : 1.0f);
-  }
-  return n.normalized();
-}
-
 namespace {
 
 constexpr uint64_t kLowZ = 0x0101010101010101ull;  // z = 0 of each row of a region's words

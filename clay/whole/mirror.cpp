@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/field/settle.h"
 #include "clay/store/channel_source.h"
 #include "clay/store/editor.h"
 #include "clay/store/tree_view.h"
-#include "clay/whole/boolean.h"
 #include "clay/whole/resample.h"
 
 namespace argil::clay {

@@ -1,0 +1,602 @@
+#include "clay/brush/brush.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+#include "clay/base/parallel.h"
+#include "clay/brush/brush_channels.h"
+#include "clay/brush/brush_method.h"
+#include "clay/brush/mask_reach.h"
+#include "clay/brush/swept_tip.h"
+#include "clay/field/redistance.h"
+#include "clay/kernels/brush_kernels.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/store.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kMinRadius = 0.5, kMaxRadius = 4096;  // voxels
+constexpr double kReachVoxels = 8.0 * kBrickReach - 8 * kMaxRadius;
+// From the centre of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
+// decided without looking at their voxels, with the same result.
+const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
+// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
+const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
+
+// Redistancing follows this many stamps behind the last one that touched a brick: the tool has moved on by then.
+constexpr uint64_t kTrail = 2;
+// Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
+constexpr size_t kBatch = 64;
+constexpr uint64_t kDone = 0;
+// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used
+// up.
+constexpr float kMostDrift = 1;
+// Places are multiples of this, so that sums and mirror images in planes between voxels are exact.
+constexpr double kPlaceStep = 1.0 / 65536;
+// Bricks of an application that are worth a second thread.
+constexpr size_t kParallelFrom = 256;
+// Applications whose bricks are computed together: as many as move clay by less than the first, voxels, and no more
+// than the second. What is shown lags by less.
+constexpr double kMoveTogether = 12;
+constexpr size_t kTogether = 4;
+// Clay that moves by no more than this stays in the bricks around those that it was in.
+constexpr double kMoveWithin = 6;
+// Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what
+// the lesser of two distances says beside their edge is wrong by 0.07 voxel at most, and redistancing would leave it as
+// it is.
+constexpr float kMeets = 0.25f;
+// A ball that grows by more of its way is not quite at the distance that its lines say.
+constexpr float kGrows = 0.02f;
+// Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
+constexpr size_t kSweptAtOnce = 512;
+
+// Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
+Vec3d quantised(const Vec3d& p) {
+  return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
+}
+
+void check(const Stamp& s) {
+  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) ||
+      !s.axes.allFinite())
+    throw Error("stamp with a number that is not finite");
+  for (const double radius : {s.radius, s.radiusAtEnd()})
+    if (!(radius >= kMinRadius && radius <= kMaxRadius))
+      throw Error(
+          fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
+  if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
+    throw Error("stamp out of the clay's reach: move the tool nearer to the model");
+  if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
+  if (!(s.axes.transpose() * s.axes).isIdentity(1e-3f)) throw Error("stamp whose axes are not at right angles");
+}
+
+const Operation* distanceOperation(const Brush& brush) {
+  for (const Operation& each : brush.operations)
+    if (each.property == Property::distance) return &each;
+  return nullptr;
+}
+
+}  // namespace
+
+struct BrushStroke::State {
+  State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount)
+      : brush(std::move(given)), threads(threadCount) {
+    brush->check();
+    if (const Operation* operation = distanceOperation(*brush)) {
+      if (operation->method == Method::carve) tool = Method::carve;
+      if (operation->method == Method::add || operation->method == Method::wax) tool = Method::add;
+      if (operation->method == Method::wax) blendsWith = base;
+      method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base, threads});
+    }
+    if (method && base.has(Channel::mask)) maskReach.emplace(base);
+    editor.emplace(std::move(base));
+  }
+
+  std::shared_ptr<const Brush> brush;
+  int threads;
+  std::optional<Method> tool;              // carve or add: the way that costs least
+  Version blendsWith;                      // wax: adds, but for the bricks that this clay had
+  std::unique_ptr<DistanceMethod> method;  // any other
+  std::optional<Editor> editor;
+  Editor::Counts before;  // of the editors that were published
+  uint64_t stamps = 0, touched = 0, collected = 0;
+
+  CarriedFrom carriedFrom;
+  std::optional<MaskReach> maskReach;  // of clay that has a mask
+
+  // Redistancing.
+  struct Touched {
+    // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
+    uint64_t stamp = kDone;
+    float drift = 0;            // how much its distances may have changed since
+    Renew renew = Renew::none;  // what was done to it leaves no distances beside the surface
+  };
+  std::unordered_map<Coord, Touched, CoordHash> lastTouch;
+  std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
+  std::vector<Coord> due;
+
+  // A brick that the tip reaches: what it was, what it becomes, and what covers it.
+  struct Swept {
+    Slot was;
+    FloatBrick* brick;
+    std::unique_ptr<MaskCover> cover;
+    BrickChange change;
+    bool exact = false;  // its distances are distances yet
+  };
+  std::vector<Swept> swept;  // waiting to be computed
+
+  void sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended);
+  void computeSwept(const Stamp& s, std::vector<Coord>& influenced);
+  [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius);
+  BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
+  // Applications that were begun and whose bricks are to be computed yet.
+  std::vector<Stamp> begun;
+  size_t begunCount = 0;
+  bool begunOnce = false;  // some have waited
+  double begunMove = 0;
+
+  void begin(std::span<const Stamp> images, std::span<const Coord> coords);
+  void compute(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced);
+  void work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
+    if (coords.empty()) return;
+    begin(images, coords);
+    compute(images, coords, influenced);
+  }
+  void workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced);
+  void computeBegun(std::vector<Coord>& influenced);
+  void touch(std::vector<Coord> influenced);
+  void workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
+  [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
+  void trail(uint64_t upTo);
+  void redistanceDue();
+
+  [[nodiscard]] Editor::Counts counts() const {
+    const Editor::Counts now = editor->counts();
+    return {before.bricksMade + now.bricksMade, before.nodesMade + now.nodesMade,
+            before.channelBricksMade + now.channelBricksMade};
+  }
+  [[nodiscard]] Version commit() {
+    before = counts();
+    Version version = editor->commit();
+    editor.emplace(version);
+    return version;
+  }
+
+  // What the method keeps may have grown too large: it goes on from the clay as it is now.
+  void beginAnewWhenFull() {
+    if (!method || !method->full()) return;
+    std::vector<Coord> influenced;
+    computeBegun(influenced);
+    touch(std::move(influenced));
+    trail(stamps);
+    redistanceDue();
+    method->beginAnew(commit());
+    collect();
+  }
+
+  // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
+  // memory does not follow the stroke's length.
+  void collect() {
+    const Editor::Counts made = counts();
+    constexpr uint64_t kNodeWork = 8, kAtLeast = 256;
+    const uint64_t work = made.bricksMade + made.channelBricksMade + kNodeWork * made.nodesMade;
+    (void)editor->base().store()->collect(2 * (work - std::exchange(collected, work)) + kAtLeast);
+  }
+
+  // What is painted goes along with distances: that needs the clay as it was. Nothing where there is nothing to carry.
+  [[nodiscard]] Version beforeChange() { return method && carriesChannels(*editor, *brush) ? commit() : Version(); }
+  void carry(const Version& was, const DistanceMethod* by, std::span<const Stamp> images) {
+    if (!was) return;
+    (void)commit();  // the editor's base is the clay as it is now
+    carryChannels(*editor, was, *brush, by, images, carriedFrom);
+    collect();
+  }
+
+  // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
+  // with the region's first brick and the distance of its middle to the segment.
+  template <class Enter, class Visit>
+  void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
+    const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
+    Coord first, last;
+    // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
+    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
+             static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
+    last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
+            static_cast<int32_t>(std::floor(high.z() / 8))};
+    for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
+      for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
+        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
+          const Coord region = Coord{rx, ry, rz} * 8;
+          if (!enter(region, segmentDistance(s, (region * kBrickEdge).toVec3d() + Vec3d::Constant(31.5)))) continue;
+          for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
+            for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
+              for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z) visit(Coord{x, y, z});
+        }
+  }
+};
+
+void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
+  const double band = editor->grid().band;
+  // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
+  const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush),
+               largest = s.largestRadius() * aroundTip(*brush);
+  const bool carving = *tool == Method::carve;
+  const bool masks = editor->has(Channel::mask);
+  const Tile result = carving ? Tile::outside : Tile::inside;
+  const auto enter = [&](Coord region, double middle) {
+    if (middle - kRegionHalfDiagonal - largest >= band) return false;
+    if (masks || middle + kRegionHalfDiagonal - least > -band) return true;
+    touched += editor->setBlock(region, 1, result);
+    return false;
+  };
+  forBricks(s, largest + band, enter, [&](Coord coord) {
+    const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
+    if (centre - kHalfDiagonal - largest >= band) return;
+    const Slot slot = editor->find(coord);
+    if (slot == Slot(result)) return;
+    std::optional<MaskCover> cover;
+    if (masks) cover = coverOf(coord, largest);
+    if (cover && cover->whole) return;
+    if (!cover && centre + kHalfDiagonal - least <= -band) {
+      ++touched;
+      editor->setTile(coord, result);
+      return;
+    }
+    if (blendsWith && !blendsWith.find(coord).isTile()) {
+      blended.push_back(coord);
+      return;
+    }
+    ++touched;
+    FloatBrick* mine = slot.isTile() || cover ? nullptr : editor->own(coord);
+    swept.push_back(
+        {slot, mine ? mine : editor->newBrick(coord), cover ? std::make_unique<MaskCover>(*cover) : nullptr, {}});
+    if (swept.size() >= kSweptAtOnce) computeSwept(s, influenced);
+  });
+  computeSwept(s, influenced);
+}
+
+// Bricks of a stamp have nothing to do with one another.
+void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influenced) {
+  const float band = editor->grid().band;
+  const bool carving = *tool == Method::carve;
+  const bool straight = std::abs(s.radiusAtEnd() - s.radius) <= static_cast<double>(kGrows) * (s.b - s.a).norm();
+  parallelBlocks(
+      swept.size(), swept.size() >= kParallelFrom ? threads : 1,
+      [&](size_t begin, size_t end) {
+        BrickValues scratch;
+        for (size_t i = begin; i < end; ++i) {
+          Swept& each = swept[i];
+          FloatBrick& target = *each.brick;
+          const float* source = each.was.values(scratch, band);
+          if (brush->tip == Tip::ball) {
+            const SweptBall ball = sweptBall(s, target.coord);
+            if (!each.cover && straight) {
+              float distance[kBrickVoxels];
+              ballDistances(ball, distance);
+              each.exact = !meetAtAnAngle(source, distance, carving ? -1.0f : 1.0f, band, kMeets);
+            }
+            each.change = carving ? carveBrick(ball, band, source, target) : addBrick(ball, band, source, target);
+          } else {
+            float distance[kBrickVoxels], most = 0;
+            tipDistances(*brush, s, target.coord, distance);
+            // One that is written in place is its own source.
+            if (each.was == Slot(each.brick)) source = std::copy_n(source, kBrickVoxels, scratch) - kBrickVoxels;
+            for (int v = 0; v < kBrickVoxels; ++v)
+              target.value[v] = carving ? std::max(source[v], -distance[v]) : std::min(source[v], distance[v]);
+            each.change = sealBrick(source, band, target, most);
+          }
+          float most = 0;
+          if (each.cover) each.change = masked(*each.cover, source, target, most);
+        }
+      },
+      32);
+  for (const Swept& each : swept) {
+    const Coord coord = each.brick->coord;
+    if (each.cover) lastTouch[coord].renew = Renew::slopes;
+    if (each.change.changed)
+      editor->link(each.brick, each.change.inBand);
+    else if (each.was != Slot(each.brick))
+      editor->recycle(each.brick);
+    if (editor->find(coord).isTile()) continue;
+    // Distances that were waiting to be solved wait on.
+    const auto waiting = each.exact ? lastTouch.find(coord) : lastTouch.end();
+    if (!each.exact || (waiting != lastTouch.end() && waiting->second.stamp != kDone)) influenced.push_back(coord);
+  }
+  swept.clear();
+}
+
+// Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up
+// beside a mask must not let the next stamp creep over it. A tool that stands on the surface reaches clay as deep as it
+// is wide. Nothing where all is free.
+std::optional<MaskCover> BrushStroke::State::coverOf(Coord coord, double largestRadius) {
+  const float band = editor->grid().band;
+  const ChannelSlot mask = editor->find(Channel::mask, coord);
+  MaskCover cover;
+  Slot began;
+  if (maskReach && mask != ChannelSlot(true)) {
+    cover = maskReach->at(coord, 2 * largestRadius + static_cast<double>(band));
+    began = maskReach->start().find(coord);
+  }
+  if (began.isTile() && mask == ChannelSlot()) return cover.none ? std::nullopt : std::optional(cover);
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    uint8_t& value = cover.value[static_cast<size_t>(i)];
+    value = std::abs(began.phi(i, band)) < band ? mask.value(i) : std::max(value, mask.value(i));
+  }
+  if (std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; })) return std::nullopt;
+  cover.none = false;
+  cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
+  return cover;
+}
+
+// What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
+BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* source, FloatBrick& brick,
+                                       float& most) const {
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const uint8_t cover = mask.value[static_cast<size_t>(i)];
+    if (cover == 0 || (cover < 255 && method && method->masks())) continue;
+    brick.value[i] = cover == 255
+                         ? source[i]
+                         : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
+  }
+  return sealBrick(source, editor->grid().band, brick, most);
+}
+
+// Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
+std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images, double moved) {
+  std::vector<Coord> surface;
+  // The band moves along.
+  const double travel = std::max(method->travel(), moved > kMoveWithin ? moved : 0);
+  const int rings = std::max(1, static_cast<int>(std::ceil((travel + editor->grid().band) / kBrickEdge)));
+  for (const Stamp& s : images) {
+    const double reach = method->reach(s), margin = 8.0 * rings;
+    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - margin < reach; };
+    forBricks(s, reach + margin, enter, [&](Coord coord) {
+      if (!editor->find(coord).isTile()) surface.push_back(coord);
+    });
+  }
+  if (method->everywhere())
+    for (const Stamp& s : images)
+      forBricks(
+          s, method->reach(s), [](Coord, double) { return true; },
+          [&](Coord coord) {
+            if (editor->find(coord) != Slot(*tool == Method::carve ? Tile::outside : Tile::inside))
+              surface.push_back(coord);
+          });
+  std::vector<Coord> all = withNeighbours(surface);
+  for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
+  std::erase_if(all, [&](Coord coord) {
+    const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+    return std::none_of(images.begin(), images.end(),
+                        [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });
+  });
+  return all;
+}
+
+void BrushStroke::State::begin(std::span<const Stamp> images, std::span<const Coord> coords) {
+  Sampler field(*editor);
+  method->begin(field, images, coords);
+}
+
+// Where each of them moves clay a little they are computed together: they look at the same bricks.
+void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together,
+                                   std::vector<Coord>& influenced) {
+  if (begunCount > 0 && begunMove + move > kMoveTogether) computeBegun(influenced);
+  begin(images, {});
+  begun.insert(begun.end(), images.begin(), images.end());
+  ++begunCount;
+  begunMove += move;
+  if (!together || begunCount >= kTogether) return computeBegun(influenced);
+  begunOnce = true;
+}
+
+void BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
+  if (begunCount == 0) return;
+  const std::vector<Stamp> images = std::exchange(begun, {});
+  const double moved = std::exchange(begunMove, 0);
+  begunCount = 0;
+  const std::vector<Coord> coords = bricksWithin(images, moved);
+  if (!coords.empty()) compute(images, coords, influenced);
+}
+
+void BrushStroke::State::touch(std::vector<Coord> influenced) {
+  std::sort(influenced.begin(), influenced.end());
+  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
+  for (const Coord c : influenced) lastTouch[c].stamp = stamps;
+  influencedBy.emplace_back(stamps, std::move(influenced));
+}
+
+void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords,
+                                 std::vector<Coord>& influenced) {
+  const float band = editor->grid().band;
+  const bool masks = editor->has(Channel::mask);
+  struct Result {
+    FloatBrick* brick = nullptr;
+    std::optional<MaskCover> cover;
+    BrickChange change;
+    float most = 0;
+  };
+  double largest = 0;
+  for (const Stamp& s : images) largest = std::max(largest, s.largestRadius() * aroundTip(*brush));
+  std::vector<Result> results(coords.size());
+  for (size_t i = 0; i < coords.size(); ++i) {
+    results[i].brick = editor->newBrick(coords[i]);
+    if (masks) results[i].cover = coverOf(coords[i], largest);
+  }
+  // Linked once all have been computed: every brick comes from the field as it was before.
+  parallelBlocks(
+      coords.size(), coords.size() >= kParallelFrom ? threads : 1,
+      [&](size_t begin, size_t end) {
+        Sampler mine(*editor);
+        BrickValues scratch;
+        for (size_t i = begin; i < end; ++i) {
+          Result& r = results[i];
+          if ((r.cover && r.cover->whole) || !method->brick(mine, images, coords[i], r.brick->value)) continue;
+          const float* source = mine.slot(coords[i]).values(scratch, band);
+          r.change = !r.cover ? sealBrick(source, band, *r.brick, r.most) : masked(*r.cover, source, *r.brick, r.most);
+        }
+      },
+      16);
+  touched += coords.size();
+  std::vector<Coord> changed, drifted;
+  for (const Result& r : results) {
+    const Coord coord = r.brick->coord;
+    if (!r.change.changed) {
+      editor->recycle(r.brick);
+      continue;
+    }
+    Touched& touch = lastTouch[coord];
+    if (!method->lasting()) touch.drift += r.most;
+    touch.renew = std::max(touch.renew, masks ? std::max(method->leaves(), Renew::slopes) : method->leaves());
+    if (touch.drift > kMostDrift) drifted.push_back(coord);
+    changed.push_back(coord);
+    editor->link(r.brick, r.change.inBand);
+  }
+  // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
+  const std::vector<Coord> around = withNeighbours(changed);
+  influenced.insert(influenced.end(), around.begin(), around.end());
+  if (!drifted.empty()) {
+    const std::vector<Coord> ring = withNeighbours(drifted);
+    std::vector<Renew> renew;
+    for (const Coord c : ring) {
+      Touched& touch = lastTouch[c];
+      renew.push_back(touch.renew);
+      touch.drift = 0;
+    }
+    redistance(*editor, ring, renew, threads);
+  }
+}
+
+void BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
+  const int parts = method->parts(images);
+  const auto workOn = [&](std::span<const Stamp> part) {
+    if (const double move = method->moves(part); std::isfinite(move))
+      workLater(part, move, together, influenced);
+    else
+      work(part, bricksWithin(part), influenced);
+  };
+  if (parts == 1) return workOn(images);
+  for (int i = 0; i < parts; ++i) {
+    std::vector<Stamp> part(images.begin(), images.end());
+    for (size_t k = 0; k < part.size(); ++k) {
+      const Stamp& whole = images[k];
+      const auto at = [&](int step) {
+        return quantised(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts));
+      };
+      part[k].a = at(i);
+      part[k].b = at(i + 1);
+      part[k].radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * i / parts;
+      part[k].endRadius = whole.radius + (whole.radiusAtEnd() - whole.radius) * (i + 1) / parts;
+      // What goes by the way becomes less with it; a dab has none.
+      if (whole.a == whole.b) part[k].strength = whole.strength / static_cast<float>(parts);
+    }
+    workOn(part);
+  }
+}
+
+void BrushStroke::State::redistanceDue() {
+  if (due.empty()) return;
+  // Neighbours that were redistanced before are solved again: they met values of these that were only a bound. Those
+  // that still trail need not be, for they will be solved against what is solved now.
+  std::vector<Coord> all;
+  all.reserve(due.size() * 4);
+  for (const Coord c : due) lastTouch[c].stamp = kDone;
+  for (const Coord c : due)
+    for (int i = 0; i < 27; ++i) {
+      const Coord near = c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+      const auto it = lastTouch.find(near);
+      if (it != lastTouch.end() && it->second.stamp == kDone) all.push_back(near);
+    }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<Renew> renew;
+  for (const Coord c : all) {
+    Touched& touch = lastTouch[c];
+    renew.push_back(touch.renew);
+    touch.drift = 0;
+  }
+  const Version was = beforeChange();
+  redistance(*editor, all, renew, threads);
+  carry(was, nullptr, {});
+  due.clear();
+}
+
+void BrushStroke::State::trail(uint64_t upTo) {
+  while (!influencedBy.empty() && influencedBy.front().first <= upTo) {
+    for (const Coord c : influencedBy.front().second)
+      if (lastTouch[c].stamp == influencedBy.front().first) due.push_back(c);
+    influencedBy.pop_front();
+  }
+}
+
+BrushStroke::BrushStroke(Version base, std::shared_ptr<const Brush> brush, Version start, int threads)
+    : state_(std::make_unique<State>(std::move(base), std::move(brush), std::move(start), threads)) {}
+BrushStroke::~BrushStroke() = default;
+
+void BrushStroke::apply(std::span<const Stamp> given) {
+  if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
+  for (const Stamp& each : given) check(each);
+  State& s = *state_;
+  std::vector<Stamp> images(given.begin(), given.end());
+  for (Stamp& each : images) {
+    each.a = quantised(each.a);
+    each.b = quantised(each.b);
+  }
+  const Version was = s.beforeChange();
+  std::vector<Coord> influenced;
+  // what a mask covers in part depends on the order of images
+  const bool blends = images.size() > 1 && s.editor->has(Channel::mask);
+  if (s.tool && !blends) {
+    // Cutting away one thing after the other gives the same in any order.
+    std::vector<Coord> blended;
+    for (const Stamp& each : images) s.sweepTip(each, influenced, blended);
+    std::sort(blended.begin(), blended.end());
+    blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
+    s.work(images, blended, influenced);
+  } else if (s.method) {
+    // What goes along with clay is looked at application by application.
+    s.workInParts(images, !was, influenced);
+  }
+  s.carry(was, s.tool ? nullptr : s.method.get(), images);
+  for (const Operation& each : s.brush->operations)
+    if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
+  const uint64_t number = ++s.stamps;
+  s.touch(std::move(influenced));
+  // What is computed together is touched again together.
+  const uint64_t behind = kTrail + (s.begunOnce ? kTogether : 0);
+  if (number > behind) s.trail(number - behind);
+  if (s.due.size() >= kBatch) s.redistanceDue();
+  s.beginAnewWhenFull();
+}
+
+Version BrushStroke::publish() {
+  return state_->commit();
+}
+
+Version BrushStroke::finish() {
+  State& s = *state_;
+  std::vector<Coord> influenced;
+  s.computeBegun(influenced);
+  s.touch(std::move(influenced));
+  s.trail(s.stamps);
+  s.redistanceDue();
+  return publish();
+}
+
+uint64_t BrushStroke::touched() const {
+  return state_->touched;
+}
+
+Editor::Counts BrushStroke::counts() const {
+  return state_->counts();
+}
+
+}  // namespace argil::clay
