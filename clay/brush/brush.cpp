@@ -2,9 +2,33 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "clay/base/error.h"
+#include "clay/brush/brush_method.h"
 
 namespace argil::clay {
+
+namespace {
+
+constexpr double kMinRadius = 0.5, kMaxRadius = 4096;  // voxels
+constexpr double kReachVoxels = 8.0 * kBrickReach - 8 * kMaxRadius;
+
+}  // namespace
+
+void checkStamp(const Stamp& s) {
+  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) ||
+      !s.axes.allFinite())
+    throw Error("stamp with a number that is not finite");
+  for (const double radius : {s.radius, s.radiusAtEnd()})
+    if (!(radius >= kMinRadius && radius <= kMaxRadius))
+      throw Error(
+          fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
+  if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
+    throw Error("stamp out of the clay's reach: move the tool nearer to the model");
+  if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
+  if (!(s.axes.transpose() * s.axes).isIdentity(1e-3f)) throw Error("stamp whose axes are not at right angles");
+}
 
 std::shared_ptr<const Brush> Brush::of(Method method, float amount) {
   auto brush = std::make_shared<Brush>();

@@ -12,6 +12,9 @@
 
 namespace argil::clay {
 
+/// Throws Error for numbers that are not finite or out of range.
+void checkStamp(const Stamp& stamp);
+
 /// What a method knows for a whole stroke.
 struct StrokeContext {
   std::shared_ptr<const Brush> brush;

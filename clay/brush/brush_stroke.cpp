@@ -25,8 +25,6 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kMinRadius = 0.5, kMaxRadius = 4096;  // voxels
-constexpr double kReachVoxels = 8.0 * kBrickReach - 8 * kMaxRadius;
 // From the centre of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
 // decided without looking at their voxels, with the same result.
 const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
@@ -63,20 +61,6 @@ constexpr size_t kSweptAtOnce = 512;
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
 Vec3d quantised(const Vec3d& p) {
   return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
-}
-
-void check(const Stamp& s) {
-  if (!s.a.allFinite() || !s.b.allFinite() || !std::isfinite(s.radius) || !std::isfinite(s.strength) ||
-      !s.axes.allFinite())
-    throw Error("stamp with a number that is not finite");
-  for (const double radius : {s.radius, s.radiusAtEnd()})
-    if (!(radius >= kMinRadius && radius <= kMaxRadius))
-      throw Error(
-          fmt::format("brush radius of {} voxels: give one from {} to {} voxels", radius, kMinRadius, kMaxRadius));
-  if (s.a.cwiseAbs().maxCoeff() > kReachVoxels || s.b.cwiseAbs().maxCoeff() > kReachVoxels)
-    throw Error("stamp out of the clay's reach: move the tool nearer to the model");
-  if (s.strength < 0 || s.strength > 1) throw Error(fmt::format("brush strength {}: give one from 0 to 1", s.strength));
-  if (!(s.axes.transpose() * s.axes).isIdentity(1e-3f)) throw Error("stamp whose axes are not at right angles");
 }
 
 const Operation* distanceOperation(const Brush& brush) {
@@ -543,7 +527,7 @@ BrushStroke::~BrushStroke() = default;
 
 void BrushStroke::apply(std::span<const Stamp> given) {
   if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
-  for (const Stamp& each : given) check(each);
+  for (const Stamp& each : given) checkStamp(each);
   State& s = *state_;
   std::vector<Stamp> images(given.begin(), given.end());
   for (Stamp& each : images) {

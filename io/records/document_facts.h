@@ -2,6 +2,7 @@
 // What stands in a document beside its records: for document_file.cpp.
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "io/records/document_file.h"
@@ -38,5 +39,8 @@ void writeFacts(Database& database, const DocumentFacts& facts, const std::strin
 [[nodiscard]] DocumentFacts readFacts(Database& database, const std::string& name);
 
 [[noreturn]] void failDamaged(const std::string& name, const std::string& what);
+
+/// Throws Error, which names the file, for what is no document that can be read.
+void checkFile(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace argil::io

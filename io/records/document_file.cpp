@@ -65,21 +65,6 @@ class SoundSaves {
 };
 SoundSaves soundSaves;
 
-/// What a sane path to a document is; throws Error for what is none.
-void checkFile(const std::filesystem::path& path, const std::string& name) {
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) {
-    if (errno == ENOENT || errno == ENOTDIR) fail(name, "there is no such file; check the name and the folder");
-    fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check the name and the permissions");
-  }
-  if (S_ISDIR(facts.st_mode)) fail(name, "is a folder; name a file in it");
-  if (!S_ISREG(facts.st_mode)) fail(name, "is not a regular file; name a document");
-  if (::access(path.c_str(), R_OK) != 0)
-    fail(name, "cannot be opened (" + std::generic_category().message(errno) + "); check its permissions");
-  if (!isDocument(path))
-    fail(name, "is not an Argil document, or its beginning is damaged; if it was one, recover what is whole in it");
-}
-
 /// The rollback journal or log of a file that is replaced would be taken for that of its successor.
 void removeCompanions(const std::filesystem::path& path) {
   std::error_code ignored;

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -283,6 +284,38 @@ Breaches wideLines(const fs::path& root) {
       const auto characters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
       if (!exempt && characters > std::ptrdiff_t(kMost))
         breaches.push_back(path + ":" + std::to_string(number) + ": " + std::to_string(characters) + " characters");
+    }
+  }
+  return breaches;
+}
+
+Breaches danglingNames(const fs::path& root) {
+  constexpr std::array kProse = {".md", ".h", ".cpp", ".txt", ".sh", ".py", ".cmake", ".json"};
+  // A path that begins with a folder of the tree: with a suffix anywhere, without one where it is set as code.
+  const std::regex name(
+      R"re((^|[^\w/.-])((?:clay|haptics|render|io|engine|ui3d|bench|tests|installer|cmake|docs)/[\w/-]+))re"
+      R"re((\.(?:h|cpp|md|sh|txt|json|py|cmake|rules|svg|png))?(`?))re");
+  Breaches breaches;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
+    const std::string path = fs::relative(entry.path(), root).generic_string();
+    if (!entry.is_regular_file() || path.starts_with(".") || path.starts_with("build/") ||
+        path.starts_with("tests/unit/house/") || path.starts_with("tests/fuzz/"))
+      continue;
+    if (!oneOf(kProse, entry.path().extension().string())) continue;
+    std::ifstream file(entry.path());
+    size_t number = 0;
+    for (std::string line; std::getline(file, line);) {
+      ++number;
+      for (auto at = std::sregex_iterator(line.begin(), line.end(), name); at != std::sregex_iterator(); ++at) {
+        const std::string stem = (*at)[2].str(), suffix = (*at)[3].str();
+        const size_t before = size_t(at->position()) + (*at)[1].length();
+        const bool code = before > 0 && line[before - 1] == '`' && !(*at)[4].str().empty();
+        if ((suffix.empty() && !code) || stem.find("NAME") != std::string::npos) continue;  // NAME: any
+        bool there = fs::exists(root / (stem + suffix));
+        if (suffix.empty())
+          for (const char* ending : {".h", ".cpp"}) there |= fs::exists(root / (stem + ending));
+        if (!there) breaches.push_back(path + ":" + std::to_string(number) + ": names " + stem + suffix);
+      }
     }
   }
   return breaches;

@@ -25,6 +25,9 @@ using Breaches = std::vector<std::string>;
 /// Lines of more than 120 characters outside of raw string literals.
 [[nodiscard]] Breaches wideLines(const std::filesystem::path& root);
 
+/// Names of files and folders of the tree, in prose and code, that are not there: "clay/base/gone.h", `engine/gone`.
+[[nodiscard]] Breaches danglingNames(const std::filesystem::path& root);
+
 /// Includes by which a file of one room gets to see OpenVDB's or Vulkan's headers through a header of another.
 [[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
 

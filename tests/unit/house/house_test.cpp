@@ -44,6 +44,10 @@ TEST(House, NoLineIsWide) {
   EXPECT_THAT(wideLines(kThisTree), IsEmpty());
 }
 
+TEST(House, WhatIsNamedIsThere) {
+  EXPECT_THAT(danglingNames(kThisTree), IsEmpty());
+}
+
 TEST(House, HeavyHeadersStayInTheirRoom) {
   EXPECT_THAT(heavyHeaders(kThisTree), IsEmpty());
 }
@@ -125,6 +129,14 @@ TEST_F(PlantedTree, AWideLineIsCaught) {
   plant("clay/base/b.h", "\n" + std::string(121, 'x') + "\n");
   plant("clay/base/raw.cpp", "auto s = R\"(\n" + std::string(200, 'x') + "\n)\";\n" + std::string(121, 'y') + "\n");
   EXPECT_THAT(wideLines(root_), ElementsAre(HasSubstr("clay/base/b.h:2: 121"), HasSubstr("clay/base/raw.cpp:4: 121")));
+}
+
+TEST_F(PlantedTree, ANameOfNothingIsCaught) {
+  plant("clay/base/a.h", "// See clay/base/a.h and `clay/base`.\n");
+  plant("README.md", "`clay/base/a` and [it](clay/base/a.h), input/output\n");
+  EXPECT_THAT(danglingNames(root_), IsEmpty());
+  plant("README.md", "`clay/base/b` and\n[it](clay/base/b.h)\n");
+  EXPECT_THAT(danglingNames(root_), ElementsAre("README.md:1: names clay/base/b", "README.md:2: names clay/base/b.h"));
 }
 
 TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {
