@@ -69,7 +69,7 @@ if $long; then
   export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp"
   runTests tsan -E '^e2e'
   say "fuzzing every reader for a few seconds"
-  if "$root/installer/fuzz.sh" 10; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+  if "$root/scripts/fuzz.sh" 10; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 else
   # Suites named Long... are the soaks.
   GTEST_FILTER='-Long*' runTests release

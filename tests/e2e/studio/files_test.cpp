@@ -60,13 +60,15 @@ class Files : public OnScreen {
   static std::array<double, 3> triple(const Json& json) { return json.get<std::array<double, 3>>(); }
   // Imports by keys alone: the path, Enter, and Enter for what is guessed.
   void import(Person& person, const fs::path& file, const std::string& step) {
+    // A dialog dims all behind it; a busy machine takes its time to open one.
+    const render::Image before = person.settled();
     person.key("ctrl+i");
-    person.pause(0.7);
+    (void)other(person, before, 0.2);
     person.type(file.string());
     const render::Image typed = person.settled();
     person.key("enter");
     (void)other(person, typed, 0.01);
-    person.pause(1);
+    (void)other(person, before, 0.2);
     const render::Image asked = shot(person, step);
     person.key("enter");
     (void)other(person, asked, 0.2);  // Nothing is dimmed any more.

@@ -36,8 +36,8 @@ const std::map<std::string, std::vector<std::string>> kFloors = {
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},
 };
-constexpr std::array kTopFolders = {"clay", "haptics", "render", "io",        "engine", "bench",
-                                    "ui3d", "plugins", "tests",  "installer", "cmake"};
+constexpr std::array kTopFolders = {"clay", "haptics", "render", "io",        "engine",  "bench",
+                                    "ui3d", "plugins", "tests",  "installer", "scripts", "cmake"};
 constexpr std::array kSourceSuffixes = {".h",    ".hpp",  ".inl",  ".c",  ".cpp",   ".vert",
                                         ".frag", ".comp", ".glsl", ".sh", ".cmake", ".py"};
 constexpr std::array kHeavyPrefixes = {"openvdb/", "nanovdb/", "vulkan/", "volk.h"};
@@ -293,7 +293,7 @@ Breaches danglingNames(const fs::path& root) {
   constexpr std::array kProse = {".md", ".h", ".cpp", ".txt", ".sh", ".py", ".cmake", ".json"};
   // A path that begins with a folder of the tree: with a suffix anywhere, without one where it is set as code.
   const std::regex name(
-      R"re((^|[^\w/.-])((?:clay|haptics|render|io|engine|ui3d|bench|tests|installer|cmake|docs)/[\w/-]+))re"
+      R"re((^|[^\w/.-])((?:clay|haptics|render|io|engine|ui3d|bench|tests|installer|scripts|cmake|docs)/[\w/-]+))re"
       R"re((\.(?:h|cpp|md|sh|txt|json|py|cmake|rules|svg|png))?(`?))re");
   Breaches breaches;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# docs/tools.sh: renders the contact sheet of all tools, docs/tools.png, with the release build, and writes the page on scripts, docs/scripts.md. Needs ImageMagick.
+# scripts/docs.sh: renders the contact sheet of all tools, docs/tools.png, with the release build, and writes the page on scripts, docs/scripts.md. Needs ImageMagick.
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 argil="$root/build/release/bin/argil"

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# installer/fuzz.sh [SECONDS | RUNSx] [TARGET...]: builds the targets of tests/fuzz with libFuzzer and runs each, one after another, for so many
+# scripts/fuzz.sh [SECONDS | RUNSx] [TARGET...]: builds the targets of tests/fuzz with libFuzzer and runs each, one after another, for so many
 # seconds (60) or runs ("200000x"), beginning with its kept corpus. Prints executions for each target and in all; exit 1 when something crashed,
 # hung (5 s for one input), leaked or took over 2 GB: the input is then in build/fuzz/found/. New inputs go to build/fuzz/corpus/;
 # --merge instead takes from there what reaches new code, smallest first, into the kept corpora.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/prepare.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../installer/prepare.sh"
 
 length=60 merge=false
 case "${1:-}" in
