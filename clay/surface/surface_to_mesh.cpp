@@ -1,6 +1,7 @@
 #include <array>
 #include <unordered_map>
 
+#include "clay/store/brick_set.h"
 #include "clay/surface/surface.h"
 
 namespace argil::clay {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/gpu/gpu.h"
+#include "render/view/device_work.h"
 
 namespace argil::render {
 

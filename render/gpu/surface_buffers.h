@@ -3,6 +3,7 @@
 
 #include "render/gpu/gpu.h"
 #include "render/surface/surface_layout.h"
+#include "render/view/device_work.h"
 
 namespace argil::render {
 

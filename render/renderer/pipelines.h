@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "render/gpu/gpu.h"
+#include "render/renderer/renderer.h"
 
 namespace argil::render {
 

@@ -9,6 +9,7 @@
 
 #include "clay/mesh/triangle_mesh.h"
 #include "clay/surface/surface.h"
+#include "render/view/device_work.h"
 #include "render/view/image.h"
 #include "render/view/look.h"
 #include "render/view/overlays.h"
@@ -20,13 +21,6 @@
 #include "render/view/window_hooks.h"
 
 namespace argil::render {
-
-/// What one update sent to the device.
-struct UploadStats {
-  uint64_t bytes = 0;        ///< Vertices and indices written.
-  uint64_t copiedBytes = 0;  ///< Moved on the device because a buffer grew.
-  uint64_t writes = 0;       ///< Ranges written.
-};
 
 /// Names a piece of clay or a part, chosen by the caller.
 using PieceId = uint32_t;
@@ -50,12 +44,6 @@ struct Shot {
   Look look;
   Stereo stereo;
   Overlays overlays;
-};
-
-/// Time that the device spent on each pass of the last picture, µs, in the order drawn; empty where it has no clock.
-struct PassTime {
-  const char* name = "";
-  double us = 0;
 };
 
 /// Draws pieces of clay, parts and overlays, to images and to one window. Holds the model on the device and follows it

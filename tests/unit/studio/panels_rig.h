@@ -13,6 +13,7 @@
 
 #include "engine/session/workbench.h"
 #include "render/renderer/renderer.h"
+#include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/actions.h"
 #include "ui3d/studio/panels/panels.h"
 #include "ui3d/studio/view/camera.h"
