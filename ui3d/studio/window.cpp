@@ -1,11 +1,12 @@
 #include "ui3d/studio/window.h"
 
+#include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
+
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
-#include <vulkan/vulkan_core.h>  // Before GLFW, which declares surfaces only then.
 
 #include <fmt/format.h>
 #include <algorithm>

@@ -163,7 +163,7 @@ TEST_F(WidgetSnap, WhatAttractsIsLit) {
   render::Overlays overlays;
   rig.widgets.draw(world, overlays);
   int lit = 0;
-  for (const auto& line : overlays.polylines) lit += line.colour == colours::kSnap;
+  for (const auto& line : overlays.polylines) lit += line.colour == widget_colours::kSnap;
   EXPECT_GT(lit, 0);
   bool named = false;
   for (const auto& label : rig.widgets.labels(world)) named = named || label.text.find("Nose") != std::string::npos;

@@ -56,7 +56,7 @@ void solid(Build& build, const std::vector<Vec3d>& outline, render::Colour colou
 }  // namespace
 
 render::Colour axisColour(int axis) {
-  return axis == 0 ? colours::kX : axis == 1 ? colours::kY : colours::kZ;
+  return axis == 0 ? widget_colours::kX : axis == 1 ? widget_colours::kY : widget_colours::kZ;
 }
 
 render::Colour faded(render::Colour colour, float alpha) {
@@ -253,7 +253,7 @@ void drawHandles(Build& build, const std::vector<const Handle*>& hot) {
   const ScreenMap& screen = build.world.screen;
   for (const Handle& handle : build.handles) {
     const bool on = isHot(handle, hot);
-    const render::Colour colour = on ? colours::kHot : handle.colour;
+    const render::Colour colour = on ? widget_colours::kHot : handle.colour;
     const double size = on ? kHotUnits : kDotUnits;
     switch (handle.form) {
       case Form::dot:
@@ -285,7 +285,7 @@ void drawHandles(Build& build, const std::vector<const Handle*>& hot) {
         build.fill(handle.points, faded(colour, on ? 0.85f : 0.45f), render::Depth::onTop);
         break;
       case Form::unseen:
-        if (on) build.line(handle.points, faded(colours::kHot, 0.9f), 3.5f, render::Depth::xray);
+        if (on) build.line(handle.points, faded(widget_colours::kHot, 0.9f), 3.5f, render::Depth::xray);
         break;
     }
   }

@@ -8,12 +8,12 @@
 
 namespace argil::studio {
 
-namespace colours {
+namespace widget_colours {
 inline constexpr render::Colour kX{0.93f, 0.30f, 0.32f, 1}, kY{0.46f, 0.80f, 0.25f, 1}, kZ{0.30f, 0.56f, 0.98f, 1};
 inline constexpr render::Colour kHandle{0.97f, 0.97f, 0.99f, 1}, kHot{1.00f, 0.82f, 0.22f, 1},
     kSnap{1.00f, 0.45f, 0.85f, 1};
 inline constexpr render::Colour kSection{0.66f, 0.76f, 0.88f, 1}, kWorkspace{0.55f, 0.80f, 0.90f, 1};
-}  // namespace colours
+}  // namespace widget_colours
 [[nodiscard]] render::Colour axisColour(int axis);
 [[nodiscard]] render::Colour faded(render::Colour colour, float alpha);
 /// By how it is felt: seen, lock, well, keep-out.

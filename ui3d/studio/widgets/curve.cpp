@@ -96,7 +96,7 @@ void buildCurve(Build& build, const Guide& guide, const Stance& stance) {
     dot.index = int(i);
     dot.anchor = guide.pointsMm[i];
     dot.points = {guide.pointsMm[i]};
-    dot.colour = colours::kHandle;
+    dot.colour = widget_colours::kHandle;
     dot.toSurface = true;
     dot.apply = applyPoint;
     build.handles.push_back(dot);

@@ -89,7 +89,7 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
         build.closedLine({c.begin(), c.end()}, axisColour(i), 1.5f, render::Depth::onTop);
       }
     }
-    add("move", 0, Way::free, eye, Form::dot, {pivot}, colours::kHandle);
+    add("move", 0, Way::free, eye, Form::dot, {pivot}, widget_colours::kHandle);
   } else if (mode == GizmoMode::rotate) {
     const double r = kRingUnits * unit;
     for (int i = 0; i < 3; ++i) {
@@ -106,7 +106,7 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
     }
     add("turn view", 0, Way::about, eye, Form::path,
         arc(pivot, across, eye.cross(across), kViewRingUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
-        faded(colours::kHandle, 0.85f));
+        faded(widget_colours::kHandle, 0.85f));
   } else if (mode == GizmoMode::scale && sized) {
     const Guide* guide = build.document.guide(target.id);
     for (int i = 0; guide && i < 3; ++i) {
@@ -118,7 +118,7 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
     }
     add("scale", -1, Way::scaleAll, eye, Form::path,
         arc(pivot, across, eye.cross(across), 0.5 * kSizeUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
-        colours::kHandle);
+        widget_colours::kHandle);
   }
 }
 

@@ -48,7 +48,7 @@ void buildLattice(Build& build) {
           line.push_back(place(low + t.cwiseProduct(size)));
         }
         const bool edge = edgeV && edgeW;
-        build.line(std::move(line), faded(colours::kWorkspace, edge ? 0.9f : 0.4f), edge ? 2.2f : 1.2f);
+        build.line(std::move(line), faded(widget_colours::kWorkspace, edge ? 0.9f : 0.4f), edge ? 2.2f : 1.2f);
       }
   }
   if (!points) return;
@@ -60,8 +60,8 @@ void buildLattice(Build& build) {
     dot.index = static_cast<int>(i);
     dot.anchor = place(box->lattice.restPoint(i));
     dot.points = {dot.anchor};
-    dot.colour =
-        faded(colours::kHandle, (dot.anchor - middle).dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : kBehind);
+    dot.colour = faded(widget_colours::kHandle,
+                       (dot.anchor - middle).dot(build.world.screen.toEye(dot.anchor)) > 0 ? 1.f : kBehind);
     dot.apply = applyPoint;
     build.handles.push_back(dot);
   }

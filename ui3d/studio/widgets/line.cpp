@@ -57,7 +57,7 @@ void buildLine(Build& build, const Guide& guide, const Stance& stance) {
     end.index = i;
     end.anchor = ends[i];
     end.points = {ends[i]};
-    end.colour = colours::kHandle;
+    end.colour = widget_colours::kHandle;
     end.toSurface = true;
     end.beside = {ends[1 - i]};
     end.apply = applyEnd;

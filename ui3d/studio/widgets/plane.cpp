@@ -63,7 +63,7 @@ void buildPlane(Build& build, const Guide& guide, const Stance& stance) {
     corner.anchor = corners[size_t(i)];
     corner.axis = sheet.normal();
     corner.points = {corners[size_t(i)]};
-    corner.colour = colours::kHandle;
+    corner.colour = widget_colours::kHandle;
     corner.apply = applyCorner;
     build.handles.push_back(corner);
   }

@@ -23,7 +23,7 @@ void buildPoint(Build& build, const engine::Guide& guide, const Stance& stance) 
   dot.name = "point";
   dot.anchor = at;
   dot.points = {at};
-  dot.colour = stance.selected ? colours::kHandle : colour;
+  dot.colour = stance.selected ? widget_colours::kHandle : colour;
   dot.toSurface = true;
   dot.body = !stance.selected;
   dot.besideClay = !stance.selected;

@@ -36,7 +36,7 @@ void addHandles(Build& build, const Guide& guide, const Stance& stance) {
     dot.index = int(i);
     dot.anchor = guide.pointsMm[i];
     dot.points = {guide.pointsMm[i]};
-    dot.colour = colours::kHandle;
+    dot.colour = widget_colours::kHandle;
     dot.toSurface = true;
     if (i > 0) dot.beside.push_back(guide.pointsMm[i - 1]);
     if (i + 1 < guide.pointsMm.size()) dot.beside.push_back(guide.pointsMm[i + 1]);

@@ -18,9 +18,9 @@ void buildSection(Build& build) {
   const Vec3d middle = build.world.bounds.empty() ? section->pointMm : build.world.bounds.centre();
   const double half = 0.5 * kMargin * build.extentMm();
   const Sheet sheet{middle - (middle - section->pointMm).dot(n) * n, x, y, half, half};
-  build.fill(sheet.rim(), faded(colours::kSection, 0.10f));  // No tint over what is looked at.
-  build.closedLine(sheet.corners(), colours::kSection, 2.f);
-  sheetHandles(build, sheet, {Target::Kind::section, 0}, sheet.centre, colours::kSection, true);
+  build.fill(sheet.rim(), faded(widget_colours::kSection, 0.10f));  // No tint over what is looked at.
+  build.closedLine(sheet.corners(), widget_colours::kSection, 2.f);
+  sheetHandles(build, sheet, {Target::Kind::section, 0}, sheet.centre, widget_colours::kSection, true);
 }
 
 }  // namespace argil::studio

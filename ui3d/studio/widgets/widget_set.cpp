@@ -39,11 +39,11 @@ void overlay(Document& document, const Target& target, const Subject& subject) {
 }
 
 void mark(Build& build, const Snap& snap) {
-  if (snap.highlight.size() > 1) build.line(snap.highlight, colours::kSnap, 3.5f, render::Depth::xray);
+  if (snap.highlight.size() > 1) build.line(snap.highlight, widget_colours::kSnap, 3.5f, render::Depth::xray);
   const auto& axes = build.world.screen.axes();
   const double r = kMarkUnits * build.unit(snap.at);
   build.closedLine({snap.at + r * axes.right, snap.at + r * axes.up, snap.at - r * axes.right, snap.at - r * axes.up},
-                   colours::kSnap, 2.5f, render::Depth::onTop);
+                   widget_colours::kSnap, 2.5f, render::Depth::onTop);
 }
 
 }  // namespace
@@ -260,14 +260,14 @@ void WidgetSet::draw(const World& world, render::Overlays& overlays) const {
       Handle dot;
       dot.name = "placed";
       dot.points = {p};
-      dot.colour = colours::kHot;
+      dot.colour = widget_colours::kHot;
       all.handles.push_back(dot);
     }
     if (placing_->spot()) {
       Handle dot;
       dot.name = "next";
       dot.points = {*placing_->spot()};
-      dot.colour = colours::kHandle;
+      dot.colour = widget_colours::kHandle;
       all.handles.push_back(dot);
     }
     if (placing_->snap()) mark(all, *placing_->snap());
@@ -277,8 +277,8 @@ void WidgetSet::draw(const World& world, render::Overlays& overlays) const {
     if (drag_->changed() && (handle.way == Way::along || handle.way == Way::about)) {
       // The way that it goes: a thin line through all.
       const double far = 4 * all.extentMm();
-      all.line({drag_->anchor() - far * handle.axis, drag_->anchor() + far * handle.axis}, faded(colours::kHot, 0.35f),
-               1.2f);
+      all.line({drag_->anchor() - far * handle.axis, drag_->anchor() + far * handle.axis},
+               faded(widget_colours::kHot, 0.35f), 1.2f);
     }
     if (drag_->snap()) mark(all, *drag_->snap());
   }
@@ -305,18 +305,18 @@ std::vector<Widgets::Label> WidgetSet::labels(const World& world) const {
   if (drag_ && drag_->changed()) {
     std::string text = drag_->text();
     if (drag_->snap()) text += "  ·  " + drag_->snap()->text;
-    add(drag_->anchor(), text, colours::kHot, kLabelAside);
+    add(drag_->anchor(), text, widget_colours::kHot, kLabelAside);
   } else if (!drag_) {
     for (const auto& hover : hover_) {
       if (!hover || hover->target.kind != Target::Kind::thing || !hover->body ||
           hover->target.id == world.state.selected)
         continue;
       if (const engine::Thing* thing = document.thing(hover->target.id))
-        add(hover->points.front(), thing->name, colours::kHot, kLabelAside);
+        add(hover->points.front(), thing->name, widget_colours::kHot, kLabelAside);
     }
   }
   if (placing_ && placing_->snap() && placing_->spot())
-    add(*placing_->spot(), placing_->snap()->text, colours::kSnap, kLabelAside);
+    add(*placing_->spot(), placing_->snap()->text, widget_colours::kSnap, kLabelAside);
   return labels;
 }
 

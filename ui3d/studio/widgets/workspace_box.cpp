@@ -32,17 +32,18 @@ void buildWorkspaceBox(Build& build) {
   box.pose.translation = workspace.toWorld(Vec3d::Zero());
   box.half = 0.5 * workspace.scale * build.world.reachMm;
   const Target target{Target::Kind::workspace, 0};
-  for (const auto& edge : box.edges()) build.line({edge[0], edge[1]}, faded(colours::kWorkspace, 0.8f), 1.6f);
+  for (const auto& edge : box.edges()) build.line({edge[0], edge[1]}, faded(widget_colours::kWorkspace, 0.8f), 1.6f);
   if (workspace.walls.on) {
     BoxFrame walls = box;
     walls.half *= workspace.walls.share;
-    for (const auto& edge : walls.edges()) build.line({edge[0], edge[1]}, faded(colours::kWorkspace, 0.35f), 1.2f);
+    for (const auto& edge : walls.edges())
+      build.line({edge[0], edge[1]}, faded(widget_colours::kWorkspace, 0.35f), 1.2f);
   }
-  build.text(box.at(-1, -1, 1), fmt::format("reach of the hand × {:.3g}", workspace.scale), colours::kWorkspace);
+  build.text(box.at(-1, -1, 1), fmt::format("reach of the hand × {:.3g}", workspace.scale), widget_colours::kWorkspace);
 
   Handle handle;
   handle.target = target;
-  handle.colour = colours::kWorkspace;
+  handle.colour = widget_colours::kWorkspace;
   for (int face = 0; face < 6; ++face) {
     handle.name = "face";
     handle.index = face;
@@ -52,12 +53,12 @@ void buildWorkspaceBox(Build& build) {
     handle.points = {handle.anchor};
     handle.beside = {box.pose.translation};
     handle.colour =
-        faded(colours::kWorkspace, handle.axis.dot(build.world.screen.toEye(handle.anchor)) > 0 ? 1.f : 0.45f);
+        faded(widget_colours::kWorkspace, handle.axis.dot(build.world.screen.toEye(handle.anchor)) > 0 ? 1.f : 0.45f);
     handle.apply = applyFace;
     build.handles.push_back(handle);
   }
   handle.beside.clear();
-  handle.colour = colours::kWorkspace;
+  handle.colour = widget_colours::kWorkspace;
   handle.index = 0;
   handle.name = "centre";
   handle.way = Way::free;
