@@ -226,7 +226,8 @@ Steps between strokes, in the same list: `{"operation": "shell", "inner_mm": 2}`
 `"piece": "Clay"` (left out: the one that is worked on); `"pieces": ["Clay", "Ring"]`;
 `"plane": [px, py, pz, nx, ny, nz]`, a point and a normal; `"points": [[x, y, z], ...]` of a curve or of a lattice
 (z fastest, then y, then x), with `"direction": [x, y, z]` along which a curve goes through the clay and
-`"closed": true`; `"box": [lx, ly, lz, hx, hy, hz]`, in mm of the piece, that the points of a lattice begin as; and of a new piece its
+`"closed": true`;
+`"box": [lx, ly, lz, hx, hy, hz]`, in mm of the piece, that the points of a lattice begin as; and of a new piece its
 `"name": "Ring"`, `"centre_mm": [x, y, z]` and `"axis": [x, y, z]`, where its z axis points. A name that is taken gets a
 number.
 )";
