@@ -1,6 +1,7 @@
 #include "engine/document/stroke_images.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace argil::engine {
 
@@ -19,7 +20,7 @@ ImageMaps::ImageMaps(const StrokeImages& images, const clay::Grid& grid, const h
   }
   const size_t mirrored = maps_.size();
   for (int i = 1; i < images.turns; ++i) {
-    const double angle = 2 * 3.14159265358979323846 * i / images.turns;
+    const double angle = 2 * std::numbers::pi * i / images.turns;
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, direction(images.axis)).toRotationMatrix();
     const Vec3d middle = place(images.axisPointMm);
     for (size_t j = 0; j < mirrored; ++j)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -448,7 +449,7 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->blend = std::min(voxels(tool.blendMm), 64.0f);
   brush->height = std::min(voxels(tool.heightMm), 4096.0f);
   brush->limited = row.limited;
-  brush->angle = static_cast<float>(tool.angleDeg * 3.14159265358979 / 180);
+  brush->angle = static_cast<float>(tool.angleDeg * std::numbers::pi / 180);
   brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};
   brush->material = static_cast<uint8_t>(std::clamp(tool.material, 0, 255));
   brush->dye = row.dye;

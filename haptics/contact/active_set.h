@@ -26,8 +26,9 @@ struct ActiveSet {
   bool feasible = true;                ///< False: the planes leave no place; x is the goal.
 };
 
-/// Minimises |x - goal|² under every half-space by trying each set of at most three active planes (Ruspini, §4): exact,
-/// no iteration. At most kMaxHalfSpaces planes are looked at. Cost: 0.05 µs for two planes, about 2 µs for eight.
+/// Minimises |x - goal|² under every half-space by trying each set of at most three active planes (Ruspini et al.
+/// 1997): exact, no iteration. At most kMaxHalfSpaces planes are looked at. Cost: 0.05 µs for two planes, about 2 µs
+/// for eight.
 [[nodiscard]] ActiveSet nearestAllowed(const Vec3d& goal, const HalfSpace* planes, int count) ARGIL_REALTIME;
 
 /// The same among the places of `within`: locks are equalities. x - (nearest place of `within` to the goal) is then the

@@ -9,8 +9,8 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kLeaveSpeedMms = 30;    // Out of clay that grew around the ball (methods, §12.5).
-constexpr double kLeaveForcePerS = 6.0;  // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
+constexpr double kLeaveSpeedMms = 30;    // Out of clay that grew around the ball.
+constexpr double kLeaveForcePerS = 6.0;  // In peaks a second: 6 % of the peak in 10 ms; 7 % is felt (Pang et al. 1991).
 constexpr double kSettleS = 0.25;        // How long a finished cut waits for its edit.
 constexpr double kPointingNmm = 1e6;     // Of a hand that points: what is cut is where it points within a tick.
 // Of a pointer without a button: less is walked in a tick or two, more might end in a groove of the ball's own size.

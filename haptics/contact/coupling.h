@@ -11,7 +11,8 @@ struct Coupling {
   double dampingNsmm = 0;   ///< B at the hand, N·s/mm.
 };
 
-/// Largest stiffness at the hand that theory allows, N/mm (methods, §11), whatever the sheet's top.
+/// Largest stiffness at the hand that theory allows, N/mm (Colgate and Brown 1994; Diolaiti et al. 2006), whatever the
+/// sheet's top.
 struct CouplingBounds {
   double colgateBrownNmm = 0;  ///< 2b/T, and less with a delay: passive in the hands of anybody without any control.
   /// 2c/Δ (Diolaiti): above it encoder steps feed an oscillation that friction does not stop.

@@ -18,7 +18,7 @@ namespace argil::haptics {
 
 /// Visco-plastic yielding of the clay that a ball touches. The ball's centre follows the hand so that
 ///   viscosity · velocity = spring force − hardness · (area of the touched clay that the velocity presses on),
-/// which for a straight push is ḣ = max(0, f − σ A(h)) / η (methods, §12.6). Which clay is touched is measured just
+/// which for a straight push is ḣ = max(0, f − σ A(h)) / η. Which clay is touched is measured just
 /// beyond the ball, in the published version less what this stroke has cut since: the answer is the same before and
 /// after an edit arrives. Model, trap and tolerances: NOTES.md, "Cutting". One thread.
 class CutLaw {

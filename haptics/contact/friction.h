@@ -8,8 +8,8 @@
 
 namespace argil::haptics {
 
-/// Static, dynamic and viscous friction of a proxy (Ruspini, §6). At rest the proxy stays while the pull along the
-/// surface is at most μ_s times the push on it; sliding, it follows until the pull is μ_d times the push, no faster
+/// Static, dynamic and viscous friction of a proxy (Ruspini et al. 1997). At rest the proxy stays while the pull along
+/// the surface is at most μ_s times the push on it; sliding, it follows until the pull is μ_d times the push, no faster
 /// than (pull − μ_d push) / b. One thread.
 class Friction {
  public:

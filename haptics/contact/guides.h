@@ -51,7 +51,7 @@ class Guides {
   /// kGuideConflict or nothing.
   [[nodiscard]] uint32_t flags() const noexcept;
 
-  /// Of locks, in peaks a second: 6 % of the peak in 10 ms; 7 % is felt (methods, §10).
+  /// Of locks, in peaks a second: 6 % of the peak in 10 ms; 7 % is felt (Pang et al. 1991).
   static constexpr double kGuideForcePerS = 6;
   static constexpr double kSlideMms = 30;            ///< Of locked sets, at the hand.
   static constexpr double kPointingSlideMms = 4000;  ///< The same where no motor pulls a hand along.

@@ -182,7 +182,7 @@ void Proxy::smoothen(ContactPoint& contact, const Vec3d& normal) ARGIL_REALTIME 
 // around a point of the surface, so nothing that the point forbids is allowed, and the proxy itself always is. An
 // overlap within the tolerance is given back little by little: that only restores what the tolerance took from the
 // spring before, and without it the proxy would creep to the tolerance's end and search in vain there. Two passes
-// (Ruspini, §5): under planes turned to the smooth normals first, then from there under the true ones.
+// (Ruspini et al. 1997): under planes turned to the smooth normals first, then from there under the true ones.
 Proxy::Holding Proxy::holding(const Vec3d& goal) ARGIL_REALTIME {
   Holding result;
   std::array<HalfSpace, kMaxHalfSpaces> planes, smooth;
@@ -270,7 +270,7 @@ bool Proxy::touches(const ContactPoint& contact) const ARGIL_REALTIME {
   return (proxy_ - contact.point).norm() < radius_ + 2 * kOverlap * voxel_;
 }
 
-// In the frame of what is touched the ball stays where it is while that moves (methods, §1), and what it does not touch
+// In the frame of what is touched the ball stays where it is while that moves, and what it does not touch
 // comes at it. No part of the way is longer than free space and a part of the radius, so the centre cannot pass a
 // surface.
 Proxy::Carried Proxy::carry(double gentleMm) ARGIL_REALTIME {

@@ -6,7 +6,7 @@
 namespace argil::haptics {
 namespace {
 
-constexpr double kOfRate = 0.4;           // Highest frequency rendered, of the servo's rate (methods, §12.3).
+constexpr double kOfRate = 0.4;           // Highest frequency rendered, of the servo's rate: half of it would alias.
 constexpr double kTravelSmoothing = 0.1;  // Encoder steps must not let the fading flicker.
 // Of what a texture may owe, a tick: a hand that shook is not left without texture.
 constexpr double kForgiven = 0.002;

@@ -19,7 +19,7 @@ struct TexturedPlane {
 
 /// Displaces the planes of a smooth contact by the heights of their textures, once a tick after the smooth proxy is
 /// known. The force is that of the potential ½k|t − u|² over the displaced place t and the hand u: the spring to t,
-/// tilted by the slopes; for one plane k(d + h)(n − ∇h) (methods, §12). What is too short for the proxy's speed fades:
+/// tilted by the slopes; for one plane k(d + h)(n − ∇h). What is too short for the proxy's speed fades:
 /// nothing above 0.4 of the servo rate is rendered. The textured proxy gives the hand no more energy than the smooth
 /// one does, but for what it takes to climb the texture once: beyond that a bump is climbed as far as the hand has paid
 /// for it. NOTES.md, "Texture". One thread, the servo's.

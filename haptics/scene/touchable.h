@@ -20,8 +20,8 @@ class Touchable {
   /// Nearest point within `reachMm` of `p`, exact to `resolutionMm` / 50; `hint`: where it was last time, or null. What
   /// has no inside (a mesh part: both faces count) never answers with a negative distance.
   virtual Nearest nearest(const Vec3d& p, double reachMm, const Vec3d* hint) ARGIL_REALTIME = 0;
-  /// Smooth unit normal of the surface at a point that nearest() gave, for the direction of the force alone (methods,
-  /// §1, force shading); its sign does not matter. Zero: take the direction to the point.
+  /// Smooth unit normal of the surface at a point that nearest() gave, for the direction of the force alone (force
+  /// shading, Ruspini et al. 1997); its sign does not matter. Zero: take the direction to the point.
   virtual Vec3d normal(const Vec3d& point) ARGIL_REALTIME = 0;
   /// The smallest length that it tells apart, mm: a voxel; what tolerances of contact are counted in.
   [[nodiscard]] virtual double resolutionMm() const ARGIL_REALTIME = 0;

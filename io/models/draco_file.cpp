@@ -10,7 +10,7 @@
 #include <cstring>
 
 #include "io/models/draco_mesh.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 
 namespace argil::io {
 

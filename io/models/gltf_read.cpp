@@ -8,7 +8,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/weld.h"
 #include "io/models/colour_list.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 #include "io/models/reader_process.h"
 
 namespace argil::io {

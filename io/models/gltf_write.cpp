@@ -9,7 +9,7 @@
 #include <string>
 
 #include "io/models/draco_mesh.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 
 namespace argil::io {
 

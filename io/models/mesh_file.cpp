@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 
 namespace argil::io {
 

@@ -12,7 +12,7 @@
 
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 #include "io/models/model_writer.h"
 
 namespace argil::io {

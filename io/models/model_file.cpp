@@ -9,70 +9,13 @@
 #include "io/bytes/input.h"
 #include "io/bytes/zip_reader.h"
 #include "io/models/foreign_files.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 #include "io/models/three_mf_read.h"
 #include "io/models/three_mf_write.h"
 
 namespace argil::io {
 
 namespace {
-
-constexpr std::array kFormats = {
-    Format{.name = "STL",
-           .extension = ".stl",
-           .recognizes = recognizesStl,
-           .parseModel = parseStl,
-           .encoder = makeStlEncoder,
-           .singlePrecision = true},
-    Format{.name = "OBJ",
-           .extension = ".obj",
-           .recognizes = recognizesObj,
-           .parseModel = parseObj,
-           .encoder = makeObjEncoder,
-           .objects = true,
-           .colours = true},
-    Format{.name = "PLY",
-           .extension = ".ply",
-           .recognizes = recognizesPly,
-           .parseMesh = parsePly,
-           .encoder = makePlyEncoder,
-           .singlePrecision = true,
-           .colours = true,
-           .triangleColours = true},
-    Format{.name = "OFF", .extension = ".off", .recognizes = recognizesOff, .parseMesh = parseOff},
-    Format{.name = "3MF",
-           .extension = ".3mf",
-           .recognizes = recognizesThreeMf,
-           .parseModel = parseThreeMf,
-           .write = writeThreeMf,
-           .singlePrecision = true,
-           .objects = true,
-           .colours = true,
-           .triangleColours = true},
-    Format{.name = "glTF (binary)",
-           .extension = ".glb",
-           .recognizes = recognizesGlb,
-           .readInProcess = readGltf,
-           .write = writeGlb,
-           .objects = true,
-           .colours = true,
-           .triangleColours = true},
-    Format{.name = "glTF",
-           .extension = ".gltf",
-           .recognizes = recognizesGltf,
-           .readInProcess = readGltf,
-           .write = writeGltf,
-           .objects = true,
-           .colours = true,
-           .triangleColours = true},
-    Format{.name = "Draco",
-           .extension = ".drc",
-           .recognizes = recognizesDraco,
-           .readInProcess = readDraco,
-           .write = writeDraco,
-           .colours = true,
-           .triangleColours = true},
-};
 
 bool isRead(const Format& format) {
   return format.parseMesh || format.parseModel || format.readInProcess;
@@ -85,14 +28,14 @@ bool isWritten(const Format& format) {
 template <class Is>
 std::string endingsOf(const Is& is) {
   std::string endings;
-  for (const Format& format : kFormats)
+  for (const Format& format : formats())
     if (is(format)) endings += (endings.empty() ? "" : ", ") + std::string(format.extension);
   return endings;
 }
 
 std::string readable() {
   std::string names;
-  for (const Format& format : kFormats) {
+  for (const Format& format : formats()) {
     if (isRead(format)) names += (names.empty() ? "" : ", ") + std::string(format.name);
   }
   return names;
@@ -100,12 +43,12 @@ std::string readable() {
 
 const Format& formatOf(const Input& input) {
   if (const std::string foreign = whatForeignFileIs(input); !foreign.empty()) fail(input.name, foreign);
-  for (const Format& format : kFormats) {
+  for (const Format& format : formats()) {
     if (isRead(format) && format.recognizes(input)) return format;
   }
   std::string ending = endingOf(input.name);
   if (ending == ".gz") ending = endingOf(std::filesystem::path(input.name).stem());
-  for (const Format& format : kFormats) {
+  for (const Format& format : formats()) {
     if (isRead(format) && format.extension == ending) return format;
   }
   if (input.text().starts_with("PK\x03\x04")) {
@@ -158,7 +101,7 @@ ModelFile readZipped(const Input& input) {
     const std::string ending = endingOf(part.name);
     // Where the Finder keeps its own notes, under the names of the files.
     const bool hidden = part.name.starts_with("__MACOSX/");
-    if (hidden || std::none_of(kFormats.begin(), kFormats.end(),
+    if (hidden || std::none_of(formats().begin(), formats().end(),
                                [&](const Format& each) { return isRead(each) && each.extension == ending; }))
       continue;
     model = &part;
@@ -172,10 +115,6 @@ ModelFile readZipped(const Input& input) {
 }
 
 }  // namespace
-
-std::span<const Format> formats() {
-  return kFormats;
-}
 
 std::string readableEndings() {
   return endingsOf(isRead);
@@ -196,7 +135,7 @@ ModelFile readModel(const std::filesystem::path& path, Job* job) {
   // What a process of its own reads is not read twice.
   const std::string head = headOf(path);
   const Input sniffed{std::as_bytes(std::span(head)), displayName(path), job};
-  for (const Format& format : kFormats) {
+  for (const Format& format : formats()) {
     if (format.readInProcess && format.recognizes(sniffed)) return format.readInProcess(path, job);
   }
   const FileBytes file = readFile(path, job);

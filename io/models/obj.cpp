@@ -9,7 +9,7 @@
 
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 #include "io/models/mtl.h"
 
 namespace argil::io {

@@ -4,7 +4,7 @@
 
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 
 namespace argil::io {
 

@@ -8,7 +8,7 @@
 
 #include "clay/mesh/weld.h"
 #include "io/bytes/text_cursor.h"
-#include "io/models/format.h"
+#include "io/models/format_table.h"
 
 namespace argil::io {
 

@@ -8,15 +8,12 @@
 
 #include "clay/base/error.h"
 #include "render/view/overlays.h"
-#include "render/view/stereo.h"
 
 namespace argil::render {
 namespace {
 
 constexpr std::array<std::string_view, 3> kShadings{"matcap", "lit", "material"};
 constexpr std::array<std::string_view, 6> kMatcaps{"clay", "wax", "porcelain", "steel", "rubber", "normals"};
-constexpr std::array<std::string_view, 6> kStereoModes{"mono",       "anaglyph", "side-by-side",
-                                                       "top-bottom", "left-eye", "right-eye"};
 
 template <class Enum>
 std::optional<Enum> named(std::span<const std::string_view> names, std::string_view name) {
@@ -56,17 +53,11 @@ std::span<const std::string_view> shadingNames() {
 std::span<const std::string_view> matcapNames() {
   return kMatcaps;
 }
-std::span<const std::string_view> stereoModeNames() {
-  return kStereoModes;
-}
 std::optional<Shading> shadingNamed(std::string_view name) {
   return named<Shading>(kShadings, name);
 }
 std::optional<Matcap> matcapNamed(std::string_view name) {
   return named<Matcap>(kMatcaps, name);
-}
-std::optional<StereoMode> stereoModeNamed(std::string_view name) {
-  return named<StereoMode>(kStereoModes, name);
 }
 
 void check(const Look& look) {
@@ -74,13 +65,6 @@ void check(const Look& look) {
   if (!within(look.depthFadeStrength, 0, 1)) throw Error("the depth fade must lie between 0 and 1");
   if (look.section && (!look.section->pointMm.allFinite() || !direction(look.section->normal)))
     throw Error("the section plane needs a finite point in mm and a normal that is not zero");
-}
-
-void check(const Stereo& stereo) {
-  if (!within(stereo.eyeDistancePart, 0, 0.2))
-    throw Error("the distance between the eyes must lie between 0 and 0.2 of the distance to the target");
-  if (!within(stereo.convergencePart, 0.2, 5))
-    throw Error("the convergence must lie between 0.2 and 5 times the distance to the target");
 }
 
 void check(const Overlays& overlays) {

@@ -94,6 +94,8 @@ SessionWindow::SessionWindow(const StudioOptions& options)
   state_.figures.deviceName = renderer_.deviceName();
   now_ = bench_.snapshot();
   sizedBy_ = state_.sizeBy;
+  bench_.setWorkspace(state_.workspace);
+  bench_.setTouchQuality(state_.touchQuality);
   const auto [w, h] = window_.pixels();
   Event first;
   first.kind = Event::Kind::resize;

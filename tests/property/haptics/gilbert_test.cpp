@@ -1,5 +1,5 @@
-// The exact active set against the dual of it: the point of a hull that is nearest to the hand's direction (methods,
-// §1).
+// The exact active set against the dual of it: the point of a hull that is nearest to the hand's direction
+// (Ruspini et al. 1997).
 
 #include <gtest/gtest.h>
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "ui3d/studio/panels/settings_tables.h"
+
 namespace argil::studio {
 namespace {
 
@@ -49,6 +51,47 @@ TEST(Settings, comeBackAsTheyWere) {
   EXPECT_EQ(back.undoBytes(), uint64_t{512} << 20);
   EXPECT_EQ(back.surface, clay::Grade::fine);
   EXPECT_EQ(settingsText(back), settingsText(state));
+}
+
+// Sets each row to something else, alone, and looks whether it comes back.
+template <class Owner>
+void expectKept(std::span<const Row<Owner>> rows, Owner& (*of)(StudioState&)) {
+  for (const Row<Owner>& each : rows) {
+    StudioState state, back;
+    Owner &set = of(state), &got = of(back);
+    std::visit(
+        [&](const auto& row) {
+          SCOPED_TRACE(row.id);
+          using R = std::decay_t<decltype(row)>;
+          if constexpr (std::is_same_v<R, Switch<Owner>>) {
+            set.*row.on = !(got.*row.on);
+            ASSERT_TRUE(applySettings(settingsText(state), back));
+            EXPECT_EQ(got.*row.on, set.*row.on);
+          } else if constexpr (std::is_same_v<R, Choice<Owner>>) {
+            row.set(set, (row.get(got) + 1) % int(row.options.size()));
+            const int wanted = row.get(set);
+            ASSERT_TRUE(applySettings(settingsText(state), back));
+            EXPECT_EQ(row.get(got), wanted);
+          } else {
+            row.set(set, row.get(got) == row.high ? row.low : row.high);
+            const double wanted = row.get(set);
+            ASSERT_NE(row.get(got), wanted);
+            ASSERT_TRUE(applySettings(settingsText(state), back));
+            EXPECT_EQ(row.get(got), wanted);
+          }
+        },
+        each);
+  }
+}
+
+TEST(Settings, everyRowOfThePanelsIsKept) {
+  expectKept<render::Look>(lookRows(), [](StudioState& s) -> render::Look& { return s.look; });
+  expectKept<render::Stereo>(stereoRows(), [](StudioState& s) -> render::Stereo& { return s.stereo; });
+  expectKept<render::Quality>(qualityRows(), [](StudioState& s) -> render::Quality& { return s.quality; });
+  expectKept<StudioState>(surfaceRows(), [](StudioState& s) -> StudioState& { return s; });
+  expectKept<haptics::Quality>(touchQualityRows(), [](StudioState& s) -> haptics::Quality& { return s.touchQuality; });
+  expectKept<haptics::Workspace>(workspaceRows(), [](StudioState& s) -> haptics::Workspace& { return s.workspace; });
+  expectKept<haptics::PanWalls>(wallRows(), [](StudioState& s) -> haptics::PanWalls& { return s.workspace.walls; });
 }
 
 TEST(Settings, whatIsWrongInThemLeavesTheStandard) {

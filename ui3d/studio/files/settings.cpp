@@ -96,6 +96,7 @@ std::string settingsText(const StudioState& state) {
   look["shading"] = int(state.look.shading);
   look["matcap"] = int(state.look.matcap);
   look["cavity_strength"] = state.look.cavityStrength;
+  look["fade_strength"] = state.look.depthFadeStrength;
   for (const LookSwitch& row : kLook) look[row.name] = state.look.*row.member;
   json["stereo"] = {{"mode", int(state.stereo.mode)},
                     {"eyes", state.stereo.eyeDistancePart},
@@ -104,8 +105,21 @@ std::string settingsText(const StudioState& state) {
   json["quality"] = {{"supersample", state.quality.supersample},
                      {"key_shadow", state.quality.keyShadow},
                      {"cavity", state.quality.cavity},
-                     {"detail", state.quality.detailPixels}};
+                     {"detail", state.quality.detailPixels},
+                     {"shadow_pixels", state.quality.shadowPixels}};
   json["quality"]["surface"] = int(state.surface);
+  const haptics::Quality& touch = state.touchQuality;
+  json["touch"] = {{"steps", touch.contactSteps}, {"searches", touch.contactSearches}, {"smooth", touch.smoothNormals}};
+  const haptics::Workspace& workspace = state.workspace;
+  json["workspace"] = {{"scale", workspace.scale},
+                       {"depth_mm", workspace.depthMm},
+                       {"frame", int(workspace.frame)},
+                       {"glide_mms", workspace.glideMms}};
+  json["walls"] = {{"on", workspace.walls.on},
+                   {"share", workspace.walls.share},
+                   {"stiffness_nmm", workspace.walls.stiffnessNmm},
+                   {"rest_mm", workspace.walls.restMm},
+                   {"speed_mmsn", workspace.walls.speedMmsN}};
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
   json["recent"] = state.recentFiles;
@@ -154,11 +168,13 @@ bool applySettings(const std::string& text, StudioState& state) {
   take(json, "fold_panels", state.foldPanels);
   take(json, "start_page", state.startPage);
   const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"),
-             stereo = part(json, "stereo"), quality = part(json, "quality");
+             stereo = part(json, "stereo"), quality = part(json, "quality"), touch = part(json, "touch"),
+             workspace = part(json, "workspace"), walls = part(json, "walls");
   for (const PanelSwitch& panel : kPanels) take(panels, panel.name, state.shown.*panel.member);
   choose(look, "shading", state.look.shading, 3);
   choose(look, "matcap", state.look.matcap, 6);
   take(look, "cavity_strength", state.look.cavityStrength, 0, 2);
+  take(look, "fade_strength", state.look.depthFadeStrength, 0, 1);
   for (const LookSwitch& row : kLook) take(look, row.name, state.look.*row.member);
   choose(stereo, "mode", state.stereo.mode, 6);
   take(stereo, "eyes", state.stereo.eyeDistancePart, 0, 0.2);
@@ -168,7 +184,20 @@ bool applySettings(const std::string& text, StudioState& state) {
   take(quality, "key_shadow", state.quality.keyShadow);
   take(quality, "cavity", state.quality.cavity);
   take(quality, "detail", state.quality.detailPixels, 0, 8);
+  take(quality, "shadow_pixels", state.quality.shadowPixels, 256, 8192);
   choose(quality, "surface", state.surface, 2);
+  take(touch, "steps", state.touchQuality.contactSteps, 1, 64);
+  take(touch, "searches", state.touchQuality.contactSearches, 4, 200);
+  take(touch, "smooth", state.touchQuality.smoothNormals);
+  take(workspace, "scale", state.workspace.scale, 0.01, 100);
+  take(workspace, "depth_mm", state.workspace.depthMm, -500, 500);
+  choose(workspace, "frame", state.workspace.frame, 3);
+  take(workspace, "glide_mms", state.workspace.glideMms, 0, 1000);
+  take(walls, "on", state.workspace.walls.on);
+  take(walls, "share", state.workspace.walls.share, 0.1, 1);
+  take(walls, "stiffness_nmm", state.workspace.walls.stiffnessNmm, 0.01, 10);
+  take(walls, "rest_mm", state.workspace.walls.restMm, 0, 10);
+  take(walls, "speed_mmsn", state.workspace.walls.speedMmsN, 0, 1000);
   for (const auto& [action, shortcut] : keys.items())
     if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())

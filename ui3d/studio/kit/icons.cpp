@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <string>
 
 namespace argil::studio {
@@ -172,7 +173,7 @@ bool drawIcon(ImDrawList& list, std::string_view name, ImVec2 centre, float size
       }
       case 'A': {
         const float x = number(), y = number(), r = number(), from = number(), to = number();
-        constexpr float kRadian = 3.14159265f / 180;
+        constexpr float kRadian = std::numbers::pi_v<float> / 180;
         list.PathArcTo(place(x, y), r * unit, from * kRadian, to * kRadian, 0);
         break;
       }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/panel_table.h"
@@ -29,7 +30,7 @@ void drawNewClay(Context& context, Memory& memory) {
     voxels = 2 * (clay.xMm * clay.yMm + clay.yMm * clay.zMm + clay.zMm * clay.xMm) / (clay.voxelMm * clay.voxelMm);
   } else {
     length("radius", "Radius", clay.radiusMm, 0.5, 30);
-    voxels = 4 * 3.14159265358979 * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
+    voxels = 4 * std::numbers::pi * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
   }
   kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", std::max(0.001, 0.01 * clay.scale),
                std::min(1000.0, 10 * clay.scale), 0.5 * clay.scale, true},
