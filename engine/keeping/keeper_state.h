@@ -1,5 +1,5 @@
 #pragma once
-// What a keeper is made of: its thread's side and what others reach. For engine/keeper*.cpp alone.
+// What a keeper is made of: its thread's side and what others reach. For engine/keeping/keeper*.cpp alone.
 
 #include <sys/stat.h>
 
