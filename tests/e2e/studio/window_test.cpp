@@ -77,6 +77,13 @@ class StudioWindow : public ::testing::Test {
     person.pause(0.5);
   }
 
+  // Until it is there: a busy machine takes its time to make one.
+  static void addBlock(Person& person) {
+    const render::Image empty = still(person);
+    byPalette(person, "add a block");
+    (void)other(person, empty, 0.1, "the block");
+  }
+
   Scratch scratch_;
   std::unique_ptr<support::XServer> server_;
 };
@@ -127,7 +134,7 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
   Person person(studio, s.scale);
   const std::string name = std::string("window-") + s.name;
   (void)person.shot(name + "-start");
-  byPalette(person, "add a block");
+  addBlock(person);
   person.move(s.width / s.scale - 60, 100);
   (void)person.shot(name + "-block");
   const render::Image block = still(person);
@@ -161,11 +168,12 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
   Person person(studio);
-  byPalette(person, "add a block");
+  addBlock(person);
   person.move(1200, 400);
-  (void)person.settled();
+  const render::Image block = still(person);
   // A curve that is being drawn would be given up by an Escape that reaches the picture.
   person.key("shift+c");
+  (void)other(person, block, 0.05, "a curve is drawn");
   (void)person.shot("window-drawing");
   const render::Image drawing = still(person);
   struct Row {
@@ -211,7 +219,7 @@ TEST_F(StudioWindow, shortcutsWorkWhileAMenuIsOpen) {
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
   Person person(studio);
-  byPalette(person, "add a block");
+  addBlock(person);
   person.move(1200, 400);
   const render::Image block = still(person);
   person.click(23, 14);
@@ -319,7 +327,7 @@ TEST_F(StudioWindow, hoveringAndTooltipsDrawNoClay) {
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--report", "report.json"}, scratch_.path());
   Person person(studio);
-  byPalette(person, "add a block");
+  addBlock(person);
   person.move(1250, 680);
   render::Image before = person.settled();
   int pictures = 0;
