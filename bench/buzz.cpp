@@ -57,7 +57,10 @@ void benchBuzz(BenchReport& report, const BenchOptions& options) {
   chart.panels[2].x.from = kZoomFromS;
   chart.panels[2].x.to = kZoomToS;
   int colour = 1;
-  std::vector<std::string> caption;
+  std::vector<std::string> caption = {
+      fmt::format("Wall of 4 voxels of {} mm, cut out by a threshold; ball of {} mm, {} N/mm; simulated {} and hand, "
+                  "1 kHz, one tick of delay.",
+                  haptics::kBuzzVoxelMm, haptics::kBuzzBallMm, haptics::kBuzzStiffnessNmm, sheet.like)};
   for (const char* name : {"penalty", "god-object", "proxy"}) {  // The quiet ones on top.
     const haptics::BuzzRun run = haptics::runBuzz(name, sheet);
     const auto figure = [&](const char* what, const char* unit, double value) {
@@ -81,10 +84,6 @@ void benchBuzz(BenchReport& report, const BenchOptions& options) {
                     name, run.jumpRms, run.reversals));
     ++colour;
   }
-  caption.insert(caption.begin(),
-                 fmt::format("Wall of 4 voxels of {} mm, cut out by a threshold; ball of {} mm, {} N/mm; simulated {} "
-                             "and hand, 1 kHz, one tick of delay.",
-                             haptics::kBuzzVoxelMm, haptics::kBuzzBallMm, haptics::kBuzzStiffnessNmm, sheet.like));
   caption.push_back(
       "No safety and no passivity control: contact alone. Made by: argil bench buzz --figure docs/buzz.svg");
   chart.caption = std::move(caption);

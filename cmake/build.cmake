@@ -4,9 +4,12 @@ option(ARGIL_WERROR "Treat warnings as errors" ON)
 option(ARGIL_FUZZ "Build nothing but the targets of tests/fuzz, with libFuzzer (needs clang)" OFF)
 set(ARGIL_SANITIZE "" CACHE STRING "Sanitizers to build with: address,undefined or thread")
 
+option(ARGIL_PRECOMPILED "Read the headers that most files include once for all of them" ON)
+
 find_program(ARGIL_CCACHE ccache)
 if(ARGIL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${ARGIL_CCACHE})
+  # It keeps nothing that was made with a precompiled header unless it is told that macros of the command line count.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${ARGIL_CCACHE})
 endif()
 find_program(ARGIL_MOLD mold)
 if(ARGIL_MOLD)
@@ -32,4 +35,7 @@ if(ARGIL_SANITIZE)
 endif()
 if(ARGIL_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)  # the engine itself is linked to the targets: tests/fuzz
+endif()
+if(ARGIL_PRECOMPILED AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(-fpch-preprocess)  # ccache asks for it
 endif()

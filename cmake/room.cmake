@@ -1,3 +1,22 @@
+# argil_precompile(FROM TARGETS...): their files read what was compiled once for FROM: argil_precompiled has
+# cmake/precompiled.h, argil_precompiled_tests GoogleTest too. They link the libraries that these headers are of.
+if(ARGIL_PRECOMPILED)
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "// Compiled for its header alone.\n")
+  add_library(argil_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  target_link_libraries(argil_precompiled PRIVATE Eigen3::Eigen fmt::fmt)
+  target_precompile_headers(argil_precompiled PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled.h)
+  add_library(argil_precompiled_tests OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  target_link_libraries(argil_precompiled_tests PRIVATE Eigen3::Eigen fmt::fmt GTest::gmock)
+  target_precompile_headers(argil_precompiled_tests PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
+endif()
+function(argil_precompile from)
+  if(ARGIL_PRECOMPILED)
+    foreach(target IN LISTS ARGN)
+      target_precompile_headers(${target} REUSE_FROM ${from})
+    endforeach()
+  endif()
+endfunction()
+
 # argil_room(NAME DEPENDS rooms... LIBRARIES libs... PRIVATE_LIBRARIES libs... EXCEPT folders...)
 # One static library per room from the .cpp files of its folder and its subfolders, but for those that are programs of their own. DEPENDS names the rooms that it may
 # include: the arrows of the plan (tests/arrows checks the includes themselves).
@@ -17,6 +36,7 @@ function(argil_room name)
     target_link_libraries(argil_${name} PUBLIC argil_${room})
   endforeach()
   target_link_libraries(argil_${name} PUBLIC ${ROOM_LIBRARIES} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
+  argil_precompile(argil_precompiled argil_${name})
 endfunction()
 
 # argil_tests(KIND ROOM LIBRARIES libs... UNDER wrapper...): tests/KIND/ROOM/*.cpp becomes the program KIND_ROOM and the CTest of
@@ -29,5 +49,12 @@ function(argil_tests kind room)
   endif()
   add_executable(${kind}_${room} ${sources} ${PROJECT_SOURCE_DIR}/tests/support/own_folder.cpp)
   target_link_libraries(${kind}_${room} PRIVATE ${TESTS_LIBRARIES} GTest::gmock GTest::gtest_main)
+  if(TESTS_LIBRARIES)
+    argil_precompile(argil_precompiled_tests ${kind}_${room})
+    if(ARGIL_PRECOMPILED)
+      # g++ 12 warns of strings that are joined ("a" + text), wrongly (GCC bug 105329), where its headers are precompiled.
+      target_compile_options(${kind}_${room} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow>)
+    endif()
+  endif()
   add_test(NAME ${kind}_${room} COMMAND ${TESTS_UNDER} $<TARGET_FILE:${kind}_${room}>)
 endfunction()

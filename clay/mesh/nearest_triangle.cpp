@@ -29,13 +29,12 @@ uint64_t spread(uint64_t x) {
   return x;
 }
 
+float below(double x) {
+  const auto rounded = static_cast<float>(x);
+  return double(rounded) > x ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+}
 Eigen::Array3f below(const Vec3d& p) {
-  Eigen::Array3f r;
-  for (int i = 0; i < 3; ++i) {
-    r[i] = static_cast<float>(p[i]);
-    if (double(r[i]) > p[i]) r[i] = std::nextafter(r[i], -std::numeric_limits<float>::infinity());
-  }
-  return r;
+  return {below(p.x()), below(p.y()), below(p.z())};
 }
 
 }  // namespace
@@ -118,6 +117,36 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
         boxes_[i].low = boxes_[i].low.min(boxes_[child].low);
         boxes_[i].high = boxes_[i].high.max(boxes_[child].high);
       }
+  addSlabs();
+}
+
+void NearestTriangle::addSlabs() {
+  // Twice the area times the normal, of all triangles below.
+  std::vector<Vec3d> normals(boxes_.size(), Vec3d::Zero());
+  for (size_t i = 0; i < triangles_.size(); ++i) {
+    const auto& [a, b, c] = triangles_[i];
+    const Vec3d& corner = mesh_.positions[a];
+    normals[leaves_ + i / kLeaf] += (mesh_.positions[b] - corner).cross(mesh_.positions[c] - corner);
+  }
+  for (size_t i = boxes_.size() - 1; i >= 2; --i) normals[i / 2] += normals[i];
+  slabs_.resize(boxes_.size());
+  for (size_t i = 1; i < boxes_.size(); ++i) {
+    const double length = normals[i].norm();
+    const Vec3d unit = length > 0 && std::isfinite(length) ? Vec3d(normals[i] / length) : Vec3d::UnitZ();
+    constexpr double kNoLonger = 1 - 2e-7;  // than 1, once it is rounded to float
+    slabs_[i] = {(kNoLonger * unit).cast<float>().array(), std::numeric_limits<float>::infinity(),
+                 -std::numeric_limits<float>::infinity()};
+  }
+  for (size_t i = 0; i < triangles_.size(); ++i)
+    for (const uint32_t v : triangles_[i]) {
+      const Vec3d p = mesh_.positions[v] - middle_;
+      for (size_t node = leaves_ + i / kLeaf; node >= 1; node /= 2) {
+        Slab& slab = slabs_[node];
+        const double along = slab.normal.cast<double>().matrix().dot(p);
+        slab.low = std::min(slab.low, below(along));
+        slab.high = std::max(slab.high, -below(-along));
+      }
+    }
 }
 
 double NearestTriangle::squaredTo(uint32_t triangle, const Vec3d& p) const {
@@ -128,6 +157,13 @@ double NearestTriangle::squaredTo(uint32_t triangle, const Vec3d& p) const {
 NearestTriangle::Hit NearestTriangle::nearest(const Vec3d& p, uint32_t hint) const {
   Hit best{0, std::numeric_limits<double>::infinity()};
   if (hint < triangles_.size()) best = {hint, squaredTo(hint, p)};
+  return search(p, best, -1);
+}
+
+NearestTriangle::Hit NearestTriangle::nearerThan(const Vec3d& p, double distance, uint32_t hint) const {
+  Hit best{UINT32_MAX, distance * distance};
+  if (hint < triangles_.size())
+    if (const double squared = squaredTo(hint, p); squared < best.squared) best = {hint, squared};
   return search(p, best, -1);
 }
 
@@ -144,6 +180,13 @@ NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double en
     const Box& box = boxes_[node];
     return (box.low.cast<double>() - at).max(at - box.high.cast<double>()).max(0.0).square().sum();
   };
+  // Whether the slab shows that all of a node is at least so far.
+  const auto beyond = [&](size_t node, double squared) {
+    const Slab& slab = slabs_[node];
+    const double along = (slab.normal.cast<double>() * at).sum();
+    const double gap = std::max(double(slab.low) - along, along - double(slab.high));
+    return gap > 0 && gap * gap >= squared;
+  };
   struct Entry {
     double squared;
     size_t node;
@@ -153,16 +196,16 @@ NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double en
   stack[depth++] = {squaredToBox(1), 1};
   while (depth > 0) {
     Entry entry = stack[--depth];
-    if (entry.squared >= best.squared) continue;
+    if (entry.squared >= best.squared || beyond(entry.node, best.squared)) continue;
     while (entry.node < leaves_) {
       Entry near{squaredToBox(2 * entry.node), 2 * entry.node},
           far{squaredToBox(2 * entry.node + 1), 2 * entry.node + 1};
       if (far.squared < near.squared) std::swap(near, far);
       if (far.squared < best.squared) stack[depth++] = far;
       entry = near;
-      if (entry.squared >= best.squared) break;
+      if (entry.squared >= best.squared || beyond(entry.node, best.squared)) break;
     }
-    if (entry.squared >= best.squared) continue;
+    if (entry.node < leaves_ || entry.squared >= best.squared) continue;
     const auto first = static_cast<uint32_t>((entry.node - leaves_) * kLeaf);
     const auto end = static_cast<uint32_t>(std::min<size_t>(first + kLeaf, triangles_.size()));
     for (uint32_t i = first; i < end; ++i) {

@@ -14,8 +14,9 @@ namespace argil::clay {
 [[nodiscard]] Vec3d nearestOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
 /// Triangles in a hierarchy of boxes: sorted along a Morton curve, leaves of a few, a complete binary tree above them
-/// (no pointers). The mesh must outlive it and stay as it is. 28 bytes a triangle beside the mesh. nearest() from any
-/// number of threads.
+/// (no pointers). Each box has a slab too, along the mean normal of what is in it: where everything is about equally
+/// far, as from the middle of a ball, boxes alone exclude nothing and a search would look at all triangles. The mesh
+/// must outlive it and stay as it is. 38 bytes a triangle beside the mesh. nearest() from any number of threads.
 class NearestTriangle {
  public:
   /// At least one triangle, indices in range, finite coordinates. Cost: about 0.2 s for 10^6 triangles.
@@ -27,6 +28,8 @@ class NearestTriangle {
   };
   /// `hint`: the triangle of an answer for a point near by, which makes this one cheap, or UINT32_MAX.
   [[nodiscard]] Hit nearest(const Vec3d& p, uint32_t hint = UINT32_MAX) const;
+  /// The same among those that are nearer than `distance`: triangle UINT32_MAX when none is.
+  [[nodiscard]] Hit nearerThan(const Vec3d& p, double distance, uint32_t hint = UINT32_MAX) const;
   /// Is some triangle at most this far? Ends at the first.
   [[nodiscard]] bool within(const Vec3d& p, double distance) const;
   /// Of a Hit's triangle.
@@ -40,6 +43,11 @@ class NearestTriangle {
   struct Box {
     Eigen::Array3f low, high;  // From middle_, rounded outwards.
   };
+  struct Slab {
+    Eigen::Array3f normal;  // No longer than 1.
+    float low, high;        // Along it from middle_, rounded outwards.
+  };
+  void addSlabs();
   [[nodiscard]] double squaredTo(uint32_t triangle, const Vec3d& p) const;
   /// What is nearer than `best`; the first that is within `enough` ends it.
   [[nodiscard]] Hit search(const Vec3d& p, Hit best, double enough) const;
@@ -49,6 +57,7 @@ class NearestTriangle {
   std::vector<std::array<uint32_t, 3>> triangles_;
   std::vector<uint32_t> indices_;  // of triangles_ in the mesh
   std::vector<Box> boxes_;         // Node i has the children 2i and 2i + 1; leaf k is node leaves_ + k.
+  std::vector<Slab> slabs_;        // Of the same nodes.
   uint32_t leaves_ = 1;            // A power of two.
 };
 

@@ -19,9 +19,11 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kLeast = 1e-4;        // of the longest side: the radius of the first ball
-constexpr double kOpposite = -0.5;     // cosine of the angle between two faces that are the sides of a wall: over 120°
-constexpr double kSmaller = 1 - 1e-6;  // of a ball: less is another one
+constexpr double kLeast = 1e-4;     // of the longest side: the radius of the first ball
+constexpr double kOpposite = -0.5;  // cosine of the angle between two faces that are the sides of a wall: over 120°
+// Of a ball: what touches it less deep is no smaller one. Walls are told to two digits; and a ball in a ball-like body,
+// whose surface lies everywhere within the chords of its triangles, would be looked for among all of them.
+constexpr double kSmaller = 0.99;
 constexpr int kMostShrinks = 32;
 constexpr double kBeside = 0.02;  // of the wall: how far from it a point is asked whether it is inside
 constexpr double kKept = 1e-3;    // of the surface: may be thinner than the voxel that keeps the walls
@@ -65,9 +67,9 @@ class Walls {
     Vec3d touched = p, normal = n;
     const auto touching = [&](double radius) {
       const Vec3d middle = p - radius * n;
-      const NearestTriangle::Hit hit = nearest_.nearest(middle, hint);
+      const NearestTriangle::Hit hit = nearest_.nearerThan(middle, radius * kSmaller, hint);
+      if (hit.triangle == UINT32_MAX) return radius;
       hint = hit.triangle;
-      if (!(std::sqrt(hit.squared) < radius * kSmaller)) return radius;
       const auto& [a, b, c] = nearest_.corners(hint);
       const Vec3d &x = mesh_.positions[a], &y = mesh_.positions[b], &z = mesh_.positions[c];
       touched = nearestOnTriangle(middle, x, y, z);

@@ -117,7 +117,7 @@ std::vector<std::string> operate(Session& session, const ScriptOperation& operat
     for (Piece& piece : result.added) {
       if (!operation.name.empty()) piece.name = operation.name;
       piece.pose.translation = operation.centreMm;
-      piece.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), operation.axis);
+      piece.pose.rotation = haptics::rotationBetween(Vec3d::UnitZ(), operation.axis);
     }
   }
   if (!result.changed.empty() || !result.added.empty() || !result.removed.empty())

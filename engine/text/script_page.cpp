@@ -183,10 +183,10 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
 
 ```json
 )";
-  page += std::string(kExamples[0]) +
-          "\n```\n\nA hand that feels what it carves, above a plane that it cannot pass:\n\n```json\n" +
-          std::string(kExamples[1]) + "\n```\n\nNew pieces that become one:\n\n```json\n" + std::string(kExamples[2]) +
-          "\n```\n\n## The script\n";
+  page += fmt::format(
+      "{}\n```\n\nA hand that feels what it carves, above a plane that it cannot pass:\n\n```json\n{}\n```\n\n"
+      "New pieces that become one:\n\n```json\n{}\n```\n\n## The script\n",
+      kExamples[0], kExamples[1], kExamples[2]);
   fields(page, "script");
   page += "\n## Setup\n";
   fields(page, "setup");

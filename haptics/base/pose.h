@@ -28,4 +28,7 @@ struct Pose {
   return to.apply(from.applyInverse(place));
 }
 
+/// The shortest turn that takes one direction to another, of any lengths but 0. Opposite ones have many: one of them.
+[[nodiscard]] Eigen::Quaterniond rotationBetween(const Vec3d& from, const Vec3d& to) noexcept;
+
 }  // namespace argil::haptics

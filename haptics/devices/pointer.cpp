@@ -49,8 +49,8 @@ bool PointerDevice::feed(const PointerSample& s) noexcept {
       s.origin + (surfaceMm_ + s.wheel * options_.wheelStepMm + pressed * options_.penDepthMm) * direction;
   if (!state.pose.translation.allFinite()) return false;
   // The stylus' own z looks back at the person; tilt leans it.
-  state.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -direction) *
-                        Eigen::AngleAxisd(s.tiltX, Vec3d::UnitY()) * Eigen::AngleAxisd(s.tiltY, Vec3d::UnitX());
+  state.pose.rotation = rotationBetween(Vec3d::UnitZ(), -direction) * Eigen::AngleAxisd(s.tiltX, Vec3d::UnitY()) *
+                        Eigen::AngleAxisd(s.tiltY, Vec3d::UnitX());
   state.pressure = s.pressure >= 0 ? s.pressure : (s.buttons ? 1.0f : 0.0f);
   state.buttons = s.buttons;
   send({state, true});

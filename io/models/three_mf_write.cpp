@@ -1,6 +1,7 @@
 // 3MF core specification 1.3, materials and properties 1.2: https://github.com/3MFConsortium
 #include "io/models/three_mf_write.h"
 
+#include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
@@ -197,11 +198,10 @@ class ModelText {
   }
 
   void addHead(const ModelView& model) {
-    std::string head =
-        std::string(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xml:lang=\"en-US\" xmlns=\"") +
-        three_mf::kCore + "\" xmlns:m=\"" + three_mf::kMaterial +
-        "\" xmlns:argil=\"urn:argil\">\n<metadata name=\"Application\">Argil</metadata>\n";
+    std::string head = fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xml:lang=\"en-US\" xmlns=\"{}\" "
+        "xmlns:m=\"{}\" xmlns:argil=\"urn:argil\">\n<metadata name=\"Application\">Argil</metadata>\n",
+        three_mf::kCore, three_mf::kMaterial);
     // A name may stand once.
     std::vector<std::pair<std::string, std::string>> once;
     for (const auto& [given, value] : model.metadata) {
@@ -312,11 +312,11 @@ class ModelText {
 };
 
 std::string relations() {
-  return std::string(
-             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Relationships "
-             "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\n") +
-         "<Relationship Target=\"/" + std::string(kModelPath) + "\" Id=\"rel0\" Type=\"" + three_mf::kModelRelation +
-         "\"/>\n</Relationships>\n";
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">\n"
+      "<Relationship Target=\"/{}\" Id=\"rel0\" Type=\"{}\"/>\n</Relationships>\n",
+      kModelPath, three_mf::kModelRelation);
 }
 
 }  // namespace

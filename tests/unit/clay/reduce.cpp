@@ -218,7 +218,22 @@ TEST(Reduce, NearestTriangleIsTheNearest) {
       EXPECT_NEAR(std::sqrt(hit.squared), truth, 1e-8) << "seed " << seed << " count " << count;
       EXPECT_TRUE(tree.within(p, truth + 1e-8));
       EXPECT_FALSE(tree.within(p, truth - 1e-8));
+      EXPECT_EQ(tree.nearerThan(p, truth + 1e-8, hint).triangle, hit.triangle);
+      EXPECT_EQ(tree.nearerThan(p, truth - 1e-8, hint).triangle, UINT32_MAX);
       hint = hit.triangle;
+    }
+  }
+}
+
+TEST(Reduce, NearestTriangleIsTheNearestFromTheMiddleOfABall) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (const double far : {0.0, 1e5}) {
+    const TriangleMesh ball = icosphere({far, 0, 0}, 10, 4);
+    const NearestTriangle tree(ball);
+    for (int i = 0; i < 300; ++i) {
+      const Vec3d p = Vec3d(far, 0, 0) + std::pow(10, -i % 6) * Vec3d(u(random), u(random), u(random));
+      EXPECT_NEAR(tree.nearest(p).squared, bruteSquared(p, ball), 1e-8 * (1 + far)) << i;
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <time.h>
 
 #include "clay/import/mesh_to_clay.h"
 #include "clay/store/store.h"
@@ -72,6 +73,25 @@ TEST(WallThickness, AWedgeIsThinAtItsEdge) {
   const double faces = 20 * 10 + std::hypot(20, 4) * 10, all = faces + 40 + 80;
   for (const double thick : {0.5, 1.0, 2.0})
     EXPECT_NEAR(walls.shareThinner(thick), faces / all * thick / 4, 0.03) << thick;
+}
+
+// From its middle everything of a ball is about equally far: its cost is of the order of any other body's all the same.
+TEST(WallThickness, OfABallCostsNoMoreThanOfOthers) {
+  const auto cost = [](const Vec3d& stretch) {
+    TriangleMesh mesh = icosphere({0, 0, 0}, 10, 6);
+    for (Vec3d& p : mesh.positions) p = p.cwiseProduct(stretch).eval();
+    const auto thread = [] {
+      timespec t{};
+      clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+      return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+    };
+    const double begin = thread();
+    (void)wallThickness(mesh, kQuiet, 2000, 1);
+    return thread() - begin;
+  };
+  const double egg = cost({1, 0.6, 0.3});
+  EXPECT_LT(cost({1, 1, 1}), 10 * egg + 0.5);
+  EXPECT_LT(cost({1, 0.97, 1.02}), 10 * egg + 0.5) << "a potato";
 }
 
 TEST(WallThickness, NothingToLookAt) {

@@ -53,14 +53,14 @@ TEST(HandPath, goesThroughItsPointsAndStandsStillAtItsEnds) {
 }
 
 TEST(HandPath, refusesWhatIsNotAPath) {
-  const char* header = "t_s,x_mm,y_mm,z_mm,buttons\n";
-  const HandPath good = HandPath::fromCsv(std::string(header) + "0,1,2,3,0\r\n0.5,1,2,4,1\n", "p.csv");
+  const std::string header = "t_s,x_mm,y_mm,z_mm,buttons\n";
+  const HandPath good = HandPath::fromCsv(header + "0,1,2,3,0\r\n0.5,1,2,4,1\n", "p.csv");
   EXPECT_EQ(good.points().size(), 2u);
   EXPECT_EQ(good.points()[1].buttons, 1u);
   EXPECT_EQ(good.points()[1].position.z(), 4);
   for (const char* rows : {"", "0,1,2\n", "0,1,2,nan,0\n", "0,1,2,3,0\n0,1,2,3,0\n", "0,1,2,x,0\n", "0,1,2,3,-1\n"}) {
     try {
-      (void)HandPath::fromCsv(std::string(header) + rows, "p.csv");
+      (void)HandPath::fromCsv(header + rows, "p.csv");
       ADD_FAILURE() << rows;
     } catch (const Error& e) {
       EXPECT_NE(std::string(e.what()).find("p.csv"), std::string::npos);

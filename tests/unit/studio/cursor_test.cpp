@@ -51,10 +51,10 @@ TEST(Cursor, TheShaftFollowsTheDeviceAndNeverHidesTheBall) {
   haptics::StylusSample sample = sampleAt(Vec3d::Zero());
   const engine::Tool tool;
   EXPECT_TRUE(makeCursor(sample, tool, view, {}).shaft.isApprox(Vec3d::UnitZ()));
-  sample.device.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitX());
+  sample.device.rotation = haptics::rotationBetween(Vec3d::UnitZ(), Vec3d::UnitX());
   EXPECT_TRUE(makeCursor(sample, tool, view, {}).shaft.isApprox(Vec3d::UnitX()));
   // At the eye, as a mouse is.
-  sample.device.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), -Vec3d::UnitY());
+  sample.device.rotation = haptics::rotationBetween(Vec3d::UnitZ(), -Vec3d::UnitY());
   const Vec3d shaft = makeCursor(sample, tool, view, {}).shaft;
   EXPECT_GT(shaft.cross(Vec3d::UnitY()).norm(), 0.5);
   EXPECT_LT(shaft.y(), 0) << "still comes from the person";

@@ -148,7 +148,7 @@ class Rig {
     engine::Guide guide;
     guide.kind = engine::Guide::Kind::plane;
     guide.pose.translation = at;
-    guide.pose.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3d::UnitZ(), normal);
+    guide.pose.rotation = haptics::rotationBetween(Vec3d::UnitZ(), normal);
     return add(guide);
   }
   engine::Guide& selected() { return *document.guide(state.selected); }

@@ -21,7 +21,7 @@ void applyEnd(Subject& subject, const Handle& handle, const Change& change) {
   if (!(length >= kLeastSizeMm)) return;
   guide->pose.translation = 0.5 * (end + other);
   // The smallest turn, so that the frame about the line does not spin.
-  guide->pose.rotation = (Eigen::Quaterniond::FromTwoVectors(guide->axis(), along) * guide->pose.rotation).normalized();
+  guide->pose.rotation = (haptics::rotationBetween(guide->axis(), along) * guide->pose.rotation).normalized();
   guide->sizeMm.z() = length;
 }
 
