@@ -104,7 +104,7 @@ void benchFine(BenchReport& report, const BenchOptions& options);
 void benchFineError(BenchReport& report, const BenchOptions& options);  ///< The second half of fine.
 void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchRender(BenchReport& report, const BenchOptions& options);
-void benchKeep(BenchReport& report, const BenchOptions& options);
+void benchSave(BenchReport& report, const BenchOptions& options);
 void benchUndo(BenchReport& report, const BenchOptions& options);
 void benchIo(BenchReport& report, const BenchOptions& options);
 void benchWhole(BenchReport& report, const BenchOptions& options);

@@ -18,10 +18,10 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "engine/document/random.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/surfaces.h"
 #include "engine/tools/piece_jobs.h"
 #include "engine/tools/tool_table.h"
@@ -65,15 +65,15 @@ class Day {
     base_ = opened_.base;
     session_ = std::make_unique<Session>(opened_.states, opened_.done);
     first_ = session_->version();
-    KeeperOptions keep;
+    AutosaveOptions keep;
     keep.folder = folder_ / "journals";
-    keeper_ = std::make_unique<Keeper>(keep, [](const std::string& trouble) {
+    autosave_ = std::make_unique<Autosave>(keep, [](const std::string& trouble) {
       if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
     });
-    records_ = keeper_->begin(opened_.states, opened_.done, opened_.archive, base_, writer_);
-    session_->setWatch(keeper_.get());
+    records_ = autosave_->begin(opened_.states, opened_.done, opened_.documentRecords, base_, writer_);
+    session_->setWatch(autosave_.get());
     session_->setReader([this](uint64_t kept, const Document& near) {
-      return readStep(*keeper_, *opened_.archive, records_, kept, near);
+      return readStep(*autosave_, *opened_.documentRecords, records_, kept, near);
     });
     follow();
     // Nothing in memory but what the session needs: the first states are its own now.
@@ -103,10 +103,10 @@ class Day {
   void save(Quarter& quarter) {
     const fs::path file = folder_ / "day.argil";
     const CoreStopwatch watch;
-    keeper_->saving(file);
-    base_ = saveDocument(file,
-                         {session_->states(), session_->undoSteps(), {}, opened_.archive, base_, {records_}, writer_});
-    keeper_->saved(base_);
+    autosave_->saving(file);
+    base_ = saveDocument(
+        file, {session_->states(), session_->undoSteps(), {}, opened_.documentRecords, base_, {records_}, writer_});
+    autosave_->saved(base_);
     quarter.save.add(watch.us());
   }
 
@@ -179,9 +179,9 @@ class Day {
   }
 
   void settle(Quarter& quarter) {
-    keeper_->catchUp();
+    autosave_->catchUp();
     const UndoUse use =
-        budget_.keep(*session_, [this](const DocumentPtr& document) { return keeper_->kept(document); });
+        budget_.keep(*session_, [this](const DocumentPtr& document) { return autosave_->kept(document); });
     quarter.onDisk = use.onDisk;
     quarter.undoBytes = std::max(quarter.undoBytes, use.bytes);
     quarter.bricks = session_->version().stats().bricks;
@@ -195,8 +195,8 @@ class Day {
   OpenedDocument opened_;
   std::shared_ptr<const Base> base_;
   std::string writer_ = newWriter();
-  std::unique_ptr<Keeper> keeper_;
-  std::shared_ptr<HistoryRecords> records_;
+  std::unique_ptr<Autosave> autosave_;
+  std::shared_ptr<SavedHistory> records_;
   std::unique_ptr<Session> session_;
   std::optional<clay::Version> first_;
   Surfaces surfaces_;

@@ -8,7 +8,7 @@
 #include "bench/day.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/session/surfaces.h"
 
 namespace argil::cli {

@@ -12,9 +12,9 @@
 #include "clay/base/error.h"
 #include "clay/store/store.h"
 #include "engine/document/random.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/session.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/session.h"
+#include "engine/saving/undo_budget.h"
 
 namespace argil::cli {
 namespace {
@@ -51,30 +51,30 @@ uint64_t collected(const engine::Session& session) {
   return now.store()->usage().bytes() - now.stats().bytes();
 }
 
-// What a session, its keeper and its budget do together in a workbench.
+// What a session, its autosave and its budget do together in a workbench.
 struct Work {
   Work(engine::OpenedDocument& opened, const fs::path& folder)
-      : session(opened.states, opened.done), archive(opened.archive) {
-    engine::KeeperOptions keep;
+      : session(opened.states, opened.done), documentRecords(opened.documentRecords) {
+    engine::AutosaveOptions keep;
     keep.folder = folder / "journals";
-    keeper = std::make_unique<engine::Keeper>(keep, [](const std::string& trouble) {
+    autosave = std::make_unique<engine::Autosave>(keep, [](const std::string& trouble) {
       if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
     });
-    records = keeper->begin(opened.states, opened.done, archive, opened.base, engine::newWriter());
-    session.setWatch(keeper.get());
+    records = autosave->begin(opened.states, opened.done, documentRecords, opened.base, engine::newWriter());
+    session.setWatch(autosave.get());
     session.setReader([this](uint64_t kept, const engine::Document& near) {
-      return engine::readStep(*keeper, *archive, records, kept, near);
+      return engine::readStep(*autosave, *documentRecords, records, kept, near);
     });
   }
   ~Work() { session.setWatch(nullptr); }
   engine::UndoUse settle() {
-    return budget.keep(session, [this](const engine::DocumentPtr& document) { return keeper->kept(document); });
+    return budget.keep(session, [this](const engine::DocumentPtr& document) { return autosave->kept(document); });
   }
 
   engine::Session session;
-  std::shared_ptr<engine::Archive> archive;
-  std::unique_ptr<engine::Keeper> keeper;
-  std::shared_ptr<engine::HistoryRecords> records;
+  std::shared_ptr<engine::DocumentRecords> documentRecords;
+  std::unique_ptr<engine::Autosave> autosave;
+  std::shared_ptr<engine::SavedHistory> records;
   engine::UndoBudget budget;
 };
 
@@ -102,7 +102,7 @@ void benchUndo(BenchReport& report, const BenchOptions& options) {
     for (int i = 0; i < kSteps; ++i) {
       if (options.job) options.job->step(double(i) / kSteps);
       stroke(session, model, random);
-      work.keeper->flush();
+      work.autosave->flush();
       Stopwatch watch;
       use = work.settle();
       counting.add(watch.us());
@@ -122,7 +122,7 @@ void benchUndo(BenchReport& report, const BenchOptions& options) {
     memory.note = fmt::format(
         "{} steps in memory, {} on disk; the store holds {:.1f} MiB beside the newest version; journals {:.0f} MiB",
         use.inMemory, use.onDisk, std::ldexp(double(collected(session)), -20),
-        std::ldexp(double(work.keeper->counts().bytes), -20));
+        std::ldexp(double(work.autosave->counts().bytes), -20));
     report.add(memory);
 
     const uint64_t last = session.version().hash();

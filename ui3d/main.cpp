@@ -157,7 +157,7 @@ int run(int argc, char** argv) {
   recoverVerb->add_option("--base", recover.base, "Where the saved document that the journal was kept for lies by now");
   recoverVerb->add_flag("--without-last", recover.withoutLast,
                         "Leave out the last stroke that would be repeated: it may be what ended Argil");
-  recoverVerb->add_flag("--mend", recover.mend,
+  recoverVerb->add_flag("--repair", recover.repair,
                         "Where that saved document is lost: what the journal alone holds, its holes filled");
 
   cli::RenderOptions render;

@@ -7,21 +7,14 @@
 
 #include "clay/brush/brush_method.h"
 #include "clay/brush/displacement.h"
+#include "clay/brush/warp_tool.h"
 
 namespace argil::clay {
 namespace {
 
-// A dab without a way counts as this much of one, in radii: what stamps of a stroke are apart.
-constexpr double kDabWay = 0.1;
 // Of what a step moves clay at most: in radii for the flow that is followed, in voxels for a stamp, so that the surface
 // stays in bricks that are looked at.
 constexpr double kFlowStep = 0.12, kMostMove = 6;
-// What clay under a smudge loses on the tip.
-constexpr float kSlip = 0.5f;
-// Pinch: how much nearer to the stroke clay comes on a way of a radius; crease: the same and its depth, in radii.
-constexpr double kPinch = 0.8, kCreasePinch = 0.6, kCreaseDepth = 0.25;
-// The largest of t · falloff(t).
-constexpr double kLeverage = 0.65;
 // A window of the start larger than this is not copied whole; voxels are read one by one.
 constexpr int kMostWindow = 40 * 40 * 40;
 // A stroke begins anew on the clay as it is once clay has come this many voxels and radii far, or so many blocks of
@@ -33,15 +26,32 @@ constexpr float kMostStretch = 16;
 // The second order corrects by this much at most.
 constexpr float kMostBend = 0.25f;
 
-double way(const Stamp& s) {
-  const double length = (s.b - s.a).norm();
-  return length > 0 ? length : kDabWay * s.largestRadius();
+// A brick's voxels and one around it.
+constexpr int kMovedEdge = kBrickEdge + 2, kMovedVoxels = kMovedEdge * kMovedEdge * kMovedEdge;
+// From a block's middle to its outermost nodes: along an axis, and to a corner.
+constexpr double kToNode = (kBrickEdge - 1) / 2.0, kToCorner = kToNode * 1.7321;
+// Tricubic values come from 4×4×4 voxels.
+constexpr int kCubic = 4, kCubicVoxels = kCubic * kCubic * kCubic;
+
+std::unique_ptr<WarpTool> toolOf(Method method, float angle) {
+  switch (method) {
+    case Method::tug:
+      return makeTug();
+    case Method::smudge:
+      return makeSmudge();
+    case Method::pinch:
+      return makePinch();
+    case Method::crease:
+      return makeCrease();
+    default:
+      return makeTwist(angle);
+  }
 }
 
 class Warping : public DistanceMethod {
  public:
   explicit Warping(const StrokeContext& context)
-      : brush_(context.brush),
+      : tool_(toolOf(context.operation.method, context.brush->angle)),
         operation_(context.operation),
         base_(context.base),
         masked_(context.base),
@@ -75,7 +85,7 @@ class Warping : public DistanceMethod {
   }
 
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord>) override {
-    findNormals(before, images);
+    tool_->begin(before, images);
     int spacing = 1 << 12;
     for (const Stamp& s : images) spacing = std::min(spacing, spacingFor(s));
     if (!field_) field_.emplace(spacing);
@@ -103,14 +113,14 @@ class Warping : public DistanceMethod {
 
   bool origins(std::span<const Stamp> images, Coord coord, Vec3f (&from)[kBrickVoxels]) const override {
     const Coord first = coord * kBrickEdge;
-    const Vec3d middle = first.toVec3d() + Vec3d::Constant(3.5);
+    const Vec3d middle = first.toVec3d() + Vec3d::Constant(kToNode);
     if (std::none_of(images.begin(), images.end(), [&](const Stamp& s) { return reaches(s, middle, 1); })) return false;
     NodePlaces places;
     trace(images, middle, 1, places);
     const ChannelSlot mask = masks_ ? masked_.find(Channel::mask, coord) : ChannelSlot();
     for (int i = 0; i < kBrickVoxels; ++i) {
       const Vec3f own(static_cast<float>(i >> 6), static_cast<float>((i >> 3) & 7), static_cast<float>(i & 7));
-      const Vec3f moved = Vec3f(places.x[i], places.y[i], places.z[i]) + Vec3f::Constant(3.5f) - own;
+      const Vec3f moved = Vec3f(places.x[i], places.y[i], places.z[i]) + Vec3f::Constant(kToNode) - own;
       from[i] = first.toVec3d().cast<float>() + own + moved * (static_cast<float>(255 - mask.value(i)) / 255.0f);
     }
     return true;
@@ -125,32 +135,13 @@ class Warping : public DistanceMethod {
   }
 
   static bool reaches(const Stamp& s, const Vec3d& middle, int spacing) {
-    return segmentDistance(s, middle) - 3.5 * 1.7321 * spacing < s.largestRadius();
+    return segmentDistance(s, middle) - kToCorner * spacing < s.largestRadius();
   }
 
   double mostMove(std::span<const Stamp> images) const {
     double most = 0;
-    for (const Stamp& s : images) {
-      const double share = std::abs(static_cast<double>(operation_.amount)) * s.strength, length = (s.b - s.a).norm(),
-                   radius = s.largestRadius();
-      switch (operation_.method) {
-        case Method::tug:
-          most = std::max(most, share * length);
-          break;
-        case Method::smudge:
-          most = std::max(most, share * length * kSlip);
-          break;
-        case Method::pinch:
-          most = std::max(most, share * way(s) * kPinch * kLeverage);
-          break;
-        case Method::crease:
-          most = std::max(most, share * way(s) * (kCreasePinch * kLeverage + kCreaseDepth));
-          break;
-        default:
-          most = std::max(most,
-                          share * way(s) / radius * std::abs(static_cast<double>(brush_->angle)) * radius * kLeverage);
-      }
-    }
+    for (const Stamp& s : images)
+      most = std::max(most, tool_->mostMove(s, std::abs(static_cast<double>(operation_.amount)) * s.strength));
     return most;
   }
 
@@ -159,7 +150,7 @@ class Warping : public DistanceMethod {
     relative.reserve(images.size());
     double least = kMostMove * 1000;
     for (size_t i = 0; i < images.size(); ++i) {
-      relative.push_back(image(images[i], normals_[i], middle));
+      relative.push_back(image(images[i], i, middle));
       relative.back().active = reaches(images[i], middle, spacing);
       least = std::min({least, images[i].radius, images[i].radiusAtEnd()});
     }
@@ -167,7 +158,7 @@ class Warping : public DistanceMethod {
     traceBack(relative, static_cast<int>(operation_.shape), steps, static_cast<float>(spacing), places);
   }
 
-  WarpImage image(const Stamp& s, const Vec3f& normal, const Vec3d& middle) const {
+  WarpImage image(const Stamp& s, size_t i, const Vec3d& middle) const {
     WarpImage w{};
     const Vec3f a = (s.a - middle).cast<float>(), d = (s.b - s.a).cast<float>();
     w.ax = a.x(), w.ay = a.y(), w.az = a.z();
@@ -176,41 +167,15 @@ class Warping : public DistanceMethod {
     w.inverseLength2 = length2 > 1e-12f ? 1 / length2 : 0;
     w.radius = static_cast<float>(s.radius);
     w.growth = static_cast<float>(s.radiusAtEnd()) - w.radius;
-    const float share = operation_.amount * s.strength;
-    const float length = std::sqrt(length2), ways = length > 0 ? length : static_cast<float>(kDabWay) * w.radius;
-    switch (operation_.method) {
-      case Method::tug:
-        w.move = share;
-        break;
-      case Method::smudge:
-        w.move = share * kSlip;
-        break;
-      case Method::pinch:
-        w.fromSegment = true;
-        w.pull = share * static_cast<float>(kPinch) * (ways / w.radius);
-        break;
-      case Method::crease:
-        w.fromSegment = true;
-        w.pull = std::abs(share) * static_cast<float>(kCreasePinch) * (ways / w.radius);
-        w.lift = share * static_cast<float>(kCreaseDepth) * ways;
-        w.nx = normal.x(), w.ny = normal.y(), w.nz = normal.z();
-        break;
-      default: {
-        // An axis turns the other way in a mirror.
-        const Vec3f x = s.axes.col(0), y = s.axes.col(1), z = s.axes.col(2);
-        const float hand = (z.x() * (x.y() * y.z() - x.z() * y.y()) + z.y() * (x.z() * y.x() - x.x() * y.z())) +
-                           z.z() * (x.x() * y.y() - x.y() * y.x());
-        const float turn = (hand < 0 ? -1.0f : 1.0f) * share * brush_->angle * (ways / w.radius);
-        w.spinX = turn * z.x(), w.spinY = turn * z.y(), w.spinZ = turn * z.z();
-      }
-    }
+    const float length = std::sqrt(length2);
+    tool_->describe(s, i, operation_.amount * s.strength, length > 0 ? length : static_cast<float>(kDabWay) * w.radius,
+                    w);
     return w;
   }
 
-  // Crease: the way out of the surface under the middle of each image.
-  void findNormals(Sampler& before, std::span<const Stamp> images);
+  void holdBack(Coord brick, Displacement (&moved)[kMovedVoxels]) const;
 
-  std::shared_ptr<const Brush> brush_;
+  std::unique_ptr<WarpTool> tool_;
   Operation operation_;
   Version base_;
   Version masked_;  // the clay that the stroke began with, whose masks count
@@ -220,7 +185,6 @@ class Warping : public DistanceMethod {
   float farthest_ = 0;  // of its displacements, about
   double largest_ = 0;  // radius so far
   size_t moved_ = 0;    // blocks of the last application
-  std::vector<Vec3f> normals_;
 };
 
 Coord floorOf(const Vec3f& v) {
@@ -268,47 +232,9 @@ bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, S
   return true;
 }
 
-void Warping::findNormals(Sampler& before, std::span<const Stamp> images) {
-  normals_.assign(images.size(), Vec3f::Zero());
-  if (operation_.method != Method::crease) return;
-  for (size_t i = 0; i < images.size(); ++i) {
-    const Stamp& s = images[i];
-    // Multiples of 2⁻¹⁶ throughout.
-    const auto rounded = [](double v) { return std::nearbyint(v * 65536) / 65536; };
-    const double apart = rounded(s.radius / 3);
-    // Sums of three: both sides first, so that mirrored places give mirrored sums.
-    Vec3f plane[3];
-    for (int x = 0; x < 3; ++x) {
-      Vec3f line[3];
-      for (int y = 0; y < 3; ++y) {
-        Vec3f point[3];
-        for (int z = 0; z < 3; ++z) {
-          AxisPlace place[3];
-          for (int k = 0; k < 3; ++k) {
-            const double p = rounded(0.5 * (s.a[k] + s.b[k])) + apart * ((k == 0   ? x
-                                                                          : k == 1 ? y
-                                                                                   : z) -
-                                                                         1),
-                         cell = std::floor(p);
-            place[k] = {static_cast<int>(cell), static_cast<float>(p - cell)};
-          }
-          float values[64];
-          for (int v = 0; v < 64; ++v)
-            values[v] = before.voxel(
-                {place[0].base + (v >> 4) - 1, place[1].base + ((v >> 2) & 3) - 1, place[2].base + (v & 3) - 1});
-          const FieldSample sample{values, place[0].t, place[1].t, place[2].t};
-          FieldValue value;
-          sampleField(std::span(&sample, 1), 16, 4, &value);
-          point[z] = {value.x, value.y, value.z};
-        }
-        line[y] = (point[0] + point[2]) + point[1];
-      }
-      plane[x] = (line[0] + line[2]) + line[1];
-    }
-    const Vec3f sum = (plane[0] + plane[2]) + plane[1];
-    const float length2 = (sum.x() * sum.x() + sum.y() * sum.y()) + sum.z() * sum.z();
-    normals_[i] = length2 > 1e-6f ? Vec3f(sum / std::sqrt(length2)) : Vec3f(s.axes.col(2));
-  }
+// Of a voxel of a brick (−1 and kBrickEdge: those around it) among its displacements.
+int movedIndex(int x, int y, int z) {
+  return ((x + 1) * kMovedEdge + y + 1) * kMovedEdge + z + 1;
 }
 
 // Where in a window the voxel lies that is nearest to the place that each voxel of a brick came from, and whether two
@@ -320,11 +246,11 @@ struct NearestVoxels {
 
 void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels& out) {
   constexpr float kHalf = 0.4999f;
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) {
-      const int at = ((x + 1) * 10 + y + 1) * 10 + 1, row = (x * 8 + y) * 8;
+  for (int x = 0; x < kBrickEdge; ++x)
+    for (int y = 0; y < kBrickEdge; ++y) {
+      const int at = movedIndex(x, y, 0), row = (x * kBrickEdge + y) * kBrickEdge;
       const int first = ((x - from.x) * size.y + y - from.y) * size.z - from.z;
-      for (int z = 0; z < 8; ++z) {
+      for (int z = 0; z < kBrickEdge; ++z) {
         const float dx = moved.x[at + z], dy = moved.y[at + z], dz = moved.z[at + z];
         const float wx = std::nearbyint(dx), wy = std::nearbyint(dy), wz = std::nearbyint(dz);
         out.index[row + z] =
@@ -334,116 +260,171 @@ void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels
     }
 }
 
+// The clay that the voxels of a brick came from, as the stroke found it: the box around all of their places, copied;
+// where it is too large for that, the 4×4×4 voxels around each place, one lot after the other.
+class StartWindow {
+ public:
+  // `low` and `high`: bounds of the displacements in the brick.
+  StartWindow(const Version& start, Coord brick, const Vec3f& low, const Vec3f& high)
+      : start_(start),
+        brick_(brick * kBrickEdge),
+        from_(floorOf(low) - Coord{2, 2, 2}),  // a voxel below the cell for the cubic, and one for rounding
+        size_(floorOf(high) - from_ + Coord{kBrickEdge + 4, kBrickEdge + 4, kBrickEdge + 4}),
+        whole_(static_cast<double>(size_.x) * size_.y * size_.z <= kMostWindow) {
+    if (whole_)
+      mixed_ = copyBox(start_, brick_ + from_, size_, values(), tile_);
+    else
+      values().clear(), values().reserve(size_t{kBrickVoxels} * kCubicVoxels);
+  }
+
+  [[nodiscard]] bool whole() const { return whole_; }
+  [[nodiscard]] Coord from() const { return from_; }  // from the brick's first voxel
+  [[nodiscard]] Coord size() const { return size_; }
+  // Nothing but tiles of one kind, which this is.
+  [[nodiscard]] bool flat() const { return !mixed_; }
+  [[nodiscard]] Slot tile() const { return tile_; }
+  [[nodiscard]] float at(int index) const { return values()[static_cast<size_t>(index)]; }
+
+  // The voxel `at`, counted from the brick's first.
+  [[nodiscard]] float voxel(Coord at) {
+    if (!whole_) return start_.voxel(brick_ + at);
+    return values()[static_cast<size_t>(((at.x - from_.x) * size_.y + at.y - from_.y) * size_.z + at.z - from_.z)];
+  }
+  // The lowest of the 4×4×4 voxels around a cell. Stays where it is.
+  [[nodiscard]] const float* cubic(Coord cell) {
+    const Coord low = cell - Coord{1, 1, 1};
+    if (whole_) return values().data() + ((low.x - from_.x) * size_.y + low.y - from_.y) * size_.z + low.z - from_.z;
+    const size_t begin = values().size();
+    for (int k = 0; k < kCubicVoxels; ++k)
+      values().push_back(start_.voxel(brick_ + low + Coord{k >> 4, (k >> 2) & 3, k & 3}));
+    return values().data() + begin;
+  }
+  [[nodiscard]] ptrdiff_t strideX() const {
+    return whole_ ? static_cast<ptrdiff_t>(size_.y) * size_.z : kCubic * kCubic;
+  }
+  [[nodiscard]] ptrdiff_t strideY() const { return whole_ ? size_.z : kCubic; }
+
+ private:
+  // One a thread: bricks follow each other, and it is large.
+  static std::vector<float>& values() {
+    thread_local std::vector<float> values;
+    return values;
+  }
+
+  Sampler start_;
+  Coord brick_, from_, size_;
+  bool whole_, mixed_ = true;
+  Slot tile_;
+};
+
+// Trilinear in the cell of a sample; nothing where a corner that counts is not in the band: what is known there is its
+// sign alone.
+std::optional<float> linearWithin(const FieldSample& sample, const StartWindow& window, float band) {
+  const ptrdiff_t sx = window.strideX(), sy = window.strideY();
+  const float tx = sample.tx, ty = sample.ty, tz = sample.tz;
+  float farthest = 0;
+  const auto corner = [&](int x, int y, int z) {
+    const float f = sample.corner[(x + 1) * sx + (y + 1) * sy + z + 1];
+    // On a voxel, or between two, the cell beyond is another one in a mirror: what weighs nothing says nothing.
+    if ((x == 0 || tx > 0) && (y == 0 || ty > 0) && (z == 0 || tz > 0)) farthest = std::max(farthest, std::abs(f));
+    return f;
+  };
+  const auto line = [&](int x, int y) { return corner(x, y, 0) * (1 - tz) + corner(x, y, 1) * tz; };
+  const auto plane = [&](int x) { return line(x, 0) * (1 - ty) + line(x, 1) * ty; };
+  const float linear = plane(0) * (1 - tx) + plane(1) * tx;
+  if (farthest >= band) return std::nullopt;
+  return linear;
+}
+
+// What is covered stays, and does not pull.
+void Warping::holdBack(Coord brick, Displacement (&moved)[kMovedVoxels]) const {
+  int i = 0;
+  for (int x = -1; x <= kBrickEdge; ++x)
+    for (int y = -1; y <= kBrickEdge; ++y)
+      for (int z = -1; z <= kBrickEdge; ++z, ++i) {
+        const Coord voxel = brick * kBrickEdge + Coord{x, y, z};
+        const uint8_t cover = masked_.find(Channel::mask, voxel >> kBrickBits)
+                                  .value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
+        const float free = static_cast<float>(255 - cover) / 255.0f;
+        moved[i] = {moved[i].x * free, moved[i].y * free, moved[i].z * free, 0};
+      }
+}
+
 bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {
+  // 1. Where its voxels came from. Nothing to do where that is all air, or all clay, as the brick itself.
   Vec3f low, high;
   if (!field_->bounds(coord, low, high)) return false;
-  Sampler start(base_);
   const Slot now = before.slot(coord);
-  if (tilesOnly(start, coord * kBrickEdge + floorOf(low), coord * kBrickEdge + floorOf(high) + Coord{9, 9, 9}, now))
-    return false;
-  Displacement moved[1000];
-  if (!field_->atVoxels(coord, moved)) return false;
-  const auto cell = [](int x, int y, int z) { return (x * 10 + y) * 10 + z; };
-  if (masks_) {
-    // What is covered stays, and does not pull.
-    for (int i = 0; i < 1000; ++i) {
-      const Coord voxel = coord * kBrickEdge + Coord{i / 100 - 1, i / 10 % 10 - 1, i % 10 - 1};
-      const uint8_t cover =
-          masked_.find(Channel::mask, voxel >> kBrickBits).value(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
-      const float free = static_cast<float>(255 - cover) / 255.0f;
-      moved[i] = {moved[i].x * free, moved[i].y * free, moved[i].z * free, 0};
-    }
+  {
+    Sampler start(base_);
+    const Coord first = coord * kBrickEdge;
+    if (tilesOnly(start, first + floorOf(low),
+                  first + floorOf(high) + Coord{kBrickEdge + 1, kBrickEdge + 1, kBrickEdge + 1}, now))
+      return false;
   }
+  Displacement moved[kMovedVoxels];
+  if (!field_->atVoxels(coord, moved)) return false;
+  if (masks_) holdBack(coord, moved);
   MovedVoxels split;
   splitDisplacements(moved, split);
   float least[3], most[3];
   movedBounds(split, least, most);
   low = Vec3f(least[0], least[1], least[2]), high = Vec3f(most[0], most[1], most[2]);
   if (low == Vec3f::Zero() && high == Vec3f::Zero()) return false;
-  const Coord from = floorOf(low) - Coord{2, 2, 2}, size = floorOf(high) - from + Coord{12, 12, 12};
-  const bool dense = static_cast<double>(size.x) * size.y * size.z <= kMostWindow;
-  const Coord firstVoxel = coord * kBrickEdge;
-  thread_local std::vector<float> window;
-  Slot flat;
-  bool mixed = true;
-  if (dense) mixed = copyBox(start, firstVoxel + from, size, window, flat);
 
+  // 2. What lay there. Most voxels of a brick come from beyond the band, which the nearest voxel tells; the others are
+  // samples.
+  StartWindow window(base_, coord, low, high);
+  NearestVoxels nearest;
+  const bool known = window.whole() && !window.flat();
+  if (known) findNearest(split, window.from(), window.size(), nearest);
   FieldSample samples[kBrickVoxels];
   int voxels[kBrickVoxels];
   size_t count = 0;
-  if (!dense) window.clear(), window.reserve(size_t{kBrickVoxels} * 64);
-  NearestVoxels nearest;
-  if (dense && mixed) findNearest(split, from, size, nearest);
   for (int i = 0; i < kBrickVoxels; ++i) {
     const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
-    const Displacement& d = moved[cell(x + 1, y + 1, z + 1)];
+    const Displacement& d = moved[movedIndex(x, y, z)];
     if (d.x == 0 && d.y == 0 && d.z == 0) {
       phi[i] = now.phi(i, band_);
       continue;
     }
-    // Most voxels of a brick come from beyond the band.
-    if (dense && mixed && !nearest.halfway[i]) {
-      phi[i] = window[static_cast<size_t>(nearest.index[i])];
+    if (known && !nearest.halfway[i]) {
+      phi[i] = window.at(nearest.index[i]);
       if (std::abs(phi[i]) >= band_) continue;
     }
-    if (!mixed) {
-      phi[i] = flat.phi(0, band_);
+    if (window.flat()) {
+      phi[i] = window.tile().phi(0, band_);
       continue;
     }
     const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
-    const Coord at{px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)};
-    const float near =
-        dense ? window[static_cast<size_t>(((at.x - from.x) * size.y + at.y - from.y) * size.z + at.z - from.z)]
-              : start.voxel(firstVoxel + at);
+    const float near = window.voxel({px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)});
     phi[i] = near;
     // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would
     // turn round.
     const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
     if (std::abs(near) >= band_ && !halfway) continue;
-    const float* corner;
-    if (dense) {
-      corner = window.data() + ((px.base - 1 - from.x) * size.y + py.base - 1 - from.y) * size.z + pz.base - 1 - from.z;
-    } else {
-      corner = window.data() + window.size();
-      for (int k = 0; k < 64; ++k)
-        window.push_back(start.voxel(
-            firstVoxel + Coord{px.base + (k >> 4) - 1, py.base + ((k >> 2) & 3) - 1, pz.base + (k & 3) - 1}));
-    }
-    samples[count] = {corner, px.t, py.t, pz.t};
+    samples[count] = {window.cubic({px.base, py.base, pz.base}), px.t, py.t, pz.t};
     voxels[count++] = i;
   }
+
+  // 3. Tricubic values; trilinear ones where the cubic reaches beyond the band.
   FieldValue values[kBrickVoxels];
-  if (dense)
-    sampleField(std::span(samples, count), static_cast<ptrdiff_t>(size.y) * size.z, size.z, values);
-  else
-    sampleField(std::span(samples, count), 16, 4, values);
+  sampleField(std::span(samples, count), window.strideX(), window.strideY(), values);
   // A sample this near to the surface has a voxel of the band beside it whichever way it was rounded.
-  const float known = band_ - 0.9f;
+  const float near = band_ - 0.9f;
   CameFrom came;
   uint64_t mask[kBrickEdge] = {};
   for (size_t k = 0; k < count; ++k) {
     const FieldValue& v = values[k];
     const int i = voxels[k];
     float value = v.value;
-    if (std::abs(value) > known) {
-      const float* c = samples[k].corner;
-      const ptrdiff_t sx = dense ? static_cast<ptrdiff_t>(size.y) * size.z : 16, sy = dense ? size.z : 4;
-      const float tx = samples[k].tx, ty = samples[k].ty, tz = samples[k].tz;
-      float farthest = 0;
-      const auto corner = [&](int x, int y, int z) {
-        const float f = c[(x + 1) * sx + (y + 1) * sy + z + 1];
-        // On a voxel, or between two, the cell beyond is another one in a mirror: what weighs nothing says nothing.
-        if ((x == 0 || tx > 0) && (y == 0 || ty > 0) && (z == 0 || tz > 0)) farthest = std::max(farthest, std::abs(f));
-        return f;
-      };
-      const auto line = [&](int x, int y) { return corner(x, y, 0) * (1 - tz) + corner(x, y, 1) * tz; };
-      const auto plane = [&](int x) { return line(x, 0) * (1 - ty) + line(x, 1) * ty; };
-      const float linear = plane(0) * (1 - tx) + plane(1) * tx;
-      if (farthest >= band_) {
+    if (std::abs(value) > near) {
+      const std::optional<float> linear = linearWithin(samples[k], window, band_);
+      if (!linear) {
         phi[i] = value < 0 ? -band_ : band_;
         continue;
       }
-      value = linear;
+      value = *linear;
     }
     came.value[i] = value;
     came.x[i] = v.x;
@@ -451,6 +432,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
     came.z[i] = v.z;
     mask[i >> 6] |= uint64_t{1} << (i & 63);
   }
+
+  // 4. From values that were moved to distances of what was moved.
   warpedDistances(came, split, mask, kMostStretch, kMostBend, phi);
   return true;
 }

@@ -40,7 +40,7 @@ inline constexpr int kCellPadding = 16;
 
 /// For each of `count` cells (x·64 + y·8 + z): its corner pattern; the mean of its edge crossings relative to the
 /// brick, three floats; and, unless null, the normal there, as PackedNormal's two 16-bit numbers. Right for cells with
-/// one loop; the caller mends the others. `cells` must be readable, with valid cells, up to the next multiple of
+/// one loop; the caller repairs the others. `cells` must be readable, with valid cells, up to the next multiple of
 /// kCellPadding. Edges are summed in the order of kCellEdges.
 void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
                   uint32_t* normals) noexcept;

@@ -250,7 +250,7 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   cellVertices(corners, cells, count, patterns, out.positions.data()->data(),
                wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
 
-  // Cells with several loops are rare; they are mended one by one.
+  // Cells with several loops are rare; they are repaired one by one.
   const CellCases& cases = cellCases();
   size_t vertices = static_cast<size_t>(count), specials = 0;
   for (int i = 0; i < count; ++i) {

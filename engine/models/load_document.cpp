@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "clay/base/error.h"
-#include "engine/keeping/kept_document.h"
+#include "engine/saving/saved_document.h"
 #include "io/bytes/input.h"
 #include "io/records/document_file.h"
 

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "clay/surface/surface.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/session/stylus_strokes.h"
 #include "engine/tools/felt_pieces.h"
 #include "haptics/base/histogram.h"

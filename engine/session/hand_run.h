@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "clay/surface/surface.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/session/edit_loop.h"
 #include "engine/session/run.h"
 #include "engine/text/lay.h"

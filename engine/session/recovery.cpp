@@ -15,7 +15,7 @@
 #include "io/records/blob.h"
 #include "io/records/document_file.h"
 #include "io/records/journal_file.h"
-#include "io/records/salvage.h"
+#include "io/records/recovered_records.h"
 
 namespace argil::engine {
 namespace {
@@ -127,12 +127,12 @@ Recoverable tellOfDamaged(const fs::path& journal, const std::string& why) {
   told.journal = journal;
   bool any = false;
   try {
-    any = !io::Salvage(journal).states().empty();
+    any = !io::RecoveredRecords(journal).states().empty();
   } catch (const Error&) {
   }
   told.damaged = any;
   told.sentence =
-      any ? fmt::format("{}: is damaged ({}); what is whole in it can be mended.", io::displayName(journal), why)
+      any ? fmt::format("{}: is damaged ({}); what is whole in it can be repaired.", io::displayName(journal), why)
           : fmt::format("{}: nothing can be had from it ({}).", io::displayName(journal), why);
   return told;
 }
@@ -145,11 +145,11 @@ struct Newest {
 };
 
 // The newest document of a story that can be read: the story then ends with it and the strokes that lead on from it.
-Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& story, Job* job) {
+Newest readNewest(DocumentRecords& documentRecords, io::RecordSource& sources, JournalStory& story, Job* job) {
   Newest newest;
   for (size_t at = story.done + 1; at-- > 0;) {
     try {
-      Archive::Read read = archive.get(sources, story.states[at].second, nullptr, job);
+      DocumentRecords::Read read = documentRecords.get(sources, story.states[at].second, nullptr, job);
       newest.document = read.document;
       newest.unknown = std::move(read.unknown);
       if (at != story.done) {
@@ -176,16 +176,16 @@ Newest readNewest(Archive& archive, io::RecordSource& sources, JournalStory& sto
 
 // The newest whole document of a journal that its story does not lead to, as a record that says so is damaged. No
 // state: none.
-HistoryState findLoose(Archive& archive, io::RecordSource& sources, const fs::path& journal, const JournalStory& story,
-                       Job* job) {
+HistoryState findLoose(DocumentRecords& documentRecords, io::RecordSource& sources, const fs::path& journal,
+                       const JournalStory& story, Job* job) {
   const auto known = [&](io::RecordId id) {
     return std::any_of(story.states.begin(), story.states.end(), [&](const auto& each) { return each.second == id; });
   };
-  const io::Salvage salvage(journal, job);
-  for (const io::RecordId id : salvage.states()) {
+  const io::RecoveredRecords found(journal, job);
+  for (const io::RecordId id : found.states()) {
     if (id <= story.states[story.done].second || known(id)) break;
     try {
-      return {"Found in the journal", archive.get(sources, id, nullptr, job).document, id};
+      return {"Found in the journal", documentRecords.get(sources, id, nullptr, job).document, id};
     } catch (const Cancelled&) {
       throw;
     } catch (const Error&) {
@@ -222,8 +222,8 @@ bool isReadable(const OpenJournal& journal) {
   if (!isWhole(journal.story)) return false;
   std::vector<io::RecordSource*> places{journal.reader.get()};
   std::unique_ptr<io::DocumentFile> file;
-  Archive archive;
-  const auto lock = archive.lock();
+  DocumentRecords documentRecords;
+  const auto lock = documentRecords.lock();
   try {
     if (!journal.story.begin.file.empty()) {
       if (!belongs(*readBase(journal.story.begin.file), journal.story.begin)) return false;
@@ -231,7 +231,7 @@ bool isReadable(const OpenJournal& journal) {
       places.push_back(file.get());
     }
     Sources sources(places);
-    (void)archive.get(sources, journal.story.states[journal.story.done].second, nullptr);
+    (void)documentRecords.get(sources, journal.story.states[journal.story.done].second, nullptr);
     return true;
   } catch (const Error&) {
     return false;
@@ -257,11 +257,11 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   Recovered recovered;
   recovered.journal = reader;
   recovered.boot = choice.boot;
-  const auto mend = [&](const std::string& damage) {
-    recovered.document = mendDocument(journal, damage, job);
+  const auto repair = [&](const std::string& damage) {
+    recovered.document = repairDocument(journal, damage, job);
     recovered.sources.clear();
     recovered.writer = newWriter();
-    recovered.continued = Keeper::Continued{journal, reader};
+    recovered.continued = Autosave::Continued{journal, reader};
     recovered.sentence = fmt::format("Recovered what {} still holds.", io::displayName(journal));
     return std::move(recovered);
   };
@@ -269,7 +269,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   try {
     story = readStory(*reader);
   } catch (const Error& e) {
-    return mend(e.what());
+    return repair(e.what());
   }
   recovered.file = story.begin.file;
   recovered.writer = story.begin.writer;
@@ -308,13 +308,13 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
         io::displayName(path)));
   }
   OpenedDocument& document = recovered.document;
-  document.archive = std::make_shared<Archive>();
-  Archive& archive = *document.archive;
-  Archive::Lock lock = archive.lock();
-  archive.ids().atLeast(reader->highestId() + 1);
-  if (story.begin.schema > uint64_t{io::kDocumentSchema}) archive.allowUnknown();
+  document.documentRecords = std::make_shared<DocumentRecords>();
+  DocumentRecords& documentRecords = *document.documentRecords;
+  DocumentRecords::Lock lock = documentRecords.lock();
+  documentRecords.ids().atLeast(reader->highestId() + 1);
+  if (story.begin.schema > uint64_t{io::kDocumentSchema}) documentRecords.allowUnknown();
   document.base = base;
-  archive.ids().atLeast(base ? base->next : shared);
+  documentRecords.ids().atLeast(base ? base->next : shared);
   // What others saved later is not ours, but what they grew from is.
   if (!base && file) recovered.sources.push_back(file);
   std::vector<io::RecordSource*> places{reader.get()};
@@ -322,23 +322,23 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   Sources sources(places);
 
   const size_t done = story.done;
-  const Newest newest = readNewest(archive, sources, story, job);
-  if (!newest.document && (story.begin.file.empty() || choice.mend)) {
-    lock.unlock();  // the archive goes
-    return mend(newest.why);
+  const Newest newest = readNewest(documentRecords, sources, story, job);
+  if (!newest.document && (story.begin.file.empty() || choice.repair)) {
+    lock.unlock();  // the documentRecords goes
+    return repair(newest.why);
   }
   if (!newest.document) {
     if (trouble.empty() && !document.base && !story.begin.file.empty())
       throw Error(
           fmt::format("{}: nothing can be recovered: {}; {} was replaced since: put the file back that was there "
-                      "when it was opened, say where it lies now, or have what the journal alone holds mended",
+                      "when it was opened, say where it lies now, or have what the journal alone holds repaired",
                       io::displayName(journal), newest.why, nameOf(story.begin.file)),
           Error::Kind::work);
     if (trouble.empty())
       throw Error(fmt::format("{}: nothing can be recovered: {}", io::displayName(journal), newest.why),
                   Error::Kind::work);
     throw Error(fmt::format("{}: nothing can be recovered without the saved file ({}); plug in its disk, say where it "
-                            "lies now, or have what the journal alone holds mended",
+                            "lies now, or have what the journal alone holds repaired",
                             io::displayName(journal), trouble),
                 Error::Kind::work);
   }
@@ -365,7 +365,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   }
   // It is put behind the document that is known to have been in work: what came of it nobody knows.
   if (!isWhole(story) && story.strokes.empty()) {
-    if (HistoryState loose = findLoose(archive, sources, journal, story, job); loose.document) {
+    if (HistoryState loose = findLoose(documentRecords, sources, journal, story, job); loose.document) {
       document.states.resize(document.done + 1);
       document.states.push_back(std::move(loose));
       document.notes.push_back("The journal holds a later document that no step leads to: redo brings it back.");
@@ -392,7 +392,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
       !story.strokes.empty() && !story.strokes.back().ended ? ", the last stroke ended where its samples end" : "");
   recovered.strokes = std::move(story.strokes);
   recovered.before = std::move(story.replay);
-  recovered.continued = Keeper::Continued{journal, reader, story.begin.sequence};
+  recovered.continued = Autosave::Continued{journal, reader, story.begin.sequence};
   return recovered;
 }
 
@@ -440,7 +440,7 @@ size_t replay(Recovered& recovered, Job* job, SessionWatch* watch) {
   OpenedDocument& document = recovered.document;
   Session session(document.states, document.done);
   session.setReader([&](uint64_t kept, const Document& near) {
-    return readState(*document.archive, document.base, recovered.sources, kept, near);
+    return readState(*document.documentRecords, document.base, recovered.sources, kept, near);
   });
   session.setWatch(watch);
   std::string trouble;

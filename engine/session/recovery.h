@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/keeping/journal.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/journal.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 
 namespace argil::engine {
 
@@ -24,7 +24,7 @@ struct Recoverable {
   bool midStroke = false;                          ///< A stroke was cut off: it is ended where its samples end.
   uint64_t strokes = 0;                            ///< Known by their samples alone: a recovery repeats them.
   uint64_t leavesOut = 0;    ///< So many of the last of them, as the repetition of the first of these ended a program.
-  bool damaged = false;      ///< Something of it cannot be read: a recovery brings what is whole, or mends it.
+  bool damaged = false;      ///< Something of it cannot be read: a recovery brings what is whole, or repairs it.
   bool fileMissing = false;  ///< `file` cannot be read where it was: see RecoverChoice.
   std::string sentence;      ///< For the user: what and from when, or why nothing can be had.
   /// A recovery may bring something back.
@@ -40,7 +40,7 @@ struct RecoverChoice {
   /// Where the saved document under the journal lies by now; empty: where it was. Another document is refused.
   std::filesystem::path base;
   bool withoutLast = false;  ///< Leaves out the last of the strokes that would be repeated.
-  bool mend = false;         ///< Where the saved document is missing: what the journal alone holds, its holes filled.
+  bool repair = false;       ///< Where the saved document is missing: what the journal alone holds, its holes filled.
   /// A repetition that was noted under another name ended with the machine: that is no stroke's fault unless it happens
   /// twice.
   std::string boot = bootId();
@@ -51,7 +51,7 @@ struct Recovered {
   OpenedDocument document;  ///< Its base is null when the saved file has changed since, or is gone.
   /// Where states without a document are read, besides the base.
   std::vector<std::shared_ptr<io::RecordSource>> sources;
-  std::optional<Keeper::Continued> continued;
+  std::optional<Autosave::Continued> continued;
   std::string writer;
   /// Strokes that are known by their samples alone, the last of them perhaps cut off: replay() does them in a session
   /// that begins with `document`.
@@ -75,7 +75,7 @@ size_t replay(Session& session, const std::vector<JournalStroke>& strokes);
 /// The same in a session of its own; the history of `recovered` then ends with what came of them, and no strokes are
 /// left in it. Each is noted in the journal, on the disk, before it is begun: a stroke that ends the program does so
 /// once, as the next recovery stops before it. So the journal has to stay until what comes back is on the disk:
-/// Keeper::begin() sees to that. What hinders the notes (a full disk) is told in the document's notes. Throws
+/// Autosave::begin() sees to that. What hinders the notes (a full disk) is told in the document's notes. Throws
 /// Cancelled: then nothing has changed. `watch` hears of the session.
 size_t replay(Recovered& recovered, Job* job = nullptr, SessionWatch* watch = nullptr);
 

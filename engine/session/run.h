@@ -8,7 +8,7 @@
 
 #include "clay/base/job.h"
 #include "clay/surface/surface.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/text/script.h"
 #include "haptics/base/histogram.h"
 

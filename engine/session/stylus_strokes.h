@@ -6,7 +6,7 @@
 #include <map>
 #include <span>
 
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/tools/path_point.h"
 #include "haptics/base/pose.h"
 #include "haptics/threads/sample_ring.h"

@@ -277,7 +277,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
 
 void Workbench::open(const std::filesystem::path& file) {
   if (io::isDocument(file) || file.extension() == ".argil") {
-    openKept(file);
+    openSaved(file);
     return;
   }
   if (file.extension() != ".json") {

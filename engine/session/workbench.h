@@ -12,9 +12,9 @@
 
 #include "engine/document/document.h"
 #include "engine/document/tool.h"
-#include "engine/keeping/undo_budget.h"
 #include "engine/models/import_place.h"
 #include "engine/models/model_files.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/recovery.h"
 #include "engine/session/surfaces.h"
 #include "engine/tools/piece_jobs.h"
@@ -196,7 +196,7 @@ class Workbench {
   /// A saved document (.argil), a script's clay and strokes (.json), a level set or a mesh, as a new document.
   void open(const std::filesystem::path& file);
 
-  // Keeping. See engine/keeping/keeper.h for what is durable when.
+  // Keeping. See engine/saving/autosave.h for what is durable when.
 
   /// Saves to where it was opened or saved last, or to another file. A message when it is done or has failed; then the
   /// old file stands. A file that somebody else wrote since it was opened or saved here is not written to
@@ -261,7 +261,7 @@ class Workbench {
 
  private:
   struct State;
-  void openKept(const std::filesystem::path& file);
+  void openSaved(const std::filesystem::path& file);
   std::unique_ptr<State> state_;
 };
 

@@ -378,7 +378,7 @@ void Workbench::State::publish() {
     }
     clayBytes = bytes;
     undoOf = UINT64_MAX;
-    if (options.journal && !keeper) guardedOnce(keeperTrouble, [this] { beginKeeping(); });
+    if (options.journal && !autosave) guardedOnce(autosaveTrouble, [this] { beginSaving(); });
   }
   const bool inStroke = session->inStroke();
   if (!inStroke && undoOf != session->steps()) keepUndoBudget();
@@ -395,7 +395,7 @@ void Workbench::State::publish() {
   kept.face = face;
   {
     const std::lock_guard lock(mutex);
-    kept.journalTrouble = journalTrouble.empty() ? keeperTrouble : journalTrouble;
+    kept.journalTrouble = journalTrouble.empty() ? autosaveTrouble : journalTrouble;
   }
   if (now == shown && last.inStroke == inStroke && historyNow == historyOf && last.done == session->undoSteps() &&
       last.clayBytes == clayBytes && last.undo == undo && last.tool == held.value_or(Tool()) && last.file == kept &&
@@ -453,8 +453,8 @@ void Workbench::State::run() {
   // tool.
   if (loop) guarded([this] { (void)loop->cutShort(); });
   if (session) session->setWatch(nullptr);
-  if (keeper && leaveJournal) keeper->leave();
-  keeper.reset();
+  if (autosave && leaveJournal) autosave->leave();
+  autosave.reset();
   {
     const std::lock_guard lock(handMutex);
     hand.reset();

@@ -10,8 +10,8 @@
 #include <thread>
 
 #include "engine/document/jobs.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/session.h"
 #include "engine/session/edit_loop.h"
 #include "engine/session/force_control.h"
 #include "engine/session/workbench.h"
@@ -90,11 +90,11 @@ struct Workbench::State {
     std::filesystem::path file;  // empty: untitled
     std::string readOnly;        // why it must not be saved into that
     std::string face;
-    std::shared_ptr<Archive> archive;  // null: a new one
+    std::shared_ptr<DocumentRecords> documentRecords;  // null: a new one
     std::shared_ptr<const Base> base;
     std::string writer;  // empty: a new one
     std::vector<std::shared_ptr<io::RecordSource>> sources;
-    std::optional<Keeper::Continued> continued;
+    std::optional<Autosave::Continued> continued;
     bool saved = false;  // it is what the file holds, or nothing
   };
   void begin(Begin how);
@@ -105,10 +105,10 @@ struct Workbench::State {
   void requireNotElsewhere(const std::filesystem::path& target) const;
   void announce();
   void findRecoverable();
-  void makeKeeper();
-  /// Makes the keeper where there is none yet, and has it begin with the document in work.
-  void beginKeeping();
-  [[nodiscard]] DocumentPtr readKept(uint64_t kept, const Document& near);
+  void makeAutosave();
+  /// Makes the autosave where there is none yet, and has it begin with the document in work.
+  void beginSaving();
+  [[nodiscard]] DocumentPtr readSaved(uint64_t kept, const Document& near);
   void keepUndoBudget();
   void makeLoop();
   /// Ends the stroke in work where the clay is, and says what was left out of it, if anything.
@@ -162,21 +162,21 @@ struct Workbench::State {
   Surfaces surfaces;
   std::atomic<clay::Grade> wantedSurface{clay::Grade::draft};
 
-  // The edit thread's alone. The keeper hears of what the session does: it outlives it.
-  std::unique_ptr<Keeper> keeper;
+  // The edit thread's alone. The autosave hears of what the session does: it outlives it.
+  std::unique_ptr<Autosave> autosave;
   std::filesystem::path file;
   std::string readOnly;
   uint64_t refused = 0;
   std::optional<io::DocumentPresence> presence;  // of the file
   std::shared_ptr<const std::string> face;
-  std::shared_ptr<Archive> archive;
+  std::shared_ptr<DocumentRecords> documentRecords;
   std::shared_ptr<const Base> base;
   std::string writer;
   std::vector<std::shared_ptr<io::RecordSource>> sources;  // that the document began with
-  std::optional<Keeper::Continued> continued;              // a recovered journal that no keeper has taken over yet
-  std::string keeperTrouble, handTrouble;
+  std::optional<Autosave::Continued> continued;            // a recovered journal that no autosave has taken over yet
+  std::string autosaveTrouble, handTrouble;
   bool handOpened = false;                      // the device that the program began with
-  std::shared_ptr<HistoryRecords> records;      // all places of its steps, while there is a keeper
+  std::shared_ptr<SavedHistory> records;        // all places of its steps, while there is a autosave
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
   bool saving = false;

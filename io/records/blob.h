@@ -12,7 +12,7 @@
 
 namespace argil::io {
 
-/// What a blob is, so that a damaged file can be salvaged. Stored in files: numbers are never given a new meaning.
+/// What a blob is, so that a damaged file can be recovered. Stored in files: numbers are never given a new meaning.
 enum class BlobKind : uint8_t {
   head = 1,     ///< What a saved document consists of, JSON: the newest one counts.
   state = 2,    ///< A document at one moment, JSON (engine/text/document_text.h).

@@ -21,7 +21,7 @@ size_t rankOf(const PlaceSet& set, int place) {
 }  // namespace
 
 void ChannelReading::lose(const char* what) {
-  if (!mending_)
+  if (!repairing_)
     throw Error(fmt::format("damaged: {} of the clay's colours, materials or masks is missing or damaged", what),
                 Error::Kind::work);
   ++lost_;

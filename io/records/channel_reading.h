@@ -15,17 +15,17 @@ namespace argil::io {
 /// One reading, after that of the distances. Bytes outside of the band, which no Argil writes, are left out.
 class ChannelReading {
  public:
-  /// `version` has the distances already, and the channels of `near`, a version that it was made from. `mending`: what
-  /// is lost is unset, else throws Error.
+  /// `version` has the distances already, and the channels of `near`, a version that it was made from. `repairing`:
+  /// what is lost is unset, else throws Error.
   ChannelReading(ClayRecords& memo, RecordSource& source, const clay::Version& version, const clay::Version& near,
-                 uint32_t owner, bool mending, Job* job)
+                 uint32_t owner, bool repairing, Job* job)
       : memo_(memo),
         source_(source),
         version_(version),
         near_(near),
         editor_(version),
         owner_(owner),
-        mending_(mending),
+        repairing_(repairing),
         job_(job) {}
 
   /// `nearHead`: of `near`, all zero where it has no channels. Adds to read.notes; the new version.
@@ -58,7 +58,7 @@ class ChannelReading {
   clay::Version version_, near_;
   clay::Editor editor_;
   uint32_t owner_;
-  bool mending_;
+  bool repairing_;
   Job* job_;
   std::vector<Wanted> wanted_;            // of the channel in work
   std::map<RecordId, NodeBody> nodes_;    // loaded, of what is read

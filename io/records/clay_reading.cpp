@@ -158,7 +158,8 @@ void ClayReading::loadNodes(size_t begin, size_t end) {
   });
   for (size_t i = begin; i < end; ++i) {
     if (items_[i].there) continue;
-    if (!mending_) damaged(fmt::format("{} of the clay's tree is missing or damaged", i == 0 ? "the root" : "a node"));
+    if (!repairing_)
+      damaged(fmt::format("{} of the clay's tree is missing or damaged", i == 0 ? "the root" : "a node"));
     if (owner_ == 0) damaged("the root of the clay's tree is lost, and nothing says whose it was");
     lostNodes_.push_back(i);
   }
@@ -274,7 +275,7 @@ void ClayReading::build() {
 }
 
 // Puts older bricks where the version's own are lost; what nothing was found for comes back.
-std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadClay& read) {
+std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& repair, ReadClay& read) {
   std::vector<LostBlock> blocks, still;
   for (const Place& place : bricks_)
     if (!place.sound) blocks.push_back({place.coord, 0});
@@ -287,7 +288,7 @@ std::vector<LostBlock> ClayReading::fillFromOlder(const OlderBricks& mend, ReadC
   for (const LostBlock& block : blocks) {
     const int32_t edge = 1 << (3 * block.level);
     std::vector<std::pair<Coord, RecordId>> found;
-    mend.bricksIn(owner_, block.first, edge, [&](Coord coord, RecordId id) {
+    repair.bricksIn(owner_, block.first, edge, [&](Coord coord, RecordId id) {
       const Coord d = coord - block.first;
       if (inReach(coord) && std::min({d.x, d.y, d.z}) >= 0 && std::max({d.x, d.y, d.z}) < edge)
         found.emplace_back(coord, id);
@@ -348,9 +349,9 @@ bool ClayReading::teach(size_t index, const clay::TreePlace& place) {
   return same;
 }
 
-ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int threads, const OlderBricks* mend) {
+ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int threads, const OlderBricks* repair) {
   owner_ = owner;
-  mending_ = mend != nullptr;
+  repairing_ = repair != nullptr;
   ReadClay read;
   if (root == 0) damaged("the clay has no root");
   if (root == nearRoot) {
@@ -376,12 +377,12 @@ ReadClay ClayReading::run(RecordId root, RecordId nearRoot, uint32_t owner, int 
   loadBricks(threads);
   const auto lost = static_cast<size_t>(
       std::count_if(bricks_.begin(), bricks_.end(), [](const Place& place) { return !place.sound; }));
-  if (lost > 0 && !mend)
+  if (lost > 0 && !repair)
     damaged(fmt::format("{} of {} bricks of the clay are missing or damaged", lost, bricks_.size()));
   build();
   std::vector<LostBlock> blocks;
-  if (mend) blocks = fillFromOlder(*mend, read);
-  read.version = mendClay(editor_.commit(), blocks);
+  if (repair) blocks = fillFromOlder(*repair, read);
+  read.version = repairClay(editor_.commit(), blocks);
   for (const Place& place : bricks_)
     if (place.serial != 0) memo_.bricks_.set({place.serial}, place.id);
   (void)teach(0, clay::TreePlace::root(read.version));
@@ -414,10 +415,10 @@ Root headOf(RecordSource& source, RecordId root) {
 }  // namespace
 
 void ClayRecords::readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead,
-                               const clay::Version& near, RecordId root, uint32_t owner, bool mending, Job* job,
+                               const clay::Version& near, RecordId root, uint32_t owner, bool repairing, Job* job,
                                ReadClay& read) {
   if (head.channels == std::array<RecordId, clay::kChannels>{} && nearHead.channels == head.channels) return;
-  ChannelReading channels(*this, source, read.version, near, owner, mending, job);
+  ChannelReading channels(*this, source, read.version, near, owner, repairing, job);
   read.version = channels.run(head, nearHead, read);
   if (root != head.distances && channels.exact() &&
       nodes_.find(keyOf(clay::TreePlace::root(read.version), owner)) == head.distances)
@@ -425,13 +426,13 @@ void ClayRecords::readChannels(RecordSource& source, const ClayHead& head, const
 }
 
 ReadClay ClayRecords::read(RecordSource& source, RecordId root, const clay::Grid& grid,
-                           std::shared_ptr<clay::Store> store, Job* job, int threads, const OlderBricks* mend,
+                           std::shared_ptr<clay::Store> store, Job* job, int threads, const OlderBricks* repair,
                            uint32_t owner) {
   const Root found = headOf(source, root);
   if (found.channels && owner == 0) owner = found.owner;
   const clay::Version empty = clay::Version::empty(std::move(store), grid);
-  ReadClay read = ClayReading(*this, source, empty, job).run(found.head.distances, 0, owner, threads, mend);
-  readChannels(source, found.head, {}, empty, root, owner, mend != nullptr, job, read);
+  ReadClay read = ClayReading(*this, source, empty, job).run(found.head.distances, 0, owner, threads, repair);
+  readChannels(source, found.head, {}, empty, root, owner, repair != nullptr, job, read);
   return read;
 }
 

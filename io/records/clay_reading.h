@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "clay/store/editor.h"
-#include "io/records/clay_mending.h"
 #include "io/records/clay_records.h"
+#include "io/records/clay_repair.h"
 #include "io/records/node_body.h"
 
 namespace argil::io {
@@ -26,7 +26,7 @@ class ClayReading {
   ~ClayReading();
 
   /// `nearRoot`: the root of the base's records, 0 when it has none.
-  ReadClay run(RecordId root, RecordId nearRoot, uint32_t owner, int threads, const OlderBricks* mend);
+  ReadClay run(RecordId root, RecordId nearRoot, uint32_t owner, int threads, const OlderBricks* repair);
 
  private:
   struct Item {  // a node
@@ -58,7 +58,7 @@ class ClayReading {
   void loadBricks(int threads);
   void setTile(const clay::TreePlace& at, clay::Tile tile);
   void build();
-  [[nodiscard]] std::vector<LostBlock> fillFromOlder(const OlderBricks& mend, ReadClay& read);
+  [[nodiscard]] std::vector<LostBlock> fillFromOlder(const OlderBricks& repair, ReadClay& read);
   [[nodiscard]] bool teach(size_t item, const clay::TreePlace& place);
 
   ClayRecords& memo_;
@@ -66,7 +66,7 @@ class ClayReading {
   clay::Version base_;
   clay::Editor editor_;
   Job* job_;
-  bool mending_ = false;
+  bool repairing_ = false;
   uint32_t owner_ = 0;
   std::vector<Item> items_;
   std::vector<Place> bricks_;

@@ -46,7 +46,7 @@ struct ClayHead;  // io/records/channel_codec.h
 /// Reading a version back.
 struct ReadClay {
   clay::Version version;
-  /// Not there or damaged; with `mend` their place was filled from older or neighbouring clay.
+  /// Not there or damaged; with `repair` their place was filled from older or neighbouring clay.
   uint64_t bricksLost = 0;
   uint64_t blocksLost = 0;         ///< The same of nodes: what lay under them is not counted.
   std::vector<std::string> notes;  ///< Sentences on what was lost.
@@ -77,13 +77,13 @@ class ClayRecords {
   }
 
   /// The version with this root, in `store`, which nobody else edits meanwhile. Throws Error (kind work, "damaged:
-  /// ...") when a record is missing or damaged, unless there is a `mend`: then what is lost is taken from older records
-  /// of the same owner and place, or from the clay around it, and told; the surface is closed in any case, and colours,
-  /// materials and masks that are lost are unset. Throws Cancelled, Error for a bad grid and for more than kMostBricks.
-  /// `threads` for unpacking, 1 to 64. `owner`: records of another clay are damaged; 0 when it is not known, but then
-  /// nothing can be mended whose root is lost.
+  /// ...") when a record is missing or damaged, unless there is a `repair`: then what is lost is taken from older
+  /// records of the same owner and place, or from the clay around it, and told; the surface is closed in any case, and
+  /// colours, materials and masks that are lost are unset. Throws Cancelled, Error for a bad grid and for more than
+  /// kMostBricks. `threads` for unpacking, 1 to 64. `owner`: records of another clay are damaged; 0 when it is not
+  /// known, but then nothing can be repaired whose root is lost.
   ReadClay read(RecordSource& source, RecordId root, const clay::Grid& grid, std::shared_ptr<clay::Store> store,
-                Job* job = nullptr, int threads = 2, const OlderBricks* mend = nullptr, uint32_t owner = 0);
+                Job* job = nullptr, int threads = 2, const OlderBricks* repair = nullptr, uint32_t owner = 0);
   /// The same in the store of `near`, whose root is `nearRoot`: all that both have in common is shared, and the cost
   /// follows the difference. Both roots are in the source.
   ReadClay readNear(RecordSource& source, RecordId root, const clay::Version& near, RecordId nearRoot,
@@ -117,7 +117,7 @@ class ClayRecords {
   // Of a whole version: of its distances' root, or where it has channels a hash of all roots, odd as no address is.
   [[nodiscard]] static NodeKey keyOf(const clay::Version& version, uint32_t owner);
   void readChannels(RecordSource& source, const ClayHead& head, const ClayHead& nearHead, const clay::Version& near,
-                    RecordId root, uint32_t owner, bool mending, Job* job, ReadClay& read);
+                    RecordId root, uint32_t owner, bool repairing, Job* job, ReadClay& read);
 
   RecordIds& ids_;
   IdTable<NodeKey> nodes_;

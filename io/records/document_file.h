@@ -39,8 +39,8 @@ class DocumentFile : public RecordSource {
   /// over under their ids. Throws Error for a place that cannot be written.
   static std::unique_ptr<DocumentFile> create(const std::filesystem::path& path, Lineage lineage = {});
   /// Throws Error, one sentence: not there, no document, made by a newer Argil (says which), damaged so that SQLite
-  /// cannot read it (then see salvage.h). `toWrite` false: for reading, never changes the file (but rolls back what a
-  /// crashed Argil left half-written).
+  /// cannot read it (then see recovered_records.h). `toWrite` false: for reading, never changes the file (but rolls
+  /// back what a crashed Argil left half-written).
   static std::unique_ptr<DocumentFile> open(const std::filesystem::path& path, bool toWrite);
   ~DocumentFile() override;
 

@@ -26,7 +26,7 @@ enum class RecordKind : uint8_t {
   channelBrick = 4,  ///< One channel of one brick: coordinate and 512 bytes (channel_codec.h).
   clay = 5,          ///< A version with channels: the roots of its trees (channel_codec.h).
   // Journals alone, without an id; the body is text in JSON but for strokePoints and strokeSamples
-  // (engine/keeping/journal.h).
+  // (engine/saving/journal.h).
   journalBegin = 16,
   step = 17,
   went = 18,

@@ -1,5 +1,5 @@
 #pragma once
-// The sound records in the bytes of a file, whatever stands between them: for journals and for salvage.
+// The sound records in the bytes of a file, whatever stands between them: for journals and for recovery.
 
 #include <cstdint>
 #include <filesystem>

@@ -45,7 +45,7 @@ Database::Database(const std::filesystem::path& file, std::string name) : name_(
     sqlite3_limit(handle_, SQLITE_LIMIT_COLUMN, 16);
     sqlite3_limit(handle_, SQLITE_LIMIT_ATTACHED, 1);  // VACUUM INTO needs one.
     sqlite3_limit(handle_, SQLITE_LIMIT_TRIGGER_DEPTH, 1);
-    // Old rows are left where they lay: a salvage may find them, and writing zeros over them costs.
+    // Old rows are left where they lay: recovery may find them, and writing zeros over them costs.
     run("PRAGMA mmap_size = 0; PRAGMA cell_size_check = ON; PRAGMA secure_delete = OFF; PRAGMA cache_size = -16384; "
         "PRAGMA temp_store = MEMORY");
   } catch (...) {

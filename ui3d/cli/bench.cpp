@@ -36,7 +36,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "fine", .run = benchFine},
     Benchmark{.name = "touch", .run = benchTouch},
     Benchmark{.name = "render", .run = benchRender},
-    Benchmark{.name = "keep", .run = benchKeep},
+    Benchmark{.name = "save", .run = benchSave},
     Benchmark{.name = "undo", .run = benchUndo},
     Benchmark{.name = "io", .run = benchIo},
     Benchmark{.name = "whole", .run = benchWhole},

@@ -10,9 +10,9 @@
 
 #include "clay/base/error.h"
 #include "clay/whole/change_precision.h"
-#include "engine/keeping/kept_document.h"
 #include "engine/models/export_presets.h"
 #include "engine/models/load_document.h"
+#include "engine/saving/saved_document.h"
 #include "io/bytes/input.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "engine/session/recovery.h"
 #include "io/records/journal_file.h"
 #include "ui3d/cli/progress.h"
@@ -30,7 +30,7 @@ void recover(const RecoverOptions& options) {
       fmt::print("{}\n  {}\n", each.journal.string(), each.sentence);
       if (each.steps > 0) fmt::print("  from {} to {}\n", localTime(each.from), localTime(each.to));
       if (each.fileMissing)
-        fmt::print("  --base FILE names where {} lies by now; --mend does without it\n", each.file.string());
+        fmt::print("  --base FILE names where {} lies by now; --repair does without it\n", each.file.string());
       if (each.strokes > 0 && each.leavesOut == 0)
         fmt::print("  --without-last leaves out the stroke that was under way\n");
     }
@@ -43,7 +43,7 @@ void recover(const RecoverOptions& options) {
   engine::RecoverChoice choice;
   choice.base = options.base;
   choice.withoutLast = options.withoutLast;
-  choice.mend = options.mend;
+  choice.repair = options.repair;
   {
     const ProgressLine line("reading " + options.journal.filename().string(), options.job);
     recovered = engine::recover(options.journal, options.job, choice);
@@ -57,7 +57,7 @@ void recover(const RecoverOptions& options) {
   engine::SaveRequest request;
   request.states = document.states;
   request.done = document.done;
-  request.archive = document.archive;
+  request.documentRecords = document.documentRecords;
   request.base = document.base;
   request.sources = recovered.sources;
   // The journal stays and may be recovered once more: ids that are given from here on are those of another work.

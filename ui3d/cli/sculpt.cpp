@@ -11,10 +11,10 @@
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
 #include "clay/surface/vertex_channels.h"
-#include "engine/keeping/kept_document.h"
 #include "engine/models/load_document.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/models/script_file.h"
+#include "engine/saving/saved_document.h"
 #include "engine/session/run.h"
 #include "haptics/devices/sheets.h"
 #include "io/bytes/atomic_file.h"
@@ -349,7 +349,7 @@ void sculpt(const SculptOptions& options) {
       engine::SaveRequest request;
       request.states = session.states();
       request.done = session.undoSteps();
-      request.archive = std::make_shared<engine::Archive>();
+      request.documentRecords = std::make_shared<engine::DocumentRecords>();
       request.writer = engine::newWriter();
       if (const auto base = engine::saveDocument(file, request, options.job); !base->unflushed.empty())
         throw Error(base->unflushed, Error::Kind::work);

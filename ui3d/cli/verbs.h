@@ -69,7 +69,7 @@ struct RecoverOptions {
   std::filesystem::path journal;  ///< Empty: list what there is.
   std::filesystem::path output;
   std::filesystem::path base;  ///< These as engine::RecoverChoice has them.
-  bool withoutLast = false, mend = false;
+  bool withoutLast = false, repair = false;
   Job* job = nullptr;
 };
 void recover(const RecoverOptions& options);

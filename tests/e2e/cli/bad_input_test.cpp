@@ -1,6 +1,6 @@
 // Whatever is wrong with the call or the input: exit 2, one line that a person can act on, nothing written.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <algorithm>
 

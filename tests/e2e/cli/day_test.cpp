@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 namespace argil::tests {
 namespace {

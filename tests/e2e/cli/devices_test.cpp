@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "../../support/haply_emulator.h"
-#include "command.h"
 #include "haptics/devices/haply.h"
+#include "tests/e2e/support/command.h"
 
 namespace argil::tests {
 namespace {

@@ -1,15 +1,15 @@
 // Saved documents on the command line: made, looked at, drawn, converted, recovered; and what is wrong with a file is
 // one line.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "clay/mesh/mesh_topology.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "io/models/model_file.h"
 
 namespace argil::tests {
@@ -113,8 +113,8 @@ TEST_F(Documents, goOutForADestination) {
                                   {"b.glb", "blender"},
                                   {"c.glb", "game"},
                                   {"d.glb", "web"},
-                                  {"e.vdb", "archive"},
-                                  {"e.3mf", "archive"}})
+                                  {"e.vdb", "documentRecords"},
+                                  {"e.3mf", "documentRecords"}})
     ASSERT_EQ(to(name, {"--for", use}).code, 0) << use;
   EXPECT_LT(fs::file_size(scratch / "d.glb"), fs::file_size(scratch / "b.glb") / 2) << "packed";
   const auto seen = [&](const char* name) {
@@ -126,7 +126,7 @@ TEST_F(Documents, goOutForADestination) {
   EXPECT_NEAR(double(seen("c.glb").at("low_mm")[0]) + double(seen("c.glb").at("high_mm")[0]), 0, 0.01);
   EXPECT_EQ(to("f.stl", {"--for", "game"}).code, 2);
   EXPECT_TRUE(has(to("f.stl", {"--for", "game"}).err, "--for game writes .glb"));
-  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, archive"));
+  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, documentRecords"));
   ASSERT_EQ(to("g.glb", {"--for", "game", "--reduce", "2000"}).code, 0);
   EXPECT_LE(seen("g.glb").at("triangles"), 2000) << "what is said goes before";
 }
@@ -158,7 +158,7 @@ TEST_F(Documents, damageAndNewerFilesAreOneLine) {
   EXPECT_TRUE(has(o.err, "no.argil")) << o.err;
   o = argil({"inspect", (scratch / "gone.argil").string()});
   EXPECT_EQ(o.code, 2) << o.err;
-  // A place in the middle of the file: mended and told.
+  // A place in the middle of the file: repaired and told.
   std::string bytes = slurp(document);
   for (size_t i = bytes.size() / 2; i < bytes.size() / 2 + 3000; ++i) bytes[i] = '?';
   write(scratch / "hurt.argil", bytes);
@@ -191,15 +191,15 @@ TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   {
     // A session that ended by a crash when two strokes were known by their samples alone.
     engine::OpenedDocument opened = engine::openDocument(document);
-    engine::KeeperOptions options;
+    engine::AutosaveOptions options;
     options.folder = journals;
-    engine::Keeper keeper(options, [](const std::string&) {});
+    engine::Autosave autosave(options, [](const std::string&) {});
     engine::Session session(opened.states, opened.done);
-    keeper.begin(opened.states, opened.done, opened.archive, opened.base, engine::newWriter());
-    keeper.flush();
-    session.setWatch(&keeper);
+    autosave.begin(opened.states, opened.done, opened.documentRecords, opened.base, engine::newWriter());
+    autosave.flush();
+    session.setWatch(&autosave);
     {
-      const engine::Archive::Lock lock = opened.archive->lock();
+      const engine::DocumentRecords::Lock lock = opened.documentRecords->lock();
       for (const double z : {7.0, -7.0}) {
         engine::Tool tool;
         tool.id = "add";
@@ -208,7 +208,7 @@ TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
         for (int i = 0; i < 5; ++i) session.addPoint(0.01 * i, {0.3 * i, 0, z});
         session.endStroke();
       }
-      keeper.flush();
+      autosave.flush();
       for (const auto& each : fs::directory_iterator(journals)) fs::copy_file(each.path(), scratch / "kept");
     }
     session.setWatch(nullptr);
@@ -237,11 +237,11 @@ TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   o = argil({"recover", journal.string(), "-o", back.string(), "--base", moved.string()});
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(has(argil({"inspect", back.string()}).out, "4 steps of history"));
-  // The clay is in the saved file alone: the journal has nothing that could be mended, and says so.
-  o = argil({"recover", journal.string(), "-o", (scratch / "mended.argil").string(), "--mend"});
+  // The clay is in the saved file alone: the journal has nothing that could be repaired, and says so.
+  o = argil({"recover", journal.string(), "-o", (scratch / "repaired.argil").string(), "--repair"});
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
-  EXPECT_FALSE(fs::exists(scratch / "mended.argil"));
+  EXPECT_FALSE(fs::exists(scratch / "repaired.argil"));
   unsetenv("ARGIL_STATE");
 }
 

@@ -1,6 +1,6 @@
 // argil feel: forces along a recorded path, by any contact; nothing is left when something is wrong.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <algorithm>
 #include <cmath>

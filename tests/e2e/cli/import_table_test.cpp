@@ -7,7 +7,7 @@
 #include <regex>
 #include <set>
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 namespace argil::tests {
 namespace {

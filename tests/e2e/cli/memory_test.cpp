@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-#include "command.h"
+#include "tests/e2e/support/command.h"
 
 namespace argil::tests {
 namespace {

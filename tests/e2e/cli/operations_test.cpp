@@ -1,7 +1,7 @@
 // Operations on whole pieces in scripts, as a person at the command line meets them: each row of the table over a small
 // ball, what comes out checked by its properties.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <cmath>
 #include <functional>

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 namespace argil::tests {
 namespace {

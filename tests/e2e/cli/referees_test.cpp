@@ -3,7 +3,7 @@
 // has them; gltf-validator of npm. What they make of hand-made cases is in unit_engine, LongFormatMatrix; lib3mf reads
 // what we write in unit_io, and gltf-validator the odd cases.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // The main job from the command line: clay in, strokes, files out; repeatable.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // The table of tools as a person at the command line meets it.
 
-#include "tests/e2e/cli/command.h"
+#include "tests/e2e/support/command.h"
 
 #include <nlohmann/json.hpp>
 #include <set>

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "screen.h"
+#include "tests/e2e/support/screen.h"
 
 namespace argil::tests {
 namespace {

@@ -10,7 +10,7 @@
 #include <set>
 #include <sstream>
 
-#include "screen.h"
+#include "tests/e2e/support/screen.h"
 #include "ui3d/studio/panels/actions.h"
 
 namespace argil::tests {

@@ -11,8 +11,8 @@
 #include <random>
 #include <sstream>
 
-#include "../cli/command.h"
-#include "person.h"
+#include "tests/e2e/support/command.h"
+#include "tests/e2e/support/person.h"
 #include "tests/support/x_server.h"
 
 namespace argil::tests {

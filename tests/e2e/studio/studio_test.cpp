@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "screen.h"
+#include "tests/e2e/support/screen.h"
 
 namespace argil::tests {
 namespace {

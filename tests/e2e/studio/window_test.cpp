@@ -7,7 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "screen.h"
+#include "tests/e2e/support/screen.h"
 
 namespace argil::tests {
 namespace {

@@ -17,10 +17,10 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "engine/document/random.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/recovery.h"
 #include "tests/support/write_trace.h"
 
@@ -29,7 +29,7 @@ namespace argil::engine {
 namespace fs = std::filesystem;
 using failing::TraceOp;
 
-// Virtual time. The keeper writes what came within its syncS of 0.25 s together.
+// Virtual time. The autosave writes what came within its syncS of 0.25 s together.
 inline constexpr double kPointMs = 20, kOpMs = 100, kFlushMs = 250;
 inline constexpr double kMostLostMs = 1000;
 inline constexpr double kRadiusMm = 4;
@@ -178,27 +178,28 @@ inline constexpr const char* kJournals = "state/argil/journal";
 class Desk {
  public:
   Desk(fs::path root, Truth& truth, uint64_t rollBytes = uint64_t{512} << 20) : root_(std::move(root)), truth_(truth) {
-    KeeperOptions options;
+    AutosaveOptions options;
     options.folder = root_ / kJournals;
     options.syncS = 1e6;  // by flush() alone
     options.rollBytes = rollBytes;
-    keeper_ = std::make_unique<Keeper>(options, [](const std::string& trouble) { EXPECT_EQ(trouble, ""); });
+    autosave_ = std::make_unique<Autosave>(options, [](const std::string& trouble) { EXPECT_EQ(trouble, ""); });
   }
   ~Desk() {
     if (session) session->setWatch(nullptr);
   }
 
-  void begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<Archive> archive,
-             std::shared_ptr<const Base> base, std::string writer, std::optional<Keeper::Continued> continued = {},
+  void begin(std::vector<HistoryState> states, size_t done, std::shared_ptr<DocumentRecords> documentRecords,
+             std::shared_ptr<const Base> base, std::string writer, std::optional<Autosave::Continued> continued = {},
              const std::vector<std::shared_ptr<io::RecordSource>>& sources = {}) {
-    archive_ = std::move(archive);
+    documentRecords_ = std::move(documentRecords);
     base_ = std::move(base);
     writer_ = std::move(writer);
-    records_ = keeper_->begin(states, done, archive_, base_, writer_, std::move(continued), sources);
+    records_ = autosave_->begin(states, done, documentRecords_, base_, writer_, std::move(continued), sources);
     session = std::make_unique<Session>(std::move(states), done);
-    session->setReader(
-        [this](uint64_t kept, const Document& near) { return readStep(*keeper_, *archive_, records_, kept, near); });
-    session->setWatch(keeper_.get());
+    session->setReader([this](uint64_t kept, const Document& near) {
+      return readStep(*autosave_, *documentRecords_, records_, kept, near);
+    });
+    session->setWatch(autosave_.get());
     // What is in no memory was seen before.
     for (size_t i = 0;
          i < session->states().size() && !truth_.moments.empty() && i < truth_.moments.back().history.size(); ++i)
@@ -211,7 +212,7 @@ class Desk {
     grid.voxelMm = 0.5;
     auto first = std::make_shared<const Document>(
         Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), kRadiusMm)));
-    begin({{.label = {}, .document = first}}, 0, std::make_shared<Archive>(), nullptr, newWriter());
+    begin({{.label = {}, .document = first}}, 0, std::make_shared<DocumentRecords>(), nullptr, newWriter());
   }
 
   void beginStroke(uint64_t seed) {
@@ -267,10 +268,10 @@ class Desk {
   Saving beginSave(uint64_t file) {
     Saving saving{file,
                   truth_.moments.size() - 1,
-                  {session->states(), session->undoSteps(), {}, archive_, base_, {records_}, writer_},
+                  {session->states(), session->undoSteps(), {}, documentRecords_, base_, {records_}, writer_},
                   nullptr};
     say(Said::saving, saving.moment, file);
-    keeper_->saving(root_ / kFiles[file]);
+    autosave_->saving(root_ / kFiles[file]);
     return saving;
   }
   void save(Saving& saving) const {
@@ -279,7 +280,7 @@ class Desk {
   }
   void endSave(const Saving& saving) {
     base_ = saving.base;
-    keeper_->saved(base_);
+    autosave_->saved(base_);
   }
   void save(uint64_t file) {
     Saving saving = beginSave(file);
@@ -288,11 +289,11 @@ class Desk {
     flush();
   }
   UndoUse keepBudget(UndoBudget& budget) {
-    return budget.keep(*session, [this](const DocumentPtr& document) { return keeper_->kept(document); });
+    return budget.keep(*session, [this](const DocumentPtr& document) { return autosave_->kept(document); });
   }
   void flush() {
     const uint64_t done = truth_.actedMs.size();
-    keeper_->flush();
+    autosave_->flush();
     say(Said::flushed, done);
     flushedMs_ = nowMs_;
   }
@@ -327,10 +328,10 @@ class Desk {
 
   fs::path root_;
   Truth& truth_;
-  std::unique_ptr<Keeper> keeper_;
-  std::shared_ptr<Archive> archive_;
+  std::unique_ptr<Autosave> autosave_;
+  std::shared_ptr<DocumentRecords> documentRecords_;
   std::shared_ptr<const Base> base_;
-  std::shared_ptr<HistoryRecords> records_;
+  std::shared_ptr<SavedHistory> records_;
   std::string writer_;
   Random random_{0};
   Vec3d at_ = Vec3d::Zero();

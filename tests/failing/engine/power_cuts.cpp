@@ -20,9 +20,9 @@
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/recovery.h"
 #include "tests/failing/engine/desk.h"
 #include "tests/support/power_cut.h"
@@ -115,7 +115,7 @@ class PowerCuts : public testing::Test {
     failing::beginTrace(root);
     Desk desk(root, work.truth, 120'000);
     OpenedDocument opened = openDocument(root / kFiles[0]);
-    desk.begin(opened.states, opened.done, opened.archive, opened.base, newWriter());
+    desk.begin(opened.states, opened.done, opened.documentRecords, opened.base, newWriter());
     for (uint64_t i = 10; i < 16; ++i) desk.stroke(i, 40);
     Desk::Saving saving = desk.beginSave(0);
     std::thread saver([&] { desk.save(saving); });
@@ -139,7 +139,7 @@ class PowerCuts : public testing::Test {
       savedFile(root, work);
       Desk desk(root, work.truth);
       OpenedDocument opened = openDocument(root / kFiles[0]);
-      desk.begin(opened.states, opened.done, opened.archive, opened.base, newWriter());
+      desk.begin(opened.states, opened.done, opened.documentRecords, opened.base, newWriter());
       desk.stroke(20, 60);
       desk.beginStroke(21);
       desk.points(70);
@@ -159,7 +159,7 @@ class PowerCuts : public testing::Test {
     EXPECT_EQ(replay(recovered, nullptr, &watch), 0u);
     Desk desk(root, work.truth);
     OpenedDocument& opened = recovered.document;
-    desk.begin(opened.states, opened.done, opened.archive, opened.base, recovered.writer,
+    desk.begin(opened.states, opened.done, opened.documentRecords, opened.base, recovered.writer,
                std::move(recovered.continued), recovered.sources);
     recovered.journal.reset();
     desk.stroke(22, 60);
@@ -253,7 +253,8 @@ class PowerCuts : public testing::Test {
       d.add(more);
     });
     failing::beginTrace(root);
-    (void)saveDocument(file, {session.states(), session.undoSteps(), {}, opened.archive, opened.base, {}, newWriter()});
+    (void)saveDocument(
+        file, {session.states(), session.undoSteps(), {}, opened.documentRecords, opened.base, {}, newWriter()});
     const Trace trace = failing::endTrace();
     // Just before the rollback journal goes, which is the commit.
     size_t at = 0;
@@ -297,8 +298,8 @@ class PowerCuts : public testing::Test {
         }
         covered = std::max(covered, truth.moments[*moment].actions);
         if (!thorough) continue;
-        if (const std::string wrong =
-                compareHistory(opened.states, opened.done, *opened.archive, opened.base, {}, truth.moments[*moment]);
+        if (const std::string wrong = compareHistory(opened.states, opened.done, *opened.documentRecords, opened.base,
+                                                     {}, truth.moments[*moment]);
             !wrong.empty())
           return {.wrong = path.filename().string() + ": " + wrong};
       }
@@ -320,9 +321,9 @@ class PowerCuts : public testing::Test {
         }
         OpenedDocument& document = recovered.document;
         looked.damaged = looked.damaged || !document.notes.empty();
-        // Mended is told as mended: it is worth what it is worth, and covers nothing.
+        // Mended is told as repaired: it is worth what it is worth, and covers nothing.
         if (document.states.size() == 1 && recovered.file.empty() && !document.notes.empty() &&
-            document.notes.front().find("was mended") != std::string::npos) {
+            document.notes.front().find("was repaired") != std::string::npos) {
           doubts += document.notes.front() + " ";
           continue;
         }
@@ -334,8 +335,8 @@ class PowerCuts : public testing::Test {
           return {.wrong = "the journal tells of a document or a stroke that never was: " + hex(hash) + ", " +
                            std::to_string(recovered.strokes.size()) + " strokes: " + recovered.sentence};
         if (thorough && document.notes.empty()) {
-          const std::string wrong = compareHistory(document.states, document.done, *document.archive, document.base,
-                                                   recovered.sources, truth.moments[from]);
+          const std::string wrong = compareHistory(document.states, document.done, *document.documentRecords,
+                                                   document.base, recovered.sources, truth.moments[from]);
           if (!wrong.empty()) return {.wrong = "recovered: " + wrong};
         }
         if (replay(recovered) != 0) return {.wrong = "a stroke cannot be repeated"};
@@ -371,15 +372,15 @@ class PowerCuts : public testing::Test {
   }
 
   // Every step that can be gone to.
-  static std::string compareHistory(const std::vector<HistoryState>& states, size_t done, Archive& archive,
-                                    const std::shared_ptr<const Base>& base,
+  static std::string compareHistory(const std::vector<HistoryState>& states, size_t done,
+                                    DocumentRecords& documentRecords, const std::shared_ptr<const Base>& base,
                                     const std::vector<std::shared_ptr<io::RecordSource>>& sources,
                                     const Truth::Moment& moment) {
     if (done != moment.done || states.size() > moment.history.size())
       return "another history: " + std::to_string(done) + " of " + std::to_string(states.size() - 1) + " steps";
     Session session(states, done);
     session.setReader(
-        [&](uint64_t kept, const Document& near) { return readState(archive, base, sources, kept, near); });
+        [&](uint64_t kept, const Document& near) { return readState(documentRecords, base, sources, kept, near); });
     for (size_t i = 0; i < states.size(); ++i) {
       session.goTo(i);
       if (hashOf(*session.document()) != moment.history[i]) return "step " + std::to_string(i) + " is not what it was";

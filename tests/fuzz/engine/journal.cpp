@@ -2,7 +2,7 @@
 // recovered and done again, or an Error says why.
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/keeper.h"
+#include "engine/saving/autosave.h"
 #include "engine/session/recovery.h"
 #include "engine/tools/tool_table.h"
 #include "tests/fuzz/patched_file.h"
@@ -15,13 +15,13 @@ std::string madeJournal() {
   const tests::MemoryFolder folder;
   clay::Grid grid;
   grid.voxelMm = 1;
-  engine::KeeperOptions options;
+  engine::AutosaveOptions options;
   options.folder = folder / "journals";
-  engine::Keeper keeper(options, [](const std::string& trouble) { tests::require(trouble.empty()); });
+  engine::Autosave autosave(options, [](const std::string& trouble) { tests::require(trouble.empty()); });
   engine::Session session(engine::Document::of(clay::makeSphere(clay::Store::make(), grid, {0, 0, 0}, 5)));
-  keeper.begin(session.states(), 0, std::make_shared<engine::Archive>(), nullptr, "fuzz");
-  keeper.flush();
-  session.setWatch(&keeper);
+  autosave.begin(session.states(), 0, std::make_shared<engine::DocumentRecords>(), nullptr, "fuzz");
+  autosave.flush();
+  session.setWatch(&autosave);
   for (int stroke = 0; stroke < 3; ++stroke) {
     engine::Tool tool = engine::standardTool(*engine::findTool(stroke == 1 ? "paint" : "carve"));
     tool.radiusMm = 2;
@@ -33,7 +33,7 @@ std::string madeJournal() {
       session.addPoint(point);
     }
     if (stroke < 2) session.endStroke();
-    keeper.flush();
+    autosave.flush();
   }
   std::string content;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "journals"))

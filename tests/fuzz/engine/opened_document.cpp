@@ -1,8 +1,8 @@
-// Documents with painted and masked clay, damaged anywhere: opened, mended or refused.
+// Documents with painted and masked clay, damaged anywhere: opened, repaired or refused.
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 #include "tests/fuzz/patched_file.h"
 

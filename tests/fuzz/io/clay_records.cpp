@@ -1,4 +1,4 @@
-// Any records as clay: damaged, or (third byte of 128 and more) mended into a version that can be written again.
+// Any records as clay: damaged, or (third byte of 128 and more) repaired into a version that can be written again.
 #include "io/records/clay_records.h"
 
 #include "clay/store/store.h"
@@ -10,15 +10,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   tests::ByteInput input(data, size);
   const io::RecordId root = input.two();
   const uint8_t choice = input.byte();
-  const bool mend = choice >= 128;
+  const bool repair = choice >= 128;
   const uint32_t owner = choice % 128;
   tests::RecordList list = tests::recordsOf(input);
   try {
     io::RecordIds ids(list.highest() + 1);
     io::ClayRecords clay(ids);
     const io::ReadClay read =
-        clay.read(list, root, clay::Grid{}, clay::Store::make(), nullptr, 1, mend ? &list : nullptr, owner);
-    tests::require(mend || (read.bricksLost == 0 && read.blocksLost == 0));
+        clay.read(list, root, clay::Grid{}, clay::Store::make(), nullptr, 1, repair ? &list : nullptr, owner);
+    tests::require(repair || (read.bricksLost == 0 && read.blocksLost == 0));
     tests::RecordList again;
     io::RecordSet held;
     io::RecordIds newIds;

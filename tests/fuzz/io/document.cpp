@@ -1,7 +1,7 @@
 // Saved documents of any bytes: opened, read through and added to, or refused; scanned in any case.
 #include "io/records/document_file.h"
 
-#include "io/records/salvage.h"
+#include "io/records/recovered_records.h"
 #include "tests/fuzz/patched_file.h"
 
 namespace {
@@ -69,12 +69,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     tests::requireSentence(error, error.kind());
   }
   try {
-    io::Salvage salvage(path);
-    readAll(salvage, salvage.highestId());
-    for (const io::RecordId head : salvage.heads()) tests::require(head != 0);
-    salvage.bricksIn(1, {-8, -8, -8}, 16, [&](Coord, io::RecordId id) {
+    io::RecoveredRecords found(path);
+    readAll(found, found.highestId());
+    for (const io::RecordId head : found.heads()) tests::require(head != 0);
+    found.bricksIn(1, {-8, -8, -8}, 16, [&](Coord, io::RecordId id) {
       std::vector<std::byte> record;
-      tests::require(salvage.get(id, record));
+      tests::require(found.get(id, record));
     });
   } catch (const Error& error) {
     tests::requireSentence(error, error.kind());

@@ -252,10 +252,10 @@ TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
   BrushStroke stroke(block, Brush::of(Method::carve));
   // A ball whose centre lies on the upper face: the rim is a circle of its radius there, at a right angle.
   stroke.apply({{0, 0, 20}, {0, 0, 20}, 12});
-  const Version cut = stroke.publish(), mended = stroke.finish();
+  const Version cut = stroke.publish(), repaired = stroke.finish();
   Surface a(false), b(false);
   a.update(cut);
-  b.update(mended);
+  b.update(repaired);
   EXPECT_EQ(a.hash(), b.hash());  // no vertex moved
   std::vector<Vec3d> points;
   const TriangleMesh mesh = a.toMesh();
@@ -266,7 +266,7 @@ TEST(Redistance, MendsTheFieldBeyondARimAndKeepsTheSurface) {
                          4 / cut.grid().voxelMm);
   std::erase_if(points,
                 [](const Vec3d& p) { return p.x() < -1 || p.y() < -1 || p.x() > 20 || p.y() > 20 || p.z() < 0; });
-  Sampler before(cut), after(mended);
+  Sampler before(cut), after(repaired);
   double worstBefore = 0, worstAfter = 0, sumBefore = 0, sumAfter = 0;
   int count = 0;
   for (int x = 2; x <= 15; ++x)

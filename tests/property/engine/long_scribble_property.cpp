@@ -8,7 +8,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 
 namespace argil::engine {

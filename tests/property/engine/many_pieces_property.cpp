@@ -12,7 +12,7 @@
 #include "clay/store/store.h"
 #include "clay/whole/boolean.h"
 #include "engine/document/random.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/edit_loop.h"
 #include "engine/session/surfaces.h"
 

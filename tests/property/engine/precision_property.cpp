@@ -13,7 +13,7 @@
 #include "clay/surface/surface.h"
 #include "clay/whole/change_precision.h"
 #include "engine/document/random.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 #include "haptics/contact/ball_contact.h"
 #include "tests/support/tool_files.h"

@@ -5,7 +5,7 @@
 #include "clay/field/primitives.h"
 #include "clay/surface/surface.h"
 #include "engine/document/random.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 
 namespace argil::engine {
 namespace {

@@ -14,9 +14,9 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "engine/document/random.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "engine/session/recovery.h"
 #include "engine/text/document_text.h"
 
@@ -72,7 +72,7 @@ class Window {
     truth_.add(label, first);
     Begin how;
     how.states = {{.label = label, .document = std::make_shared<const Document>(std::move(first))}};
-    how.archive = std::make_shared<Archive>();
+    how.documentRecords = std::make_shared<DocumentRecords>();
     begin(std::move(how));
   }
 
@@ -81,7 +81,7 @@ class Window {
     Begin how;
     how.states = std::move(opened.states);
     how.done = opened.done;
-    how.archive = std::move(opened.archive);
+    how.documentRecords = std::move(opened.documentRecords);
     how.base = std::move(opened.base);
     how.file = path;
     how.token = itsToken;
@@ -120,28 +120,28 @@ class Window {
     SaveRequest request;
     request.states = session_->states();
     request.done = session_->undoSteps();
-    request.archive = archive_;
+    request.documentRecords = documentRecords_;
     request.base = base_;
     request.sources = {records_};
     request.writer = writer_;
-    keeper_->saving(path);
+    autosave_->saving(path);
     try {
       base_ = saveDocument(path, request);
     } catch (const Error&) {
-      keeper_->saving({});
+      autosave_->saving({});
       throw;
     }
     file_ = path;
     saved_ = now();
-    keeper_->saved(base_);
+    autosave_->saved(base_);
   }
 
   // Its journal is all that is left.
   void kill() {
-    keeper_->flush();
+    autosave_->flush();
     session_->setWatch(nullptr);
-    keeper_->leave();
-    keeper_.reset();
+    autosave_->leave();
+    autosave_.reset();
     dead_ = true;
     killed_ = now();
   }
@@ -160,7 +160,7 @@ class Window {
         OpenedDocument& document = recovered.document;
         how.states = std::move(document.states);
         how.done = document.done;
-        how.archive = std::move(document.archive);
+        how.documentRecords = std::move(document.documentRecords);
         how.base = std::move(document.base);
         how.writer = recovered.writer;
         how.sources = std::move(recovered.sources);
@@ -199,40 +199,42 @@ class Window {
     std::vector<HistoryState> states;
     size_t done = 0;
     fs::path file;
-    std::shared_ptr<Archive> archive;
+    std::shared_ptr<DocumentRecords> documentRecords;
     std::shared_ptr<const Base> base;
     std::string writer;
     std::vector<std::shared_ptr<io::RecordSource>> sources;
-    std::optional<Keeper::Continued> continued;
+    std::optional<Autosave::Continued> continued;
     uint64_t token = 0;
   };
   void begin(Begin how) {
     if (session_) session_->setWatch(nullptr);
     file_ = std::move(how.file);
-    archive_ = std::move(how.archive);
+    documentRecords_ = std::move(how.documentRecords);
     base_ = std::move(how.base);
     token = how.token;
     writer_ = how.writer.empty() ? newWriter() : how.writer;
     saved_.clear();
-    if (!keeper_) {
-      KeeperOptions options;
+    if (!autosave_) {
+      AutosaveOptions options;
       options.folder = journals_;
       options.syncS = 0.0001;
-      keeper_ = std::make_unique<Keeper>(options, [](const std::string& trouble) { EXPECT_EQ(trouble, ""); });
+      autosave_ = std::make_unique<Autosave>(options, [](const std::string& trouble) { EXPECT_EQ(trouble, ""); });
     }
-    records_ = keeper_->begin(how.states, how.done, archive_, base_, writer_, std::move(how.continued), how.sources);
+    records_ =
+        autosave_->begin(how.states, how.done, documentRecords_, base_, writer_, std::move(how.continued), how.sources);
     session_ = std::make_unique<Session>(std::move(how.states), how.done);
-    session_->setWatch(keeper_.get());
-    session_->setReader(
-        [this](uint64_t kept, const Document& near) { return readStep(*keeper_, *archive_, records_, kept, near); });
+    session_->setWatch(autosave_.get());
+    session_->setReader([this](uint64_t kept, const Document& near) {
+      return readStep(*autosave_, *documentRecords_, records_, kept, near);
+    });
   }
 
   const fs::path journals_;
   Truth& truth_;
-  std::unique_ptr<Keeper> keeper_;
-  std::shared_ptr<Archive> archive_;
+  std::unique_ptr<Autosave> autosave_;
+  std::shared_ptr<DocumentRecords> documentRecords_;
   std::shared_ptr<const Base> base_;
-  std::shared_ptr<HistoryRecords> records_;
+  std::shared_ptr<SavedHistory> records_;
   std::string writer_;
   std::unique_ptr<Session> session_;
   fs::path file_;
@@ -395,7 +397,7 @@ class Interleaving {
       EXPECT_EQ(newest.label, wanted.newest) << path << " does not hold what was saved last";
       EXPECT_TRUE(truth_.holds(newest.label, *newest.document)) << path << " holds clay that nobody made";
       const HistoryState& other = opened.states[random_.below(opened.states.size())];
-      const DocumentPtr step = readState(*opened.archive, opened.base, {}, other.kept, *newest.document);
+      const DocumentPtr step = readState(*opened.documentRecords, opened.base, {}, other.kept, *newest.document);
       EXPECT_TRUE(truth_.holds(other.label, *step)) << path << ": its " << other.label << " is not what was made";
     }
   }

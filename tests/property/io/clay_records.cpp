@@ -163,7 +163,7 @@ TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
       }
       ASSERT_NO_FATAL_FAILURE(expectClosed(read.version)) << "round " << round << ", damage " << damage;
       ASSERT_NO_FATAL_FAILURE(expectCanonical(read.version)) << "round " << round << ", damage " << damage;
-      // What was mended is not taken for what the damaged records say: it is written anew and comes back.
+      // What was repaired is not taken for what the damaged records say: it is written anew and comes back.
       RecordMemory saved = memory;
       RecordSet nothing;
       for (const auto& [id, bytes] : memory.records)

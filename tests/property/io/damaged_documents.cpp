@@ -11,7 +11,7 @@
 
 #include "io/records/document_file.h"
 #include "io/records/journal_file.h"
-#include "io/records/salvage.h"
+#include "io/records/recovered_records.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 
@@ -143,8 +143,8 @@ TEST(DamagedDocuments, giveWhatIsIntactOrSayWhy) {
     std::filesystem::remove(path);  // Some file systems flush a file that is written over.
     spill(path, damage.bytes);
     {
-      Salvage salvage(path);
-      EXPECT_TRUE(contains(soundOf(salvage), untouched(whole, damage)));
+      RecoveredRecords found(path);
+      EXPECT_TRUE(contains(soundOf(found), untouched(whole, damage)));
     }
     std::unique_ptr<DocumentFile> file;
     try {

@@ -35,8 +35,8 @@ struct Progress {
   std::atomic<uint64_t> saves, saveErrors;
   std::atomic<uint64_t> journalErrors;  ///< Sentences that a person would have got.
   std::atomic<int64_t> troubledNs;      ///< When the first of them came; 0: none.
-  std::atomic<double> keeperCpuS, keeperSteps;
-  std::atomic<uint64_t> keeperBytes;
+  std::atomic<double> autosaveCpuS, autosaveSteps;
+  std::atomic<uint64_t> autosaveBytes;
   std::atomic<int64_t> at[kActions];     ///< When each was done.
   std::atomic<uint64_t> hash[kOps + 1];  ///< Of the document after so many ops.
 };

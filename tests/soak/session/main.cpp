@@ -1,4 +1,4 @@
-// keeping_session FOLDER SEED RADIUS_MM VOXEL_MM: works on FOLDER/work.argil (or on an untitled ball when it is not
+// saving_session FOLDER SEED RADIUS_MM VOXEL_MM: works on FOLDER/work.argil (or on an untitled ball when it is not
 // there) in real time, as the studio's edit thread does, until it is killed. FOLDER/progress tells what was done when.
 
 #include <cstdio>
@@ -9,9 +9,9 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "engine/document/jobs.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "tests/soak/engine/keeping_script.h"
 
 using namespace argil;
@@ -33,21 +33,21 @@ int main(int count, char** arguments) {
     opened.states = {{.label = {},
                       .document = std::make_shared<const engine::Document>(
                           engine::Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius)))}};
-    opened.archive = std::make_shared<engine::Archive>();
+    opened.documentRecords = std::make_shared<engine::DocumentRecords>();
   }
   std::shared_ptr<const engine::Base> base = opened.base;
-  engine::KeeperOptions options;
+  engine::AutosaveOptions options;
   options.folder = folder / "state";
-  engine::Keeper keeper(options, [&](const std::string& trouble) {
+  engine::Autosave autosave(options, [&](const std::string& trouble) {
     if (trouble.empty()) return;
     if (progress.journalErrors.fetch_add(1) == 0) progress.troubledNs = soak::nowNs();
   });
   engine::Session session(opened.states, opened.done);
   session.setReader([&](uint64_t kept, const engine::Document& near) {
-    return engine::readState(*opened.archive, base, {}, kept, near);
+    return engine::readState(*opened.documentRecords, base, {}, kept, near);
   });
-  keeper.begin(opened.states, opened.done, opened.archive, base, writer);
-  session.setWatch(&keeper);
+  autosave.begin(opened.states, opened.done, opened.documentRecords, base, writer);
+  session.setWatch(&autosave);
 
   std::optional<engine::BackgroundJob> saving;
   std::shared_ptr<const engine::Base> saved;
@@ -57,7 +57,7 @@ int main(int count, char** arguments) {
     try {
       saving->wait();
       base = saved;
-      keeper.saved(base);
+      autosave.saved(base);
       progress.savedOp = savedOps;
       ++progress.saves;
     } catch (const Error& e) {
@@ -100,15 +100,15 @@ int main(int count, char** arguments) {
     progress.ops = number + 1;
     finishSave();
     if (op.save && !saving) {
-      engine::SaveRequest request{session.states(), session.undoSteps(), {}, opened.archive, base, {}, writer};
+      engine::SaveRequest request{session.states(), session.undoSteps(), {}, opened.documentRecords, base, {}, writer};
       savedOps = number + 1;
-      keeper.saving(file);
+      autosave.saving(file);
       saving.emplace([request, file, &saved](Job& job) { saved = engine::saveDocument(file, request, &job); });
     }
-    const engine::Keeper::Counts counts = keeper.counts();
-    progress.keeperCpuS = counts.cpuS;
-    progress.keeperBytes = counts.bytes;
-    progress.keeperSteps = double(counts.steps);
+    const engine::Autosave::Counts counts = autosave.counts();
+    progress.autosaveCpuS = counts.cpuS;
+    progress.autosaveBytes = counts.bytes;
+    progress.autosaveSteps = double(counts.steps);
   }
   return 0;
 }

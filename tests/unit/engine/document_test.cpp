@@ -5,7 +5,7 @@
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 
 namespace argil::engine {

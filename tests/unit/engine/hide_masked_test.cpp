@@ -5,7 +5,7 @@
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/text/document_text.h"
 #include "engine/tools/piece_jobs.h"
 #include "tests/unit/haptics/painted_clay.h"

@@ -11,13 +11,13 @@
 #include <iterator>
 
 #include "engine/session/recovery.h"
-#include "tests/unit/engine/keeping_rig.h"
+#include "tests/unit/engine/saving_rig.h"
 
 namespace argil::engine {
 namespace {
 
 using testing::HasSubstr;
-using Recovery = KeepingRig;
+using Recovery = SavingRig;
 
 // Of two journals of one document, the newer one written over here and there.
 struct TwoJournals {
@@ -36,8 +36,8 @@ TwoJournals twoJournals(const fs::path& folder, Document first) {
   kept.crash(two.older);
   two.olderTold = std::to_string(kept.session.document()->pieces[0].pose.translation.x());
   // Begun anew, as when it has grown.
-  kept.keeper->begin(kept.session.states(), kept.session.undoSteps(), kept.archive, nullptr, kept.writer,
-                     Keeper::Continued{folder / "gone", nullptr, 1});
+  kept.autosave->begin(kept.session.states(), kept.session.undoSteps(), kept.documentRecords, nullptr, kept.writer,
+                       Autosave::Continued{folder / "gone", nullptr, 1});
   change("two");
   kept.crash(two.newer);
   two.newerTold = std::to_string(kept.session.document()->pieces[0].pose.translation.x());
@@ -86,9 +86,9 @@ TEST_F(Recovery, stepsAreCountedFromTheSave) {
     kept.folder = journals;
     for (uint64_t i = 0; i < 16; ++i) stroke(kept.session, i);
     ASSERT_EQ(kept.session.undoSteps(), 16u);
-    SaveRequest request{kept.session.states(), 16, {}, kept.archive, nullptr, {}, kept.writer};
-    kept.keeper->saved(saveDocument(file, request));
-    kept.keeper->flush();  // the journal is begun anew
+    SaveRequest request{kept.session.states(), 16, {}, kept.documentRecords, nullptr, {}, kept.writer};
+    kept.autosave->saved(saveDocument(file, request));
+    kept.autosave->flush();  // the journal is begun anew
     for (uint64_t i = 0; i < 4; ++i) stroke(kept.session, 100 + i);
     ASSERT_EQ(kept.session.undoSteps(), 20u);
     const Recoverable found = examine(kept.crash(left / "1.journal"));
@@ -103,15 +103,15 @@ TEST_F(Recovery, stepsAreCountedFromTheSave) {
   // Opened with its history, and worked on.
   OpenedDocument opened = openDocument(file);
   Session session(opened.states, opened.done);
-  KeeperOptions options;
+  AutosaveOptions options;
   options.folder = folder / "others";
   options.syncS = 0.01;
-  Keeper keeper(options, [](const std::string&) {});
-  keeper.begin(session.states(), session.undoSteps(), opened.archive, opened.base, newWriter());
-  session.setWatch(&keeper);
+  Autosave autosave(options, [](const std::string&) {});
+  autosave.begin(session.states(), session.undoSteps(), opened.documentRecords, opened.base, newWriter());
+  session.setWatch(&autosave);
   for (uint64_t i = 0; i < 4; ++i) stroke(session, 200 + i);
   const size_t steps = session.undoSteps() - 16;
-  keeper.flush();
+  autosave.flush();
   for (const auto& entry : fs::directory_iterator(options.folder)) {
     if (entry.path().extension() != ".journal") continue;
     const Recoverable found = examine(entry.path());
@@ -125,9 +125,9 @@ TEST_F(Recovery, oneDamagedRecordCostsNoJournalAndNoDocument) {
   fs::create_directories(left);
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
-  SaveRequest request{kept.session.states(), 0, {}, kept.archive, nullptr, {}, kept.writer};
-  kept.keeper->saved(saveDocument(file, request));
-  kept.keeper->flush();  // the journal is begun anew
+  SaveRequest request{kept.session.states(), 0, {}, kept.documentRecords, nullptr, {}, kept.writer};
+  kept.autosave->saved(saveDocument(file, request));
+  kept.autosave->flush();  // the journal is begun anew
   kept.session.change("New ball", [](Document& d) { d.pieces[1].version = ball(6); });
   const fs::path journal = kept.crash(left / "1.journal");
   // The record that says which document the step led to; the document is whole.
@@ -158,14 +158,14 @@ TEST_F(Recovery, aJournalFindsTheFileThatWasMoved) {
   fs::create_directories(moved.parent_path());
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
-  SaveRequest request{kept.session.states(), 0, {}, kept.archive, nullptr, {}, kept.writer};
+  SaveRequest request{kept.session.states(), 0, {}, kept.documentRecords, nullptr, {}, kept.writer};
   const auto base = saveDocument(file, request);
   // Opened again by a later session, whose journal counts on the file.
   kept.session.setWatch(nullptr);
   OpenedDocument opened = openDocument(file);
-  kept.keeper->begin(opened.states, 0, opened.archive, opened.base, newWriter());
+  kept.autosave->begin(opened.states, 0, opened.documentRecords, opened.base, newWriter());
   Session session(opened.states, 0);
-  session.setWatch(kept.keeper.get());
+  session.setWatch(kept.autosave.get());
   stroke(session, 2);
   fs::create_directories(folder / "left");
   const fs::path journal = kept.crash(folder / "left" / "1.journal");
@@ -193,7 +193,7 @@ TEST_F(Recovery, aJournalFindsTheFileThatWasMoved) {
   saveDocument(folder / "foreign.argil", Document::of(ball(3)));
   {
     OpenedDocument copy = openDocument(folder / "copy.argil");
-    (void)saveDocument(folder / "copy.argil", {copy.states, 0, {}, copy.archive, copy.base, {}, newWriter()});
+    (void)saveDocument(folder / "copy.argil", {copy.states, 0, {}, copy.documentRecords, copy.base, {}, newWriter()});
   }
   for (const char* other : {"foreign.argil", "copy.argil", "none.argil"}) {
     choice.base = folder / other;
@@ -204,20 +204,20 @@ TEST_F(Recovery, aJournalFindsTheFileThatWasMoved) {
       EXPECT_THAT(e.what(), HasSubstr(other));
     }
   }
-  // Without any: what the journal alone holds, told as mended.
+  // Without any: what the journal alone holds, told as repaired.
   choice.base.clear();
-  choice.mend = true;
-  const Recovered mended = recover(journal, nullptr, choice);
-  EXPECT_FALSE(mended.document.notes.empty());
-  EXPECT_FALSE(mended.document.states.empty());
+  choice.repair = true;
+  const Recovered repaired = recover(journal, nullptr, choice);
+  EXPECT_FALSE(repaired.document.notes.empty());
+  EXPECT_FALSE(repaired.document.states.empty());
 }
 
-// Three strokes that are known by their samples alone: nobody let the keeper at the archive.
+// Three strokes that are known by their samples alone: nobody let the autosave at the documentRecords.
 fs::path journalOfSamples(Kept& kept, const fs::path& to, std::vector<std::string>& tale,
                           const std::function<std::string(const Document&)>& tell,
                           const std::function<void(Session&, uint64_t)>& stroke) {
-  kept.keeper->flush();
-  const Archive::Lock lock = kept.archive->lock();
+  kept.autosave->flush();
+  const DocumentRecords::Lock lock = kept.documentRecords->lock();
   tale.push_back(tell(*kept.session.document()));
   for (uint64_t i = 1; i <= 3; ++i) {
     stroke(kept.session, i);

@@ -1,4 +1,4 @@
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 
 #include <gtest/gtest.h>
 

@@ -15,9 +15,9 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "engine/document/random.h"
-#include "engine/keeping/kept_document.h"
-#include "engine/keeping/session.h"
 #include "engine/models/load_document.h"
+#include "engine/saving/saved_document.h"
+#include "engine/saving/session.h"
 #include "io/records/blob.h"
 #include "io/records/document_facts.h"
 #include "io/records/document_file.h"
@@ -72,7 +72,8 @@ class Sharing : public testing::Test {
     session.undo();
     newest = session.document();
     (void)saveDocument(
-        file, {session.states(), session.undoSteps(), {}, std::make_shared<Archive>(), nullptr, {}, newWriter()});
+        file,
+        {session.states(), session.undoSteps(), {}, std::make_shared<DocumentRecords>(), nullptr, {}, newWriter()});
   }
 
   static json blob(io::RecordSource& source, io::BlobKind kind, io::RecordId id) {
@@ -139,8 +140,8 @@ TEST_F(Sharing, aCopyWithoutHistoryHoldsNothingThatWasTakenOut) {
   const auto inCopy = io::DocumentFile::open(copy, false);
   io::RecordSet live;
   {
-    Archive archive;
-    archive.mark(*inCopy, back.states[0].kept, live);
+    DocumentRecords documentRecords;
+    documentRecords.mark(*inCopy, back.states[0].kept, live);
   }
   io::markBlob(*inCopy, inCopy->head(), live);
   const io::RecordSet held = inCopy->held();
@@ -165,8 +166,8 @@ TEST_F(Sharing, aCopyWithoutHistoryHoldsNothingThatWasTakenOut) {
   const auto inFile = io::DocumentFile::open(file, false);
   io::RecordSet kept;
   {
-    Archive archive;
-    archive.mark(*inFile, opened.states[opened.done].kept, kept);
+    DocumentRecords documentRecords;
+    documentRecords.mark(*inFile, opened.states[opened.done].kept, kept);
   }
   const io::RecordSet all = inFile->held();
   size_t gone = 0, shared = 0;
@@ -215,7 +216,7 @@ TEST_F(Sharing, whatANewerArgilWroteIsOpenedForReadingOnly) {
     EXPECT_EQ(loaded.notes[0], opened.readOnly);
     // Under another name it is a document of this Argil.
     const fs::path other = folder / "other.argil";
-    (void)saveDocument(other, {opened.states, 0, {}, opened.archive, opened.base, {}, newWriter()});
+    (void)saveDocument(other, {opened.states, 0, {}, opened.documentRecords, opened.base, {}, newWriter()});
     const OpenedDocument ours = openDocument(other);
     EXPECT_EQ(ours.readOnly, "");
     EXPECT_EQ(ours.states[0].document->pieces[0].version.hash(), newest->pieces[0].version.hash());
@@ -233,7 +234,8 @@ TEST_F(Sharing, aNewerFileInWhichAllIsUnderstoodIsOneToWorkIn) {
   ASSERT_EQ(opened.states.size(), 4u);
   Session session(opened.states, opened.done);
   stroke(session, 5, "add");
-  (void)saveDocument(file, {session.states(), session.undoSteps(), {}, opened.archive, opened.base, {}, newWriter()});
+  (void)saveDocument(file,
+                     {session.states(), session.undoSteps(), {}, opened.documentRecords, opened.base, {}, newWriter()});
   EXPECT_EQ(openDocument(file).steps, 3u);
   EXPECT_EQ(io::DocumentFile::open(file, false)->schema(), io::kDocumentSchema + 1);
 }

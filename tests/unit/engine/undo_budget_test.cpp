@@ -14,8 +14,8 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "engine/document/random.h"
-#include "engine/keeping/keeper.h"
-#include "engine/keeping/undo_budget.h"
+#include "engine/saving/autosave.h"
+#include "engine/saving/undo_budget.h"
 #include "engine/session/recovery.h"
 #include "workbench_rig.h"
 
@@ -78,21 +78,22 @@ class UndoBudgetTest : public testing::Test {
   fs::path folder;
 };
 
-// A session with its keeper, as a workbench has them.
+// A session with its autosave, as a workbench has them.
 struct Kept {
   explicit Kept(const fs::path& folder, uint64_t rollBytes = uint64_t{512} << 20)
       : journals(folder / "journals"), session(Document::of(ball())) {
-    KeeperOptions options;
+    AutosaveOptions options;
     options.folder = journals;
     options.syncS = 0.005;
     options.rollBytes = rollBytes;
-    keeper = std::make_unique<Keeper>(options, [this](const std::string& text) {
+    autosave = std::make_unique<Autosave>(options, [this](const std::string& text) {
       if (!text.empty()) trouble = text;
     });
-    records = keeper->begin(session.states(), 0, archive, nullptr, writer);
-    session.setWatch(keeper.get());
-    session.setReader(
-        [this](uint64_t kept, const Document& near) { return readStep(*keeper, *archive, records, kept, near); });
+    records = autosave->begin(session.states(), 0, documentRecords, nullptr, writer);
+    session.setWatch(autosave.get());
+    session.setReader([this](uint64_t kept, const Document& near) {
+      return readStep(*autosave, *documentRecords, records, kept, near);
+    });
     hashes.push_back(hashOf(session));
   }
   ~Kept() { session.setWatch(nullptr); }
@@ -104,21 +105,21 @@ struct Kept {
     }
   }
   UndoUse keep(uint64_t bytes) {
-    keeper->flush();
+    autosave->flush();
     budget.set(bytes);
     // What is new is counted a few steps at a time.
     UndoUse use;
     for (size_t i = 0; i <= session.states().size() / UndoBudget::kMostNew; ++i)
-      use = budget.keep(session, [this](const DocumentPtr& document) { return keeper->kept(document); });
-    keeper->flush();  // lets go too
+      use = budget.keep(session, [this](const DocumentPtr& document) { return autosave->kept(document); });
+    autosave->flush();  // lets go too
     return use;
   }
   void saveTo(const fs::path& file) {
-    SaveRequest request{session.states(), session.undoSteps(), {}, archive, base, {records}, writer};
-    keeper->saving(file);
+    SaveRequest request{session.states(), session.undoSteps(), {}, documentRecords, base, {records}, writer};
+    autosave->saving(file);
     base = saveDocument(file, request);
-    keeper->saved(base);
-    keeper->flush();
+    autosave->saved(base);
+    autosave->flush();
   }
   void expectAllSteps() {
     for (const size_t to : {size_t{0}, hashes.size() - 1}) {
@@ -135,12 +136,12 @@ struct Kept {
 
   fs::path journals;
   Session session;
-  std::shared_ptr<Archive> archive = std::make_shared<Archive>();
+  std::shared_ptr<DocumentRecords> documentRecords = std::make_shared<DocumentRecords>();
   std::shared_ptr<const Base> base;
   std::string writer = newWriter();
   std::string trouble;
-  std::unique_ptr<Keeper> keeper;
-  std::shared_ptr<HistoryRecords> records;
+  std::unique_ptr<Autosave> autosave;
+  std::shared_ptr<SavedHistory> records;
   UndoBudget budget;
   std::vector<uint64_t> hashes;  // of each state
 };
@@ -224,7 +225,7 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
     if (i == 3) kept.saveTo(folder / "a.argil");
     if (i == 4) kept.saveTo(folder / "b.argil");
   }
-  EXPECT_GT(kept.keeper->counts().generations, 6u);
+  EXPECT_GT(kept.autosave->counts().generations, 6u);
   EXPECT_GT(kept.keep(kSmall).onDisk, 110u) << "more than a journal or a file takes over";
   fs::remove(folder / "a.argil");
   kept.expectAllSteps();
@@ -232,7 +233,7 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
   for (const auto& entry : fs::directory_iterator(kept.journals)) files += entry.path().extension() == ".journal";
   EXPECT_EQ(files, 1u) << "to anybody else there is one journal";
   // A crash brings back what it would have brought back without a budget.
-  kept.keeper->flush();
+  kept.autosave->flush();
   fs::path crashed;
   for (const auto& entry : fs::directory_iterator(kept.journals)) {
     crashed = folder / entry.path().filename();
@@ -243,7 +244,7 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
   EXPECT_GE(recovered.document.states.size(), 101u);
   Session session(recovered.document.states, recovered.document.done);
   session.setReader([&](uint64_t id, const Document& near) {
-    return readState(*recovered.document.archive, recovered.document.base, recovered.sources, id, near);
+    return readState(*recovered.document.documentRecords, recovered.document.base, recovered.sources, id, near);
   });
   EXPECT_EQ(hashOf(session), kept.hashes.back());
   for (size_t back = 1; back <= 100; back += 9) {
@@ -255,7 +256,7 @@ TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
   OpenedDocument opened = openDocument(folder / "c.argil");
   Session again(opened.states, opened.done);
   again.setReader(
-      [&](uint64_t id, const Document& near) { return readState(*opened.archive, opened.base, {}, id, near); });
+      [&](uint64_t id, const Document& near) { return readState(*opened.documentRecords, opened.base, {}, id, near); });
   ASSERT_EQ(again.undoSteps(), 100u);
   for (size_t back = 0; back <= 100; back += 10) {
     again.goTo(100 - back);
@@ -278,14 +279,14 @@ struct FullDisk {
 TEST_F(UndoBudgetTest, nothingLeavesMemoryThatTheDiskDoesNotTake) {
   Kept kept(folder);
   kept.strokes(10, 1);
-  kept.keeper->flush();
+  kept.autosave->flush();
   uint64_t onDisk = 0;
   for (const auto& entry : fs::directory_iterator(kept.journals)) onDisk = fs::file_size(entry.path());
   size_t before = 0;
   {
     const FullDisk full(onDisk);
     kept.strokes(10, 20);
-    kept.keeper->flush();
+    kept.autosave->flush();
     EXPECT_THAT(kept.trouble, HasSubstr("journal cannot be"));
     const UndoUse use = kept.keep(1);
     before = use.onDisk;
@@ -294,7 +295,7 @@ TEST_F(UndoBudgetTest, nothingLeavesMemoryThatTheDiskDoesNotTake) {
     EXPECT_EQ(use.inMemory, 9u);
     kept.expectAllSteps();
   }
-  kept.keeper->flush();
+  kept.autosave->flush();
   EXPECT_EQ(kept.keep(1).onDisk, 20u) << "once there is room again";
   kept.expectAllSteps();
   // A journal that never was.

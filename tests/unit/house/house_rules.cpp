@@ -32,7 +32,7 @@ const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
     {"io", {"bytes", "records", "reader", "models"}},
-    {"engine", {"document", "tools", "text", "keeping", "models", "session"}},
+    {"engine", {"document", "tools", "text", "saving", "models", "session"}},
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},
 };

@@ -59,10 +59,10 @@ struct File {
   }
 };
 
-ReadClay readFresh(RecordMemory& memory, RecordId root, const OlderBricks* mend = nullptr) {
+ReadClay readFresh(RecordMemory& memory, RecordId root, const OlderBricks* repair = nullptr) {
   RecordIds ids;
   ClayRecords clay(ids);
-  return clay.read(memory, root, unitGrid(), clay::Store::make(), nullptr, 2, mend, 1);
+  return clay.read(memory, root, unitGrid(), clay::Store::make(), nullptr, 2, repair, 1);
 }
 
 TEST(ChannelRecords, ComeBackToTheBitAndClayWithoutAnyIsWrittenAsBefore) {

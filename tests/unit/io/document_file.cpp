@@ -13,7 +13,7 @@
 #include <random>
 #include <set>
 
-#include "io/records/salvage.h"
+#include "io/records/recovered_records.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/record_samples.h"
 
@@ -313,7 +313,7 @@ TEST(DocumentFile, keepsItsLocksWhenTheSameProgramLooksAtTheFile) {
     putSample(*transaction, 2);
     EXPECT_TRUE(locked());
     EXPECT_TRUE(isDocument(path));
-    { const Salvage salvage(path); }
+    { const RecoveredRecords found(path); }
     EXPECT_TRUE(locked());
     transaction->commit(2, 3);
   }

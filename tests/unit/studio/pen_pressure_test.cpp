@@ -6,7 +6,7 @@
 
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "engine/keeping/session.h"
+#include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 #include "tests/support/tool_files.h"
 #include "ui3d/studio/quick_ring.h"

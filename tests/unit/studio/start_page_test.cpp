@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "clay/base/error.h"
-#include "engine/keeping/thumbnail.h"
+#include "engine/saving/thumbnail.h"
 #include "panels_rig.h"
 #include "render/view/image.h"
 

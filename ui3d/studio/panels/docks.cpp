@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "ui3d/studio/files/keep_words.h"
+#include "ui3d/studio/files/save_words.h"
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/kit/rows.h"
@@ -253,7 +253,7 @@ void drawStatus(Context& context, Memory& memory) {
   const Colours& c = colours();
   const float y = std::floor((kStatusHeight - ImGui::GetTextLineHeight()) / 2) + 0.0f;
 
-  const Keeping keeping = keepingWords(context.now.file, std::chrono::system_clock::now());
+  const Keeping keeping = savingWords(context.now.file, std::chrono::system_clock::now());
   // Right to left: what matters most stays when the window is narrow.
   const FrameFigures& f = context.state.figures;
   const haptics::StylusSample& s = memory.touch.latest;

@@ -53,7 +53,7 @@ void serveWishes(Context& context, Memory& memory) {
   // A save into its own file failed: the message says why, and here another name can be given. Who is asked about
   // leaving is offered it there.
   const uint64_t refused = context.now.file.refused;
-  if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == KeepFlow::Stage::idle)
+  if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == SaveFlow::Stage::idle)
     openSaveAs(context, memory);
   if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
   if (const auto file = std::exchange(context.state.wishes.open, std::nullopt)) beginDocument(context, memory, *file);

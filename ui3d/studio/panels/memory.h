@@ -17,8 +17,8 @@
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
 #include "ui3d/studio/files/file_kinds.h"
-#include "ui3d/studio/files/keep_flow.h"
 #include "ui3d/studio/files/new_clay.h"
+#include "ui3d/studio/files/save_flow.h"
 #include "ui3d/studio/kit/file_dialog.h"
 #include "ui3d/studio/kit/kit.h"
 #include "ui3d/studio/kit/layout.h"
@@ -135,7 +135,7 @@ struct Memory {
   std::deque<std::filesystem::path> toBeAsked;  ///< Files that were dropped together: one after the other.
   int pictureSize = 0;                          ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
-  KeepFlow keep;
+  SaveFlow keep;
   uint64_t madeSeen = UINT64_MAX;  ///< Snapshot::madeCount of the thing that was selected last for being new.
   double releasedS = 0;            ///< When the hand ended the stroke that is in work.
   bool handCuts = false;
@@ -204,7 +204,7 @@ void depart(Context& context, Memory& memory, Departure departure);
 /// Opens a file as the document; asks for its units first where it names none.
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file);
 void openSaveAs(Context& context, Memory& memory);
-void drawKeep(Context& context, Memory& memory);
+void drawSave(Context& context, Memory& memory);
 void drawRecover(Context& context, Memory& memory);
 void drawRecent(Context& context, Memory& memory);
 /// Reads a model, to be asked about: unit, up axis, size.

@@ -175,7 +175,7 @@ void Panels::draw(Context& context) {
   drawFiles(context, memory);
   drawRecent(context, memory);
   drawAsked(context, memory);
-  drawKeep(context, memory);
+  drawSave(context, memory);
   drawRecover(context, memory);
   drawExport(context, memory);
   drawNewClay(context, memory);

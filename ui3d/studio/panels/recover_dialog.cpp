@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ui3d/studio/files/keep_words.h"
+#include "ui3d/studio/files/save_words.h"
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
@@ -34,8 +34,8 @@ void otherWays(Context& context, Memory& memory, const engine::Recoverable& what
       memory.files.open({"Where the saved document lies now", "Recover", {".argil"}, {}});
     }
     ImGui::SameLine();
-    if (kit::button("Mend without it", kit::Weight::plain, kit::buttonWidth("Mend without it"))) {
-      how.mend = true;
+    if (kit::button("Repair without it", kit::Weight::plain, kit::buttonWidth("Repair without it"))) {
+      how.repair = true;
       begin(context, memory, what, how);
     }
     if (repeats) ImGui::SameLine();

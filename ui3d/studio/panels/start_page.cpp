@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/keeping/thumbnail.h"
+#include "engine/saving/thumbnail.h"
 #include "engine/session/tool_demo.h"
 #include "engine/text/script.h"
 #include "io/models/picture.h"
