@@ -133,75 +133,201 @@ PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
   return result;
 }
 
-constexpr std::array kScale{Parameter<Arguments>{
-    "size", "Size", "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.",
-    "%", 1, 10000, 100, true, [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
-    [](Arguments& a, double v) {
-      if (a.numbers.empty()) a.numbers.resize(1);
-      a.numbers[0] = v;
-    }}};
-constexpr std::array kOffset{Parameter<Arguments>{
-    "distance", "Distance", "How far the surface moves: outwards where positive, inwards where negative.", "mm", -100,
-    100, 1, false, [](const Arguments& a) { return a.distanceMm; }, [](Arguments& a, double v) { a.distanceMm = v; }}};
+constexpr std::array kScale{
+    Parameter<Arguments>{
+        .id = "size",
+        .name = "Size",
+        .help = "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.",
+        .unit = "%",
+        .low = 1,
+        .high = 10000,
+        .standard = 100,
+        .logarithmic = true,
+        .get = [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
+        .set =
+            [](Arguments& a, double v) {
+              if (a.numbers.empty()) a.numbers.resize(1);
+              a.numbers[0] = v;
+            },
+    },
+};
+constexpr std::array kOffset{
+    Parameter<Arguments>{
+        .id = "distance",
+        .name = "Distance",
+        .help = "How far the surface moves: outwards where positive, inwards where negative.",
+        .unit = "mm",
+        .low = -100,
+        .high = 100,
+        .standard = 1,
+        .get = [](const Arguments& a) { return a.distanceMm; },
+        .set = [](Arguments& a, double v) { a.distanceMm = v; },
+    },
+};
 constexpr std::array kShell{
-    Parameter<Arguments>{"inner", "Inner wall", "Thickness of the wall to the inside of the surface.", "mm", 0, 100, 2,
-                         false, [](const Arguments& a) { return a.innerMm; },
-                         [](Arguments& a, double v) { a.innerMm = v; }},
-    Parameter<Arguments>{"outer", "Outer wall", "Thickness of the wall to the outside of the surface.", "mm", 0, 100, 0,
-                         false, [](const Arguments& a) { return a.outerMm; },
-                         [](Arguments& a, double v) { a.outerMm = v; }}};
-constexpr std::array kSmooth{Parameter<Arguments>{
-    "passes", "Passes", "How often the surface is evened out; the volume stays.", "", 1, 200, 3, true,
-    [](const Arguments& a) { return a.passes; }, [](Arguments& a, double v) { a.passes = v; }}};
-constexpr std::array kResample{Parameter<Arguments>{"voxel", "Voxel size", "Edge of the new voxels.", "mm", 0.001, 1000,
-                                                    0.5, true, [](const Arguments& a) { return a.voxelMm; },
-                                                    [](Arguments& a, double v) { a.voxelMm = v; }}};
+    Parameter<Arguments>{
+        .id = "inner",
+        .name = "Inner wall",
+        .help = "Thickness of the wall to the inside of the surface.",
+        .unit = "mm",
+        .low = 0,
+        .high = 100,
+        .standard = 2,
+        .get = [](const Arguments& a) { return a.innerMm; },
+        .set = [](Arguments& a, double v) { a.innerMm = v; },
+    },
+    Parameter<Arguments>{
+        .id = "outer",
+        .name = "Outer wall",
+        .help = "Thickness of the wall to the outside of the surface.",
+        .unit = "mm",
+        .low = 0,
+        .high = 100,
+        .standard = 0,
+        .get = [](const Arguments& a) { return a.outerMm; },
+        .set = [](Arguments& a, double v) { a.outerMm = v; },
+    },
+};
+constexpr std::array kSmooth{
+    Parameter<Arguments>{
+        .id = "passes",
+        .name = "Passes",
+        .help = "How often the surface is evened out; the volume stays.",
+        .unit = "",
+        .low = 1,
+        .high = 200,
+        .standard = 3,
+        .logarithmic = true,
+        .get = [](const Arguments& a) { return a.passes; },
+        .set = [](Arguments& a, double v) { a.passes = v; },
+    },
+};
+constexpr std::array kResample{
+    Parameter<Arguments>{
+        .id = "voxel",
+        .name = "Voxel size",
+        .help = "Edge of the new voxels.",
+        .unit = "mm",
+        .low = 0.001,
+        .high = 1000,
+        .standard = 0.5,
+        .logarithmic = true,
+        .get = [](const Arguments& a) { return a.voxelMm; },
+        .set = [](Arguments& a, double v) { a.voxelMm = v; },
+    },
+};
 constexpr std::array<std::string_view, 2> kBits{"32", "16"};  // as clay::Precision has them
-constexpr std::array kPrecision{Parameter<Arguments>{
-    "bits", "Bits", "Of a voxel's distance: 32, or 16 in half the memory.", "", 0, 1, 1, false,
-    [](const Arguments& a) { return double(a.precision); },
-    [](Arguments& a, double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; },
-    kBits}};
-constexpr std::array kCrumbs{Parameter<Arguments>{
-    "below", "Below", "Bodies of a lesser volume go; the largest stays.", "mm³", 0.001, 1e6, 10, true,
-    [](const Arguments& a) { return a.volumeMm3; }, [](Arguments& a, double v) { a.volumeMm3 = v; }}};
+constexpr std::array kPrecision{
+    Parameter<Arguments>{
+        .id = "bits",
+        .name = "Bits",
+        .help = "Of a voxel's distance: 32, or 16 in half the memory.",
+        .unit = "",
+        .low = 0,
+        .high = 1,
+        .standard = 1,
+        .get = [](const Arguments& a) { return double(a.precision); },
+        .set = [](Arguments& a,
+                  double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; },
+        .choices = kBits,
+    },
+};
+constexpr std::array kCrumbs{
+    Parameter<Arguments>{
+        .id = "below",
+        .name = "Below",
+        .help = "Bodies of a lesser volume go; the largest stays.",
+        .unit = "mm³",
+        .low = 0.001,
+        .high = 1e6,
+        .standard = 10,
+        .logarithmic = true,
+        .get = [](const Arguments& a) { return a.volumeMm3; },
+        .set = [](Arguments& a, double v) { a.volumeMm3 = v; },
+    },
+};
 
 const std::array kRows{
-    PieceJob{"offset", "Offset", "Makes the piece thicker or thinner all over.", "Offsetting", "Shape", 1, false, false,
-             kOffset, offset},
-    PieceJob{"shell", "Shell", "Makes the piece hollow, with a wall of a given thickness.", "Hollowing", "Shape", 1,
-             false, false, kShell, shell},
-    PieceJob{"smooth-all", "Smooth all", "Evens out the whole surface and keeps the volume.", "Smoothing", "Shape", 1,
-             false, false, kSmooth, smooth},
-    PieceJob{"scale", "Scale", "Makes the piece larger or smaller, exactly: its voxels grow with it.", "Scaling",
-             "Shape", 1, false, false, kScale, scale},
-    PieceJob{"resample", "Resample", "Changes the voxel size and says how far the surface moved.", "Resampling",
-             "Shape", 1, false, false, kResample, resample},
-    PieceJob{"precision", "Precision",
-             "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far they moved.",
-             "Changing the precision", "Shape", 1, false, false, kPrecision, precision},
-    PieceJob{"mirror",
-             "Mirror now",
-             "Puts the mirror image of the half that the plane's normal points to in the place of the other.",
-             "Mirroring",
-             "Shape",
-             1,
-             true,
-             false,
-             {},
-             mirror},
-    PieceJob{"fill-voids",
-             "Fill voids",
-             "Makes cavities solid that no way leads to from outside.",
-             "Filling voids",
-             "Repair",
-             1,
-             false,
-             false,
-             {},
-             fillVoids},
-    PieceJob{"remove-crumbs", "Remove crumbs", "Takes away loose bodies below a volume.", "Removing crumbs", "Repair",
-             1, false, false, kCrumbs, crumbs},
+    PieceJob{
+        .id = "offset",
+        .name = "Offset",
+        .help = "Makes the piece thicker or thinner all over.",
+        .doing = "Offsetting",
+        .group = "Shape",
+        .parameters = kOffset,
+        .run = offset,
+    },
+    PieceJob{
+        .id = "shell",
+        .name = "Shell",
+        .help = "Makes the piece hollow, with a wall of a given thickness.",
+        .doing = "Hollowing",
+        .group = "Shape",
+        .parameters = kShell,
+        .run = shell,
+    },
+    PieceJob{
+        .id = "smooth-all",
+        .name = "Smooth all",
+        .help = "Evens out the whole surface and keeps the volume.",
+        .doing = "Smoothing",
+        .group = "Shape",
+        .parameters = kSmooth,
+        .run = smooth,
+    },
+    PieceJob{
+        .id = "scale",
+        .name = "Scale",
+        .help = "Makes the piece larger or smaller, exactly: its voxels grow with it.",
+        .doing = "Scaling",
+        .group = "Shape",
+        .parameters = kScale,
+        .run = scale,
+    },
+    PieceJob{
+        .id = "resample",
+        .name = "Resample",
+        .help = "Changes the voxel size and says how far the surface moved.",
+        .doing = "Resampling",
+        .group = "Shape",
+        .parameters = kResample,
+        .run = resample,
+    },
+    PieceJob{
+        .id = "precision",
+        .name = "Precision",
+        .help = "Keeps distances in 16 bits, in half the memory, or in 32 again, and says how far they moved.",
+        .doing = "Changing the precision",
+        .group = "Shape",
+        .parameters = kPrecision,
+        .run = precision,
+    },
+    PieceJob{
+        .id = "mirror",
+        .name = "Mirror now",
+        .help = "Puts the mirror image of the half that the plane's normal points to in the place of the other.",
+        .doing = "Mirroring",
+        .group = "Shape",
+        .takesPlane = true,
+        .run = mirror,
+    },
+    PieceJob{
+        .id = "fill-voids",
+        .name = "Fill voids",
+        .help = "Makes cavities solid that no way leads to from outside.",
+        .doing = "Filling voids",
+        .group = "Repair",
+        .run = fillVoids,
+    },
+    PieceJob{
+        .id = "remove-crumbs",
+        .name = "Remove crumbs",
+        .help = "Takes away loose bodies below a volume.",
+        .doing = "Removing crumbs",
+        .group = "Repair",
+        .parameters = kCrumbs,
+        .run = crumbs,
+    },
 };
 
 }  // namespace

@@ -156,19 +156,36 @@ constexpr std::array kMaterial{
                                               1, 0.01, true),
     plain<Material, &Material::dragNsmm>("dragNsmm", "Drag", "Against the motion of a tool that cuts.", "N·s/mm",
                                          0.0001, 0.1, 0.002, true),
-    engine::Parameter<Material>{"staticFriction", "Static friction",
-                                "A tool at rest stays while it is pushed less than this part of its weight.", "", 0, 4,
-                                0, false, [](const Material& m) { return m.staticFriction; },
-                                [](Material& m, double v) {
-                                  m.staticFriction = v;
-                                  if (m.dynamicFriction > v) m.dynamicFriction = v;
-                                }},
-    engine::Parameter<Material>{"dynamicFriction", "Sliding friction", "Of a tool that slides; at most the static one.",
-                                "", 0, 4, 0, false, [](const Material& m) { return m.dynamicFriction; },
-                                [](Material& m, double v) {
-                                  m.dynamicFriction = v;
-                                  if (m.staticFriction < v) m.staticFriction = v;
-                                }},
+    engine::Parameter<Material>{
+        .id = "staticFriction",
+        .name = "Static friction",
+        .help = "A tool at rest stays while it is pushed less than this part of its weight.",
+        .unit = "",
+        .low = 0,
+        .high = 4,
+        .standard = 0,
+        .get = [](const Material& m) { return m.staticFriction; },
+        .set =
+            [](Material& m, double v) {
+              m.staticFriction = v;
+              if (m.dynamicFriction > v) m.dynamicFriction = v;
+            },
+    },
+    engine::Parameter<Material>{
+        .id = "dynamicFriction",
+        .name = "Sliding friction",
+        .help = "Of a tool that slides; at most the static one.",
+        .unit = "",
+        .low = 0,
+        .high = 4,
+        .standard = 0,
+        .get = [](const Material& m) { return m.dynamicFriction; },
+        .set =
+            [](Material& m, double v) {
+              m.dynamicFriction = v;
+              if (m.staticFriction < v) m.staticFriction = v;
+            },
+    },
 };
 
 constexpr std::array kWell{
@@ -210,10 +227,17 @@ constexpr std::array kHands{
         "penCurve", "Pen pressure", "Of all tools. Below zero a light touch does much already; above, little.", -100,
         100, 0),
     engine::Parameter<StudioState>{
-        "sizeBy", "Tool sizes",
-        "Stay as they are, go with the size of the model that is opened, or stay as large in the window.", "", 0, 2, 1,
-        false, [](const StudioState& s) { return double(s.sizeBy); },
-        [](StudioState& s, double v) { s.sizeBy = SizeBy(int(v)); }, kSizesBy},
+        .id = "sizeBy",
+        .name = "Tool sizes",
+        .help = "Stay as they are, go with the size of the model that is opened, or stay as large in the window.",
+        .unit = "",
+        .low = 0,
+        .high = 2,
+        .standard = 1,
+        .get = [](const StudioState& s) { return double(s.sizeBy); },
+        .set = [](StudioState& s, double v) { s.sizeBy = SizeBy(int(v)); },
+        .choices = kSizesBy,
+    },
 };
 
 constexpr std::array kUndo{
