@@ -68,6 +68,8 @@ if $long; then
   buildPreset tsan
   export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp"
   runTests tsan -E '^e2e'
+  say "the worked examples of CONTRIBUTING.md"
+  if "$root/scripts/examples.sh"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
   say "fuzzing every reader for a few seconds"
   if "$root/scripts/fuzz.sh" 10; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 else

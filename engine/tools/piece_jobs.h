@@ -50,7 +50,7 @@ struct PieceJob {
   std::string_view group;  ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New", "Mask".
   int pieces = 1;          ///< 0, 1 or 2.
   bool takesPlane = false, takesCurve = false;
-  std::span<const Parameter<PieceArguments>> parameters;
+  std::span<const Parameter<PieceArguments>> parameters = {};
   /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
   PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
   /// That the points belong to: its low and its high corner, mm of the piece, are numbers 3 to 8; not there: around the

@@ -18,11 +18,11 @@ enum class ToolFile : uint8_t { none, image, shape };
 struct ToolRow {
   std::string_view id, name, help;  ///< help: one line.
   std::string_view icon;            ///< Name of a drawing that a face may know; else it shows the name's first letters.
-  std::string_view key;             ///< Suggested shortcut, such as "C".
+  std::string_view key = {};        ///< Suggested shortcut, such as "C".
   std::string_view group;           ///< Rows of a group follow each other.
   std::span<const clay::Operation> operations;
-  haptics::Work work;         ///< How it feels.
-  std::string_view opposite;  ///< Id of the tool that the invert key gives; its own: Tool::inverted; empty: none.
+  haptics::Work work;              ///< How it feels.
+  std::string_view opposite = {};  ///< Id of the tool that the invert key gives; its own: Tool::inverted; empty: none.
   std::span<const Parameter<Tool>> parameters;
   bool limited = false;  ///< clay::Brush::limited.
   bool dye = false;

@@ -33,6 +33,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
 constexpr double kKeyHeld = 0.03;
+constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
 
 void sleep(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
@@ -46,6 +47,18 @@ std::string slurp(const fs::path& path) {
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
+}
+
+// By more than 8 in some channel; all of them in pictures of different size.
+size_t changedPixels(const render::Image& a, const render::Image& b) {
+  if (a.width != b.width || a.height != b.height) return b.rgba.size() / 4;
+  size_t count = 0;
+  for (size_t i = 0; i < a.rgba.size(); i += 4) {
+    bool differs = false;
+    for (size_t c = 0; c < 3; ++c) differs |= std::abs(int(a.rgba[i + c]) - int(b.rgba[i + c])) > 8;
+    count += differs ? 1 : 0;
+  }
+  return count;
 }
 
 }  // namespace
@@ -355,18 +368,18 @@ render::Image Person::look() const {
 
 render::Image Person::settled() const {
   const auto begin = Clock::now();
-  render::Image last = look();
+  render::Image still = look(), now = still;
   auto changed = Clock::now();
   while (since(changed) < kStill * state_->scale) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
     if (since(begin) > kPatience) break;
     sleep(0.1);
-    render::Image now = look();
-    if (now == last) continue;
-    last = std::move(now);
+    now = look();
+    if (changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
+    still = now;
     changed = Clock::now();
   }
-  return last;
+  return now;
 }
 
 render::Image Person::shot(const std::string& name) const {
@@ -390,13 +403,7 @@ render::Image readPng(const fs::path& file) {
 
 double difference(const render::Image& a, const render::Image& b) {
   if (a.width != b.width || a.height != b.height) return 1;
-  size_t count = 0;
-  for (size_t i = 0; i < a.rgba.size(); i += 4) {
-    bool differs = false;
-    for (size_t c = 0; c < 3; ++c) differs |= std::abs(int(a.rgba[i + c]) - int(b.rgba[i + c])) > 8;
-    count += differs ? 1 : 0;
-  }
-  return double(count) / (double(a.rgba.size()) / 4);
+  return double(changedPixels(a, b)) / (double(a.rgba.size()) / 4);
 }
 
 }  // namespace argil::tests

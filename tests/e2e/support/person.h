@@ -71,7 +71,7 @@ class Person {
 
   /// What the window shows, as it stands on the screen.
   [[nodiscard]] render::Image look() const;
-  /// Waits until that has not changed for 0.6 s times the scale; at most 60 s.
+  /// Waits until that has not changed for 0.6 s times the scale, but for what blinks; at most 60 s.
   [[nodiscard]] render::Image settled() const;
   /// The same, kept as NAME.png in $ARGIL_SHOTS if that is set.
   render::Image shot(const std::string& name) const;
