@@ -25,7 +25,7 @@ std::filesystem::path journalName(const std::filesystem::path& folder, WallTime 
 
 }  // namespace
 
-// False when the documentRecords is not to be had and there is a journal that can go on.
+// False when the records are not to be had and there is a journal that can go on.
 bool Autosave::State::beginJournal() {
   begin = true;  // until it is there
   DocumentRecords::Lock lock = sound() ? documentRecords->tryLock(kMostWait) : documentRecords->lock();
@@ -75,7 +75,7 @@ bool Autosave::State::beginJournal() {
         putStrokePoints(*fresh, stroke->points);
       }
       fresh->write();
-      // From here on nothing fails, and whatever the documentRecords knows can be read.
+      // From here on nothing fails, and whatever the records know can be read.
       if (stroke) strokeWritten = stroke->points.size();
       const uint64_t before = std::exchange(layer, ++layers);
       const uint64_t synced = journal ? journal->synced() : 0;
@@ -127,7 +127,7 @@ bool Autosave::State::beginJournal() {
 
 void Autosave::State::putStates() {
   if (std::none_of(history.begin(), history.end(), [](const Entry& e) { return !e.stated; })) return;
-  // What happened is with the system already; documents come when nobody keeps the documentRecords waiting.
+  // What happened is with the system already; documents come when nobody keeps the records waiting.
   journal->write();
   DocumentRecords::Lock lock = documentRecords->tryLock(kMostWait);
   behind = !lock.owns_lock();
@@ -141,7 +141,7 @@ void Autosave::State::putStates() {
     entry.place = {layer, journal->bytes()};
     ++put;
   }
-  // Before others get the documentRecords: what it knows can be read.
+  // Before others get the records: what they know can be read.
   journal->write();
   lock.unlock();
   tellKept();

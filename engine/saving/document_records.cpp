@@ -155,7 +155,7 @@ io::RecordId DocumentRecords::put(const DocumentPtr& document, io::RecordSet& he
   std::vector<io::RecordId> meshes;
   for (const Part& part : document->parts) meshes.push_back(putMesh(part.mesh, held, sink));
   const std::string text = documentText(*document, clay, meshes);
-  // The same text whatever file it goes to, as all ids in it are the documentRecords's: so it may keep its own.
+  // The same text whatever file it goes to, as all ids in it are the records' own: so it may keep its own.
   // Meanwhile another file may have got it.
   const io::RecordId id = io::putBlob(io::BlobKind::state, bytesOf(text), ids_, held, sink, known(document));
   states_[document] = id;

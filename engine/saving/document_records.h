@@ -19,8 +19,8 @@
 
 namespace argil::engine {
 
-/// What a document in work is called in its files: which record holds what. All files of one document in work share one
-/// documentRecords, so that what was written to the journal is known when the document is saved, and the other way
+/// What a document in work is called in its files: which record holds what. All files of one document in work share
+/// these, so that what was written to the journal is known when the document is saved, and the other way
 /// round. Members may be called from any thread but the servo's; one at a time reads or writes (`lock`).
 class DocumentRecords {
  public:

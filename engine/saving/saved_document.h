@@ -95,7 +95,7 @@ struct SaveRequest {
 /// when it is complete. A file of the base's name that somebody else wrote since is never written to, and none is
 /// replaced that was written or made while this ran. A file with a second name (hard link) is replaced as a whole, so
 /// that the other name keeps what it has. Durable when it returns. Throws Error (kind work), Cancelled; then the old
-/// file stands. A save that is there and may still be lost says so in `unflushed`. Lets others at the documentRecords
+/// file stands. A save that is there and may still be lost says so in `unflushed`. Lets others at the records
 /// between two bricks. Any thread.
 [[nodiscard]] std::shared_ptr<const Base> saveDocument(const std::filesystem::path& file, const SaveRequest& request,
                                                        Job* job = nullptr, const SaveLimits& limits = {});

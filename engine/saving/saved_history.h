@@ -13,7 +13,7 @@ namespace argil::engine {
 
 /// All such places as one source, in layers: journals and the saved file under them, which together hold whole
 /// documents. Journals are asked before files, newer layers before older ones. A journal can be read as long as its
-/// layer is here, whether or not its file still has a name. Any thread, with the documentRecords's lock held.
+/// layer is here, whether or not its file still has a name. Any thread, with the lock of the document's records held.
 class SavedHistory : public io::RecordSource {
  public:
   using Sources = std::vector<std::shared_ptr<io::RecordSource>>;

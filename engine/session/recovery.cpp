@@ -324,7 +324,7 @@ Recovered recover(const fs::path& journal, Job* job, const RecoverChoice& choice
   const size_t done = story.done;
   const Newest newest = readNewest(documentRecords, sources, story, job);
   if (!newest.document && (story.begin.file.empty() || choice.repair)) {
-    lock.unlock();  // the documentRecords goes
+    lock.unlock();  // the records go
     return repair(newest.why);
   }
   if (!newest.document) {

@@ -82,7 +82,7 @@ Script toolDemo(const ToolRow& row) {
   if (row.id == "blend" || row.id == "blur_mask") {
     // Something with a rim that can be softened.
     Tool before = scriptTool(*findTool(row.id == "blend" ? "paint" : "mask"));
-    before.radiusMm = press;
+    before.radiusMm = press / 2;  // The rim lies where the tool works, not at its own, where it does nothing.
     before.falloff = clay::Falloff::constant;
     script.strokes.push_back(strokeOf(before, press, letterS()));
     passes = 6;

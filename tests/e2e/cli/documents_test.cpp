@@ -113,8 +113,8 @@ TEST_F(Documents, goOutForADestination) {
                                   {"b.glb", "blender"},
                                   {"c.glb", "game"},
                                   {"d.glb", "web"},
-                                  {"e.vdb", "documentRecords"},
-                                  {"e.3mf", "documentRecords"}})
+                                  {"e.vdb", "archive"},
+                                  {"e.3mf", "archive"}})
     ASSERT_EQ(to(name, {"--for", use}).code, 0) << use;
   EXPECT_LT(fs::file_size(scratch / "d.glb"), fs::file_size(scratch / "b.glb") / 2) << "packed";
   const auto seen = [&](const char* name) {
@@ -126,7 +126,7 @@ TEST_F(Documents, goOutForADestination) {
   EXPECT_NEAR(double(seen("c.glb").at("low_mm")[0]) + double(seen("c.glb").at("high_mm")[0]), 0, 0.01);
   EXPECT_EQ(to("f.stl", {"--for", "game"}).code, 2);
   EXPECT_TRUE(has(to("f.stl", {"--for", "game"}).err, "--for game writes .glb"));
-  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, documentRecords"));
+  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, archive"));
   ASSERT_EQ(to("g.glb", {"--for", "game", "--reduce", "2000"}).code, 0);
   EXPECT_LE(seen("g.glb").at("triangles"), 2000) << "what is said goes before";
 }

@@ -205,7 +205,7 @@ TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
   EXPECT_EQ(again.document.states.size(), 5u) << "with the history of both";
 }
 
-// Recovered, and another document opened before the journal of a busy documentRecords has begun anew: nothing is left
+// Recovered, and another document opened before the journal of busy records has begun anew: nothing is left
 // to be recovered once more.
 TEST_F(Keeping, aRecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
   const fs::path journals = folder / "journals";
