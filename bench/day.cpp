@@ -88,7 +88,8 @@ struct Mark {
 struct Cell {
   std::vector<Mark> marks;
   bool cutOff = false;
-  double overFresh = 0;  // cost of the last 10 s beside that of a new stroke on the clay of then; 0: none was drawn
+  // Cost of the last 10 s beside that of a stroke on the same clay which began 10 s before them; 0: none was drawn.
+  double overFresh = 0;
   Samples latency;
   Samples picture;                   // from one version with its surface to the next, in turns as the studio takes them
   uint64_t beyond = 0, changed = 0;  // bytes
@@ -217,11 +218,12 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
   const uint64_t before = bytesInUse(store);
   uint64_t most = 0;
   Version shown = base;
-  // What the clay and the hand were 10 s before the end, and what had been spent.
+  // What the clay and the hand were 20 s before the end; and what had been spent 10 s before it.
   std::optional<std::pair<Version, Hand>> then;
   double thenUs = 0, lastUs = 0;
   const auto samples = static_cast<int64_t>(std::ceil(longestS / kSampleS / kBatch)) * kBatch;
-  const int64_t fresh = samples - static_cast<int64_t>(std::lround(kShortS / kSampleS));
+  const auto lastOnes = static_cast<int64_t>(std::lround(kShortS / kSampleS));
+  const int64_t compared = samples - lastOnes, fresh = compared - lastOnes;
   {
     HandOnClay work(base, tool, Hand(base, tool), surface);
     double workUs = 0, clockS = 0, memoryAtS = 0;
@@ -230,10 +232,8 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
     size_t next = 0;
     const Stopwatch all;
     for (int64_t i = 0; i < samples; i += kBatch) {
-      if (longestS >= 2 * kShortS && i == fresh) {
-        then.emplace(work.shown(), work.hand());
-        thenUs = workUs;
-      }
+      if (longestS >= 4 * kShortS && i == fresh) then.emplace(work.shown(), work.hand());
+      if (i == compared) thenUs = workUs;
       const HandOnClay::Spent spent = work.batch(i, cell.picture);
       workUs += spent.coreUs;
       const double firstS = double(i) * kSampleS, lastS = double(i + kBatch - 1) * kSampleS;
@@ -267,7 +267,8 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
     double us = 0;
     Samples unused;
     for (int64_t i = fresh; i < samples; i += kBatch) {
-      us += anew.batch(i, unused).coreUs;
+      const double spent = anew.batch(i, unused).coreUs;
+      if (i >= compared) us += spent;
       collect();
       if (job) job->step(0);
     }
@@ -297,16 +298,16 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
   uint64_t cells = 0, grown = 0, late = 0, slow = 0, heavy = 0, cut = 0;
   for (const double size : sizes) {
     const BenchModel model = benchSphere(size);
-    report.heading(
-        fmt::format("day, strokes: sphere of {} with {} of active voxels, one thread; the hand moves at {:g} mm/s or "
-                    "{:g} radii a second; a stroke is "
-                    "cut off after {:g} s of work.\ntime ÷ hand time after 1, 10, 60, 600 s (! above {}); growth "
-                    "beside 10 s, which grows with the clay too, and of the last 10 s beside a new stroke on the clay "
-                    "of then (! above {}); latency; p99 from picture to picture, ms (! above {}); "
-                    "bytes beyond the clay ÷ bytes changed (! above {} and {} MB); bricks computed for a second of "
-                    "hand, first 10 s and all",
-                    "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
-                    limits.pictureMs, limits.memory, limits.spareBytes >> 20));
+    report.heading(fmt::format(
+        "day, strokes: sphere of {} with {} of active voxels, one thread; the hand moves at {:g} mm/s or "
+        "{:g} radii a second; a stroke is "
+        "cut off after {:g} s of work.\ntime ÷ hand time after 1, 10, 60, 600 s (! above {}); growth "
+        "beside 10 s, which grows with the clay too, and of the last 10 s beside a stroke that began 10 s before "
+        "them on the same clay (! above {}); latency; p99 from picture to picture, ms (! above {}); "
+        "bytes beyond the clay ÷ bytes changed (! above {} and {} MB); bricks computed for a second of "
+        "hand, first 10 s and all",
+        "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
+        limits.pictureMs, limits.memory, limits.spareBytes >> 20));
     for (const engine::ToolRow& row : engine::toolTable()) {
       if (row.file != engine::ToolFile::none) continue;
       if (!options.tools.empty() &&
@@ -330,7 +331,7 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
           line += fmt::format(" {:>5.1f} s {:>7.4f}{}", each.handS, each.cost,
                               tooLate && each.cost > limits.handTime ? "!" : " ");
         if (cell.cutOff) line += "cut off";
-        line += fmt::format("  growth {:>5.2f} of bricks {:>5.2f} over a new stroke {:>5.2f}{}", growth,
+        line += fmt::format("  growth {:>5.2f} of bricks {:>5.2f} over a young stroke {:>5.2f}{}", growth,
                             cell.growthOfBricks(), cell.overFresh, tooGrown ? "!" : " ");
         const double picture = cell.picture.quantile(0.99) / 1e3;
         const bool tooSlow = picture > limits.pictureMs;
