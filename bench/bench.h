@@ -11,7 +11,7 @@
 
 #include "clay/base/job.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 /// A figure. Keys that do not apply stay empty and are left out of the JSON.
 struct BenchResult {
@@ -98,6 +98,9 @@ struct BenchOptions {
 /// Names of all benchmarks, "edit, surface, ...", in the order in which they run.
 [[nodiscard]] std::string benchNames();
 
+/// Runs those that are named, prints a table, writes what was asked for. Throws Error: a name or a value out of range.
+void runBenchmarks(const BenchOptions& options);
+
 void benchEdit(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchFine(BenchReport& report, const BenchOptions& options);
@@ -112,4 +115,4 @@ void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four 
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 
-}  // namespace argil::cli
+}  // namespace argil::bench

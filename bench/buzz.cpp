@@ -11,7 +11,7 @@
 #include "haptics/devices/sheets.h"
 #include "io/bytes/atomic_file.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -94,4 +94,4 @@ void benchBuzz(BenchReport& report, const BenchOptions& options) {
   out.commit();
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -6,7 +6,7 @@
 #include "bench/bench.h"
 #include "clay/store/store.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 /// Limits that a day must keep; a figure beyond one is marked in the table and counted.
 struct DayLimits {
@@ -33,4 +33,4 @@ void benchDayHours(BenchReport& report, const BenchOptions& options);
 /// (d) A scan of many triangles becomes clay.
 void benchDayImport(BenchReport& report, const BenchOptions& options);
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -26,7 +26,7 @@
 #include "engine/tools/piece_jobs.h"
 #include "engine/tools/tool_table.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -266,4 +266,4 @@ void benchDayHours(BenchReport& report, const BenchOptions& options) {
   fs::remove_all(folder);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

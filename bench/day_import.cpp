@@ -13,7 +13,7 @@
 #include "engine/models/model_files.h"
 #include "io/models/mesh_writer.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ void benchDayImport(BenchReport& report, const BenchOptions& options) {
   fs::remove_all(folder);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -11,7 +11,7 @@
 #include "engine/saving/session.h"
 #include "engine/session/surfaces.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 using namespace clay;
@@ -122,4 +122,4 @@ void benchDayPieces(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -22,7 +22,7 @@
 #include "clay/store/vdb_bridge.h"
 #include "clay/surface/surface.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -412,4 +412,4 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   benchTools(report, benchSizes(std::min(options.largest, 48.0)), options.job);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

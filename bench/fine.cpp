@@ -6,7 +6,7 @@
 #include "bench/models.h"
 #include "clay/surface/surface.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 void benchFine(BenchReport& report, const BenchOptions& options) {
   report.heading("fine: the whole surface with normals, on one thread; the peer is the draft of the same clay");
@@ -37,4 +37,4 @@ void benchFine(BenchReport& report, const BenchOptions& options) {
   benchFineError(report, options);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -17,7 +17,7 @@
 #include "clay/surface/surface.h"
 #include "io/models/mesh_file.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -153,4 +153,4 @@ void benchFineError(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -24,7 +24,7 @@
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -203,4 +203,4 @@ void benchIo(BenchReport& report, const BenchOptions& options) {
   benchReduction(report, millions, options.job);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

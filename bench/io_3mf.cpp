@@ -9,7 +9,7 @@
 
 #include "clay/base/error.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -114,4 +114,4 @@ void benchThreeMf(BenchReport& report, const io::ModelView& model, const fs::pat
   for (const fs::path& file : {ours, theirs, raw}) fs::remove(file);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -7,7 +7,7 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 BenchModel benchSphere(double millions, clay::Precision precision) {
   constexpr double kRadiusMm = 40;
@@ -41,4 +41,4 @@ std::vector<double> benchSizes(double largest) {
   return sizes;
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

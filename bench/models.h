@@ -6,7 +6,7 @@
 
 #include "clay/store/version.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 struct BenchModel {
   std::string name;  ///< Such as 48M.
@@ -22,4 +22,4 @@ BenchModel benchCube(double millions);
 /// 0.8, 3, 12, 48 and 200 million, up to `largest`.
 std::vector<double> benchSizes(double largest);
 
-}  // namespace argil::cli
+}  // namespace argil::bench

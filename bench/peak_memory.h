@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace argil::cli {
+namespace argil::bench {
 
 /// The most memory of the process since this was made, beside what was there then: what the system counts as resident.
 /// Zero where it does not say. One at a time.
@@ -31,4 +31,4 @@ class PeakMemory {
   uint64_t before_ = 0;
 };
 
-}  // namespace argil::cli
+}  // namespace argil::bench

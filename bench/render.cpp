@@ -18,7 +18,7 @@
 #include "clay/surface/surface.h"
 #include "render/renderer/renderer.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -219,4 +219,4 @@ void benchRender(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

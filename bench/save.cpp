@@ -18,7 +18,7 @@
 #include "engine/saving/session.h"
 #include "engine/session/recovery.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -174,4 +174,4 @@ void benchSave(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

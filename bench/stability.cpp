@@ -18,7 +18,7 @@
 #include "haptics/devices/sheets.h"
 #include "io/bytes/atomic_file.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -312,4 +312,4 @@ void benchStability(BenchReport& report, const BenchOptions& options) {
   out.commit();
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

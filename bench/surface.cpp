@@ -15,7 +15,7 @@
 #include "clay/store/vdb_bridge.h"
 #include "clay/surface/surface.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -86,4 +86,4 @@ void benchSurface(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

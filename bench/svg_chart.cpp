@@ -8,7 +8,7 @@
 
 #include "clay/base/error.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -237,4 +237,4 @@ std::string Chart::svg() const {
       width, height, text(width / 2, 24, title, "middle", 17, " font-weight=\"bold\""), body);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

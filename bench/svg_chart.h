@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace argil::cli {
+namespace argil::bench {
 
 /// One line or set of marks. Series of the same name in several panels share a row of the legend: give them the same
 /// look.
@@ -46,4 +46,4 @@ struct Chart {
   [[nodiscard]] std::string svg() const;
 };
 
-}  // namespace argil::cli
+}  // namespace argil::bench

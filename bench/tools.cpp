@@ -12,7 +12,7 @@
 #include "clay/store/store.h"
 #include "engine/tools/tool_table.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 using namespace clay;
@@ -70,4 +70,4 @@ void benchTools(BenchReport& report, const std::vector<double>& sizes, Job* job)
   }
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -13,7 +13,7 @@
 #include "haptics/analysis/touch_bench.h"
 #include "haptics/scene/texture.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -158,4 +158,4 @@ void benchTouch(BenchReport& report, const BenchOptions& options) {
   paced(report, fmt::format("/{:g}M", options.largest), fine, Vec3d(side, side, kBlock.z()), 10, options.job);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -16,7 +16,7 @@
 #include "engine/saving/session.h"
 #include "engine/saving/undo_budget.h"
 
-namespace argil::cli {
+namespace argil::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -165,4 +165,4 @@ void benchUndo(BenchReport& report, const BenchOptions& options) {
   fs::remove_all(folder);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

@@ -25,7 +25,7 @@
 #include "clay/whole/resample.h"
 #include "engine/document/jobs.h"
 
-namespace argil::cli {
+namespace argil::bench {
 
 namespace {
 
@@ -253,4 +253,4 @@ void benchWhole(BenchReport& report, const BenchOptions& options) {
       [&](Job* job) { return resample(sphere, coarse, Eigen::Isometry3d::Identity(), 0, job); }, freeSphere, rebuilt);
 }
 
-}  // namespace argil::cli
+}  // namespace argil::bench

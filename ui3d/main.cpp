@@ -16,10 +16,10 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/base/interrupt.h"
 #include "engine/models/export_presets.h"
 #include "haptics/threads/guard.h"
 #include "io/models/model_file.h"
-#include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
 #ifdef ARGIL_STUDIO
 #include "ui3d/studio/studio.h"
@@ -71,7 +71,7 @@ int run(int argc, char** argv) {
   CLI::App app{"Argil: digital clay that you touch."};
   app.set_version_flag("--version", ARGIL_VERSION);
   app.require_subcommand(kHasStudio ? 0 : 1, 1);
-  Job& job = cli::interruptibleJob();
+  Job& job = interruptibleJob();
 
   // How a model comes in, for all verbs that read one.
   const auto addPlace = [](CLI::App* verb, engine::ImportPlace& place) {
@@ -222,22 +222,9 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--onto", feel.onto, "Then lay it onto the surface along this direction X,Y,Z");
   feelVerb->add_option("--press", feel.pressMm, "With --onto: so deep below the surface, mm")->capture_default_str();
 
-  cli::BenchOptions bench;
-  auto* benchVerb = app.add_subcommand(
-      "bench", "Measure this machine, a day's work on it (day), or the feel of simulated devices (buzz, stability)");
-  benchVerb->add_option("names", bench.names, cli::benchNames() + "; all but day and stability when left out");
-  benchVerb->add_option("--json", bench.json, "Figures as JSON");
-  benchVerb->add_option("--figure", bench.figure, "Figure as SVG (buzz or stability)");
-  benchVerb->add_option("--largest", bench.largest, "Million active voxels of the largest model")
-      ->capture_default_str();
-  benchVerb->add_option("--seconds", bench.seconds, "Of the paced servo")->capture_default_str();
-  benchVerb->add_option("--folder", bench.folder, "Where files are written; that of temporary files when left out");
-  benchVerb->add_option("--stroke", bench.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
-  benchVerb->add_option("--cell", bench.cellSeconds, "day: a stroke that takes more seconds of work is cut off")
-      ->capture_default_str();
-  benchVerb->add_option("--tips", bench.tips, "day: radii of the tools' tips, voxels")->capture_default_str();
-  benchVerb->add_option("--hours", bench.hours, "day: simulated hours")->capture_default_str();
-  benchVerb->add_option("--tools", bench.tools, "day: the tools that are measured; all when left out");
+  // Taken by main before anything else; here for --help.
+  app.add_subcommand("bench",
+                     "Measure this machine, a day's work on it, or the feel of simulated devices: argil-bench");
 
   cli::ToolsOptions tools;
   auto* toolsVerb = app.add_subcommand("tools", "The tools that there are, what each does and what can be set");
@@ -290,7 +277,7 @@ int run(int argc, char** argv) {
     return 2;
   }
 
-  sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = bench.job = &job;
+  sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = &job;
   if (*sculptVerb) {
     sculpt.size = parseSize(sculptSize);
     cli::sculpt(sculpt);
@@ -303,7 +290,6 @@ int run(int argc, char** argv) {
     cli::render(render);
   }
   if (*feelVerb) cli::feel(feel);
-  if (*benchVerb) cli::bench(bench);
   if (*toolsVerb) cli::tools(tools);
   if (*devicesVerb) cli::devices(devices);
 #ifdef ARGIL_STUDIO
@@ -325,6 +311,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    if (argc > 1 && std::string_view(argv[1]) == "bench") argil::cli::bench(argv + 1);
     const argil::haptics::Guard guard;  // Before any thread: it zeroes the devices should this process die.
     return run(argc, argv);
   } catch (const argil::Error& e) {

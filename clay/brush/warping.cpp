@@ -264,17 +264,18 @@ void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels
 // where it is too large for that, the 4×4×4 voxels around each place, one lot after the other.
 class StartWindow {
  public:
-  // `low` and `high`: bounds of the displacements in the brick.
-  StartWindow(const Version& start, Coord brick, const Vec3f& low, const Vec3f& high)
+  // `low` and `high`: bounds of the displacements in the brick. One at a time in each thread.
+  StartWindow(Sampler& start, Coord brick, const Vec3f& low, const Vec3f& high)
       : start_(start),
+        values_(scratch()),
         brick_(brick * kBrickEdge),
         from_(floorOf(low) - Coord{2, 2, 2}),  // a voxel below the cell for the cubic, and one for rounding
         size_(floorOf(high) - from_ + Coord{kBrickEdge + 4, kBrickEdge + 4, kBrickEdge + 4}),
         whole_(static_cast<double>(size_.x) * size_.y * size_.z <= kMostWindow) {
     if (whole_)
-      mixed_ = copyBox(start_, brick_ + from_, size_, values(), tile_);
+      mixed_ = copyBox(start_, brick_ + from_, size_, values_, tile_);
     else
-      values().clear(), values().reserve(size_t{kBrickVoxels} * kCubicVoxels);
+      values_.clear(), values_.reserve(size_t{kBrickVoxels} * kCubicVoxels);
   }
 
   [[nodiscard]] bool whole() const { return whole_; }
@@ -283,21 +284,21 @@ class StartWindow {
   // Nothing but tiles of one kind, which this is.
   [[nodiscard]] bool flat() const { return !mixed_; }
   [[nodiscard]] Slot tile() const { return tile_; }
-  [[nodiscard]] float at(int index) const { return values()[static_cast<size_t>(index)]; }
+  [[nodiscard]] float at(int index) const { return values_[static_cast<size_t>(index)]; }
 
   // The voxel `at`, counted from the brick's first.
   [[nodiscard]] float voxel(Coord at) {
     if (!whole_) return start_.voxel(brick_ + at);
-    return values()[static_cast<size_t>(((at.x - from_.x) * size_.y + at.y - from_.y) * size_.z + at.z - from_.z)];
+    return values_[static_cast<size_t>(((at.x - from_.x) * size_.y + at.y - from_.y) * size_.z + at.z - from_.z)];
   }
   // The lowest of the 4×4×4 voxels around a cell. Stays where it is.
   [[nodiscard]] const float* cubic(Coord cell) {
     const Coord low = cell - Coord{1, 1, 1};
-    if (whole_) return values().data() + ((low.x - from_.x) * size_.y + low.y - from_.y) * size_.z + low.z - from_.z;
-    const size_t begin = values().size();
+    if (whole_) return values_.data() + ((low.x - from_.x) * size_.y + low.y - from_.y) * size_.z + low.z - from_.z;
+    const size_t begin = values_.size();
     for (int k = 0; k < kCubicVoxels; ++k)
-      values().push_back(start_.voxel(brick_ + low + Coord{k >> 4, (k >> 2) & 3, k & 3}));
-    return values().data() + begin;
+      values_.push_back(start_.voxel(brick_ + low + Coord{k >> 4, (k >> 2) & 3, k & 3}));
+    return values_.data() + begin;
   }
   [[nodiscard]] ptrdiff_t strideX() const {
     return whole_ ? static_cast<ptrdiff_t>(size_.y) * size_.z : kCubic * kCubic;
@@ -305,13 +306,13 @@ class StartWindow {
   [[nodiscard]] ptrdiff_t strideY() const { return whole_ ? size_.z : kCubic; }
 
  private:
-  // One a thread: bricks follow each other, and it is large.
-  static std::vector<float>& values() {
+  static std::vector<float>& scratch() {  // Bricks follow each other, and it is large.
     thread_local std::vector<float> values;
     return values;
   }
 
-  Sampler start_;
+  Sampler& start_;
+  std::vector<float>& values_;
   Coord brick_, from_, size_;
   bool whole_, mixed_ = true;
   Slot tile_;
@@ -355,13 +356,9 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   Vec3f low, high;
   if (!field_->bounds(coord, low, high)) return false;
   const Slot now = before.slot(coord);
-  {
-    Sampler start(base_);
-    const Coord first = coord * kBrickEdge;
-    if (tilesOnly(start, first + floorOf(low),
-                  first + floorOf(high) + Coord{kBrickEdge + 1, kBrickEdge + 1, kBrickEdge + 1}, now))
-      return false;
-  }
+  Sampler start(base_);
+  const Coord first = coord * kBrickEdge, around{kBrickEdge + 1, kBrickEdge + 1, kBrickEdge + 1};
+  if (tilesOnly(start, first + floorOf(low), first + floorOf(high) + around, now)) return false;
   Displacement moved[kMovedVoxels];
   if (!field_->atVoxels(coord, moved)) return false;
   if (masks_) holdBack(coord, moved);
@@ -374,7 +371,7 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
 
   // 2. What lay there. Most voxels of a brick come from beyond the band, which the nearest voxel tells; the others are
   // samples.
-  StartWindow window(base_, coord, low, high);
+  StartWindow window(start, coord, low, high);
   NearestVoxels nearest;
   const bool known = window.whole() && !window.flat();
   if (known) findNearest(split, window.from(), window.size(), nearest);

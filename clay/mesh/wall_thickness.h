@@ -11,7 +11,7 @@ namespace argil::clay {
 
 /// Of points spread evenly over the surface.
 struct WallThickness {
-  /// Where there is an opposite side, ascending: the inscribed ball that touches there.
+  /// Where there is an opposite side, ascending: the inscribed ball that touches there, up to 1 % too large.
   std::vector<double> wallsMm;
   size_t points = 0;  ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a autosave is made of: its thread's side and what others reach. For engine/saving/autosave*.cpp alone.
+// What an autosave is made of: its thread's side and what others reach. For engine/saving/autosave*.cpp alone.
 
 #include <sys/stat.h>
 

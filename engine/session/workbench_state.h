@@ -176,7 +176,7 @@ struct Workbench::State {
   std::optional<Autosave::Continued> continued;            // a recovered journal that no autosave has taken over yet
   std::string autosaveTrouble, handTrouble;
   bool handOpened = false;                      // the device that the program began with
-  std::shared_ptr<SavedHistory> records;        // all places of its steps, while there is a autosave
+  std::shared_ptr<SavedHistory> records;        // all places of its steps, while there is an autosave
   std::weak_ptr<const Document> savedDocument;  // a step like any other: it may leave memory
   uint64_t opened = 0;
   bool saving = false;

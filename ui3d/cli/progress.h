@@ -1,5 +1,5 @@
 #pragma once
-// Progress on a terminal, and Ctrl-C.
+// Progress on a terminal.
 
 #include <string>
 #include <thread>
@@ -7,9 +7,6 @@
 #include "clay/base/job.h"
 
 namespace argil::cli {
-
-/// The job that Ctrl-C cancels: installed once, by main.
-Job& interruptibleJob();
 
 /// Shows `what` and the job's percentage on stderr while it lives, when that is a terminal and the work takes longer
 /// than 0.3 s; clears the line at the end.

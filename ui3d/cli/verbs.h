@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench.h"
 #include "clay/base/job.h"
 #include "clay/surface/surface.h"
 #include "engine/models/import_place.h"
@@ -133,6 +132,8 @@ struct ToolsOptions {
 /// Prints the tools that there are and what can be set of each.
 void tools(const ToolsOptions& options);
 
-void bench(const BenchOptions& options);
+/// `argil bench WORDS...`: becomes the program argil-bench that stands beside this one, with the words after the verb.
+/// Returns only by Error: it is not there.
+[[noreturn]] void bench(char** words);
 
 }  // namespace argil::cli

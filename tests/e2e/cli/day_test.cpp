@@ -62,6 +62,15 @@ TEST(Day, HoursOfWorkEndAsTheyBegan) {
   EXPECT_LE((*last)["memory"].get<double>(), 1.2 * (*first)["memory"].get<double>() + (192 << 20));
 }
 
+TEST(Day, ACommandWithoutItsBenchmarksSaysHowToMakeThem) {
+  const Scratch alone;
+  fs::copy_file(ARGIL_COMMAND, alone / "argil");
+  const Outcome outcome = argil({"bench", "edit"}, -1, (alone / "argil").string());
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("--target argil-bench"), std::string::npos) << outcome.err;
+}
+
 TEST(Day, OptionsThatAreWrongAreNamed) {
   for (const std::vector<std::string>& call :
        std::vector<std::vector<std::string>>{{"bench", "day", "--stroke", "0"},

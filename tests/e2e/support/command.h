@@ -61,14 +61,14 @@ inline bool catches(pid_t pid, int signal) {
   return false;
 }
 
-/// Runs argil with these arguments; `interruptAfterMs` ≥ 0 sends Ctrl-C then.
-inline Outcome argil(const std::vector<std::string>& arguments, int interruptAfterMs = -1) {
+/// Runs argil, or a copy of it, with these arguments; `interruptAfterMs` ≥ 0 sends Ctrl-C then.
+inline Outcome argil(const std::vector<std::string>& arguments, int interruptAfterMs = -1,
+                     std::string program = ARGIL_COMMAND) {
   static int number = 0;
   const fs::path base =
       fs::temp_directory_path() / ("argil-e2e-" + std::to_string(getpid()) + "-" + std::to_string(number++));
   const fs::path out = base.string() + ".out", err = base.string() + ".err";
   std::vector<char*> argv;
-  std::string program = ARGIL_COMMAND;
   argv.push_back(program.data());
   std::vector<std::string> copies = arguments;
   for (std::string& a : copies) argv.push_back(a.data());
@@ -79,8 +79,8 @@ inline Outcome argil(const std::vector<std::string>& arguments, int interruptAft
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   pid_t pid = 0;
   Outcome outcome;
-  if (posix_spawn(&pid, ARGIL_COMMAND, &actions, nullptr, argv.data(), environ) != 0)
-    throw std::runtime_error("cannot run " ARGIL_COMMAND);
+  if (posix_spawn(&pid, program.c_str(), &actions, nullptr, argv.data(), environ) != 0)
+    throw std::runtime_error("cannot run " + program);
   posix_spawn_file_actions_destroy(&actions);
   if (interruptAfterMs >= 0) {
     // Not before it listens: a program takes its time to start on a busy machine.

@@ -321,7 +321,7 @@ class PowerCuts : public testing::Test {
         }
         OpenedDocument& document = recovered.document;
         looked.damaged = looked.damaged || !document.notes.empty();
-        // Mended is told as repaired: it is worth what it is worth, and covers nothing.
+        // What was repaired is told as such: it is worth what it is worth, and covers nothing.
         if (document.states.size() == 1 && recovered.file.empty() && !document.notes.empty() &&
             document.notes.front().find("was repaired") != std::string::npos) {
           doubts += document.notes.front() + " ";

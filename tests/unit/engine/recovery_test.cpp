@@ -212,7 +212,7 @@ TEST_F(Recovery, aJournalFindsTheFileThatWasMoved) {
   EXPECT_FALSE(repaired.document.states.empty());
 }
 
-// Three strokes that are known by their samples alone: nobody let the autosave at the records.
+// Three strokes that are known by their samples alone: the autosave never got at the records.
 fs::path journalOfSamples(Kept& kept, const fs::path& to, std::vector<std::string>& tale,
                           const std::function<std::string(const Document&)>& tell,
                           const std::function<void(Session&, uint64_t)>& stroke) {

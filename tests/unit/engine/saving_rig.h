@@ -104,7 +104,7 @@ class SavingRig : public testing::Test {
   fs::path folder;
 };
 
-// A session with a autosave, whose program "crashes": its journal is copied away while it lives.
+// A session with an autosave, whose program "crashes": its journal is copied away while it lives.
 struct Kept {
   explicit Kept(Document first, const fs::path& journals) : session(std::move(first)) {
     AutosaveOptions options;
