@@ -1,4 +1,4 @@
-// What most files of the rooms include, read once for all of them. Every file names what it needs all the same: it
+// What most files of the modules include, read once for all of them. Every file names what it needs all the same: it
 // compiles without this too (ARGIL_PRECOMPILED=OFF, which the sanitizer builds have).
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 #pragma once
-// Vectors and integer coordinates that every room uses.
+// Vectors and integer coordinates that every module uses.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

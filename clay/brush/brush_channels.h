@@ -1,5 +1,5 @@
 #pragma once
-// What a stroke does to colour, material and mask. This room's own.
+// What a stroke does to colour, material and mask. This module's own.
 
 #include <functional>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-// One way of changing distances: what a file of a new method implements. This room's own.
+// One way of changing distances: what a file of a new method implements. This module's own.
 
 #include <cmath>
 #include <memory>

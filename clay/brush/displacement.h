@@ -1,5 +1,5 @@
 #pragma once
-// Where the clay of a stroke came from: displacements composed stamp by stamp. This room's own.
+// Where the clay of a stroke came from: displacements composed stamp by stamp. This module's own.
 
 #include <memory>
 #include <span>

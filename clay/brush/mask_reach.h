@@ -1,5 +1,5 @@
 #pragma once
-// What a mask covers beyond the band, where the channel itself says nothing. This room's own.
+// What a mask covers beyond the band, where the channel itself says nothing. This module's own.
 
 #include <array>
 #include <cstdint>

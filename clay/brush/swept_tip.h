@@ -1,5 +1,5 @@
 #pragma once
-// Distances to tips other than the ball, swept along a stamp's way. This room's own.
+// Distances to tips other than the ball, swept along a stamp's way. This module's own.
 
 #include <span>
 

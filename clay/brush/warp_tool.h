@@ -1,6 +1,6 @@
 #pragma once
 // What tells the tools that move clay apart: tug, smudge, pinch, crease and twist, each in the file of its name. This
-// room's own.
+// module's own.
 
 #include <cmath>
 #include <memory>

@@ -1,5 +1,5 @@
 #pragma once
-// Distances of second order from a field that is none. This room's own.
+// Distances of second order from a field that is none. This module's own.
 
 #include <span>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// Distances of a brick to 16-bit codes and back. This room's own.
+// Distances of a brick to 16-bit codes and back. This module's own.
 
 #include "clay/kernels/brick.h"
 

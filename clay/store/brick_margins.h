@@ -1,5 +1,5 @@
 #pragma once
-// Bricks with voxels of their neighbours around them. This room's own.
+// Bricks with voxels of their neighbours around them. This module's own.
 
 #include <algorithm>
 #include <array>

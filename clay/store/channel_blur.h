@@ -1,5 +1,5 @@
 #pragma once
-// Colours or masks of a brick towards the mean of what is around them. This room's own.
+// Colours or masks of a brick towards the mean of what is around them. This module's own.
 
 #include <algorithm>
 #include <array>

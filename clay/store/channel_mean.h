@@ -1,5 +1,5 @@
 #pragma once
-// A mean of channels over a few voxels. This room's own.
+// A mean of channels over a few voxels. This module's own.
 
 #include <algorithm>
 #include <array>

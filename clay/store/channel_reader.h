@@ -1,5 +1,5 @@
 #pragma once
-// Reads distances and channels of voxels together. This room's own.
+// Reads distances and channels of voxels together. This module's own.
 
 #include <array>
 #include <cmath>

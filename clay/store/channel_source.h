@@ -1,5 +1,5 @@
 #pragma once
-// Where whole-piece operations have their colours, materials and masks from. This room's own.
+// Where whole-piece operations have their colours, materials and masks from. This module's own.
 
 #include "clay/store/channel_reader.h"
 #include "clay/store/editor.h"

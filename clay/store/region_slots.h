@@ -1,5 +1,5 @@
 #pragma once
-// The bricks that the cells of a region read. For the files of this room alone.
+// The bricks that the cells of a region read. For this module's files alone.
 
 #include "clay/store/tree.h"
 

@@ -37,7 +37,7 @@ class Store : public std::enable_shared_from_this<Store> {
   [[nodiscard]] Usage usage() const;  ///< What editors at work have in stock is counted too. Any thread.
 
   struct State;
-  [[nodiscard]] State& state() const { return *state_; }  ///< For the files of this room (clay/store/tree.h).
+  [[nodiscard]] State& state() const { return *state_; }  ///< For this module's files (clay/store/tree.h).
 
  private:
   explicit Store(Precision precision);

@@ -1,5 +1,5 @@
 #pragma once
-// Inside of a version: the tree of nodes. For the files of this room alone; others read through Version and Sampler.
+// Inside of a version: the tree of nodes. For this module's files alone; others read through Version and Sampler.
 
 #include <array>
 #include <atomic>

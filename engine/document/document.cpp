@@ -8,6 +8,7 @@
 
 #include "clay/base/error.h"
 #include "clay/store/editor.h"
+#include "engine/document/guide_table.h"
 #include "haptics/scene/polyline.h"
 
 namespace argil::engine {
@@ -32,26 +33,6 @@ bool move(Things& things, Id id, int by) {
   if (to < 0 || to >= std::ssize(things)) return false;
   std::swap(things[size_t(from)], things[size_t(to)]);
   return true;
-}
-
-const char* nameOf(Guide::Kind kind) {
-  switch (kind) {
-    case Guide::Kind::plane:
-      return "Plane";
-    case Guide::Kind::line:
-      return "Line";
-    case Guide::Kind::point:
-      return "Point";
-    case Guide::Kind::curve:
-      return "Curve";
-    case Guide::Kind::keepOutBox:
-      return "Box";
-    case Guide::Kind::ruler:
-      return "Ruler";
-    case Guide::Kind::angle:
-      return "Angle";
-  }
-  return "Guide";
 }
 
 }  // namespace
@@ -124,7 +105,7 @@ Id Document::add(Part part) {
 }
 
 Id Document::add(Guide guide) {
-  nameAnew(*this, guide, nameOf(guide.kind));
+  nameAnew(*this, guide, std::string(rowOf(guide.kind).name));
   guide.id = nextId++;
   (void)felt(guide, 1);  // what cannot be felt is refused before it is there
   guides.push_back(std::move(guide));

@@ -17,7 +17,14 @@ inline constexpr double kLeastToolVoxels = 0.5, kMostToolVoxels = 4096;
 /// What a pressure of 0 to 1 counts as; `curve`: −1: a light touch does much already, 0: as it is, 1: it does little.
 [[nodiscard]] double curvedPressure(double curve, double pressure);
 
-/// A tool as a person has set it; the same for a whole stroke. What of it counts, and in which range, its row says
+/// What was read from a tool's file: follows from its name, so it is neither compared nor saved.
+struct ToolFileContent {
+  std::shared_ptr<const clay::HeightImage> image;
+  std::shared_ptr<const clay::StampShape> shape;
+  friend bool operator==(const ToolFileContent&, const ToolFileContent&) { return true; }
+};
+
+/// A tool as a user has set it; the same for a whole stroke. What of it counts, and in which range, its row says
 /// (engine/tools/tool_table.h).
 struct Tool {
   std::string_view id = "carve";  ///< Of its row; a view of the table's own text.
@@ -38,10 +45,9 @@ struct Tool {
   double fullForceN = 3;
   int morphTo = 0;                                      ///< Goes back to the clay after so many steps.
   std::string file = {};                                ///< Of the image or the shape that it works with.
-  std::shared_ptr<const clay::HeightImage> image = {};  ///< What was read from it; not compared, not kept.
-  std::shared_ptr<const clay::StampShape> shape = {};
+  ToolFileContent content = {};  ///< What was read from it.
 
-  friend bool operator==(const Tool& a, const Tool& b);
+  friend bool operator==(const Tool& a, const Tool& b) = default;
 };
 
 }  // namespace argil::engine

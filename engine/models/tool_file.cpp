@@ -21,7 +21,7 @@ constexpr int kMostImage = 8192;  // pixels along an edge
 
 void loadToolFile(Tool& tool) {
   const ToolRow& row = rowOf(tool);
-  if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.image) : bool(tool.shape))) return;
+  if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.content.image) : bool(tool.content.shape))) return;
   if (tool.file.empty())
     throw Error(fmt::format("the tool {} needs a file: choose {}", row.name,
                             row.file == ToolFile::image ? "an image" : "a shape"));
@@ -30,7 +30,7 @@ void loadToolFile(Tool& tool) {
     std::vector<uint16_t> grey(image.grey.size());
     std::transform(image.grey.begin(), image.grey.end(), grey.begin(),
                    [](float g) { return uint16_t(std::lround(std::clamp(g, 0.0f, 1.0f) * 65535)); });
-    tool.image = std::make_shared<const clay::HeightImage>(image.width, image.height, grey);
+    tool.content.image = std::make_shared<const clay::HeightImage>(image.width, image.height, grey);
     return;
   }
   // Clay as it is, a mesh as what it bounds.
@@ -39,9 +39,9 @@ void loadToolFile(Tool& tool) {
   const LoadedDocument loaded = loadDocument(tool.file, asItIs);
   const Document& document = *loaded.document;
   if (!document.pieces.empty())
-    tool.shape = clay::StampShape::of(document.pieces.front().version);
+    tool.content.shape = clay::StampShape::of(document.pieces.front().version);
   else if (!document.parts.empty())
-    tool.shape = clay::StampShape::of(*document.parts.front().mesh);
+    tool.content.shape = clay::StampShape::of(*document.parts.front().mesh);
   else
     throw Error(fmt::format("{}: holds nothing that could be a tip", tool.file));
 }

@@ -283,10 +283,10 @@ void Workbench::State::holdTool() {
 bool Workbench::State::takeToolFile(Tool& tool) {
   const ToolFile kind = rowOf(tool).file;
   if (fileRead.file == tool.file && !tool.file.empty()) {
-    if (kind == ToolFile::image) tool.image = fileRead.image;
-    if (kind == ToolFile::shape) tool.shape = fileRead.shape;
+    if (kind == ToolFile::image) tool.content.image = fileRead.content.image;
+    if (kind == ToolFile::shape) tool.content.shape = fileRead.content.shape;
   }
-  if (kind == ToolFile::none || tool.file.empty() || tool.image || tool.shape) {
+  if (kind == ToolFile::none || tool.file.empty() || tool.content.image || tool.content.shape) {
     loadToolFile(tool);  // Says what is missing.
     return true;
   }

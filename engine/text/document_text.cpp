@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "engine/document/guide_table.h"
 #include "engine/text/guide_setup.h"
 #include "engine/text/json_text.h"
 #include "engine/text/script_place.h"
@@ -15,13 +16,12 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::pair<std::string_view, Guide::Kind> kKinds[] = {{"plane", Guide::Kind::plane},
-                                                               {"line", Guide::Kind::line},
-                                                               {"point", Guide::Kind::point},
-                                                               {"curve", Guide::Kind::curve},
-                                                               {"keep_out_box", Guide::Kind::keepOutBox},
-                                                               {"ruler", Guide::Kind::ruler},
-                                                               {"angle", Guide::Kind::angle}};
+std::vector<std::pair<std::string_view, Guide::Kind>> kindsById() {
+  std::vector<std::pair<std::string_view, Guide::Kind>> kinds;
+  for (const GuideRow& row : guideTable()) kinds.emplace_back(row.id, row.kind);
+  return kinds;
+}
+
 constexpr std::pair<std::string_view, Guide::Feel> kFeels[] = {{"seen", Guide::Feel::seen},
                                                                {"lock", Guide::Feel::lock},
                                                                {"well", Guide::Feel::well},
@@ -136,7 +136,7 @@ Guide readDocumentGuide(const Place& place) {
   place.keys({"id", "name", "visible", "locked", "kind", "feel", "pose", "size", "points", "closed", "range", "force"});
   Guide guide;
   readThing(place, guide);
-  guide.kind = place.at("kind").oneOf<Guide::Kind>(kKinds);
+  guide.kind = place.at("kind").oneOf<Guide::Kind>(kindsById());
   guide.feel = place.at("feel").oneOf<Guide::Feel>(kFeels);
   guide.pose = readPose(place.at("pose"));
   guide.sizeMm = readVector(place.at("size"));
@@ -144,9 +144,7 @@ Guide readDocumentGuide(const Place& place) {
   if (const auto closed = place.maybe("closed")) guide.closed = closed->truth();
   guide.rangeMm = place.at("range").number(-kMostNumber, kMostNumber);
   guide.forceN = place.at("force").number(-kMostNumber, kMostNumber);
-  const size_t least = guide.kind == Guide::Kind::curve || guide.kind == Guide::Kind::ruler ? 2
-                       : guide.kind == Guide::Kind::angle                                   ? 3
-                                                                                            : 0;
+  const size_t least = rowOf(guide.kind).points;
   if (guide.pointsMm.size() < least) place.fail(fmt::format("needs {} points", least));
   return guide;
 }
@@ -206,7 +204,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
   root["guides"] = ordered_json::array();
   for (const Guide& guide : document.guides) {
     ordered_json line = thingJson(guide);
-    line["kind"] = nameOf(kKinds, guide.kind);
+    line["kind"] = rowOf(guide.kind).id;
     line["feel"] = nameOf(kFeels, guide.feel);
     line["pose"] = poseJson(guide.pose);
     line["size"] = list(guide.sizeMm);

@@ -680,16 +680,6 @@ constexpr uint32_t kBlack = 0x101010;
 
 }  // namespace
 
-bool operator==(const Tool& a, const Tool& b) {
-  return a.id == b.id && a.radiusMm == b.radiusMm && a.strength == b.strength && a.inverted == b.inverted &&
-         a.heightMm == b.heightMm && a.blendMm == b.blendMm && a.angleDeg == b.angleDeg && a.falloff == b.falloff &&
-         a.tip == b.tip && a.breadth == b.breadth && a.thickness == b.thickness && a.round == b.round &&
-         a.colour == b.colour && a.material == b.material && a.stabiliseMm == b.stabiliseMm &&
-         a.radiusByPressure == b.radiusByPressure && a.strengthByPressure == b.strengthByPressure &&
-         a.pressureCurve == b.pressureCurve && a.pressureIsForce == b.pressureIsForce && a.fullForceN == b.fullForceN &&
-         a.morphTo == b.morphTo && a.file == b.file;
-}
-
 std::span<const ToolRow> toolTable() {
   return kTools;
 }
@@ -762,12 +752,12 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};
   brush->material = static_cast<uint8_t>(std::clamp(tool.material, 0, 255));
   brush->dye = row.dye;
-  brush->shape = tool.shape;
-  brush->image = tool.image;
+  brush->shape = tool.content.shape;
+  brush->image = tool.content.image;
   brush->before = before;
-  if (row.file == ToolFile::image && !tool.image)
+  if (row.file == ToolFile::image && !tool.content.image)
     throw Error(fmt::format("the tool {} needs an image: choose one", row.name));
-  if (row.file == ToolFile::shape && !tool.shape)
+  if (row.file == ToolFile::shape && !tool.content.shape)
     throw Error(fmt::format("the tool {} needs a shape: choose a file of one", row.name));
   brush->check();
   return brush;

@@ -1,5 +1,5 @@
 #pragma once
-// Files packed with gzip, in memory. For this room's files.
+// Files packed with gzip, in memory. For this module's files.
 
 #include "io/bytes/input.h"
 

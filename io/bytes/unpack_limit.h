@@ -1,6 +1,6 @@
 #pragma once
 // How much may come out of an archive: what it unpacks to is bounded by what it is, and by the memory there is. For
-// this room's files.
+// this module's files.
 
 #include <cstdint>
 #include <string>

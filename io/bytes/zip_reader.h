@@ -1,5 +1,5 @@
 #pragma once
-// ZIP archives in memory: a table of parts, each unpacked and checked when asked for. For this room's files.
+// ZIP archives in memory: a table of parts, each unpacked and checked when asked for. For this module's files.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// ZIP archives written front to back, and deflate in independent blocks. For this room's files.
+// ZIP archives written front to back, and deflate in independent blocks. For this module's files.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// Triangles packed with Draco, for .drc and glTF. For this room's files.
+// Triangles packed with Draco, for .drc and glTF. For this module's files.
 
 #include <functional>
 #include <memory>

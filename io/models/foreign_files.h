@@ -1,5 +1,5 @@
 #pragma once
-// Files that people try and that are no models. For this room's files.
+// Files that people try and that are no models. For this module's files.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// The mesh formats as rows of a table, and what a row needs. For this room's files.
+// The mesh formats as rows of a table, and what a row needs. For this module's files.
 
 #include <array>
 #include <cstdint>

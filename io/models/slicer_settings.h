@@ -1,6 +1,6 @@
 #pragma once
 // What slicers write into a 3MF package beside the standard: which volumes are cut away, and which are no clay at all.
-// For this room's files.
+// For this module's files.
 
 #include <cstdint>
 #include <map>

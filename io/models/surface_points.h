@@ -1,5 +1,5 @@
 #pragma once
-// The points of a surface as renderers have them. For this room's files.
+// The points of a surface as renderers have them. For this module's files.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// One model part of a 3MF package: objects with meshes or components, colours, what is built. For this room's files.
+// One model part of a 3MF package: objects with meshes or components, colours, what is built. For this module's files.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// 3MF packages read. For this room's files.
+// 3MF packages read. For this module's files.
 
 #include "io/bytes/input.h"
 #include "io/models/model_file.h"

@@ -1,5 +1,5 @@
 #pragma once
-// 3MF packages written. For this room's files.
+// 3MF packages written. For this module's files.
 
 #include "io/bytes/atomic_file.h"
 #include "io/models/model_writer.h"

@@ -1,5 +1,5 @@
 #pragma once
-// Channels of clay as records' bodies. For the files of this room alone.
+// Channels of clay as records' bodies. For this module's files alone.
 
 #include <array>
 #include <cstddef>

@@ -1,5 +1,5 @@
 #pragma once
-// How the channels of a version come out of their records. For the files of this room alone.
+// How the channels of a version come out of their records. For this module's files alone.
 
 #include <map>
 #include <optional>

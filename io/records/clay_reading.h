@@ -1,5 +1,5 @@
 #pragma once
-// How a version comes out of its records: the work behind ClayRecords::read. For the files of this room alone.
+// How a version comes out of its records: the work behind ClayRecords::read. For this module's files alone.
 
 #include <functional>
 #include <span>

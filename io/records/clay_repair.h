@@ -1,5 +1,5 @@
 #pragma once
-// What to put where a damaged file has lost clay. For the files of this room alone.
+// What to put where a damaged file has lost clay. For this module's files alone.
 
 #include <cstdint>
 #include <span>

@@ -30,8 +30,8 @@ inline std::shared_ptr<const clay::StampShape> slab() {
 
 /// Gives a tool the image or the shape that it needs.
 inline void giveFile(engine::Tool& tool) {
-  if (engine::rowOf(tool).file == engine::ToolFile::image) tool.image = crossImage();
-  if (engine::rowOf(tool).file == engine::ToolFile::shape) tool.shape = slab();
+  if (engine::rowOf(tool).file == engine::ToolFile::image) tool.content.image = crossImage();
+  if (engine::rowOf(tool).file == engine::ToolFile::shape) tool.content.shape = slab();
 }
 
 }  // namespace argil::tests

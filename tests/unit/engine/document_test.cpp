@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "engine/document/guide_table.h"
 #include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
 
@@ -110,11 +113,27 @@ TEST(Document, RowsOfMaterialsAreTheScenes) {
   EXPECT_THROW(wrong.check(), Error);
 }
 
+TEST(Document, WhatTheTableOffersForAGuideIsFeltEachInItsOwnWay) {
+  for (const GuideRow& row : guideTable()) {
+    SCOPED_TRACE(row.id);
+    Guide guide;
+    guide.kind = row.kind;
+    for (size_t i = 0; i < row.points; ++i) guide.pointsMm.emplace_back(10.0 * double(i), double(i * i), 0);
+    std::set<size_t> shapes;
+    for (const Guide::Feel feel : row.feels) {
+      guide.feel = feel;
+      const auto made = felt(guide, 1);
+      ASSERT_EQ(made.has_value(), feel != Guide::Feel::seen);
+      if (made) EXPECT_TRUE(shapes.insert(made->shape.index()).second) << "two are felt alike";
+    }
+  }
+}
+
 TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
   using Kind = Guide::Kind;
   using Feel = Guide::Feel;
-  for (const Kind kind :
-       {Kind::plane, Kind::line, Kind::point, Kind::curve, Kind::keepOutBox, Kind::ruler, Kind::angle}) {
+  for (const GuideRow& row : guideTable()) {
+    const Kind kind = row.kind;
     for (const Feel feel : {Feel::seen, Feel::lock, Feel::well, Feel::keepOut}) {
       Guide guide;
       guide.kind = kind;

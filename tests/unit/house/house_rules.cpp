@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The arrows of the plan, transitive ones included. A room is named by its folder.
+// The arrows of the plan, transitive ones included. A module is named by its folder.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"clay", {}},
     {"plugins/sdk", {}},
@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"bench", {"engine", "render", "haptics", "io", "clay"}},
     {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
 };
-// Folders of a room from the ground up: each may include what stands before it. Files beside them may include all, and
+// Folders of a module from the ground up: each may include what stands before it. Files beside them may include all, and
 // nothing in a folder includes those.
 const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
@@ -51,7 +51,7 @@ struct Include {
 
 struct Source {
   std::string path;  // relative to the root, with '/'
-  std::string room;  // empty outside of the rooms
+  std::string module;  // empty outside of the modules
   size_t lines = 0;
   std::vector<Include> includes;
 };
@@ -63,7 +63,7 @@ bool oneOf(const std::array<const char*, n>& list, std::string_view word) {
   return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-std::string roomOf(const std::string& path) {
+std::string moduleOf(const std::string& path) {
   const size_t first = path.find('/');
   if (first == std::string::npos) return {};
   const std::string top = path.substr(0, first);
@@ -74,7 +74,7 @@ std::string roomOf(const std::string& path) {
   return kMayInclude.count(top) ? top : std::string();
 }
 
-// Where a file stands in a house of floors: its room and its floor, counted from the ground; beside the folders, above
+// Where a file stands in a house of floors: its module and its floor, counted from the ground; beside the folders, above
 // all.
 struct FloorPlace {
   std::string house, folder;
@@ -92,8 +92,8 @@ std::optional<FloorPlace> floorOf(const std::string& path) {
   return std::nullopt;
 }
 
-std::set<std::string> mayInclude(const std::string& room) {
-  const auto found = kMayInclude.find(room);
+std::set<std::string> mayInclude(const std::string& module) {
+  const auto found = kMayInclude.find(module);
   if (found != kMayInclude.end()) return found->second;
   return {"plugins/sdk"};  // an example plugin
 }
@@ -125,7 +125,7 @@ Tree readTree(const fs::path& root) {
       if (!entry.is_regular_file() || !oneOf(kSourceSuffixes, entry.path().extension().string())) continue;
       Source source;
       source.path = fs::relative(entry.path(), root).generic_string();
-      source.room = roomOf(source.path);
+      source.module = moduleOf(source.path);
       std::ifstream file(entry.path());
       for (std::string text; std::getline(file, text);) {
         ++source.lines;
@@ -173,20 +173,20 @@ Breaches arrows(const fs::path& root) {
   Breaches breaches;
   const Tree tree = readTree(root);
   for (const auto& [path, source] : tree) {
-    if (source.room.empty()) continue;
+    if (source.module.empty()) continue;
     for (const Include& include : source.includes) {
       if (include.target.find("..") != std::string::npos) {
-        breaches.push_back(place(source, include) + ", which leaves its folder: write \"room/file.h\"");
+        breaches.push_back(place(source, include) + ", which leaves its folder: write \"module/file.h\"");
         continue;
       }
       const Source* target = resolve(tree, source, include);
-      const std::string room = target ? target->room : roomOf(include.target);
-      if (!target && !room.empty()) {
+      const std::string module = target ? target->module : moduleOf(include.target);
+      if (!target && !module.empty()) {
         breaches.push_back(place(source, include) + ", which is not there");
-      } else if (target && room.empty()) {
-        breaches.push_back(place(source, include) + ", which is no room");
-      } else if (!room.empty() && room != source.room && !mayInclude(source.room).count(room)) {
-        breaches.push_back(place(source, include) + ", but no arrow leads from " + source.room + " to " + room);
+      } else if (target && module.empty()) {
+        breaches.push_back(place(source, include) + ", which is no module");
+      } else if (!module.empty() && module != source.module && !mayInclude(source.module).count(module)) {
+        breaches.push_back(place(source, include) + ", but no arrow leads from " + source.module + " to " + module);
       }
     }
   }
@@ -198,8 +198,8 @@ Breaches floors(const fs::path& root) {
   const Tree tree = readTree(root);
   for (const auto& [path, source] : tree) {
     const auto here = floorOf(path);
-    if (!here && !source.room.empty() && kFloors.count(source.room) && path.ends_with(".h"))
-      breaches.push_back(path + ": its folder is none of the floors of " + source.room);
+    if (!here && !source.module.empty() && kFloors.count(source.module) && path.ends_with(".h"))
+      breaches.push_back(path + ": its folder is none of the floors of " + source.module);
     if (!here) continue;
     for (const Include& include : source.includes) {
       const Source* target = resolve(tree, source, include);
@@ -226,11 +226,11 @@ Breaches heavyHeaders(const fs::path& root) {
   Breaches breaches;
   const Tree tree = readTree(root);
   for (const auto& [path, source] : tree) {
-    if (source.room.empty()) continue;
+    if (source.module.empty()) continue;
     for (const Include& include : source.includes) {
       const Source* target = resolve(tree, source, include);
       std::set<std::string> seen;
-      if (target && target->room != source.room && reachesHeavy(tree, *target, seen)) {
+      if (target && target->module != source.module && reachesHeavy(tree, *target, seen)) {
         breaches.push_back(place(source, include) + ", through which it sees OpenVDB's or Vulkan's headers");
       }
     }
@@ -241,7 +241,7 @@ Breaches heavyHeaders(const fs::path& root) {
 Breaches foreignParsers(const fs::path& root) {
   Breaches breaches;
   for (const auto& [path, source] : readTree(root)) {
-    if (source.room.empty() || path.starts_with("io/reader/")) continue;
+    if (source.module.empty() || path.starts_with("io/reader/")) continue;
     for (const Include& include : source.includes)
       if (!include.quoted && oneOf(kForeignParsers, include.target))
         breaches.push_back(place(source, include) + ", which only the reader process may run");

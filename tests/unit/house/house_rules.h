@@ -1,5 +1,5 @@
 #pragma once
-// The house plan, checked on a source tree: which room may include which, where heavy headers may be seen, how long a
+// The house plan, checked on a source tree: which module may include which, where heavy headers may be seen, how long a
 // file is.
 
 #include <filesystem>
@@ -11,12 +11,12 @@ namespace argil::house {
 /// One breach, as a line: "haptics/x.h:3: includes io/y.h, but haptics may include clay only".
 using Breaches = std::vector<std::string>;
 
-/// Includes that go against the plan's arrows, that leave a room by "..", or that name a file that is not there.
+/// Includes that go against the plan's arrows, that leave a module by "..", or that name a file that is not there.
 /// Tests are free; each plugin beside the sdk may include the sdk only. Throws std::filesystem::filesystem_error when
 /// `root` is not a folder.
 [[nodiscard]] Breaches arrows(const std::filesystem::path& root);
 
-/// Includes by which a folder of a room sees one that stands on it, and headers in folders that are no floor of theirs.
+/// Includes by which a folder of a module sees one that stands on it, and headers in folders that are no floor of theirs.
 [[nodiscard]] Breaches floors(const std::filesystem::path& root);
 
 /// Folders of more source files than a reader looks through.
@@ -28,7 +28,7 @@ using Breaches = std::vector<std::string>;
 /// Names of files and folders of the tree, in prose and code, that are not there: "clay/base/gone.h", `engine/gone`.
 [[nodiscard]] Breaches danglingNames(const std::filesystem::path& root);
 
-/// Includes by which a file of one room gets to see OpenVDB's or Vulkan's headers through a header of another.
+/// Includes by which a file of one module gets to see OpenVDB's or Vulkan's headers through a header of another.
 [[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
 
 /// Files outside of io/reader that include a library that takes other people's files apart: those run in its confined

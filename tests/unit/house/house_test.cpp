@@ -65,16 +65,16 @@ TEST(House, TheTreeIsReallyRead) {
 }
 
 TEST_F(PlantedTree, EachForbiddenArrowIsCaught) {
-  const std::vector<std::string> rooms = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk", "bench"};
+  const std::vector<std::string> modules = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk", "bench"};
   const std::vector<std::pair<std::string, std::string>> allowed = {
       {"haptics", "clay"},     {"io", "clay"},      {"render", "clay"},        {"engine", "haptics"},
       {"engine", "io"},        {"engine", "clay"},  {"ui3d", "engine"},        {"ui3d", "render"},
       {"ui3d", "haptics"},     {"ui3d", "io"},      {"engine", "plugins/sdk"}, {"ui3d", "clay"},
       {"ui3d", "plugins/sdk"}, {"bench", "engine"}, {"bench", "render"},       {"bench", "haptics"},
       {"bench", "io"},         {"bench", "clay"}};
-  for (const std::string& to : rooms) plant(to + "/a.h", "#pragma once\n");
-  for (const std::string& from : rooms) {
-    for (const std::string& to : rooms) {
+  for (const std::string& to : modules) plant(to + "/a.h", "#pragma once\n");
+  for (const std::string& from : modules) {
+    for (const std::string& to : modules) {
       if (from == to) continue;
       plant(from + "/b.cpp", "// first\n  #  include \"" + to + "/a.h\"\n");
       const bool fine = std::find(allowed.begin(), allowed.end(), std::pair(from, to)) != allowed.end();

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <set>
 
+#include "engine/document/guide_table.h"
+#include "ui3d/studio/kit/icons.h"
+
 namespace argil::studio {
 namespace {
 
@@ -68,9 +71,10 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   expectRows(wallRows());
   for (const auto& row : materialRows()) expectRow(row, haptics::Material{});
   for (const auto& row : wellRows()) expectRow(row, engine::Guide{});
-  for (const auto kind : {engine::Guide::Kind::plane, engine::Guide::Kind::line, engine::Guide::Kind::keepOutBox}) {
-    EXPECT_FALSE(sizeRows(kind).empty());
-    for (const auto& row : sizeRows(kind)) expectRow(row, engine::Guide{});
+  for (const engine::GuideRow& guide : engine::guideTable()) {
+    EXPECT_EQ(sizeRows(guide.kind).empty(), guide.size == engine::GuideSize::none) << guide.id;
+    for (const auto& row : sizeRows(guide.kind)) expectRow(row, engine::Guide{});
+    EXPECT_TRUE(kit::hasIcon(guide.icon)) << guide.id;
   }
   for (const auto& row : symmetryRows()) expectRow(row, engine::Symmetry{});
   for (const auto& row : handRows()) expectRow(row, StudioState{});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/document/guide_table.h"
 #include "ui3d/studio/files/save_words.h"
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/panel_table.h"
@@ -94,16 +95,11 @@ bool actionButton(Context& context, std::string_view id, std::string_view icon, 
   return pressed;
 }
 
-std::string_view nameOf(engine::Guide::Kind kind) {
-  static constexpr std::array<std::string_view, 7> kNames{"plane", "line", "point", "curve", "box", "ruler", "angle"};
-  return kNames[size_t(kind)];
-}
-
 std::string_view iconOf(const engine::Document& document, engine::Id id) {
   if (document.piece(id)) return "block";
   if (document.part(id)) return "sphere";
   const engine::Guide* guide = document.guide(id);
-  return guide ? nameOf(guide->kind) : "point";
+  return guide ? engine::rowOf(guide->kind).icon : "point";
 }
 
 void drawMenu(Context& context, Memory& memory) {

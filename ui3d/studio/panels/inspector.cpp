@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/document/guide_table.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
@@ -51,14 +52,8 @@ void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::
 
 void guide(Context& context, const Guide& guide) {
   static constexpr std::array<std::string_view, 4> kFeels{"Seen", "Lock", "Well", "Block"};
-  const bool measure = guide.kind == Guide::Kind::ruler || guide.kind == Guide::Kind::angle;
-  const bool blocks = guide.kind == Guide::Kind::plane || guide.kind == Guide::Kind::keepOutBox;
-  if (!measure) {
+  if (const std::span feels = engine::rowOf(guide.kind).feels; !feels.empty()) {
     kit::dimText("To the hand");
-    // A box blocks or is only seen; lines, points and curves cannot block.
-    std::vector<Guide::Feel> feels{Guide::Feel::seen};
-    if (guide.kind != Guide::Kind::keepOutBox) feels.insert(feels.end(), {Guide::Feel::lock, Guide::Feel::well});
-    if (blocks) feels.push_back(Guide::Feel::keepOut);
     std::vector<std::string_view> names;
     for (const Guide::Feel feel : feels) names.push_back(kFeels[size_t(feel)]);
     int chosen = int(std::find(feels.begin(), feels.end(), guide.feel) - feels.begin());

@@ -163,7 +163,6 @@ void runAction(Context& context, std::string_view id);
 [[nodiscard]] bool forcesStopped(const Memory& memory);
 /// The thing's drawing: of a piece "block", of a part "sphere", of guides their kind.
 [[nodiscard]] std::string_view iconOf(const engine::Document& document, engine::Id id);
-[[nodiscard]] std::string_view nameOf(engine::Guide::Kind kind);
 
 // Docks.
 void drawMenu(Context& context, Memory& memory);

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/document/guide_table.h"
+
 namespace argil::studio {
 namespace {
 
@@ -276,16 +278,17 @@ std::span<const engine::Parameter<engine::Guide>> wellRows() {
   return kWell;
 }
 std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
-  switch (kind) {
-    case Guide::Kind::plane:
-      return std::span(kEdges).first(2);
-    case Guide::Kind::line:
-      return kLength;
-    case Guide::Kind::keepOutBox:
-      return kEdges;
-    default:
+  switch (engine::rowOf(kind).size) {
+    case engine::GuideSize::none:
       return {};
+    case engine::GuideSize::width_and_depth:
+      return std::span(kEdges).first(2);
+    case engine::GuideSize::length:
+      return kLength;
+    case engine::GuideSize::edges:
+      return kEdges;
   }
+  return {};
 }
 std::span<const engine::Parameter<engine::Symmetry>> symmetryRows() {
   return kSymmetry;
