@@ -1,4 +1,4 @@
-// Clay is moved: tug, smudge, pinch, crease, twist. Method and tolerances: NOTES.md, "Warping and tips".
+// Clay is moved: tug, smudge, pinch, crease, twist. Method and tolerances: warping_and_tips.md.
 
 #include <algorithm>
 #include <cmath>

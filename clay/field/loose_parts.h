@@ -14,10 +14,10 @@ namespace argil::clay {
 inline constexpr size_t kMostParts = 64;  ///< That splitParts() makes.
 
 // Bodies and cavities are those that the surface bounds: two voxels on one side belong together when they are
-// neighbours along an axis, or across a face of four voxels through which the surface lets them pass (NOTES.md,
-// "Surface", 3). Results are made from `version`, in its store, beside whoever edits there, and share what they leave
-// as it is. Where a body or a cavity goes, distances around it are made anew. Cost follows the bricks. All throw
-// Cancelled.
+// neighbours along an axis, or across a face of four voxels through which the surface lets them pass
+// (clay/surface/NOTES.md, "Vertices and quads", 3). Results are made from `version`, in its store, beside whoever edits
+// there, and share what they leave as it is. Where a body or a cavity goes, distances around it are made anew. Cost
+// follows the bricks. All throw Cancelled.
 
 /// Volumes in mm³ of the bodies (voxels inside, counted), largest first.
 [[nodiscard]] std::vector<double> bodyVolumes(const Version& version, Job* job = nullptr);

@@ -15,7 +15,7 @@ namespace argil::clay {
 
 /// In the band the version's own distances; beyond, |∇u| = 1 solved from them upwind and of second order. One thread
 /// calls; equal bits for the same sequence of calls whatever the count of threads, and mirrored ones for mirrored clay.
-/// Method: NOTES.md, "Raising, levelling, smoothing".
+/// Method: NOTES.md, "Distances beyond the band, while a stroke goes on".
 class WideDistance {
  public:
   struct Block {

@@ -41,7 +41,7 @@ struct RepairedMesh {
   MeshFindings findings;
 };
 
-/// Steps and rules: NOTES.md, "Mesh to clay". Deterministic. O(n log n) and, for each closed body that is inside out,
+/// Steps and rules: NOTES.md, "Steps". Deterministic. O(n log n) and, for each closed body that is inside out,
 /// one sum over its own triangles. Throws nothing for defective input; indices must be in range.
 [[nodiscard]] RepairedMesh repairMesh(const TriangleMesh& mesh);
 

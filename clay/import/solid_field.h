@@ -18,7 +18,7 @@ struct SolidField {
 
 /// Inside is where the winding number of the mesh (positions in voxels) exceeds a half. Distances are exact to the
 /// triangles that bound the inside; to the surface that closes holes and beside folds of overlapping bodies they are
-/// first order. Steps, tolerances and their reasons: NOTES.md, "Mesh to clay". Runs on the calling TBB arena's threads.
+/// first order. Steps, tolerances and their reasons: NOTES.md, "Steps". Runs on the calling TBB arena's threads.
 [[nodiscard]] SolidField solidField(const RepairedMesh& repaired, float band, Job* job = nullptr);
 
 }  // namespace argil::clay

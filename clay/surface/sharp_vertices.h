@@ -25,7 +25,7 @@ inline constexpr int kSharpMargin = 2;
 /// beside it onto their face, and lists the former in out.table.sharp. Changes no count, no order and no quad; none
 /// ends farther than kSharpReach outside of its cell; those of bent cells without a crease go onto the bend. With
 /// `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits
-/// everywhere. 1 to 2 µs for each cell near a crease. Method: NOTES.md, "Sharp features".
+/// everywhere. 1 to 2 µs for each cell near a crease. Method: sharp_features.md.
 void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out);
 
 /// Turns quads, as extractQuads makes them, so that they are split along creases: between two opposite sharp vertices,

@@ -22,7 +22,7 @@ inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
 /// Where the vertices stand; topology is the same.
 enum class Grade : uint8_t {
   draft,  ///< At the mean of a cell's edge crossings: creases are cut off by up to half a voxel.
-  fine,   ///< On creases and corners where the field has some; as the draft elsewhere. NOTES.md, "Sharp features".
+  fine,   ///< On creases and corners where the field has some; as the draft elsewhere. Method: sharp_features.md.
 };
 
 /// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
@@ -60,7 +60,7 @@ struct SurfaceDelta {
 };
 
 /// The surface of one clay model, always closed and 2-manifold, following its versions. One thread calls update(); the
-/// meshes handed out may be read anywhere. Method, tables and the rule for ambiguous faces: NOTES.md, "Surface".
+/// meshes handed out may be read anywhere. Method, tables and the rule for ambiguous faces: NOTES.md.
 class Surface {
  public:
   /// `normals` false leaves them out.

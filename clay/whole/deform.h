@@ -19,7 +19,7 @@ inline constexpr double kMostStretch = 8;  ///< How much a warp may stretch or p
 /// The clay as the warp moves it: closed, with a proper narrow band, on the same grid. Where parts of it come to lie
 /// over each other they are united. The version is in `store` (it may be the same or another) and shares nothing with
 /// `version`. Distances are taken from the nearest place of the warped surface, to second order; on smooth surfaces
-/// within 0.05 voxel RMS. Method and figures: NOTES.md, "Deformation". Throws Error when the map folds (its determinant
+/// within 0.05 voxel RMS. Method and figures: deformation.md. Throws Error when the map folds (its determinant
 /// is not positive somewhere in its domain), stretches or presses by more than kMostStretch, or when the result is out
 /// of reach; Cancelled. The result does not depend on `threads` (0: all cores). Cost: about 1.5 µs a voxel of the band;
 /// the job's fraction grows evenly.

@@ -7,7 +7,7 @@
 namespace argil::haptics {
 namespace {
 
-// Of 2b/T: how much farther passivity control carried all devices, rates and delays (NOTES.md, "Stability").
+// Of 2b/T: how much farther passivity control carried all devices, rates and delays (haptics/servo/stability.md).
 constexpr double kCarried = 1.2;
 // The same of a device that exchanges once in more than so many ticks of the servo.
 constexpr double kCarriedRare = 0.4;

@@ -20,7 +20,7 @@ namespace argil::haptics {
 ///   viscosity · velocity = spring force − hardness · (area of the touched clay that the velocity presses on),
 /// which for a straight push is ḣ = max(0, f − σ A(h)) / η. Which clay is touched is measured just
 /// beyond the ball, in the published version less what this stroke has cut since: the answer is the same before and
-/// after an edit arrives. Model, trap and tolerances: NOTES.md, "Cutting". One thread.
+/// after an edit arrives. Model, trap and tolerances: cutting.md. One thread.
 class CutLaw {
  public:
   struct Result {

@@ -13,7 +13,7 @@ namespace argil::haptics {
 
 /// Locks, keep-outs and forces of Scene::guides from tick to tick. Whatever begins, ends, moves or contradicts, the
 /// tool does not jump: every such change is spread over time. Costs nothing where there are no guides. Servo thread
-/// only; all memory is its own, half a megabyte: not for the stack. Method: NOTES.md, "Guides".
+/// only; all memory is its own, half a megabyte: not for the stack. Method: guides.md.
 class Guides {
  public:
   /// Forgets everything: the next scene's guides begin anew.

@@ -12,7 +12,7 @@ namespace argil::haptics {
 /// The common places of several locks; one that leaves no place in common with earlier ones does not work. A curve
 /// holds alone: with another lock the earlier of the two works. When what they are changes, the set as a whole is moved
 /// aside to pass through the proxy and slides back at a bounded speed; what the hand was held back by is let go as
-/// slowly. Servo thread only; method: NOTES.md, "Guides".
+/// slowly. Servo thread only; method: guides.md.
 class LockSet {
  public:
   static constexpr int kMostLocks = 8;

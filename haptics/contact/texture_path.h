@@ -22,7 +22,7 @@ struct TexturedPlane {
 /// tilted by the slopes; for one plane k(d + h)(n − ∇h). What is too short for the proxy's speed fades:
 /// nothing above 0.4 of the servo rate is rendered. The textured proxy gives the hand no more energy than the smooth
 /// one does, but for what it takes to climb the texture once: beyond that a bump is climbed as far as the hand has paid
-/// for it. NOTES.md, "Texture". One thread, the servo's.
+/// for it. Method: textures.md. One thread, the servo's.
 class TexturePath {
  public:
   struct Place {

@@ -120,6 +120,6 @@ std::unique_ptr<Device> openTemplate(const TemplateOptions& options) {
 //    tests/unit/haptics/device_conformance_rigs.cpp: the suite then tries all that can go wrong.
 // 8. Finding and opening it by name: haptics/devices/registry.cpp, a row in each of its two tables.
 // 9. Rights without root: a line in installer/99-argil.rules. What is estimated or to be checked on hardware:
-// haptics/NOTES.md.
+// haptics/devices/NOTES.md.
 
 }  // namespace argil::haptics

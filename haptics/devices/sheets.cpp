@@ -39,7 +39,7 @@ const std::array<DeviceSheet, 6>& rows() {
       row("premium15", "PHANToM Premium 1.5", {195, 270, 375}, 8.5, 1.4, 0.03, 3.5, 0.004, 0.075, 0.04, 0.001, 3, 1),
       row("falcon", "Novint Falcon", {100, 100, 100}, 8.9, 2.5, 0.06, 3.0, 0.02, 0.2, 0.5, 0.004, 3, 4),
       row("omega3", "omega.3", {160, 160, 110}, 12.0, 12.0, 0.01, 14.5, 0.02, 0.2, 0.1, 0.01, 3, 1),
-      // Continuous force from a published driver's limit; the rest estimates of the usual size: NOTES.md, "Devices".
+      // Continuous force from a published driver's limit; the rest estimates: NOTES.md, "Haply Inverse3".
       row("haply", "Haply Inverse3", {240, 160, 200}, 8.0, 3.3, 0.02, 2.0, 0.003, 0.15, 0.1, 0.0015, 6, 2),
   };
   return sheets;

@@ -18,7 +18,7 @@ namespace argil::haptics {
 /// are; both faces count. Built off the servo thread, read by any number of threads.
 ///
 /// Coordinates are kept as 32-bit floats from the middle of the part: they move by at most 6e-8 of its half size,
-/// however far it lies from zero. Recipe, tolerances and figures: NOTES.md, "Parts".
+/// however far it lies from zero. Recipe, tolerances and figures: parts.md.
 class PartMesh {
  public:
   static constexpr uint32_t kNone = UINT32_MAX;

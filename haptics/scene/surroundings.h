@@ -33,7 +33,7 @@ class Surroundings {
   // Pieces and parts that the scene has somewhere else than before go there as rigid bodies, part by part, so that
   // nothing on the way is passed by. One that is published again and again arrives when the next pose is expected; the
   // first pose after a rest of kRestS may as well be a jump (an undo): then it pushes what it touches as gently as clay
-  // that grows, and what is left after kRestS is jumped over. NOTES.md, "Moving things".
+  // that grows, and what is left after kRestS is jumped over. Method: parts.md, "Moving things".
 
   static constexpr double kRestS = 0.25;
   /// Some thing is not yet where the scene has it.

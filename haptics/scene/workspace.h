@@ -60,7 +60,7 @@ struct Workspace {
 
 /// What the servo keeps of a workspace from tick to tick. Invariant: no change of the settings moves the tip in the
 /// tick in which it arrives. A change of scale or handedness then holds for good (zoom is about the tip); pose and
-/// depth are glided to. One thread, the servo's. Recipe: NOTES.md, "Workspace".
+/// depth are glided to. One thread, the servo's. Recipe: workspace.md.
 class WorkspaceMap {
  public:
   /// Back to the plain mapping: the tip is where pose and scale say.

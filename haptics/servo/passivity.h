@@ -42,7 +42,7 @@ class EnergyTank {
 /// reference: at each tick what the hand has put in must cover what they hold now. What a sampled and held force leaks
 /// is seen in the tick in which it leaks and damped along the force in the next ones; while nothing leaks the force
 /// comes out bit for bit as it came in. All in the device's frame. One thread, the servo's. Recipe and figures:
-/// NOTES.md, "Stability".
+/// stability.md.
 class Passivity {
  public:
   /// `delayS`: from command to motor, as far as it is known; 0 to 15 ms. Throws Error for others.

@@ -13,7 +13,7 @@ namespace argil::haptics {
 /// position back to the oldest one such that a straight line between them passes within one encoder step of all in
 /// between. Slow: a long window, little noise; quick changes: a short one, little lag. A low-pass takes off the edges
 /// where the window changes. Cost: about kWindow operations an axis. One thread. Measured cut-off, lag and noise:
-/// NOTES.md, "Stability".
+/// stability.md.
 class VelocityFilter {
  public:
   static constexpr int kWindow = 64;  ///< Ticks that it looks back at most.

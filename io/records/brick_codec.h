@@ -12,7 +12,7 @@
 namespace argil::io {
 
 /// Packs and unpacks bricks. Body: brick coordinate (3 × 4 bytes), then the 512 distances in Brick's order: raw (4
-/// bytes each) or predicted (NOTES.md, "Clay records"); of a fixed brick its codes, raw (2 bytes each) or predicted.
+/// bytes each) or predicted (clay_records.md, "Bricks"); of a fixed brick its codes, raw (2 bytes each) or predicted.
 /// One a thread.
 class BrickCodec {
  public:

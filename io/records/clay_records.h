@@ -65,9 +65,9 @@ class ClayRecords {
   /// Puts what of `version`, its channels included, is not in `held` yet into the sink, children before parents, adds
   /// it to `held`, returns the id of its root (the same id for the same version, whatever file it goes to). Whoever
   /// holds a node holds all under it. Cost follows what is new. `codec` for bricks: raw where time counts, predicted
-  /// for files that stay (NOTES.md has the figures). `owner` names the clay in the document: the same for all versions
-  /// of one store. Throws what the sink throws, Cancelled; then `held` may hold ids that the file lost: the caller who
-  /// rolls back restores its copy.
+  /// for files that stay (clay_records.md has the figures). `owner` names the clay in the document: the same for all
+  /// versions of one store. Throws what the sink throws, Cancelled; then `held` may hold ids that the file lost: the
+  /// caller who rolls back restores its copy.
   RecordId write(const clay::Version& version, uint32_t owner, RecordSet& held, RecordSink& sink, RecordCodec codec,
                  Job* job = nullptr);
 

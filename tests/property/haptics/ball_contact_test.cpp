@@ -258,7 +258,7 @@ TEST(BallContact, touchesSeveralPiecesEachAtItsPlaceAndVoxelSize) {
 }
 
 TEST(BallContact, costOfATick) {
-  // Figures for NOTES.md; the assertion only catches a blunder.
+  // Figures for haptics/contact/NOTES.md; the assertion only catches a blunder.
   const clay::Version version = makeClay(sphereField({0.3, 0.2, -60.4}, 61.3), 9, kVoxel);
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
     BallContact contact;

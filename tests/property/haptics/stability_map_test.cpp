@@ -43,10 +43,11 @@ std::vector<Cell> map(std::initializer_list<double> rates, std::initializer_list
       for (const double delay : delays)
         for (const StabilityTask task : kStabilityTasks)
           for (const StabilityHand& hand : stabilityHands()) {
-            // Pushed along by nobody's hand, friction does not hold it across the clay: NOTES.md says how far that
-            // goes.
+            // Pushed along by nobody's hand, friction does not hold it across the clay:
+            // haptics/servo/stability.md says how far that goes.
             if (task == StabilityTask::glide && !(hand.model.stiffnessNmm > 0)) continue;
-            // An arm that answers so rarely and that nobody holds bounces on what is then so soft: NOTES.md.
+            // An arm that answers so rarely and that nobody holds bounces on what is then so soft:
+            // haptics/servo/stability.md.
             if (heldBelowHz > rate && !(hand.model.stiffnessNmm > 0)) continue;
             Cell cell;
             cell.what.sheet = sheet;

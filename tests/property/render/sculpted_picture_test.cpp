@@ -1,5 +1,5 @@
 // A renderer that followed strokes by deltas shows what a fresh one shows, and was sent little. Prints the figures of
-// NOTES.md.
+// render/NOTES.md.
 
 #include <gtest/gtest.h>
 

@@ -243,7 +243,7 @@ TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
 }
 
 TEST(Servo, sculptsPacedBesideABareLoop) {
-  // Seconds from ARGIL_PACED_SECONDS; the figures of NOTES.md are of 60, and only then are the tails judged.
+  // Seconds from ARGIL_PACED_SECONDS; the figures of haptics/NOTES.md are of 60, and only then are the tails judged.
   const char* wanted = std::getenv("ARGIL_PACED_SECONDS");
   const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
   Tool tool = toucher();

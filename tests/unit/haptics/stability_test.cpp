@@ -80,7 +80,8 @@ TEST(Stability, everyDeviceIsQuietAtItsCoupling) {
     for (const StabilityTask task : kStabilityTasks)
       for (size_t hand = 0; hand < 3; ++hand) {
         const StabilityFigures f = runStability(caseOf(sheet, 1000, task, hand, true));
-        // Pushed along by nobody's hand, friction does not hold it across the clay: NOTES.md says how far that goes.
+        // Pushed along by nobody's hand, friction does not hold it across the clay:
+        // haptics/servo/stability.md says how far that goes.
         const bool alone = hand == 0 && task == StabilityTask::glide;
         EXPECT_TRUE(f.quiet || alone) << sheet.name << " " << stabilityHands()[hand].name << " " << name(task)
                                       << ": cycle " << f.cycleMm * 1e3 << " µm, jump " << f.jumpN << " N";

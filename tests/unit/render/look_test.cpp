@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-/// Unit vector to the key light, as render/NOTES.md has it.
+/// Unit vector to the key light, as render/renderer/NOTES.md has it.
 Vec3d toKey(const View& view) {
   const View::Axes a = view.axes();
   return (-0.50 * a.right + 0.66 * a.up - 0.56 * a.forward).normalized();
