@@ -124,7 +124,9 @@ TEST(Document, WhatTheTableOffersForAGuideIsFeltEachInItsOwnWay) {
       guide.feel = feel;
       const auto made = felt(guide, 1);
       ASSERT_EQ(made.has_value(), feel != Guide::Feel::seen);
-      if (made) EXPECT_TRUE(shapes.insert(made->shape.index()).second) << "two are felt alike";
+      if (made) {
+        EXPECT_TRUE(shapes.insert(made->shape.index()).second) << "two are felt alike";
+      }
     }
   }
 }
