@@ -74,7 +74,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   for (const engine::GuideRow& guide : engine::guideTable()) {
     EXPECT_EQ(sizeRows(guide.kind).empty(), guide.size == engine::GuideSize::none) << guide.id;
     for (const auto& row : sizeRows(guide.kind)) expectRow(row, engine::Guide{});
-    EXPECT_TRUE(kit::hasIcon(guide.icon)) << guide.id;
+    EXPECT_TRUE(hasIcon(guide.icon)) << guide.id;
   }
   for (const auto& row : symmetryRows()) expectRow(row, engine::Symmetry{});
   for (const auto& row : handRows()) expectRow(row, StudioState{});
