@@ -86,8 +86,10 @@ int run(int argc, char** argv) {
                    "Stand a model on the ground: its lowest point at z = 0, its middle at x = y = 0");
   };
   const auto surfaceOption = [](CLI::App* verb, auto& surface, const char* otherwise) {
-    const std::map<std::string, clay::Grade> grades = {{"draft", clay::Grade::draft}, {"fine", clay::Grade::fine}};
-    verb->add_option("--surface", surface, "Where the surface stands: draft, or fine with sharp creases")
+    const std::map<std::string, clay::Grade> grades = {
+        {"draft", clay::Grade::draft}, {"crisp", clay::Grade::crisp}, {"fine", clay::Grade::fine}};
+    verb->add_option("--surface", surface,
+                     "Where the surface stands: draft, crisp with sharp creases, or fine with exact ones")
         ->transform(CLI::CheckedTransformer(grades).description(""))
         ->default_str(otherwise);
   };
@@ -187,7 +189,7 @@ int run(int argc, char** argv) {
   renderVerb->add_option("--size", renderSize, "Picture size")->capture_default_str();
   renderVerb->add_option("--view", render.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   renderVerb->add_flag("--orthographic", render.orthographic, "Without perspective");
-  surfaceOption(renderVerb, render.surface, "draft");
+  surfaceOption(renderVerb, render.surface, "crisp");
   renderVerb->add_option("--voxel", render.voxelMm, "Voxel size in mm");
   addPlace(renderVerb, render.place);
 

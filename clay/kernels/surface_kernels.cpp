@@ -90,8 +90,31 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
   (addEdge<i / 4, i % 4>(v, sum, n), ...);
 }
 
-void CellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
-                  uint32_t* normals) {
+// RMS misfit of a plane to the eight corners, voxels: a crease of 90° that cuts off a twentieth of a cell, or a sphere
+// of nine voxels.
+constexpr float kLeastBend = 0.04f;
+// Two faces may meet so that the corners lie in a plane; it then has the mean of their slopes.
+constexpr float kLeastSlope = 0.88f;
+
+// kKinked where the field in a cell is no plane of slope 1.
+HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
+  const Tag d;
+  const Floats a = hn::Add(v[0], v[1]), b = hn::Add(v[2], v[3]), c = hn::Add(v[4], v[5]), e = hn::Add(v[6], v[7]);
+  const Floats f = hn::Sub(v[1], v[0]), g = hn::Sub(v[3], v[2]), h = hn::Sub(v[5], v[4]), i = hn::Sub(v[7], v[6]);
+  // The Walsh coefficients: four times the slopes, and eight times what a plane does not have.
+  const Floats x = hn::Sub(hn::Add(c, e), hn::Add(a, b)), y = hn::Sub(hn::Add(b, e), hn::Add(a, c)),
+               z = hn::Add(hn::Add(f, g), hn::Add(h, i));
+  const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(i, h)),
+               zx = hn::Sub(hn::Add(h, i), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, i));
+  const Floats bend = hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
+  const Floats slope = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+  const auto kinked = hn::Or(hn::Gt(bend, hn::Set(d, 64 * kLeastBend * kLeastBend)),
+                             hn::Lt(slope, hn::Set(d, 16 * kLeastSlope * kLeastSlope)));
+  return hn::IfThenElseZero(hn::RebindMask(IntTag(), kinked), hn::Set(IntTag(), static_cast<int32_t>(kKinked)));
+}
+
+void CellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
+                  float* positions, uint32_t* normals) {
   const Tag d;
   const IntTag di;
   const hn::Rebind<uint16_t, Tag> d16;
@@ -109,7 +132,9 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, uint32
     gatherPairs(corners + cornerOffset(0, 1, 0), base, v[2], v[3]);
     gatherPairs(corners + cornerOffset(1, 0, 0), base, v[4], v[5]);
     gatherPairs(corners + cornerOffset(1, 1, 0), base, v[6], v[7]);
-    hn::StoreU(patternOf(v, std::make_integer_sequence<int, 8>()), di, reinterpret_cast<int32_t*>(patterns + first));
+    Ints pattern = patternOf(v, std::make_integer_sequence<int, 8>());
+    if (kinks) pattern = hn::Or(pattern, kinkOf(v));
+    hn::StoreU(pattern, di, reinterpret_cast<int32_t*>(patterns + first));
 
     Floats sum[3] = {zero, zero, zero}, n = zero;
     addEdges(v, sum, n, std::make_integer_sequence<int, 12>());
@@ -240,9 +265,9 @@ void brickSigns(const SignWords& words, BrickSigns& out) noexcept {
   HWY_DYNAMIC_DISPATCH(Signs)(words, out);
 }
 
-void cellVertices(const float* corners, const uint16_t* cells, int count, uint32_t* patterns, float* positions,
-                  uint32_t* normals) noexcept {
-  HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, patterns, positions, normals);
+void cellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
+                  float* positions, uint32_t* normals) noexcept {
+  HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, kinks, patterns, positions, normals);
 }
 
 int listBits(const uint64_t* words, uint16_t* out) noexcept {

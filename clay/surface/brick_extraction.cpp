@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "clay/kernels/cell_cases.h"
+#include "clay/surface/crisp_vertices.h"
 #include "clay/surface/sharp_vertices.h"
 
 namespace argil::clay {
@@ -168,7 +169,8 @@ CellVertex vertexOfEdge(const std::array<VertexSource, 8>& sources, const CellVe
 }  // namespace
 
 bool operator==(const CellTable& a, const CellTable& b) {
-  return a.vertices == b.vertices && std::equal(std::begin(a.active), std::end(a.active), std::begin(b.active)) &&
+  return a.vertices == b.vertices && a.readsBeyond == b.readsBeyond &&
+         std::equal(std::begin(a.active), std::end(a.active), std::begin(b.active)) &&
          std::equal(a.specials.begin(), a.specials.end(), b.specials.begin(), b.specials.end()) &&
          std::equal(a.sharp.begin(), a.sharp.end(), b.sharp.begin(), b.sharp.end());
 }
@@ -247,19 +249,25 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   readCorners(input, field.band(), corners);
   uint32_t patterns[kBrickVoxels + kCellPadding];
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
-  cellVertices(corners, cells, count, patterns, out.positions.data()->data(),
+  cellVertices(corners, cells, count, grade == Grade::crisp, patterns, out.positions.data()->data(),
                wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
 
   // Cells with several loops are rare; they are repaired one by one.
   const CellCases& cases = cellCases();
   size_t vertices = static_cast<size_t>(count), specials = 0;
+  uint16_t kinked[kBrickVoxels];
+  size_t kinks = 0;
   for (int i = 0; i < count; ++i) {
+    if ((patterns[i] & kKinked) != 0) {
+      kinked[kinks++] = static_cast<uint16_t>(i);
+      patterns[i] &= ~kKinked;
+    }
     if (!kUnusual[patterns[i]]) continue;
     const CellCase* c = &cases.separated[patterns[i]];
     const int cell = cells[i], x = cell >> 6, y = (cell >> 3) & 7, z = cell & 7;
     bool joined = false;
     if (c->foldedFace >= 0) {
-      table.folded = true;
+      table.readsBeyond = true;
       const int axis = c->foldedFace / 2, side = c->foldedFace & 1;
       Coord beyond = brick * kBrickEdge + Coord{x, y, z};
       (axis == 0 ? beyond.x : axis == 1 ? beyond.y : beyond.z) += side ? 1 : -1;
@@ -280,6 +288,9 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
   if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
+  if (kinks == 0) return;
+  table.readsBeyond = true;
+  crispVertices(field, brick, {cells, patterns, {kinked, kinks}}, wantNormals, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {

@@ -41,8 +41,9 @@ struct CellTable {
   uint16_t before[8];  ///< Active cells in the words before.
   uint16_t vertices = 0;
   uint16_t quads = 0;  ///< Voxel edges with a sign change from the brick's own voxels.
-  /// Some cell has a folded face: its vertices depend on the cells beyond, one brick lower too.
-  bool folded = false;
+  /// Some vertices depend on voxels beyond their cells, in any brick around: of a cell with a folded face or, in the
+  /// crisp grade, with a kink.
+  bool readsBeyond = false;
   std::span<const Special> specials;  ///< In order of cell.
   std::span<const uint16_t> sharp;    ///< Vertices on creases, in order.
 

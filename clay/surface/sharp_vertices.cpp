@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <cmath>
 #include <optional>
 
@@ -201,6 +202,11 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
   if (std::none_of(sources.begin(), sources.end(),
                    [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); }))
     return;
+  // Bit by vertex of each source: a look at a list for every corner would cost more than the quads.
+  std::array<std::bitset<kVertexRefIndex + 1>, 8> marks;
+  for (size_t k = 0; k < 8; ++k)
+    if (sources[k].table)
+      for (const uint16_t index : sources[k].table->sharp) marks[k].set(index);
   // Bit i: corner i is sharp. Set where the diagonal 1–3 must be taken in place of 0–2.
   constexpr unsigned kTurned = 1u << 0b1010 | 1u << 0b0111 | 1u << 0b1101;
   for (std::array<VertexRef, 4>& quad : quads) {
@@ -208,8 +214,8 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
     for (size_t i = 0; i < 4; ++i) {
       // Bits 13 to 15 of a reference are x, y, z.
       const int lower = quad[i] >> kVertexRefBits;
-      const CellTable& table = *sources[static_cast<size_t>((lower & 1) << 2 | (lower & 2) | lower >> 2)].table;
-      on |= static_cast<unsigned>(std::binary_search(table.sharp.begin(), table.sharp.end(), quad[i] & kVertexRefIndex))
+      on |= static_cast<unsigned>(
+                marks[static_cast<size_t>((lower & 1) << 2 | (lower & 2) | lower >> 2)][quad[i] & kVertexRefIndex])
             << i;
     }
     if (kTurned >> on & 1) std::rotate(quad.begin(), quad.begin() + 1, quad.end());

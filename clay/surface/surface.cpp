@@ -71,7 +71,7 @@ struct Task {
   std::vector<BrickMeshPtr> changed;
   // what differs in quads alone, not to be put in before all others have read what was
   std::vector<std::pair<int, HeldPtr>> replaced;
-  int64_t vertices = 0, quads = 0, folded = 0;  // what came on top
+  int64_t vertices = 0, quads = 0, readBeyond = 0;  // what came on top
 };
 
 // A thread at work.
@@ -220,7 +220,7 @@ struct Surface::State {
   BlockPool::Owner pool = BlockPool::make();
   SurfacePaint paint;
   uint64_t nextSerial = 1;
-  uint64_t vertexCount = 0, quadCount = 0, foldedBricks = 0;
+  uint64_t vertexCount = 0, quadCount = 0, bricksThatReadBeyond = 0;
 
   Region* region(Coord at) const {
     const auto it = regions.find(at);
@@ -278,7 +278,7 @@ HeldPtr Surface::State::hold(BlockPool::Share& memory, const Coord& brick, const
 }
 
 // Bricks whose cells may have other vertices now: a cell reads its own brick and those one step higher; one with a
-// folded face also reads the cell beyond. The fine grade reads all around a brick.
+// folded face also reads the cell beyond, one with a kink all around; the fine grade reads around every brick.
 TaskList Surface::State::changedRegions(const Version& next) const {
   TaskList tasks;
   // Of the region at hand, by how much lower: bricks with a change for those.
@@ -299,12 +299,13 @@ TaskList Surface::State::changedRegions(const Version& next) const {
     }
     for (unsigned left = changedFor(before, after); left != 0; left &= left - 1)
       changes[static_cast<size_t>(std::countr_zero(left))][static_cast<size_t>(brick.x & 7)] |= TaskList::bitOf(brick);
-    if (foldedBricks == 0) return;
+    if (bricksThatReadBeyond == 0) return;
     for (int i = 0; i < 27; ++i) {
       const Coord step{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-      if (step.x <= 0 && step.y <= 0 && step.z <= 0) continue;
+      // Folded faces of lower bricks look at layers that changedFor() has told of.
+      if (grade == Grade::draft && step.x <= 0 && step.y <= 0 && step.z <= 0) continue;
       const Held* held = find(brick + step);
-      if (held && held->table.folded) tasks.want(brick + step);
+      if (held && held->table.readsBeyond) tasks.want(brick + step);
     }
   });
   flush();
@@ -362,7 +363,7 @@ void Surface::State::followVertices(Task& task, int index, const Coord& brick, W
       return;
     task.vertices -= held->table.vertices;
     task.quads -= static_cast<int64_t>(held->quads.size());
-    task.folded -= held->table.folded;
+    task.readBeyond -= held->table.readsBeyond;
     --region.count;
   }
   set(region.changed);
@@ -376,7 +377,7 @@ void Surface::State::followVertices(Task& task, int index, const Coord& brick, W
   ++region.count;
   task.vertices += table.vertices;
   task.quads += table.quads;
-  task.folded += table.folded;
+  task.readBeyond += table.readsBeyond;
 }
 
 void Surface::State::extractRegionQuads(Task& task, Worker& worker) {
@@ -503,7 +504,7 @@ void Surface::State::follow(std::vector<Task> tasks, bool whole, int threads, Su
     for (auto& [index, held] : task.replaced) task.lower[0]->held.at(static_cast<size_t>(index)) = std::move(held);
     vertexCount += static_cast<uint64_t>(task.vertices);
     quadCount += static_cast<uint64_t>(task.quads);
-    foldedBricks += static_cast<uint64_t>(task.folded);
+    bricksThatReadBeyond += static_cast<uint64_t>(task.readBeyond);
     task.lower[0]->changed = {};
     if (task.lower[0]->count == 0) regions.erase(task.region);
   }

@@ -22,6 +22,7 @@ inline constexpr VertexRef kVertexRefIndex = (1u << kVertexRefBits) - 1;
 /// Where the vertices stand; topology is the same.
 enum class Grade : uint8_t {
   draft,  ///< At the mean of a cell's edge crossings: creases are cut off by up to half a voxel.
+  crisp,  ///< On creases of 25° and more, found by a quick look: for what is seen at once. Method: crisp_edges.md.
   fine,   ///< On creases and corners where the field has some; as the draft elsewhere. Method: sharp_features.md.
 };
 

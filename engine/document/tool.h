@@ -43,8 +43,8 @@ struct Tool {
   double pressureCurve = 0;                             ///< −1: early, 0: straight, 1: late.
   bool pressureIsForce = false;                         ///< The felt force is the pressure, fullForceN of it being 1.
   double fullForceN = 3;
-  int morphTo = 0;                                      ///< Goes back to the clay after so many steps.
-  std::string file = {};                                ///< Of the image or the shape that it works with.
+  int morphTo = 0;               ///< Goes back to the clay after so many steps.
+  std::string file = {};         ///< Of the image or the shape that it works with.
   ToolFileContent content = {};  ///< What was read from it.
 
   friend bool operator==(const Tool& a, const Tool& b) = default;

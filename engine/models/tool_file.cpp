@@ -21,7 +21,8 @@ constexpr int kMostImage = 8192;  // pixels along an edge
 
 void loadToolFile(Tool& tool) {
   const ToolRow& row = rowOf(tool);
-  if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.content.image) : bool(tool.content.shape))) return;
+  if (row.file == ToolFile::none || (row.file == ToolFile::image ? bool(tool.content.image) : bool(tool.content.shape)))
+    return;
   if (tool.file.empty())
     throw Error(fmt::format("the tool {} needs a file: choose {}", row.name,
                             row.file == ToolFile::image ? "an image" : "a shape"));

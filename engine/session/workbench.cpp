@@ -59,7 +59,9 @@ void Workbench::resendSurfaces() {
 
 void Workbench::setSurface(clay::Grade grade) {
   if (state_->wantedSurface.exchange(grade) == grade) return;
-  state_->begin(grade == clay::Grade::fine ? "Refining the surface" : "Drafting the surface",
+  state_->begin(grade == clay::Grade::fine    ? "Refining the surface"
+                : grade == clay::Grade::crisp ? "Sharpening the surface"
+                                              : "Drafting the surface",
                 [=, this, s = state_.get()](Job& job) -> std::function<void()> {
                   const DocumentPtr document = snapshot()->document;
                   State::Ready ready;

@@ -1,5 +1,6 @@
 #pragma once
-// A strict pull scanner for the XML that packages need (XML 1.0 and namespaces, UTF-8, no DTD). For this module's files.
+// A strict pull scanner for the XML that packages need (XML 1.0 and namespaces, UTF-8, no DTD). For this module's
+// files.
 
 #include <array>
 #include <cstddef>

@@ -278,7 +278,7 @@ void sculpt(const SculptOptions& options) {
   engine::Session session(std::move(clay.document));
   const std::optional<double> voxelMm = clay.version ? std::optional(clay.version.grid().voxelMm) : std::nullopt;
   clay.version = {};
-  const clay::Grade drawn = options.surface.value_or(clay::Grade::draft);
+  const clay::Grade drawn = options.surface.value_or(clay::Grade::crisp);
   clay::Surface surface(true, drawn);
 
   // The clay of the strokes alone is followed in the picture; what is several pieces is drawn anew.

@@ -77,7 +77,7 @@ struct RenderOptions {
   std::filesystem::path input, output;
   std::optional<double> voxelMm;
   engine::ImportPlace place;  ///< Of an input that is a model.
-  clay::Grade surface = clay::Grade::draft;
+  clay::Grade surface = clay::Grade::crisp;
   std::string view = "iso";
   bool orthographic = false;
   std::array<int, 2> size{1280, 720};

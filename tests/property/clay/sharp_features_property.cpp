@@ -29,7 +29,11 @@ Version cutBy(const Version& base, const TurnedBox& box, Coord first, Coord last
   return editor.commit();
 }
 
-TEST(SharpFeatures, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
+class CreaseGrades : public ::testing::TestWithParam<Grade> {};
+INSTANTIATE_TEST_SUITE_P(SharpFeatures, CreaseGrades, ::testing::Values(Grade::crisp, Grade::fine),
+                         [](const auto& info) { return info.param == Grade::crisp ? "crisp" : "fine"; });
+
+TEST_P(CreaseGrades, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
   const uint64_t seed = 31;
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(-14, 14);
@@ -38,7 +42,7 @@ TEST(SharpFeatures, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
   box.axes = randomTurn(random);
   box.half = Vec3d(14, 13, 12);
   Version version = clayOf(store, 26, [&](const Vec3d& p) { return box.distance(p); });
-  Surface following(true, Grade::fine);
+  Surface following(true, GetParam());
   following.update(version);
   for (int step = 0; step < 10; ++step) {
     TurnedBox tool;
@@ -50,14 +54,14 @@ TEST(SharpFeatures, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
     version = cutBy(version, tool, {low(tool.centre.x()), low(tool.centre.y()), low(tool.centre.z())},
                     {high(tool.centre.x()), high(tool.centre.y()), high(tool.centre.z())});
     following.update(version, 1 + step % 3);
-    Surface fresh(true, Grade::fine);
+    Surface fresh(true, GetParam());
     fresh.update(version);
     ASSERT_EQ(following.hash(), fresh.hash()) << "seed " << seed << " step " << step;
   }
   ASSERT_TRUE(checkTopology(following.toMesh()).closed());
 }
 
-TEST(SharpFeatures, EqualBitsOnEverySimdTarget) {
+TEST_P(CreaseGrades, EqualBitsOnEverySimdTarget) {
   const auto store = Store::make();
   std::mt19937_64 random(32);
   TurnedBox box;
@@ -65,7 +69,7 @@ TEST(SharpFeatures, EqualBitsOnEverySimdTarget) {
   const Version version = clayOf(store, 24, [&](const Vec3d& p) { return box.distance(p); });
   uint64_t first = 0;
   tests::forEachSimdTarget([&](const std::string& target) {
-    Surface surface(true, Grade::fine);
+    Surface surface(true, GetParam());
     surface.update(version);
     if (first == 0) first = surface.hash();
     EXPECT_EQ(surface.hash(), first) << target;
@@ -75,7 +79,7 @@ TEST(SharpFeatures, EqualBitsOnEverySimdTarget) {
 
 // Noise, and boxes with noise: vertices never leave the neighbourhood of their cells, are finite, and the mesh is
 // closed.
-TEST(SharpFeatures, RandomFieldsKeepTheirVerticesNearTheirCells) {
+TEST_P(CreaseGrades, RandomFieldsKeepTheirVerticesNearTheirCells) {
   const uint64_t seed = 33;
   std::mt19937_64 random(seed);
   const auto store = Store::make();
@@ -89,7 +93,7 @@ TEST(SharpFeatures, RandomFieldsKeepTheirVerticesNearTheirCells) {
       const double d = box.distance(p) + rough(random);
       return std::max(p.cwiseAbs().maxCoeff() - 14, d);
     });
-    Surface draft(true), fine(true, Grade::fine);
+    Surface draft(true), fine(true, GetParam());
     draft.update(version);
     fine.update(version);
     ASSERT_TRUE(checkTopology(fine.toMesh()).closed()) << "seed " << seed << " field " << field;

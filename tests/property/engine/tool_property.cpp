@@ -364,7 +364,7 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
   constexpr int kCheckEvery = 200;
   Random random(kSeed);
   Version version = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 22);
-  clay::Surface following(true, clay::Grade::fine);
+  clay::Surface following(true, clay::Grade::fine), live(true, clay::Grade::crisp);
   double sum = 0, worst = 0, outerSum = 0, outerWorst = 0;
   uint64_t count = 0, beyond = 0, outer = 0;
   int done = 0;
@@ -387,6 +387,7 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
       }
       session.endStroke();
       following.update(session.version());
+      live.update(session.version());
     }
     version = session.version();
     if (done % kCheckEvery != 0) continue;
@@ -394,6 +395,10 @@ TEST(ToolProperty, afterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
     clay::Surface anew(true, clay::Grade::fine);
     anew.update(version, 2);
     ASSERT_EQ(anew.hash(), following.hash()) << "after " << done;
+    clay::Surface liveAnew(true, clay::Grade::crisp);
+    liveAnew.update(version, 2);
+    ASSERT_EQ(liveAnew.hash(), live.hash()) << "after " << done;
+    ASSERT_TRUE(clay::checkTopology(liveAnew.toMesh()).closed()) << "after " << done;
     const clay::TriangleMesh mesh = anew.toMesh();
     ASSERT_TRUE(clay::checkTopology(mesh).closed()) << "after " << done;
     // Of the distances: channels are paid for by whom uses them.

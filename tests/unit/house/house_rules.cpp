@@ -26,8 +26,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"bench", {"engine", "render", "haptics", "io", "clay"}},
     {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
 };
-// Folders of a module from the ground up: each may include what stands before it. Files beside them may include all, and
-// nothing in a folder includes those.
+// Folders of a module from the ground up: each may include what stands before it. Files beside them may include all,
+// and nothing in a folder includes those.
 const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
@@ -50,7 +50,7 @@ struct Include {
 };
 
 struct Source {
-  std::string path;  // relative to the root, with '/'
+  std::string path;    // relative to the root, with '/'
   std::string module;  // empty outside of the modules
   size_t lines = 0;
   std::vector<Include> includes;
@@ -74,8 +74,8 @@ std::string moduleOf(const std::string& path) {
   return kMayInclude.count(top) ? top : std::string();
 }
 
-// Where a file stands in a house of floors: its module and its floor, counted from the ground; beside the folders, above
-// all.
+// Where a file stands in a house of floors: its module and its floor, counted from the ground; beside the folders,
+// above all.
 struct FloorPlace {
   std::string house, folder;
   size_t floor = 0;

@@ -16,7 +16,8 @@ using Breaches = std::vector<std::string>;
 /// `root` is not a folder.
 [[nodiscard]] Breaches arrows(const std::filesystem::path& root);
 
-/// Includes by which a folder of a module sees one that stands on it, and headers in folders that are no floor of theirs.
+/// Includes by which a folder of a module sees one that stands on it, and headers in folders that are no floor of
+/// theirs.
 [[nodiscard]] Breaches floors(const std::filesystem::path& root);
 
 /// Folders of more source files than a reader looks through.

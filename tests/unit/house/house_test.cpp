@@ -65,7 +65,8 @@ TEST(House, TheTreeIsReallyRead) {
 }
 
 TEST_F(PlantedTree, EachForbiddenArrowIsCaught) {
-  const std::vector<std::string> modules = {"clay", "haptics", "io", "render", "engine", "ui3d", "plugins/sdk", "bench"};
+  const std::vector<std::string> modules = {"clay",   "haptics", "io",          "render",
+                                            "engine", "ui3d",    "plugins/sdk", "bench"};
   const std::vector<std::pair<std::string, std::string>> allowed = {
       {"haptics", "clay"},     {"io", "clay"},      {"render", "clay"},        {"engine", "haptics"},
       {"engine", "io"},        {"engine", "clay"},  {"ui3d", "engine"},        {"ui3d", "render"},

@@ -107,7 +107,7 @@ std::string settingsText(const StudioState& state) {
                      {"cavity", state.quality.cavity},
                      {"detail", state.quality.detailPixels},
                      {"shadow_pixels", state.quality.shadowPixels}};
-  json["quality"]["surface"] = int(state.surface);
+  json["quality"]["grade"] = int(state.surface);
   const haptics::Quality& touch = state.touchQuality;
   json["touch"] = {{"steps", touch.contactSteps}, {"searches", touch.contactSearches}, {"smooth", touch.smoothNormals}};
   const haptics::Workspace& workspace = state.workspace;
@@ -185,7 +185,7 @@ bool applySettings(const std::string& text, StudioState& state) {
   take(quality, "cavity", state.quality.cavity);
   take(quality, "detail", state.quality.detailPixels, 0, 8);
   take(quality, "shadow_pixels", state.quality.shadowPixels, 256, 8192);
-  choose(quality, "surface", state.surface, 2);
+  choose(quality, "grade", state.surface, 3);
   take(touch, "steps", state.touchQuality.contactSteps, 1, 64);
   take(touch, "searches", state.touchQuality.contactSearches, 4, 200);
   take(touch, "smooth", state.touchQuality.smoothNormals);

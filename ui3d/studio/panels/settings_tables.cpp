@@ -110,10 +110,12 @@ const std::array<Row<RenderQuality>, 5> kQuality{
         "detailPixels", "Detail", "Triangles coarser than this may stand for finer ones; 0: never.", "px", 0, 8, 1),
 };
 
-constexpr std::array<string_view, 2> kGrades{"Draft", "Fine"};
+constexpr std::array<string_view, 3> kGrades{"Draft", "Crisp", "Fine"};
 const std::array<Row<StudioState>, 1> kSurface{
     oneOf<StudioState, &StudioState::surface>(
-        "surface", "Surface", "Fine shows creases and corners sharp and costs time where there are some.", kGrades),
+        "surface", "Surface",
+        "Crisp shows creases sharp at little cost; fine puts them exactly and costs much where there are some.",
+        kGrades),
 };
 
 using TouchQuality = haptics::Quality;

@@ -94,7 +94,7 @@ struct StudioState {
   render::Look look;
   render::Stereo stereo;
   render::Quality quality;
-  clay::Grade surface = clay::Grade::draft;  ///< Of all pieces as they are drawn.
+  clay::Grade surface = clay::Grade::crisp;  ///< Of all pieces as they are drawn.
   std::optional<render::Section> section;    ///< Kept while it is switched off: look.section is what is shown.
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
