@@ -274,25 +274,14 @@ void RenewNear(const float* padded, const uint64_t* frozen, float least, float* 
     }
 }
 
-// Voxels: from this tolerance on edges are kept, of values this near to the surface, which the solution exceeds or
-// falls short of by no more.
-constexpr float kEdgeTolerance = 0.1f, kNearEdge = 1.5f, kMostOver = 0.8f, kMostUnder = 0.3f;
-
 BrickChange Settle(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) {
   const RowTag d;
   const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
-  // Near the surface a maximum or minimum of distances is nearer to the truth than the solution, which is of first
-  // order and rounds every edge: too large beyond it, too small before it.
-  const bool edges = tolerance >= kEdgeTolerance;
-  const Row near = hn::Set(d, edges ? kNearEdge : 0), over = hn::Set(d, kMostOver), under = hn::Set(d, -kMostUnder);
   return forRows(band, phi, 8, out, [&](Row old, float, float, Row, const float* at) {
     const auto voxel = static_cast<int>(at - phi);
     const Row solved = hn::LoadU(d, u + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, 1) + (voxel & 7));
     const Row value = hn::IfThenElse(hn::Lt(old, zero), hn::Neg(solved), solved);
-    const Row more = hn::Sub(solved, hn::Abs(old));
-    const auto kept = hn::Or(hn::Lt(hn::Abs(more), limit),
-                             hn::And(hn::Lt(hn::Abs(old), near), hn::And(hn::Lt(more, over), hn::Gt(more, under))));
-    return hn::IfThenElse(kept, old, value);
+    return hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(value, old)), limit), old, value);
   });
 }
 

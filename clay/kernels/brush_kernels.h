@@ -71,9 +71,7 @@ void renewNearDistance(const float* padded, const uint64_t* frozen, float least,
 /// alone.
 void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
 
-/// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere. With a
-/// tolerance of 0.1 and more phi also stays beside edges: within 1.5 voxels of the surface, where it differs as a
-/// maximum or minimum of distances may.
+/// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere.
 BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept;
 
 }  // namespace argil::clay

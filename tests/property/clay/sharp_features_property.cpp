@@ -31,7 +31,7 @@ Version cutBy(const Version& base, const TurnedBox& box, Coord first, Coord last
 
 class CreaseGrades : public ::testing::TestWithParam<Grade> {};
 INSTANTIATE_TEST_SUITE_P(SharpFeatures, CreaseGrades, ::testing::Values(Grade::crisp, Grade::fine),
-                         [](const auto& info) { return info.param == Grade::crisp ? "crisp" : "fine"; });
+                         [](const auto& grade) { return grade.param == Grade::crisp ? "crisp" : "fine"; });
 
 TEST_P(CreaseGrades, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
   const uint64_t seed = 31;
