@@ -22,7 +22,7 @@ struct MeshColours {
 /// The same clay in a new version: every voxel of the band has the colour of the mesh's nearest point, which covers the
 /// piece's own. `mesh`, in mm, has a triangle at least. Throws Error when there is not one colour for each vertex, or
 /// triangle; Cancelled. `threads` (1 to 64) change nothing in the result. Cost: a search for each voxel of the band,
-/// about 1 µs; four bytes a voxel of memory that stay. Any thread; no other editor of the store meanwhile.
+/// about 1 µs; four bytes a voxel of memory that stay. Any thread.
 [[nodiscard]] Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours,
                                       const WorkPart& part, int threads = 0);
 

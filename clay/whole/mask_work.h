@@ -1,7 +1,7 @@
 #pragma once
 // Masks of a whole piece. Each returns a new version of the same store whose mask alone is another one; the cost
-// follows the surface. Any thread; no other editor of the store meanwhile. With a job they report progress and throw
-// Cancelled. `threads` (1 to 64) change nothing in the result.
+// follows the surface. Any thread. With a job they report progress and throw Cancelled. `threads` (1 to 64) change
+// nothing in the result.
 
 #include <optional>
 #include <vector>

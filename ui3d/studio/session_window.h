@@ -1,5 +1,5 @@
 #pragma once
-// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), files (keeping.cpp), the
+// What runs while the studio is open. Parts: events (routing.cpp), pictures (showing.cpp), files (saving.cpp), the
 // loop (studio.cpp).
 
 #include <map>
@@ -94,7 +94,7 @@ class SessionWindow {
   void endLine(const Event& event);
   void workOnSelected();
 
-  // Files (keeping.cpp)
+  // Files (saving.cpp)
   void followFile();
   [[nodiscard]] render::Shot pictureShot();
   [[nodiscard]] std::vector<std::byte> thumbnail();

@@ -128,7 +128,7 @@ TEST_P(EveryToolIn16Bits, mirrorsToTheBitAndKeepsWhatIsMasked) {
   });
   EXPECT_GT(covered, 10000u);
   EXPECT_EQ(moved, 0u) << row().id;
-  EXPECT_LE(different, row().id == "smudge" ? 8u : 0u) << row().id;  // as on floats (clay/brush/NOTES.md)
+  EXPECT_LE(different, row().id == "smudge" ? 8u : 0u) << row().id;  // none on floats; why in 16 bits is not known
 }
 
 INSTANTIATE_TEST_SUITE_P(Tools, EveryToolIn16Bits, ::testing::Range(size_t{0}, toolTable().size()),
