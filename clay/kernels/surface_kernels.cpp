@@ -22,7 +22,7 @@ HWY_INLINE Floats mix(Floats a, Floats b, Floats t) {
   return hn::Add(a, hn::Mul(hn::Sub(b, a), t));
 }
 
-// Octahedral, as PackedNormal::pack; a vector without length gives z.
+// Octahedral, as PackedNormal::pack of a vertex that is on no crease; a vector without length gives z.
 HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
   const Tag d;
   const IntTag di;
@@ -40,7 +40,7 @@ HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
     const Floats half = hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -0.5f), hn::Set(d, 0.5f));
     return hn::ConvertTo(di, hn::Add(hn::Mul(a, hn::Set(d, 32767.0f)), half));
   };
-  return hn::Or(hn::And(fixed(fu), hn::Set(di, 0xffff)), hn::ShiftLeft<16>(fixed(fv)));
+  return hn::Or(hn::And(fixed(fu), hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::And(fixed(fv), hn::Set(di, ~1))));
 }
 
 // at[index] and at[index + 1], both by one load a lane: loads are what a gather costs.

@@ -283,6 +283,12 @@ CreaseVertex placeSharply(const CreaseCell& cell, const CreaseModel& model, cons
 
 }  // namespace
 
+PackedNormal CreaseVertex::packedNormal() const noexcept {
+  PackedNormal packed = PackedNormal::pack(normal);
+  if (kind == Kind::edge || kind == Kind::corner) packed.v = static_cast<int16_t>(packed.v | 1);
+  return packed;
+}
+
 CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
   if (cell.planes.size() < 2) return {};
   Grouping grouping;

@@ -7,6 +7,7 @@
 
 #include "clay/base/vec.h"
 #include "clay/surface/crease_path.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay {
 
@@ -30,7 +31,10 @@ struct CreaseCell {
 struct CreaseVertex {
   enum class Kind { none, face, edge, corner } kind = Kind::none;
   Vec3f position;
-  Vec3f normal;  ///< Unit: the mean of the faces'.
+  Vec3f normal;  ///< The mean of the faces'.
+
+  /// With the bit that says whether it stands on a crease.
+  [[nodiscard]] PackedNormal packedNormal() const noexcept;
 };
 
 /// Groups the planes by normal into at most three faces, and puts the vertex where two or three of them meet in the

@@ -147,7 +147,7 @@ void crispVertices(Sampler& field, Coord brick, const KinkedCells& cells, bool w
     if (found.kind == CreaseVertex::Kind::none) continue;
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = i;
-    if (wantNormals) out.normals[i] = PackedNormal::pack(found.normal);
+    if (wantNormals) out.normals[i] = found.packedNormal();
   }
   out.table.sharp = {out.sharp.data(), sharp};
 }

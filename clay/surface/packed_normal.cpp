@@ -15,7 +15,7 @@ PackedNormal PackedNormal::pack(const Vec3f& n) noexcept {
     u = folded;
   }
   const auto fixed = [](float x) { return static_cast<int16_t>(x * 32767.0f + (x < 0 ? -0.5f : 0.5f)); };
-  return {fixed(u), fixed(v)};
+  return {fixed(u), static_cast<int16_t>(fixed(v) & ~1)};
 }
 
 Vec3f PackedNormal::unpack() const noexcept {

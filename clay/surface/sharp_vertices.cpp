@@ -190,7 +190,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
         }
         out.positions[index] = found.position;
         if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(index);
-        if (wantNormals) out.normals[index] = PackedNormal::pack(found.normal);
+        if (wantNormals) out.normals[index] = found.packedNormal();
       }
     }
   }

@@ -26,7 +26,7 @@ enum class Grade : uint8_t {
   fine,   ///< On creases and corners where the field has some; as the draft elsewhere. Method: sharp_features.md.
 };
 
-/// A unit vector in 32 bits: octahedral, 16 bits an axis. Error below 0.004°.
+/// A unit vector in 32 bits: octahedral, within 0.006°. The lowest bit of `v`: on a crease, between its faces' normals.
 struct PackedNormal {
   int16_t u = 0, v = 0;
   /// Of any vector but zero: its length does not matter.

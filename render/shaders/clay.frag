@@ -6,11 +6,20 @@ layout(location = 0) in vec3 viewNormal;
 layout(location = 1) in float cut;           // above zero: beyond the section plane
 layout(location = 2) in vec3 colour;         // display-linear
 layout(location = 3) in flat float material; // its code, negative for open meshes
+layout(location = 4) in float onCrease;
+layout(location = 5) in vec3 viewPosition;
 layout(location = 0) out vec2 packedNormal;  // along the axes of the eye between both
 layout(location = 1) out vec4 albedo;
 
 void main() {
-  vec3 n = normalize(viewNormal);
+  // A vertex on a crease has a normal for each face, which is about that of its triangle.
+  vec3 n = viewNormal;
+  if (onCrease > 0.0) {
+    // Towards the eye: rows of the picture go down, and the third axis goes away from the eye.
+    vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
+    n += onCrease * (gl_FrontFacing ? facet : -facet);
+  }
+  n = normalize(n);
   float code = abs(material);
   if (kSection && cut > 0.0) discard;
   if (!gl_FrontFacing) {

@@ -10,10 +10,14 @@ layout(location = 0) out vec3 viewNormal;
 layout(location = 1) out float cut;
 layout(location = 2) out vec3 colour;
 layout(location = 3) out flat float material;
+layout(location = 4) out float onCrease;     // the lowest bit of PackedNormal::v
+layout(location = 5) out vec3 viewPosition;  // as viewNormal
 
 void main() {
   vec3 rel = piecePosition(position);
-  viewNormal = toMiddle(turned(unpackOctahedral(normal)));
+  onCrease = float(int(round(normal.y * 32767.0)) & 1);
+  viewNormal = (1.0 - onCrease) * toMiddle(turned(unpackOctahedral(normal)));
+  viewPosition = toMiddle(rel);
   cut = dot(frame.section, vec4(rel, 1.0));
   colour = piece.surface.rgb * paint.a + paint.rgb * paint.rgb;
   material = piece.surface.a;

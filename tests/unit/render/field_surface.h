@@ -25,7 +25,7 @@ inline clay::PackedNormal packNormal(const Vec3d& normal) {
     v = (1 - std::abs(n.x())) * (n.y() >= 0 ? 1 : -1);
     u = fold;
   }
-  return {int16_t(std::lround(u * 32767)), int16_t(std::lround(v * 32767))};
+  return {int16_t(std::lround(u * 32767)), int16_t(std::lround(v * 32767) & ~1)};  // on no crease
 }
 
 struct OwnedMesh {

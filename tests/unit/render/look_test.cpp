@@ -4,6 +4,8 @@
 #include <numbers>
 
 #include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "tests/unit/render/picture_fixture.h"
 
 namespace argil::render {
@@ -71,6 +73,44 @@ TEST_F(Shaded, TheNormalsMatcapIsThePictureOfNormals) {
     const Vec3d seen = colourAround(image, place(from, n), 2), expected = 255 * 0.5 * (n + Vec3d::Ones());
     EXPECT_LT((seen - expected).cwiseAbs().maxCoeff(), 16) << seen.transpose() << " for " << n.transpose();
   }
+}
+
+// A block whose edges lie between voxels: in the crisp grade each face has its own normal up to its edges.
+TEST_F(Shaded, FacesAreFlatUpToACrispEdge) {
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  const clay::Version block = clay::makeBlock(clay::Store::make(), grid, Vec3d(0.1, 0.2, 0.3), Vec3d(11, 9, 8), 0);
+  const Look look = shaded(Shading::matcap, Matcap::normals);
+  const auto strayPixels = [&](clay::Grade grade) {
+    renderer_.emplace();
+    clay::Surface surface(true, grade);
+    renderer_->update(surface.update(block));
+    const View from = view("iso");
+    const View::Axes axes = from.axes();
+    std::vector<Vec3d> faces;
+    for (int face = 0; face < 6; ++face) {
+      const Vec3d n = (face & 1 ? 1 : -1) * Vec3d::Unit(face / 2);
+      faces.push_back(127.5 * (Vec3d(n.dot(axes.right), n.dot(axes.up), -n.dot(axes.forward)) + Vec3d::Ones()));
+    }
+    const Image image = draw(from, look);
+    renderer_.emplace();
+    const Image empty = draw(from, look);
+    int stray = 0, flat = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const uint8_t* p = image.pixel(x, y);
+        const Vec3d seen(p[0], p[1], p[2]);
+        const uint8_t* behind = empty.pixel(x, y);
+        if ((seen - Vec3d(behind[0], behind[1], behind[2])).cwiseAbs().maxCoeff() < 3) continue;
+        const bool onFace = std::any_of(faces.begin(), faces.end(),
+                                        [&](const Vec3d& each) { return (seen - each).cwiseAbs().maxCoeff() < 20; });
+        ++(onFace ? flat : stray);
+      }
+    EXPECT_GT(flat, 2000);
+    return stray;
+  };
+  const int draft = strayPixels(clay::Grade::draft), crisp = strayPixels(clay::Grade::crisp);
+  EXPECT_LT(3 * crisp, draft) << crisp << " pixels beside " << draft;
 }
 
 TEST_F(Shaded, MatcapsAreLitFromTheUpperLeftAndDiffer) {
