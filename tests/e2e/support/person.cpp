@@ -210,6 +210,8 @@ Person::Person(RunningStudio& studio, double scale) : state_(std::make_unique<St
   state_->scale = scale;
   state_->display = XOpenDisplay(nullptr);
   if (!state_->display) throw std::runtime_error("no display");
+  // A busy machine may hold a key for longer than it was meant to be: Ctrl+Z once is not to be twice.
+  XAutoRepeatOff(state_->display);
   const auto begin = Clock::now();
   while (!state_->window) {
     if (!studio.running()) throw std::runtime_error("the studio has ended: " + studio.said());
