@@ -32,7 +32,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
-constexpr double kKeyHeld = 0.03;
+constexpr double kKeyHeld = 0.03, kClickHeld = 0.15;
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
 
 void sleep(double seconds) {
@@ -245,9 +245,9 @@ void Person::release(int button) {
 
 void Person::click(double x, double y, int button) {
   move(x, y);
-  sleep(kKeyHeld);
+  sleep(kClickHeld);
   press(button);
-  sleep(2 * kKeyHeld);
+  sleep(kClickHeld);  // longer than a frame of a software driver on a slow machine
   release(button);
   sleep(kKeyHeld);
 }
