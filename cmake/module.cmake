@@ -39,8 +39,8 @@ function(argil_module name)
   argil_precompile(argil_precompiled argil_${name})
 endfunction()
 
-# argil_tests(KIND MODULE LIBRARIES libs... UNDER wrapper...): tests/KIND/MODULE/*.cpp becomes the program KIND_ROOM and the CTest of
-# that name, started by the wrapper if one is given.
+# argil_tests(KIND MODULE LIBRARIES libs... UNDER wrapper...): tests/KIND/MODULE/*.cpp becomes the program KIND_MODULE
+# and the CTest of that name, started by the wrapper if one is given.
 function(argil_tests kind module)
   cmake_parse_arguments(TESTS "" "" "LIBRARIES;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)

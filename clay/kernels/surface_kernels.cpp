@@ -36,11 +36,12 @@ HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
   const auto below = hn::Lt(z, zero);
   const Floats fu = hn::IfThenElse(below, hn::Mul(hn::Sub(one, hn::Abs(v)), sign(u)), u);
   const Floats fv = hn::IfThenElse(below, hn::Mul(hn::Sub(one, hn::Abs(u)), sign(v)), v);
-  const auto fixed = [&](Floats a) {
+  const auto fixed = [&](Floats a, float most) {
     const Floats half = hn::IfThenElse(hn::Lt(a, zero), hn::Set(d, -0.5f), hn::Set(d, 0.5f));
-    return hn::ConvertTo(di, hn::Add(hn::Mul(a, hn::Set(d, 32767.0f)), half));
+    return hn::ConvertTo(di, hn::Add(hn::Mul(a, hn::Set(d, most)), half));
   };
-  return hn::Or(hn::And(fixed(fu), hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::And(fixed(fv), hn::Set(di, ~1))));
+  const Ints most = hn::Set(di, 16383), half = hn::Min(hn::Max(fixed(fv, 16383.5f), hn::Neg(most)), most);
+  return hn::Or(hn::And(fixed(fu, 32767), hn::Set(di, 0xffff)), hn::ShiftLeft<17>(half));
 }
 
 // at[index] and at[index + 1], both by one load a lane: loads are what a gather costs.
@@ -90,8 +91,7 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
   (addEdge<i / 4, i % 4>(v, sum, n), ...);
 }
 
-// RMS misfit of a plane to the eight corners, voxels: a crease of 90° that cuts off a twentieth of a cell, or a sphere
-// of nine voxels.
+// RMS misfit of a plane to the eight corners, voxels: that of a sphere of four or five voxels.
 constexpr float kLeastBend = 0.04f;
 // Two faces may meet so that the corners lie in a plane; it then has the mean of their slopes.
 constexpr float kLeastSlope = 0.88f;

@@ -19,8 +19,6 @@ namespace argil::clay {
 
 namespace {
 
-// 1 − cos 25°: faces that meet flatter than this stay as the draft has them, at most 0.11 voxel off.
-constexpr float kLeastTurn = 0.094f;
 // Scatter of the normals within faces, against the turn between them: above it the surface is bent all over, without a
 // crease.
 constexpr float kMostScatter = 0.012f;
@@ -61,10 +59,6 @@ float weightAt(const TangentPlane& plane, const Vec3f& p) {
   // face.
   const float d2 = 0.25f + (plane.centre - p).squaredNorm();
   return plane.quality / (d2 * d2);
-}
-
-float turn(const Vec3f& a, const Vec3f& b) {
-  return 1 - a.dot(b);
 }
 
 constexpr size_t kMostPlanes = 125;

@@ -16,8 +16,6 @@ namespace argil::clay {
 
 namespace {
 
-// 1 − cos 25°: faces that meet flatter than this stay as the draft has them, at most 0.11 voxel off.
-constexpr float kLeastTurn = 0.094f;
 // 1 − cos 32°: a plane that is turned so far from its face is none of it. Faces of tips of five voxels turn by less
 // within the reach of the planes.
 constexpr float kMostTurn = 0.15f;
@@ -30,10 +28,6 @@ constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 constexpr float kMostWay = 2;
 // Keeps the slope of normals along a face from being read out of planes that stand side by side.
 constexpr float kHeld = 0.05f;
-
-float turn(const Vec3f& a, const Vec3f& b) {
-  return 1 - a.dot(b);
-}
 
 // A plane's place on the surface, in coordinates from the cell's low corner.
 struct Sample {

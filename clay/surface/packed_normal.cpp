@@ -1,5 +1,6 @@
 // Unit vectors in 32 bits: folded onto an octahedron, whose lower half lies around the upper one in a square.
 
+#include <algorithm>
 #include <cmath>
 
 #include "clay/surface/surface.h"
@@ -14,8 +15,10 @@ PackedNormal PackedNormal::pack(const Vec3f& n) noexcept {
     v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
     u = folded;
   }
-  const auto fixed = [](float x) { return static_cast<int16_t>(x * 32767.0f + (x < 0 ? -0.5f : 0.5f)); };
-  return {fixed(u), static_cast<int16_t>(fixed(v) & ~1)};
+  const auto fixed = [](float x, float most) { return static_cast<int>(x * most + (x < 0 ? -0.5f : 0.5f)); };
+  // Even, and no −32768, which readers take for −32767.
+  return {static_cast<int16_t>(fixed(u, 32767)),
+          static_cast<int16_t>(2 * std::clamp(fixed(v, 16383.5f), -16383, 16383))};
 }
 
 Vec3f PackedNormal::unpack() const noexcept {

@@ -14,9 +14,6 @@ namespace argil::clay {
 /// wedge between two rows of voxels stands out by up to half a voxel.
 inline constexpr float kSharpReach = 1.0f;
 
-/// Voxels around a brick's cells that sharpenVertices reads: two below its lowest voxel and three past its highest one.
-inline constexpr int kSharpMargin = 2;
-
 /// Is the field in some of these cells bent enough for a crease? From the values alone that the draft has at hand;
 /// `corners` and `cells` as for cellVertices. Well below a nanosecond a cell.
 [[nodiscard]] bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexcept;

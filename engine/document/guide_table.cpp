@@ -17,7 +17,7 @@ constexpr std::array kGuides = {
         .id = "plane",
         .name = "Plane",
         .icon = "plane",
-        .size = GuideSize::width_and_depth,
+        .size = GuideSize::widthAndDepth,
         .feels = kAllFeels,
     },
     GuideRow{

@@ -12,7 +12,7 @@ namespace argil::engine {
 /// What of Guide::sizeMm a kind has.
 enum class GuideSize : uint8_t {
   none,
-  width_and_depth,  ///< x and y: what is drawn of a plane.
+  widthAndDepth,  ///< x and y: what is drawn of a plane.
   length,           ///< z: what is drawn of a line.
   edges,            ///< x, y and z.
 };

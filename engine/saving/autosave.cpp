@@ -1,6 +1,7 @@
 #include "engine/saving/autosave.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <utility>
@@ -200,6 +201,7 @@ void Autosave::State::requireSynced() {
 }
 
 void Autosave::State::syncLoop() {
+  (void)pthread_setname_np(pthread_self(), "argil-disk");
   std::unique_lock lock(mutex);
   for (;;) {
     syncWake.wait(lock, [this] { return stop || toSync; });
@@ -237,6 +239,7 @@ void Autosave::State::syncLoop() {
 }
 
 void Autosave::State::run() {
+  (void)pthread_setname_np(pthread_self(), "argil-autosave");
   std::vector<Event> batch;
   std::unique_lock lock(mutex);
   for (;;) {

@@ -1,5 +1,6 @@
 #include "engine/session/surfaces.h"
 
+#include <pthread.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -237,6 +238,7 @@ void Surfaces::takeArrived(std::exception_ptr& failure) {
 }
 
 void Surfaces::help() {
+  (void)pthread_setname_np(pthread_self(), "argil-surfaces");
   (void)setpriority(PRIO_PROCESS, 0, kHelperNice);
   std::unique_lock lock(mutex_);
   for (;;) {

@@ -3,6 +3,7 @@
 #include "engine/session/workbench_state.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <system_error>
@@ -430,6 +431,7 @@ void Workbench::State::publish() {
 }
 
 void Workbench::State::run() {
+  (void)pthread_setname_np(pthread_self(), "argil-session");
   std::string turnTrouble, publishTrouble;
   const auto show = [&] { guardedOnce(publishTrouble, [this] { publish(); }); };
   guardedOnce(turnTrouble, [this] { begin(Document(), true); });

@@ -1,5 +1,7 @@
 #include "haptics/devices/device_thread.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -90,6 +92,7 @@ void ThreadedDevice::tell(DeviceCondition condition, const std::string& text) {
 }
 
 void ThreadedDevice::run() {
+  (void)pthread_setname_np(pthread_self(), "argil-device");
   if (options_.realtime) (void)becomeRealtime(options_.priority, false);
   while (!stop_.load()) {
     std::string sentence;

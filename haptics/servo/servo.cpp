@@ -1,5 +1,7 @@
 #include "haptics/servo/servo.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 
 #include "clay/base/error.h"
@@ -124,6 +126,7 @@ void Servo::stop() {
 }
 
 void Servo::loop() {
+  (void)pthread_setname_np(pthread_self(), "argil-servo");
   if (options_.realtime)
     grant_ = becomeRealtime(options_.priority, true);
   else
@@ -167,6 +170,7 @@ void Servo::loop() {
 }
 
 void Servo::watch() {
+  (void)pthread_setname_np(pthread_self(), "argil-watchdog");
   // Above the servo: one that never returns from a tick must not starve its watchdog.
   if (options_.realtime) (void)becomeRealtime(std::min(options_.priority + 1, 99), false);
   Watchdog watchdog;

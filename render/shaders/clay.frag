@@ -13,12 +13,11 @@ layout(location = 1) out vec4 albedo;
 
 void main() {
   // A vertex on a crease has a normal for each face, which is about that of its triangle.
+  // Towards the eye: rows of the picture go down, and the third axis goes away from the eye. Derivatives are known only
+  // where all pixels of a quad ask for them.
+  vec3 facet = cross(dFdx(viewPosition), dFdy(viewPosition));
   vec3 n = viewNormal;
-  if (onCrease > 0.0) {
-    // Towards the eye: rows of the picture go down, and the third axis goes away from the eye.
-    vec3 facet = normalize(cross(dFdx(viewPosition), dFdy(viewPosition)));
-    n += onCrease * (gl_FrontFacing ? facet : -facet);
-  }
+  if (onCrease > 0.0) n += onCrease * normalize(gl_FrontFacing ? facet : -facet);
   n = normalize(n);
   float code = abs(material);
   if (kSection && cut > 0.0) discard;

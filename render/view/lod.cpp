@@ -22,7 +22,7 @@ struct Cluster {
   uint16_t vertex = kNone;
 };
 
-/// Rounding of normals is 0.004°; their lengths may be off by as much.
+/// Rounding of normals is 0.006°; their lengths may be off by as much.
 constexpr float kConeSlack = 2e-4f;
 /// Wider cones hide nothing worth the test.
 constexpr float kWidest = 0.05f;

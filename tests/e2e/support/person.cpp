@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cctype>
 #include <chrono>
 #include <cmath>
@@ -21,6 +22,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 extern char** environ;
 
@@ -33,6 +35,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
 constexpr double kKeyHeld = 0.03, kClickHeld = 0.15;
+constexpr double kRest = 0.25;    // Of a processor: a studio whose threads all do less has nothing to do.
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
 
 void sleep(double seconds) {
@@ -128,6 +131,22 @@ double RunningStudio::cpuSeconds() const {
   double user = 0, system = 0;
   in >> user >> system;
   return (user + system) / double(sysconf(_SC_CLK_TCK));
+}
+
+std::map<pid_t, double> RunningStudio::workSeconds() const {
+  std::map<pid_t, double> work;
+  std::error_code gone;  // Threads end while they are looked at.
+  for (fs::directory_iterator task(fs::path("/proc") / std::to_string(pid_) / "task", gone), end; !gone && task != end;
+       task.increment(gone)) {
+    const std::string name = slurp(task->path() / "comm");
+    if (name == "argil-servo\n" || name == "argil-watchdog\n" || name == "argil-device\n") continue;
+    std::istringstream in(slurp(task->path() / "schedstat"));
+    double ranNs = 0, waitedNs = 0;
+    in >> ranNs >> waitedNs;
+    const pid_t id = std::stoi(task->path().filename().string());
+    work[id] = 1e-9 * (ranNs + (id == pid_ ? waitedNs : 0));
+  }
+  return work;
 }
 
 struct Person::State {
@@ -371,13 +390,19 @@ render::Image Person::look() const {
 render::Image Person::settled() const {
   const auto begin = Clock::now();
   render::Image still = look(), now = still;
-  auto changed = Clock::now();
+  auto changed = Clock::now(), looked = changed;
+  std::map<pid_t, double> before = state_->studio->workSeconds();
   while (since(changed) < kStill * state_->scale) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
     if (since(begin) > kPatience) break;
     sleep(0.1);
+    std::map<pid_t, double> work = state_->studio->workSeconds();
+    const double rest = kRest * since(std::exchange(looked, Clock::now()));
+    const bool busy =
+        std::any_of(work.begin(), work.end(), [&](const auto& t) { return t.second - before[t.first] > rest; });
+    before = std::move(work);
     now = look();
-    if (changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
+    if (!busy && changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
     still = now;
     changed = Clock::now();
   }

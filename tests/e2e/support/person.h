@@ -6,6 +6,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -30,6 +31,9 @@ class RunningStudio {
   [[nodiscard]] std::string said() const;  ///< On stderr.
   [[nodiscard]] uint64_t residentBytes() const;
   [[nodiscard]] double cpuSeconds() const;  ///< User and system.
+  /// What each of its threads had to do until now, s: processor time; for the window's thread also the time that it
+  /// waited for a processor. Without those that tick at rest: the servo and devices.
+  [[nodiscard]] std::map<pid_t, double> workSeconds() const;
   [[nodiscard]] pid_t pid() const { return pid_; }
 
  private:
@@ -71,7 +75,8 @@ class Person {
 
   /// What the window shows, as it stands on the screen.
   [[nodiscard]] render::Image look() const;
-  /// Waits until that has not changed for 0.6 s times the scale, but for what blinks; at most 60 s.
+  /// Waits until that has not changed for 0.6 s times the scale, but for what blinks, while the studio had next to
+  /// nothing to do: on a busy machine it may stand still over its work. At most 60 s.
   [[nodiscard]] render::Image settled() const;
   /// The same, kept as NAME.png in $ARGIL_SHOTS if that is set.
   render::Image shot(const std::string& name) const;

@@ -101,29 +101,47 @@ struct Off {
   }
 };
 
-// A hundred places off the grid; the ball's centre up to half of its radius above or below the surface, so that the
-// clay's edge has 60° to 120°.
+// Places off the grid; the ball's centre up to half of its radius above or below the surface, so that the clay's edge
+// has 60° to 120°.
 TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
   const uint64_t seed = 11;
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> above(-0.5 * kTip, 0.5 * kTip);
   const int places = std::getenv("ARGIL_LONG") ? 100 : 25;
   for (const bool sphere : {false, true}) {
-    Off draft, crisp;
+    Off draft, crisp, fine;
     for (int i = 0; i < places; ++i) {
       const double by = above(random);
       const Rim rim = sphere ? cutIntoSphere(random, by) : cutIntoPlane(random, by);
       draft.look(rim, Grade::draft);
       crisp.look(rim, Grade::crisp);
+      fine.look(rim, Grade::fine);
     }
-    std::printf("%s: draft %.3f RMS, %.2f at most; crisp %.3f RMS, 99 %% within %.2f, %.2f at most; vertices %.2f\n",
-                sphere ? "sphere" : "plane", draft.rms(), draft.most, crisp.rms(), crisp.quantile(0.99), crisp.most,
-                crisp.vertexMost);
+    const auto print = [&](const char* grade, Off& off) {
+      std::printf("%s, %s: %.3f RMS, 99 %% within %.2f, %.2f at most; vertices %.2f\n", sphere ? "sphere" : "plane",
+                  grade, off.rms(), off.quantile(0.99), off.most, off.vertexMost);
+    };
+    print("draft", draft);
+    print("crisp", crisp);
+    print("fine", fine);
     EXPECT_LE(crisp.rms(), 0.10) << "seed " << seed;
     EXPECT_LE(crisp.quantile(0.99), 0.5);
     EXPECT_LE(crisp.vertexMost, 0.6);
     EXPECT_GE(draft.rms(), 4 * crisp.rms());
   }
+}
+
+// Vertices whose normals say that they stand on a crease. No number is −32768, which readers take for −32767.
+size_t onCreases(const Surface& surface) {
+  size_t count = 0;
+  surface.forEach([&](const BrickMesh& mesh) {
+    for (const PackedNormal normal : mesh.normals) {
+      EXPECT_GT(normal.u, -32768);
+      EXPECT_GT(normal.v, -32768);
+      count += normal.v % 2 != 0 ? 1 : 0;
+    }
+  });
+  return count;
 }
 
 // Smooth clay has the draft's vertices, to the bit: nothing there looks like a crease.
@@ -135,6 +153,21 @@ TEST(Rims, SmoothClayIsTheDrafts) {
   draft.update(version);
   crisp.update(version);
   EXPECT_EQ(draft.hash(), crisp.hash());
+  EXPECT_EQ(onCreases(crisp), 0u);
+}
+
+// Faces that look along an axis have their normals at the ends of what the numbers hold.
+TEST(Rims, NormalsSayWhichVerticesAreOnACrease) {
+  Grid grid;
+  grid.voxelMm = 1;
+  const Version box = makeBlock(Store::make(), grid, Vec3d(0.3, -0.2, 0.1), Vec3d(20, 20, 20), 0);
+  Surface draft(true, Grade::draft), crisp(true, Grade::crisp);
+  draft.update(box);
+  crisp.update(box);
+  EXPECT_EQ(onCreases(draft), 0u);
+  // Twelve edges of twenty voxels.
+  EXPECT_GT(onCreases(crisp), 12u * 18);
+  EXPECT_LT(onCreases(crisp), 12u * 24);
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ inline clay::PackedNormal packNormal(const Vec3d& normal) {
     v = (1 - std::abs(n.x())) * (n.y() >= 0 ? 1 : -1);
     u = fold;
   }
-  return {int16_t(std::lround(u * 32767)), int16_t(std::lround(v * 32767) & ~1)};  // on no crease
+  // Even: on no crease.
+  return {int16_t(std::lround(u * 32767)), int16_t(2 * std::clamp(std::lround(v * 16383.5), -16383L, 16383L))};
 }
 
 struct OwnedMesh {

@@ -283,7 +283,7 @@ std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
   switch (engine::rowOf(kind).size) {
     case engine::GuideSize::none:
       return {};
-    case engine::GuideSize::width_and_depth:
+    case engine::GuideSize::widthAndDepth:
       return std::span(kEdges).first(2);
     case engine::GuideSize::length:
       return kLength;
