@@ -57,4 +57,6 @@ function(argil_tests kind module)
     endif()
   endif()
   add_test(NAME ${kind}_${module} COMMAND ${TESTS_UNDER} $<TARGET_FILE:${kind}_${module}>)
+  # Of a hang. On a machine that does four other things at once the slowest program takes three quarters of it.
+  set_tests_properties(${kind}_${module} PROPERTIES TIMEOUT 3600)
 endfunction()

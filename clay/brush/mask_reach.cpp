@@ -10,24 +10,15 @@ constexpr float kNear = 0.5f;  // of the surface: some voxel of every place of i
 // voxels: places that are farther than the nearest by less count too, as a rim would be jagged without
 constexpr double kBlend = 1;
 constexpr int kWhole = 1 << 12;
+constexpr int kRegion = 8;  // bricks along an edge of what is read at once
+constexpr int kPart = 4;    // voxels along an edge of what is decided at once
+// Reaches that are looked for: each half as large again as the one before.
+constexpr double kLeastReach = 16, kReachStep = 1.5;
 
-// Voxels between two bricks at least and at most, squared.
-int64_t leastBetween(Coord a, Coord b) {
-  int64_t sum = 0;
-  for (const int d : {a.x - b.x, a.y - b.y, a.z - b.z}) {
-    const int64_t gap = std::max(std::abs(d) * kBrickEdge - (kBrickEdge - 1), 0);
-    sum += gap * gap;
-  }
-  return sum;
-}
-
-int64_t mostBetween(Coord a, Coord b) {
-  int64_t sum = 0;
-  for (const int d : {a.x - b.x, a.y - b.y, a.z - b.z}) {
-    const int64_t span = std::abs(d) * kBrickEdge + (kBrickEdge - 1);
-    sum += span * span;
-  }
-  return sum;
+// The farthest place that may count where one is known to be within the root of `nearest`.
+double farthest(int64_t nearest) {
+  const double root = std::sqrt(static_cast<double>(nearest)) + kBlend;
+  return root * root;
 }
 
 }  // namespace
@@ -35,84 +26,155 @@ int64_t mostBetween(Coord a, Coord b) {
 const std::vector<MaskReach::BrickPlaces>& MaskReach::region(Coord region) {
   const auto [entry, fresh] = regions_.try_emplace(region);
   if (!fresh) return entry->second;
-  for (int i = 0; i < 512; ++i) {
-    const Coord coord = region * 8 + Coord{i >> 6, (i >> 3) & 7, i & 7};
+  for (int i = 0; i < kRegion * kRegion * kRegion; ++i) {
+    const Coord coord = region * kRegion + Coord{i / (kRegion * kRegion), i / kRegion % kRegion, i % kRegion};
     const Slot slot = start_.find(coord);
     if (slot.isTile()) continue;
     const ChannelSlot mask = start_.find(Channel::mask, coord);
+    const Coord low = coord * kBrickEdge;
+    std::array<Places, 8> parts;
     BrickPlaces found;
-    found.brick = coord;
     for (int v = 0; v < kBrickVoxels; ++v) {
       if (!(std::abs(slot.brick()->phi(v)) <= kNear)) continue;
+      const Coord in{v >> 6, (v >> 3) & 7, v & 7}, voxel = low + in;
+      Places& part = parts[static_cast<size_t>(in.x / kPart * 4 + in.y / kPart * 2 + in.z / kPart)];
+      if (part.places.empty()) part.box = {voxel, voxel};
+      part.box.low = {std::min(part.box.low.x, voxel.x), std::min(part.box.low.y, voxel.y),
+                      std::min(part.box.low.z, voxel.z)};
+      part.box.high = {std::max(part.box.high.x, voxel.x), std::max(part.box.high.y, voxel.y),
+                       std::max(part.box.high.z, voxel.z)};
       const int cover = mask.value(v);
-      found.least = std::min(found.least, cover);
-      found.most = std::max(found.most, cover);
-      found.places.push_back({coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, cover});
+      part.least = std::min(part.least, cover);
+      part.most = std::max(part.most, cover);
+      part.places.push_back({voxel, cover});
     }
-    if (!found.places.empty()) entry->second.push_back(std::move(found));
+    for (Places& part : parts) {
+      if (part.places.empty()) continue;
+      found.least = std::min(found.least, part.least);
+      found.most = std::max(found.most, part.most);
+      found.parts.push_back(std::move(part));
+    }
+    if (found.parts.empty()) continue;
+    found.box = {low, low + Coord{kBrickEdge - 1, kBrickEdge - 1, kBrickEdge - 1}};
+    entry->second.push_back(std::move(found));
   }
   return entry->second;
+}
+
+// Bricks with places that may count for a voxel of the box, from the inside outwards until no farther one may.
+std::vector<const MaskReach::BrickPlaces*> MaskReach::around(const Box& box, double reach) {
+  constexpr int kEdge = kRegion * kBrickEdge;
+  std::vector<const BrickPlaces*> found;
+  const auto limit = static_cast<int64_t>(reach * reach);
+  int64_t nearest = limit;
+  const Coord middle = (box.low >> kBrickBits) >> 3;
+  for (int ring = 0;; ++ring) {
+    // All regions of this ring and farther ones lie beyond so many voxels.
+    const double beyond = static_cast<double>(ring - 1) * kEdge;
+    if (ring > 0 && (beyond > reach || beyond * beyond > farthest(nearest))) break;
+    for (int x = -ring; x <= ring; ++x)
+      for (int y = -ring; y <= ring; ++y) {
+        const bool side = std::abs(x) == ring || std::abs(y) == ring;
+        for (int z = -ring; z <= ring; z += side || ring == 0 ? 1 : 2 * ring) {
+          const Coord at = middle + Coord{x, y, z}, low = at * kEdge;
+          const Box whole{low, low + Coord{kEdge - 1, kEdge - 1, kEdge - 1}};
+          if (static_cast<double>(leastBetween(whole, box)) > farthest(nearest)) continue;
+          for (const BrickPlaces& each : region(at)) {
+            const int64_t least = leastBetween(each.box, box);
+            if (least > limit || static_cast<double>(least) > farthest(nearest)) continue;
+            found.push_back(&each);
+            nearest = std::min(nearest, mostBetween(each.box, box));
+          }
+        }
+      }
+  }
+  return found;
+}
+
+// Drops groups of which no place may count for a voxel of the box; `nearest`: one of the others is within its root of
+// every voxel, or it is `limit`.
+template <class Group>
+void MaskReach::keepNearest(const Box& box, int64_t limit, std::vector<const Group*>& groups, int64_t& nearest) {
+  nearest = limit;
+  for (const Group* each : groups) nearest = std::min(nearest, mostBetween(each->box, box));
+  const double most = farthest(nearest);
+  std::erase_if(groups, [&](const Group* each) { return static_cast<double>(leastBetween(each->box, box)) > most; });
 }
 
 const MaskCover& MaskReach::at(Coord brick, double reach) {
   Known& known = known_[brick];
   if (known.reach >= reach) return known.cover;
-  known.reach = reach;
+  known.reach = kLeastReach;
+  while (known.reach < reach) known.reach *= kReachStep;
   MaskCover& cover = known.cover = {};
-  const auto limit = static_cast<int64_t>(reach * reach);
-  const int rings = static_cast<int>(std::ceil(reach / kBrickEdge)) + 1;
-  std::vector<const BrickPlaces*> around;
-  int64_t nearest = limit;
-  const Coord low = (brick - Coord{rings, rings, rings}) >> 3, high = (brick + Coord{rings, rings, rings}) >> 3;
-  for (int x = low.x; x <= high.x; ++x)
-    for (int y = low.y; y <= high.y; ++y)
-      for (int z = low.z; z <= high.z; ++z)
-        for (const BrickPlaces& each : region({x, y, z})) {
-          if (leastBetween(each.brick, brick) > limit) continue;
-          around.push_back(&each);
-          nearest = std::min(nearest, mostBetween(each.brick, brick));
-        }
-  const double farthest = std::sqrt(static_cast<double>(nearest)) + kBlend;
-  std::erase_if(around, [&](const BrickPlaces* each) {
-    return static_cast<double>(leastBetween(each->brick, brick)) > farthest * farthest;
-  });
-  if (std::all_of(around.begin(), around.end(), [](const BrickPlaces* each) { return each->most == 0; })) return cover;
+  const auto limit = static_cast<int64_t>(known.reach * known.reach);
+  const Coord low = brick * kBrickEdge;
+  const Box box{low, low + Coord{kBrickEdge - 1, kBrickEdge - 1, kBrickEdge - 1}};
+  std::vector<const BrickPlaces*> bricks = around(box, known.reach);
+  int64_t nearest = 0;
+  keepNearest(box, limit, bricks, nearest);
+  if (std::all_of(bricks.begin(), bricks.end(), [](const BrickPlaces* each) { return each->most == 0; })) return cover;
   cover.none = false;
   if (nearest < limit &&
-      std::all_of(around.begin(), around.end(), [](const BrickPlaces* each) { return each->least == 255; })) {
+      std::all_of(bricks.begin(), bricks.end(), [](const BrickPlaces* each) { return each->least == 255; })) {
     cover.whole = true;
     cover.value.fill(255);
     return cover;
   }
-  std::vector<int> squares;
-  for (int v = 0; v < kBrickVoxels; ++v) {
-    const Coord at = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
-    squares.clear();
-    int least = INT32_MAX;
-    for (const BrickPlaces* each : around)
-      for (const Place& place : each->places) {
-        const Coord d = place.voxel - at;
-        squares.push_back(d.x * d.x + d.y * d.y + d.z * d.z);
-        least = std::min(least, squares.back());
-      }
-    if (least > limit) continue;
-    const double root = std::sqrt(static_cast<double>(least)), most = (root + kBlend) * (root + kBlend);
-    int64_t sum = 0, weights = 0;
-    size_t next = 0;
-    for (const BrickPlaces* each : around)
-      for (const Place& place : each->places) {
-        const int square = squares[next++];
-        if (square > most) continue;
-        const auto weight =
-            static_cast<int64_t>(kWhole * (1 - (std::sqrt(static_cast<double>(square)) - root) / kBlend));
-        sum += weight * place.cover;
-        weights += weight;
-      }
-    cover.value[static_cast<size_t>(v)] = static_cast<uint8_t>((sum + weights / 2) / weights);
+  for (int i = 0; i < 8; ++i) {
+    const Coord from = low + Coord{i >> 2, (i >> 1) & 1, i & 1} * kPart;
+    coverPart({from, from + Coord{kPart - 1, kPart - 1, kPart - 1}}, low, limit, bricks, cover);
   }
   cover.none = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; });
   cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
   return cover;
+}
+
+void MaskReach::coverPart(const Box& part, Coord low, int64_t limit, const std::vector<const BrickPlaces*>& around,
+                          MaskCover& cover) {
+  std::vector<const Places*> near;
+  for (const BrickPlaces* each : around)
+    for (const Places& places : each->parts) near.push_back(&places);
+  int64_t nearest = 0;
+  keepNearest(part, limit, near, nearest);
+  if (std::all_of(near.begin(), near.end(), [](const Places* each) { return each->most == 0; })) return;
+  const bool whole =
+      nearest < limit && std::all_of(near.begin(), near.end(), [](const Places* each) { return each->least == 255; });
+  // The nearest first: then most of the others need not be looked at.
+  std::sort(near.begin(), near.end(),
+            [&](const Places* a, const Places* b) { return leastBetween(a->box, part) < leastBetween(b->box, part); });
+  for (int x = part.low.x; x <= part.high.x; ++x)
+    for (int y = part.low.y; y <= part.high.y; ++y)
+      for (int z = part.low.z; z <= part.high.z; ++z) {
+        const Coord at{x, y, z}, in = at - low;
+        uint8_t& value = cover.value[static_cast<size_t>(Brick::offset(in.x, in.y, in.z))];
+        if (whole) {
+          value = 255;
+          continue;
+        }
+        const Box here{at, at};
+        int64_t least = INT64_MAX;
+        for (const Places* each : near) {
+          if (leastBetween(each->box, here) >= least) continue;
+          compared_ += each->places.size();
+          for (const Place& place : each->places) least = std::min(least, squared(place.voxel - at));
+        }
+        if (least > limit) continue;
+        const double root = std::sqrt(static_cast<double>(least)), most = farthest(least);
+        int64_t sum = 0, weights = 0;
+        for (const Places* each : near) {
+          if (static_cast<double>(leastBetween(each->box, here)) > most) continue;
+          compared_ += each->places.size();
+          for (const Place& place : each->places) {
+            const auto square = static_cast<double>(squared(place.voxel - at));
+            if (square > most) continue;
+            const auto weight = static_cast<int64_t>(kWhole * (1 - (std::sqrt(square) - root) / kBlend));
+            sum += weight * place.cover;
+            weights += weight;
+          }
+        }
+        value = static_cast<uint8_t>((sum + weights / 2) / weights);
+      }
 }
 
 }  // namespace argil::clay

@@ -86,11 +86,11 @@ HandRun::Plan HandRun::plan(const std::vector<LaidStroke>& strokes, const haptic
   return plan;
 }
 
-haptics::Scene HandRun::firstScene(const Plan& plan, const Script& script) {
+haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan, const Script& script) {
   haptics::Scene scene;
   scene.workspace = plan.workspace;
   scene.guides = sceneGuides(script.guides);
-  scene.check();
+  sceneOf(*session.document(), scene).check();  // With the clay that a guide may name.
   return scene;
 }
 
@@ -118,7 +118,7 @@ HandRun::HandRun(Session& session, clay::Surface& surface, const std::vector<Lai
       servo_(device_, scene_, {.rateHz = options.rateHz}),
       bare_(options.rateHz),
       loop_(
-          session, firstScene(plan_, script),
+          session, firstScene(session, plan_, script),
           [this](std::unique_ptr<const haptics::Scene> scene) {
             if (options_.live) {
               scene_.publish(std::move(scene));

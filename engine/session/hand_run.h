@@ -44,7 +44,7 @@ class HandRun {
     haptics::HandPath path;
   };
   static Plan plan(const std::vector<LaidStroke>& strokes, const haptics::DeviceSheet& sheet);
-  static haptics::Scene firstScene(const Plan& plan, const Script& script);
+  static haptics::Scene firstScene(const Session& session, const Plan& plan, const Script& script);
   EditLoop::Options loopOptions(haptics::Histogram& latency);
 
   void walkVirtual();

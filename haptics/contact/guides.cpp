@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kForceShare = 0.5;      // Of the peak, for all soft guides: clay stays felt.
 constexpr double kStiffnessShare = 0.5;  // Of the sheet's top, for one soft guide.
+constexpr double kDampingShare = 0.5;    // The same.
 // In peaks a second: how fast soft guides rise and are let go; with locks that move at once it stays unfelt.
 constexpr double kSoftPerS = 4;
 constexpr double kRiseS = 0.05;  // A soft guide comes to full strength in no less.
@@ -145,7 +146,7 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
 
   const double scale = scene.workspace.scale;
   const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale,
-                          input.dampingNsmm / scale};
+                          kDampingShare * input.topDampingNsmm / scale};
   rising_ = std::max(1, std::exchange(risingNow_, 0));
   explained_ = 0;
   size_t clays = 0;

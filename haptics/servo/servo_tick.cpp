@@ -119,6 +119,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.velocity = workspace_.velocityToWorld(velocity);
     in.periodS = step.seconds;
     in.topStiffnessNmm = coupling_.stiffnessNmm;
+    in.topDampingNsmm = device_.sheet().topDampingNsmm;
     in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
     in.pointing = device_.sheet().pointing;

@@ -28,6 +28,7 @@ BallContact::Input inputAt(int tick) {
   in.hand = handAt(tick * kPeriodS);
   in.velocity = (handAt((tick + 0.5) * kPeriodS) - handAt((tick - 0.5) * kPeriodS)) / kPeriodS;
   in.topStiffnessNmm = 1;
+  in.topDampingNsmm = 0.002;
   in.dampingNsmm = 0.001;
   in.peakForceN = kPeakN;
   return in;

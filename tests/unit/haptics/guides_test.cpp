@@ -32,7 +32,7 @@ struct Felt {
   Felt() {
     in.peakForceN = kPeakN;
     in.topStiffnessNmm = kTopNmm;
-    in.dampingNsmm = 0.002;
+    in.topDampingNsmm = 0.004;
   }
   void add(uint32_t id, auto shape, uint32_t whileButtons = 0) { scene.guides.push_back({id, shape, whileButtons}); }
   /// A tick; the force on the hand, N.
