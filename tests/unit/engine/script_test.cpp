@@ -114,6 +114,15 @@ TEST(Script, NamesThePlaceAndTheFault) {
   for (const auto& [text, expected] : faults) EXPECT_THAT(complaint(text), HasSubstr(expected)) << text.substr(0, 200);
 }
 
+// The example that the README names; `argil sculpt` takes a minute for it, so it is read alone.
+TEST(Script, TheExampleCanBeRead) {
+  std::ifstream in(ARGIL_SOURCE_DIR "/docs/owl.json", std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const Script script = parseScript(text, "owl.json");
+  EXPECT_EQ(script.strokes.size() + script.operations.size(), 116u);
+  EXPECT_EQ(parseScript(formatScript(script), "again"), script);
+}
+
 // Each row of the table with all that it takes, no parameter as the row begins: what is read is written again and read
 // as the same, in the same place among strokes.
 TEST(Script, OperationsComeBackAsTheyWere) {
