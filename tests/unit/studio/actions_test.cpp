@@ -12,8 +12,8 @@
 
 #include "clay/base/error.h"
 #include "ui3d/studio/files/file_kinds.h"
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "engine/document/beside.h"
 #include "panels_rig.h"
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 namespace {

@@ -9,7 +9,7 @@
 #include "panels_rig.h"
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/kit.h"
-#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 namespace {

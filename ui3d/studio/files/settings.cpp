@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "ui3d/studio/view/panel_table.h"
+
 namespace argil::studio {
 namespace {
 
@@ -14,14 +16,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kLeastSizeMm = 1e-3, kMostSizeMm = 1e7;  // Of what tools may be sized for.
 
-struct PanelSwitch {
-  const char* name;
-  bool PanelsShown::*member;
-};
-constexpr PanelSwitch kPanels[] = {
-    {"tools", &PanelsShown::tools},     {"settings", &PanelsShown::settings}, {"things", &PanelsShown::things},
-    {"history", &PanelsShown::history}, {"view", &PanelsShown::view},         {"touch", &PanelsShown::touch},
-    {"quality", &PanelsShown::quality}, {"facts", &PanelsShown::facts},       {"messages", &PanelsShown::messages}};
+// Those over the picture begin closed.
+bool remembered(const PanelRow& panel) {
+  return panel.dock != Dock::middle;
+}
 
 struct LookSwitch {
   const char* name;
@@ -37,7 +35,7 @@ constexpr LookSwitch kLook[] = {{"cavity", &render::Look::cavity},
                                 {"xray", &render::Look::xray},
                                 {"lightBackground", &render::Look::lightBackground}};
 
-void take(const Json& json, const char* name, bool& into) {
+void take(const Json& json, std::string_view name, bool& into) {
   if (const auto found = json.find(name); found != json.end() && found->is_boolean()) into = found->get<bool>();
 }
 
@@ -91,7 +89,8 @@ std::string settingsText(const StudioState& state) {
   json["snap"] = state.snapWidgets;
   json["fold_panels"] = state.foldPanels;
   json["start_page"] = state.startPage;
-  for (const PanelSwitch& panel : kPanels) json["panels"][panel.name] = state.shown.*panel.member;
+  for (const PanelRow& panel : panelTable())
+    if (remembered(panel)) json["panels"][panel.id] = state.shown.*panel.shown;
   Json& look = json["look"];
   look["shading"] = int(state.look.shading);
   look["matcap"] = int(state.look.matcap);
@@ -170,7 +169,8 @@ bool applySettings(const std::string& text, StudioState& state) {
   const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"),
              stereo = part(json, "stereo"), quality = part(json, "quality"), touch = part(json, "touch"),
              workspace = part(json, "workspace"), walls = part(json, "walls");
-  for (const PanelSwitch& panel : kPanels) take(panels, panel.name, state.shown.*panel.member);
+  for (const PanelRow& panel : panelTable())
+    if (remembered(panel)) take(panels, panel.id, state.shown.*panel.shown);
   choose(look, "shading", state.look.shading, 3);
   choose(look, "matcap", state.look.matcap, 6);
   take(look, "cavity_strength", state.look.cavityStrength, 0, 2);

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "ui3d/studio/kit/kit.h"
-#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/view/panel_table.h"
 #include "ui3d/studio/view/studio_state.h"
 
 namespace argil::studio {

@@ -7,10 +7,10 @@
 
 #include "ui3d/studio/files/file_kinds.h"
 #include "ui3d/studio/files/new_clay.h"
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/kit/rows.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/view_actions.h"
+#include "ui3d/studio/view/panel_table.h"
 #include "ui3d/studio/widgets/guide_places.h"
 
 namespace argil::studio {

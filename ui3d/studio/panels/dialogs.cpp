@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "ui3d/studio/kit/icons.h"
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 void drawNewClay(Context& context, Memory& memory) {

@@ -7,11 +7,11 @@
 #include "engine/document/guide_table.h"
 #include "ui3d/studio/files/save_words.h"
 #include "ui3d/studio/kit/icons.h"
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/kit/rows.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/view/camera.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "ui3d/studio/kit/panel_table.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
 namespace {

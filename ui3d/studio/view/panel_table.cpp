@@ -1,4 +1,4 @@
-#include "ui3d/studio/kit/panel_table.h"
+#include "ui3d/studio/view/panel_table.h"
 
 #include <algorithm>
 #include <array>
