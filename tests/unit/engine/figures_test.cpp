@@ -24,7 +24,7 @@ using clay::Version;
 using tests::KeptFigures;
 
 std::filesystem::path keptIn(const std::string& name) {
-  return std::filesystem::path(ARGIL_SOURCE_DIR) / "tests/unit/engine" / name;
+  return std::filesystem::path(ARGIL_SOURCE_DIR) / "tests/figures" / name;
 }
 
 // A number between −1 and 1 for each voxel and `kind`, without order.
@@ -138,7 +138,7 @@ Document figureClay() {
 }
 
 TEST(Figures, EveryToolMakesWhatItMade) {
-  KeptFigures kept(keptIn("tool_figures.txt"));
+  KeptFigures kept(keptIn("tool.txt"));
   const Document clay = figureClay();
   std::vector<double> begun;
   add(clay.pieces[0].version, begun);
@@ -176,7 +176,7 @@ TEST(Figures, EveryToolMakesWhatItMade) {
 }
 
 TEST(Figures, EveryOperationMakesWhatItMade) {
-  KeptFigures kept(keptIn("operation_figures.txt"));
+  KeptFigures kept(keptIn("operation.txt"));
   const Document clay = figureClay();
   const auto run = [&](const std::string& name, const PieceJob& row, PieceArguments arguments) {
     if (row.pieces == 2) arguments.pieces = {clay.pieces[0].id, clay.pieces[1].id};
@@ -246,7 +246,7 @@ TEST(Figures, EveryOperationMakesWhatItMade) {
 
 // A simulated hand, device and servo, in virtual time: what is cut follows from all that is felt.
 TEST(Figures, EveryHandMakesWhatItMade) {
-  KeptFigures kept(keptIn("hand_figures.txt"));
+  KeptFigures kept(keptIn("hand.txt"));
   const auto run = [&](const std::string& name, const std::string& setup, const std::string& stroke,
                        const std::string& device = "touch") {
     const Script script = parseScript(

@@ -76,7 +76,7 @@ struct Felt {
 };
 
 TEST(Figures, EveryHandFeelsWhatItFelt) {
-  tests::KeptFigures kept(std::string(ARGIL_SOURCE_DIR) + "/tests/unit/haptics/felt_figures.txt");
+  tests::KeptFigures kept(std::string(ARGIL_SOURCE_DIR) + "/tests/figures/felt.txt");
   const auto run = [&](const std::string& name, const std::function<void(Felt&)>& change) {
     Felt setup;
     setup.scene.pieces.push_back({block(), Pose(), 0});
