@@ -13,8 +13,8 @@ namespace argil::engine {
 enum class GuideSize : uint8_t {
   none,
   widthAndDepth,  ///< x and y: what is drawn of a plane.
-  length,           ///< z: what is drawn of a line.
-  edges,            ///< x, y and z.
+  length,         ///< z: what is drawn of a line.
+  edges,          ///< x, y and z.
 };
 
 struct GuideRow {

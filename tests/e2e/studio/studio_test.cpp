@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -78,9 +79,20 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
 
   // A ball beside it, selected and worked on from now on; the block is chosen by a click and hidden.
   byPalette(person, "add a ball");
-  shot("12-ball");
-  person.click(x - 100, y + 60);
-  shot("13-chosen");
+  const render::Image ball = shot("12-ball");
+  // The plane stands as the carved surface did where it was put, which a busy machine cuts differently; a click on its
+  // border chooses the plane. The ball fades when the block is worked on.
+  const auto faded = [&](const render::Image& now) {
+    const auto middle = [&](const render::Image& of) { return part(of, x + 80, y + 10, x + 130, y + 60); };
+    return difference(middle(ball), middle(now)) > 0.5;
+  };
+  const std::array<std::array<double, 2>, 3> spots{{{-100, 60}, {-75, 105}, {-205, 30}}};
+  bool chosen = false;
+  for (size_t i = 0; i < spots.size() && !chosen; ++i) {
+    person.click(x + spots[i][0], y + spots[i][1]);
+    chosen = faded(shot("13-chosen"));
+  }
+  EXPECT_TRUE(chosen);
   person.key("h");
   shot("14-hidden");
 

@@ -14,7 +14,7 @@
 #include "engine/session/run.h"
 #include "engine/tools/piece_jobs.h"
 #include "engine/tools/tool_table.h"
-#include "tests/support/kept_figures.h"
+#include "tests/figures/kept_figures.h"
 #include "tests/support/tool_files.h"
 
 namespace argil::engine {

@@ -15,7 +15,7 @@
 #include "haptics/scene/polyline.h"
 #include "haptics/scene/texture.h"
 #include "haptics/servo/servo.h"
-#include "tests/support/kept_figures.h"
+#include "tests/figures/kept_figures.h"
 
 namespace argil::haptics {
 namespace {

@@ -17,7 +17,7 @@
 #include "haptics/servo/safety.h"
 #include "haptics/servo/servo_tick.h"
 #include "haptics/servo/velocity_filter.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {

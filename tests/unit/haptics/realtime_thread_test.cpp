@@ -16,7 +16,7 @@
 #include "haptics/devices/hand_path.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/servo/servo.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {

@@ -19,7 +19,7 @@
 #include "haptics/scene/texture.h"
 #include "haptics/servo/servo.h"
 #include "painted_clay.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {

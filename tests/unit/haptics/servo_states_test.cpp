@@ -10,7 +10,7 @@
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
 #include "haptics/servo/servo.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {

@@ -14,7 +14,7 @@
 #include "haptics/devices/sheets.h"
 #include "haptics/devices/simulated.h"
 #include "haptics/threads/bare_loop.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {

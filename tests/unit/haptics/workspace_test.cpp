@@ -12,7 +12,7 @@
 #include "haptics/devices/simulated.h"
 #include "haptics/servo/servo.h"
 #include "realtime_trap.h"
-#include "virtual_session.h"
+#include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
 namespace {
