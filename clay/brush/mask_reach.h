@@ -28,8 +28,8 @@ class MaskReach {
 
   [[nodiscard]] const Version& start() const { return start_; }
   /// Of a brick coordinate, by the surface within `reach` voxels and at most half as far again (beyond: free). Kept, so
-  /// that a reach that grows from stamp to stamp looks again a few times in all. Microseconds; a tenth of a millisecond
-  /// where a mask's rim is near.
+  /// that a reach that grows from stamp to stamp looks again a few times in all. Some 30 microseconds; half a
+  /// millisecond where a mask's rim is near.
   [[nodiscard]] const MaskCover& at(Coord brick, double reach);
   /// Places of the surface that were compared with voxels until now: what this costs.
   [[nodiscard]] uint64_t compared() const { return compared_; }
