@@ -10,8 +10,8 @@ constexpr float kNear = 0.5f;  // of the surface: some voxel of every place of i
 // voxels: places that are farther than the nearest by less count too, as a rim would be jagged without
 constexpr double kBlend = 1;
 constexpr int kWhole = 1 << 12;
-constexpr int kRegion = 8;  // bricks along an edge of what is read at once
-constexpr int kPart = 4;    // voxels along an edge of what is decided at once
+constexpr int kRegionBits = 3, kRegion = 1 << kRegionBits;  // bricks along an edge of what is read at once
+constexpr int kPart = 4;                                    // voxels along an edge of what is decided at once
 // Reaches that are looked for: each half as large again as the one before.
 constexpr double kLeastReach = 16, kReachStep = 1.5;
 
@@ -67,7 +67,7 @@ std::vector<const MaskReach::BrickPlaces*> MaskReach::around(const Box& box, dou
   std::vector<const BrickPlaces*> found;
   const auto limit = static_cast<int64_t>(reach * reach);
   int64_t nearest = limit;
-  const Coord middle = (box.low >> kBrickBits) >> 3;
+  const Coord middle = (box.low >> kBrickBits) >> kRegionBits;
   for (int ring = 0;; ++ring) {
     // All regions of this ring and farther ones lie beyond so many voxels.
     const double beyond = static_cast<double>(ring - 1) * kEdge;

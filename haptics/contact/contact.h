@@ -32,7 +32,7 @@ class Contact {
     Vec3d velocity = Vec3d::Zero();  ///< Its filtered velocity, mm/s.
     double periodS = 1e-3;
     double topStiffnessNmm = 1;  ///< The device's limits, from its sheet.
-    double topDampingNsmm = 0;   ///< The same.
+    double topDampingNsmm = 0;   ///< The largest drag that it renders.
     double dampingNsmm = 0;      ///< Along the normal of a touched surface.
     double peakForceN = 3;
     bool pointing = false;     ///< DeviceSheet::pointing.

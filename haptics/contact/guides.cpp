@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kForceShare = 0.5;      // Of the peak, for all soft guides: clay stays felt.
 constexpr double kStiffnessShare = 0.5;  // Of the sheet's top, for one soft guide.
-constexpr double kDampingShare = 0.5;    // The same.
+constexpr double kDampingShare = 0.5;    // Of the sheet's top, for one soft guide.
 // In peaks a second: how fast soft guides rise and are let go; with locks that move at once it stays unfelt.
 constexpr double kSoftPerS = 4;
 constexpr double kRiseS = 0.05;  // A soft guide comes to full strength in no less.

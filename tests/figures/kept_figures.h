@@ -16,7 +16,7 @@
 namespace argil::tests {
 
 /// A text file in tests/figures, a line for each case: its name and its figures. Properties say what must hold; figures
-/// say that what holds is still the same, to about 1e-6 of what they measure (mathematical functions of other machines
+/// say that what holds is still the same, to 2e-6 of what they measure (mathematical functions of other machines
 /// round otherwise). A change that is meant: run the tests with ARGIL_KEEP_FIGURES=1, which writes the file anew, and
 /// look at its difference.
 class KeptFigures {
