@@ -17,7 +17,7 @@ namespace argil::bench {
 namespace {
 
 /// The sphere with grooves of 12 voxels' radius cut into it here and there. The larger the sphere, the smaller the part
-/// of its surface that is at a rim: one cell in a hundred where it has three quarters of a million.
+/// of its surface that is at a rim.
 BenchModel carved(double size) {
   constexpr double kTip = 12, kLength = 60;
   constexpr int kGrooves = 40;

@@ -20,7 +20,7 @@ struct KinkedCells {
 /// Moves the vertices of kinked cells onto the crease between the two faces that meet there, or onto the face that the
 /// cell is on, and lists the former in out.table.sharp. Changes no count, no order and no quad; none ends farther than
 /// kCrispReach outside of its cell. Cells with several vertices stay as they are. Scalar arithmetic in a fixed order:
-/// equal bits everywhere. About half a microsecond a cell. Method: crisp_edges.md.
+/// equal bits everywhere. About three microseconds a cell. Method: crisp_edges.md.
 void crispVertices(Sampler& field, Coord brick, const KinkedCells& cells, bool wantNormals, ExtractionBuffer& out);
 
 }  // namespace argil::clay
