@@ -80,8 +80,8 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
   // A ball beside it, selected and worked on from now on; the block is chosen by a click and hidden.
   byPalette(person, "add a ball");
   const render::Image ball = shot("12-ball");
-  // The plane stands as the carved surface did where it was put, which a busy machine cuts differently; a click on its
-  // border chooses the plane. The ball fades when the block is worked on.
+  // A click on the plane's border chooses the plane, and one beside everything nothing: where the plane stands and how
+  // far the view has gone may differ on a busy machine. The ball fades when the block is worked on.
   const auto faded = [&](const render::Image& now) {
     const auto middle = [&](const render::Image& of) { return part(of, x + 80, y + 10, x + 130, y + 60); };
     return difference(middle(ball), middle(now)) > 0.5;
