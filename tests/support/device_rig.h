@@ -24,6 +24,7 @@ class DeviceRig {
     bool bytes = false;          ///< It speaks bytes, right or wrong: misbehave() does something.
     bool silenceIsRest = false;  ///< It says nothing while it is at rest (HID).
     double resolutionMm = 1e-3;
+    double slack = 1;  ///< Times longer than hardware that its bus may take: an emulated one has no time of its own.
   };
   [[nodiscard]] virtual std::unique_ptr<Device> open() = 0;
 

@@ -18,7 +18,7 @@ std::shared_ptr<EmulatedUsb> theBus() {
 class FalconUsbRig final : public DeviceRig {
  public:
   static constexpr Traits kTraits = {
-      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061};
+      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061, .slack = 20};
   FalconUsbRig() : bus_(theBus()) {
     static int next = 0;
     port_ = std::to_string(1 + next++ % 6);
