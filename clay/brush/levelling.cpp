@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "clay/brush/brush_method.h"
-#include "clay/field/redistance.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/brick_margins.h"
 
@@ -144,8 +143,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   if (before.slot(coord).isTile()) return false;
   constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
   float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
-  gatherBroad(
-      before, coord, 4, [](Coord) -> const float* { return nullptr; }, broad);
+  gatherBroad(before, coord, 4, broad);
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   // Below zero scraping fills and filling scrapes.
   const bool down =

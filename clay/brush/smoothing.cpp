@@ -1,12 +1,12 @@
 // Towards the mean of the neighbours; farther ones for larger tips.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <vector>
 
 #include "clay/brush/brush_method.h"
-#include "clay/field/redistance.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -40,12 +40,15 @@ class Smoothing : public DistanceMethod {
     float mean[kBrickVoxels];    // of the neighbours, near and far
     float weight[kBrickVoxels];  // 0 where nothing is known
   };
-  // For gatherBroad: from the parts where there are any, else the clay's.
-  [[nodiscard]] const float* meanOf(Coord coord) const {
-    const Part* part = find(coord);
-    return part ? part->mean : nullptr;
+  using Around = std::array<const float*, kBricksAround>;
+  // For gatherBroad: the means around brick i, where there are any.
+  [[nodiscard]] Around meansAround(size_t i) const {
+    Around means{};
+    for (size_t k = 0; k < kBricksAround; ++k)
+      if (const ptrdiff_t at = around_[i][k]; at >= 0) means[k] = parts_[static_cast<size_t>(at)].mean;
+    return means;
   }
-  void gatherWeights(Coord coord, float* broad) const;
+  void gatherWeights(size_t i, float* broad) const;
   [[nodiscard]] const Part* find(Coord coord) const {
     const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
     return it != bricks_.end() && *it == coord ? &parts_[static_cast<size_t>(it - bricks_.begin())] : nullptr;
@@ -57,6 +60,7 @@ class Smoothing : public DistanceMethod {
   // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
   bool near_ = true;
   std::vector<Coord> bricks_;
+  std::vector<std::array<ptrdiff_t, kBricksAround>> around_;  // indices among bricks_
   std::vector<Part> parts_, next_;
   float putBack_ = 0;
 };
@@ -76,6 +80,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
   // squares.
   double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+  around_ = besideEach(bricks_, kAroundSteps);
   parts_.resize(bricks_.size());
   next_.resize(bricks_.size());
   for (int spacing = 1; spacing <= 4; spacing *= 2) {
@@ -83,8 +88,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
       Sampler mine = before;
       float broad[kBroadSize] = {};
       for (size_t i = begin; i < end; ++i) {
-        gatherBroad(
-            mine, bricks_[i], spacing, [&](Coord c) { return spacing > 1 ? meanOf(c) : nullptr; }, broad);
+        gatherBroad(mine, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
         broadMean(broad, spacing, next_[i].mean);
       }
     });
@@ -121,11 +125,9 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   for (size_t i = 0; i < bricks_.size(); ++i) {
     const Part& part = parts_[i];
     if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
-    gatherBroad(
-        before, bricks_[i], 1, [](Coord) -> const float* { return nullptr; }, broadWas);
-    gatherBroad(
-        before, bricks_[i], 1, [&](Coord c) { return meanOf(c); }, broadNow);
-    gatherWeights(bricks_[i], broadWeight);
+    gatherBroad(before, bricks_[i], 1, broadWas);
+    gatherBroad(before, bricks_[i], 1, broadNow, meansAround(i).data());
+    gatherWeights(i, broadWeight);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int at = broadOffset((v >> 6) + 4, ((v >> 3) & 7) + 4, (v & 7) + 4);
       if (!(std::abs(broadWas[at]) < kNear)) continue;
@@ -160,10 +162,11 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
 }
 
 // Weights of a brick and of one voxel beyond its upper faces.
-void Smoothing::gatherWeights(Coord coord, float* broad) const {
-  for (int i = 0; i < 4; ++i) {
-    const Coord side{i == 1, i == 2, i == 3};
-    const Part* part = find(coord + side);
+void Smoothing::gatherWeights(size_t i, float* broad) const {
+  for (int k = 0; k < 4; ++k) {
+    const Coord side{k == 1, k == 2, k == 3};
+    const ptrdiff_t at = around_[i][aroundNumber(side)];
+    const Part* part = at < 0 ? nullptr : &parts_[static_cast<size_t>(at)];
     for (int x = side.x * 8; x < (side.x ? 9 : 8); ++x)
       for (int y = side.y * 8; y < (side.y ? 9 : 8); ++y)
         for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z)

@@ -1,7 +1,9 @@
 // Clay is moved: tug, smudge, pinch, crease, twist. Method and tolerances: warping_and_tips.md.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <vector>
 
@@ -202,6 +204,18 @@ bool tilesOnly(Sampler& field, Coord low, Coord high, Slot brick) {
   return true;
 }
 
+// One to eight values, without a call: two overlapping lengths that the compiler knows.
+void copyShortRow(const float* from, int count, float* to) {
+  if (count >= 4) {
+    std::memcpy(to, from, 4 * sizeof(float));
+    std::memcpy(to + count - 4, from + count - 4, 4 * sizeof(float));
+    return;
+  }
+  to[0] = from[0];
+  to[count - 1] = from[count - 1];
+  if (count == 3) to[1] = from[1];
+}
+
 // Copies a box of voxels; false, and nothing is written, where it holds tiles of one kind alone (`flat`).
 bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, Slot& flat) {
   const Coord low = first >> kBrickBits, high = (first + size - Coord{1, 1, 1}) >> kBrickBits;
@@ -220,13 +234,12 @@ bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, S
         const int x0 = std::max(at.x, 0), x1 = std::min(at.x + kBrickEdge, size.x), y0 = std::max(at.y, 0),
                   y1 = std::min(at.y + kBrickEdge, size.y);
         const int z0 = std::max(at.z, 0), z1 = std::min(at.z + kBrickEdge, size.z);
+        BrickValues room;
+        const BrickValues& values = slot.values(room, field.band());
         for (int x = x0; x < x1; ++x)
           for (int y = y0; y < y1; ++y) {
-            float* row = out.data() + (static_cast<ptrdiff_t>(x) * size.y + y) * size.z;
-            if (slot.isTile())
-              std::fill(row + z0, row + z1, slot.phi(0, field.band()));
-            else
-              slot.brick()->read(Brick::offset(x - at.x, y - at.y, z0 - at.z), z1 - z0, row + z0);
+            float* row = out.data() + (static_cast<ptrdiff_t>(x) * size.y + y) * size.z + z0;
+            copyShortRow(values + Brick::offset(x - at.x, y - at.y, z0 - at.z), z1 - z0, row);
           }
       }
   return true;
@@ -235,29 +248,6 @@ bool copyBox(Sampler& field, Coord first, Coord size, std::vector<float>& out, S
 // Of a voxel of a brick (−1 and kBrickEdge: those around it) among its displacements.
 int movedIndex(int x, int y, int z) {
   return ((x + 1) * kMovedEdge + y + 1) * kMovedEdge + z + 1;
-}
-
-// Where in a window the voxel lies that is nearest to the place that each voxel of a brick came from, and whether two
-// of them are about as near.
-struct NearestVoxels {
-  int index[kBrickVoxels];
-  bool halfway[kBrickVoxels];
-};
-
-void findNearest(const MovedVoxels& moved, Coord from, Coord size, NearestVoxels& out) {
-  constexpr float kHalf = 0.4999f;
-  for (int x = 0; x < kBrickEdge; ++x)
-    for (int y = 0; y < kBrickEdge; ++y) {
-      const int at = movedIndex(x, y, 0), row = (x * kBrickEdge + y) * kBrickEdge;
-      const int first = ((x - from.x) * size.y + y - from.y) * size.z - from.z;
-      for (int z = 0; z < kBrickEdge; ++z) {
-        const float dx = moved.x[at + z], dy = moved.y[at + z], dz = moved.z[at + z];
-        const float wx = std::nearbyint(dx), wy = std::nearbyint(dy), wz = std::nearbyint(dz);
-        out.index[row + z] =
-            first + (static_cast<int>(wx) * size.y + static_cast<int>(wy)) * size.z + static_cast<int>(wz) + z;
-        out.halfway[row + z] = std::max(std::max(std::abs(dx - wx), std::abs(dy - wy)), std::abs(dz - wz)) > kHalf;
-      }
-    }
 }
 
 // The clay that the voxels of a brick came from, as the stroke found it: the box around all of their places, copied;
@@ -279,12 +269,10 @@ class StartWindow {
   }
 
   [[nodiscard]] bool whole() const { return whole_; }
-  [[nodiscard]] Coord from() const { return from_; }  // from the brick's first voxel
-  [[nodiscard]] Coord size() const { return size_; }
+  [[nodiscard]] VoxelWindow window() const { return {values_.data(), from_.x, from_.y, from_.z, size_.y, size_.z}; }
   // Nothing but tiles of one kind, which this is.
   [[nodiscard]] bool flat() const { return !mixed_; }
   [[nodiscard]] Slot tile() const { return tile_; }
-  [[nodiscard]] float at(int index) const { return values_[static_cast<size_t>(index)]; }
 
   // The voxel `at`, counted from the brick's first.
   [[nodiscard]] float voxel(Coord at) {
@@ -313,7 +301,7 @@ class StartWindow {
 
   Sampler& start_;
   std::vector<float>& values_;
-  Coord brick_, from_, size_;
+  Coord brick_, from_, size_;  // from_: counted from the brick's first voxel
   bool whole_, mixed_ = true;
   Slot tile_;
 };
@@ -372,37 +360,37 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   // 2. What lay there. Most voxels of a brick come from beyond the band, which the nearest voxel tells; the others are
   // samples.
   StartWindow window(start, coord, low, high);
-  NearestVoxels nearest;
-  const bool known = window.whole() && !window.flat();
-  if (known) findNearest(split, window.from(), window.size(), nearest);
+  BrickValues room;
+  const BrickValues& own = now.values(room, band_);
+  uint64_t doubtful[kBrickEdge];
+  if (window.whole() && !window.flat()) {
+    nearestValues(split, window.window(), own, band_, phi, doubtful);
+  } else {
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Displacement& d = moved[movedIndex(i >> 6, (i >> 3) & 7, i & 7)];
+      const bool stays = d.x == 0 && d.y == 0 && d.z == 0;
+      phi[i] = stays || !window.flat() ? own[i] : window.tile().phi(0, band_);
+      if ((i & 63) == 0) doubtful[i >> 6] = 0;
+      doubtful[i >> 6] |= uint64_t{!stays && !window.flat()} << (i & 63);
+    }
+  }
   FieldSample samples[kBrickVoxels];
   int voxels[kBrickVoxels];
   size_t count = 0;
-  for (int i = 0; i < kBrickVoxels; ++i) {
-    const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
-    const Displacement& d = moved[movedIndex(x, y, z)];
-    if (d.x == 0 && d.y == 0 && d.z == 0) {
-      phi[i] = now.phi(i, band_);
-      continue;
+  for (int x = 0; x < kBrickEdge; ++x)
+    for (uint64_t left = doubtful[x]; left != 0; left &= left - 1) {
+      const int i = x << 6 | std::countr_zero(left), y = (i >> 3) & 7, z = i & 7;
+      const Displacement& d = moved[movedIndex(x, y, z)];
+      const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
+      const float near = window.voxel({px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)});
+      phi[i] = near;
+      // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror
+      // would turn round.
+      const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
+      if (std::abs(near) >= band_ && !halfway) continue;
+      samples[count] = {window.cubic({px.base, py.base, pz.base}), px.t, py.t, pz.t};
+      voxels[count++] = i;
     }
-    if (known && !nearest.halfway[i]) {
-      phi[i] = window.at(nearest.index[i]);
-      if (std::abs(phi[i]) >= band_) continue;
-    }
-    if (window.flat()) {
-      phi[i] = window.tile().phi(0, band_);
-      continue;
-    }
-    const AxisPlace px = placeOf(x, d.x), py = placeOf(y, d.y), pz = placeOf(z, d.z);
-    const float near = window.voxel({px.base + (px.t >= 0.5f), py.base + (py.t >= 0.5f), pz.base + (pz.t >= 0.5f)});
-    phi[i] = near;
-    // No voxel of the cell is in the band unless the nearest is within it. Halfway there are two: which, a mirror would
-    // turn round.
-    const bool halfway = px.t == 0.5f || py.t == 0.5f || pz.t == 0.5f;
-    if (std::abs(near) >= band_ && !halfway) continue;
-    samples[count] = {window.cubic({px.base, py.base, pz.base}), px.t, py.t, pz.t};
-    voxels[count++] = i;
-  }
 
   // 3. Tricubic values; trilinear ones where the cubic reaches beyond the band.
   FieldValue values[kBrickVoxels];

@@ -18,7 +18,6 @@ constexpr float kDiagonal = 1.7320508f;
 struct Block {
   float u[2][kPaddedSize];  // |phi|: this pass and the next
   uint64_t frozen[8];
-  ptrdiff_t beside[6];  // index of the neighbour across each face; −1: not among them
   Slot source;
   ChannelSlot mask;
 };
@@ -41,34 +40,6 @@ void copyFace(const float* from, float* to, int axis, bool positive) {
 
 int passesOf(float band) {
   return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band)));
-}
-
-void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept {
-  const float band = field.band();
-  const auto range = [](int side, int& begin, int& end) {
-    begin = side < 0 ? 0 : side == 0 ? 1 : 9;
-    end = side < 0 ? 1 : side == 0 ? 9 : 10;
-  };
-  for (int sx = -1; sx <= 1; ++sx)
-    for (int sy = -1; sy <= 1; ++sy)
-      for (int sz = -1; sz <= 1; ++sz) {
-        const Slot slot = field.slot(coord + Coord{sx, sy, sz});
-        int x0, x1, y0, y1, z0, z1;
-        range(sx, x0, x1);
-        range(sy, y0, y1);
-        range(sz, z0, z1);
-        const Brick* brick = slot.brick();
-        const float constant = brick ? 0 : slot.phi(0, band);
-        for (int x = x0; x < x1; ++x)
-          for (int y = y0; y < y1; ++y) {
-            float* row = padded + paddedOffset(x, y, z0);
-            if (!brick) {
-              std::fill(row, row + (z1 - z0), constant);
-            } else {
-              brick->read(Brick::offset((x + 7) & 7, (y + 7) & 7, (z0 + 7) & 7), z1 - z0, row, field.step());
-            }
-          }
-      }
 }
 
 void holdMasked(ChannelSlot mask, const float* padded, uint64_t (&frozen)[kBrickEdge], float* u) {
@@ -105,13 +76,10 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
     scratch = std::make_unique_for_overwrite<Block[]>(capacity);
   }
   const std::span<Block> blocks(scratch.get(), count);
+  const auto beside = besideEach(coords, kFaceSteps);
   for (size_t i = 0; i < count; ++i) {
     Block& b = blocks[i];
     b.source = editor.find(coords[i]);
-    for (int face = 0; face < 6; ++face) {
-      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
-      b.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
-    }
     b.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
   }
   const auto start = [&](size_t i, Sampler& field) {
@@ -134,9 +102,9 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
     forEachBrickOf(count, threads, [&](size_t i) {
       Block& b = blocks[i];
       // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
-      for (int face = 0; face < 6; ++face)
-        if (b.beside[face] >= 0)
-          copyFace(blocks[static_cast<size_t>(b.beside[face])].u[now], b.u[now], face / 2, face % 2 == 0);
+      for (size_t face = 0; face < 6; ++face)
+        if (const ptrdiff_t other = beside[i][face]; other >= 0)
+          copyFace(blocks[static_cast<size_t>(other)].u[now], b.u[now], int(face) / 2, face % 2 == 0);
       eikonalPass(b.u[now], b.frozen, band, b.u[now ^ 1]);
     });
   const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};

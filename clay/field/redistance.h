@@ -18,9 +18,6 @@ inline constexpr float kRedistanceTolerance = 0.1f;
 /// and values that no surface near supports go.
 inline constexpr float kExactTolerance = 1.25f;
 
-/// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values).
-void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
-
 /// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them
 /// as boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where
 /// the solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. As many Jacobi

@@ -18,7 +18,6 @@ struct Work {
   float u[2][kWideSize];
   uint64_t frozen[kBrickEdge];
   Slot source;
-  ptrdiff_t beside[6];  // index of the neighbour across each face; −1: not among them
   ChannelSlot mask;
 };
 
@@ -97,20 +96,16 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
     scratch = std::make_unique_for_overwrite<Work[]>(capacity);
   }
   const std::span<Work> works(scratch.get(), count);
+  const auto beside = besideEach(coords, kFaceSteps);
   for (size_t i = 0; i < count; ++i) {
     Work& w = works[i];
     w.source = editor.find(coords[i]);
     w.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
-    for (int face = 0; face < 6; ++face) {
-      const auto it = std::lower_bound(coords.begin(), coords.end(), coords[i] + kFaceSteps[face]);
-      w.beside[face] = it != coords.end() && *it == coords[i] + kFaceSteps[face] ? it - coords.begin() : -1;
-    }
   }
   const auto start = [&](size_t i, Sampler& field) {
     Work& w = works[i];
     float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
-    gatherBroad(
-        field, coords[i], 4, [](Coord) -> const float* { return nullptr; }, broad);
+    gatherBroad(field, coords[i], 4, broad);
     for (int x = 0; x < 10; ++x)
       for (int y = 0; y < 10; ++y)
         std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
@@ -125,17 +120,7 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
       distancesOfFeet(broad, w.frozen, least, near);
     }
     holdMasked(w.mask, padded, w.frozen, near);
-    for (int x = 0; x < 12; ++x)
-      for (int y = 0; y < 12; ++y)
-        for (int z = 0; z < 12; ++z) {
-          const float phi = broad[broadOffset(x + 2, y + 2, z + 2)];
-          w.u[0][wideOffset(x, y, z)] = std::abs(phi) < band ? phi : phi < 0 ? -kUnknownDistance : kUnknownDistance;
-        }
-    for (int v = 0; v < kBrickVoxels; ++v) {
-      const int x = v >> 6, y = (v >> 3) & 7, z = v & 7;
-      const float u = ((w.frozen[x] >> (v & 63)) & 1) ? near[paddedOffset(x + 1, y + 1, z + 1)] : kUnknownDistance;
-      w.u[0][wideOffset(x + 2, y + 2, z + 2)] = padded[paddedOffset(x + 1, y + 1, z + 1)] < 0 ? -u : u;
-    }
+    startWide(broad, near, w.frozen, band, w.u[0]);
     std::copy_n(w.u[0], kWideSize, w.u[1]);
   };
   forBrickRanges(count, threads, [&](size_t begin, size_t end) {
@@ -146,9 +131,9 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
   for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
     forEachBrickOf(count, threads, [&](size_t i) {
       Work& w = works[i];
-      for (int face = 0; face < 6; ++face)
-        if (w.beside[face] >= 0)
-          copyLayers(works[static_cast<size_t>(w.beside[face])].u[now], w.u[now], face / 2, face % 2 == 0);
+      for (size_t face = 0; face < 6; ++face)
+        if (const ptrdiff_t other = beside[i][face]; other >= 0)
+          copyLayers(works[static_cast<size_t>(other)].u[now], w.u[now], int(face) / 2, face % 2 == 0);
       widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
     });
   return linkSettled(editor, settleBricks(editor, coords, {}, threads, [&](size_t i, FloatBrick& brick) {

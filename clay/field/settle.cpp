@@ -9,6 +9,7 @@
 
 #include "clay/base/parallel.h"
 #include "clay/field/redistance.h"
+#include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
 
 namespace argil::clay {

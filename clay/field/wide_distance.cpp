@@ -43,8 +43,8 @@ struct WideDistance::Work {
   Coord coord;
   Block* block = nullptr;
   float u[2][kWideSize];
-  ptrdiff_t beside[6];         // index of the neighbour across each face, −1: not among them
-  bool open, active, changed;  // has voxels beyond the band; its next pass may change it; the last one did
+  std::array<ptrdiff_t, 6> beside;  // index of the neighbour across each face, −1: not among them
+  bool open, active, changed;       // has voxels beyond the band; its next pass may change it; the last one did
 };
 
 const WideDistance::Block* WideDistance::find(Coord brick) const {
@@ -68,11 +68,11 @@ void WideDistance::gather(Work& work) const {
     return read;
   };
   spread(work.block->u, wide);
-  for (int face = 0; face < 6; ++face) {
+  for (size_t face = 0; face < 6; ++face) {
     if (work.beside[face] >= 0) continue;
     float other[kWideSize], read[kBrickVoxels];
     spread(values(work.coord + kFaceSteps[face], read), other);
-    copyLayers(other, wide, face / 2, face % 2 == 0);
+    copyLayers(other, wide, int(face) / 2, face % 2 == 0);
   }
 }
 
@@ -110,15 +110,13 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     scratch = std::make_unique_for_overwrite<Work[]>(capacity);
   }
   const std::span<Work> works(scratch.get(), all.size());
+  const auto beside = besideEach(std::span<const Coord>(all), kFaceSteps);
   for (size_t i = 0; i < all.size(); ++i) {
     Work& w = works[i];
     w.coord = all[i];
     w.block = blocks_.at(all[i]).get();
     w.changed = false;
-    for (int face = 0; face < 6; ++face) {
-      const auto it = std::lower_bound(all.begin(), all.end(), all[i] + kFaceSteps[face]);
-      w.beside[face] = it != all.end() && *it == all[i] + kFaceSteps[face] ? it - all.begin() : -1;
-    }
+    w.beside = beside[i];
     w.open = false;
     for (const uint64_t word : w.block->frozen) w.open |= ~word != 0;
     w.active = w.open;
@@ -133,9 +131,9 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
         32);
   };
   const auto pull = [&](Work& w, int which) {
-    for (int face = 0; face < 6; ++face)
+    for (size_t face = 0; face < 6; ++face)
       if (w.beside[face] >= 0)
-        copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], face / 2, face % 2 == 0);
+        copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], int(face) / 2, face % 2 == 0);
   };
   forEach([&](Work& w) {
     gather(w);

@@ -211,6 +211,27 @@ void Raised(const float* u, const float* padded, float side, float* phi) {
   });
 }
 
+void StartWide(const float* broad, const float* near, const uint64_t* frozen, float band, float* wide) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), unknown = hn::Set(d, kUnknownDistance), known = hn::Set(d, band);
+  // Sizes with the sign that says which side: zero counts as outside.
+  const auto sided = [&](Row size, Row phi) { return hn::IfThenElse(hn::Lt(phi, zero), hn::Neg(size), size); };
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  // What a row's last vector writes too much, the next row writes again.
+  for (int x = 0; x < 12; ++x)
+    for (int y = 0; y < 12; ++y)
+      for (int z = 0; z < 12; z += lanes) {
+        const Row phi = hn::LoadU(d, broad + broadOffset(x + 2, y + 2, z + 2)), size = hn::Abs(phi);
+        hn::StoreU(sided(hn::IfThenElse(hn::Lt(size, known), size, unknown), phi), d, wide + wideOffset(x, y, z));
+      }
+  forRows([&](int voxel) {
+    const int x = voxel >> 6, y = (voxel >> 3) & 7, z = voxel & 7;
+    const Row phi = hn::LoadU(d, broad + broadOffset(x + 4, y + 4, z + 4));
+    const Row u = hn::LoadU(d, near + paddedOffset(x + 1, y + 1, z + 1));
+    hn::StoreU(sided(hn::IfThenElse(rowMask(frozen, voxel), u, unknown), phi), d, wide + wideAt(voxel));
+  });
+}
+
 void Broad(const float* broad, int spacing, float* mean) {
   const RowTag d;
   const Row share = hn::Set(d, 1.0f / 64);
@@ -244,6 +265,7 @@ HWY_EXPORT(Feet);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
+HWY_EXPORT(StartWide);
 HWY_EXPORT(Broad);
 
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
@@ -260,6 +282,9 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
 }
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept {
   HWY_DYNAMIC_DISPATCH(Raised)(u, padded, side, phi);
+}
+void startWide(const float* broad, const float* near, const uint64_t* frozen, float band, float* wide) noexcept {
+  HWY_DYNAMIC_DISPATCH(StartWide)(broad, near, frozen, band, wide);
 }
 void broadMean(const float* broad, int spacing, float* mean) noexcept {
   HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean);

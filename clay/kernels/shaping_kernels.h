@@ -47,6 +47,11 @@ inline constexpr int broadOffset(int x, int y, int z) {
   return (x * 16 + y) * kBroadRow + z;
 }
 
+/// Where redistancing by widePass begins, from a brick and at least two voxels around it: the field around the brick as
+/// far as it is known (|φ| < `band`), inside it `near` (by paddedOffset) at frozen voxels, with the field's sign; what
+/// is not known is ±kUnknownDistance.
+void startWide(const float* broad, const float* near, const uint64_t* frozen, float band, float* wide) noexcept;
+
 /// Means of 3×3×3 voxels `spacing` (1 to 4) apart, with binomial weights. `broad` needs that many voxels around the
 /// brick.
 void broadMean(const float* broad, int spacing, float* mean) noexcept;

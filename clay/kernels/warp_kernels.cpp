@@ -269,6 +269,49 @@ void MovedBox(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) {
   }
 }
 
+void Split(const Displacement* from, MovedVoxels& out) {
+  const hn::CappedTag<float, 4> d;
+  static_assert(sizeof(Displacement) == 4 * sizeof(float));
+  for (int i = 0; i < 1000; i += static_cast<int>(hn::Lanes(d))) {
+    auto x = hn::Zero(d), y = x, z = x, unused = x;
+    hn::LoadInterleaved4(d, &from[i].x, x, y, z, unused);
+    hn::StoreU(x, d, out.x + i);
+    hn::StoreU(y, d, out.y + i);
+    hn::StoreU(z, d, out.z + i);
+  }
+}
+
+void Nearest(const MovedVoxels& moved, const VoxelWindow& window, const float* now, float band, float* phi,
+             uint64_t* doubtful) {
+  const RowTag d;
+  const hn::RebindToSigned<RowTag> di;
+  constexpr float kHalf = 0.4999f;  // what is halfway is so however it was rounded
+  const Row zero = hn::Zero(d), sizeY = hn::Set(d, static_cast<float>(window.sizeY)),
+            sizeZ = hn::Set(d, static_cast<float>(window.sizeZ));
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int x = 0; x < 8; ++x) {
+    doubtful[x] = 0;
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; z += lanes) {
+        const int at = ((x + 1) * 10 + y + 1) * 10 + z + 1, voxel = (x * 8 + y) * 8 + z;
+        const Row dx = hn::LoadU(d, moved.x + at), dy = hn::LoadU(d, moved.y + at), dz = hn::LoadU(d, moved.z + at);
+        const Row wx = hn::Round(dx), wy = hn::Round(dy), wz = hn::Round(dz);
+        const Row off = hn::Max(hn::Max(hn::Abs(hn::Sub(dx, wx)), hn::Abs(hn::Sub(dy, wy))), hn::Abs(hn::Sub(dz, wz)));
+        const auto stays = hn::And(hn::And(hn::Eq(dx, zero), hn::Eq(dy, zero)), hn::Eq(dz, zero));
+        const int first = ((x - window.x) * window.sizeY + y - window.y) * window.sizeZ + z - window.z;
+        // Whole numbers below 2²³: floats hold them. What stays reads its own place, which the window may not hold.
+        const Row way = hn::Add(hn::Mul(hn::Add(hn::Mul(wx, sizeY), wy), sizeZ), wz);
+        const Row place = hn::Add(hn::Iota(d, static_cast<float>(first)), way);
+        const Row value = hn::GatherIndex(d, window.values, hn::ConvertTo(di, hn::IfThenZeroElse(stays, place)));
+        hn::StoreU(hn::IfThenElse(stays, hn::LoadU(d, now + voxel), value), d, phi + voxel);
+        const auto open = hn::Or(hn::Gt(off, hn::Set(d, kHalf)), hn::Lt(hn::Abs(value), hn::Set(d, band)));
+        uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, hn::AndNot(stays, open), bits);
+        doubtful[x] |= uint64_t{bits[0]} << (y * 8 + z);
+      }
+  }
+}
+
 void Warped(const CameFrom& field, const MovedVoxels& moved, const uint64_t* mask, float stretch, float bend,
             float* phi) {
   const RowTag d;
@@ -318,6 +361,8 @@ HWY_EXPORT(Compose);
 HWY_EXPORT(Refine);
 HWY_EXPORT(Sample);
 HWY_EXPORT(MovedBox);
+HWY_EXPORT(Split);
+HWY_EXPORT(Nearest);
 HWY_EXPORT(Warped);
 
 void traceBack(std::span<const WarpImage> images, int shape, int steps, float spacing, NodePlaces& places) noexcept {
@@ -339,11 +384,11 @@ void sampleField(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdif
 }
 
 void splitDisplacements(const Displacement* from, MovedVoxels& out) noexcept {
-  for (int i = 0; i < 1000; ++i) {
-    out.x[i] = from[i].x;
-    out.y[i] = from[i].y;
-    out.z[i] = from[i].z;
-  }
+  HWY_DYNAMIC_DISPATCH(Split)(from, out);
+}
+void nearestValues(const MovedVoxels& moved, const VoxelWindow& window, const float* now, float band, float* phi,
+                   uint64_t* doubtful) noexcept {
+  HWY_DYNAMIC_DISPATCH(Nearest)(moved, window, now, band, phi, doubtful);
 }
 void movedBounds(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) noexcept {
   HWY_DYNAMIC_DISPATCH(MovedBox)(moved, low, high);

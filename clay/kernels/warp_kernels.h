@@ -88,6 +88,18 @@ void splitDisplacements(const Displacement* from, MovedVoxels& out) noexcept;
 /// The least and the largest displacement of the brick's own voxels along each axis.
 void movedBounds(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) noexcept;
 
+/// A window of voxels: z fastest, its first relative to a brick's own first.
+struct VoxelWindow {
+  const float* values;
+  int x, y, z;
+  int sizeY, sizeZ;
+};
+/// For each voxel of a brick the value at the voxel nearest to the place that it came from, or its own from `now` where
+/// it did not move. `doubtful` (a bit y·8 + z of word x): those that came from between two voxels, or from beside one
+/// whose value is within `band`; that value says too little. `window`: holds all nearest voxels, less than 2²³.
+void nearestValues(const MovedVoxels& moved, const VoxelWindow& window, const float* now, float band, float* phi,
+                   uint64_t* doubtful) noexcept;
+
 /// A field and its gradient at the places that the voxels of a brick came from.
 struct CameFrom {
   float value[kBlockNodes] = {}, x[kBlockNodes] = {}, y[kBlockNodes] = {}, z[kBlockNodes] = {};

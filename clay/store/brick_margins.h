@@ -1,9 +1,11 @@
 #pragma once
 // Bricks with voxels of their neighbours around them. This module's own.
 
-#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
+#include <span>
+#include <vector>
 
 #include "clay/kernels/shaping_kernels.h"
 #include "clay/store/sampler.h"
@@ -13,34 +15,42 @@ namespace argil::clay {
 /// Neighbours across the faces, below and above along x, y, z: face / 2 is the axis.
 inline constexpr std::array<Coord, 6> kFaceSteps{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// A brick's values and `margin` (1 to 4) around them, laid out by broadOffset. `instead` of a brick coordinate: values
-/// that count instead of the clay's, or null.
-template <class Instead>
-void gatherBroad(Sampler& field, Coord coord, int margin, const Instead& instead, float* broad) {
-  for (int i = 0; i < 27; ++i) {
-    const int side[3] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-    int begin[3], end[3];
-    for (int k = 0; k < 3; ++k) {
-      begin[k] = side[k] < 0 ? 4 - margin : side[k] == 0 ? 4 : 12;
-      end[k] = side[k] < 0 ? 4 : side[k] == 0 ? 12 : 12 + margin;
-    }
-    const Coord at = coord + Coord{side[0], side[1], side[2]};
-    const Slot slot = field.slot(at);
-    const float* from = instead(at);
-    const int count = end[2] - begin[2];
-    for (int x = begin[0]; x < end[0]; ++x)
-      for (int y = begin[1]; y < end[1]; ++y) {
-        const int first = Brick::offset((x + 4) & 7, (y + 4) & 7, (begin[2] + 4) & 7);
-        float* row = broad + broadOffset(x, y, begin[2]);
-        if (from)
-          std::copy_n(from + first, count, row);
-        else if (slot.isTile())
-          std::fill_n(row, count, slot.phi(0, field.band()));
-        else
-          slot.brick()->read(first, count, row, field.step());
-      }
-  }
+/// All 27 bricks around one and itself (number 13), z fastest.
+inline constexpr size_t kBricksAround = 27;
+[[nodiscard]] constexpr size_t aroundNumber(Coord step) {
+  return static_cast<size_t>((step.x + 1) * 9 + (step.y + 1) * 3 + step.z + 1);
 }
+inline constexpr std::array<Coord, kBricksAround> kAroundSteps = [] {
+  std::array<Coord, kBricksAround> steps;
+  for (int i = 0; i < static_cast<int>(kBricksAround); ++i)
+    steps[static_cast<size_t>(i)] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+  return steps;
+}();
+
+/// For each of `bricks` (sorted, each once) the indices among them of the bricks `steps` away, −1 where there is none.
+/// Cost: one walk along `bricks` a step.
+template <size_t count>
+std::vector<std::array<ptrdiff_t, count>> besideEach(std::span<const Coord> bricks,
+                                                     const std::array<Coord, count>& steps) {
+  std::vector<std::array<ptrdiff_t, count>> beside(bricks.size());
+  for (size_t k = 0; k < count; ++k) {
+    size_t at = 0;
+    for (size_t i = 0; i < bricks.size(); ++i) {
+      const Coord wanted = bricks[i] + steps[k];
+      while (at < bricks.size() && bricks[at] < wanted) ++at;
+      beside[i][k] = at < bricks.size() && bricks[at] == wanted ? static_cast<ptrdiff_t>(at) : -1;
+    }
+  }
+  return beside;
+}
+
+/// Writes brick `coord` and one voxel around it to `padded` (kPaddedSize values, those within rows that stand for no
+/// voxel are left as they are).
+void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
+
+/// A brick's values and `margin` (1, 2 or 4) around them, laid out by broadOffset. `instead`, if any: for each of the
+/// bricks around (kAroundSteps) its 512 values that count instead of the clay's, or null.
+void gatherBroad(Sampler& field, Coord coord, int margin, float* broad, const float* const* instead = nullptr) noexcept;
 
 /// Copies two layers of one brick's values, laid out by wideOffset, into its neighbour's margin; `to` is the neighbour
 /// along +axis when `positive`.

@@ -1,0 +1,164 @@
+// Bricks with voxels of their neighbours around them, against voxels read one by one.
+
+#include "clay/store/brick_margins.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "clay/field/primitives.h"
+#include "clay/kernels/warp_kernels.h"
+#include "clay/store/store.h"
+#include "tests/support/simd_targets.h"
+
+namespace argil::clay {
+namespace {
+
+class Margins : public ::testing::TestWithParam<Precision> {
+ protected:
+  // Bricks, tiles inside and tiles outside next to each other.
+  const Version ball_ = makeSphere(Store::make(GetParam()), Grid{}, Vec3d(0.3, 0.2, 0.1), 12.4);
+  // Of the ball's lower half, and somewhat beyond.
+  template <class Visit>
+  void forPlaces(const Visit& visit) {
+    for (int x = -3; x <= 2; ++x)
+      for (int y = -3; y <= 0; ++y)
+        for (int z = -3; z <= 2; ++z) visit(Coord{x, y, z});
+  }
+};
+
+TEST_P(Margins, gatheringIsReadingVoxelByVoxel) {
+  Sampler field(ball_), again(ball_);
+  forPlaces([&](Coord coord) {
+    const auto expectVoxels = [&](int margin, const float* gathered, const auto& offset) {
+      for (int x = -margin; x < kBrickEdge + margin; ++x)
+        for (int y = -margin; y < kBrickEdge + margin; ++y)
+          for (int z = -margin; z < kBrickEdge + margin; ++z)
+            ASSERT_EQ(gathered[offset(x, y, z)], again.voxel(coord * kBrickEdge + Coord{x, y, z}))
+                << margin << ": " << x << " " << y << " " << z;
+    };
+    float padded[kPaddedSize], broad[kBroadSize];
+    gatherPadded(field, coord, padded);
+    expectVoxels(1, padded, [](int x, int y, int z) { return paddedOffset(x + 1, y + 1, z + 1); });
+    for (const int margin : {1, 2, 4}) {
+      gatherBroad(field, coord, margin, broad);
+      expectVoxels(margin, broad, [](int x, int y, int z) { return broadOffset(x + 4, y + 4, z + 4); });
+    }
+  });
+}
+
+TEST_P(Margins, whatStandsInsteadOfABrickCountsThereAlone) {
+  Sampler field(ball_), again(ball_);
+  BrickValues other;
+  for (int i = 0; i < kBrickVoxels; ++i) other[i] = static_cast<float>(1000 + i);
+  const Coord coord{-1, -1, 0};
+  float broad[kBroadSize];
+  for (size_t k = 0; k < kBricksAround; ++k) {
+    std::array<const float*, kBricksAround> instead{};
+    instead[k] = other;
+    EXPECT_EQ(aroundNumber(kAroundSteps[k]), k);
+    gatherBroad(field, coord, 4, broad, instead.data());
+    for (int x = -4; x < 12; ++x)
+      for (int y = -4; y < 12; ++y)
+        for (int z = -4; z < 12; ++z) {
+          const Coord in{x, y, z};
+          const bool there = in >> kBrickBits == kAroundSteps[k];
+          const float wanted = there ? other[Brick::offset(x & 7, y & 7, z & 7)] : again.voxel(coord * kBrickEdge + in);
+          ASSERT_EQ(broad[broadOffset(x + 4, y + 4, z + 4)], wanted) << k << ": " << x << " " << y << " " << z;
+        }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Precisions, Margins, ::testing::Values(Precision::float32, Precision::fixed16),
+                         [](const auto& of) { return of.param == Precision::float32 ? "float32" : "fixed16"; });
+
+TEST(BrickMargins, besideEachIsAskingForEach) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> place(-4, 4);
+  for (const int count : {0, 1, 20, 300}) {
+    std::vector<Coord> bricks;
+    for (int i = 0; i < count; ++i) bricks.push_back({place(random), place(random), place(random)});
+    std::sort(bricks.begin(), bricks.end());
+    bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
+    const auto beside = besideEach(std::span<const Coord>(bricks), kAroundSteps);
+    ASSERT_EQ(beside.size(), bricks.size());
+    for (size_t i = 0; i < bricks.size(); ++i)
+      for (size_t k = 0; k < kBricksAround; ++k) {
+        const auto at = std::find(bricks.begin(), bricks.end(), bricks[i] + kAroundSteps[k]);
+        EXPECT_EQ(beside[i][k], at == bricks.end() ? -1 : at - bricks.begin());
+      }
+  }
+}
+
+TEST(BrickMargins, redistancingBeginsWithWhatIsKnown) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> value(-4, 4);
+  float broad[kBroadSize] = {}, near[kPaddedSize];
+  for (float& each : broad) each = value(random);
+  for (float& each : near) each = std::abs(value(random));
+  broad[broadOffset(5, 6, 7)] = broad[broadOffset(2, 3, 4)] = 0;
+  uint64_t frozen[kBrickEdge];
+  for (uint64_t& word : frozen) word = uint64_t{random()} << 32 | random();
+  constexpr float kBand = 3;
+  tests::forEachSimdTarget([&](const std::string& target) {
+    float wide[kWideSize];
+    startWide(broad, near, frozen, kBand, wide);
+    for (int x = -2; x < 10; ++x)
+      for (int y = -2; y < 10; ++y)
+        for (int z = -2; z < 10; ++z) {
+          const float phi = broad[broadOffset(x + 4, y + 4, z + 4)];
+          const bool own = ((x | y | z) & ~7) == 0;
+          const bool known = own ? (frozen[x & 7] >> ((y & 7) * 8 + (z & 7))) & 1 : std::abs(phi) < kBand;
+          const float size = !known ? kUnknownDistance : own ? near[paddedOffset(x + 1, y + 1, z + 1)] : std::abs(phi);
+          ASSERT_EQ(wide[wideOffset(x + 2, y + 2, z + 2)], phi < 0 ? -size : size)
+              << target << " " << x << " " << y << " " << z;
+        }
+  });
+}
+
+// Voxels that stay, that move by whole voxels, that came from between two, with a window that just holds them.
+TEST(BrickMargins, theNearestVoxelSaysWhatIsFarFromTheSurface) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> by(-3.4f, 5.4f), value(-4, 4);
+  constexpr int kLow = -4, kEdge = 18;
+  std::vector<float> values(kEdge * kEdge * (kEdge + 1));
+  for (float& each : values) each = std::clamp(value(random), -3.0f, 3.0f);
+  const VoxelWindow window{values.data(), kLow, kLow, kLow, kEdge, kEdge + 1};
+  BrickValues now;
+  for (float& each : now) each = value(random);
+  MovedVoxels moved{};
+  for (int i = 0; i < 1000; ++i) {
+    if (i % 5 == 0) continue;  // stays
+    moved.x[i] = i % 7 == 0 ? 2.5f : by(random), moved.y[i] = i % 11 == 0 ? -1.0f : by(random);
+    moved.z[i] = i % 13 == 0 ? 0.49995f : by(random);
+  }
+  int sure = 0;
+  tests::forEachSimdTarget([&](const std::string& target) {
+    float phi[kBrickVoxels];
+    uint64_t doubtful[kBrickEdge];
+    nearestValues(moved, window, now, 3, phi, doubtful);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = ((x + 1) * 10 + y + 1) * 10 + z + 1;
+      const bool open = (doubtful[x] >> (i & 63)) & 1;
+      const float d[3] = {moved.x[at], moved.y[at], moved.z[at]};
+      if (d[0] == 0 && d[1] == 0 && d[2] == 0) {
+        EXPECT_FALSE(open);
+        EXPECT_EQ(phi[i], now[i]);
+        continue;
+      }
+      const auto to = [&](int voxel, float step) { return voxel + static_cast<int>(std::lround(step)) - kLow; };
+      const bool between = std::any_of(d, d + 3, [](float each) { return std::abs(each - std::rint(each)) > 0.4999f; });
+      const float nearest =
+          values[static_cast<size_t>((to(x, d[0]) * kEdge + to(y, d[1])) * (kEdge + 1) + to(z, d[2]))];
+      EXPECT_EQ(open, between || std::abs(nearest) < 3) << target << " " << i;
+      if (open) continue;
+      EXPECT_EQ(phi[i], nearest) << target << " " << i;
+      ++sure;
+    }
+  });
+  EXPECT_GT(sure, 50);
+}
+
+}  // namespace
+}  // namespace argil::clay
