@@ -57,6 +57,8 @@ constexpr float kMeets = 0.25f;
 constexpr float kGrows = 0.02f;
 // Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
 constexpr size_t kSweptAtOnce = 512;
+// Bricks that are made at once for a method to write, of which those that it changes stay.
+constexpr size_t kComputedAtOnce = 1024;
 
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
 Vec3d quantised(const Vec3d& p) {
@@ -410,33 +412,41 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
   };
   double largest = 0;
   for (const Stamp& s : images) largest = std::max(largest, s.largestRadius() * aroundTip(*brush));
-  std::vector<Result> results(coords.size());
-  for (size_t i = 0; i < coords.size(); ++i) {
-    results[i].brick = editor->newBrick(coords[i]);
-    if (masks) results[i].cover = coverOf(coords[i], largest);
-  }
-  // Linked once all have been computed: every brick comes from the field as it was before.
-  parallelBlocks(
-      coords.size(), coords.size() >= kParallelFrom ? threads : 1,
-      [&](size_t begin, size_t end) {
-        Sampler mine(*editor);
-        BrickValues scratch;
-        for (size_t i = begin; i < end; ++i) {
-          Result& r = results[i];
-          if ((r.cover && r.cover->whole) || !method->brick(mine, images, coords[i], r.brick->value)) continue;
-          const float* source = mine.slot(coords[i]).values(scratch, band);
-          r.change = !r.cover ? sealBrick(source, band, *r.brick, r.most) : masked(*r.cover, source, *r.brick, r.most);
-        }
-      },
-      16);
-  touched += coords.size();
-  std::vector<Coord> changed, drifted;
-  for (const Result& r : results) {
-    const Coord coord = r.brick->coord;
-    if (!r.change.changed) {
-      editor->recycle(r.brick);
-      continue;
+  std::vector<Result> results, kept;
+  for (size_t from = 0; from < coords.size(); from += kComputedAtOnce) {
+    const std::span<const Coord> some =
+        std::span(coords).subspan(from, std::min(kComputedAtOnce, coords.size() - from));
+    results.assign(some.size(), {});
+    for (size_t i = 0; i < some.size(); ++i) {
+      results[i].brick = editor->newBrick(some[i]);
+      if (masks) results[i].cover = coverOf(some[i], largest);
     }
+    parallelBlocks(
+        some.size(), coords.size() >= kParallelFrom ? threads : 1,
+        [&](size_t begin, size_t end) {
+          Sampler mine(*editor);
+          BrickValues scratch;
+          for (size_t i = begin; i < end; ++i) {
+            Result& r = results[i];
+            if ((r.cover && r.cover->whole) || !method->brick(mine, images, some[i], r.brick->value)) continue;
+            const float* source = mine.slot(some[i]).values(scratch, band);
+            r.change =
+                !r.cover ? sealBrick(source, band, *r.brick, r.most) : masked(*r.cover, source, *r.brick, r.most);
+          }
+        },
+        16);
+    for (const Result& r : results) {
+      if (r.change.changed)
+        kept.push_back({r.brick, std::nullopt, r.change, r.most});
+      else
+        editor->recycle(r.brick);
+    }
+  }
+  touched += coords.size();
+  // Linked once all have been computed: every brick comes from the field as it was before.
+  std::vector<Coord> changed, drifted;
+  for (const Result& r : kept) {
+    const Coord coord = r.brick->coord;
     Touched& touch = lastTouch[coord];
     if (!method->lasting()) touch.drift += r.most;
     touch.renew = std::max(touch.renew, masks ? std::max(method->leaves(), Renew::slopes) : method->leaves());

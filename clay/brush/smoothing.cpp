@@ -36,23 +36,18 @@ class Smoothing : public DistanceMethod {
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
  private:
-  struct Part {
-    float mean[kBrickVoxels];    // of the neighbours, near and far
-    float weight[kBrickVoxels];  // 0 where nothing is known
+  struct Values {
+    float of[kBrickVoxels];
   };
   using Around = std::array<const float*, kBricksAround>;
   // For gatherBroad: the means around brick i, where there are any.
   [[nodiscard]] Around meansAround(size_t i) const {
     Around means{};
     for (size_t k = 0; k < kBricksAround; ++k)
-      if (const ptrdiff_t at = around_[i][k]; at >= 0) means[k] = parts_[static_cast<size_t>(at)].mean;
+      if (const ptrdiff_t at = around_[i][k]; at >= 0) means[k] = means_[static_cast<size_t>(at)].of;
     return means;
   }
   void gatherWeights(size_t i, float* broad) const;
-  [[nodiscard]] const Part* find(Coord coord) const {
-    const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
-    return it != bricks_.end() && *it == coord ? &parts_[static_cast<size_t>(it - bricks_.begin())] : nullptr;
-  }
 
   Operation operation_;
   float band_;
@@ -61,7 +56,8 @@ class Smoothing : public DistanceMethod {
   bool near_ = true;
   std::vector<Coord> bricks_;
   std::vector<std::array<ptrdiff_t, kBricksAround>> around_;  // indices among bricks_
-  std::vector<Part> parts_, next_;
+  std::vector<Values> means_;                                 // of the neighbours, near and far
+  std::vector<Values> weights_;  // 0 where nothing is known; before, room for the next means
   float putBack_ = 0;
 };
 
@@ -81,18 +77,18 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   // squares.
   double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
   around_ = besideEach(bricks_, kAroundSteps);
-  parts_.resize(bricks_.size());
-  next_.resize(bricks_.size());
+  means_.resize(bricks_.size());
+  weights_.resize(bricks_.size());
   for (int spacing = 1; spacing <= 4; spacing *= 2) {
     forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
       Sampler mine = before;
       float broad[kBroadSize] = {};
       for (size_t i = begin; i < end; ++i) {
         gatherBroad(mine, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
-        broadMean(broad, spacing, next_[i].mean);
+        broadMean(broad, spacing, weights_[i].of);
       }
     });
-    std::swap(parts_, next_);
+    std::swap(means_, weights_);
     variance += 0.5 * spacing * spacing;
     if (variance >= wanted) break;
   }
@@ -100,15 +96,15 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
     Sampler mine = before;
     for (size_t i = begin; i < end; ++i) {
-      Part& part = parts_[i];
-      imageWeights(images, operation_.shape, bricks_[i], part.weight);
+      float(&mean)[kBrickVoxels] = means_[i].of, (&weight)[kBrickVoxels] = weights_[i].of;
+      imageWeights(images, operation_.shape, bricks_[i], weight);
       BrickValues scratch;
       const BrickValues& values = mine.slot(bricks_[i]).values(scratch, band_);
       for (int v = 0; v < kBrickVoxels; ++v) {
         const float phi = values[v];
-        if (!(std::abs(phi) < band_)) part.weight[v] = 0;
+        if (!(std::abs(phi) < band_)) weight[v] = 0;
         // From here on what it becomes.
-        part.mean[v] = phi + part.weight[v] * share * (part.mean[v] - phi);
+        mean[v] = phi + weight[v] * share * (mean[v] - phi);
       }
     }
   });
@@ -123,8 +119,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   const auto grains = [](float value) { return static_cast<int64_t>(static_cast<double>(value) / kGrain); };
   float broadNow[kBroadSize], broadWas[kBroadSize], broadWeight[kBroadSize] = {};
   for (size_t i = 0; i < bricks_.size(); ++i) {
-    const Part& part = parts_[i];
-    if (std::none_of(std::begin(part.weight), std::end(part.weight), [](float w) { return w > 0; })) continue;
+    if (std::none_of(weights_[i].of, weights_[i].of + kBrickVoxels, [](float w) { return w > 0; })) continue;
     gatherBroad(before, bricks_[i], 1, broadWas);
     gatherBroad(before, bricks_[i], 1, broadNow, meansAround(i).data());
     gatherWeights(i, broadWeight);
@@ -166,11 +161,11 @@ void Smoothing::gatherWeights(size_t i, float* broad) const {
   for (int k = 0; k < 4; ++k) {
     const Coord side{k == 1, k == 2, k == 3};
     const ptrdiff_t at = around_[i][aroundNumber(side)];
-    const Part* part = at < 0 ? nullptr : &parts_[static_cast<size_t>(at)];
+    const Values* weight = at < 0 ? nullptr : &weights_[static_cast<size_t>(at)];
     for (int x = side.x * 8; x < (side.x ? 9 : 8); ++x)
       for (int y = side.y * 8; y < (side.y ? 9 : 8); ++y)
         for (int z = side.z * 8; z < (side.z ? 9 : 8); ++z)
-          broad[broadOffset(x + 4, y + 4, z + 4)] = part ? part->weight[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
+          broad[broadOffset(x + 4, y + 4, z + 4)] = weight ? weight->of[Brick::offset(x & 7, y & 7, z & 7)] : 0.0f;
   }
 }
 
@@ -183,9 +178,10 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     smoothBrick(padded, weight, operation_.amount, band_, phi);
     return true;
   }
-  const Part* part = find(coord);
-  if (!part) return false;
-  for (int v = 0; v < kBrickVoxels; ++v) phi[v] = part->mean[v] + part->weight[v] * putBack_;
+  const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
+  if (it == bricks_.end() || *it != coord) return false;
+  const auto at = static_cast<size_t>(it - bricks_.begin());
+  for (int v = 0; v < kBrickVoxels; ++v) phi[v] = means_[at].of[v] + weights_[at].of[v] * putBack_;
   return true;
 }
 

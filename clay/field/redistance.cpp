@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <memory>
+#include <utility>
 
 #include "clay/field/renewal.h"
+#include "clay/field/scratch.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -68,14 +69,7 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
   const bool masks = editor.has(Channel::mask);
   const float band = editor.grid().band;
   const auto count = coords.size();
-  // Kept between calls: a megabyte of fresh pages would cost more than the passes.
-  static thread_local std::unique_ptr<Block[]> scratch;
-  static thread_local size_t capacity = 0;
-  if (capacity < count) {
-    capacity = std::max(count, 2 * capacity);
-    scratch = std::make_unique_for_overwrite<Block[]>(capacity);
-  }
-  const std::span<Block> blocks(scratch.get(), count);
+  const std::span<Block> blocks = Scratch::of<Block>(count);
   const auto beside = besideEach(coords, kFaceSteps);
   for (size_t i = 0; i < count; ++i) {
     Block& b = blocks[i];
@@ -122,11 +116,68 @@ std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> 
   return solve(editor, coords, {}, wanted, threads, kRedistanceTolerance);
 }
 
+namespace {
+
+struct CoordBox {
+  Coord low, high;  // both of them in it
+  [[nodiscard]] bool holds(Coord c, int rim = 0) const {
+    return c.x >= low.x - rim && c.x <= high.x + rim && c.y >= low.y - rim && c.y <= high.y + rim &&
+           c.z >= low.z - rim && c.z <= high.z + rim;
+  }
+};
+
+// Boxes that hold each of `coords` once and at most `most` of them each: halved along the longest edge.
+void divide(std::vector<Coord> coords, size_t most, std::vector<CoordBox>& boxes) {
+  const auto bounds = [&](int32_t Coord::*axis) {
+    const auto [low, high] = std::minmax_element(coords.begin(), coords.end(),
+                                                 [=](const Coord& a, const Coord& b) { return a.*axis < b.*axis; });
+    return std::pair((*low).*axis, (*high).*axis);
+  };
+  const auto x = bounds(&Coord::x), y = bounds(&Coord::y), z = bounds(&Coord::z);
+  const int edges[3] = {x.second - x.first, y.second - y.first, z.second - z.first};
+  const auto longest = std::max_element(edges, edges + 3) - edges;
+  if (coords.size() <= most || edges[longest] == 0) {
+    boxes.push_back({{x.first, y.first, z.first}, {x.second, y.second, z.second}});
+    return;
+  }
+  constexpr int32_t Coord::*kAxes[3] = {&Coord::x, &Coord::y, &Coord::z};
+  const auto axis = kAxes[longest];
+  const int32_t from[3] = {x.first, y.first, z.first}, middle = from[longest] + (edges[longest] + 1) / 2;
+  const auto second = std::partition(coords.begin(), coords.end(), [=](const Coord& c) { return c.*axis < middle; });
+  divide({second, coords.end()}, most, boxes);
+  coords.erase(second, coords.end());
+  divide(std::move(coords), most, boxes);
+}
+
+}  // namespace
+
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
-                              float tolerance) {
-  if (std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; }))
-    return renewDistances(editor, coords, renew, threads);
-  return linkSettled(editor, solve(editor, coords, renew, {}, threads, tolerance));
+                              float tolerance, size_t atOnce) {
+  const bool all = std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; });
+  const auto solved = [&](std::span<const Coord> some, std::span<const Renew> how, std::span<const uint8_t> wanted) {
+    return all ? renewDistances(editor, some, how, wanted, threads)
+               : solve(editor, some, how, wanted, threads, tolerance);
+  };
+  if (coords.size() <= atOnce) return linkSettled(editor, solved(coords, renew, {}));
+  // A pass takes what is known two voxels farther at most: what lies beyond so many bricks says nothing.
+  const int rim = (2 * passesOf(editor.grid().band) + kBrickEdge - 1) / kBrickEdge;
+  std::vector<CoordBox> parts;
+  divide({coords.begin(), coords.end()}, atOnce, parts);
+  std::vector<SettledBrick> settled;
+  for (const CoordBox& part : parts) {
+    std::vector<Coord> some;
+    std::vector<Renew> how;
+    std::vector<uint8_t> wanted;
+    for (size_t i = 0; i < coords.size(); ++i) {
+      if (!part.holds(coords[i], rim)) continue;
+      some.push_back(coords[i]);
+      if (!renew.empty()) how.push_back(renew[i]);
+      wanted.push_back(part.holds(coords[i]));
+    }
+    const std::vector<SettledBrick> now = solved(some, how, wanted);
+    settled.insert(settled.end(), now.begin(), now.end());
+  }
+  return linkSettled(editor, settled);
 }
 
 }  // namespace argil::clay

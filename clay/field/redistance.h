@@ -38,10 +38,12 @@ enum class Renew : uint8_t {
   /// smooth.
   all,
 };
-/// `tolerance`: without `renew`, what an old value may differ from the solution by and stand. The result does not
-/// depend on `threads`.
+/// `tolerance`: without `renew`, what an old value may differ from the solution by and stand. More than `atOnce` bricks
+/// are solved part by part, each with those around it from which something may come, so that memory (10 to 15 KB a
+/// brick) does not follow their count. The result depends neither on `threads` nor on `atOnce`.
+inline constexpr size_t kSolvedAtOnce = 1024;
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {},
-                              int threads = 1, float tolerance = kRedistanceTolerance);
+                              int threads = 1, float tolerance = kRedistanceTolerance, size_t atOnce = kSolvedAtOnce);
 
 /// Passes after which the whole band is solved. Information travels one voxel along an axis a pass; from a frozen voxel
 /// to the band's edge a diagonal of `band` voxels takes √3 times as many steps: six at three voxels, where a narrower

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
+#include "clay/field/scratch.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/brick_margins.h"
 
@@ -84,18 +84,12 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
 
 }  // namespace
 
-std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                  int threads) {
+std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
+                                         std::span<const uint8_t> wanted, int threads) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   const size_t count = coords.size();
-  static thread_local std::unique_ptr<Work[]> scratch;
-  static thread_local size_t capacity = 0;
-  if (capacity < count) {
-    capacity = std::max(count, 2 * capacity);
-    scratch = std::make_unique_for_overwrite<Work[]>(capacity);
-  }
-  const std::span<Work> works(scratch.get(), count);
+  const std::span<Work> works = Scratch::of<Work>(count);
   const auto beside = besideEach(coords, kFaceSteps);
   for (size_t i = 0; i < count; ++i) {
     Work& w = works[i];
@@ -136,18 +130,19 @@ std::vector<Coord> renewDistances(Editor& editor, std::span<const Coord> coords,
           copyLayers(works[static_cast<size_t>(other)].u[now], w.u[now], int(face) / 2, face % 2 == 0);
       widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
     });
-  return linkSettled(editor, settleBricks(editor, coords, {}, threads, [&](size_t i, FloatBrick& brick) {
-                       const Work& w = works[i];
-                       float solved[kPaddedSize] = {};
-                       for (int x = 0; x < 8; ++x)
-                         for (int y = 0; y < 8; ++y)
-                           for (int z = 0; z < 8; ++z)
-                             solved[paddedOffset(x + 1, y + 1, z + 1)] =
-                                 std::min(std::abs(w.u[now][wideOffset(x + 2, y + 2, z + 2)]), band);
-                       BrickValues room;
-                       return settleDistance(w.source.values(room, band), solved, band,
-                                             renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
-                     }));
+  return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
+    const Work& w = works[i];
+    float solved[kPaddedSize] = {};
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) {
+        const float* from = w.u[now] + wideOffset(x + 2, y + 2, 2);
+        float* to = solved + paddedOffset(x + 1, y + 1, 1);
+        for (int z = 0; z < kBrickEdge; ++z) to[z] = std::min(std::abs(from[z]), band);
+      }
+    BrickValues room;
+    return settleDistance(w.source.values(room, band), solved, band,
+                          renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
+  });
 }
 
 }  // namespace argil::clay

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "clay/base/parallel.h"
+#include "clay/field/scratch.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -102,14 +103,7 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
   if (!any) return;
   std::vector<Coord> all = wanted.sorted();
   std::sort(all.begin(), all.end());
-  // Kept between calls: fresh pages would cost more than the passes.
-  static thread_local std::unique_ptr<Work[]> scratch;
-  static thread_local size_t capacity = 0;
-  if (capacity < all.size()) {
-    capacity = std::max(all.size(), 2 * capacity);
-    scratch = std::make_unique_for_overwrite<Work[]>(capacity);
-  }
-  const std::span<Work> works(scratch.get(), all.size());
+  const std::span<Work> works = Scratch::of<Work>(all.size());
   const auto beside = besideEach(std::span<const Coord>(all), kFaceSteps);
   for (size_t i = 0; i < all.size(); ++i) {
     Work& w = works[i];

@@ -8,6 +8,7 @@
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/field/redistance.h"
+#include "clay/field/scratch.h"
 #include "clay/field/settle.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/sampler.h"
@@ -307,6 +308,48 @@ TEST(Redistance, SecondTimeChangesNothing) {
   const Version first = once.commit();
   Editor twice(first);
   EXPECT_TRUE(redistance(twice, allBricks(first)).empty());
+}
+
+// However many bricks are solved at once, on either path; the field is wrong all over, so that all of it is solved.
+TEST(Redistance, InPartsIsAsAtOnceToTheBit) {
+  const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0.1, 0.2, 0.05), {60, 50, 40}, 4);
+  Editor wrong(block);
+  for (const Coord& coord : allBricks(block)) {
+    std::array<float, kBrickVoxels> values;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const float phi = block.find(coord).phi(i, 3);
+      // What is far is a bound alone, and slopes differ from place to place.
+      values[size_t(i)] = std::abs(phi) > 1 ? std::copysign(2.99f, phi) : phi * (0.4f + 0.1f * float(coord.x & 3));
+    }
+    wrong.setVoxels(coord, values);
+  }
+  const Version field = wrong.commit();
+  const std::vector<Coord> all = allBricks(field);
+  for (const Renew how : {Renew::none, Renew::slopes, Renew::all}) {
+    const std::vector<Renew> renew(how == Renew::none ? 0 : all.size(), how);
+    const auto hash = [&](size_t atOnce) {
+      Editor editor(field);
+      EXPECT_GT(redistance(editor, all, renew, 1, kRedistanceTolerance, atOnce).size(), 300u);
+      return editor.commit().hash();
+    };
+    const uint64_t expected = hash(all.size());
+    for (const size_t atOnce : {size_t(1), size_t(40), size_t(700)})
+      EXPECT_EQ(hash(atOnce), expected) << int(how) << " " << atOnce;
+  }
+}
+
+// Memory is kept while strokes want it, and given back some time after a large one.
+TEST(Redistance, RoomIsGivenBack) {
+  (void)Scratch::of<float>(1 << 20);
+  const size_t large = Scratch::kept();
+  EXPECT_GE(large, sizeof(float) << 20);
+  float* const first = Scratch::of<float>(1 << 10).data();
+  EXPECT_EQ(Scratch::of<double>(1 << 9).data(), static_cast<void*>(first)) << "one room for all";
+  for (int i = 0; i < 200; ++i) (void)Scratch::of<float>(1 << 10);
+  EXPECT_EQ(Scratch::kept(), large) << "between a stroke's stamps";
+  (void)Scratch::of<float>(1 << 20);
+  for (int i = 0; i < 1000; ++i) (void)Scratch::of<float>(1 << 10);
+  EXPECT_LT(Scratch::kept(), size_t(1) << 14);
 }
 
 // Bounds all along regions of 64 voxels: solved region by region they come out as if all had been solved together.
