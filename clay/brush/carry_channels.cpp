@@ -1,6 +1,7 @@
 // Colour and material go where the clay goes.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <deque>
 #include <map>
@@ -80,28 +81,23 @@ class Carrier {
     }
     Block& block = blocks_.emplace_back(Block{coord, ChannelBlock(now), true, {}, stepsOf(coord)});
     index_[coord] = static_cast<int>(blocks_.size()) - 1;
-    for (int i = 0; i < kBrickVoxels; ++i) {
-      ChannelBytes bytes{};
-      State& state = block.state[static_cast<size_t>(i)];
-      state = State::none;
-      if (now.inBand(i, now_.band())) {
-        state = State::wanted;
-        if (was.inBand(i, now_.band())) {
-          state = State::known;
-          bytes = block.channels.bytes(i);
-        } else {
-          block.steps[static_cast<size_t>(i)] = 0;
-        }
-        if (from && bytes[indexOf(Channel::mask)] < kHeld) {
-          const Coord voxel = coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
-          if (readMoved(was_, voxel, (*from)[i], bytes)) {
-            state = State::known;
-            block.steps[static_cast<size_t>(i)] = 0;
-          }
-        }
-      }
-      block.channels.set(i, bytes);
-      if (state == State::wanted) wanted_.push_back({static_cast<int>(blocks_.size()) - 1, i});
+    uint64_t nowBits[kBrickEdge], wasBits[kBrickEdge] = {};
+    now.inBand(now_.band(), nowBits);
+    if (!was.distance.isTile()) was.inBand(now_.band(), wasBits);
+    // Most voxels keep what they have, or have nothing.
+    block.state.fill(State::none);
+    for (int x = 0; x < kBrickEdge; ++x) {
+      forBits(nowBits[x] & wasBits[x], x, [&](int i) { block.state[static_cast<size_t>(i)] = State::known; });
+      forBits(~(nowBits[x] & wasBits[x]), x, [&](int i) { block.channels.set(i, {}); });
+      forBits(nowBits[x] & ~wasBits[x], x, [&](int i) {
+        block.state[static_cast<size_t>(i)] = State::wanted;
+        block.steps[static_cast<size_t>(i)] = 0;
+      });
+      if (from) forBits(nowBits[x], x, [&](int i) { move(block, i, (*from)[i]); });
+      forBits(nowBits[x] & ~wasBits[x], x, [&](int i) {
+        if (block.state[static_cast<size_t>(i)] == State::wanted)
+          wanted_.push_back({static_cast<int>(blocks_.size()) - 1, i});
+      });
     }
   }
 
@@ -188,6 +184,19 @@ class Carrier {
   struct Place {
     int block, voxel;
   };
+  template <class Visit>
+  static void forBits(uint64_t bits, int x, const Visit& visit) {
+    for (; bits != 0; bits &= bits - 1) visit(x << 6 | std::countr_zero(bits));
+  }
+  // Clay that came from somewhere, unless a mask held what is there.
+  void move(Block& block, int i, const Vec3f& from) {
+    ChannelBytes bytes = block.channels.bytes(i);
+    const Coord voxel = block.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+    if (bytes[indexOf(Channel::mask)] >= kHeld || !readMoved(was_, voxel, from, bytes)) return;
+    block.channels.set(i, bytes);
+    block.state[static_cast<size_t>(i)] = State::known;
+    block.steps[static_cast<size_t>(i)] = 0;
+  }
   Block& blockOf(const Place& place) { return blocks_[static_cast<size_t>(place.block)]; }
   uint16_t& stepsAt(const Place& place) { return blockOf(place).steps[static_cast<size_t>(place.voxel)]; }
   [[nodiscard]] std::array<uint16_t, kBrickVoxels> stepsOf(Coord coord) const {

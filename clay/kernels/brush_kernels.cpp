@@ -211,6 +211,17 @@ void Smooth(const float* padded, const float* weight, float amount, float band, 
   });
 }
 
+void Bits(const float* phi, float band, uint64_t* bits) {
+  const RowTag d;
+  const Row most = hn::Set(d, band);
+  std::fill_n(bits, kBrickEdge, 0);
+  for (int voxel = 0; voxel < kBrickVoxels; voxel += static_cast<int>(hn::Lanes(d))) {
+    uint8_t some[8] = {};
+    hn::StoreMaskBits(d, hn::Lt(hn::Abs(hn::LoadU(d, phi + voxel)), most), some);
+    bits[voxel >> 6] |= uint64_t{some[0]} << (voxel & 63);
+  }
+}
+
 void Start(const float* padded, float band, uint64_t* frozen, float* u) {
   const RowTag d;
   const Row bound = hn::Set(d, band), zero = hn::Zero(d);
@@ -337,6 +348,7 @@ HWY_EXPORT(Weights);
 HWY_EXPORT(Distances);
 HWY_EXPORT(RenewNear);
 HWY_EXPORT(Start);
+HWY_EXPORT(Bits);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
 
@@ -363,6 +375,9 @@ void ballDistances(const SweptBall& ball, float* distance) noexcept {
 }
 void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(RenewNear)(padded, frozen, least, u);
+}
+void bandBits(const float* phi, float band, uint64_t* bits) noexcept {
+  HWY_DYNAMIC_DISPATCH(Bits)(phi, band, bits);
 }
 void startDistance(const float* padded, float band, uint64_t* frozen, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(Start)(padded, band, frozen, u);

@@ -38,6 +38,9 @@ inline constexpr int paddedOffset(int x, int y, int z) {
 BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 
+/// The voxels of a brick with |phi| < `band`: bit y·8 + z of word x.
+void bandBits(const float* phi, float band, uint64_t* bits) noexcept;
+
 /// Whether the surface of a brick and that of a solid meet at an angle near it: somewhere in the brick both distances
 /// are within the band, and their slopes differ by more than `most` along an axis. `sign`: 1 where the solid is added,
 /// −1 where it is taken away.

@@ -1,11 +1,13 @@
 #pragma once
 // Reads distances and channels of voxels together. This module's own.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 #include <unordered_map>
 
+#include "clay/kernels/brush_kernels.h"
 #include "clay/kernels/channel.h"
 #include "clay/store/brick_set.h"
 
@@ -26,6 +28,11 @@ struct ChannelPlace {
   [[nodiscard]] bool empty() const { return channel == std::array<ChannelSlot, kChannels>{}; }
   [[nodiscard]] bool inBand(int voxel, float band) const {
     return distance.brick() && std::abs(distance.brick()->phi(voxel)) < band;
+  }
+  /// The same of all voxels, by bandBits.
+  void inBand(float band, uint64_t (&bits)[kBrickEdge]) const {
+    BrickValues room;
+    bandBits(distance.values(room, band), band, bits);
   }
   [[nodiscard]] ChannelBytes bytes(int voxel) const {
     ChannelBytes all;
@@ -66,8 +73,12 @@ struct ChannelBlock {
   uint8_t value[kChannels][kBrickVoxels];
 
   explicit ChannelBlock(const ChannelPlace& place) {
-    for (size_t i = 0; i < kChannels; ++i)
-      for (int v = 0; v < kBrickVoxels; ++v) value[i][v] = place.channel[i].value(v);
+    for (size_t i = 0; i < kChannels; ++i) {
+      if (const ChannelBrick* brick = place.channel[i].brick())
+        std::copy_n(brick->value, kBrickVoxels, value[i]);
+      else
+        std::fill_n(value[i], kBrickVoxels, place.channel[i].value(0));
+    }
   }
   [[nodiscard]] uint8_t* operator[](Channel channel) { return value[indexOf(channel)]; }
   [[nodiscard]] const uint8_t* operator[](Channel channel) const { return value[indexOf(channel)]; }

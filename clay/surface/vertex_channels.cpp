@@ -34,7 +34,10 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
       cell[i] = std::min(steps / kSteps, kBrickEdge - 1);
       part[i] = steps - cell[i] * kSteps;
     }
-    ChannelMean mean;
+    // Where all around is alike, as nearly everywhere, that is the mean.
+    ChannelBytes corners[8];
+    int64_t weights[8];
+    int count = 0;
     for (int corner = 0; corner < 8; ++corner) {
       const int step[3] = {corner >> 2, (corner >> 1) & 1, corner & 1};
       int64_t weight = 1;
@@ -45,9 +48,18 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
         brick = brick * 2 + (voxel[i] == kBrickEdge);
       }
       const int offset = Brick::offset(voxel[0] & 7, voxel[1] & 7, voxel[2] & 7);
-      if (weight > 0 && places[brick]->inBand(offset, clay.band())) mean.add(places[brick]->bytes(offset), weight);
+      if (weight == 0 || !places[brick]->inBand(offset, clay.band())) continue;
+      weights[count] = weight;
+      corners[count++] = places[brick]->bytes(offset);
     }
-    const ChannelBytes bytes = mean.empty() ? ChannelBytes{} : mean.value();
+    ChannelBytes bytes = count > 0 ? corners[0] : ChannelBytes{};
+    if (!std::all_of(corners, corners + count, [&](const ChannelBytes& each) { return each == bytes; })) {
+      ChannelMean mean;
+      for (int i = 0; i < count; ++i) mean.add(corners[i], weights[i]);
+      bytes = mean.value();
+    } else if (bytes[indexOf(Channel::cover)] == 0) {
+      bytes[0] = bytes[1] = bytes[2] = 0;  // a colour that covers nothing is none
+    }
     paint.push_back({bytes[0], bytes[1], bytes[2], bytes[indexOf(Channel::cover)], bytes[indexOf(Channel::material)],
                      bytes[indexOf(Channel::mask)]});
     any = any || paint.back() != VertexPaint{};
