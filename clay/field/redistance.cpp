@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
+#include "clay/field/jacobi_solver.h"
 #include "clay/field/renewal.h"
-#include "clay/field/scratch.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -15,27 +14,6 @@ namespace {
 
 constexpr int kLeastPasses = 6;
 constexpr float kDiagonal = 1.7320508f;
-
-struct Block {
-  float u[2][kPaddedSize];  // |phi|: this pass and the next
-  uint64_t frozen[8];
-  Slot source;
-  ChannelSlot mask;
-};
-
-// Copies a face layer of one brick's values into its neighbour's padding; `to` is the neighbour along +axis when
-// `positive`.
-void copyFace(const float* from, float* to, int axis, bool positive) {
-  const int source = positive ? 8 : 1, target = positive ? 0 : 9;
-  for (int i = 1; i <= 8; ++i) {
-    if (axis == 0)
-      std::memcpy(to + paddedOffset(target, i, 1), from + paddedOffset(source, i, 1), kBrickEdge * sizeof(float));
-    else if (axis == 1)
-      std::memcpy(to + paddedOffset(i, target, 1), from + paddedOffset(i, source, 1), kBrickEdge * sizeof(float));
-    else
-      for (int j = 1; j <= 8; ++j) to[paddedOffset(i, j, target)] = from[paddedOffset(i, j, source)];
-  }
-}
 
 }  // namespace
 
@@ -68,44 +46,31 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
                                 std::span<const uint8_t> wanted, int threads, float tolerance) {
   const bool masks = editor.has(Channel::mask);
   const float band = editor.grid().band;
-  const auto count = coords.size();
-  const std::span<Block> blocks = Scratch::of<Block>(count);
-  const auto beside = besideEach(coords, kFaceSteps);
-  for (size_t i = 0; i < count; ++i) {
-    Block& b = blocks[i];
-    b.source = editor.find(coords[i]);
-    b.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
-  }
-  const auto start = [&](size_t i, Sampler& field) {
-    Block& b = blocks[i];
-    float padded[kPaddedSize];
-    std::fill(std::begin(padded), std::end(padded), band);
-    gatherPadded(field, coords[i], padded);
-    startDistance(padded, band, b.frozen, b.u[0]);
-    const Renew how = renew.empty() ? Renew::none : renew[i];
-    if (how != Renew::none) renewNearDistance(padded, b.frozen, how == Renew::impossible ? 1 : 0, b.u[0]);
-    holdMasked(b.mask, padded, b.frozen, b.u[0]);
-    std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
-  };
-  forBrickRanges(count, threads, [&](size_t begin, size_t end) {
+  std::vector<Slot> sources(coords.size());
+  JacobiSolver<1> solver(coords, threads);
+  forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(editor);
-    for (size_t i = begin; i < end; ++i) start(i, field);
+    for (size_t i = begin; i < end; ++i) {
+      float padded[kPaddedSize], u[kPaddedSize];
+      uint64_t frozen[kBrickEdge];
+      std::fill(std::begin(padded), std::end(padded), band);
+      gatherPadded(field, coords[i], padded);
+      startDistance(padded, band, frozen, u);
+      const Renew how = renew.empty() ? Renew::none : renew[i];
+      if (how != Renew::none) renewNearDistance(padded, frozen, how == Renew::impossible ? 1 : 0, u);
+      if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, frozen, u);
+      sources[i] = field.slot(coords[i]);
+      solver.begin(i, u, frozen);
+    }
   });
-  int now = 0;
-  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
-    forEachBrickOf(count, threads, [&](size_t i) {
-      Block& b = blocks[i];
-      // Between blocks the padding follows the neighbour; elsewhere it stays what the field says.
-      for (size_t face = 0; face < 6; ++face)
-        if (const ptrdiff_t other = beside[i][face]; other >= 0)
-          copyFace(blocks[static_cast<size_t>(other)].u[now], b.u[now], int(face) / 2, face % 2 == 0);
-      eikonalPass(b.u[now], b.frozen, band, b.u[now ^ 1]);
-    });
+  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, float* out) {
+    return eikonalPass(around, frozen, band, out);
+  });
   const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
     BrickValues room;
     const float most = allowed[renew.empty() ? 0 : static_cast<size_t>(renew[i])];
-    return settleDistance(blocks[i].source.values(room, band), blocks[i].u[now], band, most, brick);
+    return settleDistance(sources[i].values(room, band), solver.values(i), band, most, brick);
   });
 }
 

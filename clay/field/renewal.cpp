@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/field/scratch.h"
+#include "clay/field/jacobi_solver.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/brick_margins.h"
 
@@ -13,13 +13,6 @@ namespace {
 // Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth
 // surface; how near to zero the foot has to be, voxels.
 constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
-
-struct Work {
-  float u[2][kWideSize];
-  uint64_t frozen[kBrickEdge];
-  Slot source;
-  ChannelSlot mask;
-};
 
 // Follows the field to where it is zero, from voxels beside it; `u` where that goes well.
 void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, float* u) {
@@ -88,59 +81,41 @@ std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> 
                                          std::span<const uint8_t> wanted, int threads) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
-  const size_t count = coords.size();
-  const std::span<Work> works = Scratch::of<Work>(count);
-  const auto beside = besideEach(coords, kFaceSteps);
-  for (size_t i = 0; i < count; ++i) {
-    Work& w = works[i];
-    w.source = editor.find(coords[i]);
-    w.mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
-  }
-  const auto start = [&](size_t i, Sampler& field) {
-    Work& w = works[i];
-    float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize];
-    gatherBroad(field, coords[i], 4, broad);
-    for (int x = 0; x < 10; ++x)
-      for (int y = 0; y < 10; ++y)
-        std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
-    startDistance(padded, band, w.frozen, near);
-    if (renew[i] != Renew::none) {
-      const float least = renew[i] == Renew::impossible ? 1.0f : 0.0f;
-      float sloped[kPaddedSize];
-      std::copy_n(near, kPaddedSize, sloped);
-      renewNearDistance(padded, w.frozen, least, sloped);
-      for (int at = 0; at < kPaddedSize; ++at)
-        if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
-      distancesOfFeet(broad, w.frozen, least, near);
-    }
-    holdMasked(w.mask, padded, w.frozen, near);
-    startWide(broad, near, w.frozen, band, w.u[0]);
-    std::copy_n(w.u[0], kWideSize, w.u[1]);
-  };
-  forBrickRanges(count, threads, [&](size_t begin, size_t end) {
+  std::vector<Slot> sources(coords.size());
+  JacobiSolver<2> solver(coords, threads);
+  forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(editor);
-    for (size_t i = begin; i < end; ++i) start(i, field);
-  });
-  int now = 0;
-  for (int pass = 0, passes = passesOf(band); pass < passes; ++pass, now ^= 1)
-    forEachBrickOf(count, threads, [&](size_t i) {
-      Work& w = works[i];
-      for (size_t face = 0; face < 6; ++face)
-        if (const ptrdiff_t other = beside[i][face]; other >= 0)
-          copyLayers(works[static_cast<size_t>(other)].u[now], w.u[now], int(face) / 2, face % 2 == 0);
-      widePass(w.u[now], w.frozen, band, w.u[now ^ 1]);
-    });
-  return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
-    const Work& w = works[i];
-    float solved[kPaddedSize] = {};
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y) {
-        const float* from = w.u[now] + wideOffset(x + 2, y + 2, 2);
-        float* to = solved + paddedOffset(x + 1, y + 1, 1);
-        for (int z = 0; z < kBrickEdge; ++z) to[z] = std::min(std::abs(from[z]), band);
+    for (size_t i = begin; i < end; ++i) {
+      float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize], wide[kWideSize];
+      uint64_t frozen[kBrickEdge];
+      gatherBroad(field, coords[i], 4, broad);
+      for (int x = 0; x < 10; ++x)
+        for (int y = 0; y < 10; ++y)
+          std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
+      startDistance(padded, band, frozen, near);
+      if (renew[i] != Renew::none) {
+        const float least = renew[i] == Renew::impossible ? 1.0f : 0.0f;
+        float sloped[kPaddedSize];
+        std::copy_n(near, kPaddedSize, sloped);
+        renewNearDistance(padded, frozen, least, sloped);
+        for (int at = 0; at < kPaddedSize; ++at)
+          if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
+        distancesOfFeet(broad, frozen, least, near);
       }
-    BrickValues room;
-    return settleDistance(w.source.values(room, band), solved, band,
+      if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, frozen, near);
+      startWide(broad, near, frozen, band, wide);
+      sources[i] = field.slot(coords[i]);
+      solver.begin(i, wide, frozen);
+    }
+  });
+  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, float* out) {
+    return widePass(around, frozen, band, out);
+  });
+  return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
+    const float* u = solver.values(i);
+    BrickValues solved, room;
+    for (int v = 0; v < kBrickVoxels; ++v) solved[v] = std::min(std::abs(u[v]), band);
+    return settleDistance(sources[i].values(room, band), solved, band,
                           renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
   });
 }

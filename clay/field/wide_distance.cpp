@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "clay/base/parallel.h"
-#include "clay/field/scratch.h"
-#include "clay/store/brick_margins.h"
+#include "clay/field/jacobi_solver.h"
 
 namespace argil::clay {
 
@@ -14,8 +11,6 @@ namespace {
 
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
-// Bricks that are worth a second thread.
-constexpr size_t kParallelFrom = 128;
 
 // Distances as a brick or tile of the version has them, on one side; beyond the band not known.
 void readSlot(Slot slot, float band, float side, float* u) {
@@ -32,21 +27,7 @@ void readSlot(Slot slot, float band, float side, float* u) {
   }
 }
 
-void spread(const float* u, float* wide) {
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y)
-      std::memcpy(wide + wideOffset(x + 2, y + 2, 2), u + Brick::offset(x, y, 0), kBrickEdge * sizeof(float));
-}
-
 }  // namespace
-
-struct WideDistance::Work {
-  Coord coord;
-  Block* block = nullptr;
-  float u[2][kWideSize];
-  std::array<ptrdiff_t, 6> beside;  // index of the neighbour across each face, −1: not among them
-  bool open, active, changed;       // has voxels beyond the band; its next pass may change it; the last one did
-};
 
 const WideDistance::Block* WideDistance::find(Coord brick) const {
   const auto it = blocks_.find(brick);
@@ -56,25 +37,6 @@ const WideDistance::Block* WideDistance::find(Coord brick) const {
 void WideDistance::keepOnly(std::span<const Coord> bricks) {
   std::erase_if(blocks_,
                 [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
-}
-
-// The values of a brick and two layers across its faces, from blocks where there are any, else from the version.
-void WideDistance::gather(Work& work) const {
-  const float band = version_.grid().band;
-  float* wide = work.u[0];
-  std::fill(wide, wide + kWideSize, kUnknownDistance);
-  const auto values = [&](Coord coord, float(&read)[kBrickVoxels]) -> const float* {
-    if (const Block* block = find(coord)) return block->u;
-    readSlot(version_.find(coord), band, side_, read);
-    return read;
-  };
-  spread(work.block->u, wide);
-  for (size_t face = 0; face < 6; ++face) {
-    if (work.beside[face] >= 0) continue;
-    float other[kWideSize], read[kBrickVoxels];
-    spread(values(work.coord + kFaceSteps[face], read), other);
-    copyLayers(other, wide, int(face) / 2, face % 2 == 0);
-  }
 }
 
 void WideDistance::extend(std::span<const Coord> bricks, float reach) {
@@ -103,66 +65,39 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
   if (!any) return;
   std::vector<Coord> all = wanted.sorted();
   std::sort(all.begin(), all.end());
-  const std::span<Work> works = Scratch::of<Work>(all.size());
-  const auto beside = besideEach(std::span<const Coord>(all), kFaceSteps);
-  for (size_t i = 0; i < all.size(); ++i) {
-    Work& w = works[i];
-    w.coord = all[i];
-    w.block = blocks_.at(all[i]).get();
-    w.changed = false;
-    w.beside = beside[i];
-    w.open = false;
-    for (const uint64_t word : w.block->frozen) w.open |= ~word != 0;
-    w.active = w.open;
-  }
-  // Each brick writes its own values and margins alone, and reads of others what nobody writes meanwhile.
-  const auto forEach = [&](const auto& visit) {
-    parallelBlocks(
-        works.size(), works.size() >= kParallelFrom ? threads_ : 1,
-        [&](size_t begin, size_t end) {
-          for (size_t i = begin; i < end; ++i) visit(works[i]);
-        },
-        32);
-  };
-  const auto pull = [&](Work& w, int which) {
-    for (size_t face = 0; face < 6; ++face)
-      if (w.beside[face] >= 0)
-        copyLayers(works[static_cast<size_t>(w.beside[face])].u[which], w.u[which], int(face) / 2, face % 2 == 0);
-  };
-  forEach([&](Work& w) {
-    gather(w);
-    std::copy_n(w.u[0], kWideSize, w.u[1]);
-  });
-  // What is known travels a voxel along an axis a pass and is settled once all upwind of it is: bricks rest while they
-  // and their neighbours do.
-  const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
-  int now = 0;
-  for (int pass = 0; pass < passes; ++pass, now ^= 1) {
-    forEach([&](Work& w) {
-      if (w.active) pull(w, now);
-      w.changed = w.active && widePass(w.u[now], w.block->frozen, reach, w.u[now ^ 1]);
-    });
-    if (std::none_of(works.begin(), works.end(), [](const Work& w) { return w.changed; })) break;
-    // One that rests has the same values in both.
-    for (Work& w : works) {
-      w.active = w.changed;
-      for (const ptrdiff_t other : w.beside) w.active |= other >= 0 && works[static_cast<size_t>(other)].changed;
-      w.active = w.active && w.open;
+  std::vector<Block*> blocks(all.size());
+  for (size_t i = 0; i < all.size(); ++i) blocks[i] = blocks_.at(all[i]).get();
+  JacobiSolver<2> solver(all, threads_);
+  forEachBrickOf(all.size(), threads_, [&](size_t i) {
+    float wide[kWideSize], read[kBrickVoxels];
+    JacobiSolver<2>::putBrick(blocks[i]->u, wide);
+    // Around what is solved: from blocks where there are any, else from the version.
+    for (size_t face = 0; face < 6; ++face) {
+      if (solver.hasBeside(i, face)) continue;
+      const Coord near = all[i] + kFaceSteps[face];
+      const Block* block = find(near);
+      if (!block) readSlot(version_.find(near), band, side_, read);
+      JacobiSolver<2>::putFace(block ? block->u : read, face, wide);
     }
-  }
-  forEach([&](Work& w) {
-    pull(w, now);
-    Block& block = *w.block;
+    solver.begin(i, wide, blocks[i]->frozen);
+  });
+  // What is known travels a voxel along an axis a pass and is settled once all upwind of it is.
+  const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
+  solver.run(passes, [&](const float* around, const uint64_t* frozen, float* out) {
+    return widePass(around, frozen, reach, out);
+  });
+  forEachBrickOf(all.size(), threads_, [&](size_t i) {
+    Block& block = *blocks[i];
     block.solvedTo = std::max(block.solvedTo, reach);
-    const float* u = w.u[now];
-    for (int x = 0; x < 8; ++x)
-      for (int y = 0; y < 8; ++y) std::copy_n(u + wideOffset(x + 2, y + 2, 2), 8, block.u + Brick::offset(x, y, 0));
+    std::copy_n(solver.values(i), kBrickVoxels, block.u);
     uint64_t some = 0;
-    for (int i = 0; i < kBrickVoxels; ++i)
-      some |= block.known[i >> 6] |= uint64_t{block.u[i] < reach - kMargin} << (i & 63);
+    for (int v = 0; v < kBrickVoxels; ++v)
+      some |= block.known[v >> 6] |= uint64_t{block.u[v] < reach - kMargin} << (v & 63);
     if (some == 0) return;
     if (!block.foot) block.foot = std::make_unique_for_overwrite<float[]>(3 * kBrickVoxels);
-    wideFeet(u, block.foot.get(), block.feet);
+    float wide[kWideSize];
+    solver.around(i, wide);
+    wideFeet(wide, block.foot.get(), block.feet);
   });
 }
 

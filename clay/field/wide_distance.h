@@ -44,9 +44,6 @@ class WideDistance {
   [[nodiscard]] const Block* find(Coord brick) const;
 
  private:
-  struct Work;
-  void gather(Work& work) const;
-
   Version version_;
   float side_;
   int threads_;

@@ -290,29 +290,32 @@ BrickChange Settle(const float* phi, const float* u, float band, float tolerance
   const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
   return forRows(band, phi, 8, out, [&](Row old, float, float, Row, const float* at) {
     const auto voxel = static_cast<int>(at - phi);
-    const Row solved = hn::LoadU(d, u + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, 1) + (voxel & 7));
+    const Row solved = hn::LoadU(d, u + voxel);
     const Row value = hn::IfThenElse(hn::Lt(old, zero), hn::Neg(solved), solved);
     return hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(value, old)), limit), old, value);
   });
 }
 
-void Eikonal(const float* padded, const uint64_t* frozen, float band, float* out) {
+bool Eikonal(const float* padded, const uint64_t* frozen, float band, float* out) {
   const RowTag d;
   const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), half = hn::Set(d, 0.5f),
             zero = hn::Zero(d);
   const Row third = hn::Set(d, 1.0f / 3), three = hn::Set(d, 3.0f);
   const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
+  auto changed = hn::Lt(zero, zero);
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
       for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
         const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
+        float* const to = out + Brick::offset(x, y, static_cast<int>(lane));
+        const Row old = hn::LoadU(d, padded + at);
         const auto least = [&](int step) {
           return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step));
         };
         const Row p = least(10 * kPaddedRow), q = least(kPaddedRow), r = least(1);
         // Where nothing came near yet, nothing follows: the row stays as it is.
         if (hn::AllTrue(d, hn::Ge(hn::Min(hn::Min(p, q), r), bound))) {
-          hn::StoreU(hn::LoadU(d, padded + at), d, out + at);
+          hn::StoreU(old, d, to);
           continue;
         }
         // a ≤ b ≤ c
@@ -328,9 +331,11 @@ void Eikonal(const float* padded, const uint64_t* frozen, float band, float* out
         Row u = hn::IfThenElse(hn::Gt(one1, b), two2, one1);
         u = hn::IfThenElse(hn::Gt(u, c), three3, u);
         u = hn::Min(u, bound);
-        u = hn::IfThenElse(loadBits(static_cast<int>(lane), bits[x * 8 + y]), hn::LoadU(d, padded + at), u);
-        hn::StoreU(u, d, out + at);
+        u = hn::IfThenElse(loadBits(static_cast<int>(lane), bits[x * 8 + y]), old, u);
+        changed = hn::Or(changed, hn::Ne(u, old));
+        hn::StoreU(u, d, to);
       }
+  return !hn::AllFalse(d, changed);
 }
 
 }  // namespace argil::clay::HWY_NAMESPACE
@@ -385,8 +390,8 @@ void startDistance(const float* padded, float band, uint64_t* frozen, float* u) 
 BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Settle)(phi, u, band, tolerance, out);
 }
-void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(Eikonal)(padded, frozen, band, out);
+bool eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Eikonal)(padded, frozen, band, out);
 }
 
 }  // namespace argil::clay

@@ -70,11 +70,12 @@ void startDistance(const float* padded, float band, uint64_t* frozen, float* u) 
 void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept;
 
 /// One Jacobi pass of the eikonal equation |∇u| = 1 (first-order Godunov upwind): out = solution from the six
-/// neighbours, at most `band`; voxels whose bit in `frozen` is set keep their value. Writes the inner 8×8×8 of `out`
-/// alone.
-void eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
+/// neighbours, at most `band`; voxels whose bit in `frozen` is set keep their value. Writes the brick's 512 values;
+/// whether any of them differs.
+bool eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
 
-/// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere.
+/// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere; 512
+/// values each.
 BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept;
 
 }  // namespace argil::clay

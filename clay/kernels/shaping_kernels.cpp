@@ -52,11 +52,13 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
   const Row unknown = hn::Set(d, kUnknownDistance), bound = hn::Set(d, cap);
   auto changed = hn::Lt(zero, zero);
   forRows([&](int voxel) {
-    // Both buffers hold what is frozen.
-    constexpr auto kAll = static_cast<uint8_t>((1u << std::min<size_t>(hn::MaxLanes(d), 8)) - 1);
-    if ((static_cast<uint8_t>(frozen[voxel >> 6] >> (voxel & 63)) & kAll) == kAll) return;
     const int at = wideAt(voxel);
     const Row old = hn::LoadU(d, wide + at);
+    constexpr auto kAll = static_cast<uint8_t>((1u << std::min<size_t>(hn::MaxLanes(d), 8)) - 1);
+    if ((static_cast<uint8_t>(frozen[voxel >> 6] >> (voxel & 63)) & kAll) == kAll) {
+      hn::StoreU(old, d, out + voxel);
+      return;
+    }
     const auto kept = rowMask(frozen, voxel);
     // As seen from the voxel's own side of the surface.
     const Row side = hn::And(old, hn::Set(d, -0.0f));
@@ -66,7 +68,7 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     const Row nearest[3] = {hn::Min(before[0], after[0]), hn::Min(before[1], after[1]), hn::Min(before[2], after[2])};
     const Row base = hn::Min(hn::Min(nearest[0], nearest[1]), nearest[2]);
     if (hn::AllTrue(d, hn::Or(kept, hn::Ge(base, bound)))) {
-      hn::StoreU(old, d, out + at);
+      hn::StoreU(old, d, out + voxel);
       return;
     }
     const auto axis = [&](int i, int step) {
@@ -102,7 +104,7 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     u = hn::Xor(hn::IfThenElse(hn::Lt(u, bound), u, unknown), side);
     u = hn::IfThenElse(kept, old, u);
     changed = hn::Or(changed, hn::Ne(u, old));
-    hn::StoreU(u, d, out + at);
+    hn::StoreU(u, d, out + voxel);
   });
   return !hn::AllFalse(d, changed);
 }

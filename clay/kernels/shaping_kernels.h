@@ -19,8 +19,8 @@ inline constexpr int wideOffset(int x, int y, int z) {
 }
 
 /// One Jacobi pass of |∇u| = 1, upwind and of second order where two voxels of an axis are known. Voxels whose bit in
-/// `frozen` is set keep the value that both buffers hold, values beyond `cap` become kUnknownDistance. Writes the inner
-/// 8×8×8 of `out`; whether any of them differs from `wide`.
+/// `frozen` is set keep their value, values beyond `cap` become kUnknownDistance. Writes the brick's 512 values;
+/// whether any of them differs.
 bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
 
 /// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known. `box`:

@@ -1,6 +1,7 @@
 #include "clay/store/brick_margins.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace argil::clay {
 namespace {

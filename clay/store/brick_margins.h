@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <span>
 #include <vector>
 
@@ -51,23 +50,5 @@ void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 /// A brick's values and `margin` (1, 2 or 4) around them, laid out by broadOffset. `instead`, if any: for each of the
 /// bricks around (kAroundSteps) its 512 values that count instead of the clay's, or null.
 void gatherBroad(Sampler& field, Coord coord, int margin, float* broad, const float* const* instead = nullptr) noexcept;
-
-/// Copies two layers of one brick's values, laid out by wideOffset, into its neighbour's margin; `to` is the neighbour
-/// along +axis when `positive`.
-inline void copyLayers(const float* from, float* to, int axis, bool positive) {
-  const int source = positive ? 8 : 2, target = positive ? 0 : 10;
-  if (axis == 2) {
-    for (int x = 2; x < 10; ++x)
-      for (int y = 2; y < 10; ++y)
-        std::memcpy(to + wideOffset(x, y, target), from + wideOffset(x, y, source), 2 * sizeof(float));
-    return;
-  }
-  for (int layer = 0; layer < 2; ++layer)
-    for (int i = 2; i < 10; ++i) {
-      const int t = axis == 0 ? wideOffset(target + layer, i, 2) : wideOffset(i, target + layer, 2);
-      const int f = axis == 0 ? wideOffset(source + layer, i, 2) : wideOffset(i, source + layer, 2);
-      std::memcpy(to + t, from + f, kBrickEdge * sizeof(float));
-    }
-}
 
 }  // namespace argil::clay

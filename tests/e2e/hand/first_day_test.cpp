@@ -71,14 +71,14 @@ TEST_P(FirstDay, holdsWhatIsPromised) {
     EXPECT_GT(larger, 1.1 * grew[model]) << "]";
     const auto [x, y] = on(0, 0);
     person.move(x, y);
-    person.pause(0.2);
+    person.ready();
     person.keyDown("f");
     for (int i = 1; i <= 20; ++i) {
       person.move(x - 3 * i * u(), y);
       person.pause(0.01);
     }
     person.keyUp("f");
-    person.pause(0.3);
+    person.ready();
     EXPECT_LT(stroke("", line(-60, 0, 60, 0)), 0.8 * larger) << "F and a drag to the left";
     // "X mirrors." Both sides grow by one stroke on one side.
     const double single = stroke("", line(45, -30, 75, -50));
@@ -143,9 +143,9 @@ TEST_P(FirstDay, holdsWhatIsPromised) {
     EXPECT_EQ(now.hash, last.hash);
     person.key("home");
     // What is exported has the model's size.
-    person.pause(0.3);
+    person.ready();
     byPalette(person, "export STL");
-    person.pause(0.5);
+    person.ready();
     person.key("ctrl+a");
     person.type("out");
     person.key("enter");

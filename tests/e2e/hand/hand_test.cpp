@@ -51,7 +51,7 @@ TEST_P(HandOnClay, aKeyThatIsHeldTurnsTheToolOverOrSmoothsForOneStroke) {
     person.pause(0.01);
   }
   person.release();
-  person.pause(0.3);
+  person.ready();
   person.keyUp("ctrl");
   offTheClay(person);
   const Saved now = otherClay(person, before);
@@ -193,7 +193,7 @@ TEST_P(HandOnClay, aClickOnAPieceWorksOnIt) {
   const render::Image front = person.settled();
   person.shot("hand-two-pieces");
   person.click(x + 110, y);
-  person.pause(0.5);
+  person.ready();
   person.shot("hand-other-piece");
   Saved now = saved();
   person.key("a");
@@ -205,7 +205,7 @@ TEST_P(HandOnClay, aClickOnAPieceWorksOnIt) {
   EXPECT_NEAR(after[0], before[0], 1) << "the left one";
   EXPECT_GT(after[1], before[1] + 20) << "the right one was clicked";
   person.click(x - 110, y);
-  person.pause(0.5);
+  person.ready();
   person.drag({{x - 130, y}, {x - 70, y}});
   offTheClay(person);
   (void)otherClay(person, now);

@@ -88,7 +88,7 @@ class ToolChest : public OnScreen {
   // Waits until the clay looks otherwise: a job may take seconds.
   static render::Image otherClay(const Person& person, const render::Image& before, double least) {
     render::Image now = person.settled();
-    for (int i = 0; i < 30 && difference(clay(before), clay(now)) <= least; ++i) now = person.settled();
+    for (int i = 0; i < 100 && difference(clay(before), clay(now)) <= least; ++i) now = person.settled();
     EXPECT_GT(difference(clay(before), clay(now)), least);
     return now;
   }
@@ -100,7 +100,7 @@ class ToolChest : public OnScreen {
              difference(clay(before), clay(now)) > least;
     };
     render::Image now = person.settled();
-    for (int i = 0; i < 40 && !over(now); ++i) now = person.settled();
+    for (int i = 0; i < 100 && !over(now); ++i) now = person.settled();
     EXPECT_TRUE(over(now));
     return now;
   }
@@ -151,7 +151,7 @@ TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
   shot(person, "04-emboss");
 
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(20), 0) << studio.said();
   const auto report = nlohmann::json::parse(slurp(scratch_ / "report.json"), nullptr, false);
@@ -175,7 +175,7 @@ TEST_P(ToolChest, twoPiecesBecomeOneByTheDialog) {
   shot(person, "07-joined");
   EXPECT_GT(difference(two, joined), 0.001);
   byPalette(person, "export STL");
-  person.pause(0.5);
+  person.ready();
   person.key("ctrl+a");
   person.type("out");
   person.key("enter");
@@ -210,7 +210,7 @@ TEST_P(ToolChest, aPieceIsCutByADrawnCurve) {
   person.move(way[1][0], way[1][1]);
   (void)other(person, before, 0.0002);  // The line is seen: keys and buttons come by different ways.
   person.key("escape");
-  person.pause(1);
+  person.ready();
   person.release();
   person.drag(way, 1);
   const render::Image drawn = shot(person, "13-drawn");
@@ -274,7 +274,7 @@ TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
   byPalette(person, "deform box");
   (void)otherClay(person, first, 0.02);
   person.key("escape");
-  person.pause(1);
+  person.ready();
   person.move(x - 230, y + 250);
   const render::Image block = person.settled();
   byPalette(person, "deform box");
@@ -293,7 +293,7 @@ TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
   // Bend, twist and taper stand in the settings, to be chosen above their numbers.
   for (int tab = 1; tab < 4; ++tab) {
     person.click(156 + 45 * tab + 22, kTabs);
-    person.pause(0.3);
+    person.ready();
     shot(person, std::array{"33-bend", "34-twist", "35-taper"}[size_t(tab - 1)]);
   }
   byPalette(person, "cancel the deform box");

@@ -33,7 +33,7 @@ class Files : public OnScreen {
     const fs::path file = scratch_ / (name + ".argil");
     fs::remove(file);
     byPalette(person, "save a copy without history");
-    person.pause(0.5);
+    person.ready();
     person.key("ctrl+a");
     person.type(file.string());
     person.key("enter");
@@ -104,7 +104,7 @@ TEST_P(Files, modelsComeInUprightOnTheGroundAtTheirSize) {
   person.move(middleX(), at().height / at().scale - 30);
   shot(person, "04-three-models");
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
@@ -120,7 +120,7 @@ TEST_P(Files, aNewPieceStandsBesideAndIsSelected) {
   const Json two = pieces(person, "two", 2);
   shot(person, "21-beside");
   byPalette(person, "export STL");
-  person.pause(0.5);
+  person.ready();
   person.key("ctrl+a");
   person.type("two");
   person.key("enter");
@@ -139,7 +139,7 @@ TEST_P(Files, aNewPieceStandsBesideAndIsSelected) {
   ASSERT_EQ(one.size(), 1u);
   EXPECT_EQ(one[0]["name"], "Block");
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
@@ -175,7 +175,7 @@ TEST_P(Files, piecesAreDuplicatedCutAndPastedAlsoInAnotherDocument) {
   EXPECT_EQ(elsewhere[0]["hash"], ball[0]["hash"]);
   shot(person, "32-in-another-document");
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
@@ -199,7 +199,7 @@ TEST_P(Files, symmetryIsNoStepAndLeavesRedo) {
   person.key("ctrl+z");
   EXPECT_EQ(pieces(person, "undone", 1)[0]["hash"], block[0]["hash"]);
   person.key("x");
-  person.pause(0.3);
+  person.ready();
   shot(person, "41-symmetry-on");
   person.key("ctrl+y");
   EXPECT_EQ(pieces(person, "redone", 1)[0]["hash"], carved[0]["hash"]) << "the switch took redo along";
@@ -207,7 +207,7 @@ TEST_P(Files, symmetryIsNoStepAndLeavesRedo) {
   person.key("ctrl+z");
   EXPECT_EQ(pieces(person, "again", 1)[0]["hash"], block[0]["hash"]) << "undo took back the switch";
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
@@ -231,7 +231,7 @@ TEST_P(Files, theThicknessUnderThePointerIsReadAndKept) {
   shot(person, "52-thickness-kept");
   const fs::path file = scratch_ / "measured.argil";
   byPalette(person, "save a copy without history");
-  person.pause(0.5);
+  person.ready();
   person.key("ctrl+a");
   person.type(file.string());
   person.key("enter");
@@ -240,7 +240,7 @@ TEST_P(Files, theThicknessUnderThePointerIsReadAndKept) {
   ASSERT_TRUE(json.is_object());
   EXPECT_EQ(json["guides"], 1);
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
@@ -266,7 +266,7 @@ TEST_P(Files, zoomXrayAndTheCostOfAJoinAreSeen) {
   shot(person, "61-join-says-its-cost");
   person.key("escape");
   person.close();
-  person.pause(0.5);
+  person.ready();
   person.type("d");
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }

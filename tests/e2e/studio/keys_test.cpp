@@ -48,7 +48,7 @@ TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
   std::map<std::string, std::function<void()>> first;
   first["draw.apply"] = first["draw.side"] = [&] {
     person.key("shift+c");
-    person.pause(0.5);
+    person.ready();
     person.drag({{middleX() - 60, middleY() - 150}, {middleX() - 40, middleY()}, {middleX() - 60, middleY() + 150}});
   };
   first["tool.carve"] = [&] { person.key("a"); };

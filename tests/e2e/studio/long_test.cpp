@@ -98,7 +98,7 @@ TEST_F(StudioCalls, withoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
   Person person(studio);
   const render::Image before = person.settled();
   person.click(600, 300);
-  person.pause(0.3);
+  person.ready();
   person.key("ctrl+p");
   EXPECT_GT(difference(before, person.settled()), 0.05) << "the palette";
   person.key("escape");
@@ -154,7 +154,7 @@ TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
   Person person(studio);
   for (int i = 0; i < 2; ++i) {
     person.key("ctrl+p");
-    person.pause(0.5);
+    person.ready();
     person.type("add a ball");
     person.key("enter");
     (void)person.settled();

@@ -96,7 +96,7 @@ TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
     carve(person, -60);
     shot(person, "02-not-saved");
     person.key("ctrl+s");
-    person.pause(0.7);
+    person.ready();
     shot(person, "03-save-as");
     person.type(file.string());
     person.key("enter");
@@ -161,7 +161,7 @@ TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
     shot(person, "12-recovery");
     const auto [x, y] = button(person, 0);
     person.click(x, y);
-    person.pause(1);
+    person.ready();
     shot(person, "13-recovered");
     expectSame(person, carved, "recovered");
     // It is not saved: that is asked about. This time it is left.
@@ -178,7 +178,7 @@ TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
     (void)person.settled();
     const auto [x, y] = button(person, 1);
     person.click(x, y);
-    person.pause(0.5);
+    person.ready();
     shot(person, "16-discard-asked");
     EXPECT_FALSE(journals().empty()) << "thrown away by one click";
     person.click(x, y);
@@ -197,7 +197,7 @@ TEST_P(Keeping, picturesAndModelsGoToFiles) {
   offTheClay(person);
   (void)addBlock(person);
   byPalette(person, "save picture");
-  person.pause(0.3);
+  person.ready();
   shot(person, "21-picture");
   person.type((scratch_ / "view").string());
   person.key("enter");

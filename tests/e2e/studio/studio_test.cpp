@@ -98,12 +98,12 @@ TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
 
   for (const std::string format : {"STL", "OBJ", "PLY"}) {
     byPalette(person, "export " + format);
-    person.pause(0.5);
+    person.ready();
     person.key("ctrl+a");
     person.type("out");
     shot("15-export-" + format);
     person.key("enter");
-    person.pause(0.5);
+    person.ready();
     shot("16-exported-" + format);
   }
   // Everything behind the question is dimmed.

@@ -72,9 +72,9 @@ class StudioWindow : public ::testing::Test {
     person.key("ctrl+p");
     (void)other(person, before, 0.05, "the palette");
     person.type(words);
-    person.pause(0.3);
+    person.ready();
     person.key("enter");
-    person.pause(0.5);
+    person.ready();
   }
 
   // Until it is there: a busy machine takes its time to make one.
@@ -190,7 +190,7 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
       {"submenu",
        [&] {
          person.click(177, 14);
-         person.pause(0.5);
+         person.ready();
          person.move(200, 50);
        },
        0.01},
@@ -260,7 +260,7 @@ TEST_F(StudioWindow, enterConfirmsADialog) {
   person.close();
   (void)other(person, joined, 0.3, "the question");
   person.key("enter");
-  person.pause(0.5);
+  person.ready();
   (void)person.settled();
   person.type((scratch_ / "a.argil").string());
   person.key("enter");
@@ -287,7 +287,7 @@ TEST_F(StudioWindow, theStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
     (void)other(person, page, 0.1, "a block, and the page is gone");
     (void)person.shot("start-block");
     person.key("ctrl+s");
-    person.pause(0.7);
+    person.ready();
     (void)person.settled();
     person.type(file.string());
     person.key("enter");

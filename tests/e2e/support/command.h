@@ -84,7 +84,7 @@ inline Outcome argil(const std::vector<std::string>& arguments, int interruptAft
   posix_spawn_file_actions_destroy(&actions);
   if (interruptAfterMs >= 0) {
     // Not before it listens: a program takes its time to start on a busy machine.
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(5);
     while (!catches(pid, SIGINT) && std::chrono::steady_clock::now() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     std::this_thread::sleep_for(std::chrono::milliseconds(interruptAfterMs));

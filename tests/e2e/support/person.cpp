@@ -34,6 +34,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
+constexpr double kReady = 0.25;   // Without work it has done what it was asked.
+constexpr double kLongest = 15;   // Some never rest.
 constexpr double kKeyHeld = 0.03, kClickHeld = 0.15;
 constexpr double kRest = 0.25;    // Of a processor: a studio whose threads all do less has nothing to do.
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
@@ -387,20 +389,47 @@ render::Image Person::look() const {
   return image;
 }
 
+// Whether the studio had more to do since the last time that it was asked.
+class Person::Watch {
+ public:
+  explicit Watch(const RunningStudio& studio) : studio_(studio), before_(studio.workSeconds()) {}
+  bool busy() {
+    std::map<pid_t, double> work = studio_.workSeconds();
+    const double rest = kRest * since(std::exchange(looked_, Clock::now()));
+    const bool some =
+        std::any_of(work.begin(), work.end(), [&](const auto& t) { return t.second - before_[t.first] > rest; });
+    before_ = std::move(work);
+    return some;
+  }
+
+ private:
+  const RunningStudio& studio_;
+  std::map<pid_t, double> before_;
+  Clock::time_point looked_ = Clock::now();
+};
+
+void Person::ready() const {
+  XSync(state_->display, False);  // The server has handed on what was done.
+  const auto begin = Clock::now();
+  auto worked = begin;
+  Watch watch(*state_->studio);
+  while (since(worked) < kReady && since(begin) < kLongest) {
+    if (!state_->studio->running()) return;
+    sleep(0.05);
+    if (watch.busy()) worked = Clock::now();
+  }
+}
+
 render::Image Person::settled() const {
   const auto begin = Clock::now();
   render::Image still = look(), now = still;
-  auto changed = Clock::now(), looked = changed;
-  std::map<pid_t, double> before = state_->studio->workSeconds();
+  auto changed = Clock::now();
+  Watch watch(*state_->studio);
   while (since(changed) < kStill * state_->scale) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
     if (since(begin) > kPatience) break;
     sleep(0.1);
-    std::map<pid_t, double> work = state_->studio->workSeconds();
-    const double rest = kRest * since(std::exchange(looked, Clock::now()));
-    const bool busy =
-        std::any_of(work.begin(), work.end(), [&](const auto& t) { return t.second - before[t.first] > rest; });
-    before = std::move(work);
+    const bool busy = watch.busy();
     now = look();
     if (!busy && changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
     still = now;

@@ -72,6 +72,9 @@ class Person {
   /// As the window manager's button does.
   void close();
   void pause(double seconds) const;
+  /// Waits until the studio has taken in what was done, and has next to nothing to do for a quarter of a second: a
+  /// pause that is as long as the machine needs. At most 15 s.
+  void ready() const;
 
   /// What the window shows, as it stands on the screen.
   [[nodiscard]] render::Image look() const;
@@ -83,6 +86,7 @@ class Person {
 
  private:
   struct State;
+  class Watch;
   std::unique_ptr<State> state_;
 };
 

@@ -42,17 +42,17 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
   /// What the palette finds first under these words is done.
   static void byPalette(Person& person, const std::string& words) {
     person.key("ctrl+p");
-    person.pause(0.5);
+    person.ready();
     person.type(words);
-    person.pause(0.3);
+    person.ready();
     person.key("enter");
-    person.pause(0.5);
+    person.ready();
   }
   /// A busy machine may take so long for a picture that the one before counts as settled: waits for a picture that is
   /// another one.
   static render::Image other(const Person& person, const render::Image& before, double least) {
     render::Image now = person.settled();
-    for (int i = 0; i < 20 && difference(before, now) <= least; ++i) now = person.settled();
+    for (int i = 0; i < 100 && difference(before, now) <= least; ++i) now = person.settled();
     EXPECT_GT(difference(before, now), least);
     return now;
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <thread>
 
 #include "clay/base/error.h"
 #include "clay/brush/brush.h"
@@ -340,16 +341,22 @@ TEST(Redistance, InPartsIsAsAtOnceToTheBit) {
 
 // Memory is kept while strokes want it, and given back some time after a large one.
 TEST(Redistance, RoomIsGivenBack) {
-  (void)Scratch::of<float>(1 << 20);
-  const size_t large = Scratch::kept();
-  EXPECT_GE(large, sizeof(float) << 20);
-  float* const first = Scratch::of<float>(1 << 10).data();
-  EXPECT_EQ(Scratch::of<double>(1 << 9).data(), static_cast<void*>(first)) << "one room for all";
-  for (int i = 0; i < 200; ++i) (void)Scratch::of<float>(1 << 10);
-  EXPECT_EQ(Scratch::kept(), large) << "between a stroke's stamps";
-  (void)Scratch::of<float>(1 << 20);
-  for (int i = 0; i < 1000; ++i) (void)Scratch::of<float>(1 << 10);
-  EXPECT_LT(Scratch::kept(), size_t(1) << 14);
+  std::thread([] {  // with rooms of its own
+    constexpr auto kRoom = Scratch::Room::bricks;
+    (void)Scratch::of<float>(1 << 20, kRoom);
+    const size_t large = Scratch::kept();
+    EXPECT_GE(large, sizeof(float) << 20);
+    float* const first = Scratch::of<float>(1 << 10, kRoom).data();
+    EXPECT_EQ(Scratch::of<double>(1 << 9, kRoom).data(), static_cast<void*>(first)) << "one room for all";
+    EXPECT_NE(Scratch::of<float>(1 << 9, Scratch::Room::rims).data(), first);
+    const size_t both = Scratch::kept();
+    for (int i = 0; i < 200; ++i) (void)Scratch::of<float>(1 << 10, kRoom);
+    EXPECT_EQ(Scratch::kept(), both) << "between a stroke's stamps";
+    (void)Scratch::of<float>(1 << 20, kRoom);
+    for (int i = 0; i < 1000; ++i) (void)Scratch::of<float>(1 << 10, kRoom);
+    EXPECT_LT(Scratch::kept(), size_t(1) << 14);
+  })
+      .join();
 }
 
 // Bounds all along regions of 64 voxels: solved region by region they come out as if all had been solved together.

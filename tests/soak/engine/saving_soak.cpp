@@ -2,6 +2,7 @@
 // second. ARGIL_SOAK=N: N kills and N / 5 runs with failing writes instead of a few; ARGIL_SOAK_VOXELS=48: at so many
 // million active voxels (1).
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
@@ -160,8 +161,9 @@ class SavingSoak : public testing::Test {
                  std::equal(points.begin(), points.end(), scripted.points.begin()) &&
                  (!stroke.ended || points.size() == scripted.points.size());
         };
-        while (place.op < ops && !matches(place.op) && progress.hash[place.op + 1] == progress.hash[place.op])
-          ++place.op;
+        // Nor are steps that were undone and redone.
+        for (uint64_t op = place.op + 1; op <= ops && !matches(place.op); ++op)
+          if (progress.hash[op] == progress.hash[place.op] && matches(op)) place.op = op;
         all = all && matches(place.op);
         if (stroke.ended)
           ++place.op;
@@ -218,7 +220,10 @@ class SavingSoak : public testing::Test {
         return;
       }
       const engine::Recovered recovered = engine::recover(found[0].journal);
-      EXPECT_TRUE(recovered.document.notes.empty()) << recovered.document.notes.front();
+      // A step without a stroke is known by its document alone, which the last second's may not have yet: `covered`
+      // judges that.
+      for (const std::string& note : recovered.document.notes)
+        EXPECT_THAT(note, ::testing::EndsWith("of the journal could not be read."));
       std::optional<Place> place = placeOf(
           progress, seed, ops, hashOf(*recovered.document.states[recovered.document.done].document), recovered.strokes);
       // Killed between the end of an op and the count of it: then the step before is where the count stands.

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 /// Waits for what comes with the next turns, a minute at most: the machine may be busy.
 [[nodiscard]] inline bool until(const std::function<bool()>& what) {
-  for (int i = 0; i < 30'000; ++i) {
+  for (int i = 0; i < 150'000; ++i) {
     if (what()) return true;
     std::this_thread::sleep_for(2ms);
   }

@@ -32,7 +32,7 @@ class WorkbenchSaving : public testing::Test {
     return given;
   }
   static bool until(const std::function<bool()>& what) {
-    for (int i = 0; i < 5000; ++i) {
+    for (int i = 0; i < 150'000; ++i) {
       if (what()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }

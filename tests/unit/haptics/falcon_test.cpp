@@ -219,7 +219,7 @@ class FalconDriver : public FirmwareFile {
     options.firmware = firmware;
     device = openFalcon(options, std::make_unique<FalconLine>(falcon));
   }
-  bool until(const std::function<bool()>& done, const Vec3d& force = Vec3d::Zero(), double seconds = 3) {
+  bool until(const std::function<bool()>& done, const Vec3d& force = Vec3d::Zero(), double seconds = 30) {
     const int64_t end = nowNs() + int64_t(seconds * 1e9);
     while (nowNs() < end) {
       const double now = double(nowNs()) * 1e-9;

@@ -26,7 +26,7 @@ engine::Workbench::Options quiet() {
 
 /// Until the bench has nothing to do; generous, as the machine may be busy.
 bool settle(engine::Workbench& bench) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   int quietLooks = 0;
   while (quietLooks < 3) {
     if (std::chrono::steady_clock::now() > until) return false;

@@ -1,0 +1,164 @@
+#pragma once
+// Bricks that are solved together, pass by pass. This module's own.
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "clay/field/redistance.h"
+#include "clay/field/scratch.h"
+#include "clay/store/brick_margins.h"
+
+namespace argil::clay {
+
+/// Values of bricks, each pass computed from those of the pass before: a brick's own and, across its faces, `layers`
+/// voxels of its neighbours; where a neighbour is not among the bricks, what stood there at the beginning. Bricks rest
+/// while they and their neighbours do not change. The order of bricks and the count of threads change nothing.
+///
+/// One at a time on a thread, which keeps its memory (scratch.h): 4.2 KB a brick, 256 bytes more a layer and face
+/// without a neighbour.
+template <int layers>
+class JacobiSolver {
+ public:
+  static constexpr int kEdge = kBrickEdge + 2 * layers;
+  static constexpr int kRow = 12;
+  /// As paddedOffset (one layer) or wideOffset (two): a brick with its layers around it.
+  static constexpr int offset(int x, int y, int z) { return (x * kEdge + y) * kRow + z; }
+  static constexpr int kAroundSize = kEdge * kEdge * kRow + 16;
+
+  /// `coords`: sorted, each once.
+  JacobiSolver(std::span<const Coord> coords, int threads)
+      : beside_(besideEach(coords, kFaceSteps)), threads_(threads) {
+    bricks_ = Scratch::of<Solved>(coords.size(), Scratch::Room::bricks);
+    size_t rims = 0;
+    for (auto& faces : beside_)
+      for (ptrdiff_t& face : faces)
+        if (face < 0) face = -1 - static_cast<ptrdiff_t>(rims++);
+    rims_ = Scratch::of<Rim>(rims, Scratch::Room::rims);
+  }
+
+  /// Whether the brick across a face (kFaceSteps) is solved too: else what stands there has to be known when brick i
+  /// begins.
+  [[nodiscard]] bool hasBeside(size_t i, size_t face) const { return beside_[i][face] >= 0; }
+
+  /// What brick `i` begins with, by offset(). Each brick once, from any thread. `frozen`: voxels that keep their
+  /// values.
+  void begin(size_t i, const float* around, const uint64_t (&frozen)[kBrickEdge]) {
+    Solved& b = bricks_[i];
+    std::copy_n(frozen, kBrickEdge, b.frozen);
+    for (int x = 0; x < kBrickEdge; ++x)
+      for (int y = 0; y < kBrickEdge; ++y)
+        std::memcpy(b.u[0] + Brick::offset(x, y, 0), around + offset(x + layers, y + layers, layers), kRowBytes);
+    b.open = std::any_of(frozen, frozen + kBrickEdge, [](uint64_t word) { return ~word != 0; });
+    b.active = b.open;
+    b.changed = false;
+    if (!b.open) std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
+    for (size_t face = 0; face < 6; ++face)
+      if (beside_[i][face] < 0) takeRim(around, face, rims_[static_cast<size_t>(-1 - beside_[i][face])]);
+  }
+
+  /// `pass(around, frozen, out)` writes the next 512 values of a brick and says whether any differs. At most `passes`
+  /// times, fewer once nothing changes.
+  template <class Pass>
+  void run(int passes, const Pass& pass) {
+    for (int count = 0; count < passes; ++count) {
+      forEachBrickOf(bricks_.size(), threads_, [&](size_t i) {
+        Solved& b = bricks_[i];
+        b.changed = false;
+        if (!b.active) return;  // Both of its buffers hold the same.
+        float surroundings[kAroundSize];
+        around(i, surroundings);
+        b.changed = pass(surroundings, b.frozen, b.u[now_ ^ 1]);
+      });
+      if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed; })) return;
+      now_ ^= 1;
+      for (size_t i = 0; i < bricks_.size(); ++i) {
+        Solved& b = bricks_[i];
+        const auto moves = [&](ptrdiff_t other) { return other >= 0 && bricks_[static_cast<size_t>(other)].changed; };
+        b.active = b.open && (b.changed || std::any_of(beside_[i].begin(), beside_[i].end(), moves));
+      }
+    }
+  }
+
+  /// The 512 values of brick `i` as they are now, and with their layers by offset() (nothing else of `out` is written).
+  [[nodiscard]] const float* values(size_t i) const { return bricks_[i].u[now_]; }
+  void around(size_t i, float* out) const {
+    putBrick(values(i), out);
+    for (size_t face = 0; face < 6; ++face) {
+      const ptrdiff_t other = beside_[i][face];
+      if (other >= 0)
+        putFace(values(static_cast<size_t>(other)), face, out);
+      else
+        putRim(rims_[static_cast<size_t>(-1 - other)], face, out);
+    }
+  }
+
+  /// Writes 512 values where the brick itself stands by offset(), or, of those of the neighbour across a face, the
+  /// layers next to it.
+  static void putBrick(const float* values, float* out) {
+    for (int x = 0; x < kBrickEdge; ++x)
+      for (int y = 0; y < kBrickEdge; ++y)
+        std::memcpy(out + offset(x + layers, y + layers, layers), values + Brick::offset(x, y, 0), kRowBytes);
+  }
+  static void putFace(const float* values, size_t face, float* out) {
+    const size_t axis = face / 2;
+    const int to = firstAround(face), from = firstWithin(face);
+    if (axis == 2) {
+      for (int i = 0; i < kBrickEdge; ++i)
+        for (int j = 0; j < kBrickEdge; ++j)
+          std::memcpy(out + placeAround(2, to, i, j), values + placeWithin(2, from, i, j), layers * sizeof(float));
+      return;
+    }
+    for (int layer = 0; layer < layers; ++layer)
+      for (int i = 0; i < kBrickEdge; ++i)
+        std::memcpy(out + placeAround(axis, to + layer, i, 0), values + placeWithin(axis, from + layer, i, 0),
+                    kRowBytes);
+  }
+
+ private:
+  struct Solved {
+    float u[2][kBrickVoxels];  // this pass and the next
+    uint64_t frozen[kBrickEdge];
+    bool open;  // some voxel is not frozen
+    bool active, changed;
+  };
+  using Rim = std::array<float, size_t{layers} * kBrickEdge * kBrickEdge>;
+  static constexpr size_t kRowBytes = kBrickEdge * sizeof(float);
+
+  // Voxel (i, j) of a layer across a face: indices along the other two axes, in order.
+  static constexpr int placeAround(size_t axis, int layer, int i, int j) {
+    return axis == 0   ? offset(layer, i + layers, j + layers)
+           : axis == 1 ? offset(i + layers, layer, j + layers)
+                       : offset(i + layers, j + layers, layer);
+  }
+  static constexpr int placeWithin(size_t axis, int layer, int i, int j) {
+    return axis == 0 ? Brick::offset(layer, i, j) : axis == 1 ? Brick::offset(i, layer, j) : Brick::offset(i, j, layer);
+  }
+  // First layer of a face, around the brick and in the neighbour across it.
+  static constexpr int firstAround(size_t face) { return face % 2 == 0 ? 0 : kBrickEdge + layers; }
+  static constexpr int firstWithin(size_t face) { return face % 2 == 0 ? kBrickEdge - layers : 0; }
+
+  template <class Visit>
+  static void forRim(size_t face, const Visit& visit) {
+    for (int layer = 0, at = 0; layer < layers; ++layer)
+      for (int i = 0; i < kBrickEdge; ++i)
+        for (int j = 0; j < kBrickEdge; ++j, ++at)
+          visit(static_cast<size_t>(at), placeAround(face / 2, firstAround(face) + layer, i, j));
+  }
+  static void takeRim(const float* around, size_t face, Rim& rim) {
+    forRim(face, [&](size_t at, int place) { rim[at] = around[place]; });
+  }
+  static void putRim(const Rim& rim, size_t face, float* out) {
+    forRim(face, [&](size_t at, int place) { out[place] = rim[at]; });
+  }
+
+  std::vector<std::array<ptrdiff_t, 6>> beside_;  // index of the neighbour across each face; −1 − that of a rim
+  int threads_;
+  std::span<Solved> bricks_;
+  std::span<Rim> rims_;
+  int now_ = 0;
+};
+
+}  // namespace argil::clay
