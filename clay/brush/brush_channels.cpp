@@ -102,7 +102,7 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
     float weight[kBrickVoxels];
     imageWeights(images, operation.shape, coord, weight);
     if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
-    if (blurs) blur.gather(clay, coord, operation.property == Property::colour);
+    if (blurs && !blur.gather(clay, coord, operation.property == Property::colour)) continue;
     ChannelBlock block(place);
     for (int i = 0; i < kBrickVoxels; ++i) {
       float share = weight[i] * amount;

@@ -17,7 +17,7 @@ namespace argil::clay {
 namespace {
 
 constexpr int kMostRounds = 12;             // a change travels a voxel a round, and the band is three wide
-constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 10 KB each
+constexpr size_t kRedistanceAtOnce = 8192;  // bricks, 5 KB each
 constexpr size_t kAtOnce = 16384;           // bricks between two looks at the job
 
 // A brick once none of its values is too far from those around it.

@@ -18,11 +18,15 @@ class ChannelBlur {
     for (auto& field : fields_) field.resize(kAround);
   }
 
+  /// False where there is nothing to blur, and apply() would change nothing.
   template <class Clay>
-  void gather(ChannelReader<Clay>& clay, Coord coord, bool colour) {
+  [[nodiscard]] bool gather(ChannelReader<Clay>& clay, Coord coord, bool colour) {
     const float band = clay.band();
     const ChannelPlace* places[27];
     for (int i = 0; i < 27; ++i) places[i] = &clay.at(coord + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    const size_t counted = indexOf(colour ? Channel::cover : Channel::mask);
+    if (std::all_of(places, places + 27, [&](const ChannelPlace* p) { return p->channel[counted] == ChannelSlot(); }))
+      return false;
     const auto side = [](int c) { return c < 0 ? 0 : c < kBrickEdge ? 1 : 2; };
     colour_ = colour;
     for (int x = -1; x <= kBrickEdge; ++x)
@@ -41,6 +45,7 @@ class ChannelBlur {
           for (size_t i = 0; i < 3; ++i) fields_[2 + i][at] = fields_[1][at] * byte(kColourChannels[i]);
         }
     for (size_t i = 0; i < (colour_ ? 5u : 2u); ++i) binomialSums(fields_[i]);
+    return true;
   }
 
   void apply(int voxel, float share, ChannelBytes& bytes) const {

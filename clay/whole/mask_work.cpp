@@ -110,7 +110,7 @@ Version blurMask(const Version& version, int passes, Job* job, int threads) {
   for (int pass = 0; pass < passes; ++pass)
     result = work(result, WorkPart(job, double(pass) / passes, double(pass + 1) / passes), threads,
                   [](Reading& reading, const Brick& brick, Bytes& mask) {
-                    reading.blur.gather(reading.channels, brick.coord, false);
+                    if (!reading.blur.gather(reading.channels, brick.coord, false)) return;
                     ChannelBytes bytes{};
                     for (int i = 0; i < kBrickVoxels; ++i) {
                       if (!(std::abs(brick.phi(i)) < reading.channels.band())) continue;
