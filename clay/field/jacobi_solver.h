@@ -17,8 +17,8 @@ namespace argil::clay {
 /// voxels of its neighbours; where a neighbour is not among the bricks, what stood there at the beginning. Bricks rest
 /// while they and their neighbours do not change. The order of bricks and the count of threads change nothing.
 ///
-/// One at a time on a thread, which keeps its memory (scratch.h): 4.2 KB a brick, 256 bytes more a layer and face
-/// without a neighbour.
+/// One at a time on a thread (else std::logic_error), which keeps its memory (scratch.h): 4.2 KB a brick, 256 bytes
+/// more a layer and face without a neighbour.
 template <int layers>
 class JacobiSolver {
  public:
@@ -154,6 +154,7 @@ class JacobiSolver {
     forRim(face, [&](size_t at, int place) { out[place] = rim[at]; });
   }
 
+  Scratch::Hold hold_;
   std::vector<std::array<ptrdiff_t, 6>> beside_;  // index of the neighbour across each face; −1 − that of a rim
   int threads_;
   std::span<Solved> bricks_;

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 namespace argil::clay {
 
@@ -19,6 +21,17 @@ class Scratch {
     static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_default_constructible_v<T> && alignof(T) <= 16);
     return {reinterpret_cast<T*>(mine(room).of(count * sizeof(T))), count};
   }
+  /// Holds the rooms of a thread for one user. Throws std::logic_error while another has them: it would be written
+  /// over.
+  class Hold {
+   public:
+    Hold() {
+      if (std::exchange(held(), true)) throw std::logic_error("two solvers at once on a thread");
+    }
+    ~Hold() { held() = false; }
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+  };
   /// Bytes that this thread keeps.
   [[nodiscard]] static size_t kept() { return mine(Room::bricks).size + mine(Room::rims).size; }
 
@@ -42,6 +55,10 @@ class Scratch {
       return bytes.get();
     }
   };
+  static bool& held() {
+    static thread_local bool some = false;
+    return some;
+  }
   static Kept& mine(Room room) {
     static thread_local std::array<Kept, 2> rooms;
     return rooms[static_cast<size_t>(room)];

@@ -7,6 +7,7 @@
 
 #include "clay/base/error.h"
 #include "clay/brush/brush.h"
+#include "clay/field/jacobi_solver.h"
 #include "clay/field/primitives.h"
 #include "clay/field/redistance.h"
 #include "clay/field/scratch.h"
@@ -337,6 +338,17 @@ TEST(Redistance, InPartsIsAsAtOnceToTheBit) {
     for (const size_t atOnce : {size_t(1), size_t(40), size_t(700)})
       EXPECT_EQ(hash(atOnce), expected) << int(how) << " " << atOnce;
   }
+}
+
+// The second would write over what the first solves.
+TEST(Redistance, TwoSolversOnAThreadAreRefused) {
+  const std::vector<Coord> one{Coord{0, 0, 0}};
+  {
+    const JacobiSolver<1> first(one, 1);
+    EXPECT_THROW(JacobiSolver<2>(one, 1), std::logic_error);
+    std::thread([&] { EXPECT_NO_THROW(JacobiSolver<2>(one, 1)); }).join();
+  }
+  EXPECT_NO_THROW(JacobiSolver<2>(one, 1));
 }
 
 // Memory is kept while strokes want it, and given back some time after a large one.

@@ -177,6 +177,11 @@ TEST_F(ModelFiles, whatImportMovedCanBePutBack) {
   auto read = std::make_shared<io::ModelFile>();
   read->objects = {cube("here", {3.5e8, -7.25e6, 40}, 40, {}), cube("there", {3.5e8 + 100, -7.25e6, 40}, 40, {})};
   const auto look = std::make_shared<const ModelLook>(lookAtModel(read, "a.obj"));
+  Eigen::AlignedBox3d file;
+  for (const io::ModelObject& object : read->objects)
+    for (const Vec3d& p : object.mesh.positions) file.extend(p);
+  EXPECT_EQ(look->low, file.min());
+  EXPECT_EQ(look->high, file.max());
   const auto boxOut = [&](const Document& document, bool putBack) {
     ModelExport what;
     what.putBack = putBack;
