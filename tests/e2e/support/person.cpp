@@ -34,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
-constexpr double kReady = 0.25;   // Without work it has done what it was asked.
+constexpr double kReady = 0.6;    // Without work it has done what it was asked.
 constexpr double kLongest = 15;   // Some never rest.
 constexpr double kKeyHeld = 0.03, kClickHeld = 0.15;
 constexpr double kRest = 0.25;    // Of a processor: a studio whose threads all do less has nothing to do.
@@ -146,7 +146,8 @@ std::map<pid_t, double> RunningStudio::workSeconds() const {
     double ranNs = 0, waitedNs = 0;
     in >> ranNs >> waitedNs;
     const pid_t id = std::stoi(task->path().filename().string());
-    work[id] = 1e-9 * (ranNs + (id == pid_ ? waitedNs : 0));
+    const bool draws = id == pid_ || !name.starts_with("argil");  // the window's thread and those of its driver
+    work[id] = 1e-9 * (ranNs + (draws ? waitedNs : 0));
   }
   return work;
 }

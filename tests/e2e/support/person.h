@@ -31,7 +31,7 @@ class RunningStudio {
   [[nodiscard]] std::string said() const;  ///< On stderr.
   [[nodiscard]] uint64_t residentBytes() const;
   [[nodiscard]] double cpuSeconds() const;  ///< User and system.
-  /// What each of its threads had to do until now, s: processor time; for the window's thread also the time that it
+  /// What each of its threads had to do until now, s: processor time; for those that draw also the time that they
   /// waited for a processor. Without those that tick at rest: the servo and devices.
   [[nodiscard]] std::map<pid_t, double> workSeconds() const;
   [[nodiscard]] pid_t pid() const { return pid_; }
@@ -72,8 +72,8 @@ class Person {
   /// As the window manager's button does.
   void close();
   void pause(double seconds) const;
-  /// Waits until the studio has taken in what was done, and has next to nothing to do for a quarter of a second: a
-  /// pause that is as long as the machine needs. At most 15 s.
+  /// Waits until the studio has taken in what was done, and has next to nothing to do for 0.6 s: a pause that is as
+  /// long as the machine needs. At most 15 s.
   void ready() const;
 
   /// What the window shows, as it stands on the screen.
