@@ -504,10 +504,9 @@ void BrushStroke::State::redistanceDue() {
   all.reserve(due.size() * 4);
   for (const Coord c : due) lastTouch[c].stamp = kDone;
   for (const Coord c : due)
-    for (int i = 0; i < 27; ++i) {
-      const Coord near = c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-      const auto it = lastTouch.find(near);
-      if (it != lastTouch.end() && it->second.stamp == kDone) all.push_back(near);
+    for (const Coord step : kAroundSteps) {
+      const auto it = lastTouch.find(c + step);
+      if (it != lastTouch.end() && it->second.stamp == kDone) all.push_back(c + step);
     }
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());

@@ -173,11 +173,8 @@ class Carrier {
 
   // Whether a brick or one beside it has anything to take along.
   [[nodiscard]] bool concerned(Coord coord) {
-    for (int i = 0; i < 27; ++i) {
-      const Coord near = coord + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-      if (!now_.at(near).empty()) return true;
-    }
-    return false;
+    return std::any_of(kAroundSteps.begin(), kAroundSteps.end(),
+                       [&](Coord step) { return !now_.at(coord + step).empty(); });
   }
 
  private:

@@ -38,10 +38,11 @@ enum class Renew : uint8_t {
   /// smooth.
   all,
 };
+/// Bricks that redistance() solves at once.
+inline constexpr size_t kSolvedAtOnce = 1024;
 /// `tolerance`: without `renew`, what an old value may differ from the solution by and stand. More than `atOnce` bricks
 /// are solved part by part, each with those around it from which something may come, so that memory (5 KB a
 /// brick) does not follow their count. The result depends neither on `threads` nor on `atOnce`.
-inline constexpr size_t kSolvedAtOnce = 1024;
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {},
                               int threads = 1, float tolerance = kRedistanceTolerance, size_t atOnce = kSolvedAtOnce);
 

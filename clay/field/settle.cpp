@@ -129,10 +129,9 @@ void redistanceByRegion(Editor& editor, std::span<const Coord> bricks, Job* job,
     while (end < byRegion.size() && byRegion[end] >> 3 == byRegion[begin] >> 3) ++end;
     BrickSet set;
     for (size_t i = begin; i < end; ++i)
-      for (int k = 0; k < 27; ++k) {
-        const Coord near = byRegion[i] + Coord{k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-        if (std::binary_search(sorted.begin(), sorted.end(), near)) set.add(near);
-      }
+      for (const Coord step : kAroundSteps)
+        if (const Coord near = byRegion[i] + step; std::binary_search(sorted.begin(), sorted.end(), near))
+          set.add(near);
     std::vector<Coord> all = set.sorted();
     std::sort(all.begin(), all.end());
     wanted.clear();
@@ -191,10 +190,8 @@ void keepChannels(Editor& editor, const Version& from) {
 std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords) {
   BrickSet around;
   for (const Coord c : coords)
-    for (int i = 0; i < 27; ++i) {
-      const Coord n = c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-      if (editor.find(n).brick()) around.add(n);
-    }
+    for (const Coord step : kAroundSteps)
+      if (editor.find(c + step).brick()) around.add(c + step);
   return around.sorted();
 }
 
@@ -202,8 +199,9 @@ void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
   std::vector<Coord> drop;
   for (const Coord c : coords) {
     bool inside = false, outside = false;
-    for (int i = 0; i < 27 && !(inside && outside); ++i) {
-      const Slot slot = editor.find(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    for (const Coord step : kAroundSteps) {
+      if (inside && outside) break;
+      const Slot slot = editor.find(c + step);
       inside |= slot.brick() ? slot.brick()->anyInside != 0 : slot.tile() == Tile::inside;
       outside |= slot.brick() ? slot.brick()->anyOutside != 0 : slot.tile() == Tile::outside;
     }

@@ -7,24 +7,13 @@
 #include <vector>
 
 #include "clay/kernels/shaping_kernels.h"
+#include "clay/store/brick_set.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
 
 /// Neighbours across the faces, below and above along x, y, z: face / 2 is the axis.
 inline constexpr std::array<Coord, 6> kFaceSteps{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
-
-/// All 27 bricks around one and itself (number 13), z fastest.
-inline constexpr size_t kBricksAround = 27;
-[[nodiscard]] constexpr size_t aroundNumber(Coord step) {
-  return static_cast<size_t>((step.x + 1) * 9 + (step.y + 1) * 3 + step.z + 1);
-}
-inline constexpr std::array<Coord, kBricksAround> kAroundSteps = [] {
-  std::array<Coord, kBricksAround> steps;
-  for (int i = 0; i < static_cast<int>(kBricksAround); ++i)
-    steps[static_cast<size_t>(i)] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
-  return steps;
-}();
 
 /// For each of `bricks` (sorted, each once) the indices among them of the bricks `steps` away, −1 where there is none.
 /// Cost: one walk along `bricks` a step.

@@ -20,6 +20,18 @@ struct CoordHash {
   }
 };
 
+/// All 27 bricks around one and itself (number 13), z fastest.
+inline constexpr size_t kBricksAround = 27;
+[[nodiscard]] constexpr size_t aroundNumber(Coord step) {
+  return static_cast<size_t>((step.x + 1) * 9 + (step.y + 1) * 3 + step.z + 1);
+}
+inline constexpr std::array<Coord, kBricksAround> kAroundSteps = [] {
+  std::array<Coord, kBricksAround> steps;
+  for (int i = 0; i < static_cast<int>(kBricksAround); ++i)
+    steps[static_cast<size_t>(i)] = {i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+  return steps;
+}();
+
 /// One bit a brick in blocks of 8×8×8. Adding near the last added costs a few instructions.
 class BrickSet {
  public:
@@ -61,7 +73,7 @@ class BrickSet {
 inline std::vector<Coord> withNeighbours(const std::vector<Coord>& bricks) {
   BrickSet set;
   for (const Coord c : bricks)
-    for (int i = 0; i < 27; ++i) set.add(c + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    for (const Coord step : kAroundSteps) set.add(c + step);
   std::vector<Coord> all = set.sorted();
   std::sort(all.begin(), all.end());
   return all;

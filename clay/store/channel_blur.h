@@ -22,10 +22,11 @@ class ChannelBlur {
   template <class Clay>
   [[nodiscard]] bool gather(ChannelReader<Clay>& clay, Coord coord, bool colour) {
     const float band = clay.band();
-    const ChannelPlace* places[27];
-    for (int i = 0; i < 27; ++i) places[i] = &clay.at(coord + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    const ChannelPlace* places[kBricksAround];
+    for (size_t i = 0; i < kBricksAround; ++i) places[i] = &clay.at(coord + kAroundSteps[i]);
     const size_t counted = indexOf(colour ? Channel::cover : Channel::mask);
-    if (std::all_of(places, places + 27, [&](const ChannelPlace* p) { return p->channel[counted] == ChannelSlot(); }))
+    if (std::all_of(std::begin(places), std::end(places),
+                    [&](const ChannelPlace* p) { return p->channel[counted] == ChannelSlot(); }))
       return false;
     const auto side = [](int c) { return c < 0 ? 0 : c < kBrickEdge ? 1 : 2; };
     colour_ = colour;

@@ -290,7 +290,7 @@ TaskList Surface::State::changedRegions(const Version& next) const {
   };
   Version::forEachDifference(version, next, [&](Coord brick, Slot before, Slot after) {
     if (grade == Grade::fine) {
-      for (int i = 0; i < 27; ++i) tasks.want(brick + Coord{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+      for (const Coord step : kAroundSteps) tasks.want(brick + step);
       return;
     }
     if (brick >> 3 != region) {
@@ -300,8 +300,7 @@ TaskList Surface::State::changedRegions(const Version& next) const {
     for (unsigned left = changedFor(before, after); left != 0; left &= left - 1)
       changes[static_cast<size_t>(std::countr_zero(left))][static_cast<size_t>(brick.x & 7)] |= TaskList::bitOf(brick);
     if (bricksThatReadBeyond == 0) return;
-    for (int i = 0; i < 27; ++i) {
-      const Coord step{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1};
+    for (const Coord step : kAroundSteps) {
       // Folded faces of lower bricks look at layers that changedFor() has told of.
       if (grade == Grade::draft && step.x <= 0 && step.y <= 0 && step.z <= 0) continue;
       const Held* held = find(brick + step);

@@ -24,7 +24,6 @@ class DeviceRig {
     bool bytes = false;          ///< It speaks bytes, right or wrong: misbehave() does something.
     bool silenceIsRest = false;  ///< It says nothing while it is at rest (HID).
     double resolutionMm = 1e-3;
-    double slack = 1;  ///< Times longer than hardware that its bus may take: an emulated one has no time of its own.
   };
   [[nodiscard]] virtual std::unique_ptr<Device> open() = 0;
 
@@ -36,6 +35,8 @@ class DeviceRig {
   [[nodiscard]] virtual double peakN() const { return 0; }  ///< The longest ever.
   /// False where this kind cannot do that wrong.
   virtual bool misbehave(Misbehaviour) { return false; }
+  /// How many times longer than a device's own bus this one takes now: an emulated one has no time of its own.
+  [[nodiscard]] virtual double slack() const { return 1; }
   virtual void unplug() {}
   virtual void replug() {}
 };

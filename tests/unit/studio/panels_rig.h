@@ -66,7 +66,7 @@ class PanelsRig {
   void frames(int count) {
     for (int i = 0; i < count; ++i) frame();
   }
-  /// Frames until it is so; fails after some seconds.
+  /// Frames until it is so. Throws after five minutes: the test ends there.
   template <class Condition>
   void until(const Condition& condition, const char* what) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(5);  // on a busy machine

@@ -1,7 +1,12 @@
 // The conformance suite once more, through libusb and an emulated bus.
 
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
 #include "../../support/emulated_usb.h"
 #include "../../unit/haptics/device_conformance.h"
+#include "haptics/base/clock.h"
 #include "haptics/devices/falcon.h"
 
 namespace argil::haptics::testing {
@@ -18,7 +23,7 @@ std::shared_ptr<EmulatedUsb> theBus() {
 class FalconUsbRig final : public DeviceRig {
  public:
   static constexpr Traits kTraits = {
-      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061, .slack = 20};
+      .force = true, .cable = true, .follows = true, .bytes = true, .resolutionMm = 0.061};
   FalconUsbRig() : bus_(theBus()) {
     static int next = 0;
     port_ = std::to_string(1 + next++ % 6);
@@ -39,10 +44,31 @@ class FalconUsbRig final : public DeviceRig {
     // Nine answers of ten in time is more than an emulated bus can promise: falcon_usb_test.cpp asks for less.
     return what != Misbehaviour::split && testing::misbehave(falcon_, what);
   }
+  double slack() const override {
+    static const double measured = measure();
+    return measured;
+  }
   void unplug() override { bus_->unplug(port_); }
   void replug() override { bus_->plug(falcon_, port_); }
 
  private:
+  // A servo's turn takes a millisecond: as many of them as an exchange takes, and twice that for the scheduler.
+  static double measure() {
+    constexpr int kExchanges = 50;
+    FalconUsbRig rig;
+    const auto device = rig.open();
+    int64_t begin = 0;
+    for (int count = 0; count < kExchanges && (begin == 0 || nowNs() - begin < 30'000'000'000);) {
+      DeviceState state;
+      const bool fresh = device->read(double(nowNs()) * 1e-9, state);
+      device->write(double(nowNs()) * 1e-9, Vec3d::Zero());
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (fresh && begin == 0) begin = nowNs();
+      count += fresh;
+    }
+    return std::clamp(2e-6 * double(nowNs() - begin) / kExchanges, 1.0, 50.0);
+  }
+
   FalconEmulator falcon_{{}};
   std::shared_ptr<EmulatedUsb> bus_;
   std::string port_;
