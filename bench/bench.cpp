@@ -153,6 +153,7 @@ void runBenchmarks(const BenchOptions& options) {
   if (!(options.seconds >= 1 && options.seconds <= 3600)) throw Error("--seconds: give 1 to 3600 s");
   if (!(options.longestS >= 1 && options.longestS <= 600)) throw Error("--stroke: give 1 to 600 s");
   if (!(options.cellSeconds > 0 && options.cellSeconds <= 3600)) throw Error("--cell: give up to 3600 s");
+  if (!(options.threads >= 0 && options.threads <= 64)) throw Error("--threads: give 0 to 64");
   if (!(options.hours > 0 && options.hours <= 48)) throw Error("--hours: give up to 48 h");
   for (const double tip : options.tips)
     if (!(tip >= 1 && tip <= 1000)) throw Error("--tips: give radii of 1 to 1000 voxels");

@@ -88,6 +88,7 @@ struct BenchOptions {
   double seconds = 60;                          ///< Of the paced servo.
   std::filesystem::path folder;                 ///< Where files are written; empty: the folder of temporary files.
   double longestS = 60;                         ///< day: of the hand, in one stroke; 1 to 600.
+  int threads = 0;                              ///< day: of strokes; 0: as many as a session takes.
   double cellSeconds = 20;                      ///< day: a stroke that has taken so much work is cut off.
   std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
   double hours = 4;                             ///< day: simulated.

@@ -5,8 +5,8 @@
 // four times, then goes on to the next square of the sphere. It rests on the clay as it is: each sample lies where the
 // surface was when the sample before it was applied. Samples come 250 times a second and are published four at a time.
 //
-// Cost is time of the processor; latency is by the clock and that of a queue: a batch is begun when its last sample has
-// come and the batch before it is done.
+// Cost is time of the processor, of all threads together; latency is by the clock and that of a queue: a batch is begun
+// when its last sample has come and the batch before it is done.
 
 #include <malloc.h>
 
@@ -25,6 +25,7 @@
 #include "clay/brush/brush.h"
 #include "clay/store/sampler.h"
 #include "clay/surface/surface.h"
+#include "engine/saving/session.h"
 #include "engine/session/edit_loop.h"
 #include "engine/tools/stroke_path.h"
 #include "engine/tools/tool_table.h"
@@ -144,10 +145,11 @@ class Hand {
 // A stroke in work, with the surface that is seen of it: that of `base` at first.
 class HandOnClay {
  public:
-  HandOnClay(const Version& base, const engine::Tool& tool, Hand hand, Surface& surface)
+  HandOnClay(const Version& base, const engine::Tool& tool, Hand hand, Surface& surface, int threads)
       : grid_(base.grid()),
         surface_(surface),
-        stroke_(base, brushOf(tool, grid_, base)),
+        threads_(threads),
+        stroke_(base, brushOf(tool, grid_, base), {}, threads),
         path_(grid_, tool),
         hand_(std::move(hand)),
         shown_(base) {}
@@ -167,7 +169,7 @@ class HandOnClay {
     Stopwatch turn;
     const auto show = [&] {
       shown_ = stroke_.publish();
-      surface_.update(shown_);
+      surface_.update(shown_, threads_);
       picture.add(turn.us());
       turn = {};
     };
@@ -190,13 +192,14 @@ class HandOnClay {
     path_.finish(stamps_);
     for (const Stamp& stamp : stamps_) stroke_.apply(stamp);
     shown_ = stroke_.finish();
-    surface_.update(shown_);
+    surface_.update(shown_, threads_);
     return shown_;
   }
 
  private:
   Grid grid_;
   Surface& surface_;
+  int threads_;
   BrushStroke stroke_;
   engine::StrokePath path_;
   Hand hand_;
@@ -204,7 +207,9 @@ class HandOnClay {
   Version shown_;
 };
 
-Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS, double capS, Job* job) {
+Cell strokeOf(const BenchModel& model, const engine::Tool& tool, int threads, const BenchOptions& options) {
+  const double longestS = options.longestS, capS = options.cellSeconds;
+  Job* job = options.job;
   Cell cell;
   const Version base = model.version;
   Store* store = base.store().get();
@@ -225,7 +230,7 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
   const auto lastOnes = static_cast<int64_t>(std::lround(kShortS / kSampleS));
   const int64_t compared = samples - lastOnes, fresh = compared - lastOnes;
   {
-    HandOnClay work(base, tool, Hand(base, tool), surface);
+    HandOnClay work(base, tool, Hand(base, tool), surface, threads);
     double workUs = 0, clockS = 0, memoryAtS = 0;
     std::vector<double> lengths(kLengths.begin(), std::lower_bound(kLengths.begin(), kLengths.end(), longestS));
     lengths.push_back(longestS);
@@ -263,7 +268,7 @@ Cell strokeOf(const BenchModel& model, const engine::Tool& tool, double longestS
   cell.hash = shown.hash();
   if (then && !cell.cutOff) {
     surface.update(then->first);
-    HandOnClay anew(then->first, tool, then->second, surface);
+    HandOnClay anew(then->first, tool, then->second, surface, threads);
     double us = 0;
     Samples unused;
     for (int64_t i = fresh; i < samples; i += kBatch) {
@@ -295,18 +300,19 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
   std::vector<double> sizes = {1};
   if (options.largest > 1) sizes.push_back(options.largest);
   if (options.largest < 1) sizes.front() = options.largest;
+  const int threads = options.threads > 0 ? options.threads : engine::Session::strokeThreads();
   uint64_t cells = 0, grown = 0, own = 0, late = 0, slow = 0, heavy = 0, cut = 0;
   for (const double size : sizes) {
     const BenchModel model = benchSphere(size);
     report.heading(fmt::format(
-        "day, strokes: sphere of {} with {} of active voxels, one thread; the hand moves at {:g} mm/s or "
+        "day, strokes: sphere of {} with {} of active voxels, {} threads; the hand moves at {:g} mm/s or "
         "{:g} radii a second; a stroke is "
         "cut off after {:g} s of work.\ntime ÷ hand time after 1, 10, 60, 600 s (! above {}); growth "
         "beside 10 s (! above {}), and, without what the clay's growth does, of the last 10 s beside a stroke that "
         "began 10 s before them on the same clay (0: none); latency; p99 from picture to picture, ms (! above {}); "
         "bytes beyond the clay ÷ bytes changed (! above {} and {} MB); bricks computed for a second of "
         "hand, first 10 s and all",
-        "40 mm", model.name, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
+        "40 mm", model.name, threads, kHandMms, kHandRadii, options.cellSeconds, limits.handTime, limits.growth,
         limits.pictureMs, limits.memory, limits.spareBytes >> 20));
     for (const engine::ToolRow& row : engine::toolTable()) {
       if (row.file != engine::ToolFile::none) continue;
@@ -318,7 +324,7 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
         tool.radiusMm = radius * model.version.grid().voxelMm;
         tool.heightMm = tool.radiusMm / 5;
         tool.blendMm = std::min(tool.radiusMm / 5, 3 * model.version.grid().voxelMm);
-        const Cell cell = strokeOf(model, tool, options.longestS, options.cellSeconds, options.job);
+        const Cell cell = strokeOf(model, tool, threads, options);
         const Mark& last = cell.marks.back();
         const double growth = cell.growth();
         const bool tooLate = last.cost > limits.handTime && (radius <= 50 || keepsUpAtAnySize(row.id));
@@ -348,6 +354,7 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
           r.unit = "s/s";
           r.median = each.cost;
           r.n = 1;
+          r.threads = threads;
           r.bytes = cell.beyond;
           r.memory = cell.changed;
           r.bricks = static_cast<uint64_t>(double(each.touched) / each.handS);

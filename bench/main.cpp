@@ -29,6 +29,8 @@ int run(int argc, char** argv) {
   app.add_option("--stroke", options.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
   app.add_option("--cell", options.cellSeconds, "day: a stroke that takes more seconds of work is cut off")
       ->capture_default_str();
+  app.add_option("--threads", options.threads, "day: threads of strokes; 0: as many as the studio takes")
+      ->capture_default_str();
   app.add_option("--tips", options.tips, "day: radii of the tools' tips, voxels")->capture_default_str();
   app.add_option("--hours", options.hours, "day: simulated hours")->capture_default_str();
   app.add_option("--tools", options.tools, "day: the tools that are measured; all when left out");

@@ -19,7 +19,6 @@ namespace {
 // Bricks and nodes freed at a time: well below a millisecond, so that a collector on the only free core is never a
 // stall.
 constexpr size_t kCollectBatch = 1024;
-constexpr int kMostThreads = 4;  // for one stamp: the servo and the picture want theirs
 constexpr auto kCollectPause = std::chrono::milliseconds(2);
 constexpr size_t kManyStores = 64;  // not to be looked at with every version
 constexpr auto kManyPause = std::chrono::milliseconds(10);
@@ -99,12 +98,17 @@ Session::Session(std::vector<HistoryState> states, size_t done, const StrokeQual
       states_(std::move(states)),
       strokes_(states_.size()),
       done_(done),
-      threads_(std::clamp(int(std::thread::hardware_concurrency()), 1, kMostThreads)),
+      threads_(strokeThreads()),
       collector_(std::make_unique<Collector>()) {
   collector_->add(newest_->pieces);
 }
 
 Session::~Session() = default;
+
+int Session::strokeThreads() noexcept {
+  constexpr int kMost = 4;  // The servo and the picture want theirs.
+  return std::clamp(int(std::thread::hardware_concurrency()), 1, kMost);
+}
 
 DocumentPtr Session::document() const {
   const std::lock_guard lock(mutex_);

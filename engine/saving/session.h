@@ -80,6 +80,9 @@ class Session {
   Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality = {});
   ~Session();
 
+  /// Threads that share a large stamp, and the surface that it changed: the machine's, at most 4. Any thread.
+  [[nodiscard]] static int strokeThreads() noexcept;
+
   /// The newest document, in the middle of a stroke the last published one. Any thread but the servo's.
   [[nodiscard]] DocumentPtr document() const;
   /// The newest version of the active piece; none without one. Any thread but the servo's.

@@ -102,7 +102,7 @@ class Workbench {
     std::string device = "pointer";
     bool realtime = true;
     std::string falconFirmware;
-    int surfaceThreads = 1;
+    int surfaceThreads = Session::strokeThreads();
     bool journal = true;                         ///< False: nothing is kept but what is saved.
     std::filesystem::path journalFolder;         ///< Empty: io::journalFolder().
     uint64_t undoBytes = UndoBudget::kStandard;  ///< As setUndoBudget() takes it.

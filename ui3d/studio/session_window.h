@@ -22,6 +22,7 @@
 #include "ui3d/studio/view/deforming.h"
 #include "ui3d/studio/view/frame_log.h"
 #include "ui3d/studio/view/picture_thread.h"
+#include "ui3d/studio/view/rest_sign.h"
 #include "ui3d/studio/widgets/widgets.h"
 #include "ui3d/studio/window.h"
 
@@ -46,7 +47,9 @@ class SessionWindow {
   void gather();
   void turn();
   void serveRecording(double now);
+  [[nodiscard]] bool acting() const;
   [[nodiscard]] bool atRest() const;
+  void tellRest();
   [[nodiscard]] double restS(double now);
   void changed() { changedS_ = window_.nowS(); }
   void writeReport();
@@ -132,6 +135,7 @@ class SessionWindow {
   Camera camera_;
   Hand hand_;
   FrameLog log_;
+  RestSign restSign_;
 
   std::shared_ptr<const engine::Snapshot> now_;
   std::vector<Event> events_;  // Waiting to be handled, in order.

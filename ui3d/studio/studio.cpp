@@ -219,9 +219,23 @@ void SessionWindow::gather() {
     for (size_t i = first; i < events_.size(); ++i) recording_->write(events_[i]);
 }
 
+// Whether something is under way that somebody asked for.
+bool SessionWindow::acting() const {
+  return !events_.empty() || hand_.active() || !waiting_.pieces.empty() || !partsWaiting_.empty() || !bench_.idle() ||
+         deforming_.busy() || uiSteps_ > 0 || (pictures_.busy() && frame_.clay) ||
+         !(stillShown_ || window_.minimised());
+}
+
 bool SessionWindow::atRest() const {
-  return events_.empty() && !hand_.active() && !pictures_.busy() && waiting_.pieces.empty() && partsWaiting_.empty() &&
-         bench_.idle() && !deforming_.busy() && uiSteps_ == 0 && (stillShown_ || window_.minimised());
+  return !acting() && !pictures_.busy();
+}
+
+void SessionWindow::tellRest() {
+  if (!restSign_.wanted()) return;
+  if (acting())
+    restSign_.tell(false);
+  else if (!pictures_.busy() && window_.nowS() >= nextFrameS_)  // Else panels alone are drawn: a cursor may blink.
+    restSign_.tell(true);
 }
 
 // Checks and screenshots of a recording. Between two pictures.
@@ -368,6 +382,7 @@ void SessionWindow::run() {
     if (leave_) break;
     log_.turned(haptics::nowNs() - began, haptics::threadWorkNs() - core);
     const double now = window_.nowS();
+    tellRest();
     const int descriptors[] = {pen_.descriptor()};
     window_.wait(std::min(restS(now), due - now), std::span(descriptors, pen_.descriptor() >= 0 ? 1 : 0));
   }

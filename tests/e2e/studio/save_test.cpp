@@ -83,6 +83,25 @@ class Keeping : public OnScreen {
       if (entry.is_regular_file()) found.insert(entry.path().string());
     return found;
   }
+  // Until nothing more is written for a second: half a second after a step it is kept.
+  void journalRests(const Person& person) const {
+    const auto bytes = [&] {
+      uintmax_t sum = 0;
+      for (const std::string& file : journals()) {
+        std::error_code gone;
+        const uintmax_t size = fs::file_size(file, gone);
+        sum += gone ? 0 : size;
+      }
+      return sum;
+    };
+    uintmax_t last = bytes();
+    for (int still = 0, looks = 0; (still < 20 || last == 0) && looks < 1000; ++looks) {
+      person.pause(0.05);
+      const uintmax_t now = bytes();
+      still = now == last ? still + 1 : 0;
+      last = now;
+    }
+  }
 };
 
 TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
@@ -149,7 +168,7 @@ TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
     (void)addBlock(person);
     carve(person, -60);
     carved = shot(person, step);
-    person.pause(1);
+    journalRests(person);
     ::kill(running->pid(), SIGKILL);
     EXPECT_EQ(running->wait(10), 128 + SIGKILL);
   };

@@ -36,10 +36,16 @@ class StudioWindow : public ::testing::Test {
     }
     return double(free) / image.width * (image.height - (kMenu + kBar + kStatus) * scale) / image.height;
   }
+  static void failed(const render::Image& before, const render::Image& now, const std::string& what) {
+    const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    keep(before, "failed-" + test + "-" + what + "-before");
+    keep(now, "failed-" + test + "-" + what + "-now");
+  }
   static render::Image other(const Person& person, const render::Image& before, double least, const std::string& what) {
     render::Image now = person.settled();
     for (int i = 0; i < 20 && difference(before, now) <= least; ++i) now = person.settled();
     EXPECT_GT(difference(before, now), least) << what;
+    if (difference(before, now) <= least) failed(before, now, what);
     return now;
   }
   static void expectAgain(const Person& person, const render::Image& before, double most, const std::string& what) {
@@ -53,19 +59,13 @@ class StudioWindow : public ::testing::Test {
       return cut;
     };
     double away = 1;
-    for (int i = 0; i < 20 && away > most; ++i) away = difference(upper(before), upper(person.settled()));
-    EXPECT_LE(away, most) << what;
-  }
-  // The full picture: on a busy machine it comes later than the thinned one counts as settled.
-  static render::Image still(const Person& person) {
-    render::Image last = person.settled();
-    for (int i = 0; i < 20; ++i) {
-      person.pause(1.5);
-      render::Image now = person.settled();
-      if (difference(last, now) < 0.0005) return now;
-      last = std::move(now);
+    render::Image now;
+    for (int i = 0; i < 20 && away > most; ++i) {
+      now = person.settled();
+      away = difference(upper(before), upper(now));
     }
-    return last;
+    EXPECT_LE(away, most) << what;
+    if (away > most) failed(before, now, what);
   }
   static void byPalette(Person& person, const std::string& words) {
     const render::Image before = person.settled();
@@ -79,7 +79,7 @@ class StudioWindow : public ::testing::Test {
 
   // Until it is there: a busy machine takes its time to make one.
   static void addBlock(Person& person) {
-    const render::Image empty = still(person);
+    const render::Image empty = person.settled();
     byPalette(person, "add a block");
     (void)other(person, empty, 0.1, "the block");
   }
@@ -137,7 +137,7 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
   addBlock(person);
   person.move(s.width / s.scale - 60, 100);
   (void)person.shot(name + "-block");
-  const render::Image block = still(person);
+  const render::Image block = person.settled();
   EXPECT_GE(clayPart(block, s.scale), 0.595);
   for (const char* key : {"F3", "F4", "F6"}) {
     person.key(key);
@@ -150,7 +150,7 @@ TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
     }
     expectAgain(person, block, 0.01, std::string(key) + " and back");
   }
-  const render::Image before = still(person);
+  const render::Image before = person.settled();
   person.key("F4");
   (void)other(person, before, 0.02, "things");
   person.click(s.width / s.scale * 0.4, s.height / s.scale - 40);
@@ -170,12 +170,12 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
   Person person(studio);
   addBlock(person);
   person.move(1200, 400);
-  const render::Image block = still(person);
+  const render::Image block = person.settled();
   // A curve that is being drawn would be given up by an Escape that reaches the picture.
   person.key("shift+c");
   (void)other(person, block, 0.05, "a curve is drawn");
   (void)person.shot("window-drawing");
-  const render::Image drawing = still(person);
+  const render::Image drawing = person.settled();
   struct Row {
     const char* name;
     std::function<void()> open;
@@ -221,7 +221,7 @@ TEST_F(StudioWindow, shortcutsWorkWhileAMenuIsOpen) {
   Person person(studio);
   addBlock(person);
   person.move(1200, 400);
-  const render::Image block = still(person);
+  const render::Image block = person.settled();
   person.click(23, 14);
   (void)other(person, block, 0.01, "the menu");
   person.key("ctrl+p");  // The menu closes, the palette opens, and its own key closes it.

@@ -9,6 +9,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <stb_image.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include <cctype>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -32,12 +34,11 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPatience = 60;  // s: a software driver on a machine that does other things too
-constexpr double kStill = 0.6;    // At scale 1; a picture of four times the pixels takes its time.
-constexpr double kReady = 0.6;    // Without work it has done what it was asked.
-constexpr double kLongest = 15;   // Some never rest.
-constexpr double kKeyHeld = 0.03, kClickHeld = 0.15;
-constexpr double kRest = 0.25;    // Of a processor: a studio whose threads all do less has nothing to do.
+constexpr double kPatience = 120;  // s: a software driver on a machine that does other things too
+constexpr double kStill = 0.3;     // At scale 1; a picture of four times the pixels takes its time.
+constexpr double kReady = 0.3;     // The window's manager may hold back a press until it has looked at it.
+constexpr double kHeld = 0.03;
+constexpr size_t kTurnsBytes = 2 * sizeof(uint64_t);
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
 
 void sleep(double seconds) {
@@ -66,6 +67,17 @@ size_t changedPixels(const render::Image& a, const render::Image& b) {
   return count;
 }
 
+// Two counts, shared with the studio.
+const std::atomic<uint64_t>* mapTurns(const fs::path& file) {
+  const int opened = open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  void* bytes = MAP_FAILED;
+  if (opened >= 0 && ftruncate(opened, kTurnsBytes) == 0)
+    bytes = mmap(nullptr, kTurnsBytes, PROT_READ, MAP_SHARED, opened, 0);
+  if (opened >= 0) close(opened);
+  if (bytes == MAP_FAILED) throw std::runtime_error("cannot share " + file.string());
+  return static_cast<const std::atomic<uint64_t>*>(bytes);
+}
+
 }  // namespace
 
 RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs::path& home) : err_(home / "said") {
@@ -74,12 +86,17 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
   std::vector<char*> argv, environment;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  std::string config = "XDG_CONFIG_HOME=" + home.string(), state = "ARGIL_STATE=" + (home / "state").string();
+  static int studios = 0;
+  const std::string rest = (home / ("rest" + std::to_string(++studios))).string();
+  turns_ = mapTurns(rest);
+  std::array<std::string, 3> own = {"XDG_CONFIG_HOME=" + home.string(), "ARGIL_STATE=" + (home / "state").string(),
+                                    "ARGIL_REST=" + rest};
   for (char** e = environ; *e; ++e)
-    if (std::string(*e).rfind("XDG_CONFIG_HOME=", 0) != 0 && std::string(*e).rfind("ARGIL_STATE=", 0) != 0)
+    if (std::none_of(own.begin(), own.end(), [&](const std::string& variable) {
+          return std::string(*e).starts_with(variable.substr(0, variable.find('=') + 1));
+        }))
       environment.push_back(*e);
-  environment.push_back(config.data());
-  environment.push_back(state.data());
+  for (std::string& variable : own) environment.push_back(variable.data());
   environment.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -91,9 +108,11 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
 }
 
 RunningStudio::~RunningStudio() {
-  if (!running()) return;
-  kill(pid_, SIGKILL);
-  waitpid(pid_, nullptr, 0);
+  if (running()) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  munmap(const_cast<std::atomic<uint64_t>*>(turns_), kTurnsBytes);
 }
 
 bool RunningStudio::running() {
@@ -135,21 +154,8 @@ double RunningStudio::cpuSeconds() const {
   return (user + system) / double(sysconf(_SC_CLK_TCK));
 }
 
-std::map<pid_t, double> RunningStudio::workSeconds() const {
-  std::map<pid_t, double> work;
-  std::error_code gone;  // Threads end while they are looked at.
-  for (fs::directory_iterator task(fs::path("/proc") / std::to_string(pid_) / "task", gone), end; !gone && task != end;
-       task.increment(gone)) {
-    const std::string name = slurp(task->path() / "comm");
-    if (name == "argil-servo\n" || name == "argil-watchdog\n" || name == "argil-device\n") continue;
-    std::istringstream in(slurp(task->path() / "schedstat"));
-    double ranNs = 0, waitedNs = 0;
-    in >> ranNs >> waitedNs;
-    const pid_t id = std::stoi(task->path().filename().string());
-    const bool draws = id == pid_ || !name.starts_with("argil");  // the window's thread and those of its driver
-    work[id] = 1e-9 * (ranNs + (draws ? waitedNs : 0));
-  }
-  return work;
+RunningStudio::Turns RunningStudio::turns() const {
+  return {turns_[0].load(std::memory_order_acquire), turns_[1].load(std::memory_order_acquire)};
 }
 
 struct Person::State {
@@ -267,11 +273,11 @@ void Person::release(int button) {
 
 void Person::click(double x, double y, int button) {
   move(x, y);
-  sleep(kClickHeld);
+  sleep(kHeld);
   press(button);
-  sleep(kClickHeld);  // longer than a frame of a software driver on a slow machine
+  sleep(kHeld);
   release(button);
-  sleep(kKeyHeld);
+  sleep(kHeld);
 }
 
 void Person::drag(const std::vector<std::array<double, 2>>& points, double seconds, int button) {
@@ -296,7 +302,7 @@ void Person::wheel(int clicks) {
   for (int i = 0; i < std::abs(clicks); ++i) {
     press(clicks > 0 ? 4 : 5);
     release(clicks > 0 ? 4 : 5);
-    sleep(kKeyHeld);
+    sleep(kHeld);
   }
 }
 
@@ -316,11 +322,11 @@ void Person::key(const std::string& keys) {
   words.push_back(rest);
   for (const std::string& word : words) {
     keyDown(word);
-    sleep(kKeyHeld);
+    sleep(kHeld);
   }
   for (auto word = words.rbegin(); word != words.rend(); ++word) {
     keyUp(*word);
-    sleep(kKeyHeld);
+    sleep(kHeld);
   }
 }
 
@@ -390,62 +396,78 @@ render::Image Person::look() const {
   return image;
 }
 
-// Whether the studio had more to do since the last time that it was asked.
-class Person::Watch {
+namespace {
+
+// Whether the studio rests: for how long, by what it tells of its turns.
+class Rest {
  public:
-  explicit Watch(const RunningStudio& studio) : studio_(studio), before_(studio.workSeconds()) {}
-  bool busy() {
-    std::map<pid_t, double> work = studio_.workSeconds();
-    const double rest = kRest * since(std::exchange(looked_, Clock::now()));
-    const bool some =
-        std::any_of(work.begin(), work.end(), [&](const auto& t) { return t.second - before_[t.first] > rest; });
-    before_ = std::move(work);
-    return some;
+  explicit Rest(const RunningStudio& studio) : studio_(studio), from_(studio.turns()) {}
+  void begin() {
+    from_ = studio_.turns();
+    begin_ = Clock::now();
+  }
+  // A turn that was under way when something came has not seen it: three are two whole ones.
+  bool lasts(double seconds) {
+    const RunningStudio::Turns now = studio_.turns();
+    if (now.acting != from_.acting) begin();
+    return now.resting >= from_.resting + 3 && since(begin_) >= seconds;
   }
 
  private:
   const RunningStudio& studio_;
-  std::map<pid_t, double> before_;
-  Clock::time_point looked_ = Clock::now();
+  RunningStudio::Turns from_;
+  Clock::time_point begin_ = Clock::now();
 };
+
+}  // namespace
 
 void Person::ready() const {
   XSync(state_->display, False);  // The server has handed on what was done.
   const auto begin = Clock::now();
-  auto worked = begin;
-  Watch watch(*state_->studio);
-  while (since(worked) < kReady && since(begin) < kLongest) {
+  Rest rest(*state_->studio);
+  while (!rest.lasts(kReady)) {
     if (!state_->studio->running()) return;
-    sleep(0.05);
-    if (watch.busy()) worked = Clock::now();
+    if (since(begin) > kPatience) {
+      std::fprintf(stderr, "the studio does not come to rest\n");
+      return;
+    }
+    sleep(0.02);
   }
 }
 
 render::Image Person::settled() const {
+  XSync(state_->display, False);
   const auto begin = Clock::now();
   render::Image still = look(), now = still;
-  auto changed = Clock::now();
-  Watch watch(*state_->studio);
-  while (since(changed) < kStill * state_->scale) {
+  Rest rest(*state_->studio);
+  while (!rest.lasts(kStill * state_->scale)) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
-    if (since(begin) > kPatience) break;
+    if (since(begin) > kPatience) {
+      std::fprintf(stderr, "the picture does not come to rest\n");
+      break;
+    }
     sleep(0.1);
-    const bool busy = watch.busy();
     now = look();
-    if (!busy && changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
+    if (changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
     still = now;
-    changed = Clock::now();
+    rest.begin();
   }
   return now;
 }
 
 render::Image Person::shot(const std::string& name) const {
   render::Image image = settled();
-  if (const char* folder = std::getenv("ARGIL_SHOTS")) {
-    fs::create_directories(folder);
-    render::writePng(image, (fs::path(folder) / (name + ".png")).string());
-  }
+  keep(image, name);
   return image;
+}
+
+void keep(const render::Image& image, std::string name) {
+  const char* folder = std::getenv("ARGIL_SHOTS");
+  if (!folder) return;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c) && c != '_'; }, '-');
+  fs::create_directories(folder);
+  render::writePng(image, (fs::path(folder) / (name + ".png")).string());
 }
 
 render::Image readPng(const fs::path& file) {

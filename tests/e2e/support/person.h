@@ -5,8 +5,8 @@
 #include <sys/types.h>
 
 #include <array>
+#include <atomic>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -31,9 +31,11 @@ class RunningStudio {
   [[nodiscard]] std::string said() const;  ///< On stderr.
   [[nodiscard]] uint64_t residentBytes() const;
   [[nodiscard]] double cpuSeconds() const;  ///< User and system.
-  /// What each of its threads had to do until now, s: processor time; for those that draw also the time that they
-  /// waited for a processor. Without those that tick at rest: the servo and devices.
-  [[nodiscard]] std::map<pid_t, double> workSeconds() const;
+  /// Turns of its loop until now after which it had something left to do, and after which it had not (rest_sign.h).
+  struct Turns {
+    uint64_t acting = 0, resting = 0;
+  };
+  [[nodiscard]] Turns turns() const;
   [[nodiscard]] pid_t pid() const { return pid_; }
 
  private:
@@ -41,6 +43,7 @@ class RunningStudio {
   int code_ = -1;
   bool ended_ = false;
   std::filesystem::path err_;
+  const std::atomic<uint64_t>* turns_ = nullptr;
 };
 
 /// Throws std::runtime_error for what a test cannot go on without.
@@ -72,24 +75,25 @@ class Person {
   /// As the window manager's button does.
   void close();
   void pause(double seconds) const;
-  /// Waits until the studio has taken in what was done, and has next to nothing to do for 0.6 s: a pause that is as
-  /// long as the machine needs. At most 15 s.
+  /// Waits until the studio has done what it was asked and for 0.3 s nothing else came: a pause that is as long as the
+  /// machine needs. At most two minutes.
   void ready() const;
 
   /// What the window shows, as it stands on the screen.
   [[nodiscard]] render::Image look() const;
-  /// Waits until that has not changed for 0.6 s times the scale, but for what blinks, while the studio had next to
-  /// nothing to do: on a busy machine it may stand still over its work. At most 60 s.
+  /// Waits until that has not changed for 0.6 s times the scale, but for what blinks, while the studio had nothing to
+  /// do: on a busy machine it may stand still over its work. At most two minutes.
   [[nodiscard]] render::Image settled() const;
   /// The same, kept as NAME.png in $ARGIL_SHOTS if that is set.
   render::Image shot(const std::string& name) const;
 
  private:
   struct State;
-  class Watch;
   std::unique_ptr<State> state_;
 };
 
+/// Keeps it as NAME.png in $ARGIL_SHOTS if that is set; characters of the name that files do not like become '-'.
+void keep(const render::Image& image, std::string name);
 /// Throws std::runtime_error when it is no PNG.
 [[nodiscard]] render::Image readPng(const std::filesystem::path& file);
 /// Part of the pixels that differ by more than 8 in some channel: 0 to 1; 1 for pictures of different size.
