@@ -6,9 +6,8 @@ namespace argil::engine {
 
 BackgroundJob::BackgroundJob(std::function<void(Job&)> work)
     : thread_([this, work = std::move(work)] {
-        // The hand goes first: threads that the work begins inherit this. (Linux keeps it by thread; where it is
-        // refused nothing is lost.)
-        (void)setpriority(PRIO_PROCESS, 0, 19);
+        // Threads that the work begins inherit this. (Linux keeps it by thread; where it is refused nothing is lost.)
+        (void)setpriority(PRIO_PROCESS, 0, kNice);
         try {
           work(job_);
         } catch (...) {

@@ -8,10 +8,14 @@
 
 namespace argil::engine {
 
-/// Runs work on a thread of its own, at the lowest priority. Watch it through job(); an exception that leaves the work
-/// is kept for wait(). Destroying it cancels and waits, so what the work refers to need only outlive this.
+/// Runs work on a thread of its own, behind the hand and the picture but not behind every other program: at the lowest
+/// priority an import of a second takes minutes where others keep the processors busy. Watch it through job(); an
+/// exception that leaves the work is kept for wait(). Destroying it cancels and waits, so what the work refers to need
+/// only outlive this.
 class BackgroundJob {
  public:
+  /// A third of the weight that threads have by default.
+  static constexpr int kNice = 5;
   explicit BackgroundJob(std::function<void(Job&)> work);
   ~BackgroundJob();
   BackgroundJob(const BackgroundJob&) = delete;

@@ -10,7 +10,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr size_t kBoxAt = 3;  // of PieceArguments::numbers
 constexpr size_t kMostPoints = 100000;
 
 std::string nameAt(const Place& place) {
@@ -108,8 +107,8 @@ ScriptOperation readOperation(const Place& place) {
     const auto numbers = box->items();
     if (numbers.size() != 6)
       box->fail(fmt::format("must be 6 numbers [lx, ly, lz, hx, hy, hz], and has {}", numbers.size()));
-    arguments.numbers.resize(kBoxAt);
-    for (const Place& number : numbers) arguments.numbers.push_back(number.number(-kMaxMm, kMaxMm));
+    auto& corners = arguments.change<LatticeValues>().boxMm.emplace();
+    for (size_t i = 0; i < 6; ++i) corners[i / 3][Eigen::Index(i % 3)] = numbers[i].number(-kMaxMm, kMaxMm);
   }
   return operation;
 }
@@ -138,9 +137,9 @@ ordered_json operationJson(const ScriptOperation& operation) {
     if (arguments.directionMm != standard.directionMm) json["direction"] = list(arguments.directionMm);
     if (arguments.closed) json["closed"] = true;
   }
-  if (row->takesBox && arguments.numbers.size() >= kBoxAt + 6) {
-    json["box"] = list({arguments.numbers[kBoxAt], arguments.numbers[kBoxAt + 1], arguments.numbers[kBoxAt + 2]});
-    for (size_t i = 3; i < 6; ++i) json["box"].push_back(arguments.numbers[kBoxAt + i]);
+  if (const auto& box = arguments.get<LatticeValues>().boxMm; row->takesBox && box) {
+    json["box"] = list((*box)[0]);
+    for (const auto& number : list((*box)[1])) json["box"].push_back(number);
   }
   if (row->pieces == 0) {
     if (!operation.name.empty()) json["name"] = operation.name;

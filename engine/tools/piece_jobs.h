@@ -2,38 +2,62 @@
 // Operations on whole pieces: joined, cut, hollowed, split, mirrored ..., as rows of a table that studio, scripts and
 // docs are made from.
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "clay/base/job.h"
 #include "engine/document/document.h"
 #include "engine/document/parameter.h"
+#include "engine/tools/piece_values.h"
 
 namespace argil::engine {
 
-/// What an operation is given. A row says which members it reads: `parameters` the numbers, `takes` the rest.
+/// What an operation is given. A row says which members it reads: `parameters` the values, `takes` the rest.
 struct PieceArguments {
-  std::vector<Id> pieces;           ///< The first is worked on; a row that takes two has the other second.
-  double distanceMm = 1;            ///< Offset, wall, blend radius ...: as the row's parameter says.
-  double innerMm = 2, outerMm = 0;  ///< Walls of a shell.
-  double blendMm = 0;
-  double voxelMm = 0.5;
-  clay::Precision precision = clay::Precision::fixed16;
-  double volumeMm3 = 10;
-  double passes = 1;
-  bool keepOther = false;       ///< Of two pieces: the second stays.
-  MirrorPlane plane;            ///< World mm.
-  int keep = 1;                 ///< Of a cut: +1 what the normal points to, -1 the other side, 0 both, as two pieces.
-  std::vector<Vec3d> pointsMm;  ///< A drawn curve or control points, world mm.
+  std::vector<Id> pieces;  ///< The first is worked on; a row that takes two has the other second.
+  PieceValues values;
+  MirrorPlane plane;                   ///< World mm.
+  std::vector<Vec3d> pointsMm;         ///< A drawn curve or control points, world mm.
   Vec3d directionMm = Vec3d::UnitZ();  ///< Along which a drawn curve is extruded, world.
   bool closed = false;                 ///< Of the curve.
-  std::vector<double> numbers;         ///< What fits nowhere else: the row's file says what.
+
+  /// The values of an operation; those that it begins with where others are held.
+  template <class Values>
+  [[nodiscard]] const Values& get() const {
+    static const Values kNone;
+    const Values* held = std::get_if<Values>(&values);
+    return held ? *held : kNone;
+  }
+  /// The same, to be changed; what else was held is gone.
+  template <class Values>
+  [[nodiscard]] Values& change() {
+    Values* held = std::get_if<Values>(&values);
+    return held ? *held : values.emplace<Values>();
+  }
 
   friend bool operator==(const PieceArguments&, const PieceArguments&) = default;
 };
+
+/// The row of a parameter which is that member of its values: a double, an int, a bool (0 or 1) or an enumeration.
+template <auto member>
+[[nodiscard]] constexpr Parameter<PieceArguments> valueRow(Parameter<PieceArguments> row) {
+  row.get = [](const PieceArguments& a) { return static_cast<double>(a.get<OwnerOf<member>>().*member); };
+  row.set = [](PieceArguments& a, double v) {
+    auto& value = a.change<OwnerOf<member>>().*member;
+    using Value = std::remove_reference_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, double>)
+      value = v;
+    else
+      value = static_cast<Value>(std::lround(v));
+  };
+  return row;
+}
 
 /// What an operation leads to; nothing of the document changes before applyPieceResult().
 struct PieceResult {
@@ -53,9 +77,7 @@ struct PieceJob {
   std::span<const Parameter<PieceArguments>> parameters = {};
   /// Runs in the background on a document that does not change. The pieces exist. Throws Error, Cancelled.
   PieceResult (*run)(const Document& document, const PieceArguments& arguments, Job* job) = nullptr;
-  /// That the points belong to: its low and its high corner, mm of the piece, are numbers 3 to 8; not there: around the
-  /// piece.
-  bool takesBox = false;
+  bool takesBox = false;  ///< LatticeValues::boxMm.
   /// Where there is little room and its group stands above it: "Invert" for "Invert mask". Empty: the name.
   std::string_view brief = {};
 };

@@ -52,19 +52,20 @@ CombineCost combineCost(bool cuts, const Piece& first, const Piece& second, doub
 template <clay::Combination how>
 PieceResult combinePieces(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece &first = *document.piece(arguments.pieces[0]), &second = *document.piece(arguments.pieces[1]);
+  const auto& values = arguments.get<CombineValues>();
   const Eigen::Isometry3d toFirst = isometry(first.pose).inverse() * isometry(second.pose);
   clay::Version own = first.version, other = second.version;
   const clay::WorkPart all(job);
   const bool moves = !(toFirst.matrix() - Eigen::Matrix4d::Identity()).isZero(1e-12);
   clay::Grid grid = own.grid();
-  const CombineCost cost = combineCost(how == clay::Combination::cut, first, second, arguments.voxelMm);
+  const CombineCost cost = combineCost(how == clay::Combination::cut, first, second, values.voxelMm);
   if (cost.voxelMm != grid.voxelMm) {
     grid.voxelMm = cost.voxelMm;
     own = clay::resample(own, grid, Eigen::Isometry3d::Identity(), 0, all.part(0, 0.3));
   }
   if (moves || !(other.grid() == grid)) other = clay::resample(other, grid, toFirst, 0, all.part(0.3, 0.6));
   clay::CombineOptions options;
-  options.blendMm = arguments.blendMm;
+  options.blendMm = values.blendMm;
   Piece piece = first;
   if (other.has(clay::Channel::material)) options.materials = joinMaterials(piece.materials, second.materials);
   piece.version = clay::combine(own, other, how, options, all.part(0.6, 1));
@@ -74,7 +75,7 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
                 Error::Kind::work);
   PieceResult result;
   result.changed.push_back(std::move(piece));
-  if (!arguments.keepOther) result.removed.push_back(second.id);
+  if (!values.keepsSecond) result.removed.push_back(second.id);
   if (first.version.grid().voxelMm != second.version.grid().voxelMm) {
     const clay::Version& made = result.changed[0].version;
     result.notes.push_back(fmt::format("{}: voxels of {:.4g} mm, {:.0f} MB; {} had {:.4g} mm and {} {:.4g} mm.",
@@ -103,37 +104,35 @@ PieceResult split(const Document& document, const PieceArguments& arguments, Job
   return result;
 }
 
-constexpr Parameter<PieceArguments> kBlend{"blend",
-                                           "Blend",
-                                           "Width over which the surfaces run into each other; 0: a sharp crease.",
-                                           "mm",
-                                           0,
-                                           50,
-                                           0,
-                                           false,
-                                           [](const PieceArguments& a) { return a.blendMm; },
-                                           [](PieceArguments& a, double v) { a.blendMm = v; }};
-constexpr Parameter<PieceArguments> kKeep{"keep",
-                                          "Keep the second piece",
-                                          "It stays beside the result.",
-                                          "on",
-                                          0,
-                                          1,
-                                          0,
-                                          false,
-                                          [](const PieceArguments& a) { return a.keepOther ? 1.0 : 0.0; },
-                                          [](PieceArguments& a, double v) { a.keepOther = v > 0.5; }};
-constexpr Parameter<PieceArguments> kVoxel{"voxel",
-                                           "Voxel size",
-                                           "Of the result; 0: as suits both pieces.",
-                                           "mm",
-                                           0,
-                                           1000,
-                                           0,
-                                           false,
-                                           [](const PieceArguments& a) { return a.voxelMm; },
-                                           [](PieceArguments& a, double v) { a.voxelMm = v; }};
-constexpr std::array kCombine{kBlend, kKeep, kVoxel};
+constexpr std::array kCombine{
+    valueRow<&CombineValues::blendMm>({
+        .id = "blend",
+        .name = "Blend",
+        .help = "Width over which the surfaces run into each other; 0: a sharp crease.",
+        .unit = "mm",
+        .low = 0,
+        .high = 50,
+        .standard = 0,
+    }),
+    valueRow<&CombineValues::keepsSecond>({
+        .id = "keep",
+        .name = "Keep the second piece",
+        .help = "It stays beside the result.",
+        .unit = "on",
+        .low = 0,
+        .high = 1,
+        .standard = 0,
+    }),
+    valueRow<&CombineValues::voxelMm>({
+        .id = "voxel",
+        .name = "Voxel size",
+        .help = "Of the result; 0: as suits both pieces.",
+        .unit = "mm",
+        .low = 0,
+        .high = 1000,
+        .standard = 0,
+    }),
+};
 
 const std::array kRows{
     PieceJob{

@@ -14,29 +14,9 @@
 namespace argil::engine {
 namespace {
 
-using std::string_view;
 using Row = Parameter<PieceArguments>;
 
 constexpr double kDegree = 0.017453292519943295;
-
-// A number of PieceArguments::numbers.
-template <size_t index>
-constexpr Row number(string_view id, string_view name, string_view help, string_view unit, double low, double high,
-                     double standard, bool logarithmic = false) {
-  return {id,
-          name,
-          help,
-          unit,
-          low,
-          high,
-          standard,
-          logarithmic,
-          [](const PieceArguments& a) { return index < a.numbers.size() ? a.numbers[index] : 0.0; },
-          [](PieceArguments& a, double v) {
-            if (a.numbers.size() <= index) a.numbers.resize(index + 1);
-            a.numbers[index] = v;
-          }};
-}
 
 const Piece& theFirst(const Document& document, const PieceArguments& arguments) {
   return *document.piece(arguments.pieces.at(0));
@@ -44,21 +24,29 @@ const Piece& theFirst(const Document& document, const PieceArguments& arguments)
 
 // Cuts
 
-constexpr Row kKeep{
-    "keep",
-    "Keep",
-    "1: what the plane faces, or what lies within or to the left of the curve; −1: the rest; 0: both, as two pieces.",
-    "",
-    -1,
-    1,
-    1,
-    false,
-    [](const PieceArguments& a) { return double(a.keep); },
-    [](PieceArguments& a, double v) { a.keep = static_cast<int>(std::lround(v)); }};
+constexpr Row kKeep = valueRow<&CutValues::keep>({
+    .id = "keep",
+    .name = "Keep",
+    .help = "1: what the plane faces, or what lies within or to the left of the curve; −1: the rest; 0: both, as two "
+            "pieces.",
+    .unit = "",
+    .low = -1,
+    .high = 1,
+    .standard = 1,
+});
 constexpr std::array kPlane{kKeep};
 constexpr std::array kCurve{
     kKeep,
-    number<0>("smooth", "Smooth", "Details of the curve below this size go; 0 takes it as it is.", "mm", 0, 50, 1)};
+    valueRow<&CutValues::smoothMm>({
+        .id = "smooth",
+        .name = "Smooth",
+        .help = "Details of the curve below this size go; 0 takes it as it is.",
+        .unit = "mm",
+        .low = 0,
+        .high = 50,
+        .standard = 1,
+    }),
+};
 
 PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bool oneIsFirst, Job* job) {
   PieceResult result;
@@ -87,43 +75,125 @@ PieceResult cutPlane(const Document& document, const PieceArguments& arguments, 
   const Piece& piece = theFirst(document, arguments);
   const clay::PlaneDivider plane(piece.pose.applyInverse(arguments.plane.pointMm),
                                  piece.pose.rotation.conjugate() * arguments.plane.normal);
-  return cutBy(piece, plane, arguments.keep, false, job);
+  return cutBy(piece, plane, arguments.get<CutValues>().keep, false, job);
 }
 
 PieceResult cutCurve(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
-  clay::CurveDivider::Curve curve{
-      {}, piece.pose.rotation.conjugate() * arguments.directionMm, arguments.closed, kCurve[1].get(arguments)};
+  clay::CurveDivider::Curve curve{{},
+                                  piece.pose.rotation.conjugate() * arguments.directionMm,
+                                  arguments.closed,
+                                  arguments.get<CutValues>().smoothMm};
   for (const Vec3d& p : arguments.pointsMm) curve.pointsMm.push_back(piece.pose.applyInverse(p));
-  return cutBy(piece, clay::CurveDivider(curve), arguments.keep, true, job);
+  return cutBy(piece, clay::CurveDivider(curve), arguments.get<CutValues>().keep, true, job);
 }
 
 // Deformations
 
-// How far along which axis of the piece: numbers 0 to 2.
-constexpr Row kAxis = number<0>("axis", "Axis", "Of the piece: 1 x, 2 y, 3 z.", "", 1, 3, 3);
-constexpr Row kFrom = number<1>(
-    "from", "From", "Where it begins along the axis, in percent of the piece; what lies before stays.", "%", 0, 99, 0);
-constexpr Row kTo = number<2>("to", "To", "Where it ends; what lies behind follows as it is.", "%", 1, 100, 100);
-constexpr std::array kBend{kAxis, kFrom, kTo,
-                           number<3>("angle", "Angle", "How far the end is turned.", "°", -350, 350, 45),
-                           number<4>("towards", "Towards", "Direction across the axis.", "°", 0, 360, 0)};
-constexpr std::array kTwist{kAxis, kFrom, kTo,
-                            number<3>("angle", "Angle", "How far the end is turned.", "°", -3600, 3600, 90)};
+constexpr Row kAxis = valueRow<&AlongValues::axis>({
+    .id = "axis",
+    .name = "Axis",
+    .help = "Of the piece: 1 x, 2 y, 3 z.",
+    .unit = "",
+    .low = 1,
+    .high = 3,
+    .standard = 3,
+});
+constexpr Row kFrom = valueRow<&AlongValues::from>({
+    .id = "from",
+    .name = "From",
+    .help = "Where it begins along the axis, in percent of the piece; what lies before stays.",
+    .unit = "%",
+    .low = 0,
+    .high = 99,
+    .standard = 0,
+});
+constexpr Row kTo = valueRow<&AlongValues::to>({
+    .id = "to",
+    .name = "To",
+    .help = "Where it ends; what lies behind follows as it is.",
+    .unit = "%",
+    .low = 1,
+    .high = 100,
+    .standard = 100,
+});
+constexpr std::array kBend{
+    kAxis,
+    kFrom,
+    kTo,
+    valueRow<&AlongValues::angle>({
+        .id = "angle",
+        .name = "Angle",
+        .help = "How far the end is turned.",
+        .unit = "°",
+        .low = -350,
+        .high = 350,
+        .standard = 45,
+    }),
+    valueRow<&AlongValues::towards>({
+        .id = "towards",
+        .name = "Towards",
+        .help = "Direction across the axis.",
+        .unit = "°",
+        .low = 0,
+        .high = 360,
+        .standard = 0,
+    }),
+};
+constexpr std::array kTwist{
+    kAxis,
+    kFrom,
+    kTo,
+    valueRow<&AlongValues::angle>({
+        .id = "angle",
+        .name = "Angle",
+        .help = "How far the end is turned.",
+        .unit = "°",
+        .low = -3600,
+        .high = 3600,
+        .standard = 90,
+    }),
+};
 constexpr std::array kTaper{
-    kAxis, kFrom, kTo,
-    number<3>("width", "Width", "At the end, of what it is at the beginning.", "%", 13, 800, 50, true)};
-// Counts are numbers 0 to 2; numbers 3 to 8, where there are any, the box's low and high corner in mm of the piece.
-constexpr std::array kLattice{number<0>("points-x", "Points x", "Control points along x.", "", 2, 8, 4),
-                              number<1>("points-y", "Points y", "Control points along y.", "", 2, 8, 4),
-                              number<2>("points-z", "Points z", "Control points along z.", "", 2, 8, 4)};
+    kAxis,
+    kFrom,
+    kTo,
+    valueRow<&AlongValues::width>({
+        .id = "width",
+        .name = "Width",
+        .help = "At the end, of what it is at the beginning.",
+        .unit = "%",
+        .low = 13,
+        .high = 800,
+        .standard = 50,
+        .logarithmic = true,
+    }),
+};
+
+// How many control points there are along an axis.
+template <size_t axis>
+constexpr Row countRow(Row row) {
+  row.low = 2;
+  row.high = 8;
+  row.standard = 4;
+  row.get = [](const PieceArguments& a) { return double(a.get<LatticeValues>().counts[axis]); };
+  row.set = [](PieceArguments& a, double v) {
+    a.change<LatticeValues>().counts[axis] = static_cast<int>(std::lround(v));
+  };
+  return row;
+}
+constexpr std::array kLattice{
+    countRow<0>({.id = "points-x", .name = "Points x", .help = "Control points along x.", .unit = ""}),
+    countRow<1>({.id = "points-y", .name = "Points y", .help = "Control points along y.", .unit = ""}),
+    countRow<2>({.id = "points-z", .name = "Points z", .help = "Control points along z.", .unit = ""}),
+};
 
 int axisOf(const PieceArguments& arguments) {
-  return std::clamp(static_cast<int>(std::lround(kAxis.get(arguments))) - 1, 0, 2);
+  return std::clamp(arguments.get<AlongValues>().axis - 1, 0, 2);
 }
 
 clay::WarpAxis alongOf(const Piece& piece, const PieceArguments& arguments) {
-  const double from = kFrom.get(arguments), to = kTo.get(arguments);
+  const double from = arguments.get<AlongValues>().from, to = arguments.get<AlongValues>().to;
   if (!(from < to)) throw Error(fmt::format("from {:g} % to {:g} %: give an end behind the beginning", from, to));
   const clay::BoxMm box = clay::boundsOf(piece.version);
   const int axis = axisOf(arguments);
@@ -147,31 +217,30 @@ PieceResult bend(const Document& document, const PieceArguments& arguments, Job*
   const Piece& piece = theFirst(document, arguments);
   requireClay(piece);
   const int axis = axisOf(arguments);
-  const clay::Turn towards = clay::turnBy(kBend[4].get(arguments) * kDegree);
+  const clay::Turn towards = clay::turnBy(arguments.get<AlongValues>().towards * kDegree);
   const Vec3d across = towards.cosine * Vec3d::Unit((axis + 1) % 3) + towards.sine * Vec3d::Unit((axis + 2) % 3);
-  return deformed(piece, clay::Bend(alongOf(piece, arguments), across, kBend[3].get(arguments) * kDegree), job);
+  return deformed(piece, clay::Bend(alongOf(piece, arguments), across, arguments.get<AlongValues>().angle * kDegree),
+                  job);
 }
 
 PieceResult twist(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
   requireClay(piece);
-  return deformed(piece, clay::Twist(alongOf(piece, arguments), kTwist[3].get(arguments) * kDegree), job);
+  return deformed(piece, clay::Twist(alongOf(piece, arguments), arguments.get<AlongValues>().angle * kDegree), job);
 }
 
 PieceResult taper(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
   requireClay(piece);
-  return deformed(piece, clay::Taper(alongOf(piece, arguments), kTaper[3].get(arguments) / 100), job);
+  return deformed(piece, clay::Taper(alongOf(piece, arguments), arguments.get<AlongValues>().width / 100), job);
 }
 
 PieceResult lattice(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
   requireClay(piece);
-  std::array<int, 3> counts;
-  for (size_t i = 0; i < 3; ++i) counts[i] = static_cast<int>(std::lround(kLattice[i].get(arguments)));
-  const std::vector<double>& n = arguments.numbers;
-  clay::Lattice box = n.size() >= 9 ? clay::Lattice({{n[3], n[4], n[5]}, {n[6], n[7], n[8]}}, counts)
-                                    : clay::Lattice::around(clay::brickBoundsOf(piece.version), counts);
+  const auto& [counts, boxMm] = arguments.get<LatticeValues>();
+  clay::Lattice box = boxMm ? clay::Lattice({(*boxMm)[0], (*boxMm)[1]}, counts)
+                            : clay::Lattice::around(clay::brickBoundsOf(piece.version), counts);
   if (arguments.pointsMm.size() != box.points().size())
     throw Error(fmt::format("lattice of {} × {} × {} with {} points: give all {}", counts[0], counts[1], counts[2],
                             arguments.pointsMm.size(), box.points().size()));
@@ -181,28 +250,135 @@ PieceResult lattice(const Document& document, const PieceArguments& arguments, J
 
 // New pieces, about the world's origin
 
-constexpr Row kVoxel{"voxel",
-                     "Voxel",
-                     "Edge of a voxel.",
-                     "mm",
-                     0.001,
-                     1000,
-                     0.5,
-                     true,
-                     [](const PieceArguments& a) { return a.voxelMm; },
-                     [](PieceArguments& a, double v) { a.voxelMm = v; }};
-constexpr std::array kCylinder{number<0>("radius", "Radius", "Of the cylinder.", "mm", 0.01, 10000, 20, true),
-                               number<1>("height", "Height", "Along z.", "mm", 0.01, 20000, 50, true),
-                               number<2>("round", "Rounding", "Radius of the rims.", "mm", 0, 1000, 1), kVoxel};
-constexpr std::array kCone{number<0>("radius", "Radius", "At the bottom.", "mm", 0, 10000, 25),
-                           number<1>("top", "Top radius", "0 makes a tip.", "mm", 0, 10000, 0),
-                           number<2>("height", "Height", "Along z.", "mm", 0.01, 20000, 50, true), kVoxel};
+constexpr Row kVoxel = valueRow<&SolidValues::voxelMm>({
+    .id = "voxel",
+    .name = "Voxel",
+    .help = "Edge of a voxel.",
+    .unit = "mm",
+    .low = 0.001,
+    .high = 1000,
+    .standard = 0.5,
+    .logarithmic = true,
+});
+constexpr std::array kCylinder{
+    valueRow<&SolidValues::radiusMm>({
+        .id = "radius",
+        .name = "Radius",
+        .help = "Of the cylinder.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 20,
+        .logarithmic = true,
+    }),
+    valueRow<&SolidValues::heightMm>({
+        .id = "height",
+        .name = "Height",
+        .help = "Along z.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 20000,
+        .standard = 50,
+        .logarithmic = true,
+    }),
+    valueRow<&SolidValues::roundMm>({
+        .id = "round",
+        .name = "Rounding",
+        .help = "Radius of the rims.",
+        .unit = "mm",
+        .low = 0,
+        .high = 1000,
+        .standard = 1,
+    }),
+    kVoxel,
+};
+constexpr std::array kCone{
+    valueRow<&SolidValues::radiusMm>({
+        .id = "radius",
+        .name = "Radius",
+        .help = "At the bottom.",
+        .unit = "mm",
+        .low = 0,
+        .high = 10000,
+        .standard = 25,
+    }),
+    valueRow<&SolidValues::topMm>({
+        .id = "top",
+        .name = "Top radius",
+        .help = "0 makes a tip.",
+        .unit = "mm",
+        .low = 0,
+        .high = 10000,
+        .standard = 0,
+    }),
+    valueRow<&SolidValues::heightMm>({
+        .id = "height",
+        .name = "Height",
+        .help = "Along z.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 20000,
+        .standard = 50,
+        .logarithmic = true,
+    }),
+    kVoxel,
+};
 constexpr std::array kRing{
-    number<0>("radius", "Radius", "From the middle to that of the tube.", "mm", 0.01, 10000, 25, true),
-    number<1>("tube", "Tube", "Radius of the tube.", "mm", 0.01, 10000, 8, true), kVoxel};
-constexpr std::array kEllipsoid{number<0>("radius-x", "Radius x", "Along x.", "mm", 0.01, 10000, 30, true),
-                                number<1>("radius-y", "Radius y", "Along y.", "mm", 0.01, 10000, 20, true),
-                                number<2>("radius-z", "Radius z", "Along z.", "mm", 0.01, 10000, 15, true), kVoxel};
+    valueRow<&SolidValues::radiusMm>({
+        .id = "radius",
+        .name = "Radius",
+        .help = "From the middle to that of the tube.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 25,
+        .logarithmic = true,
+    }),
+    valueRow<&SolidValues::tubeMm>({
+        .id = "tube",
+        .name = "Tube",
+        .help = "Radius of the tube.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 8,
+        .logarithmic = true,
+    }),
+    kVoxel,
+};
+constexpr std::array kEllipsoid{
+    valueRow<&SolidValues::radiusXMm>({
+        .id = "radius-x",
+        .name = "Radius x",
+        .help = "Along x.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 30,
+        .logarithmic = true,
+    }),
+    valueRow<&SolidValues::radiusYMm>({
+        .id = "radius-y",
+        .name = "Radius y",
+        .help = "Along y.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 20,
+        .logarithmic = true,
+    }),
+    valueRow<&SolidValues::radiusZMm>({
+        .id = "radius-z",
+        .name = "Radius z",
+        .help = "Along z.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 10000,
+        .standard = 15,
+        .logarithmic = true,
+    }),
+    kVoxel,
+};
 
 PieceResult added(std::string name, clay::Version version) {
   Piece piece;
@@ -212,32 +388,31 @@ PieceResult added(std::string name, clay::Version version) {
   result.added.push_back(std::move(piece));
   return result;
 }
-clay::Grid gridOf(const PieceArguments& arguments) {
+clay::Grid gridOf(const SolidValues& solid) {
   clay::Grid grid;
-  grid.voxelMm = arguments.voxelMm;
+  grid.voxelMm = solid.voxelMm;
   return grid;
 }
-template <const auto& rows, size_t index>
-double of(const PieceArguments& arguments) {
-  return rows[index].get(arguments);
-}
 
-PieceResult cylinder(const Document&, const PieceArguments& a, Job* job) {
-  return added("Cylinder", clay::makeCylinder(clay::Store::make(), gridOf(a), Vec3d::Zero(), of<kCylinder, 0>(a),
-                                              of<kCylinder, 1>(a), of<kCylinder, 2>(a), job));
+PieceResult cylinder(const Document&, const PieceArguments& arguments, Job* job) {
+  const auto& solid = arguments.get<SolidValues>();
+  return added("Cylinder", clay::makeCylinder(clay::Store::make(), gridOf(solid), Vec3d::Zero(), solid.radiusMm,
+                                              solid.heightMm, solid.roundMm, job));
 }
-PieceResult cone(const Document&, const PieceArguments& a, Job* job) {
-  return added("Cone", clay::makeCone(clay::Store::make(), gridOf(a), Vec3d::Zero(), of<kCone, 0>(a), of<kCone, 1>(a),
-                                      of<kCone, 2>(a), job));
+PieceResult cone(const Document&, const PieceArguments& arguments, Job* job) {
+  const auto& solid = arguments.get<SolidValues>();
+  return added("Cone", clay::makeCone(clay::Store::make(), gridOf(solid), Vec3d::Zero(), solid.radiusMm, solid.topMm,
+                                      solid.heightMm, job));
 }
-PieceResult ring(const Document&, const PieceArguments& a, Job* job) {
+PieceResult ring(const Document&, const PieceArguments& arguments, Job* job) {
+  const auto& solid = arguments.get<SolidValues>();
   return added("Ring",
-               clay::makeTorus(clay::Store::make(), gridOf(a), Vec3d::Zero(), of<kRing, 0>(a), of<kRing, 1>(a), job));
+               clay::makeTorus(clay::Store::make(), gridOf(solid), Vec3d::Zero(), solid.radiusMm, solid.tubeMm, job));
 }
-PieceResult ellipsoid(const Document&, const PieceArguments& a, Job* job) {
-  return added("Ellipsoid",
-               clay::makeEllipsoid(clay::Store::make(), gridOf(a), Vec3d::Zero(),
-                                   {of<kEllipsoid, 0>(a), of<kEllipsoid, 1>(a), of<kEllipsoid, 2>(a)}, job));
+PieceResult ellipsoid(const Document&, const PieceArguments& arguments, Job* job) {
+  const auto& solid = arguments.get<SolidValues>();
+  return added("Ellipsoid", clay::makeEllipsoid(clay::Store::make(), gridOf(solid), Vec3d::Zero(),
+                                                {solid.radiusXMm, solid.radiusYMm, solid.radiusZMm}, job));
 }
 
 constexpr std::array kRows{

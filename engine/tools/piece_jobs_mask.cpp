@@ -11,35 +11,67 @@
 namespace argil::engine {
 namespace {
 
-using Row = Parameter<PieceArguments>;
-
-template <size_t index>
-constexpr Row number(std::string_view id, std::string_view name, std::string_view help, std::string_view unit,
-                     double low, double high, double standard, bool logarithmic = false) {
-  return {id,
-          name,
-          help,
-          unit,
-          low,
-          high,
-          standard,
-          logarithmic,
-          [](const PieceArguments& a) { return index < a.numbers.size() ? a.numbers[index] : 0.0; },
-          [](PieceArguments& a, double v) {
-            if (a.numbers.size() <= index) a.numbers.resize(index + 1);
-            a.numbers[index] = v;
-          }};
-}
-
-constexpr std::array kBlur{number<0>("passes", "Passes", "How often it is softened.", "", 1, 100, 4)};
+constexpr std::array kBlur{
+    valueRow<&MaskBlurValues::passes>({
+        .id = "passes",
+        .name = "Passes",
+        .help = "How often it is softened.",
+        .unit = "",
+        .low = 1,
+        .high = 100,
+        .standard = 4,
+    }),
+};
 constexpr std::array kCavity{
-    number<0>("radius", "Radius", "Hollows as narrow as this are masked whole, those twice as wide not at all.", "mm",
-              0.01, 100, 3, true),
-    number<1>("ridges", "Ridges", "What stands out instead of hollows.", "on", 0, 1, 0),
-    number<2>("add", "Add", "To the mask there is.", "on", 0, 1, 0)};
+    valueRow<&MaskCavityValues::radiusMm>({
+        .id = "radius",
+        .name = "Radius",
+        .help = "Hollows as narrow as this are masked whole, those twice as wide not at all.",
+        .unit = "mm",
+        .low = 0.01,
+        .high = 100,
+        .standard = 3,
+        .logarithmic = true,
+    }),
+    valueRow<&MaskCavityValues::ridges>({
+        .id = "ridges",
+        .name = "Ridges",
+        .help = "What stands out instead of hollows.",
+        .unit = "on",
+        .low = 0,
+        .high = 1,
+        .standard = 0,
+    }),
+    valueRow<&MaskCavityValues::adds>({
+        .id = "add",
+        .name = "Add",
+        .help = "To the mask there is.",
+        .unit = "on",
+        .low = 0,
+        .high = 1,
+        .standard = 0,
+    }),
+};
 constexpr std::array kLasso{
-    number<0>("front", "Front only", "Only clay that faces the view; else through and through.", "on", 0, 1, 1),
-    number<1>("erase", "Free", "Frees what is in the curve instead.", "on", 0, 1, 0)};
+    valueRow<&MaskLassoValues::frontOnly>({
+        .id = "front",
+        .name = "Front only",
+        .help = "Only clay that faces the view; else through and through.",
+        .unit = "on",
+        .low = 0,
+        .high = 1,
+        .standard = 1,
+    }),
+    valueRow<&MaskLassoValues::frees>({
+        .id = "erase",
+        .name = "Free",
+        .help = "Frees what is in the curve instead.",
+        .unit = "on",
+        .low = 0,
+        .high = 1,
+        .standard = 0,
+    }),
+};
 
 const Piece& theFirst(const Document& document, const PieceArguments& arguments) {
   return *document.piece(arguments.pieces.at(0));
@@ -76,15 +108,16 @@ PieceResult showAll(const Document& document, const PieceArguments& arguments, J
 
 PieceResult blur(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
-  return masked(piece, clay::blurMask(piece.version, static_cast<int>(std::lround(kBlur[0].get(arguments))), job, 2));
+  return masked(piece, clay::blurMask(piece.version, arguments.get<MaskBlurValues>().passes, job, 2));
 }
 
 PieceResult cavity(const Document& document, const PieceArguments& arguments, Job* job) {
   const Piece& piece = theFirst(document, arguments);
+  const auto& values = arguments.get<MaskCavityValues>();
   clay::MaskByCavity how;
-  how.radius = std::clamp(kCavity[0].get(arguments) / piece.version.grid().voxelMm, 1.0, 1000.0);
-  how.ridges = kCavity[1].get(arguments) > 0.5;
-  how.add = kCavity[2].get(arguments) > 0.5;
+  how.radius = std::clamp(values.radiusMm / piece.version.grid().voxelMm, 1.0, 1000.0);
+  how.ridges = values.ridges;
+  how.add = values.adds;
   return masked(piece, clay::maskByCavity(piece.version, how, job, 2));
 }
 
@@ -108,8 +141,8 @@ PieceResult lasso(const Document& document, const PieceArguments& arguments, Job
   how.view(1, 3) = up.dot(zero);
   how.view(3, 3) = 1;
   for (const Vec3d& p : arguments.pointsMm) how.curve.emplace_back(across.dot(p), up.dot(p));
-  if (kLasso[0].get(arguments) > 0.5) how.eye = Vec3d(piece.pose.rotation.conjugate() * away) * -1e9;
-  how.erase = kLasso[1].get(arguments) > 0.5;
+  if (arguments.get<MaskLassoValues>().frontOnly) how.eye = Vec3d(piece.pose.rotation.conjugate() * away) * -1e9;
+  how.erase = arguments.get<MaskLassoValues>().frees;
   return masked(piece, clay::maskByLasso(piece.version, how, job, 2));
 }
 

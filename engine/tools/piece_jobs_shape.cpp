@@ -39,23 +39,24 @@ PieceResult changedTo(const Piece& piece, clay::Version version, std::vector<std
 
 PieceResult offset(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  return changedTo(piece, clay::offset(piece.version, a.distanceMm, 0, job));
+  return changedTo(piece, clay::offset(piece.version, a.get<OffsetValues>().distanceMm, 0, job));
 }
 
 PieceResult shell(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  return changedTo(piece, clay::shell(piece.version, a.innerMm, a.outerMm, 0, job));
+  const auto& [innerMm, outerMm] = a.get<ShellValues>();
+  return changedTo(piece, clay::shell(piece.version, innerMm, outerMm, 0, job));
 }
 
 PieceResult smooth(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  return changedTo(piece, clay::smoothAll(piece.version, static_cast<int>(std::lround(a.passes)), true, 0, job));
+  return changedTo(piece, clay::smoothAll(piece.version, a.get<SmoothValues>().passes, true, 0, job));
 }
 
 PieceResult resample(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   clay::Grid grid = piece.version.grid();
-  grid.voxelMm = a.voxelMm;
+  grid.voxelMm = a.get<ResampleValues>().voxelMm;
   const clay::WorkPart all(job);
   const clay::Version version = clay::resample(piece.version, grid, Eigen::Isometry3d::Identity(), 0, all.part(0, 0.9));
   const clay::ResampleError error =
@@ -70,8 +71,9 @@ PieceResult resample(const Document& document, const PieceArguments& a, Job* job
 PieceResult precision(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const clay::WorkPart all(job);
-  const clay::Version version = clay::withPrecision(piece.version, a.precision, all);
-  const int bits = a.precision == clay::Precision::fixed16 ? 16 : 32;
+  const clay::Precision wanted = a.get<PrecisionValues>().precision;
+  const clay::Version version = clay::withPrecision(piece.version, wanted, all);
+  const int bits = wanted == clay::Precision::fixed16 ? 16 : 32;
   if (version == piece.version)
     return changedTo(piece, version, {fmt::format("{}: has {} bits a voxel already.", piece.name, bits)});
   // Voxel by voxel, as both have the same grid: points of the surface would tell more of how they were found.
@@ -108,18 +110,17 @@ PieceResult fillVoids(const Document& document, const PieceArguments& a, Job* jo
 
 PieceResult crumbs(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  const clay::Cleaned cleaned = clay::removeCrumbs(piece.version, a.volumeMm3, job);
+  const clay::Cleaned cleaned = clay::removeCrumbs(piece.version, a.get<CrumbValues>().belowMm3, job);
   return changedTo(
       piece, cleaned.version,
       {fmt::format("{}: {} removed, {:.3g} mm³ together.", piece.name,
                    cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count), cleaned.volumeMm3)});
 }
 
-using Arguments = PieceArguments;
 // The middle of its lower side stays where it is: what stands goes on standing.
 PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  const double factor = a.numbers.at(0) / 100;
+  const double factor = a.get<ScaleValues>().percent / 100;
   if (factor == 1) return {};
   PieceResult result = changedTo(piece, clay::scaled(piece.version, factor, clay::WorkPart(job)));
   const clay::BoxMm before = boundsOf(piece), after = boundsOf(result.changed[0]);
@@ -134,7 +135,7 @@ PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
 }
 
 constexpr std::array kScale{
-    Parameter<Arguments>{
+    valueRow<&ScaleValues::percent>({
         .id = "size",
         .name = "Size",
         .help = "Of the size that it has: 200 makes it twice as large, with the same voxels, each twice as large.",
@@ -143,16 +144,10 @@ constexpr std::array kScale{
         .high = 10000,
         .standard = 100,
         .logarithmic = true,
-        .get = [](const Arguments& a) { return a.numbers.empty() ? 100.0 : a.numbers[0]; },
-        .set =
-            [](Arguments& a, double v) {
-              if (a.numbers.empty()) a.numbers.resize(1);
-              a.numbers[0] = v;
-            },
-    },
+    }),
 };
 constexpr std::array kOffset{
-    Parameter<Arguments>{
+    valueRow<&OffsetValues::distanceMm>({
         .id = "distance",
         .name = "Distance",
         .help = "How far the surface moves: outwards where positive, inwards where negative.",
@@ -160,12 +155,10 @@ constexpr std::array kOffset{
         .low = -100,
         .high = 100,
         .standard = 1,
-        .get = [](const Arguments& a) { return a.distanceMm; },
-        .set = [](Arguments& a, double v) { a.distanceMm = v; },
-    },
+    }),
 };
 constexpr std::array kShell{
-    Parameter<Arguments>{
+    valueRow<&ShellValues::innerMm>({
         .id = "inner",
         .name = "Inner wall",
         .help = "Thickness of the wall to the inside of the surface.",
@@ -173,10 +166,8 @@ constexpr std::array kShell{
         .low = 0,
         .high = 100,
         .standard = 2,
-        .get = [](const Arguments& a) { return a.innerMm; },
-        .set = [](Arguments& a, double v) { a.innerMm = v; },
-    },
-    Parameter<Arguments>{
+    }),
+    valueRow<&ShellValues::outerMm>({
         .id = "outer",
         .name = "Outer wall",
         .help = "Thickness of the wall to the outside of the surface.",
@@ -184,12 +175,10 @@ constexpr std::array kShell{
         .low = 0,
         .high = 100,
         .standard = 0,
-        .get = [](const Arguments& a) { return a.outerMm; },
-        .set = [](Arguments& a, double v) { a.outerMm = v; },
-    },
+    }),
 };
 constexpr std::array kSmooth{
-    Parameter<Arguments>{
+    valueRow<&SmoothValues::passes>({
         .id = "passes",
         .name = "Passes",
         .help = "How often the surface is evened out; the volume stays.",
@@ -198,12 +187,10 @@ constexpr std::array kSmooth{
         .high = 200,
         .standard = 3,
         .logarithmic = true,
-        .get = [](const Arguments& a) { return a.passes; },
-        .set = [](Arguments& a, double v) { a.passes = v; },
-    },
+    }),
 };
 constexpr std::array kResample{
-    Parameter<Arguments>{
+    valueRow<&ResampleValues::voxelMm>({
         .id = "voxel",
         .name = "Voxel size",
         .help = "Edge of the new voxels.",
@@ -212,13 +199,11 @@ constexpr std::array kResample{
         .high = 1000,
         .standard = 0.5,
         .logarithmic = true,
-        .get = [](const Arguments& a) { return a.voxelMm; },
-        .set = [](Arguments& a, double v) { a.voxelMm = v; },
-    },
+    }),
 };
 constexpr std::array<std::string_view, 2> kBits{"32", "16"};  // as clay::Precision has them
 constexpr std::array kPrecision{
-    Parameter<Arguments>{
+    valueRow<&PrecisionValues::precision>({
         .id = "bits",
         .name = "Bits",
         .help = "Of a voxel's distance: 32, or 16 in half the memory.",
@@ -226,14 +211,11 @@ constexpr std::array kPrecision{
         .low = 0,
         .high = 1,
         .standard = 1,
-        .get = [](const Arguments& a) { return double(a.precision); },
-        .set = [](Arguments& a,
-                  double v) { a.precision = v < 0.5 ? clay::Precision::float32 : clay::Precision::fixed16; },
         .choices = kBits,
-    },
+    }),
 };
 constexpr std::array kCrumbs{
-    Parameter<Arguments>{
+    valueRow<&CrumbValues::belowMm3>({
         .id = "below",
         .name = "Below",
         .help = "Bodies of a lesser volume go; the largest stays.",
@@ -242,9 +224,7 @@ constexpr std::array kCrumbs{
         .high = 1e6,
         .standard = 10,
         .logarithmic = true,
-        .get = [](const Arguments& a) { return a.volumeMm3; },
-        .set = [](Arguments& a, double v) { a.volumeMm3 = v; },
-    },
+    }),
 };
 
 const std::array kRows{

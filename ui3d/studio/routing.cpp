@@ -20,7 +20,8 @@ constexpr float kSizeUnits = 160;  // A drag so long makes the tool e times as l
 constexpr float kZoomUnits = 30;   // A drag so long in the ring zooms as a click of the wheel.
 constexpr double kLongestMotionS = 0.1;
 constexpr double kLongestEndS = 0.25;  // From a release to the tick that sees it.
-constexpr double kToolPatienceS = 1;   // A press waits no longer for its tool: the machine hangs.
+// A press waits no longer for its tool, as if the edit thread hung: then the stroke has that of the one before.
+constexpr double kToolPatienceS = 5;
 
 bool isModifier(Key key) {
   return key == Key::shift || key == Key::control || key == Key::alt || key == Key::super;

@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kPatience = 120;  // s: a software driver on a machine that does other things too
+constexpr double kPatience = 300;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.3;     // At scale 1; a picture of four times the pixels takes its time.
 constexpr double kReady = 0.3;     // The window's manager may hold back a press until it has looked at it.
 constexpr double kHeld = 0.03;

@@ -76,13 +76,13 @@ class Person {
   void close();
   void pause(double seconds) const;
   /// Waits until the studio has done what it was asked and for 0.3 s nothing else came: a pause that is as long as the
-  /// machine needs. At most two minutes.
+  /// machine needs. At most five minutes.
   void ready() const;
 
   /// What the window shows, as it stands on the screen.
   [[nodiscard]] render::Image look() const;
   /// Waits until that has not changed for 0.6 s times the scale, but for what blinks, while the studio had nothing to
-  /// do: on a busy machine it may stand still over its work. At most two minutes.
+  /// do: on a busy machine it may stand still over its work. At most five minutes.
   [[nodiscard]] render::Image settled() const;
   /// The same, kept as NAME.png in $ARGIL_SHOTS if that is set.
   render::Image shot(const std::string& name) const;

@@ -181,13 +181,9 @@ TEST(Figures, EveryOperationMakesWhatItMade) {
     arguments.directionMm = Vec3d(0.1, 0.2, -1);
     if (row.takesBox) {
       // A box around the ball, its points pushed to and fro.
-      arguments.numbers.resize(9);
-      std::array<int, 3> n;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        n[axis] = int(std::lround(arguments.numbers[axis]));
-        arguments.numbers[3 + axis] = -12;
-        arguments.numbers[6 + axis] = 12;
-      }
+      auto& lattice = arguments.change<LatticeValues>();
+      lattice.boxMm = {Vec3d::Constant(-12), Vec3d::Constant(12)};
+      const std::array<int, 3> n = lattice.counts;
       for (int x = 0; x < n[0]; ++x)
         for (int y = 0; y < n[1]; ++y)
           for (int z = 0; z < n[2]; ++z)

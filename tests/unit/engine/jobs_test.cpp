@@ -1,8 +1,11 @@
 #include "engine/document/jobs.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
+#include <thread>
 
 namespace argil::engine {
 namespace {
@@ -29,6 +32,20 @@ TEST(BackgroundJob, TellsItsProgressAndItsEnd) {
   job.wait();
   EXPECT_TRUE(job.done());
   EXPECT_EQ(job.job().fraction(), 1);
+}
+
+// Behind the threads of the hand; but not at 15 of 1024 parts of what another program's thread gets, as nice 19 is.
+TEST(BackgroundJob, StandsBehindTheHandButDoesNotStarve) {
+  const int own = getpriority(PRIO_PROCESS, 0);
+  int work = 0, helper = 0;
+  BackgroundJob job([&](Job&) {
+    work = getpriority(PRIO_PROCESS, 0);
+    std::thread([&] { helper = getpriority(PRIO_PROCESS, 0); }).join();
+  });
+  job.wait();
+  EXPECT_GT(work, own);
+  EXPECT_LE(work, std::max(own, 10));
+  EXPECT_EQ(helper, work);
 }
 
 TEST(BackgroundJob, CarriesAnExceptionToTheWaiter) {

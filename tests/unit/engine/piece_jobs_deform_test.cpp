@@ -45,7 +45,7 @@ TEST(DeformJobs, APlaneInTheWorldKeepsTheSideThatItFaces) {
   EXPECT_NEAR(report.low.x(), 5, 0.05);
   EXPECT_NEAR(report.high.x(), 15, 0.05);
 
-  arguments.keep = 0;
+  arguments.change<CutValues>().keep = 0;
   const PieceResult both = runPieceJob(*findPieceJob("cut-plane"), document, arguments);
   ASSERT_EQ(both.added.size(), 1u);
   EXPECT_NEAR(topology(both.added[0].version).high.x(), 5, 0.05);
@@ -56,7 +56,7 @@ TEST(DeformJobs, APlaneInTheWorldKeepsTheSideThatItFaces) {
 
   arguments.plane.pointMm.y() = 50;
   EXPECT_THROW((void)runPieceJob(*findPieceJob("cut-plane"), before, arguments), Error);
-  arguments.keep = -1;
+  arguments.change<CutValues>().keep = -1;
   EXPECT_THROW((void)runPieceJob(*findPieceJob("cut-plane"), before, arguments), Error);
 }
 
@@ -78,14 +78,14 @@ TEST(DeformJobs, BendTwistTaperAndLatticeChangeThePieceAlone) {
   const Document document = blockDocument();
   for (const char* id : {"bend", "twist", "taper"}) {
     PieceArguments arguments = argumentsFor(id, document);
-    arguments.numbers.at(0) = 1;  // Along x.
+    arguments.change<AlongValues>().axis = 1;  // Along x.
     const PieceResult result = runPieceJob(*findPieceJob(id), document, arguments);
     ASSERT_EQ(result.changed.size(), 1u) << id;
     EXPECT_EQ(result.changed[0].id, document.pieces[0].id);
     EXPECT_NE(result.changed[0].version.hash(), document.pieces[0].version.hash()) << id;
     EXPECT_TRUE(topology(result.changed[0].version).closed()) << id;
-    arguments.numbers.at(1) = 90;
-    arguments.numbers.at(2) = 20;
+    arguments.change<AlongValues>().from = 90;
+    arguments.change<AlongValues>().to = 20;
     EXPECT_THROW((void)runPieceJob(*findPieceJob(id), document, arguments), Error) << id;
   }
   PieceArguments arguments = argumentsFor("lattice", document);
@@ -111,7 +111,7 @@ TEST(DeformJobs, NewPiecesAreClosedSolidsOfTheirSize) {
     const clay::TopologyReport report = topology(result.added.at(0).version);
     EXPECT_TRUE(report.closed()) << id;
     EXPECT_NEAR(report.volume / volume, 1, 0.01) << id;
-    arguments.voxelMm = 900;
+    arguments.change<SolidValues>().voxelMm = 900;
     EXPECT_THROW((void)runPieceJob(*findPieceJob(id), document, arguments), Error) << id;
   }
 }

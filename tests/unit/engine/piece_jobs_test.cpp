@@ -125,7 +125,7 @@ TEST(PieceJobs, SplitMakesPiecesAndResampleSaysItsError) {
   EXPECT_EQ(parts.pieces.size(), 2u);
   EXPECT_NEAR(volume(parts.pieces[1].version) / (4.0 / 3 * M_PI * 216), 1, 0.03);
   PieceArguments arguments = of(resample, joined);
-  arguments.voxelMm = 1;
+  arguments.change<ResampleValues>().voxelMm = 1;
   const PieceResult result = runPieceJob(resample, joined, arguments);
   ASSERT_EQ(result.notes.size(), 1u);
   EXPECT_NE(result.notes[0].find("mm RMS"), std::string::npos);
@@ -146,7 +146,7 @@ TEST(PieceJobs, PrecisionGoesBothWaysAndSaysItsError) {
   Document after = document;
   applyPieceResult(result, document, after);
   EXPECT_TRUE(runPieceJob(precision, after, arguments).changed.empty()) << "it has that already";
-  arguments.precision = clay::Precision::float32;
+  arguments.change<PrecisionValues>().precision = clay::Precision::float32;
   EXPECT_EQ(runPieceJob(precision, after, arguments).changed.at(0).version.stats().precision, clay::Precision::float32);
 }
 
@@ -161,7 +161,7 @@ TEST(PieceJobs, RefusesWhatCannotBe) {
   arguments.pieces = {1, 99};
   EXPECT_THROW((void)runPieceJob(join, document, arguments), Error);
   arguments = of(offset, document);
-  arguments.distanceMm = 1000;
+  arguments.change<OffsetValues>().distanceMm = 1000;
   EXPECT_THROW((void)runPieceJob(offset, document, arguments), Error);
   document.pieces[0].locked = true;
   EXPECT_THROW((void)runPieceJob(offset, document, of(offset, document)), Error);
@@ -270,7 +270,7 @@ TEST(PieceJobs, CombinationsSayWhatTheirVoxelsCost) {
   EXPECT_EQ(combineCost(cut, bust, small, 0).voxelMm, 2);
   // As it is asked for.
   PieceArguments arguments = of(join, document);
-  arguments.voxelMm = 1;
+  arguments.change<CombineValues>().voxelMm = 1;
   const PieceResult one = runPieceJob(join, document, arguments);
   EXPECT_EQ(one.changed.at(0).version.grid().voxelMm, 1);
   const double expected = 4.0 / 3 * 3.14159265358979 * 60 * 60 * 60;

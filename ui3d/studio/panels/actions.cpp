@@ -189,7 +189,7 @@ bool hasDrawnCurve(const Context& c) {
   return c.state.drawnCurve && c.state.drawnCurve->drawn() && c.state.drawnCurve->cuts();
 }
 void keepOtherSide(Context& c, Text) {
-  c.state.drawnCurve->arguments.keep = c.state.drawnCurve->kept() > 0 ? -1 : 1;
+  c.state.drawnCurve->arguments.change<engine::CutValues>().keep = c.state.drawnCurve->kept() > 0 ? -1 : 1;
 }
 bool hasTwoPieces(const Context& c) {
   return c.now.document->pieces.size() > 1;

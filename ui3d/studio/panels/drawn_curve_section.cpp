@@ -17,9 +17,9 @@ bool drawKeep(DrawnCurve& curve) {
   static constexpr std::array<string_view, 3> kOpen{"Left", "Both", "Right"}, kClosed{"Inside", "Both", "Outside"};
   kit::dimText("What stays");
   kit::tooltip("Both: the piece becomes two.");
-  int chosen = 1 - curve.arguments.keep;
+  int chosen = 1 - curve.kept();
   if (!kit::segmented("keep", curve.closed ? kClosed : kOpen, chosen)) return false;
-  curve.arguments.keep = 1 - chosen;
+  curve.arguments.change<engine::CutValues>().keep = 1 - chosen;
   return true;
 }
 

@@ -167,14 +167,16 @@ std::pair<const engine::Piece*, const engine::Piece*> combined(const engine::Doc
 void proposeVoxel(const engine::Document& document, Operation& operation) {
   const auto [first, second] = combined(document, operation);
   if (!first || std::exchange(operation.costOf, operation.arguments.pieces) == operation.arguments.pieces) return;
-  operation.arguments.voxelMm = engine::combineCost(*operation.row, *first, *second, 0).voxelMm;
+  operation.arguments.change<engine::CombineValues>().voxelMm =
+      engine::combineCost(*operation.row, *first, *second, 0).voxelMm;
 }
 
 // What the result has, before it is made.
 void drawCost(const engine::Document& document, const Operation& operation) {
   const auto [first, second] = combined(document, operation);
   if (!first) return;
-  const engine::CombineCost cost = engine::combineCost(*operation.row, *first, *second, operation.arguments.voxelMm);
+  const engine::CombineCost cost =
+      engine::combineCost(*operation.row, *first, *second, operation.arguments.get<engine::CombineValues>().voxelMm);
   for (const engine::Piece* piece : {first, second})
     kit::fact(piece->name, "voxels of " + kit::written(piece->version.grid().voxelMm) + " mm, " +
                                kit::bytes(piece->version.stats().bytes()));

@@ -58,7 +58,7 @@ struct DrawnCurve {
   /// After a change of `closed` or of a number.
   void findSides();
   /// Whether the operation keeps, or masks, one side: +1 the first, −1 the second, 0 both.
-  [[nodiscard]] int kept() const { return arguments.keep; }
+  [[nodiscard]] int kept() const { return arguments.get<engine::CutValues>().keep; }
   [[nodiscard]] bool cuts() const { return !atOnce; }
   /// What to do next.
   [[nodiscard]] std::string hint() const;

@@ -1,0 +1,105 @@
+#pragma once
+// What each operation on whole pieces is given beside the pieces: a struct of its own, whose members the rows of its
+// parameters name.
+
+#include <array>
+#include <optional>
+#include <variant>
+
+#include "clay/base/vec.h"
+#include "clay/kernels/brick.h"
+
+namespace argil::engine {
+
+struct CombineValues {
+  double blendMm = 0;  ///< Width over which the surfaces run into each other.
+  bool keepsSecond = false;
+  double voxelMm = 0;  ///< 0: as suits both pieces.
+  friend bool operator==(const CombineValues&, const CombineValues&) = default;
+};
+struct OffsetValues {
+  double distanceMm = 1;
+  friend bool operator==(const OffsetValues&, const OffsetValues&) = default;
+};
+/// Walls to both sides of the surface.
+struct ShellValues {
+  double innerMm = 2, outerMm = 0;
+  friend bool operator==(const ShellValues&, const ShellValues&) = default;
+};
+struct SmoothValues {
+  int passes = 3;
+  friend bool operator==(const SmoothValues&, const SmoothValues&) = default;
+};
+struct ScaleValues {
+  double percent = 100;
+  friend bool operator==(const ScaleValues&, const ScaleValues&) = default;
+};
+struct ResampleValues {
+  double voxelMm = 0.5;
+  friend bool operator==(const ResampleValues&, const ResampleValues&) = default;
+};
+struct PrecisionValues {
+  clay::Precision precision = clay::Precision::fixed16;
+  friend bool operator==(const PrecisionValues&, const PrecisionValues&) = default;
+};
+/// Bodies of a lesser volume go.
+struct CrumbValues {
+  double belowMm3 = 10;
+  friend bool operator==(const CrumbValues&, const CrumbValues&) = default;
+};
+struct CutValues {
+  int keep = 1;         ///< +1 what the plane faces or the curve encloses, −1 the other side, 0 both, as two pieces.
+  double smoothMm = 1;  ///< Details of a curve below this size go.
+  friend bool operator==(const CutValues&, const CutValues&) = default;
+};
+/// Bend, twist and taper: a part of the piece along one of its axes, and what becomes of its end.
+struct AlongValues {
+  int axis = 3;                   ///< Of the piece: 1 x, 2 y, 3 z.
+  double from = 0, to = 100;      ///< Percent of the piece along it.
+  double angle = 0, towards = 0;  ///< Degrees: how far the end is turned, and where to across the axis.
+  double width = 50;              ///< Percent, of the end.
+  friend bool operator==(const AlongValues&, const AlongValues&) = default;
+};
+struct LatticeValues {
+  std::array<int, 3> counts{4, 4, 4};  ///< Of control points.
+  /// Low and high corner that they begin as, mm of the piece; none: around the piece.
+  std::optional<std::array<Vec3d, 2>> boxMm;
+  friend bool operator==(const LatticeValues&, const LatticeValues&) = default;
+};
+/// A new solid about the z axis. Which of them it reads is in its rows.
+struct SolidValues {
+  double radiusMm = 20, topMm = 0, heightMm = 50, roundMm = 1, tubeMm = 8;
+  double radiusXMm = 30, radiusYMm = 20, radiusZMm = 15;
+  double voxelMm = 0.5;
+  friend bool operator==(const SolidValues&, const SolidValues&) = default;
+};
+struct MaskBlurValues {
+  int passes = 4;
+  friend bool operator==(const MaskBlurValues&, const MaskBlurValues&) = default;
+};
+struct MaskCavityValues {
+  double radiusMm = 3;
+  bool ridges = false, adds = false;
+  friend bool operator==(const MaskCavityValues&, const MaskCavityValues&) = default;
+};
+struct MaskLassoValues {
+  bool frontOnly = true, frees = false;
+  friend bool operator==(const MaskLassoValues&, const MaskLassoValues&) = default;
+};
+
+/// Those of one operation; none where it has no parameters.
+using PieceValues = std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues,
+                                 ResampleValues, PrecisionValues, CrumbValues, CutValues, AlongValues, LatticeValues,
+                                 SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues>;
+
+/// The struct that a member belongs to.
+template <class Member>
+struct OwnerOfMember;
+template <class Owner, class Value>
+struct OwnerOfMember<Value Owner::*> {
+  using Type = Owner;
+};
+template <auto member>
+using OwnerOf = typename OwnerOfMember<decltype(member)>::Type;
+
+}  // namespace argil::engine
