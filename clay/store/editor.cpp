@@ -62,12 +62,12 @@ void Editor::giveBack() {
 
 Link Editor::linkAt(const Tree& tree, Coord brick) const noexcept {
   const Coord region = brick >> 3;
-  if (region != tree.cachedRegion) {
+  Link link = tree.cachedLink;
+  if (region != tree.cachedRegion) {  // Left as it is: others may be reading.
     if (!inReach(brick)) return 0;
-    tree.cachedRegion = region;
-    tree.cachedLink = descend(tree.root, brick, 1);
+    link = descend(tree.root, brick, 1);
   }
-  return isTile(tree.cachedLink) ? tree.cachedLink : nodeOf(tree.cachedLink)->child[childIndex(brick, 1)];
+  return isTile(link) ? link : nodeOf(link)->child[childIndex(brick, 1)];
 }
 
 Slot Editor::find(Coord brick) const noexcept {

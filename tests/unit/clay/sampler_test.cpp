@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <limits>
 #include <random>
+#include <thread>
+#include <vector>
 
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
@@ -104,6 +108,29 @@ TEST(Sampler, AgreesWithThePlainLookUpEverywhere) {
                   static_cast<int>(random() % 200) - 100};
     ASSERT_EQ(sampler.voxel(c), v.find(c >> 3).phi(Brick::offset(c.x & 7, c.y & 7, c.z & 7), 3));
   }
+}
+
+// What is solved on several threads looks masks up in one editor.
+TEST(Editor, IsReadByManyThreadsAtOnce) {
+  constexpr int kRegions = 6, kThreads = 4, kLooks = 200'000;
+  Editor editor(Version::empty(Store::make(), Grid{}));
+  const auto brickOf = [](int region) { return Coord{8 * region, 0, 0}; };
+  for (int region = 0; region < kRegions; ++region) {
+    std::array<uint8_t, kBrickVoxels> values;
+    values.fill(static_cast<uint8_t>(10 + region));
+    editor.setChannel(Channel::mask, brickOf(region), values);
+  }
+  std::atomic<int> wrong{0};
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < kThreads; ++t)
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < kLooks; ++i) {
+        const int region = (i + t) % kRegions;
+        wrong += editor.find(Channel::mask, brickOf(region)).value(0) != 10 + region;
+      }
+    });
+  threads.clear();
+  EXPECT_EQ(wrong, 0);
 }
 
 }  // namespace
