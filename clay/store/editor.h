@@ -25,8 +25,9 @@ class Editor {
 
   [[nodiscard]] float step() const { return step_; }  ///< Of its bricks (Brick::step).
 
-  /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Consecutive calls in one
-  /// region (8×8×8 bricks) cost one load.
+  /// What stands at a brick coordinate now, edits included. Out of reach: Tile::outside. Any threads while none edits.
+  /// In the region (8×8×8 bricks) that was edited last it costs one load, else as many as the tree has levels; Sampler
+  /// remembers where it was.
   [[nodiscard]] Slot find(Coord brick) const noexcept;
 
   /// Replaces the content of a brick coordinate by 512 distances in voxels (Brick's order). Clamps to ±band, turns −0
@@ -80,10 +81,10 @@ class Editor {
   friend class Sampler;
   struct Tree {
     uintptr_t root = 0;
-    bool distances = false;          // its leaves are Bricks, else ChannelBricks
-    std::vector<Coord> mayCollapse;  // a brick coordinate in each region that got a tile
-    mutable Coord cachedRegion{INT32_MIN, 0, 0};
-    mutable uintptr_t cachedLink = 0;
+    bool distances = false;               // its leaves are Bricks, else ChannelBricks
+    std::vector<Coord> mayCollapse;       // a brick coordinate in each region that got a tile
+    Coord cachedRegion{INT32_MIN, 0, 0};  // the one that was written last
+    uintptr_t cachedLink = 0;
   };
   [[nodiscard]] uintptr_t linkAt(const Tree& tree, Coord brick) const noexcept;
   [[nodiscard]] uintptr_t* writableLink(Tree& tree, Coord brick, int level);
