@@ -9,11 +9,11 @@
 
 #include "clay/store/unshared.h"
 #include "clay/surface/vertex_channels.h"
+#include "engine/document/jobs.h"
 
 namespace argil::engine {
 namespace {
 
-constexpr int kHelperNice = 5;      // the hand and the picture go first
 constexpr size_t kMostDeltas = 64;  // of a piece that wait unmerged: beyond, nobody is taking them
 
 uint64_t key(Coord c) {
@@ -239,7 +239,7 @@ void Surfaces::takeArrived(std::exception_ptr& failure) {
 
 void Surfaces::help() {
   (void)pthread_setname_np(pthread_self(), "argil-surfaces");
-  (void)setpriority(PRIO_PROCESS, 0, kHelperNice);
+  (void)setpriority(PRIO_PROCESS, 0, BackgroundJob::kNice);  // the hand and the picture go first
   std::unique_lock lock(mutex_);
   for (;;) {
     work_.wait(lock, [this] { return stop_ || !tasks_.empty(); });
