@@ -8,7 +8,8 @@ Copies the tree into FOLDER/src, puts seeded mutants into the sources of the mod
 changed, a sum made a difference, a statement left out ...), all of them into one build, where the variable ARGIL_MUTANT
 switches one on. Every test suite is run once to see which mutants it reaches; then each mutant meets the suites that
 reach it, the quickest first, until one fails. A suite that fails without a mutant too does not count. A suite that takes
-ten times as long as it did (and 20 s more) counts as failed.
+ten times the processor time that it took (and 20 s more) counts as failed, and one that takes 20 times as long by the
+clock (and 2 minutes more): it hangs. So other work may go on beside a run.
 
 Prints a line for each mutant that no test noticed and, at the end, the share of mutants that were noticed; exit code 1
 when it is below 90 %. FOLDER/results.json holds all. A run that was cut off goes on with --resume: same count, seed and
@@ -21,14 +22,16 @@ import os
 import pathlib
 import random
 import re
+import resource
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED_SHARE = 0.9
-SUITE_LIMIT_S = 240       # a suite that takes longer than this is no part of the quick tier
+SUITE_LIMIT_S = 240       # a suite that takes more processor time than this is no part of the quick tier
 MOST_MUTANTS = 4096       # tests/mutation/mutant.h
 
 # What is exchanged for what inside an expression. Blanks around operators keep templates and pointers out.
@@ -215,24 +218,29 @@ def build(folder, mutants, programs, jobs):
     sys.exit("mutants still do not compile")
 
 
-def run_suite(program, suite, limit, **variables):
+def run_suite(program, suite, most_cpu_s, most_s, **variables):
+    """(whether all passed, seconds of processor time, seconds by the clock)"""
     environment = dict(os.environ, **variables)
     environment.pop("GTEST_OUTPUT", None)
-    start = time.monotonic()
     scratch = f"/tmp/argil-mutation-{os.getpid()}-{random.getrandbits(60):x}"
     environment["XDG_STATE_HOME"] = scratch
-    try:
-        done = subprocess.run([str(program), f"--gtest_filter={suite}*", "--gtest_brief=1"], env=environment, cwd=program.parent,
-                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, timeout=limit)
-        good = done.returncode == 0
-    except subprocess.TimeoutExpired:
-        good = False
+    limit = int(most_cpu_s) + 1
+    start = time.monotonic()
+    process = subprocess.Popen([str(program), f"--gtest_filter={suite}*", "--gtest_brief=1"], env=environment, cwd=program.parent,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
+    late = threading.Timer(most_s, process.kill)
+    late.start()
+    _, status, used = os.wait4(process.pid, 0)
+    late.cancel()
+    process.returncode = os.waitstatus_to_exitcode(status)
     subprocess.run(["rm", "-rf", scratch])
-    return good, time.monotonic() - start
+    return process.returncode == 0, used.ru_utime + used.ru_stime, time.monotonic() - start
 
 
 def trace(work, folder, programs, jobs, known):
-    """[(seconds, program, suite, numbers of the mutants that it reaches)], quickest first; `known`: suites that need no look."""
+    """[(seconds of processor time, by the clock, program, suite, numbers of the mutants that it reaches)], quickest first;
+    `known`: suites that need no look."""
     suites = []
     for name in programs:
         program = work / "bin" / name
@@ -247,13 +255,13 @@ def trace(work, folder, programs, jobs, known):
         program, suite = job
         file = folder / f"trace-{program.name}-{suite.replace('/', '_')}"
         file.unlink(missing_ok=True)
-        good, seconds = run_suite(program, suite, SUITE_LIMIT_S, ARGIL_MUTANT_TRACE=str(file))
+        good, cpu_s, seconds = run_suite(program, suite, SUITE_LIMIT_S, 10 * SUITE_LIMIT_S, ARGIL_MUTANT_TRACE=str(file))
         reached = {i for i, b in enumerate(file.read_bytes()) if b} if file.exists() else set()
         file.unlink(missing_ok=True)
         if not good:
             print(f"{program.name} {suite}: failed or took too long without a mutant; left out", flush=True)
             return None
-        return seconds, program, suite, reached
+        return cpu_s, seconds, program, suite, reached
 
     with ThreadPoolExecutor(jobs) as pool:
         done = [row for row in pool.map(one, suites) if row]
@@ -262,17 +270,16 @@ def trace(work, folder, programs, jobs, known):
 
 def judge(number, suites, most):
     spent = 0.0
-    reaching = [row for row in suites if number in row[3]]
-    for seconds, program, suite, _ in reaching:
+    reaching = [row for row in suites if number in row[4]]
+    for cpu_s, seconds, program, suite, _ in reaching:
         if spent > most:
             break
-        limit = 20 + 10 * seconds
-        good, took = run_suite(program, suite, limit, ARGIL_MUTANT=str(number))
+        limits = 20 + 10 * cpu_s, 120 + 20 * seconds
+        good, took, _ = run_suite(program, suite, *limits, ARGIL_MUTANT=str(number))
         spent += took
         if good:
             continue
-        sound, _ = run_suite(program, suite, limit)
-        if sound:
+        if run_suite(program, suite, *limits)[0]:
             return f"killed by {program.name} {suite}"
     return "survived" if reaching else "not reached by any test"
 
@@ -284,7 +291,7 @@ def main():
     parser.add_argument("--modules", nargs="+", default=["clay", "haptics", "io", "engine"])
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "build" / "mutants")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--limit", type=float, default=400, help="seconds of tests that one mutant meets; after them it survived")
+    parser.add_argument("--limit", type=float, default=400, help="seconds of processor time of tests that one mutant meets; after them it survived")
     parser.add_argument("--resume", action="store_true", help="go on with a run that was cut off")
     parser.add_argument("--again", action="store_true", help="with --resume: judge again those that no test noticed")
     parser.add_argument("--list", action="store_true", help="print the mutants and stop")
@@ -309,14 +316,16 @@ def main():
     kept, results = folder / "trace.json", folder / "results.json"
     judged, suites = {}, []
     if options.resume and kept.exists():
-        suites = [(seconds, work / "bin" / name, suite, set(reached)) for seconds, name, suite, reached in json.loads(kept.read_text())]
+        suites = [(cpu_s, seconds, work / "bin" / name, suite, set(reached))
+                  for cpu_s, seconds, name, suite, reached in json.loads(kept.read_text())]
         if results.exists():
             judged = {m["number"]: m["result"] for m in json.loads(results.read_text())["mutants"]
                       if "result" in m and (not options.again or m["result"].startswith("killed"))}
-    suites = sorted(suites + trace(work, folder, programs, options.jobs, {(row[1].name, row[2]) for row in suites}),
+    suites = sorted(suites + trace(work, folder, programs, options.jobs, {(row[2].name, row[3]) for row in suites}),
                     key=lambda row: row[0])
-    kept.write_text(json.dumps([(seconds, program.name, suite, sorted(reached)) for seconds, program, suite, reached in suites]))
-    print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s in all", flush=True)
+    kept.write_text(json.dumps([(cpu_s, seconds, program.name, suite, sorted(reached))
+                                for cpu_s, seconds, program, suite, reached in suites]))
+    print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s of processor time in all", flush=True)
     # In an order of its own, so that a run that is cut off has looked at all modules.
     order = list(mutants)
     random.Random(options.seed).shuffle(order)
