@@ -12,6 +12,9 @@ constexpr double kBlend = 1;
 constexpr int kWhole = 1 << 12;
 constexpr int kRegionBits = 3, kRegion = 1 << kRegionBits;  // bricks along an edge of what is read at once
 constexpr int kPart = 4;                                    // voxels along an edge of what is decided at once
+// So far from the surface (voxels, squared) a cover is the mean of places that many voxels apart, √(2·distance) to each
+// side on flat clay, and changes so slowly that the corners of a part say it, or those of a whole brick farther out.
+constexpr int64_t kPartsByCorners = 12 * 12, kBricksByCorners = 64 * 64;
 // Reaches that are looked for: each half as large again as the one before.
 constexpr double kLeastReach = 16, kReachStep = 1.5;
 
@@ -101,6 +104,13 @@ void MaskReach::keepNearest(const Box& box, int64_t limit, std::vector<const Gro
   std::erase_if(groups, [&](const Group* each) { return static_cast<double>(leastBetween(each->box, box)) > most; });
 }
 
+template <class Group>
+int64_t MaskReach::leastOf(const Box& box, const std::vector<const Group*>& groups) {
+  int64_t least = INT64_MAX;
+  for (const Group* each : groups) least = std::min(least, leastBetween(each->box, box));
+  return least;
+}
+
 const MaskCover& MaskReach::at(Coord brick, double reach) {
   Known& known = known_[brick];
   if (known.reach >= reach) return known.cover;
@@ -121,60 +131,82 @@ const MaskCover& MaskReach::at(Coord brick, double reach) {
     cover.value.fill(255);
     return cover;
   }
-  for (int i = 0; i < 8; ++i) {
-    const Coord from = low + Coord{i >> 2, (i >> 1) & 1, i & 1} * kPart;
-    coverPart({from, from + Coord{kPart - 1, kPart - 1, kPart - 1}}, low, limit, bricks, cover);
+  if (leastOf(box, bricks) >= kBricksByCorners) {
+    coverBox(box, low, limit, bricks, cover);
+  } else {
+    for (int i = 0; i < 8; ++i) {
+      const Coord from = low + Coord{i >> 2, (i >> 1) & 1, i & 1} * kPart;
+      coverBox({from, from + Coord{kPart - 1, kPart - 1, kPart - 1}}, low, limit, bricks, cover);
+    }
   }
   cover.none = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; });
   cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
   return cover;
 }
 
-void MaskReach::coverPart(const Box& part, Coord low, int64_t limit, const std::vector<const BrickPlaces*>& around,
-                          MaskCover& cover) {
+void MaskReach::coverBox(const Box& box, Coord low, int64_t limit, const std::vector<const BrickPlaces*>& around,
+                         MaskCover& cover) {
   std::vector<const Places*> near;
   for (const BrickPlaces* each : around)
     for (const Places& places : each->parts) near.push_back(&places);
   int64_t nearest = 0;
-  keepNearest(part, limit, near, nearest);
+  keepNearest(box, limit, near, nearest);
   if (std::all_of(near.begin(), near.end(), [](const Places* each) { return each->most == 0; })) return;
-  const bool whole =
-      nearest < limit && std::all_of(near.begin(), near.end(), [](const Places* each) { return each->least == 255; });
+  const auto value = [&](Coord in) -> uint8_t& {
+    return cover.value[static_cast<size_t>(Brick::offset(in.x, in.y, in.z))];
+  };
+  const Coord first = box.low - low, last = box.high - low;
+  const auto forEach = [&](const auto& visit) {
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) visit(Coord{x, y, z});
+  };
+  if (nearest < limit && std::all_of(near.begin(), near.end(), [](const Places* each) { return each->least == 255; }))
+    return forEach([&](Coord in) { value(in) = 255; });
   // The nearest first: then most of the others need not be looked at.
   std::sort(near.begin(), near.end(),
-            [&](const Places* a, const Places* b) { return leastBetween(a->box, part) < leastBetween(b->box, part); });
-  for (int x = part.low.x; x <= part.high.x; ++x)
-    for (int y = part.low.y; y <= part.high.y; ++y)
-      for (int z = part.low.z; z <= part.high.z; ++z) {
-        const Coord at{x, y, z}, in = at - low;
-        uint8_t& value = cover.value[static_cast<size_t>(Brick::offset(in.x, in.y, in.z))];
-        if (whole) {
-          value = 255;
-          continue;
-        }
-        const Box here{at, at};
-        int64_t least = INT64_MAX;
-        for (const Places* each : near) {
-          if (leastBetween(each->box, here) >= least) continue;
-          compared_ += each->places.size();
-          for (const Place& place : each->places) least = std::min(least, squared(place.voxel - at));
-        }
-        if (least > limit) continue;
-        const double root = std::sqrt(static_cast<double>(least)), most = farthest(least);
-        int64_t sum = 0, weights = 0;
-        for (const Places* each : near) {
-          if (static_cast<double>(leastBetween(each->box, here)) > most) continue;
-          compared_ += each->places.size();
-          for (const Place& place : each->places) {
-            const auto square = static_cast<double>(squared(place.voxel - at));
-            if (square > most) continue;
-            const auto weight = static_cast<int64_t>(kWhole * (1 - (std::sqrt(square) - root) / kBlend));
-            sum += weight * place.cover;
-            weights += weight;
-          }
-        }
-        value = static_cast<uint8_t>((sum + weights / 2) / weights);
-      }
+            [&](const Places* a, const Places* b) { return leastBetween(a->box, box) < leastBetween(b->box, box); });
+  if (leastBetween(near.front()->box, box) < kPartsByCorners)
+    return forEach([&](Coord in) { value(in) = coverAt(low + in, limit, near); });
+  int corner[8];
+  for (int i = 0; i < 8; ++i) {
+    const Coord at{i & 4 ? last.x : first.x, i & 2 ? last.y : first.y, i & 1 ? last.z : first.z};
+    corner[i] = coverAt(low + at, limit, near);
+  }
+  // Whole numbers: mirrored clay has mirrored covers.
+  const int edge = last.x - first.x, all = edge * edge * edge;
+  forEach([&](Coord in) {
+    const Coord to = in - first;
+    int sum = 0;
+    for (int i = 0; i < 8; ++i)
+      sum += corner[i] * (i & 4 ? to.x : edge - to.x) * (i & 2 ? to.y : edge - to.y) * (i & 1 ? to.z : edge - to.z);
+    value(in) = static_cast<uint8_t>((sum + all / 2) / all);
+  });
+}
+
+uint8_t MaskReach::coverAt(Coord at, int64_t limit, const std::vector<const Places*>& near) {
+  const Box here{at, at};
+  int64_t least = INT64_MAX;
+  for (const Places* each : near) {
+    if (leastBetween(each->box, here) >= least) continue;
+    compared_ += each->places.size();
+    for (const Place& place : each->places) least = std::min(least, squared(place.voxel - at));
+  }
+  if (least > limit) return 0;
+  const double root = std::sqrt(static_cast<double>(least)), most = farthest(least);
+  int64_t sum = 0, weights = 0;
+  for (const Places* each : near) {
+    if (static_cast<double>(leastBetween(each->box, here)) > most) continue;
+    compared_ += each->places.size();
+    for (const Place& place : each->places) {
+      const auto square = static_cast<double>(squared(place.voxel - at));
+      if (square > most) continue;
+      const auto weight = static_cast<int64_t>(kWhole * (1 - (std::sqrt(square) - root) / kBlend));
+      sum += weight * place.cover;
+      weights += weight;
+    }
+  }
+  return static_cast<uint8_t>((sum + weights / 2) / weights);
 }
 
 }  // namespace argil::clay

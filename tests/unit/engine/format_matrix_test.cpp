@@ -199,7 +199,7 @@ TEST(FormatMatrix, EveryCellIsRightOrTold) {
   tableOfWhatComesIn(page);
   page.text(
       "\nA file that names no unit is read as millimetres unless another is chosen; how a model stands is in "
-      "`engine/NOTES.md`.\n\n## Out\n");
+      "`engine/models/NOTES.md`.\n\n## Out\n");
   tableOfWhatGoesOut(page);
   const std::string made = page.finish();
   const std::filesystem::path file = std::filesystem::path(ARGIL_SOURCE_DIR) / "docs/formats.md";
