@@ -141,5 +141,19 @@ TEST(MaskReach, CostFollowsWhatIsNear) {
   EXPECT_LE(large, 250);
 }
 
+// The farther from the surface, the more places count for a voxel, and the fewer voxels are looked at.
+TEST(MaskReach, ABrickFarOutCostsNoMoreThanOneNearTheSurface) {
+  const Version ball = maskedBall(60, halfWithARim);
+  const auto ofBrick = [&](int z) {
+    MaskReach mask(ball);
+    EXPECT_FALSE(mask.at({0, 0, z}, 200).none);
+    return mask.compared();
+  };
+  const uint64_t near = ofBrick(7), middle = ofBrick(12), far = ofBrick(17);
+  std::printf("%zu places near the surface, %zu at 40 voxels, %zu at 80\n", size_t(near), size_t(middle), size_t(far));
+  EXPECT_LE(middle, near);
+  EXPECT_LE(far, near);
+}
+
 }  // namespace
 }  // namespace argil::clay
