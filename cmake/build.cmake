@@ -8,8 +8,10 @@ option(ARGIL_PRECOMPILED "Read the headers that most files include once for all 
 
 find_program(ARGIL_CCACHE ccache)
 if(ARGIL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # It keeps nothing that was made with a precompiled header unless it is told that macros of the command line count.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${ARGIL_CCACHE})
+  # It keeps nothing that was made with a precompiled header unless it is told that macros of the command line count; and
+  # what one checkout made serves another where it is told what is the checkout in a path.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+                                  CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${ARGIL_CCACHE})
 endif()
 find_program(ARGIL_MOLD mold)
 if(ARGIL_MOLD)
