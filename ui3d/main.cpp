@@ -111,7 +111,7 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({16, 32}));
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")
       ->capture_default_str();
-  surfaceOption(sculptVerb, sculpt.surface, "fine in files, draft in pictures");
+  surfaceOption(sculptVerb, sculpt.surface, "fine in files, crisp in pictures");
   sculptVerb->add_option("--view", sculpt.view, "front, back, left, right, top, bottom or iso")->capture_default_str();
   sculptVerb->add_option("--size", sculptSize, "Picture size")->capture_default_str();
 

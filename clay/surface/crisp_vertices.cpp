@@ -14,10 +14,28 @@ namespace argil::clay {
 
 namespace {
 
+// Cells that bend by less than the first (RMS, voxels) say best where their face is; on a ball of five voxels cells
+// bend by 0.025, so where few of them are flat, those that bend by less than the second count too.
+constexpr float kFlat = 0.02f, kCurved = 0.04f;
+// Of all planes: with more of them flat the others lie across the crease, with fewer on a curved face.
+constexpr float kFlatShare = 0.7f;
+// Planes of curved cells find two faces on a rounding too. A cell in one of two voxels bends by less than the first,
+// and the plane through its corners has a slope above the second.
+constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
+
 constexpr int kAround = BrickSurroundings::kMargin, kCells = BrickSurroundings::kCells;
 
 // Bits of a row's cells from −2 to 2 whose steps along the three axes are three at most, by the steps to the row.
 constexpr std::array<unsigned, 5> kReachOfRow{0b11111, 0b11111, 0b01110, 0b00100, 0};
+
+// Whether a crease goes through a cell, not a rounding of two voxels or more.
+bool creased(const CellView& cell) {
+  if (bendOf(cell.phi, cell.stepX, cell.stepY) > kCreaseBend * kCreaseBend) return true;
+  Vec3f slope = Vec3f::Zero();
+  for (int c = 0; c < 8; ++c)
+    slope += 0.25f * cell.corner(c) * Vec3f(c & 4 ? 1.0f : -1.0f, c & 2 ? 1.0f : -1.0f, c & 1 ? 1.0f : -1.0f);
+  return slope.squaredNorm() < kCreaseSlope * kCreaseSlope;
+}
 
 // The cells that have both signs among their corners.
 class CrossedCells {
@@ -69,8 +87,8 @@ void crispVertices(Sampler& field, Coord brick, const KinkedCells& cells, bool w
   BrickSurroundings around;
   around.read(field, brick, range);
   const CrossedCells crossed(around, range);
-  TangentPlanes planes(around);
-  std::array<TangentPlane, kMostCrispPlanes> near;
+  TangentPlanes planes(around, kCurved);
+  std::array<TangentPlane, kMostCrispPlanes> near, flat;
   size_t sharp = 0;
   auto special = out.table.specials.begin();
   for (const uint16_t i : cells.kinked) {
@@ -90,8 +108,18 @@ void crispVertices(Sampler& field, Coord brick, const KinkedCells& cells, bool w
     cell.view = {around.at(x + kAround, y + kAround, z + kAround), BrickSurroundings::kStepX,
                  BrickSurroundings::kStepY};
     cell.edges = cellCases().separated[cells.patterns[i]].edges;
-    cell.planes = {near.data(), count};
-    const CreaseVertex found = placeCrisply(cell);
+    size_t flats = 0;
+    for (size_t k = 0; k < count; ++k) {
+      const float bend = (1 - near[k].quality) * kCurved * kCurved;
+      if (bend < kFlat * kFlat) (flat[flats++] = near[k]).quality = 1 - bend / (kFlat * kFlat);
+    }
+    cell.planes = {flat.data(), flats};
+    CreaseVertex found;
+    if (static_cast<float>(flats) >= kFlatShare * static_cast<float>(count)) found = placeCrisply(cell);
+    if (found.kind == CreaseVertex::Kind::none && creased(cell.view)) {
+      cell.planes = {near.data(), count};
+      found = placeCrisply(cell);
+    }
     if (found.kind == CreaseVertex::Kind::none) continue;
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = i;

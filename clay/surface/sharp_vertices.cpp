@@ -15,6 +15,9 @@ namespace argil::clay {
 
 namespace {
 
+// A cell that bends by less than this (RMS, voxels) lies on one face; its plane is off by about as much.
+constexpr float kFlat = 0.02f;
+
 // RMS misfit of a linear field to the eight corners, voxels. Above it a cell may hold a crease: one that cuts off 0.03
 // of a cell bends it that much, and so does a sphere of 30 voxels.
 constexpr float kBent = 0.006f;
@@ -63,7 +66,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
   BrickSurroundings around;
   around.read(field, brick, {});
   const Suspects suspects(around);
-  TangentPlanes fits(around);
+  TangentPlanes fits(around, kFlat);
   std::array<TangentPlane, 125> planes;
   size_t rank = 0, sharp = 0;
   auto special = table.specials.begin();

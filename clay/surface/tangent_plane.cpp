@@ -6,8 +6,6 @@ namespace argil::clay {
 
 namespace {
 
-// A cell that bends by less than this (RMS, voxels) lies on one face; its plane is off by about as much.
-constexpr float kFlat = 0.02f;
 // A field much flatter than a distance says little of where the surface is.
 constexpr float kSteep = 0.5f;
 // Cells farther from the surface than this, in voxels, see other faces too.
@@ -19,7 +17,7 @@ bool TangentPlanes::fit(int x, int y, int z, TangentPlane& out) const {
   constexpr int X = BrickSurroundings::kStepX, Y = BrickSurroundings::kStepY;
   const float* v = around_.at(x, y, z);
   const float bend = bendOf(v, X, Y);
-  if (bend > kFlat * kFlat) return false;
+  if (bend > flat2_) return false;
   const float a = v[0] + v[1], b = v[Y] + v[Y + 1], c = v[X] + v[X + 1], d = v[X + Y] + v[X + Y + 1];
   const float low = a + b, high = c + d;
   const Vec3f slope =
@@ -30,7 +28,7 @@ bool TangentPlanes::fit(int x, int y, int z, TangentPlane& out) const {
   const float scale = 1 / length;
   const Vec3f centre = Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) +
                        Vec3f::Constant(0.5f - static_cast<float>(BrickSurroundings::kMargin));
-  out = {centre, slope * scale, (low + high) * (0.125f * scale), 1 - bend / (kFlat * kFlat)};
+  out = {centre, slope * scale, (low + high) * (0.125f * scale), 1 - bend / flat2_};
   return std::abs(out.distance) < kNear;
 }
 

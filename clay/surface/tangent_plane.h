@@ -33,8 +33,9 @@ struct TangentPlane {
 /// The planes of the cells around a brick, each made when it is first asked for.
 class TangentPlanes {
  public:
-  /// `around` must stand as long as this does; only cells whose corners it has read may be asked for.
-  explicit TangentPlanes(const BrickSurroundings& around) : around_(around) {}
+  /// `around` must stand as long as this does; only cells whose corners it has read may be asked for. A cell that bends
+  /// by more than `flat` (RMS, voxels) lies on no one face.
+  TangentPlanes(const BrickSurroundings& around, float flat) : around_(around), flat2_(flat * flat) {}
 
   /// Of a cell, counted as in BrickSurroundings; null where it is bent, has hardly a slope, or is so far from the
   /// surface that it sees other faces too.
@@ -50,6 +51,7 @@ class TangentPlanes {
   bool fit(int x, int y, int z, TangentPlane& out) const;
 
   const BrickSurroundings& around_;
+  float flat2_;
   std::array<uint8_t, kCells * kCells * kCells> state_{};  // 0 unknown, 1 none, 2 known
   std::array<TangentPlane, kCells * kCells * kCells> planes_;
 };
