@@ -40,6 +40,7 @@ constexpr double kReady = 0.3;     // The window's manager may hold back a press
 constexpr double kHeld = 0.03;
 constexpr size_t kTurnsBytes = 2 * sizeof(uint64_t);
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
+constexpr double kTold = 3;       // s at rest by what the studio tells: what changes still are figures that go on.
 
 void sleep(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
@@ -439,8 +440,8 @@ render::Image Person::settled() const {
   XSync(state_->display, False);
   const auto begin = Clock::now();
   render::Image still = look(), now = still;
-  Rest rest(*state_->studio);
-  while (!rest.lasts(kStill * state_->scale)) {
+  Rest rest(*state_->studio), told(*state_->studio);
+  while (!rest.lasts(kStill * state_->scale) && !told.lasts(kTold)) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
     if (since(begin) > kPatience) {
       std::fprintf(stderr, "the picture does not come to rest\n");
