@@ -12,8 +12,8 @@ constexpr double kBlend = 1;
 constexpr int kWhole = 1 << 12;
 constexpr int kRegionBits = 3, kRegion = 1 << kRegionBits;  // bricks along an edge of what is read at once
 constexpr int kPart = 4;                                    // voxels along an edge of what is decided at once
-// So far from the surface (voxels, squared) a cover is the mean of places that many voxels apart, √(2·distance) to each
-// side on flat clay, and changes so slowly that the corners of a part say it, or those of a whole brick farther out.
+// So far from the surface (voxels, squared) a cover is a mean over many places, up to √(2·distance) to each side on
+// flat clay. It changes slowly there: the corners of a part are enough, or those of a whole brick farther out.
 constexpr int64_t kPartsByCorners = 12 * 12, kBricksByCorners = 64 * 64;
 // Reaches that are looked for: each half as large again as the one before.
 constexpr double kLeastReach = 16, kReachStep = 1.5;
@@ -104,13 +104,6 @@ void MaskReach::keepNearest(const Box& box, int64_t limit, std::vector<const Gro
   std::erase_if(groups, [&](const Group* each) { return static_cast<double>(leastBetween(each->box, box)) > most; });
 }
 
-template <class Group>
-int64_t MaskReach::leastOf(const Box& box, const std::vector<const Group*>& groups) {
-  int64_t least = INT64_MAX;
-  for (const Group* each : groups) least = std::min(least, leastBetween(each->box, box));
-  return least;
-}
-
 const MaskCover& MaskReach::at(Coord brick, double reach) {
   Known& known = known_[brick];
   if (known.reach >= reach) return known.cover;
@@ -131,7 +124,8 @@ const MaskCover& MaskReach::at(Coord brick, double reach) {
     cover.value.fill(255);
     return cover;
   }
-  if (leastOf(box, bricks) >= kBricksByCorners) {
+  const auto isFar = [&](const BrickPlaces* each) { return leastBetween(each->box, box) >= kBricksByCorners; };
+  if (std::all_of(bricks.begin(), bricks.end(), isFar)) {
     coverBox(box, low, limit, bricks, cover);
   } else {
     for (int i = 0; i < 8; ++i) {

@@ -20,8 +20,9 @@ struct MaskCover {
 
 /// A voxel far from the surface is covered as the places of the surface that are nearest to it (the mean of those
 /// within a voxel of the nearest): so a tool larger than the band does not hollow the clay out under a masked surface,
-/// nor lay clay over it. Farther than 12 voxels from the surface that is looked at 3 voxels apart, than 64 voxels 7,
-/// and in between goes straight. Sums of whole numbers, so that mirrored clay has mirrored covers. One thread.
+/// nor lay clay over it. Farther than 12 voxels from the surface that is found at places 3 voxels apart, farther
+/// than 64 at places 7 apart, and interpolated between them. Sums of whole numbers, so that mirrored clay has mirrored
+/// covers. One thread.
 class MaskReach {
  public:
   /// Of the clay as the stroke found it: what the stroke itself brings up stays covered.
@@ -73,8 +74,6 @@ class MaskReach {
   static int64_t squared(Coord d) { return int64_t{d.x} * d.x + int64_t{d.y} * d.y + int64_t{d.z} * d.z; }
   template <class Group>
   static void keepNearest(const Box& box, int64_t limit, std::vector<const Group*>& groups, int64_t& nearest);
-  template <class Group>
-  static int64_t leastOf(const Box& box, const std::vector<const Group*>& groups);
   const std::vector<BrickPlaces>& region(Coord region);
   std::vector<const BrickPlaces*> around(const Box& box, double reach);
   void coverBox(const Box& box, Coord low, int64_t limit, const std::vector<const BrickPlaces*>& around,

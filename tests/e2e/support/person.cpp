@@ -40,7 +40,7 @@ constexpr double kReady = 0.3;     // The window's manager may hold back a press
 constexpr double kHeld = 0.03;
 constexpr size_t kTurnsBytes = 2 * sizeof(uint64_t);
 constexpr double kBlinking = 60;  // Pixels at scale 1: the cursor of a text field, which never rests.
-constexpr double kTold = 3;       // s at rest by what the studio tells: what changes still are figures that go on.
+constexpr double kTold = 3;       // s at rest by what the studio tells: enough, whatever still changes in the picture.
 
 void sleep(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
