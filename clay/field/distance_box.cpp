@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/base/catmull_rom.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
@@ -302,33 +303,13 @@ Coord DistanceBox::foot(Coord voxel) const {
   return outerLow_ + voxelNear(v.toVec3d().cast<float>() - gradient * (phi_[index(v)] / length));
 }
 
-namespace {
-
-// Catmull-Rom, and its derivative.
-void splineWeights(float t, float* w) {
-  const float t2 = t * t, t3 = t2 * t;
-  w[0] = 0.5f * (-t3 + 2 * t2 - t);
-  w[1] = 0.5f * (3 * t3 - 5 * t2 + 2);
-  w[2] = 0.5f * (-3 * t3 + 4 * t2 + t);
-  w[3] = 0.5f * (t3 - t2);
-}
-void slopeWeights(float t, float* w) {
-  const float t2 = t * t;
-  w[0] = 0.5f * (-3 * t2 + 4 * t - 1);
-  w[1] = 0.5f * (9 * t2 - 10 * t);
-  w[2] = 0.5f * (-9 * t2 + 8 * t + 1);
-  w[3] = 0.5f * (3 * t2 - 2 * t);
-}
-
-}  // namespace
-
 float DistanceBox::spline(const Vec3f& p, Vec3f* gradient) const {
   const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
   const Vec3f f = p - base.toVec3d().cast<float>();
   float w[3][4], d[3][4];
   for (int axis = 0; axis < 3; ++axis) {
-    splineWeights(f[axis], w[axis]);
-    if (gradient) slopeWeights(f[axis], d[axis]);
+    catmullRom(f[axis], w[axis]);
+    if (gradient) catmullRomSlope(f[axis], d[axis]);
   }
   if (gradient) gradient->setZero();
   float value = 0, low = kFar, high = -kFar;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/base/catmull_rom.h"
 #include "clay/store/editor.h"
 #include "clay/store/tree.h"
 
@@ -28,19 +29,6 @@ Cell cellOf(const Vec3d& p) noexcept {
           static_cast<float>(x - bx),
           static_cast<float>(y - by),
           static_cast<float>(z - bz)};
-}
-
-// Catmull-Rom weights of four samples at -1, 0, 1, 2 and their derivatives.
-void cubicWeights(float t, float w[4], float d[4]) noexcept {
-  const float t2 = t * t, t3 = t2 * t;
-  w[0] = 0.5f * (-t3 + 2 * t2 - t);
-  w[1] = 0.5f * (3 * t3 - 5 * t2 + 2);
-  w[2] = 0.5f * (-3 * t3 + 4 * t2 + t);
-  w[3] = 0.5f * (t3 - t2);
-  d[0] = 0.5f * (-3 * t2 + 4 * t - 1);
-  d[1] = 0.5f * (9 * t2 - 10 * t);
-  d[2] = 0.5f * (-9 * t2 + 8 * t + 1);
-  d[3] = 0.5f * (3 * t2 - 2 * t);
 }
 
 }  // namespace
@@ -142,9 +130,9 @@ float Sampler::tricubic(const Vec3d& p, Vec3f& gradient) noexcept {
   float v[4][4][4];
   gather<4>(c.base - Coord{1, 1, 1}, v);
   float wx[4], dx[4], wy[4], dy[4], wz[4], dz[4];
-  cubicWeights(c.fx, wx, dx);
-  cubicWeights(c.fy, wy, dy);
-  cubicWeights(c.fz, wz, dz);
+  catmullRom(c.fx, wx), catmullRomSlope(c.fx, dx);
+  catmullRom(c.fy, wy), catmullRomSlope(c.fy, dy);
+  catmullRom(c.fz, wz), catmullRomSlope(c.fz, dz);
   float value = 0, gx = 0, gy = 0, gz = 0;
   for (int x = 0; x < 4; ++x) {
     float planeValue = 0, planeY = 0, planeZ = 0;

@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(Devices, listsSheetsOfAllThatCanBeHeld) {
+TEST(Devices, ListsSheetsOfAllThatCanBeHeld) {
   const Outcome list = argil({"devices"});
   EXPECT_EQ(list.code, 0) << list.err;
   for (const char* name : {"touch", "falcon", "omega3", "Plugged in"})
@@ -46,7 +46,7 @@ void pressUntil(haptics::testing::HaplyArmEmulator& arm, const Condition& condit
   }
 }
 
-TEST(Devices, triesAnArmGentlyAndLeavesItAtZero) {
+TEST(Devices, TriesAnArmGentlyAndLeavesItAtZero) {
   haptics::testing::HaplyArmEmulator arm(haptics::HaplyOptions().centreMm);
   arm.plug();
   arm.hand({3, 4, 5}, 0);
@@ -66,7 +66,7 @@ TEST(Devices, triesAnArmGentlyAndLeavesItAtZero) {
   EXPECT_EQ(arm.forceN().norm(), 0) << "zero in the end";
 }
 
-TEST(Devices, killedItLeavesTheArmAtZero) {
+TEST(Devices, KilledItLeavesTheArmAtZero) {
   haptics::testing::HaplyArmEmulator arm(haptics::HaplyOptions().centreMm);  // It keeps its last force for ever.
   arm.plug();
   arm.hand({3, 4, 5}, 0);
@@ -93,7 +93,7 @@ TEST(Devices, killedItLeavesTheArmAtZero) {
   EXPECT_TRUE(WIFSIGNALED(status));
 }
 
-TEST(Devices, saysWhyADeviceCannotBeTried) {
+TEST(Devices, SaysWhyADeviceCannotBeTried) {
   const Outcome o = argil({"devices", "--test", "haply:/dev/ttyNeverThere"});
   EXPECT_EQ(o.code, 1);
   EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;

@@ -39,7 +39,7 @@ class Documents : public Test {
   fs::path script, document;
 };
 
-TEST_F(Documents, areInspectedDrawnAndWorkedOn) {
+TEST_F(Documents, AreInspectedDrawnAndWorkedOn) {
   const Outcome seen = argil({"inspect", document.string()});
   EXPECT_EQ(seen.code, 0) << seen.err;
   EXPECT_TRUE(has(seen.out, "2 steps of history") && has(seen.out, "closed      yes")) << seen.out;
@@ -63,7 +63,7 @@ TEST_F(Documents, areInspectedDrawnAndWorkedOn) {
 }
 
 // Whoever writes the model, sculpt at once or convert later: the same bytes.
-TEST_F(Documents, goOutTheSameBySculptAndConvert) {
+TEST_F(Documents, GoOutTheSameBySculptAndConvert) {
   for (const char* ending : {"stl", "ply", "3mf", "glb", "obj"}) {
     const fs::path at = scratch / (std::string("at-once.") + ending),
                    later = scratch / (std::string("later.") + ending);
@@ -73,7 +73,7 @@ TEST_F(Documents, goOutTheSameBySculptAndConvert) {
   }
 }
 
-TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
+TEST_F(Documents, GoOutInEveryFormatAndComeBackClosed) {
   for (const char* ending : {"3mf", "stl", "obj", "ply", "glb", "drc", "vdb", "argil"}) {
     const fs::path out = scratch / (std::string("out.") + ending);
     const Outcome made = argil({"convert", document.string(), out.string()});
@@ -97,7 +97,7 @@ TEST_F(Documents, goOutInEveryFormatAndComeBackClosed) {
   EXPECT_EQ(argil({"convert", document.string(), (scratch / "x.stl").string(), "--draco"}).code, 2);
 }
 
-TEST_F(Documents, goOutForADestination) {
+TEST_F(Documents, GoOutForADestination) {
   // As many triangles as a destination may find too many.
   const auto coarse = nlohmann::json::parse(argil({"inspect", document.string(), "--json"}).out);
   const double voxel = double(coarse.at("pieces")[0].at("voxel_mm")) / 4;
@@ -131,7 +131,7 @@ TEST_F(Documents, goOutForADestination) {
   EXPECT_LE(seen("g.glb").at("triangles"), 2000) << "what is said goes before";
 }
 
-TEST_F(Documents, whatImportMovedIsPutBack) {
+TEST_F(Documents, WhatImportMovedIsPutBack) {
   write(scratch / "far.obj",
         "v 5e9 0 0\nv 5000000100 0 0\nv 5e9 100 0\nv 5e9 0 100\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
   const std::string far = (scratch / "far.obj").string(), out = (scratch / "back.obj").string();
@@ -151,7 +151,7 @@ TEST_F(Documents, whatImportMovedIsPutBack) {
   EXPECT_EQ(argil({"convert", kept, out, "--put-back", "--recentre"}).code, 2);
 }
 
-TEST_F(Documents, damageAndNewerFilesAreOneLine) {
+TEST_F(Documents, DamageAndNewerFilesAreOneLine) {
   write(scratch / "no.argil", "nothing of the kind");
   Outcome o = argil({"inspect", (scratch / "no.argil").string()});
   EXPECT_EQ(o.code, 2) << o.err;
@@ -173,7 +173,7 @@ TEST_F(Documents, damageAndNewerFilesAreOneLine) {
   EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
 }
 
-TEST_F(Documents, recoverListsAndRefuses) {
+TEST_F(Documents, RecoverListsAndRefuses) {
   setenv("ARGIL_STATE", (scratch / "state").c_str(), 1);
   const Outcome none = argil({"recover"});
   EXPECT_EQ(none.code, 0) << none.err;
@@ -185,7 +185,7 @@ TEST_F(Documents, recoverListsAndRefuses) {
   unsetenv("ARGIL_STATE");
 }
 
-TEST_F(Documents, recoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
+TEST_F(Documents, RecoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   const fs::path journals = scratch / "state" / "journal", journal = journals / "1.journal";
   setenv("ARGIL_STATE", (scratch / "state").c_str(), 1);
   {

@@ -181,7 +181,7 @@ std::map<std::string, Case> cases() {
 }
 
 // A row that has no script here fails: it says what a person gets of it.
-TEST(Operations, eachRowDoesInAScriptWhatItSays) {
+TEST(Operations, EachRowDoesInAScriptWhatItSays) {
   const Scratch scratch;
   const std::map<std::string, Case> all = cases();
   const std::vector<std::string> ids = lines(argil({"tools", "--operations", "--ids"}).out);
@@ -201,7 +201,7 @@ TEST(Operations, eachRowDoesInAScriptWhatItSays) {
   }
 }
 
-TEST(Operations, areListedWithWhatCanBeSet) {
+TEST(Operations, AreListedWithWhatCanBeSet) {
   const Outcome table = argil({"tools", "--operations", "--json"}), text = argil({"tools", "--operations"});
   ASSERT_EQ(table.code, 0) << table.err;
   for (const json& row : json::parse(table.out)) {
@@ -212,7 +212,7 @@ TEST(Operations, areListedWithWhatCanBeSet) {
   }
 }
 
-TEST(Operations, strokesGoOnOnThePieceThatIsNamed) {
+TEST(Operations, StrokesGoOnOnThePieceThatIsNamed) {
   const Scratch scratch;
   const std::string steps =
       ball("Ball", 6, "[30,0,0]") + R"({"tool":"carve","radius_mm":2,"piece":"Ball","path":[[0,36,0,0]]},
@@ -227,7 +227,7 @@ TEST(Operations, strokesGoOnOnThePieceThatIsNamed) {
   EXPECT_GT(report["servo"]["cutting"], 0);
 }
 
-TEST(Operations, recordingsAndDocumentsHoldThem) {
+TEST(Operations, RecordingsAndDocumentsHoldThem) {
   const Scratch scratch;
   const std::string steps =
       R"({"tool":"carve","radius_mm":2,"path":[[0,8,0,0],[1,8,3,0]]},{"operation":"shell","inner_mm":2.5},)" +
@@ -261,7 +261,7 @@ TEST(Operations, recordingsAndDocumentsHoldThem) {
   EXPECT_NEAR(high(joined, 0), 25, 0.2);
 }
 
-TEST(Operations, whatIsWrongIsOneLineThatNamesTheStep) {
+TEST(Operations, WhatIsWrongIsOneLineThatNamesTheStep) {
   const Scratch scratch;
   const std::pair<std::string, std::string> faults[] = {
       {R"({"operation":"melt-down"})", "strokes[1].operation: unknown \"melt-down\"; known are join, cut"},

@@ -143,7 +143,7 @@ double colourDifference(const fs::path& file) {
   return most;
 }
 
-TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
+TEST_F(LongReferees, BlenderSeesTheSameAndWeSeeWhatItWrites) {
   if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
   std::ofstream(scratch / "look.py") << kLook;
   std::istringstream said(
@@ -195,7 +195,7 @@ TEST_F(LongReferees, blenderSeesTheSameAndWeSeeWhatItWrites) {
 }
 
 // Two pieces are two objects of their names, where a format has them.
-TEST_F(LongReferees, blenderSeesPiecesByTheirNames) {
+TEST_F(LongReferees, BlenderSeesPiecesByTheirNames) {
   if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
   std::ofstream two(scratch / "two.obj");
   for (int part = 0; part < 2; ++part) {
@@ -280,7 +280,7 @@ print('SAID ' + json.dumps({'lit': float(lit.mean()), 'light': float(ours[lit].m
       'plain': float(numpy.abs(ours - plain)[lit].mean()), 'metal': float(numpy.abs(ours - dark)[lit].mean())}))
 )py";
 
-TEST_F(LongReferees, blenderRendersItMattAndPainted) {
+TEST_F(LongReferees, BlenderRendersItMattAndPainted) {
   if (!installed("blender")) GTEST_SKIP() << "blender is not installed";
   std::ofstream(scratch / "render.py") << kRender;
   const std::string said = outputOf("blender -b --python-exit-code 1 --python render.py", scratch.path());
@@ -295,7 +295,7 @@ TEST_F(LongReferees, blenderRendersItMattAndPainted) {
   EXPECT_GT(seen["metal"], 0.15) << seen;
 }
 
-TEST_F(LongReferees, meshLabFindsOneClosedBodyInItsColours) {
+TEST_F(LongReferees, MeshLabFindsOneClosedBodyInItsColours) {
   if (!installed("meshlabserver") || !installed("xvfb-run")) GTEST_SKIP() << "meshlab or xvfb is not installed";
   std::ofstream(scratch / "look.mlx") << "<!DOCTYPE FilterScript><FilterScript><filter name=\"Compute Topological "
                                          "Measures\"/><filter name=\"Compute Geometric Measures\"/></FilterScript>";
@@ -316,7 +316,7 @@ TEST_F(LongReferees, meshLabFindsOneClosedBodyInItsColours) {
   EXPECT_EQ(back.objects.at(0).mesh.triangles, ours.objects.at(0).mesh.triangles);
 }
 
-TEST_F(LongReferees, khronosValidatorFindsNothing) {
+TEST_F(LongReferees, KhronosValidatorFindsNothing) {
   const std::string node = "NODE_PATH=${NODE_PATH:-$(npm root -g 2>/dev/null)} node ";
   if (std::system((node + "-e \"require('gltf-validator')\" >/dev/null 2>&1").c_str()) != 0)
     GTEST_SKIP() << "gltf-validator is not installed (npm install -g gltf-validator)";
@@ -345,7 +345,7 @@ const validator = require('gltf-validator'), fs = require('fs');
   EXPECT_EQ(files, 3);
 }
 
-TEST_F(LongReferees, prusaSlicerSlicesWithoutAWarning) {
+TEST_F(LongReferees, PrusaSlicerSlicesWithoutAWarning) {
   if (!installed("prusa-slicer")) GTEST_SKIP() << "prusa-slicer is not installed";
   for (const char* name : {"ours.stl", "ours.3mf", "ours.obj"}) {
     std::string said = outputOf(
@@ -359,7 +359,7 @@ TEST_F(LongReferees, prusaSlicerSlicesWithoutAWarning) {
   }
 }
 
-TEST_F(LongReferees, prusaSlicerFindsNothingToMend) {
+TEST_F(LongReferees, PrusaSlicerFindsNothingToMend) {
   if (!installed("prusa-slicer")) GTEST_SKIP() << "prusa-slicer is not installed";
   for (const char* name : {"ours.stl", "ours.3mf", "ours.obj"}) {
     const std::string said = outputOf(std::string("prusa-slicer --info ") + name, scratch.path());
@@ -370,7 +370,7 @@ TEST_F(LongReferees, prusaSlicerFindsNothingToMend) {
 }
 
 // A block of 40 × 40 × 20 with a pocket cut away, a modifier and a support: through PrusaSlicer's own hands.
-TEST_F(LongReferees, projectsOfPrusaSlicerAreCutAsItCutsThem) {
+TEST_F(LongReferees, ProjectsOfPrusaSlicerAreCutAsItCutsThem) {
   if (!installed("prusa-slicer")) GTEST_SKIP() << "prusa-slicer is not installed";
   std::string vertices, triangles, volumes;
   int corners = 0, faces = 0;
@@ -415,7 +415,7 @@ TEST_F(LongReferees, projectsOfPrusaSlicerAreCutAsItCutsThem) {
   EXPECT_NEAR(mesh["volume_mm3"].get<double>(), 28000, 28);
 }
 
-TEST_F(LongReferees, assimpAndAdmeshReadThem) {
+TEST_F(LongReferees, AssimpAndAdmeshReadThem) {
   if (!installed("assimp") || !installed("admesh")) GTEST_SKIP() << "assimp or admesh is not installed";
   for (const char* name : {"ours.glb", "ours.gltf", "ours.obj", "ours.ply", "ours.stl", "ours.3mf"}) {
     const std::string said = outputOf(std::string("assimp info ") + name, scratch.path());

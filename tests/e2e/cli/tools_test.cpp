@@ -19,7 +19,7 @@ std::vector<std::string> lines(const std::string& text) {
   return all;
 }
 
-TEST(Tools, areListedWithWhatCanBeSet) {
+TEST(Tools, AreListedWithWhatCanBeSet) {
   const Outcome ids = argil({"tools", "--ids"}), json = argil({"tools", "--json"}), text = argil({"tools"});
   ASSERT_EQ(ids.code, 0) << ids.err;
   const auto rows = nlohmann::json::parse(json.out);
@@ -40,7 +40,7 @@ TEST(Tools, areListedWithWhatCanBeSet) {
 }
 
 // The scene of each is a script that runs and leaves a closed solid that the tool has changed.
-TEST(Tools, scenesOfEachRun) {
+TEST(Tools, ScenesOfEachRun) {
   const Scratch scratch;
   std::string pgm = "P5 16 16 255\n";
   for (int i = 0; i < 256; ++i) pgm += char((i % 16 - 8) * (i / 16 - 8) > 0 ? 255 : 0);
@@ -60,7 +60,7 @@ TEST(Tools, scenesOfEachRun) {
   }
 }
 
-TEST(Tools, whatIsWrongWithOneIsOneLine) {
+TEST(Tools, WhatIsWrongWithOneIsOneLine) {
   const Scratch scratch;
   const auto complaint = [&](const std::string& stroke) {
     write(scratch / "w.json", R"({"argil":1,"units":"mm","setup":[{"sphere":{"radius_mm":8}}],"strokes":[{)" + stroke +

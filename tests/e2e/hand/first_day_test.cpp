@@ -28,7 +28,7 @@ class FirstDay : public ClayOnScreen {
   }
 };
 
-TEST_P(FirstDay, holdsWhatIsPromised) {
+TEST_P(FirstDay, HoldsWhatIsPromised) {
   double grew[3] = {};
   int model = 0;
   for (const double size : {1.0, 100.0, 2000.0}) {

@@ -15,7 +15,7 @@ namespace {
 
 using HandOnClay = ClayOnScreen;
 
-TEST_P(HandOnClay, aKeyThatIsHeldTurnsTheToolOverOrSmoothsForOneStroke) {
+TEST_P(HandOnClay, AKeyThatIsHeldTurnsTheToolOverOrSmoothsForOneStroke) {
   const std::string file = block();
   RunningStudio studio(arguments({file}), scratch_.path());
   Person person(studio);
@@ -60,7 +60,7 @@ TEST_P(HandOnClay, aKeyThatIsHeldTurnsTheToolOverOrSmoothsForOneStroke) {
 }
 
 // No pause between the strokes: each has the tool of its own modifiers.
-TEST_P(HandOnClay, strokesThatFollowEachOtherAtOnceHaveTheToolOfTheirOwnKeys) {
+TEST_P(HandOnClay, StrokesThatFollowEachOtherAtOnceHaveTheToolOfTheirOwnKeys) {
   const std::string file = block();
   RunningStudio studio(arguments({file}), scratch_.path());
   Person person(studio);
@@ -106,7 +106,7 @@ TEST_P(HandOnClay, strokesThatFollowEachOtherAtOnceHaveTheToolOfTheirOwnKeys) {
 }
 
 // Stopped forces are for motors; a mouse has none, wherever the model lies and however fast the hand is.
-TEST_P(HandOnClay, aMouseIsNeverStopped) {
+TEST_P(HandOnClay, AMouseIsNeverStopped) {
   const std::string file = document(R"({"voxel_mm": 0.5}, {"sphere": {"radius_mm": 30, "centre_mm": [12000, 0, 0]}})");
   RunningStudio studio(arguments({file}), scratch_.path());
   Person person(studio);
@@ -130,7 +130,7 @@ TEST_P(HandOnClay, aMouseIsNeverStopped) {
 }
 
 // A tip of 5 mm is of use for a block of 60 mm; a pearl and a statue get one of their own size.
-TEST_P(HandOnClay, toolsComeAtASizeThatFitsTheModel) {
+TEST_P(HandOnClay, ToolsComeAtASizeThatFitsTheModel) {
   for (const double size : {1.0, 100.0, 2000.0}) {
     SCOPED_TRACE(size);
     const std::string file = document(R"({"voxel_mm": )" + std::to_string(size / 128) +
@@ -155,7 +155,7 @@ TEST_P(HandOnClay, toolsComeAtASizeThatFitsTheModel) {
 }
 
 // A mouse shows a ring and a dot: no ball, no shaft over the work, while it hovers and while it works.
-TEST_P(HandOnClay, aMouseHidesHardlyAnythingOfTheClay) {
+TEST_P(HandOnClay, AMouseHidesHardlyAnythingOfTheClay) {
   const std::string file = block();
   RunningStudio studio(arguments({file}), scratch_.path());
   Person person(studio);
@@ -171,7 +171,7 @@ TEST_P(HandOnClay, aMouseHidesHardlyAnythingOfTheClay) {
   EXPECT_LT(difference(around(bare), around(hover)), 0.03) << "ball and shaft cover the clay";
 }
 
-TEST_P(HandOnClay, aClickOnAPieceWorksOnIt) {
+TEST_P(HandOnClay, AClickOnAPieceWorksOnIt) {
   // A block and a cylinder side by side; the block is worked on.
   std::ofstream(scratch_ / "script.json")
       << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.5}, {"block": {"size_mm": [40, 40, 30], "centre_mm": [-30, 0, 0]}}],
@@ -306,7 +306,7 @@ class PenOnClay : public HandOnClay {
   bool eraser_ = false;
 };
 
-TEST_P(PenOnClay, aHeavyHandDoesMoreThanALightOne) {
+TEST_P(PenOnClay, AHeavyHandDoesMoreThanALightOne) {
   const double x = middleX(), y = middleY();
   const Way way{{x - 60, y - 60}, {x + 60, y - 60}};
   for (const char* tool : {"C", "A", "W"}) {
@@ -329,7 +329,7 @@ TEST_P(PenOnClay, aHeavyHandDoesMoreThanALightOne) {
 // two colours, a mask.
 class EveryToolByPen : public PenOnClay {};
 
-TEST_P(EveryToolByPen, aLightHandAndAHeavyOneDiffer) {
+TEST_P(EveryToolByPen, ALightHandAndAHeavyOneDiffer) {
   const double x = middleX(), y = middleY();
   const std::string file = block();
   const auto tool = [&](std::string_view name) {
@@ -380,7 +380,7 @@ TEST_P(EveryToolByPen, aLightHandAndAHeavyOneDiffer) {
   }
 }
 
-TEST_P(PenOnClay, theOtherEndIsTheOppositeTool) {
+TEST_P(PenOnClay, TheOtherEndIsTheOppositeTool) {
   const double x = middleX(), y = middleY();
   const Way way{{x - 60, y - 60}, {x + 60, y - 60}};
   const std::string file = block();
@@ -397,7 +397,7 @@ TEST_P(PenOnClay, theOtherEndIsTheOppositeTool) {
   EXPECT_GT(play(file).volume, carved.volume + 50) << "the tip of Add";
 }
 
-TEST_P(PenOnClay, itsButtonTurnsAndMovesTheView) {
+TEST_P(PenOnClay, ItsButtonTurnsAndMovesTheView) {
   const double x = middleX(), y = middleY();
   const std::string file = block();
   at("move", x, y, 0);
@@ -424,7 +424,7 @@ TEST_P(PenOnClay, itsButtonTurnsAndMovesTheView) {
 }
 
 // A click of the button opens a ring: zoom at the top, then clockwise redo, show all, move, size, undo.
-TEST_P(PenOnClay, theRingZoomsMovesSizesAndUndoes) {
+TEST_P(PenOnClay, TheRingZoomsMovesSizesAndUndoes) {
   const double x = middleX(), y = middleY(), away = 57, side = away * 0.866, half = away / 2;
   const std::string file = block();
   const Saved before = saved();

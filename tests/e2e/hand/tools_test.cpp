@@ -109,7 +109,7 @@ class ToolChest : public OnScreen {
   }
 };
 
-TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
+TEST_P(ToolChest, ToolsAreTakenByAClickAndEverythingIsUndone) {
   RunningStudio studio(arguments({"--report", "report.json"}), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
@@ -159,7 +159,7 @@ TEST_P(ToolChest, toolsAreTakenByAClickAndEverythingIsUndone) {
   EXPECT_GE(report["strokes"], tools.size() + 1);
 }
 
-TEST_P(ToolChest, twoPiecesBecomeOneByTheDialog) {
+TEST_P(ToolChest, TwoPiecesBecomeOneByTheDialog) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const render::Image block = addBlock(person);
@@ -189,7 +189,7 @@ TEST_P(ToolChest, twoPiecesBecomeOneByTheDialog) {
   EXPECT_NEAR(mesh["mesh"]["volume_mm3"].get<double>(), 141888 + 113097, 800);
 }
 
-TEST_P(ToolChest, aPieceIsCutByADrawnCurve) {
+TEST_P(ToolChest, APieceIsCutByADrawnCurve) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
@@ -233,7 +233,7 @@ TEST_P(ToolChest, aPieceIsCutByADrawnCurve) {
   EXPECT_LT(difference(clay(block), clay(again)), 0.002) << "undone";
 }
 
-TEST_P(ToolChest, aMaskedPartIsHiddenAndTheRestWorkedOn) {
+TEST_P(ToolChest, AMaskedPartIsHiddenAndTheRestWorkedOn) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
@@ -265,7 +265,7 @@ TEST_P(ToolChest, aMaskedPartIsHiddenAndTheRestWorkedOn) {
   shot(person, "26-cleared");
 }
 
-TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
+TEST_P(ToolChest, ThePointsOfTheDeformBoxArePulled) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
@@ -303,7 +303,7 @@ TEST_P(ToolChest, thePointsOfTheDeformBoxArePulled) {
   EXPECT_LT(difference(clay(block), clay(again)), 0.002) << "cancelled";
 }
 
-TEST_P(ToolChest, aMaterialIsAddedAndLaidInItsColour) {
+TEST_P(ToolChest, AMaterialIsAddedAndLaidInItsColour) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();
@@ -327,7 +327,7 @@ TEST_P(ToolChest, aMaterialIsAddedAndLaidInItsColour) {
 // The large screen costs four times the pixels: what the others do at length is seen there once.
 class ToolGlance : public ToolChest {};
 
-TEST_P(ToolGlance, everyGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
+TEST_P(ToolGlance, EveryGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   const double x = middleX(), y = middleY();

@@ -82,7 +82,7 @@ struct Kind {
 
 // The height of what is guessed; a bust, a scan in metres and a part in inches, each in two questions: which file, and
 // is it right so?
-TEST_P(Files, modelsComeInUprightOnTheGroundAtTheirSize) {
+TEST_P(Files, ModelsComeInUprightOnTheGroundAtTheirSize) {
   if (!realData()) GTEST_SKIP() << "ARGIL_DATA is not set";
   const fs::path data = realData();
   RunningStudio studio(arguments(), scratch_.path());
@@ -110,7 +110,7 @@ TEST_P(Files, modelsComeInUprightOnTheGroundAtTheirSize) {
 }
 
 // A new ball stands beside the block, is worked on and is selected: Delete takes it, and it alone.
-TEST_P(Files, aNewPieceStandsBesideAndIsSelected) {
+TEST_P(Files, ANewPieceStandsBesideAndIsSelected) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   (void)person.settled();
@@ -144,7 +144,7 @@ TEST_P(Files, aNewPieceStandsBesideAndIsSelected) {
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
 
-TEST_P(Files, piecesAreDuplicatedCutAndPastedAlsoInAnotherDocument) {
+TEST_P(Files, PiecesAreDuplicatedCutAndPastedAlsoInAnotherDocument) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   (void)person.settled();
@@ -181,7 +181,7 @@ TEST_P(Files, piecesAreDuplicatedCutAndPastedAlsoInAnotherDocument) {
 }
 
 // X between undo and redo: what was undone is still to be had, and undo takes back the stroke, not the mirror.
-TEST_P(Files, symmetryIsNoStepAndLeavesRedo) {
+TEST_P(Files, SymmetryIsNoStepAndLeavesRedo) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   (void)person.settled();
@@ -212,7 +212,7 @@ TEST_P(Files, symmetryIsNoStepAndLeavesRedo) {
   EXPECT_EQ(studio.wait(60), 0) << studio.said();
 }
 
-TEST_P(Files, theThicknessUnderThePointerIsReadAndKept) {
+TEST_P(Files, TheThicknessUnderThePointerIsReadAndKept) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   (void)person.settled();
@@ -246,7 +246,7 @@ TEST_P(Files, theThicknessUnderThePointerIsReadAndKept) {
 }
 
 // What is asked of the palette by name is done: zoom, x-ray; and the dialog of a join says what it will cost.
-TEST_P(Files, zoomXrayAndTheCostOfAJoinAreSeen) {
+TEST_P(Files, ZoomXrayAndTheCostOfAJoinAreSeen) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   (void)person.settled();

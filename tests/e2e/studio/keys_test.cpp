@@ -41,7 +41,7 @@ std::vector<std::string> wordsOf(const std::string& text) {
   return list;
 }
 
-TEST_P(Keys, everyOneInTheTableDoesSomethingWhereItIsOffered) {
+TEST_P(Keys, EveryOneInTheTableDoesSomethingWhereItIsOffered) {
   RunningStudio studio(arguments(), scratch_.path());
   Person person(studio, at().scale);
   // The state that an action needs, beyond a block with two planes of which the second is selected.

@@ -72,7 +72,7 @@ class StudioSession : public ::testing::Test {
 using StudioCalls = StudioSession;
 using LongStudio = StudioSession;
 
-TEST_F(StudioCalls, aBadRecordingIsNamedByItsLine) {
+TEST_F(StudioCalls, ABadRecordingIsNamedByItsLine) {
   const Outcome o =
       argil({"studio", "--play",
              write("bad.jsonl", "{\"t\": 0, \"kind\": \"check\"}\n{\"t\": 1, \"kind\": \"jump\"}\n").string()});
@@ -83,7 +83,7 @@ TEST_F(StudioCalls, aBadRecordingIsNamedByItsLine) {
   EXPECT_NE(none.err.find("nothing.stl"), std::string::npos) << none.err;
 }
 
-TEST_F(StudioCalls, withoutADisplayOneLineSaysWhatToDo) {
+TEST_F(StudioCalls, WithoutADisplayOneLineSaysWhatToDo) {
   unsetenv("DISPLAY");
   const Outcome o = argil({"studio"});
   EXPECT_EQ(o.code, 1);
@@ -91,7 +91,7 @@ TEST_F(StudioCalls, withoutADisplayOneLineSaysWhatToDo) {
   EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
 }
 
-TEST_F(StudioCalls, withoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
+TEST_F(StudioCalls, WithoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
   server_ = nullptr;
   server_ = std::make_unique<support::XServer>(support::XServer::Options{1400, 900, false});
   RunningStudio studio({"studio", "--size", "1000x700"}, scratch_.path());
@@ -107,7 +107,7 @@ TEST_F(StudioCalls, withoutAWindowManagerKeysArriveAtTheWindowThatIsClicked) {
 }
 
 // A recording drives the window, loses the device on the way, and the picture is the same again.
-TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
+TEST_F(StudioCalls, ALostDeviceComesBackWithTheSamePicture) {
   double t = 0.2;
   std::string lines = byPalette(t, "add a block");
   const auto add = [&](const std::string& kind, const std::string& more = "") {
@@ -149,7 +149,7 @@ TEST_F(StudioCalls, aLostDeviceComesBackWithTheSamePicture) {
   EXPECT_LT(difference(middle(readPng(scratch_ / "before.png")), middle(readPng(scratch_ / "after.png"))), 0.001);
 }
 
-TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
+TEST_F(StudioCalls, LeavingWithWorkThatIsNotKeptAsks) {
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
   Person person(studio);
   for (int i = 0; i < 2; ++i) {
@@ -174,7 +174,7 @@ TEST_F(StudioCalls, leavingWithWorkThatIsNotKeptAsks) {
   EXPECT_EQ(studio.wait(30), 0) << studio.said();
 }
 
-TEST_F(StudioCalls, atRestNothingIsDrawn) {
+TEST_F(StudioCalls, AtRestNothingIsDrawn) {
   double t = 0.2;
   std::string lines = byPalette(t, "add a ball");
   lines += "{\"t\": " + std::to_string(t + 8) + ", \"kind\": \"check\"}\n";
@@ -187,7 +187,7 @@ TEST_F(StudioCalls, atRestNothingIsDrawn) {
 }
 
 // A quick hand, or a slow machine: all of it comes between two pictures. Letters go where the keys before them say.
-TEST_F(StudioCalls, whatIsTypedAtOnceArrivesWhole) {
+TEST_F(StudioCalls, WhatIsTypedAtOnceArrivesWhole) {
   double t = 0.2;
   std::string lines;
   for (int i = 0; i < 3; ++i) {
@@ -205,7 +205,7 @@ TEST_F(StudioCalls, whatIsTypedAtOnceArrivesWhole) {
   EXPECT_EQ(report()["steps"], 3) << "a block and two balls";
 }
 
-TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
+TEST_F(LongStudio, AThousandSizesAndFiftyTimesMinimised) {
   RunningStudio studio({"studio", "--size", "1000x700", "--scale", "1", "--report", "report.json", "--validate"},
                        scratch_.path());
   Person person(studio);
@@ -242,7 +242,7 @@ TEST_F(LongStudio, aThousandSizesAndFiftyTimesMinimised) {
   expectClean(report());
 }
 
-TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
+TEST_F(LongStudio, AHundredDocumentsLeaveNothingBehind) {
   double t = 0.2;
   std::string lines;
   for (int i = 0; i < 100; ++i) {
@@ -271,7 +271,7 @@ TEST_F(LongStudio, aHundredDocumentsLeaveNothingBehind) {
 
 // An hour of strokes, turns, undo, menus, the palette, operations and saves, played twenty times as fast. The clay
 // comes behind the hand; the window's thread answers all the while.
-TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
+TEST_F(LongStudio, AnHourOfMixedWorkNeverHoldsUpTheWindow) {
   constexpr unsigned kSeed = 16;
   constexpr double kHourS = 3600, kX = 640, kY = 360;
   std::mt19937 random(kSeed);
@@ -381,7 +381,7 @@ TEST_F(LongStudio, anHourOfMixedWorkNeverHoldsUpTheWindow) {
 }
 
 // A minute's scribble of the slowest kind: the picture follows, nothing is dropped, and it is done soon after the hand.
-TEST_F(LongStudio, aMinuteOfInflateIsFollowed) {
+TEST_F(LongStudio, AMinuteOfInflateIsFollowed) {
   double t = 0.2;
   std::string lines = byPalette(t, "add a ball");
   lines += byPalette(t, "inflate");

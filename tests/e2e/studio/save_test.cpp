@@ -104,7 +104,7 @@ class Keeping : public OnScreen {
   }
 };
 
-TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
+TEST_P(Keeping, SavedAskedAboutAndOpenedAgain) {
   const fs::path file = scratch_ / "head.argil";
   render::Image carvedTwice;
   {
@@ -160,7 +160,7 @@ TEST_P(Keeping, savedAskedAboutAndOpenedAgain) {
   }
 }
 
-TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
+TEST_P(Keeping, ACrashIsRecoveredOrThrownAway) {
   render::Image carved;
   const auto crash = [&](const std::string& step) {
     const auto running = studio();
@@ -210,7 +210,7 @@ TEST_P(Keeping, aCrashIsRecoveredOrThrownAway) {
   EXPECT_TRUE(journals().empty());
 }
 
-TEST_P(Keeping, picturesAndModelsGoToFiles) {
+TEST_P(Keeping, PicturesAndModelsGoToFiles) {
   const auto running = studio();
   Person person(*running, at().scale);
   offTheClay(person);

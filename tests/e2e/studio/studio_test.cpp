@@ -32,7 +32,7 @@ std::vector<std::array<double, 2>> wave(double x, double y, double width, double
   return points;
 }
 
-TEST_P(Studio, fromAnEmptyWindowToThreeFiles) {
+TEST_P(Studio, FromAnEmptyWindowToThreeFiles) {
   const Screen s = at();
   RunningStudio studio(arguments({"--validate", "--report", "report.json", "--record", "events.jsonl"}),
                        scratch_.path());

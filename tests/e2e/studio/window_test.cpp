@@ -88,7 +88,7 @@ class StudioWindow : public ::testing::Test {
   std::unique_ptr<support::XServer> server_;
 };
 
-TEST_F(StudioWindow, theFirstOneFillsASmallScreen) {
+TEST_F(StudioWindow, TheFirstOneFillsASmallScreen) {
   for (const bool manager : {true, false}) {
     screen(1280, 720, manager);
     if (!server_) return;
@@ -101,7 +101,7 @@ TEST_F(StudioWindow, theFirstOneFillsASmallScreen) {
   }
 }
 
-TEST_F(StudioWindow, optionsNeedNoVerb) {
+TEST_F(StudioWindow, OptionsNeedNoVerb) {
   screen(1000, 700);
   if (!server_) return;
   RunningStudio studio({"--size", "900x600", "--scale", "1"}, scratch_.path());
@@ -124,7 +124,7 @@ TEST_F(StudioWindow, optionsNeedNoVerb) {
 
 class ClayPart : public StudioWindow, public ::testing::WithParamInterface<Screen> {};
 
-TEST_P(ClayPart, panelsFoldAndOpenOverTheClay) {
+TEST_P(ClayPart, PanelsFoldAndOpenOverTheClay) {
   const Screen s = GetParam();
   screen(s.width + 20, s.height + 60);
   if (!server_) return;
@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, ClayPart,
                                            Screen{1280, 720, 2, "720at2"}),
                          nameOf);
 
-TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
+TEST_F(StudioWindow, EscapeClosesWhatIsOnTopAndNothingElse) {
   screen(1340, 800);
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
@@ -214,7 +214,7 @@ TEST_F(StudioWindow, escapeClosesWhatIsOnTopAndNothingElse) {
   (void)other(person, drawing, 0.004, "the curve is given up");
 }
 
-TEST_F(StudioWindow, shortcutsWorkWhileAMenuIsOpen) {
+TEST_F(StudioWindow, ShortcutsWorkWhileAMenuIsOpen) {
   screen(1340, 800);
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
@@ -236,7 +236,7 @@ TEST_F(StudioWindow, shortcutsWorkWhileAMenuIsOpen) {
   (void)other(person, block, 0.05, "undone: the block is gone");
 }
 
-TEST_F(StudioWindow, enterConfirmsADialog) {
+TEST_F(StudioWindow, EnterConfirmsADialog) {
   screen(1340, 800);
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
@@ -268,7 +268,7 @@ TEST_F(StudioWindow, enterConfirmsADialog) {
   EXPECT_TRUE(fs::exists(scratch_ / "a.argil"));
 }
 
-TEST_F(StudioWindow, theStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
+TEST_F(StudioWindow, TheStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
   screen(1340, 800);
   if (!server_) return;
   const std::vector<std::string> arguments{"studio", "--size", "1280x720", "--scale", "1"};
@@ -322,7 +322,7 @@ TEST_F(StudioWindow, theStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
   }
 }
 
-TEST_F(StudioWindow, hoveringAndTooltipsDrawNoClay) {
+TEST_F(StudioWindow, HoveringAndTooltipsDrawNoClay) {
   screen(1340, 800);
   if (!server_) return;
   RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1", "--report", "report.json"}, scratch_.path());

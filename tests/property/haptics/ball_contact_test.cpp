@@ -50,7 +50,7 @@ std::vector<Case> cases() {
           {"noise", noiseField(kSeed, 1.5, 5.0)}};
 }
 
-TEST(BallContact, restsAtItsRadiusFromTheSurface) {
+TEST(BallContact, RestsAtItsRadiusFromTheSurface) {
   for (const Case& c : cases()) {
     const clay::Version version = makeClay(c.field, 7, kVoxel);
     for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
@@ -91,7 +91,7 @@ TEST(BallContact, restsAtItsRadiusFromTheSurface) {
   }
 }
 
-TEST(BallContact, neverMovesAwayFromTheHandAndNeverOverlaps) {
+TEST(BallContact, NeverMovesAwayFromTheHandAndNeverOverlaps) {
   for (const Case& c : cases()) {
     const clay::Version version = makeClay(c.field, 6, kVoxel);
     for (double r : {0.5, 3.0, 12.0}) {
@@ -123,7 +123,7 @@ TEST(BallContact, neverMovesAwayFromTheHandAndNeverOverlaps) {
   }
 }
 
-TEST(BallContact, findsTheFloorOfAGrooveAndTheCornerOfThreeWalls) {
+TEST(BallContact, FindsTheFloorOfAGrooveAndTheCornerOfThreeWalls) {
   // Two walls at 45°: the ball of radius r sits r√2 above the groove's floor line, however it came there.
   const clay::Version groove = makeClay(grooveField(18.6), 6, kVoxel);
   const double r = 6;
@@ -145,7 +145,7 @@ TEST(BallContact, findsTheFloorOfAGrooveAndTheCornerOfThreeWalls) {
   EXPECT_EQ(out.planes, 3);
 }
 
-TEST(BallContact, aJumpOfTheHandNeverPassesAThinWall) {
+TEST(BallContact, AJumpOfTheHandNeverPassesAThinWall) {
   // A sheet two voxels thick; the hand jumps 40 voxels through it in one tick.
   const clay::Version sheet = makeClay([](const Vec3d& p) { return std::abs(p.z()) - 1.0; }, 5, kVoxel);
   for (double r : {0.5, 2.0, 12.0}) {
@@ -158,7 +158,7 @@ TEST(BallContact, aJumpOfTheHandNeverPassesAThinWall) {
   }
 }
 
-TEST(BallContact, clayThatGrowsAroundTheBallPushesItOutGently) {
+TEST(BallContact, ClayThatGrowsAroundTheBallPushesItOutGently) {
   const double peak = 3.3, stiffness = 1.26;
   const clay::Version none = makeClay(planeField({0, 0, 1}, -30), 5, kVoxel);
   for (double depth : {2.0, 10.0, 25.0}) {  // Voxels of clay above the ball's centre.
@@ -187,7 +187,7 @@ TEST(BallContact, clayThatGrowsAroundTheBallPushesItOutGently) {
   }
 }
 
-TEST(BallContact, clayThatClosesInFromAllSidesHoldsIt) {
+TEST(BallContact, ClayThatClosesInFromAllSidesHoldsIt) {
   // A hollow smaller than the ball: nowhere to go; it must come to rest without shaking.
   const clay::Version none = makeClay(planeField({0, 0, 1}, -30), 4, kVoxel);
   const clay::Version hollow =
@@ -207,7 +207,7 @@ TEST(BallContact, clayThatClosesInFromAllSidesHoldsIt) {
   EXPECT_LT(shake, 0.01 * 3.3);
 }
 
-TEST(BallContact, layingAndSmoothingSayWhereTheyWork) {
+TEST(BallContact, LayingAndSmoothingSayWhereTheyWork) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 4, kVoxel);
   Scene scene = makeScene(version, 3);
   BallContact contact;
@@ -238,7 +238,7 @@ TEST(BallContact, layingAndSmoothingSayWhereTheyWork) {
   EXPECT_LT(out.force.norm(), 0.2);
 }
 
-TEST(BallContact, touchesSeveralPiecesEachAtItsPlaceAndVoxelSize) {
+TEST(BallContact, TouchesSeveralPiecesEachAtItsPlaceAndVoxelSize) {
   // Two halves of a corner: a floor of 0.5 mm voxels, a wall of 0.2 mm voxels turned by 30° about z and moved.
   const clay::Version floor = makeClay(planeField({0, 0, 1}, 0), 5, 0.5);
   const clay::Version wall = makeClay(planeField({1, 0, 0}, 0), 9, 0.2);
@@ -257,7 +257,7 @@ TEST(BallContact, touchesSeveralPiecesEachAtItsPlaceAndVoxelSize) {
   EXPECT_NEAR((out.proxy - pose.translation).dot(normal), 2, 0.02);
 }
 
-TEST(BallContact, costOfATick) {
+TEST(BallContact, CostOfATick) {
   // Figures for haptics/contact/NOTES.md; the assertion only catches a blunder.
   const clay::Version version = makeClay(sphereField({0.3, 0.2, -60.4}, 61.3), 9, kVoxel);
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {

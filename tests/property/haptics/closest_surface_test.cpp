@@ -31,7 +31,7 @@ std::vector<Case> cases() {
           {"noise", noiseField(kSeed, 1.5, 5.0)}};
 }
 
-TEST(ClosestSurface, isTheNearestOfAllCells) {
+TEST(ClosestSurface, IsTheNearestOfAllCells) {
   for (const Case& c : cases()) {
     const clay::Version version = makeClay(c.field, 6);
     ClosestSurface surface;
@@ -68,7 +68,7 @@ TEST(ClosestSurface, isTheNearestOfAllCells) {
   }
 }
 
-TEST(ClosestSurface, seesNothingWhereNothingIs) {
+TEST(ClosestSurface, SeesNothingWhereNothingIs) {
   const clay::Version version = makeClay(sphereField(Vec3d::Zero(), 10), 3);
   ClosestSurface surface;
   surface.reset(version);

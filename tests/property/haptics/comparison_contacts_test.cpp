@@ -44,7 +44,7 @@ Field stepField(const Field& field) {
   return [=](const Vec3d& p) { return field(p) < 0 ? -2.9 : 2.9; };
 }
 
-TEST(ComparisonContacts, areMadeByName) {
+TEST(ComparisonContacts, AreMadeByName) {
   for (const char* name : {"proxy", "god-object", "penalty"}) {
     EXPECT_NE(makeContact(name), nullptr);
     EXPECT_EQ(std::count(contactNames().begin(), contactNames().end(), name), 1) << name;
@@ -52,7 +52,7 @@ TEST(ComparisonContacts, areMadeByName) {
   EXPECT_THROW((void)makeContact("penality"), Error);
 }
 
-TEST(ComparisonContacts, pushOutOfAPlaneAlike) {
+TEST(ComparisonContacts, PushOutOfAPlaneAlike) {
   const Vec3d normal = Vec3d(0.2, -0.1, 1).normalized();
   const Scene scene = makeScene(planeField(normal, 0.3));
   for (const char* name : {"god-object", "penalty"}) {
@@ -77,7 +77,7 @@ TEST(ComparisonContacts, pushOutOfAPlaneAlike) {
 }
 
 // Pressed into a wall thinner than twice the depth, penalty pushes out of the other side.
-TEST(ComparisonContacts, penaltyPopsThroughAThinWallAndTheGodObjectDoesNot) {
+TEST(ComparisonContacts, PenaltyPopsThroughAThinWallAndTheGodObjectDoesNot) {
   const Scene scene = makeScene(wallField(2));  // 1 mm
   for (const char* name : {"god-object", "penalty"}) {
     const auto contact = makeContact(name);
@@ -94,7 +94,7 @@ TEST(ComparisonContacts, penaltyPopsThroughAThinWallAndTheGodObjectDoesNot) {
 }
 
 // The slope of the field is a factor of the stiffness: what the method cannot know is that it is no distance.
-TEST(ComparisonContacts, aFieldThatJumpsMultipliesThePenaltysStiffness) {
+TEST(ComparisonContacts, AFieldThatJumpsMultipliesThePenaltysStiffness) {
   const Scene scene = makeScene(stepField(planeField(Vec3d::UnitZ(), 0.25)), 0.25);
   double stiffest[2] = {0, 0};
   int n = 0;
@@ -113,7 +113,7 @@ TEST(ComparisonContacts, aFieldThatJumpsMultipliesThePenaltysStiffness) {
   EXPECT_GT(stiffest[1], 4);
 }
 
-TEST(GodObject, staysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
+TEST(GodObject, StaysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
   const struct {
     const char* name;
     Field field;
@@ -154,7 +154,7 @@ TEST(GodObject, staysOnTheSurfaceAndNeverGoesAwayFromTheHand) {
 }
 
 // Pressed into the corner of three walls it rests there, held by several planes, wherever the hand is beyond it.
-TEST(GodObject, restsInACorner) {
+TEST(GodObject, RestsInACorner) {
   const Scene scene = makeScene([](const Vec3d& p) { return std::min({p.x() - 0.3, p.y() + 0.2, p.z() - 0.4}); });
   const auto contact = makeContact("god-object");
   Contact::Output out;

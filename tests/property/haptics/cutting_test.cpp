@@ -100,7 +100,7 @@ double restUnder(double forceN, double radiusMm, double hardness, int delay) {
   return top - (out.cutPoint.z() - radiusMm);
 }
 
-TEST(Cutting, aConstantForceRestsAtThePredictedDepth) {
+TEST(Cutting, AConstantForceRestsAtThePredictedDepth) {
   for (double radius : {2.0, 3.0, 6.0, 10.0})
     for (double hardness : {0.02, 0.05, 0.1, 0.3}) {
       const double predicted = 0.25 * radius;  // Deep enough for five per cent to be more than a tenth of a voxel.
@@ -115,7 +115,7 @@ TEST(Cutting, aConstantForceRestsAtThePredictedDepth) {
     }
 }
 
-TEST(Cutting, feelsTheSameHoweverLateTheEditComes) {
+TEST(Cutting, FeelsTheSameHoweverLateTheEditComes) {
   // A groove at 40 mm/s with the hand 2 mm deep; forces of a run with edits at once and one with edits 20 ticks late.
   std::vector<std::vector<Vec3d>> forces;
   for (int delay : {0, 20}) {
@@ -147,7 +147,7 @@ TEST(Cutting, feelsTheSameHoweverLateTheEditComes) {
   EXPECT_LT(jump, 0.1 * most);
 }
 
-TEST(Cutting, lettingGoLeavesTheBallTouching) {
+TEST(Cutting, LettingGoLeavesTheBallTouching) {
   // The button is let go while edits are still 20 ticks behind: nothing may push the ball out of clay that is already
   // gone.
   clay::Grid grid;
@@ -175,7 +175,7 @@ TEST(Cutting, lettingGoLeavesTheBallTouching) {
               left ? ", moved out a little" : "");
 }
 
-TEST(Cutting, areaAndDepthAreOfTheCap) {
+TEST(Cutting, AreaAndDepthAreOfTheCap) {
   EXPECT_DOUBLE_EQ(engagedArea(3, 0), 0);
   EXPECT_NEAR(engagedArea(3, 1), 3.14159265358979 * 5, 1e-12);
   EXPECT_NEAR(engagedArea(3, 99), 3.14159265358979 * 9, 1e-12);
@@ -183,7 +183,7 @@ TEST(Cutting, areaAndDepthAreOfTheCap) {
   EXPECT_NEAR(restingDepth(3, 0.05, 0.02) / (0.02 / (2 * 3.14159265358979 * 3 * 0.05)), 1, 0.01);
 }
 
-TEST(Cutting, costOfATick) {
+TEST(Cutting, CostOfATick) {
   clay::Grid grid;
   grid.voxelMm = kVoxel;
   const clay::Version block = clay::makeBlock(clay::Store::make(), grid, {0, 0, -20.1}, {100, 60, 40}, 0);

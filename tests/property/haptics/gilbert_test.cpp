@@ -77,7 +77,7 @@ struct Random {
 };
 
 // Ruspini's form, to the letter: all planes through the proxy, at the origin.
-TEST(Gilbert, agreesWithTheActiveSetForPlanesThroughTheProxy) {
+TEST(Gilbert, AgreesWithTheActiveSetForPlanesThroughTheProxy) {
   Random random;
   double worst = 0;
   int active[4] = {};
@@ -108,7 +108,7 @@ TEST(Gilbert, agreesWithTheActiveSetForPlanesThroughTheProxy) {
 
 // Any offsets, and locks: the same dual one dimension higher, where every plane goes through the origin; a lock is two
 // planes.
-TEST(Gilbert, agreesWithTheActiveSetForAnyPlanesAndLocks) {
+TEST(Gilbert, AgreesWithTheActiveSetForAnyPlanesAndLocks) {
   Random random;
   constexpr double kReach = 200;  // Of the hull along each generator: enough that only the origin's corner bounds it.
   double worst = 0;

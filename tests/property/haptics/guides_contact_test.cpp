@@ -73,7 +73,7 @@ clay::Version slopes() {
                   kVoxel);
 }
 
-TEST(GuidesInContact, aLockHoldsWithinAMicrometreWhileClayPushes) {
+TEST(GuidesInContact, ALockHoldsWithinAMicrometreWhileClayPushes) {
   const clay::Version version = slopes();
   const Scene scene = eightGuides(version);
   const auto contact = std::make_unique<BallContact>();
@@ -101,7 +101,7 @@ TEST(GuidesInContact, aLockHoldsWithinAMicrometreWhileClayPushes) {
   EXPECT_GT(push, 0.5);
 }
 
-TEST(GuidesInContact, eightOfThemNeverJump) {
+TEST(GuidesInContact, EightOfThemNeverJump) {
   const clay::Version version = slopes();
   const Scene scene = eightGuides(version);
   const auto contact = std::make_unique<BallContact>();
@@ -127,7 +127,7 @@ TEST(GuidesInContact, eightOfThemNeverJump) {
   EXPECT_GT(touching, 10'000);
 }
 
-TEST(GuidesInContact, locksComeBeforeKeepOutsAndTheseBeforeClay) {
+TEST(GuidesInContact, LocksComeBeforeKeepOutsAndTheseBeforeClay) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 6, kVoxel);
   const auto contact = std::make_unique<BallContact>();
   BallContact::Input in;
@@ -157,7 +157,7 @@ TEST(GuidesInContact, locksComeBeforeKeepOutsAndTheseBeforeClay) {
   EXPECT_TRUE(flags & kGuideConflict);
 }
 
-TEST(GuidesInContact, aToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
+TEST(GuidesInContact, AToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0), 6, kVoxel);
   Scene scene = bareScene(version);
   scene.tool.work = haptics::Work::cut;
@@ -185,7 +185,7 @@ TEST(GuidesInContact, aToolThatCutsStaysOnItsLockAndOutOfWhatIsKept) {
   EXPECT_LE(deepestKept, 0.05 * kVoxel);
 }
 
-TEST(GuidesInContact, aWellAtAPieceDrawsTheBallOntoIt) {
+TEST(GuidesInContact, AWellAtAPieceDrawsTheBallOntoIt) {
   const clay::Version version = makeClay(sphereField({0, 0, 0}, 20), 6, kVoxel);  // r 10 mm
   Scene scene = bareScene(version);
   scene.guides = {{1, WellAtPiece{0, {6, 1}}, 0}};
@@ -215,7 +215,7 @@ TEST(GuidesInContact, aWellAtAPieceDrawsTheBallOntoIt) {
 
 // Figures to read, not limits: the machine is shared. The same hand in the locked plane and away from keep-outs, so
 // that clay is touched alike.
-TEST(GuidesInContact, eightOfThemCostLittle) {
+TEST(GuidesInContact, EightOfThemCostLittle) {
   const clay::Version version = slopes();
   Scene with = eightGuides(version), without = bareScene(version);
   with.guides[0].whileButtons = with.guides[4].whileButtons = 0;

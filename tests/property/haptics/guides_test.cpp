@@ -75,7 +75,7 @@ Energy run(const Guide& guide, int loops, double size) {
   return energy;
 }
 
-TEST(GuidesEnergy, wellsGiveOutNoMoreThanTheyHold) {
+TEST(GuidesEnergy, WellsGiveOutNoMoreThanTheyHold) {
   std::vector<Vec3d> wave;
   for (int i = 0; i <= 200; ++i) wave.push_back({i * 0.2 - 20, 5 * std::sin(i * 0.05), 2 * std::cos(i * 0.03)});
   const WellShape shape{8, 1};
@@ -97,7 +97,7 @@ TEST(GuidesEnergy, wellsGiveOutNoMoreThanTheyHold) {
 }
 
 // Switched on at the rim and off in the middle is the most that can be had, once for each press of the button.
-TEST(GuidesEnergy, aButtonGetsNoMoreThanTheDepth) {
+TEST(GuidesEnergy, AButtonGetsNoMoreThanTheDepth) {
   Scene scene;
   const WellShape shape{8, 1};
   scene.guides = {{1, WellAtPoints{{Vec3d::Zero()}, shape}, 1}};

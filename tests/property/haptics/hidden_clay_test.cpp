@@ -59,7 +59,7 @@ struct Hand {
   }
 };
 
-TEST(HiddenClay, isNotFeltAndTheRestIsAsItWas) {
+TEST(HiddenClay, IsNotFeltAndTheRestIsAsItWas) {
   const clay::Version clay = masked(block());
   const Scene hiding = sceneOf(clay, true), whole = sceneOf(clay, false);
   for (const uint32_t seed : {1u, 2u, 3u, 4u, 5u}) {
@@ -83,14 +83,14 @@ TEST(HiddenClay, isNotFeltAndTheRestIsAsItWas) {
   }
 }
 
-TEST(HiddenClay, ofHalfAMaskOrLessIsFelt) {
+TEST(HiddenClay, OfHalfAMaskOrLessIsFelt) {
   Hand hand({15, 0.3, 6});
   EXPECT_NEAR(hand.to({15, 0.3, kRadius - 1}, sceneOf(masked(block(), 127), true)).force.z(), 1, 0.02);
   Hand through({15, 0.3, 6});
   EXPECT_EQ(through.to({15, 0.3, kRadius - 1}, sceneOf(masked(block(), 128), true)).force, Vec3d::Zero());
 }
 
-TEST(HiddenClay, letsTheHandInWhereItFeelsTheRestFromBehind) {
+TEST(HiddenClay, LetsTheHandInWhereItFeelsTheRestFromBehind) {
   const Scene scene = sceneOf(masked(block()), true);
   Hand hand({12, 0.3, 6});
   hand.to({12, 0.3, -10}, scene);
@@ -109,7 +109,7 @@ TEST(HiddenClay, letsTheHandInWhereItFeelsTheRestFromBehind) {
   EXPECT_NEAR(hand.out.force.z(), 1, 0.05);
 }
 
-TEST(HiddenClay, growsAroundTheBallAsSolidClay) {
+TEST(HiddenClay, GrowsAroundTheBallAsSolidClay) {
   Hand hand({-12, 0.3, 6});
   hand.to({-12, 0.3, 4}, sceneOf(masked(block()), true));
   EXPECT_EQ(hand.flags & kTouching, 0u);
@@ -120,7 +120,7 @@ TEST(HiddenClay, growsAroundTheBallAsSolidClay) {
 }
 
 // At the rim some crossings are hidden and some are not: no jump, nothing that is not finite.
-TEST(HiddenClay, endsWithoutAJump) {
+TEST(HiddenClay, EndsWithoutAJump) {
   const Scene scene = sceneOf(masked(block()), true);
   Hand hand({-10, 0.3, 6});
   hand.to({-10, 0.3, kRadius - 1}, scene);

@@ -76,7 +76,7 @@ double across(const Vec3d& force, const Vec3d& up) {
   return (force - up * force.dot(up)).norm();
 }
 
-TEST(MixedClay, eachPlaceFeelsLikeAPieceOfItsMaterial) {
+TEST(MixedClay, EachPlaceFeelsLikeAPieceOfItsMaterial) {
   const clay::Version mixed = halfOf(block(), kSoft);
   for (const uint32_t seed : {1u, 2u, 3u}) {
     std::printf("seed %u\n", seed);
@@ -105,7 +105,7 @@ TEST(MixedClay, eachPlaceFeelsLikeAPieceOfItsMaterial) {
   }
 }
 
-TEST(MixedClay, aRowThatIsNotThereFeelsLikeThePieceItself) {
+TEST(MixedClay, ARowThatIsNotThereFeelsLikeThePieceItself) {
   const auto plain = drawn(sceneOf(block(), 0, false), -4, 4),
              unknown = drawn(sceneOf(halfOf(block(), kNoRow), 0, true), -4, 4),
              unseen = drawn(sceneOf(halfOf(block(), 255), 0, true), -4, 4),
@@ -114,7 +114,7 @@ TEST(MixedClay, aRowThatIsNotThereFeelsLikeThePieceItself) {
     for (const auto* other : {&unknown, &unseen, &noChannel}) ASSERT_EQ((*other)[i].force, plain[i].force) << i;
 }
 
-TEST(MixedClay, clayWithoutTheChannelIsNotRead) {
+TEST(MixedClay, ClayWithoutTheChannelIsNotRead) {
   TouchableClay clay;
   const Scene plain = sceneOf(block(), 1, true), mixed = sceneOf(halfOf(block(), kSoft), 0, true);
   clay.reset(plain.pieces[0]);
@@ -127,7 +127,7 @@ TEST(MixedClay, clayWithoutTheChannelIsNotRead) {
 }
 
 // The edit never comes: what is cut is known from the band that the ball went through.
-TEST(MixedClay, cutsYieldAsTheirMaterialSays) {
+TEST(MixedClay, CutsYieldAsTheirMaterialSays) {
   const clay::Version mixed = halfOf(block(), kSoft);
   const auto pressed = [](Scene scene, double x) {
     scene.tool.work = Work::cut;

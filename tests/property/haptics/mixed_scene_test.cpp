@@ -46,7 +46,7 @@ Scene blockScene() {
   return scene;
 }
 
-TEST(MixedScene, aBallRestsBetweenClayAndAPart) {
+TEST(MixedScene, ABallRestsBetweenClayAndAPart) {
   Scene scene = blockScene();
   scene.parts.push_back({plate({5, 0, 0}, Vec3d::UnitY(), Vec3d::UnitZ()), Pose(), 0});
   scene.check();
@@ -62,7 +62,7 @@ TEST(MixedScene, aBallRestsBetweenClayAndAPart) {
 }
 
 // The published clay never changes here, so clay alone would let the ball through all of the block.
-TEST(MixedScene, aCutStopsAtWhatIsNoClay) {
+TEST(MixedScene, ACutStopsAtWhatIsNoClay) {
   for (const bool keepOut : {false, true}) {
     Scene scene = blockScene();
     scene.tool.work = haptics::Work::cut;
@@ -89,7 +89,7 @@ TEST(MixedScene, aCutStopsAtWhatIsNoClay) {
 }
 
 // From hard to soft clay under the same depth: the stiffness is eased, the force has no step.
-TEST(MixedScene, theForceHasNoStepWhereTwoMaterialsMeet) {
+TEST(MixedScene, TheForceHasNoStepWhereTwoMaterialsMeet) {
   clay::Grid grid;
   grid.voxelMm = 0.5;
   auto store = clay::Store::make();

@@ -53,7 +53,7 @@ double mostJump(double speed, double stiffness) {
 }
 
 // A plate flies 60 mm against a ball in a hand at rest, its poses published every so many ticks.
-TEST(MovingPart, pushesAHandAtRestAndNeverPassesThroughIt) {
+TEST(MovingPart, PushesAHandAtRestAndNeverPassesThroughIt) {
   const auto mesh = plate(80, 8);
   for (const double speed : {10.0, 30.0, 100.0, 300.0, 1000.0})
     for (const int every : {1, 3, 16})
@@ -91,7 +91,7 @@ TEST(MovingPart, pushesAHandAtRestAndNeverPassesThroughIt) {
 }
 
 // Poses at random speeds and spins about far and near pivots: as the part sees it, the ball stays on its side.
-TEST(MovingPart, neverPassesThroughWhileItTurns) {
+TEST(MovingPart, NeverPassesThroughWhileItTurns) {
   std::printf("seed %u\n", kSeed);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -133,7 +133,7 @@ TEST(MovingPart, neverPassesThroughWhileItTurns) {
 }
 
 // A piece of clay is a moving thing like any other.
-TEST(MovingPart, clayThatMovesDoesTheSame) {
+TEST(MovingPart, ClayThatMovesDoesTheSame) {
   clay::Grid grid;
   grid.voxelMm = 0.5;
   const clay::Version block = clay::makeBlock(clay::Store::make(), grid, Vec3d::Zero(), Vec3d(4, 60, 60), 0);
@@ -161,7 +161,7 @@ TEST(MovingPart, clayThatMovesDoesTheSame) {
 }
 
 // Between a wall at rest and a part that comes there is no place in the end: the part waits, nothing passes.
-TEST(MovingPart, aBallBetweenTwoThingsHoldsTheOneThatComes) {
+TEST(MovingPart, ABallBetweenTwoThingsHoldsTheOneThatComes) {
   const auto mesh = plate(40, 4);
   Scene scene = sceneOf(mesh);
   scene.parts.push_back({mesh, Pose(), 0});
@@ -182,7 +182,7 @@ TEST(MovingPart, aBallBetweenTwoThingsHoldsTheOneThatComes) {
 }
 
 // What the hand feels, and minus that on what it touches, with its torque; friction and two things at once included.
-TEST(MovingPart, getsMinusTheForceOnTheHandAndItsTorque) {
+TEST(MovingPart, GetsMinusTheForceOnTheHandAndItsTorque) {
   std::printf("seed %u\n", kSeed);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -228,7 +228,7 @@ TEST(MovingPart, getsMinusTheForceOnTheHandAndItsTorque) {
   }
 }
 
-TEST(MovingPart, sharesTheReactionAmongAllThatIsTouched) {
+TEST(MovingPart, SharesTheReactionAmongAllThatIsTouched) {
   // A groove of two plates, each at 45°.
   Scene scene = sceneOf(plate(40, 4));
   scene.parts.push_back(scene.parts[0]);
@@ -253,7 +253,7 @@ TEST(MovingPart, sharesTheReactionAmongAllThatIsTouched) {
 }
 
 // A belt under a ball that is pressed onto it drags the ball along as far as friction holds.
-TEST(MovingPart, aBeltDragsTheHandByItsFriction) {
+TEST(MovingPart, ABeltDragsTheHandByItsFriction) {
   Scene scene = sceneOf(plate(200, 4));
   scene.materials[0].staticFriction = scene.materials[0].dynamicFriction = 0.5;
   BallContact contact;
@@ -270,7 +270,7 @@ TEST(MovingPart, aBeltDragsTheHandByItsFriction) {
 }
 
 // The servo hands out what the hand was really pushed with.
-TEST(MovingPart, theServoTellsItsReaction) {
+TEST(MovingPart, TheServoTellsItsReaction) {
   Published<Scene> published;
   published.publish(std::make_unique<const Scene>(sceneOf(std::make_shared<const PartMesh>(icosphere(40, 4)))));
   SimulatedDevice::Options options;

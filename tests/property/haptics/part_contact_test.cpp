@@ -84,7 +84,7 @@ Plate makePlate(std::mt19937& random) {
 }
 
 // 10^5 approaches with ARGIL_LONG=1, else a tenth of them.
-TEST(PartContact, nothingGetsThroughAPlateOfTrianglesAndGaps) {
+TEST(PartContact, NothingGetsThroughAPlateOfTrianglesAndGaps) {
   const int approaches = longRun() ? 100000 : 10000, perPlate = 1000;
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -171,7 +171,7 @@ Jumps glide(const Scene& scene, double ball) {
   return jumps;
 }
 
-TEST(PartContact, facetsAreNotFelt) {
+TEST(PartContact, FacetsAreNotFelt) {
   Scene scene = sceneOf(icosphere(40, 4), kRadius);
   scene.quality.smoothNormals = false;
   const Jumps flat = glide(scene, 40);
@@ -189,7 +189,7 @@ TEST(PartContact, facetsAreNotFelt) {
   EXPECT_GT(flat.maxDeg, 1.0) << "the test's sphere is too fine";
 }
 
-TEST(PartContact, clayAndPartsHoldTheBallTogether) {
+TEST(PartContact, ClayAndPartsHoldTheBallTogether) {
   // Clay below, a wall of two triangles at x = 4: in the corner both hold.
   Scene scene;
   clay::Grid grid;
@@ -219,7 +219,7 @@ TEST(PartContact, clayAndPartsHoldTheBallTogether) {
   EXPECT_NEAR(out.force.z(), 1, 0.05);
 }
 
-TEST(PartContact, theOtherFaceHoldsToo) {
+TEST(PartContact, TheOtherFaceHoldsToo) {
   const Scene scene = sceneOf(icosphere(20, 4), kRadius);
   BallContact contact;
   BallContact::Input input;
@@ -236,7 +236,7 @@ TEST(PartContact, theOtherFaceHoldsToo) {
 }
 
 // The part is rebuilt and moved under the ball: out at a bounded speed, never through.
-TEST(PartContact, aPartThatMovesUnderTheBallPushesItOutGently) {
+TEST(PartContact, APartThatMovesUnderTheBallPushesItOutGently) {
   Scene scene = sceneOf(icosphere(40, 4), kRadius);
   BallContact contact;
   BallContact::Input input;

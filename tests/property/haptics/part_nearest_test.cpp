@@ -94,7 +94,7 @@ Compared compare(const clay::TriangleMesh& mesh, int queries, uint32_t seed) {
   return out;
 }
 
-TEST(PartNearest, isThatOfAllTrianglesOfRandomSoups) {
+TEST(PartNearest, IsThatOfAllTrianglesOfRandomSoups) {
   std::printf("seed %u\n", kSeed);
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal;
@@ -208,7 +208,7 @@ clay::TriangleMesh load(const std::filesystem::path& path) {
   return mesh;
 }
 
-TEST(PartNearest, isThatOfAllTrianglesOfMeshesWithFaults) {
+TEST(PartNearest, IsThatOfAllTrianglesOfMeshesWithFaults) {
   if (samples::meshData().empty()) GTEST_SKIP() << "ARGIL_DATA is not set";
   for (const char* name : {"non_manif_hole.ply", "many_small_holes.ply", "wallhole.obj", "teapot.obj",
                            "self_intersectA.obj", "stanford-bunny.obj"}) {

@@ -275,7 +275,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
 }
 
 // 10^7 ticks with ARGIL_LONG=1.
-TEST(ServoFuzz, noCommandIsEverOverALimit) {
+TEST(ServoFuzz, NoCommandIsEverOverALimit) {
   const uint64_t ticks = std::getenv("ARGIL_LONG") ? 10'000'000 : 400'000;
   const std::span<const DeviceSheet> sheets = deviceSheets();
   // Half of them for the contact that is used, at the usual rate; the rest for the others and for slow and fast servos.

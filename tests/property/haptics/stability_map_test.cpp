@@ -79,7 +79,7 @@ int judge(const std::vector<Cell>& cells) {
   return wild;
 }
 
-TEST(StabilityMap, staysStableAtItsCouplingOverDelaysAndRates) {
+TEST(StabilityMap, StaysStableAtItsCouplingOverDelaysAndRates) {
   auto cells = map({125, 500, 1000, 8000}, {0, 0.001, 0.005}, [](StabilityCase& c, double rate, double delay) {
     c.rateHz = c.sheet.rateHz = rate;
     c.delayS = delay;
@@ -90,7 +90,7 @@ TEST(StabilityMap, staysStableAtItsCouplingOverDelaysAndRates) {
 }
 
 // What ignores the delay does not: what this map is there for.
-TEST(StabilityMap, swingsWhereTheDelayIsIgnored) {
+TEST(StabilityMap, SwingsWhereTheDelayIsIgnored) {
   auto cells = map({1000}, {0.003, 0.005}, [](StabilityCase& c, double rate, double delay) {
     c.rateHz = c.sheet.rateHz = rate;
     c.delayS = delay;
@@ -104,7 +104,7 @@ TEST(StabilityMap, swingsWhereTheDelayIsIgnored) {
 
 // The servo at 1 kHz, the device's own thread beside it, whose exchanges drift against the servo's ticks: the servo
 // measures the delay and couples by itself.
-TEST(StabilityMap, staysStableThroughTheDevicesThread) {
+TEST(StabilityMap, StaysStableThroughTheDevicesThread) {
   auto cells = map(
       {125, 500, 1000, 8000}, {0.0001, 0.001, 0.002},
       [](StabilityCase& c, double rate, double delay) {

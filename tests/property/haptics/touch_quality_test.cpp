@@ -57,7 +57,7 @@ double overlap(ClosestSurface& surface, const clay::Version& version, const Vec3
 }
 
 // Clay grows, shrinks, is smoothed and undone under a tool that stays pressed in: not a tick without contact.
-TEST(Touch, isNeverLostWhileTheClayChanges) {
+TEST(Touch, IsNeverLostWhileTheClayChanges) {
   constexpr int kEvery = 20;
   const uint64_t count = ticks(100'000, 1'000'000);
   clay::Grid grid;
@@ -121,7 +121,7 @@ TEST(Touch, isNeverLostWhileTheClayChanges) {
 }
 
 // A hand that jumps half a millimetre a tick in any direction.
-TEST(Touch, isNeverLostInARandomWalk) {
+TEST(Touch, IsNeverLostInARandomWalk) {
   const uint64_t count = ticks(100'000, 1'000'000);
   const clay::Version version = makeClay(noiseField(kSeed, 2, 9), 6, 0.5);
   auto contact = std::make_unique<BallContact>();
@@ -150,7 +150,7 @@ TEST(Touch, isNeverLostInARandomWalk) {
 }
 
 // Clay in the middle of a stroke: the distances around the cut are only bounds, and not redistanced yet.
-TEST(Touch, restsAtItsRadiusInMidStroke) {
+TEST(Touch, RestsAtItsRadiusInMidStroke) {
   clay::Grid grid;
   grid.voxelMm = 0.5;
   for (double r : {0.5, 1.0, 3.0, 6.0, 12.0, 24.0}) {
@@ -187,7 +187,7 @@ TEST(Touch, restsAtItsRadiusInMidStroke) {
   }
 }
 
-TEST(Touch, doesNotLagOnAPlaneAt500MmPerS) {
+TEST(Touch, DoesNotLagOnAPlaneAt500MmPerS) {
   const clay::Version version = makeClay(planeField({0.3, -0.2, 1}, 1.37), 10, 0.5);
   const Vec3d n = Vec3d(0.3, -0.2, 1).normalized(), along = n.unitOrthogonal();
   auto contact = std::make_unique<BallContact>();
@@ -251,7 +251,7 @@ Glide glide(double voxelMm, double toolMm, double friction) {
   return g;
 }
 
-TEST(Touch, isSmoothOnASphere) {
+TEST(Touch, IsSmoothOnASphere) {
   for (double voxel : {0.25, 0.5})
     for (double tool : {1.0, 3.0}) {
       const Glide g = glide(voxel, tool, 0);
@@ -266,7 +266,7 @@ TEST(Touch, isSmoothOnASphere) {
     }
 }
 
-TEST(Friction, isWhatTheMaterialSays) {
+TEST(Friction, IsWhatTheMaterialSays) {
   for (double mu : {0.05, 0.1, 0.3, 0.6, 1.0}) {
     const Glide g = glide(0.25, 3, mu);
     std::printf("mu %.2f on a sphere: %.5f, RMS error %.2f %%\n", mu, g.ratio, 100 * g.ratioError / mu);
@@ -276,7 +276,7 @@ TEST(Friction, isWhatTheMaterialSays) {
 }
 
 // Pulled sideways little by little: it stays up to μ_s, then slides and is felt as μ_d.
-TEST(Friction, breaksAwayAtTheStaticCoefficient) {
+TEST(Friction, BreaksAwayAtTheStaticCoefficient) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0.37), 5, 0.5);
   Scene scene = sceneOf(version, 3);
   scene.materials[0].staticFriction = 0.5;
@@ -300,7 +300,7 @@ TEST(Friction, breaksAwayAtTheStaticCoefficient) {
   EXPECT_LE(sliding, 0.006);
 }
 
-TEST(Friction, aViscousSurfaceHoldsByItsSpeed) {
+TEST(Friction, AViscousSurfaceHoldsByItsSpeed) {
   const clay::Version version = makeClay(planeField({0, 0, 1}, 0.37), 8, 0.5);
   Scene scene = sceneOf(version, 3);
   scene.materials[0].viscousFrictionNsmm = 0.01;
@@ -314,7 +314,7 @@ TEST(Friction, aViscousSurfaceHoldsByItsSpeed) {
 }
 
 // A minute at rest on a slope and in a groove, held by friction, the hand trembling by an encoder step.
-TEST(Friction, aStuckBallDoesNotCreep) {
+TEST(Friction, AStuckBallDoesNotCreep) {
   struct Place {
     const char* name;
     Field field;

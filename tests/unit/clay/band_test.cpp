@@ -48,7 +48,7 @@ class EveryBand : public ::testing::TestWithParam<float> {
   }
 };
 
-TEST_P(EveryBand, strokesLeaveDistances) {
+TEST_P(EveryBand, StrokesLeaveDistances) {
   for (const Method method : {Method::carve, Method::add, Method::smooth, Method::scrape, Method::tug}) {
     const Version before = ball(kRadius);
     BrushStroke stroke(before, Brush::of(method));
@@ -61,7 +61,7 @@ TEST_P(EveryBand, strokesLeaveDistances) {
   }
 }
 
-TEST_P(EveryBand, operationsLeaveDistances) {
+TEST_P(EveryBand, OperationsLeaveDistances) {
   const Version a = ball(kRadius);
   for (const Combination how : {Combination::join, Combination::cut, Combination::intersect}) {
     const Version result = combine(a, ball(kRadius, {30, 5, 0}), how);

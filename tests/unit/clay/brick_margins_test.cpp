@@ -28,7 +28,7 @@ class Margins : public ::testing::TestWithParam<Precision> {
   }
 };
 
-TEST_P(Margins, gatheringIsReadingVoxelByVoxel) {
+TEST_P(Margins, GatheringIsReadingVoxelByVoxel) {
   Sampler field(ball_), again(ball_);
   forPlaces([&](Coord coord) {
     const auto expectVoxels = [&](int margin, const float* gathered, const auto& offset) {
@@ -48,7 +48,7 @@ TEST_P(Margins, gatheringIsReadingVoxelByVoxel) {
   });
 }
 
-TEST_P(Margins, whatStandsInsteadOfABrickCountsThereAlone) {
+TEST_P(Margins, WhatStandsInsteadOfABrickCountsThereAlone) {
   Sampler field(ball_), again(ball_);
   BrickValues other;
   for (int i = 0; i < kBrickVoxels; ++i) other[i] = static_cast<float>(1000 + i);
@@ -73,7 +73,7 @@ TEST_P(Margins, whatStandsInsteadOfABrickCountsThereAlone) {
 INSTANTIATE_TEST_SUITE_P(Precisions, Margins, ::testing::Values(Precision::float32, Precision::fixed16),
                          [](const auto& of) { return of.param == Precision::float32 ? "float32" : "fixed16"; });
 
-TEST(BrickMargins, besideEachIsAskingForEach) {
+TEST(BrickMargins, BesideEachIsAskingForEach) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> place(-4, 4);
   for (const int count : {0, 1, 20, 300}) {
@@ -91,7 +91,7 @@ TEST(BrickMargins, besideEachIsAskingForEach) {
   }
 }
 
-TEST(BrickMargins, redistancingBeginsWithWhatIsKnown) {
+TEST(BrickMargins, RedistancingBeginsWithWhatIsKnown) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> value(-4, 4);
   float broad[kBroadSize] = {}, near[kPaddedSize];
@@ -118,7 +118,7 @@ TEST(BrickMargins, redistancingBeginsWithWhatIsKnown) {
 }
 
 // Voxels that stay, that move by whole voxels, that came from between two, with a window that just holds them.
-TEST(BrickMargins, theNearestVoxelSaysWhatIsFarFromTheSurface) {
+TEST(BrickMargins, TheNearestVoxelSaysWhatIsFarFromTheSurface) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> by(-3.4f, 5.4f), value(-4, 4);
   constexpr int kLow = -4, kEdge = 18;

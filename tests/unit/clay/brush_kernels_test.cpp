@@ -36,7 +36,7 @@ void onEveryTarget(const Field& phi, const Field& solid, float sign, bool meets)
   });
 }
 
-TEST(MeetAtAnAngle, edgesDo) {
+TEST(MeetAtAnAngle, EdgesDo) {
   for (const double degrees : {20.0, 40.0, 90.0, 160.0}) {
     SCOPED_TRACE(degrees);
     onEveryTarget(plane(turned(0)), plane(turned(degrees)), 1, true);
@@ -49,19 +49,19 @@ TEST(MeetAtAnAngle, edgesDo) {
   }
 }
 
-TEST(MeetAtAnAngle, surfacesThatGoOnAsOneDoNot) {
+TEST(MeetAtAnAngle, SurfacesThatGoOnAsOneDoNot) {
   onEveryTarget(plane(turned(0)), plane(turned(0)), 1, false);
   onEveryTarget(plane(turned(0)), plane(turned(0), 1.5), 1, false);
   onEveryTarget(plane(turned(0)), plane(turned(8)), 1, false);
 }
 
-TEST(MeetAtAnAngle, whatIsTakenAwayCountsTurnedOver) {
+TEST(MeetAtAnAngle, WhatIsTakenAwayCountsTurnedOver) {
   // A carved solid on the same plane has its clay on the other side.
   onEveryTarget(plane(turned(0)), plane(turned(180)), -1, false);
   onEveryTarget(plane(turned(0)), plane(turned(0)), -1, true);
 }
 
-TEST(MeetAtAnAngle, onlyWhereBothAreNear) {
+TEST(MeetAtAnAngle, OnlyWhereBothAreNear) {
   Field far;
   far.fill(kBand);
   onEveryTarget(plane(turned(0)), far, 1, false);
@@ -74,7 +74,7 @@ TEST(MeetAtAnAngle, onlyWhereBothAreNear) {
 
 // Two fields that differ by a step between one pair of neighbours: each pair of the brick is looked at, none across its
 // faces.
-TEST(MeetAtAnAngle, eachPairOfNeighboursIsLookedAt) {
+TEST(MeetAtAnAngle, EachPairOfNeighboursIsLookedAt) {
   for (const int step : {64, 8, 1})
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int along = (v / step) & 7;
@@ -106,7 +106,7 @@ double falloff(int shape, double t) {
   }
 }
 
-TEST(BallWeights, areTheFalloffTimesTheStrengthAndNeverLessThanBefore) {
+TEST(BallWeights, AreTheFalloffTimesTheStrengthAndNeverLessThanBefore) {
   for (const int shape : {0, 1, 2, 3, 4})
     for (const float strength : {0.25f, 1.0f}) {
       SCOPED_TRACE(shape);

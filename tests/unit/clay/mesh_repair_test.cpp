@@ -15,7 +15,7 @@ using testing::meshVolume;
 
 constexpr uint64_t kSeed = 7;
 
-TEST(MeshRepair, leavesASoundMeshAlone) {
+TEST(MeshRepair, LeavesASoundMeshAlone) {
   const TriangleMesh sphere = icosphere({1, 2, 3}, 5, 3);
   const RepairedMesh repaired = repairMesh(sphere);
   EXPECT_TRUE(repaired.findings.sound());
@@ -25,7 +25,7 @@ TEST(MeshRepair, leavesASoundMeshAlone) {
   EXPECT_EQ(repaired.findings.backedShare, 1);
 }
 
-TEST(MeshRepair, turnsFlippedFacesAndDropsRepeatedOnes) {
+TEST(MeshRepair, TurnsFlippedFacesAndDropsRepeatedOnes) {
   TriangleMesh mesh = icosphere({0, 0, 0}, 5, 3);
   const double volume = meshVolume(mesh);
   std::mt19937 random(kSeed);
@@ -46,7 +46,7 @@ TEST(MeshRepair, turnsFlippedFacesAndDropsRepeatedOnes) {
   EXPECT_TRUE(repaired.openEdges.empty());
 }
 
-TEST(MeshRepair, dropsAFlapOfNoThickness) {
+TEST(MeshRepair, DropsAFlapOfNoThickness) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
   mesh.positions.emplace_back(2, 2, 2);
   mesh.triangles.push_back({6, 7, 8});
@@ -56,7 +56,7 @@ TEST(MeshRepair, dropsAFlapOfNoThickness) {
   EXPECT_TRUE(repaired.findings.sound());
 }
 
-TEST(MeshRepair, weldsSoupsAndDropsWhatHasNoArea) {
+TEST(MeshRepair, WeldsSoupsAndDropsWhatHasNoArea) {
   const TriangleMesh welded = box({0, 0, 0}, {1, 1, 1});
   TriangleMesh soup;
   for (const auto& t : welded.triangles) {
@@ -72,7 +72,7 @@ TEST(MeshRepair, weldsSoupsAndDropsWhatHasNoArea) {
   EXPECT_TRUE(repaired.findings.sound());
 }
 
-TEST(MeshRepair, turnsBodiesButKeepsCavities) {
+TEST(MeshRepair, TurnsBodiesButKeepsCavities) {
   const auto inverted = [](TriangleMesh mesh) {
     for (auto& t : mesh.triangles) flip(t);
     return mesh;
@@ -95,7 +95,7 @@ TEST(MeshRepair, turnsBodiesButKeepsCavities) {
   EXPECT_GT(meshVolume(one.mesh), volume);
 }
 
-TEST(MeshRepair, tellsAnOpenBodyFromASheet) {
+TEST(MeshRepair, TellsAnOpenBodyFromASheet) {
   TriangleMesh open = box({0, 0, 0}, {4, 4, 4});
   open.triangles.resize(10);
   for (auto& t : open.triangles) flip(t);
@@ -120,7 +120,7 @@ TEST(MeshRepair, tellsAnOpenBodyFromASheet) {
   EXPECT_LT(repairMesh(sheet).findings.backedShare, 0.3);
 }
 
-TEST(MeshRepair, holdsNothingOfNothing) {
+TEST(MeshRepair, HoldsNothingOfNothing) {
   EXPECT_TRUE(repairMesh({}).mesh.triangles.empty());
   EXPECT_TRUE(repairMesh({{{0, 0, 0}}, {{0, 0, 0}}}).mesh.triangles.empty());
 }

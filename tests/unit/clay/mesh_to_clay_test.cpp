@@ -73,7 +73,7 @@ Imported importData(const TriangleMesh& mesh, int voxels) {
 #define SKIP_WITHOUT_DATA() \
   if (dataFile("").empty()) GTEST_SKIP() << "ARGIL_DATA is not set"
 
-TEST(MeshToClay, putsTheSurfaceOfASphereWhereTheMeshHasIt) {
+TEST(MeshToClay, PutsTheSurfaceOfASphereWhereTheMeshHasIt) {
   ImportOptions options;
   options.grid.voxelMm = 0.5;
   const Vec3d centre(3.21, -7.77, 11.1);
@@ -112,7 +112,7 @@ TEST(MeshToClay, putsTheSurfaceOfASphereWhereTheMeshHasIt) {
   RecordProperty("sagitta_voxels", std::to_string(sagitta / grid.voxelMm));
 }
 
-TEST(MeshToClay, measuresExactDistances) {
+TEST(MeshToClay, MeasuresExactDistances) {
   const Imported imported = import(box({10, 10, 10}, {41.3, 30.7, 25.2}));
   const Vec3d middle(25.65, 20.35, 17.6), half(15.65, 10.35, 7.6);
   imported.version.forEachBrick([&](const Brick& brick) {
@@ -127,7 +127,7 @@ TEST(MeshToClay, measuresExactDistances) {
   EXPECT_LT(imported.version.find({3, 2, 2}).phi(0, 3), -2.9f) << "the middle is solid";
 }
 
-TEST(MeshToClay, takesFacesThatLieOnVoxels) {
+TEST(MeshToClay, TakesFacesThatLieOnVoxels) {
   const Imported imported = import(box({10, 10, 10}, {42, 30, 26}));
   expectProperBand(imported.version);
   EXPECT_EQ(imported.report.droppedVoxels, 0u);
@@ -139,7 +139,7 @@ TEST(MeshToClay, takesFacesThatLieOnVoxels) {
   EXPECT_EQ(sampler.voxel({42, 30, 26}), 0);
 }
 
-TEST(MeshToClay, closesAHoleWhereTheWindingNumberIsAHalf) {
+TEST(MeshToClay, ClosesAHoleWhereTheWindingNumberIsAHalf) {
   // Of a box without its lid the level one half is the lid itself, exactly: from its plane the other faces fill half
   // the view.
   for (const double z : {30.0, 30.4}) {
@@ -162,7 +162,7 @@ TEST(MeshToClay, closesAHoleWhereTheWindingNumberIsAHalf) {
   }
 }
 
-TEST(MeshToClay, unitesOverlappingBodies) {
+TEST(MeshToClay, UnitesOverlappingBodies) {
   TriangleMesh mesh = icosphere({30, 30, 30}, 15, 5);
   append(mesh, icosphere({47, 30, 30}, 12, 5));
   append(mesh, icosphere({28, 30, 30}, 6, 4));  // inside of the first
@@ -195,7 +195,7 @@ TEST(MeshToClay, unitesOverlappingBodies) {
   EXPECT_LT(worstInside, 0.35);
 }
 
-TEST(MeshToClay, keepsCavitiesAndTurnsWhatIsInsideOut) {
+TEST(MeshToClay, KeepsCavitiesAndTurnsWhatIsInsideOut) {
   const auto inverted = [](TriangleMesh mesh) {
     for (auto& t : mesh.triangles) flip(t);
     return mesh;
@@ -212,7 +212,7 @@ TEST(MeshToClay, keepsCavitiesAndTurnsWhatIsInsideOut) {
   EXPECT_TRUE(import(inverted(hollow)).report.flippedWhole);
 }
 
-TEST(MeshToClay, losesWallsThinnerThanAVoxelWithoutATrace) {
+TEST(MeshToClay, LosesWallsThinnerThanAVoxelWithoutATrace) {
   TriangleMesh mesh = icosphere({30, 30, 30}, 15, 4);
   append(mesh, box({60.3, 20, 20}, {60.6, 40, 40}));  // between two layers of voxels
   const Imported imported = import(mesh);
@@ -221,12 +221,12 @@ TEST(MeshToClay, losesWallsThinnerThanAVoxelWithoutATrace) {
   EXPECT_THAT(messageOf(box({60.3, 20, 20}, {60.6, 40, 40}), unitVoxels()), HasSubstr("use a smaller voxel"));
 }
 
-TEST(MeshToClay, saysThatASheetHasNoInside) {
+TEST(MeshToClay, SaysThatASheetHasNoInside) {
   TriangleMesh sheet{{{0, 0, 0}, {50, 0, 0}, {50, 50, 3}, {0, 50, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   EXPECT_THAT(messageOf(sheet, unitVoxels()), HasSubstr("open sheet"));
 }
 
-TEST(MeshToClay, refusesWhatDoesNotFitAndNamesWhatWould) {
+TEST(MeshToClay, RefusesWhatDoesNotFitAndNamesWhatWould) {
   const TriangleMesh mesh = box({0, 0, 0}, {1000, 10, 10});
   ImportOptions options;
   options.grid.voxelMm = 0.01;
@@ -244,7 +244,7 @@ TEST(MeshToClay, refusesWhatDoesNotFitAndNamesWhatWould) {
 }
 
 // What is said to help is possible: there are no voxels above 1000 mm and below 0.001 mm.
-TEST(MeshToClay, saysWhatHelpsWhereNoVoxelDoes) {
+TEST(MeshToClay, SaysWhatHelpsWhereNoVoxelDoes) {
   const TriangleMesh huge = box({0, 0, 0}, {3e7, 2e7, 1e7}), tiny = box({0, 0, 0}, {3e-5, 2e-5, 1e-5});
   ImportOptions options;
   options.grid.voxelMm = suggestVoxelMm(huge);
@@ -253,7 +253,7 @@ TEST(MeshToClay, saysWhatHelpsWhereNoVoxelDoes) {
   EXPECT_THAT(messageOf(tiny, options), HasSubstr("give a larger unit or scale it up"));
 }
 
-TEST(MeshToClay, aSheetBesideASolidIsNotSaidToBeClosed) {
+TEST(MeshToClay, ASheetBesideASolidIsNotSaidToBeClosed) {
   TriangleMesh mesh = box({20, 20, 20}, {40, 40, 40}), sheet = box({60, 20, 20}, {80, 40, 40});
   sheet.triangles.resize(2);
   append(mesh, sheet);
@@ -265,7 +265,7 @@ TEST(MeshToClay, aSheetBesideASolidIsNotSaidToBeClosed) {
   EXPECT_THAT(said, ::testing::Not(HasSubstr("closed by themselves")));
 }
 
-TEST(MeshToClay, placesTheOrigin) {
+TEST(MeshToClay, PlacesTheOrigin) {
   ImportOptions options;
   options.grid.voxelMm = 0.25;
   const Imported imported = import(icosphere({-123, 456, 789}, 5, 3), options);
@@ -276,14 +276,14 @@ TEST(MeshToClay, placesTheOrigin) {
   EXPECT_LT(Sampler(imported.version).trilinear(grid.toVoxel({-123, 456, 789})), -2.9);
 }
 
-TEST(MeshToClay, suggestsAVoxelSize) {
+TEST(MeshToClay, SuggestsAVoxelSize) {
   EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {100, 10, 10})), 0.391);
   EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {100, 10, 10}), 1000), 0.1);
   EXPECT_DOUBLE_EQ(suggestVoxelMm(box({0, 0, 0}, {1e-3, 1e-3, 1e-3})), 1e-3);
   EXPECT_THROW((void)suggestVoxelMm({}), Error);
 }
 
-TEST(MeshToClay, doesNotDependOnThreads) {
+TEST(MeshToClay, DoesNotDependOnThreads) {
   TriangleMesh mesh = icosphere({30, 30, 30}, 20, 4);
   append(mesh, box({25, 25, 40}, {35, 35, 60}));
   mesh.triangles.pop_back();
@@ -294,7 +294,7 @@ TEST(MeshToClay, doesNotDependOnThreads) {
   EXPECT_EQ(import(mesh, options).version.hash(), hash);
 }
 
-TEST(MeshToClay, stopsWhenCancelled) {
+TEST(MeshToClay, StopsWhenCancelled) {
   const TriangleMesh mesh = icosphere({300, 300, 300}, 200, 6);
   Job before;
   before.cancel();
@@ -313,7 +313,7 @@ TEST(MeshToClay, stopsWhenCancelled) {
   EXPECT_EQ(store->usage().bricks, 0u);
 }
 
-TEST(MeshToClay, keepsTheVolumeOfSoundMeshes) {
+TEST(MeshToClay, KeepsTheVolumeOfSoundMeshes) {
   SKIP_WITHOUT_DATA();
   for (const char* name : {"mesh/nefertiti_lowres.obj", "mesh/fandisk.obj", "mesh/armadillo_29k.obj"}) {
     SCOPED_TRACE(name);
@@ -325,7 +325,7 @@ TEST(MeshToClay, keepsTheVolumeOfSoundMeshes) {
   }
 }
 
-TEST(MeshToClay, closesTheBunny) {
+TEST(MeshToClay, ClosesTheBunny) {
   SKIP_WITHOUT_DATA();
   const TriangleMesh mesh = dataMesh("mesh/stanford-bunny.obj");
   const double volume = meshVolume(testing::withHolesFanned(mesh));
@@ -335,7 +335,7 @@ TEST(MeshToClay, closesTheBunny) {
   RecordProperty("ratio", std::to_string(volumeMm3(imported) / volume));
 }
 
-TEST(MeshToClay, repairsFlippedAndRepeatedFaces) {
+TEST(MeshToClay, RepairsFlippedAndRepeatedFaces) {
   SKIP_WITHOUT_DATA();
   TriangleMesh mesh = dataMesh("mesh/armadillo_29k.obj");
   const double volume = volumeMm3(importData(mesh, 128));
@@ -352,7 +352,7 @@ TEST(MeshToClay, repairsFlippedAndRepeatedFaces) {
   EXPECT_GT(imported.report.duplicateFaces, 2000u);
 }
 
-TEST(MeshToClay, unitesAHundredBodies) {
+TEST(MeshToClay, UnitesAHundredBodies) {
   SKIP_WITHOUT_DATA();
   const TriangleMesh mesh = dataMesh("mesh/cycloidal.ply");
   const Imported imported = importData(mesh, 160);
@@ -395,7 +395,7 @@ TriangleMesh extruded(const std::vector<Eigen::Vector2d>& outline, const std::ve
 }
 
 // A slanting blade of 0.3 voxels on a block has a voxel here and there in it: they hang together with nothing.
-TEST(MeshToClay, takesSpecksOutAndCountsThem) {
+TEST(MeshToClay, TakesSpecksOutAndCountsThem) {
   const TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {26, 60}, {25.7, 60}, {19.7, 20}, {0, 20}},
                                      {{2, 3, 4}, {2, 4, 5}, {0, 1, 2}, {0, 2, 5}, {0, 5, 6}}, 0.1, 2.9);
   const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
@@ -408,7 +408,7 @@ TEST(MeshToClay, takesSpecksOutAndCountsThem) {
 }
 
 // A rod of its own that is as thin is a body of the mesh: what there is of it stays.
-TEST(MeshToClay, keepsSmallBodiesThatTheMeshHas) {
+TEST(MeshToClay, KeepsSmallBodiesThatTheMeshHas) {
   TriangleMesh mesh = extruded({{0, 0}, {20, 0}, {20, 20}, {0, 20}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
   const TriangleMesh rod =
       extruded({{29.8, 9.8}, {30.2, 9.8}, {30.2, 10.2}, {29.8, 10.2}}, {{0, 1, 2}, {0, 2, 3}}, 0.1, 20.1);
@@ -420,7 +420,7 @@ TEST(MeshToClay, keepsSmallBodiesThatTheMeshHas) {
 }
 
 // A tray: walls of a third of a voxel are lost, and it is said how much, where, and what would keep them.
-TEST(MeshToClay, tellsWhatThinWallsLose) {
+TEST(MeshToClay, TellsWhatThinWallsLose) {
   // A block of 20 with a wall of 0.3 × 40 × 40 that stands on it.
   const TriangleMesh mesh =
       extruded({{0.35, 0.1}, {20.65, 0.1}, {20.65, 60.3}, {20.35, 60.3}, {20.35, 20.3}, {0.35, 20.3}},
@@ -442,7 +442,7 @@ TEST(MeshToClay, tellsWhatThinWallsLose) {
   EXPECT_NEAR(kept.report.losses.clayMm3 / kept.report.losses.meshMm3, 1, 0.005);
 }
 
-TEST(MeshToClay, takesEveryTestMeshOrSaysWhyNot) {
+TEST(MeshToClay, TakesEveryTestMeshOrSaysWhyNot) {
   SKIP_WITHOUT_DATA();
   for (const char* name :
        {"dragon_vrip_res3.ply", "suzanne.obj", "teapot.obj", "featuretype.STL", "self_intersectA.obj",

@@ -29,7 +29,7 @@ uint64_t overhead(const Version& version) {
   return usage.slabBytes - version.stats().bytes();
 }
 
-TEST(StoreMemory, aSmallModelTakesLittleBesideItsClay) {
+TEST(StoreMemory, ASmallModelTakesLittleBesideItsClay) {
   for (const Precision precision : {Precision::float32, Precision::fixed16}) {
     for (const double radius : {2.0, 6.0, 12.0, 20.0}) {
       const Version model = ball(radius, precision);
@@ -40,7 +40,7 @@ TEST(StoreMemory, aSmallModelTakesLittleBesideItsClay) {
   }
 }
 
-TEST(StoreMemory, aModelThatIsEditedHasStockWaitingForIt) {
+TEST(StoreMemory, AModelThatIsEditedHasStockWaitingForIt) {
   Version model = ball(60);
   collectAll(*model.store());
   const uint64_t born = model.store()->usage().slabBytes;
@@ -63,7 +63,7 @@ TEST(StoreMemory, aModelThatIsEditedHasStockWaitingForIt) {
   EXPECT_GT(model.store()->usage().slabBytes, born);
 }
 
-TEST(StoreMemory, collectingIsAskedForWhenThereIsSomethingToFree) {
+TEST(StoreMemory, CollectingIsAskedForWhenThereIsSomethingToFree) {
   Version model = ball(20);
   collectAll(*model.store());
   EXPECT_FALSE(model.store()->wantsCollecting());

@@ -16,7 +16,7 @@ Version dabbed(const Version& from, const Vec3d& at, Method method) {
   return brush.finish();
 }
 
-TEST(Unshared, isWhatIsFreedWithAVersion) {
+TEST(Unshared, IsWhatIsFreedWithAVersion) {
   Grid grid;
   grid.voxelMm = 1;
   const auto store = Store::make();

@@ -13,7 +13,7 @@ Version there(const Version& version) {
   return fromVdb(version.store(), version.grid(), toVdb(version));
 }
 
-TEST(VdbBridge, keepsEveryBit) {
+TEST(VdbBridge, KeepsEveryBit) {
   const auto store = Store::make();
   Grid grid;
   grid.originMm = {-3, 5, 7};
@@ -24,7 +24,7 @@ TEST(VdbBridge, keepsEveryBit) {
   EXPECT_NE(sphere.hash(), block.hash());
 }
 
-TEST(VdbBridge, keepsALargeInterior) {
+TEST(VdbBridge, KeepsALargeInterior) {
   // Inside tiles of 8 and 128 voxels across, on both sides of zero.
   const auto store = Store::make();
   Grid grid;
@@ -38,12 +38,12 @@ TEST(VdbBridge, keepsALargeInterior) {
   EXPECT_EQ(testing::clayVolume(back), testing::clayVolume(block));
 }
 
-TEST(VdbBridge, keepsNothingAsNothing) {
+TEST(VdbBridge, KeepsNothingAsNothing) {
   const Version empty = Version::empty(Store::make(), Grid{});
   EXPECT_EQ(there(empty).hash(), empty.hash());
 }
 
-TEST(VdbBridge, stopsWhenCancelled) {
+TEST(VdbBridge, StopsWhenCancelled) {
   const auto store = Store::make();
   const Version sphere = makeSphere(store, Grid{}, {0, 0, 0}, 10);
   const VdbGrid grid = toVdb(sphere);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint64_t kSeed = 3;
 
-TEST(VoxelWinding, isTheWindingNumberOfTheOpenMeshAlone) {
+TEST(VoxelWinding, IsTheWindingNumberOfTheOpenMeshAlone) {
   // Two balls that overlap, each with faces missing here and there: many rims, some of them touching.
   TriangleMesh mesh = testing::icosphere({20, 20, 20}, 12.3, 3);
   testing::append(mesh, testing::icosphere({31.7, 22, 19}, 9.1, 3));
@@ -28,14 +28,14 @@ TEST(VoxelWinding, isTheWindingNumberOfTheOpenMeshAlone) {
   EXPECT_LE(worst, 0.01) << "seed " << kSeed;
 }
 
-TEST(VoxelWinding, isAnIntegerWithoutHoles) {
+TEST(VoxelWinding, IsAnIntegerWithoutHoles) {
   const VoxelWinding voxels(repairMesh(testing::icosphere({20, 20, 20}, 12.3, 3)));
   EXPECT_FALSE(voxels.open());
   EXPECT_EQ(voxels.at({20, 20, 20}), 1.0f);
   EXPECT_EQ(voxels.at({40, 20, 20}), 0.0f);
 }
 
-TEST(VoxelWinding, isSmoothAcrossARimOnVoxelPlanes) {
+TEST(VoxelWinding, IsSmoothAcrossARimOnVoxelPlanes) {
   TriangleMesh mesh = testing::box({4, 4, 4}, {20, 20, 20});
   mesh.triangles.erase(mesh.triangles.begin() + 2, mesh.triangles.begin() + 4);  // without the face z = 20
   const VoxelWinding voxels(repairMesh(mesh));

@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint64_t kSeed = 11;
 
-TEST(WindingColumns, countsWhatAVoxelLiesIn) {
+TEST(WindingColumns, CountsWhatAVoxelLiesIn) {
   TriangleMesh mesh = testing::icosphere({20, 20, 20}, 9.3, 3);
   testing::append(mesh, testing::box({18, 18, 18}, {40, 22, 22}));  // on voxel planes
   const WindingColumns columns(mesh);
@@ -24,7 +24,7 @@ TEST(WindingColumns, countsWhatAVoxelLiesIn) {
   EXPECT_TRUE(WindingColumns(TriangleMesh{}).column(0, 0).empty());
 }
 
-TEST(WindingColumns, agreesWithSolidAngles) {
+TEST(WindingColumns, AgreesWithSolidAngles) {
   TriangleMesh mesh;
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> place(10, 40), size(2, 9);
@@ -42,7 +42,7 @@ TEST(WindingColumns, agreesWithSolidAngles) {
   EXPECT_GE(most, 2) << "the bodies were meant to overlap";
 }
 
-TEST(WindingColumns, everyColumnOfAClosedMeshSumsToZero) {
+TEST(WindingColumns, EveryColumnOfAClosedMeshSumsToZero) {
   // Corners, edges and faces on voxels and on each other's planes: nothing may slip between two faces.
   TriangleMesh mesh;
   std::mt19937_64 random(kSeed);

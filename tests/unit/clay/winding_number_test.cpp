@@ -30,7 +30,7 @@ double worstError(const TriangleMesh& mesh, int points) {
   return worst;
 }
 
-TEST(WindingNumber, countsClosedBodies) {
+TEST(WindingNumber, CountsClosedBodies) {
   TriangleMesh two = icosphere({0, 0, 0}, 10, 3);
   testing::append(two, box({-2, -2, -2}, {30, 2, 2}));
   const WindingNumber winding(two);
@@ -41,7 +41,7 @@ TEST(WindingNumber, countsClosedBodies) {
   EXPECT_NEAR(winding.exact({1, 0, 0}), 2, 1e-12);
 }
 
-TEST(WindingNumber, sumsManyTurnsExactly) {
+TEST(WindingNumber, SumsManyTurnsExactly) {
   // Forty coincident spheres: the angles wrap around many times.
   TriangleMesh many;
   for (int i = 0; i < 40; ++i) testing::append(many, icosphere({0, 0, 0}, 1, 1));
@@ -52,14 +52,14 @@ TEST(WindingNumber, sumsManyTurnsExactly) {
   EXPECT_NEAR(WindingNumber(many).exact({0.1, 0.2, 0.3}), -40, 1e-9);
 }
 
-TEST(WindingNumber, isHalfTheOpenSolidAngleBesideAHole) {
+TEST(WindingNumber, IsHalfTheOpenSolidAngleBesideAHole) {
   TriangleMesh open = box({-1, -1, -1}, {1, 1, 1});
   open.triangles.erase(open.triangles.begin() + 2, open.triangles.begin() + 4);  // without the face z = 1
   const WindingNumber winding(open);
   EXPECT_NEAR(winding.at({0, 0, 0}), 5.0 / 6, 1e-9);  // a cube's face takes a sixth of the sphere
 }
 
-TEST(WindingNumber, isDefinedEverywhere) {
+TEST(WindingNumber, IsDefinedEverywhere) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
   mesh.triangles.push_back({0, 0, 1});  // degenerate
   const WindingNumber winding(mesh);
@@ -70,7 +70,7 @@ TEST(WindingNumber, isDefinedEverywhere) {
   EXPECT_NEAR(winding.at({0.3, 0.4, 1e-9}) - winding.at({0.3, 0.4, -1e-9}), 1, 1e-6);
 }
 
-TEST(WindingNumber, agreesWithTheSumOnRandomSoups) {
+TEST(WindingNumber, AgreesWithTheSumOnRandomSoups) {
   std::mt19937_64 random(kSeed);
   std::normal_distribution<double> normal;
   for (const double size : {0.05, 0.3, 3.0}) {
@@ -85,7 +85,7 @@ TEST(WindingNumber, agreesWithTheSumOnRandomSoups) {
   }
 }
 
-TEST(WindingNumber, agreesWithTheSumOnRealMeshes) {
+TEST(WindingNumber, AgreesWithTheSumOnRealMeshes) {
   if (dataFile("").empty()) GTEST_SKIP() << "ARGIL_DATA is not set";
   for (const char* name : {"mesh/stanford-bunny.obj", "mesh/cycloidal.ply", "mesh/fandisk.obj", "cad/bearing.stl"}) {
     const double worst = worstError(readMesh(dataFile(name)), 300);

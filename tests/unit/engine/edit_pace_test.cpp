@@ -82,7 +82,7 @@ class EditPace : public ::testing::Test {
   std::unique_ptr<EditLoop> made;
 };
 
-TEST_F(EditPace, aTurnEndsWithItsBudgetAndTheClayIsShownMeanwhile) {
+TEST_F(EditPace, ATurnEndsWithItsBudgetAndTheClayIsShownMeanwhile) {
   EditLoop& edit = loop(5);
   push(circle(400, 0.3));
   size_t turns = 0;
@@ -112,7 +112,7 @@ TEST_F(EditPace, aTurnEndsWithItsBudgetAndTheClayIsShownMeanwhile) {
 }
 
 // The servo learns which of its samples changed the clay that it feels now.
-TEST_F(EditPace, eachSceneNamesTheOldestSampleThatIsNewInIt) {
+TEST_F(EditPace, EachSceneNamesTheOldestSampleThatIsNewInIt) {
   EditLoop& edit = loop(0);
   const std::vector<StylusSample> hand = circle(100, 0.3);
   push({hand.begin(), hand.begin() + 40});
@@ -131,7 +131,7 @@ TEST_F(EditPace, eachSceneNamesTheOldestSampleThatIsNewInIt) {
   EXPECT_EQ(shown.back().editedFrom, from.back());
 }
 
-TEST_F(EditPace, aTurnOfSpentTimeStillDoesAStamp) {
+TEST_F(EditPace, ATurnOfSpentTimeStillDoesAStamp) {
   EditLoop& edit = loop(0, 1);
   push(circle(60, 0.3));
   size_t turns = 0;
@@ -143,7 +143,7 @@ TEST_F(EditPace, aTurnOfSpentTimeStillDoesAStamp) {
   EXPECT_EQ(edit.strokes().samplesApplied(), 70u);
 }
 
-TEST_F(EditPace, aStrokeThatIsCutShortIsWhatWasRecorded) {
+TEST_F(EditPace, AStrokeThatIsCutShortIsWhatWasRecorded) {
   EditLoop& edit = loop(4);
   const std::vector<StylusSample> hand = circle(500, 0.3);
   push({hand.begin(), hand.begin() + 450});  // the button is still down
@@ -173,7 +173,7 @@ TEST_F(EditPace, aStrokeThatIsCutShortIsWhatWasRecorded) {
 }
 
 // Twenty seconds of a hand of which the tool can follow a tenth.
-TEST_F(EditPace, samplesFarBehindBecomeOneAndNoPartOfTheWayIsLost) {
+TEST_F(EditPace, SamplesFarBehindBecomeOneAndNoPartOfTheWayIsLost) {
   EditLoop& edit = loop(1);
   const double mmASample = 0.02;
   const std::vector<StylusSample> hand = circle(20'000, mmASample);
@@ -220,7 +220,7 @@ TEST_F(EditPace, samplesFarBehindBecomeOneAndNoPartOfTheWayIsLost) {
   EXPECT_LT(worst, 0.05f);
 }
 
-TEST_F(EditPace, whatTheRingHadNoRoomForIsCounted) {
+TEST_F(EditPace, WhatTheRingHadNoRoomForIsCounted) {
   EditLoop& edit = loop(0);
   edit.turn(ring);
   const size_t room = ring.capacity();
@@ -230,7 +230,7 @@ TEST_F(EditPace, whatTheRingHadNoRoomForIsCounted) {
 }
 
 // A mouse that jumps: the way to it is worked off in parts, without a gap.
-TEST_F(EditPace, aJumpIsReachedInPieces) {
+TEST_F(EditPace, AJumpIsReachedInPieces) {
   std::vector<StylusSample> hand = circle(20, 0.1);
   for (size_t i = 10; i < hand.size(); ++i) hand[i].cutPoint = {-kBallMm, 0.1 * double(i), 0};
   EditLoop& edit = loop(3);
@@ -284,7 +284,7 @@ class BusyWorkbench : public ::testing::Test {
   Finger finger{bench};
 };
 
-TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
+TEST_F(BusyWorkbench, UndoAnswersWhileTheToolIsBehindTheHand) {
   const clay::Version before = bench.snapshot()->document->pieces[0].version;
   scribble();
   ASSERT_TRUE(until([&] { return said().find("cannot keep up") != std::string::npos; })) << all;
@@ -300,7 +300,7 @@ TEST_F(BusyWorkbench, undoAnswersWhileTheToolIsBehindTheHand) {
   EXPECT_EQ(bench.snapshot()->document->pieces[0].version, before);
 }
 
-TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
+TEST_F(BusyWorkbench, AToolThatIsBehindAgainIsToldAgain) {
   for (size_t times = 1; times <= 2; ++times) {
     scribble();
     const auto told = [&] {
@@ -316,7 +316,7 @@ TEST_F(BusyWorkbench, aToolThatIsBehindAgainIsToldAgain) {
   }
 }
 
-TEST_F(BusyWorkbench, stopEndsTheStrokeWhereTheClayIs) {
+TEST_F(BusyWorkbench, StopEndsTheStrokeWhereTheClayIs) {
   scribble();
   ASSERT_TRUE(until([&] { return said().find("cannot keep up") != std::string::npos; })) << all;
   bench.stopForces();

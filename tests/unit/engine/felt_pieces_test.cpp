@@ -38,7 +38,7 @@ bool has(const std::vector<Id>& ids, Id id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 
-TEST(FeltPieces, allAreFeltWhereAllFit) {
+TEST(FeltPieces, AllAreFeltWhereAllFit) {
   Document document = row(haptics::kMaxPieces);
   document.pieces[3].visible = false;
   FeltPieces felt;
@@ -48,7 +48,7 @@ TEST(FeltPieces, allAreFeltWhereAllFit) {
   EXPECT_FALSE(felt.choose(document, {300, 0, 0}));
 }
 
-TEST(FeltPieces, theNearestAreFeltAndThoseThatStayKeepTheirPlaces) {
+TEST(FeltPieces, TheNearestAreFeltAndThoseThatStayKeepTheirPlaces) {
   const Document document = row(200);
   FeltPieces felt;
   EXPECT_TRUE(felt.choose(document, {1500, 5, 0}));
@@ -74,7 +74,7 @@ TEST(FeltPieces, theNearestAreFeltAndThoseThatStayKeepTheirPlaces) {
   EXPECT_LT(stayed, 60u);
 }
 
-TEST(FeltPieces, theSceneFollowsTheHandAndTheDocument) {
+TEST(FeltPieces, TheSceneFollowsTheHandAndTheDocument) {
   Session session(row(200));
   std::unique_ptr<const haptics::Scene> scene;
   haptics::SampleRing ring(1000);

@@ -241,7 +241,7 @@ class Bench {
   std::deque<std::function<void()>> queue_;
 };
 
-TEST(Forces, areZeroAfterAStopUntilALaterResumeInEveryOrder) {
+TEST(Forces, AreZeroAfterAStopUntilALaterResumeInEveryOrder) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer knows of no fibers";
 #endif

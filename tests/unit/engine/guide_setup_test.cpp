@@ -52,7 +52,7 @@ std::string complaint(const std::string& setup) {
   return "nothing was wrong";
 }
 
-TEST(GuideSetup, everyKindIsReadWrittenAndFitForAScene) {
+TEST(GuideSetup, EveryKindIsReadWrittenAndFitForAScene) {
   std::string all;
   for (const char* guide : kGuides) all += (all.empty() ? "" : ", ") + std::string(guide);
   const Script first = parseScript(script(R"({"guides": [)" + all + "]}"), "cut.json");
@@ -73,7 +73,7 @@ TEST(GuideSetup, everyKindIsReadWrittenAndFitForAScene) {
   EXPECT_EQ(std::get<haptics::Gravity>(scene[12].shape).forceN, Vec3d(0, 0, -0.3));
 }
 
-TEST(GuideSetup, saysWhatIsWrong) {
+TEST(GuideSetup, SaysWhatIsWrong) {
   EXPECT_THAT(complaint(R"({"guides": [{"guide": "lock"}]})"),
               HasSubstr("setup[0].guides[0].guide: unknown \"lock\"; known are lock_to_point"));
   EXPECT_THAT(complaint(R"({"guides": [{"at": [0, 0, 0]}]})"), HasSubstr("\"guide\" is missing"));
@@ -94,7 +94,7 @@ TEST(GuideSetup, saysWhatIsWrong) {
   EXPECT_THAT(complaint(R"({"material": {"hardness_nmm2": -1}})"), HasSubstr("out of range"));
 }
 
-TEST(GuideSetup, materialsSurviveWriting) {
+TEST(GuideSetup, MaterialsSurviveWriting) {
   const Script first = parseScript(
       script(R"({"material": {"stiffness_nmm": 0.7, "static_friction": 0.4, "dynamic_friction": 0.3}})"), "cut.json");
   EXPECT_EQ(first.material.stiffnessNmm, 0.7);
@@ -102,7 +102,7 @@ TEST(GuideSetup, materialsSurviveWriting) {
   EXPECT_EQ(parseScript(formatScript(first), "again.json"), first);
 }
 
-TEST(GuideSetup, rowsOfMaterialsSurviveWriting) {
+TEST(GuideSetup, RowsOfMaterialsSurviveWriting) {
   const Script first = parseScript(
       script(
           R"({"materials": [{"name": "wax", "colour": "#3366cc", "material": {"stiffness_nmm": 0.7}}, {"name": "as it is"}]})"),
@@ -118,7 +118,7 @@ TEST(GuideSetup, rowsOfMaterialsSurviveWriting) {
 }
 
 // The hand wobbles up and down by millimetres; the plane holds the cut flat.
-TEST(GuideSetup, aPlaneHoldsTheCutOfAHandThatWobbles) {
+TEST(GuideSetup, APlaneHoldsTheCutOfAHandThatWobbles) {
   const auto cut = [](const std::string& guides) {
     std::string path;
     for (int i = 0; i <= 60; ++i) {

@@ -67,7 +67,7 @@ double errorOf(const Document& document) {
   return std::sqrt(sum / double(object.vertexColours.size()));
 }
 
-TEST_F(ModelColours, ofVerticesComeBackFromEveryFormat) {
+TEST_F(ModelColours, OfVerticesComeBackFromEveryFormat) {
   const io::ModelObject ball = paintedBall();
   for (const char* name : {"ball.ply", "ball.obj", "ball.3mf", "ball.glb", "ball.gltf"}) {
     SCOPED_TRACE(name);
@@ -89,7 +89,7 @@ TEST_F(ModelColours, ofVerticesComeBackFromEveryFormat) {
 }
 
 // Two pieces that lie turned beside each other: every byte, each own colour, every place.
-TEST_F(ModelColours, aLevelSetKeepsThemAndWhereItLies) {
+TEST_F(ModelColours, ALevelSetKeepsThemAndWhereItLies) {
   const io::ModelObject ball = paintedBall();
   io::writeModel(folder / "ball.ply", {{&ball, 1}, {}});
   Piece turned = importModel(folder / "ball.ply", {.voxelMm = 1}).pieces.at(0);
@@ -136,7 +136,7 @@ TEST_F(ModelColours, aLevelSetKeepsThemAndWhereItLies) {
   }
 }
 
-TEST_F(ModelColours, ofTrianglesHaveSharpBorders) {
+TEST_F(ModelColours, OfTrianglesHaveSharpBorders) {
   io::ModelObject ball = paintedBall();
   ball.vertexColours.clear();
   for (const auto& t : ball.mesh.triangles) {
@@ -162,7 +162,7 @@ TEST_F(ModelColours, ofTrianglesHaveSharpBorders) {
   }
 }
 
-TEST_F(ModelColours, aLoneOneIsThePiecesOwn) {
+TEST_F(ModelColours, ALoneOneIsThePiecesOwn) {
   io::ModelObject ball = paintedBall();
   for (io::Colour& each : ball.vertexColours) each = {10, 200, 30, 255};
   io::writeModel(folder / "ball.ply", {{&ball, 1}, {}});
@@ -171,7 +171,7 @@ TEST_F(ModelColours, aLoneOneIsThePiecesOwn) {
   EXPECT_FALSE(piece.version.has(clay::Channel::cover)) << "no memory for what the piece says";
 }
 
-TEST_F(ModelColours, doNotDependOnThreads) {
+TEST_F(ModelColours, DoNotDependOnThreads) {
   const io::ModelObject ball = paintedBall();
   const clay::Version plain = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 20);
   std::vector<clay::MeshColour> colours;
@@ -195,7 +195,7 @@ TEST_F(ModelColours, doNotDependOnThreads) {
   EXPECT_FALSE(plain.has(clay::Channel::cover)) << "the version it came from stays";
 }
 
-TEST_F(ModelColours, areCountedBeforeTheyAreUsed) {
+TEST_F(ModelColours, AreCountedBeforeTheyAreUsed) {
   const io::ModelObject ball = paintedBall();
   const clay::Version plain = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 20);
   const std::vector<clay::MeshColour> few(3);
@@ -208,7 +208,7 @@ TEST_F(ModelColours, areCountedBeforeTheyAreUsed) {
 }
 
 // One object painted, one of a single colour, too many to be pieces of their own: all as one piece keeps both.
-TEST_F(ModelColours, stayWhenObjectsBecomeOne) {
+TEST_F(ModelColours, StayWhenObjectsBecomeOne) {
   std::vector<io::ModelObject> objects(2, paintedBall());
   objects[1].vertexColours.clear();
   objects[1].colour = io::Colour{9, 99, 199, 255};

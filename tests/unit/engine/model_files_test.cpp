@@ -47,7 +47,7 @@ class ModelFiles : public testing::Test {
   fs::path folder;
 };
 
-TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
+TEST_F(ModelFiles, SeveralObjectsBecomePiecesWithNamesAndColours) {
   const std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {255, 0, 0, 255}),
                                              cube("right", {20, 0, 0}, 10, {0, 0, 255, 255})};
   io::writeModel(folder / "two.3mf", {objects, {}});
@@ -75,7 +75,7 @@ TEST_F(ModelFiles, severalObjectsBecomePiecesWithNamesAndColours) {
 }
 
 // Each would be a row of the list: beyond 32 they come as one.
-TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
+TEST_F(ModelFiles, AsManyObjectsAsAListHoldsStayApart) {
   for (const int count : {32, 33}) {
     std::vector<io::ModelObject> objects;
     for (int i = 0; i < count; ++i)
@@ -85,7 +85,7 @@ TEST_F(ModelFiles, asManyObjectsAsAListHoldsStayApart) {
   }
 }
 
-TEST_F(ModelFiles, moreObjectsThanAListHoldsAreOnePart) {
+TEST_F(ModelFiles, MoreObjectsThanAListHoldsAreOnePart) {
   std::vector<io::ModelObject> objects;
   for (int i = 0; i < 40; ++i)
     objects.push_back(cube("cube " + std::to_string(i), {12.0 * i, 0, 0}, 10, {255, 0, 0, 255}));
@@ -96,7 +96,7 @@ TEST_F(ModelFiles, moreObjectsThanAListHoldsAreOnePart) {
 }
 
 // A pocket of 20 × 20 × 10 in a block of 40 × 40 × 20, as PrusaSlicer keeps it: 28 000 mm³ are left of 32 000.
-TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
+TEST_F(ModelFiles, WhatASlicerCutsAwayIsCutFromTheClay) {
   const io::ModelObject block = cube("block", {0, 0, 0}, 40, {}), pocket = cube("pocket", {10, 10, 10}, 20, {}),
                         apart = cube("apart", {100, 0, 0}, 10, {});
   auto read = std::make_shared<io::ModelFile>();
@@ -126,7 +126,7 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutFromTheClay) {
 }
 
 // The same in a package of PrusaSlicer, by way of a script: a block of 40 × 40 × 20 with a pocket of 20 mm.
-TEST_F(ModelFiles, whatASlicerCutsAwayIsCutInScriptsToo) {
+TEST_F(ModelFiles, WhatASlicerCutsAwayIsCutInScriptsToo) {
   std::string vertices, triangles;
   uint32_t first = 0;
   for (const io::ModelObject& each : {cube("", {0, 0, 0}, 40, {}), cube("", {10, 10, 30}, 20, {})}) {
@@ -161,7 +161,7 @@ TEST_F(ModelFiles, whatASlicerCutsAwayIsCutInScriptsToo) {
 }
 
 // What the import page lists: each object's kind, and walls over all of them.
-TEST_F(ModelFiles, whatIsWorthKnowingBeforeImport) {
+TEST_F(ModelFiles, WhatIsWorthKnowingBeforeImport) {
   auto read = std::make_shared<io::ModelFile>();
   read->objects = {cube("solid", {0, 0, 0}, 40, {}), cube("open", {100, 0, 0}, 40, {})};
   read->objects[1].mesh.triangles.pop_back();
@@ -173,7 +173,7 @@ TEST_F(ModelFiles, whatIsWorthKnowingBeforeImport) {
 }
 
 // A scan in the coordinates of a map comes in, is saved, and goes out where the map has it.
-TEST_F(ModelFiles, whatImportMovedCanBePutBack) {
+TEST_F(ModelFiles, WhatImportMovedCanBePutBack) {
   auto read = std::make_shared<io::ModelFile>();
   read->objects = {cube("here", {3.5e8, -7.25e6, 40}, 40, {}), cube("there", {3.5e8 + 100, -7.25e6, 40}, 40, {})};
   const auto look = std::make_shared<const ModelLook>(lookAtModel(read, "a.obj"));
@@ -214,7 +214,7 @@ TEST_F(ModelFiles, whatImportMovedCanBePutBack) {
   EXPECT_TRUE(fileOffset({1e13, 0, 0}).isZero(0)) << "no digit of the shape would be left";
 }
 
-TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {
+TEST_F(ModelFiles, WhatIsInsideOutIsTurnedAround) {
   clay::TriangleMesh mesh = cube("", {0, 0, 0}, 10, {}).mesh;
   const auto right = mesh.triangles;
   EXPECT_FALSE(turnOutwards(mesh));
@@ -238,7 +238,7 @@ TEST_F(ModelFiles, whatIsInsideOutIsTurnedAround) {
   EXPECT_FALSE(turnOutwards(mesh));
 }
 
-TEST_F(ModelFiles, smallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
+TEST_F(ModelFiles, SmallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
   Document document = Document::of(
       clay::makeSphere(clay::Store::make(), {.voxelMm = 0.001, .originMm = {9e5, 0, 0}}, {9e5, 0, 0}, 0.02));
   EXPECT_THROW((void)writeModelFiles({folder / "grain.stl"}, document, {}), Error);
@@ -253,7 +253,7 @@ TEST_F(ModelFiles, smallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
 }
 
 // Half a ball of the first material, which has a colour, a quarter of the second, which has none.
-TEST_F(ModelFiles, coloursOfMaterialsGoOut) {
+TEST_F(ModelFiles, ColoursOfMaterialsGoOut) {
   const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 10);
   clay::Editor editor(ball);
   ball.forEachBrick([&](const clay::Brick& brick) {
@@ -279,7 +279,7 @@ TEST_F(ModelFiles, coloursOfMaterialsGoOut) {
   }
 }
 
-TEST_F(ModelFiles, farModelsAreBroughtNearAndSaySo) {
+TEST_F(ModelFiles, FarModelsAreBroughtNearAndSaySo) {
   const io::ModelObject far = cube("far", {5e6, -3e6, 0}, 100, {});
   io::writeModel(folder / "far.obj", {{&far, 1}, {}});
   const ImportedModel near = importModel(folder / "far.obj", {.voxelMm = 2});
@@ -290,7 +290,7 @@ TEST_F(ModelFiles, farModelsAreBroughtNearAndSaySo) {
   for (const Vec3d& p : meshOf(document, 0, false).positions) EXPECT_LT(p.cwiseAbs().maxCoeff(), 60);
 }
 
-TEST_F(ModelFiles, unitsOfTheFileGoBeforeTheOnesGiven) {
+TEST_F(ModelFiles, UnitsOfTheFileGoBeforeTheOnesGiven) {
   const io::ModelObject one = cube("one", {0, 0, 0}, 10, {});
   for (const char* name : {"u.3mf", "u.glb", "u.stl"}) {
     io::writeModel(folder / name, {{&one, 1}, {}});

@@ -52,7 +52,7 @@ void overwrite(const fs::path& file, std::streamoff from, std::streamoff bytes) 
   for (; bytes > 0; --bytes) stream.put('?');
 }
 
-TEST_F(Recovery, theJournalThatWasBegunLaterCountsWhateverTheClockSaid) {
+TEST_F(Recovery, TheJournalThatWasBegunLaterCountsWhateverTheClockSaid) {
   const TwoJournals two = twoJournals(folder, fullDocument());
   EXPECT_EQ(examine(two.older).steps, 1u);
   const std::vector<Recoverable> found = recoverable(folder / "left");
@@ -62,7 +62,7 @@ TEST_F(Recovery, theJournalThatWasBegunLaterCountsWhateverTheClockSaid) {
   EXPECT_FALSE(fs::exists(two.older)) << "the newer one holds all of it";
 }
 
-TEST_F(Recovery, anOlderJournalStaysUntilTheNewerOneWasRead) {
+TEST_F(Recovery, AnOlderJournalStaysUntilTheNewerOneWasRead) {
   const TwoJournals two = twoJournals(folder, fullDocument());
   const auto size = std::streamoff(fs::file_size(two.newer));
   overwrite(two.newer, size / 4, size / 2);  // its clay
@@ -78,7 +78,7 @@ TEST_F(Recovery, anOlderJournalStaysUntilTheNewerOneWasRead) {
 }
 
 // So many steps as were done since the save, however many were done before it.
-TEST_F(Recovery, stepsAreCountedFromTheSave) {
+TEST_F(Recovery, StepsAreCountedFromTheSave) {
   const fs::path journals = folder / "journals", file = folder / "s.argil", left = folder / "left";
   fs::create_directories(left);
   {
@@ -120,7 +120,7 @@ TEST_F(Recovery, stepsAreCountedFromTheSave) {
   session.setWatch(nullptr);
 }
 
-TEST_F(Recovery, oneDamagedRecordCostsNoJournalAndNoDocument) {
+TEST_F(Recovery, OneDamagedRecordCostsNoJournalAndNoDocument) {
   const fs::path journals = folder / "journals", file = folder / "s.argil", left = folder / "left";
   fs::create_directories(left);
   Kept kept(fullDocument(), journals);
@@ -153,7 +153,7 @@ TEST_F(Recovery, oneDamagedRecordCostsNoJournalAndNoDocument) {
   EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
 }
 
-TEST_F(Recovery, aJournalFindsTheFileThatWasMoved) {
+TEST_F(Recovery, AJournalFindsTheFileThatWasMoved) {
   const fs::path journals = folder / "journals", file = folder / "s.argil", moved = folder / "unplugged" / "t.argil";
   fs::create_directories(moved.parent_path());
   Kept kept(fullDocument(), journals);
@@ -249,7 +249,7 @@ TEST(RecoveryChild, DISABLED_repeatsStrokesUntilTheSecond) {
   EXPECT_EQ(replay(recovered, nullptr, &watch), 0u);
 }
 
-TEST_F(Recovery, aStrokeThatEndsTheProgramDoesSoOnce) {
+TEST_F(Recovery, AStrokeThatEndsTheProgramDoesSoOnce) {
   Kept kept(fullDocument(), folder / "journals");
   kept.folder = folder / "journals";
   std::vector<std::string> tale;
@@ -276,7 +276,7 @@ TEST_F(Recovery, aStrokeThatEndsTheProgramDoesSoOnce) {
   EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), tale[1]);
 }
 
-TEST_F(Recovery, whatFollowsAHoleIsNotTakenForWhatCameBeforeIt) {
+TEST_F(Recovery, WhatFollowsAHoleIsNotTakenForWhatCameBeforeIt) {
   Kept kept(fullDocument(), folder / "journals");
   kept.folder = folder / "journals";
   std::vector<std::string> tale;
@@ -303,7 +303,7 @@ TEST_F(Recovery, whatFollowsAHoleIsNotTakenForWhatCameBeforeIt) {
   }
 }
 
-TEST_F(Recovery, aPowerCutInARecoveryLeavesOutNoStrokeUnlessItComesAgain) {
+TEST_F(Recovery, APowerCutInARecoveryLeavesOutNoStrokeUnlessItComesAgain) {
   Kept kept(fullDocument(), folder / "journals");
   kept.folder = folder / "journals";
   std::vector<std::string> tale;
@@ -324,7 +324,7 @@ TEST_F(Recovery, aPowerCutInARecoveryLeavesOutNoStrokeUnlessItComesAgain) {
   EXPECT_EQ(cutAtTheSecond("third"), 1u) << "twice it is";
 }
 
-TEST_F(Recovery, theLastStrokeCanBeLeftOutAndACancelledRecoveryLeavesNoMark) {
+TEST_F(Recovery, TheLastStrokeCanBeLeftOutAndACancelledRecoveryLeavesNoMark) {
   Kept kept(fullDocument(), folder / "journals");
   kept.folder = folder / "journals";
   std::vector<std::string> tale;

@@ -34,7 +34,7 @@ std::string refusal(const std::function<void()>& what) {
   return "it was done";
 }
 
-TEST_F(Keeping, textComesBackAsItWas) {
+TEST_F(Keeping, TextComesBackAsItWas) {
   const Document document = fullDocument();
   const std::string text = documentText(document, {{11, 1}, {12, 2}, {11, 1}}, {77});
   const DocumentText read = readDocumentText(text, "it");
@@ -60,7 +60,7 @@ TEST_F(Keeping, textComesBackAsItWas) {
   }
 }
 
-TEST_F(Keeping, aDocumentIsSavedAndOpened) {
+TEST_F(Keeping, ADocumentIsSavedAndOpened) {
   const Document document = fullDocument();
   saveDocument(folder / "a.argil", document);
   const OpenedDocument opened = openDocument(folder / "a.argil");
@@ -71,7 +71,7 @@ TEST_F(Keeping, aDocumentIsSavedAndOpened) {
   EXPECT_EQ(back.pieces[0].version.store(), back.pieces[2].version.store()) << "copies share their clay again";
 }
 
-TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
+TEST_F(Keeping, HistoryIsSavedAndGoneBackTo) {
   const fs::path file = folder / "h.argil";
   std::vector<std::string> tale;
   {
@@ -127,7 +127,7 @@ TEST_F(Keeping, historyIsSavedAndGoneBackTo) {
   EXPECT_EQ(told(*walked.document()), tale[2]);
 }
 
-TEST_F(Keeping, aJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
+TEST_F(Keeping, AJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
   const fs::path journals = folder / "journals";
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
@@ -165,7 +165,7 @@ TEST_F(Keeping, aJournalBringsBackStepsAndTheStrokeThatWasCutOff) {
   EXPECT_EQ(kept.trouble, "");
 }
 
-TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
+TEST_F(Keeping, RecoveryGoesOnInAJournalOfItsOwn) {
   const fs::path journals = folder / "journals";
   fs::path journal;
   std::string wanted;
@@ -207,7 +207,7 @@ TEST_F(Keeping, recoveryGoesOnInAJournalOfItsOwn) {
 
 // Recovered, and another document opened before the journal of busy records has begun anew: nothing is left
 // to be recovered once more.
-TEST_F(Keeping, aRecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
+TEST_F(Keeping, ARecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
   const fs::path journals = folder / "journals";
   {
     Kept kept(fullDocument(), journals);
@@ -234,7 +234,7 @@ TEST_F(Keeping, aRecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
   EXPECT_EQ(recoverable(journals).size(), 0u) << "nothing was done to the other one";
 }
 
-TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
+TEST_F(Keeping, WhatWasSavedNeedsNoRecovery) {
   const fs::path journals = folder / "journals", file = folder / "s.argil";
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
@@ -275,7 +275,7 @@ TEST_F(Keeping, whatWasSavedNeedsNoRecovery) {
   }
 }
 
-TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
+TEST_F(Keeping, AJournalBegunAnewStandsForTheOneBeforeIt) {
   const fs::path journals = folder / "journals", left = folder / "left";
   fs::create_directories(left);
   Kept kept(fullDocument(), journals);
@@ -298,7 +298,7 @@ TEST_F(Keeping, aJournalBegunAnewStandsForTheOneBeforeIt) {
   EXPECT_EQ(std::distance(fs::directory_iterator(left), {}), 1);
 }
 
-TEST_F(Keeping, workIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
+TEST_F(Keeping, WorkIsSavedThoughItsFileIsGoneOrNotOursAnyMore) {
   const fs::path file = folder / "f.argil", other = folder / "o.argil";
   Session session(fullDocument());
   stroke(session, 1);
@@ -355,7 +355,7 @@ struct Opened {
   std::string writer = newWriter();
 };
 
-TEST_F(Keeping, ofTwoWindowsWithOneDocumentTheSecondToSaveNeedsAnotherName) {
+TEST_F(Keeping, OfTwoWindowsWithOneDocumentTheSecondToSaveNeedsAnotherName) {
   const fs::path file = folder / "x.argil";
   saveDocument(file, fullDocument());
   Opened first(file), second(file);
@@ -376,7 +376,7 @@ TEST_F(Keeping, ofTwoWindowsWithOneDocumentTheSecondToSaveNeedsAnotherName) {
   EXPECT_EQ(told(*Opened(folder / "y.argil").session.document()), told(*first.session.document()));
 }
 
-TEST_F(Keeping, aFileThatWasPutBackFromACopyIsNotWrittenInto) {
+TEST_F(Keeping, AFileThatWasPutBackFromACopyIsNotWrittenInto) {
   const fs::path file = folder / "x.argil", older = folder / "older", newer = folder / "newer";
   saveDocument(file, fullDocument());
   fs::copy_file(file, older);
@@ -397,7 +397,7 @@ TEST_F(Keeping, aFileThatWasPutBackFromACopyIsNotWrittenInto) {
   EXPECT_EQ(told(*Opened(file).session.document()), told(*window.session.document()));
 }
 
-TEST_F(Keeping, theOtherNameOfAFileKeepsWhatItHas) {
+TEST_F(Keeping, TheOtherNameOfAFileKeepsWhatItHas) {
   const fs::path file = folder / "x.argil", link = folder / "link.argil";
   saveDocument(file, fullDocument());
   fs::create_hard_link(file, link);
@@ -413,7 +413,7 @@ TEST_F(Keeping, theOtherNameOfAFileKeepsWhatItHas) {
   EXPECT_EQ(told(*Opened(link).session.document()), told(*second.session.document()));
 }
 
-TEST_F(Keeping, aJournalReadsOfItsFileOnlyWhatThatHadThen) {
+TEST_F(Keeping, AJournalReadsOfItsFileOnlyWhatThatHadThen) {
   const fs::path journals = folder / "journals", file = folder / "s.argil";
   Kept kept(fullDocument(), journals);
   kept.folder = journals;
@@ -450,7 +450,7 @@ TEST_F(Keeping, aJournalReadsOfItsFileOnlyWhatThatHadThen) {
   EXPECT_THAT(refusal([&] { (void)recover(journal); }), AllOf(HasSubstr("s.argil"), HasSubstr("replaced")));
 }
 
-TEST_F(Keeping, aJournalHoldsAllOnceItsFileIsAnothersOrGone) {
+TEST_F(Keeping, AJournalHoldsAllOnceItsFileIsAnothersOrGone) {
   const fs::path journals = folder / "journals", file = folder / "s.argil";
   for (const bool removed : {false, true}) {
     Kept kept(fullDocument(), journals);
@@ -473,7 +473,7 @@ TEST_F(Keeping, aJournalHoldsAllOnceItsFileIsAnothersOrGone) {
   }
 }
 
-TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
+TEST_F(Keeping, ALongHistoryKeepsItsPlaces) {
   const fs::path journals = folder / "journals";
   Kept kept(Document::of(ball(5)), journals);
   kept.folder = journals;
@@ -487,7 +487,7 @@ TEST_F(Keeping, aLongHistoryKeepsItsPlaces) {
   EXPECT_EQ(recovered.document.states.size() - recovered.document.done, 10u) << "what can be redone";
 }
 
-TEST_F(Keeping, aJournalThatCannotBeWrittenIsToldAndTriedAgain) {
+TEST_F(Keeping, AJournalThatCannotBeWrittenIsToldAndTriedAgain) {
   const fs::path journals = folder / "journals";
   std::ofstream(folder / "journals").put('x');  // a file where the folder should be
   Kept kept(fullDocument(), journals);

@@ -125,7 +125,7 @@ class Sharing : public testing::Test {
   DocumentPtr newest;
 };
 
-TEST_F(Sharing, aCopyWithoutHistoryHoldsNothingThatWasTakenOut) {
+TEST_F(Sharing, ACopyWithoutHistoryHoldsNothingThatWasTakenOut) {
   const fs::path file = folder / "all.argil", copy = folder / "copy.argil";
   saveWithHistory(file);
   const OpenedDocument opened = openDocument(file);
@@ -194,7 +194,7 @@ TEST_F(Sharing, aCopyWithoutHistoryHoldsNothingThatWasTakenOut) {
   EXPECT_EQ(inCopy->sharedWith(inFile->stamp()), 0u);
 }
 
-TEST_F(Sharing, whatANewerArgilWroteIsOpenedForReadingOnly) {
+TEST_F(Sharing, WhatANewerArgilWroteIsOpenedForReadingOnly) {
   const int newer = io::kDocumentSchema + 1;
   for (const In where : {In::head, In::newest, In::older}) {
     SCOPED_TRACE(int(where));
@@ -225,7 +225,7 @@ TEST_F(Sharing, whatANewerArgilWroteIsOpenedForReadingOnly) {
   }
 }
 
-TEST_F(Sharing, aNewerFileInWhichAllIsUnderstoodIsOneToWorkIn) {
+TEST_F(Sharing, ANewerFileInWhichAllIsUnderstoodIsOneToWorkIn) {
   const fs::path file = folder / "newer.argil";
   saveWithHistory(file);
   addKey(file, In::nothing, io::kDocumentSchema + 1);
@@ -240,7 +240,7 @@ TEST_F(Sharing, aNewerFileInWhichAllIsUnderstoodIsOneToWorkIn) {
   EXPECT_EQ(io::DocumentFile::open(file, false)->schema(), io::kDocumentSchema + 1);
 }
 
-TEST_F(Sharing, keysThatNobodyWroteAreAnError) {
+TEST_F(Sharing, KeysThatNobodyWroteAreAnError) {
   for (const In where : {In::head, In::newest}) {
     const fs::path file = folder / "strange.argil";
     saveWithHistory(file);

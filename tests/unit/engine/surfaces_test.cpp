@@ -86,7 +86,7 @@ class SurfacesTest : public ::testing::Test {
 };
 
 // As undo and redo of an operation that changed a whole piece do.
-TEST_F(SurfacesTest, anotherWholePieceIsExtractedBesideTheEditThread) {
+TEST_F(SurfacesTest, AnotherWholePieceIsExtractedBesideTheEditThread) {
   const clay::Version small = ball(20), large = ball(230);
   ASSERT_GT(large.stats().bricks, Surfaces::kMostOwnBricks);
   Document document = with({small});
@@ -119,7 +119,7 @@ TEST_F(SurfacesTest, anotherWholePieceIsExtractedBesideTheEditThread) {
   EXPECT_TRUE(picture.shows(1, dab));
 }
 
-TEST_F(SurfacesTest, aPieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {
+TEST_F(SurfacesTest, APieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {
   const clay::Version large = ball(230);
   Document document = with({large, ball(20)});
   surfaces.follow(document, 0);
@@ -144,7 +144,7 @@ TEST_F(SurfacesTest, aPieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {
 }
 
 // Another document, an empty one too: nothing of the one before stays in the picture.
-TEST_F(SurfacesTest, whatAnotherDocumentDoesNotHaveGoesFromThePicture) {
+TEST_F(SurfacesTest, WhatAnotherDocumentDoesNotHaveGoesFromThePicture) {
   const Document before = with({ball(10), ball(12), ball(230)});
   surfaces.follow(before, 0);
   settle(before);
@@ -168,7 +168,7 @@ TEST_F(SurfacesTest, whatAnotherDocumentDoesNotHaveGoesFromThePicture) {
 }
 
 // What a boolean leaves has the store of the piece that it worked on.
-TEST_F(SurfacesTest, whatWasPreparedIsTakenThoughTheStoreIsTheSame) {
+TEST_F(SurfacesTest, WhatWasPreparedIsTakenThoughTheStoreIsTheSame) {
   const clay::Version before = ball(60);
   Document document = with({before});
   surfaces.follow(document, 0);
@@ -184,7 +184,7 @@ TEST_F(SurfacesTest, whatWasPreparedIsTakenThoughTheStoreIsTheSame) {
   EXPECT_TRUE(picture.shows(1, after));
 }
 
-TEST_F(SurfacesTest, whatWasPreparedAndNeverCameIsLetGo) {
+TEST_F(SurfacesTest, WhatWasPreparedAndNeverCameIsLetGo) {
   std::vector<std::shared_ptr<Surfaces::Prepared>> many;
   std::vector<clay::Version> versions;
   for (int i = 0; i < 12; ++i) {
@@ -201,7 +201,7 @@ TEST_F(SurfacesTest, whatWasPreparedAndNeverCameIsLetGo) {
   for (Id piece = 1; piece <= 12; ++piece) EXPECT_TRUE(picture.shows(piece, versions[piece - 1]));
 }
 
-TEST_F(SurfacesTest, anExtractionThatFailsLeavesNeitherGhostsNorAnotherGrade) {
+TEST_F(SurfacesTest, AnExtractionThatFailsLeavesNeitherGhostsNorAnotherGrade) {
   const clay::Version before = ball(60), other = ball(25);
   surfaces.setGrade(clay::Grade::fine);
   Document document = with({before, other});
@@ -221,7 +221,7 @@ TEST_F(SurfacesTest, anExtractionThatFailsLeavesNeitherGhostsNorAnotherGrade) {
   EXPECT_TRUE(picture.shows(2, document.pieces[1].version, clay::Grade::fine));
 }
 
-TEST(SurfaceOfOnePiece, keepsItsGradeWhenAnExtractionFails) {
+TEST(SurfaceOfOnePiece, KeepsItsGradeWhenAnExtractionFails) {
   const clay::Version before = ball(60);
   clay::Surface surface(true, clay::Grade::fine);
   surface.update(before);
@@ -246,7 +246,7 @@ class RefusedWorkbench : public ::testing::Test {
   }
 };
 
-TEST_F(RefusedWorkbench, theFirstDocumentIsThereWhenTheSystemHasRoomForIt) {
+TEST_F(RefusedWorkbench, TheFirstDocumentIsThereWhenTheSystemHasRoomForIt) {
   for (const int first : {1, 2, 3, 4}) {  // the edit thread's own, and then those of session, journal and device
     SCOPED_TRACE(first);
     Workbench::Options options;
@@ -266,7 +266,7 @@ TEST_F(RefusedWorkbench, theFirstDocumentIsThereWhenTheSystemHasRoomForIt) {
   }
 }
 
-TEST_F(RefusedWorkbench, aJournalThatCannotBeBegunIsAMessage) {
+TEST_F(RefusedWorkbench, AJournalThatCannotBeBegunIsAMessage) {
   Workbench::Options options;
   options.realtime = false;
   options.journal = false;

@@ -82,7 +82,7 @@ TEST_F(ToolFileTest, TheToolWorksOnceItsImageIsThereAndKeepsIt) {
 }
 
 // A tool that waits for its image, or has none, touches the clay and leaves it; the one before and the one after cut.
-TEST_F(ToolFileTest, aHandWithoutAnImageTouchesOnly) {
+TEST_F(ToolFileTest, AHandWithoutAnImageTouchesOnly) {
   Finger finger(bench);
   const auto press = [&] {
     for (int i = 0; i < 30; ++i) finger.feed(-10, 0, -8);

@@ -146,7 +146,7 @@ struct Kept {
   std::vector<uint64_t> hashes;  // of each state
 };
 
-TEST_F(UndoBudgetTest, theOldestGoFirstAndTheirMemoryComesBack) {
+TEST_F(UndoBudgetTest, TheOldestGoFirstAndTheirMemoryComesBack) {
   Kept kept(folder);
   kept.strokes(40, 100);
   const UndoUse all = kept.keep(0);
@@ -179,7 +179,7 @@ TEST_F(UndoBudgetTest, theOldestGoFirstAndTheirMemoryComesBack) {
   EXPECT_EQ(kept.trouble, "");
 }
 
-TEST_F(UndoBudgetTest, strokesAfterASpilledStepGoOnToTheBit) {
+TEST_F(UndoBudgetTest, StrokesAfterASpilledStepGoOnToTheBit) {
   Kept kept(folder);
   Session plain(Document::of(ball()));
   for (uint64_t seed = 1; seed <= 10; ++seed) stroke(plain, seed);
@@ -198,7 +198,7 @@ TEST_F(UndoBudgetTest, strokesAfterASpilledStepGoOnToTheBit) {
   kept.expectAllSteps();
 }
 
-TEST_F(UndoBudgetTest, aStepThatIsReadSharesWithItsNeighbour) {
+TEST_F(UndoBudgetTest, AStepThatIsReadSharesWithItsNeighbour) {
   Kept kept(folder);
   kept.strokes(10, 1);
   (void)kept.keep(1);
@@ -216,7 +216,7 @@ TEST_F(UndoBudgetTest, aStepThatIsReadSharesWithItsNeighbour) {
   EXPECT_LT(besideTheNewest(kept.session), whole / 5);
 }
 
-TEST_F(UndoBudgetTest, stepsOutliveJournalsAndSaves) {
+TEST_F(UndoBudgetTest, StepsOutliveJournalsAndSaves) {
   Kept kept(folder, 1 << 19);  // begun anew again and again
   for (int i = 0; i < 6; ++i) {
     kept.strokes(25, 1000 + 100 * uint64_t(i));
@@ -276,7 +276,7 @@ struct FullDisk {
   rlimit before{};
 };
 
-TEST_F(UndoBudgetTest, nothingLeavesMemoryThatTheDiskDoesNotTake) {
+TEST_F(UndoBudgetTest, NothingLeavesMemoryThatTheDiskDoesNotTake) {
   Kept kept(folder);
   kept.strokes(10, 1);
   kept.autosave->flush();
@@ -308,7 +308,7 @@ TEST_F(UndoBudgetTest, nothingLeavesMemoryThatTheDiskDoesNotTake) {
   EXPECT_EQ(use.onDisk, 0u);
 }
 
-TEST_F(UndoBudgetTest, aWorkbenchKeepsToItWithAJournalAndWithout) {
+TEST_F(UndoBudgetTest, AWorkbenchKeepsToItWithAJournalAndWithout) {
   for (const bool journal : {true, false}) {
     Workbench::Options options;
     options.realtime = false;

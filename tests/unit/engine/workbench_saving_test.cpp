@@ -60,7 +60,7 @@ class WorkbenchSaving : public testing::Test {
   fs::path folder;
 };
 
-TEST_F(WorkbenchSaving, savesAndOpensAndKnowsWhatIsUnsaved) {
+TEST_F(WorkbenchSaving, SavesAndOpensAndKnowsWhatIsUnsaved) {
   const fs::path file = folder / "a.argil";
   uint64_t hash = 0;
   {
@@ -111,7 +111,7 @@ TEST_F(WorkbenchSaving, savesAndOpensAndKnowsWhatIsUnsaved) {
   ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.empty(); }));
 }
 
-TEST_F(WorkbenchSaving, twoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed) {
+TEST_F(WorkbenchSaving, TwoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed) {
   const fs::path file = folder / "x.argil", other = folder / "y.argil";
   Workbench first(options()), second(options());
   block(first);
@@ -146,7 +146,7 @@ TEST_F(WorkbenchSaving, twoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed
   }
 }
 
-TEST_F(WorkbenchSaving, aFileThatWasGivenUpIsNobodysAndIsSavedOverAgain) {
+TEST_F(WorkbenchSaving, AFileThatWasGivenUpIsNobodysAndIsSavedOverAgain) {
   const fs::path file = folder / "x.argil";
   Workbench bench(options());
   block(bench);
@@ -163,7 +163,7 @@ TEST_F(WorkbenchSaving, aFileThatWasGivenUpIsNobodysAndIsSavedOverAgain) {
   ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; })) << told(bench);
 }
 
-TEST_F(WorkbenchSaving, aCopyWithoutHistoryIsSavedBesideTheDocument) {
+TEST_F(WorkbenchSaving, ACopyWithoutHistoryIsSavedBesideTheDocument) {
   const fs::path file = folder / "x.argil", copy = folder / "copy.argil";
   Workbench bench(options());
   block(bench);
@@ -197,7 +197,7 @@ TEST_F(WorkbenchSaving, aCopyWithoutHistoryIsSavedBesideTheDocument) {
   EXPECT_THAT(told(bench), Not(HasSubstr("history")));
 }
 
-TEST_F(WorkbenchSaving, whatACrashLeftIsOfferedAndComesBack) {
+TEST_F(WorkbenchSaving, WhatACrashLeftIsOfferedAndComesBack) {
   {
     Workbench bench(options());
     block(bench);
@@ -234,7 +234,7 @@ TEST_F(WorkbenchSaving, whatACrashLeftIsOfferedAndComesBack) {
   EXPECT_TRUE(third.recoverable()->empty());
 }
 
-TEST_F(WorkbenchSaving, aDamagedDocumentIsToldAndMended) {
+TEST_F(WorkbenchSaving, ADamagedDocumentIsToldAndMended) {
   const fs::path file = folder / "d.argil";
   {
     Workbench bench(options());

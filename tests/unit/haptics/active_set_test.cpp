@@ -27,7 +27,7 @@ Vec3d dykstra(const Vec3d& goal, const std::vector<HalfSpace>& planes) {
   return x;
 }
 
-TEST(ActiveSet, agreesWithAlternatingProjections) {
+TEST(ActiveSet, AgreesWithAlternatingProjections) {
   constexpr uint32_t kSeed = 5;
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal(0, 1);
@@ -60,19 +60,19 @@ TEST(ActiveSet, agreesWithAlternatingProjections) {
   EXPECT_GT(corners, 20);
 }
 
-TEST(ActiveSet, leavesAnAllowedGoalAlone) {
+TEST(ActiveSet, LeavesAnAllowedGoalAlone) {
   const HalfSpace floor{Vec3d::UnitZ(), 0};
   EXPECT_EQ(nearestAllowed({1, 2, 3}, &floor, 1).x, Vec3d(1, 2, 3));
   EXPECT_EQ(nearestAllowed({1, 2, -3}, &floor, 1).x, Vec3d(1, 2, 0));
   EXPECT_EQ(nearestAllowed({1, 2, -3}, &floor, 0).x, Vec3d(1, 2, -3));
 }
 
-TEST(ActiveSet, saysWhenThereIsNoPlace) {
+TEST(ActiveSet, SaysWhenThereIsNoPlace) {
   const HalfSpace planes[] = {{Vec3d::UnitZ(), 1}, {-Vec3d::UnitZ(), 1}};
   EXPECT_FALSE(nearestAllowed({0, 0, 0}, planes, 2).feasible);
 }
 
-TEST(ActiveSet, saysWhenALockLeavesNoPlace) {
+TEST(ActiveSet, SaysWhenALockLeavesNoPlace) {
   const HalfSpace apart[] = {{Vec3d::UnitZ(), 1}, {-Vec3d::UnitZ(), 1}};
   for (const Subspace& within :
        {Subspace::plane(Vec3d::Zero(), Vec3d::UnitX()), Subspace::line(Vec3d::Zero(), Vec3d::UnitZ())})
@@ -86,7 +86,7 @@ TEST(ActiveSet, saysWhenALockLeavesNoPlace) {
   EXPECT_NEAR(hard.x.z(), 1, 1e-12);
 }
 
-TEST(ActiveSet, holdsWithPlanesThatAreAlmostOne) {
+TEST(ActiveSet, HoldsWithPlanesThatAreAlmostOne) {
   const Vec3d n = Vec3d(1e-6, 0, 1).normalized(), m = Vec3d(-1e-6, 1e-7, 1).normalized();
   const HalfSpace planes[] = {{n, 0}, {m, 0}, {Vec3d::UnitZ(), 0}};
   const ActiveSet result = nearestAllowed({0.1, 0, -5}, planes, 3);

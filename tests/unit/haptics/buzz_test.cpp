@@ -9,7 +9,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(Buzz, comesWithThePenaltyAndGoesWithTheProxy) {
+TEST(Buzz, ComesWithThePenaltyAndGoesWithTheProxy) {
   const DeviceSheet& sheet = deviceSheet("premium15");
   const BuzzRun penalty = runBuzz("penalty", sheet), god = runBuzz("god-object", sheet),
                 proxy = runBuzz("proxy", sheet);

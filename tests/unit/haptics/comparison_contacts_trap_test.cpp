@@ -11,7 +11,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(Contacts, keepToTheRulesOfRealTime) {
+TEST(Contacts, KeepToTheRulesOfRealTime) {
   for (const std::string_view name : contactNames()) {
     Tool tool;
     tool.radiusMm = 1;

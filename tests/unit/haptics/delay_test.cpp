@@ -15,7 +15,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(DelayMeter, tellsTheMedianAndGoesUpAtOnceAndDownSlowly) {
+TEST(DelayMeter, TellsTheMedianAndGoesUpAtOnceAndDownSlowly) {
   DelayMeter meter(0.002);
   EXPECT_EQ(meter.delayS(), 0.002);
   for (int i = 0; i < DelayMeter::kFirst; ++i) {
@@ -35,7 +35,7 @@ TEST(DelayMeter, tellsTheMedianAndGoesUpAtOnceAndDownSlowly) {
 }
 
 // A device's thread in virtual time: exchanges of known length against ticks of known phase.
-TEST(ThreadedDeviceDelay, isTheWayFromAStateToTheForceThatAnswersIt) {
+TEST(ThreadedDeviceDelay, IsTheWayFromAStateToTheForceThatAnswersIt) {
   constexpr int64_t kTick = 1'000'000;
   for (const int64_t length : {100'000, 300'000, 900'000})
     for (const int64_t phase : {0, 250'000, 700'000}) {
@@ -67,7 +67,7 @@ TEST(ThreadedDeviceDelay, isTheWayFromAStateToTheForceThatAnswersIt) {
     }
 }
 
-TEST(ThreadedDeviceDelay, ofADeviceThatExchangesOftenIsThatOfTheLastExchange) {
+TEST(ThreadedDeviceDelay, OfADeviceThatExchangesOftenIsThatOfTheLastExchange) {
   DeviceSheet sheet = deviceSheet("falcon");
   sheet.rateHz = 8000;
   ThreadedDevice::Options options;
@@ -88,7 +88,7 @@ TEST(ThreadedDeviceDelay, ofADeviceThatExchangesOftenIsThatOfTheLastExchange) {
   EXPECT_NEAR(device.delayS(), 0.000125, 6e-5);
 }
 
-TEST(ThreadedDeviceDelay, isNothingWhereNothingPushes) {
+TEST(ThreadedDeviceDelay, IsNothingWhereNothingPushes) {
   DeviceSheet sheet = deviceSheet("falcon");
   sheet.dofOut = 0;
   ThreadedDevice::Options options;
@@ -111,7 +111,7 @@ class LateDevice final : public Device {
   SimulatedDevice device_;
 };
 
-TEST(ServoTickDelay, couplesALateDeviceMoreSoftly) {
+TEST(ServoTickDelay, CouplesALateDeviceMoreSoftly) {
   LateDevice device;
   Published<Scene> published;
   published.publish(std::make_unique<const Scene>());
@@ -131,7 +131,7 @@ TEST(ServoTickDelay, couplesALateDeviceMoreSoftly) {
   EXPECT_DOUBLE_EQ(tick.coupling().stiffnessNmm, coupleTo(device.sheet(), 1e-3).stiffnessNmm);
 }
 
-TEST(Coupling, knowsTheSheetsRate) {
+TEST(Coupling, KnowsTheSheetsRate) {
   DeviceSheet slow = deviceSheet("premium15"), fast = slow;
   slow.rateHz = 125;
   fast.rateHz = 4000;

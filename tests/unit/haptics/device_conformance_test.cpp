@@ -122,7 +122,7 @@ class ForceDevice : public DeviceConformance {};
 class DeviceOfBytes : public DeviceConformance {};
 class DeviceOnACable : public DeviceConformance {};
 
-TEST_P(DeviceConformance, hasASheetThatCanBe) {
+TEST_P(DeviceConformance, HasASheetThatCanBe) {
   const DeviceSheet& s = device->sheet();
   EXPECT_FALSE(s.name.empty());
   EXPECT_TRUE(s.dofIn == 3 || s.dofIn == 6) << s.dofIn;
@@ -137,7 +137,7 @@ TEST_P(DeviceConformance, hasASheetThatCanBe) {
   EXPECT_LE(s.buttons, 32);
 }
 
-TEST_P(DeviceConformance, beginsWithoutForceAndSaysHowItIs) {
+TEST_P(DeviceConformance, BeginsWithoutForceAndSaysHowItIs) {
   EXPECT_TRUE(motorsOff());
   EXPECT_EQ(device->status().rfind(device->sheet().name, 0), 0u) << device->status() << ": begins with its name";
   ASSERT_TRUE(hands->ready()) << device->status();
@@ -148,7 +148,7 @@ TEST_P(DeviceConformance, beginsWithoutForceAndSaysHowItIs) {
   EXPECT_NEAR(hands->state.pose.rotation.norm(), 1, 1e-5);
 }
 
-TEST_P(FollowingDevice, followsTheHandInMillimetresAndItsOwnAxes) {
+TEST_P(FollowingDevice, FollowsTheHandInMillimetresAndItsOwnAxes) {
   ASSERT_TRUE(hands->ready()) << device->status();
   for (const Vec3d& place : {Vec3d(10, 0, 0), Vec3d(0, -20, 0), Vec3d(0, 0, 30), Vec3d(-7.5, 12.25, -3)}) {
     rig->hand(place, 1);
@@ -164,7 +164,7 @@ TEST_P(FollowingDevice, followsTheHandInMillimetresAndItsOwnAxes) {
   }
 }
 
-TEST_P(ForceDevice, pushesAsToldInNewtonsAndItsOwnAxes) {
+TEST_P(ForceDevice, PushesAsToldInNewtonsAndItsOwnAxes) {
   ASSERT_TRUE(hands->ready()) << device->status();
   for (int axis = 0; axis < 3; ++axis)
     for (double sign : {1.0, -1.0}) {
@@ -178,7 +178,7 @@ TEST_P(ForceDevice, pushesAsToldInNewtonsAndItsOwnAxes) {
   EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return motorsOff(); }), slack(kPatienceSeconds));
 }
 
-TEST_P(ForceDevice, neverPushesHarderThanItsSheet) {
+TEST_P(ForceDevice, NeverPushesHarderThanItsSheet) {
   ASSERT_TRUE(hands->ready()) << device->status();
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   const double peak = device->sheet().peakForceN;
@@ -189,7 +189,7 @@ TEST_P(ForceDevice, neverPushesHarderThanItsSheet) {
   EXPECT_LE(rig->peakN(), peak * (1 + 1e-6));
 }
 
-TEST_P(ForceDevice, isAtZeroWhenCutAndKeepsNothingFromBefore) {
+TEST_P(ForceDevice, IsAtZeroWhenCutAndKeepsNothingFromBefore) {
   feelHalf();
   device->gate().stop(StopOwner::user);
   const double zero = hands->until(half(2), [&] { return motorsOff(); });
@@ -207,7 +207,7 @@ TEST_P(ForceDevice, isAtZeroWhenCutAndKeepsNothingFromBefore) {
   EXPECT_TRUE(motorsOff()) << "a force from before the cut does not come back";
 }
 
-TEST_P(ForceDevice, isAtZeroWhenTheServoFallsSilent) {
+TEST_P(ForceDevice, IsAtZeroWhenTheServoFallsSilent) {
   feelHalf();
   const int64_t begin = nowNs();
   while (!motorsOff() && double(nowNs() - begin) < slack(1e9))
@@ -215,7 +215,7 @@ TEST_P(ForceDevice, isAtZeroWhenTheServoFallsSilent) {
   EXPECT_LT(double(nowNs() - begin) * 1e-9, slack(kWatchdogSeconds + kZeroSeconds));
 }
 
-TEST_P(ForceDevice, isAtZeroWhenItIsClosed) {
+TEST_P(ForceDevice, IsAtZeroWhenItIsClosed) {
   feelHalf();
   hands.reset();
   device.reset();
@@ -225,7 +225,7 @@ TEST_P(ForceDevice, isAtZeroWhenItIsClosed) {
   EXPECT_TRUE(motorsOff()) << rig->forceN().transpose();
 }
 
-TEST_P(DeviceOfBytes, isAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
+TEST_P(DeviceOfBytes, IsAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
   for (Misbehaviour what : {Misbehaviour::garbage, Misbehaviour::notFinite, Misbehaviour::shortAnswers,
                             Misbehaviour::wrongEcho, Misbehaviour::late, Misbehaviour::silent}) {
     SCOPED_TRACE(nameOf(what));
@@ -254,7 +254,7 @@ TEST_P(DeviceOfBytes, isAtZeroAndSaysSoWhileItsDeviceMisbehaves) {
   }
 }
 
-TEST_P(DeviceOfBytes, copesWithSplitAnswers) {
+TEST_P(DeviceOfBytes, CopesWithSplitAnswers) {
   if (!rig->misbehave(Misbehaviour::split)) return;  // It speaks in packets that the system keeps whole.
   ASSERT_TRUE(hands->ready()) << device->status();
   int fresh = 0;
@@ -263,7 +263,7 @@ TEST_P(DeviceOfBytes, copesWithSplitAnswers) {
   EXPECT_LT((hands->state.pose.translation - rig->place()).norm(), traits.resolutionMm);
 }
 
-TEST_P(DeviceOnACable, noticesThatItIsUnpluggedAndGoesOnWhenItIsBack) {
+TEST_P(DeviceOnACable, NoticesThatItIsUnpluggedAndGoesOnWhenItIsBack) {
   for (int round = 0; round < 2; ++round) {
     if (traits.force) feelHalf();
     ASSERT_TRUE(hands->ready()) << device->status();
@@ -282,7 +282,7 @@ TEST_P(DeviceOnACable, noticesThatItIsUnpluggedAndGoesOnWhenItIsBack) {
   }
 }
 
-TEST_P(DeviceOnACable, waitsForADeviceThatIsNotThereYet) {
+TEST_P(DeviceOnACable, WaitsForADeviceThatIsNotThereYet) {
   hands.reset();
   device.reset();
   rig->unplug();
@@ -294,7 +294,7 @@ TEST_P(DeviceOnACable, waitsForADeviceThatIsNotThereYet) {
   EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return hands->fresh; }), slack(kReconnectSeconds)) << device->status();
 }
 
-TEST_P(DeviceConformance, knowsNothingOfAnotherOfItsKind) {
+TEST_P(DeviceConformance, KnowsNothingOfAnotherOfItsKind) {
   const auto otherRig = GetParam().make();
   const auto other = otherRig->open();
   Hands otherHands(*other, slack_);
@@ -324,7 +324,7 @@ TEST_P(DeviceConformance, knowsNothingOfAnotherOfItsKind) {
   }
 }
 
-TEST_P(DeviceConformance, keepsToTheRulesOfRealTime) {
+TEST_P(DeviceConformance, KeepsToTheRulesOfRealTime) {
   ASSERT_TRUE(hands->ready()) << device->status();
   testing::RealtimeTrap trap;
   for (int i = 0; i < 300; ++i) {

@@ -35,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-TEST(Haply, speaksNewtonsInLittleEndianFloats) {
+TEST(Haply, SpeaksNewtonsInLittleEndianFloats) {
   const auto packet = haplyForcePacket({1, -2, 0.5});
   const uint8_t wanted[] = {0x2A, 0, 0, 0x80, 0x3F, 0, 0, 0, 0xC0, 0, 0, 0, 0x3F};
   EXPECT_EQ(std::memcmp(packet.data(), wanted, sizeof wanted), 0);
@@ -44,7 +44,7 @@ TEST(Haply, speaksNewtonsInLittleEndianFloats) {
   EXPECT_EQ(std::memcmp(haplyZeroPacket().data(), zero.data(), zero.size()), 0);
 }
 
-TEST(Haply, turnsWithItsGripAndComesBack) {
+TEST(Haply, TurnsWithItsGripAndComesBack) {
   testing::HaplyArmEmulator arm(HaplyOptions().centreMm);
   testing::HaplyGripEmulator grip;
   arm.plug();
@@ -112,7 +112,7 @@ bool says(const Device& device, const std::string& what) {
   return false;
 }
 
-TEST(Haply, refusesAnotherDeviceThatAnswers) {
+TEST(Haply, RefusesAnotherDeviceThatAnswers) {
   OtherThing arduino({'H', 'e', 'l', 'l', 'o', '\n'});
   arduino.plug();
   auto device = openHaply({.port = arduino.path()});
@@ -128,7 +128,7 @@ TEST(Haply, refusesAnotherDeviceThatAnswers) {
   EXPECT_TRUE(says(*device, "is the grip of a Haply, not its arm")) << device->status();
 }
 
-TEST(Haply, leavesADeviceThatTalksWithoutEnd) {
+TEST(Haply, LeavesADeviceThatTalksWithoutEnd) {
   for (const bool identifies : {false, true}) {
     OtherThing talker(identifies ? std::vector<uint8_t>{0x0B, 1, 2, 3} : std::vector<uint8_t>{'x'});
     talker.plug();
@@ -141,7 +141,7 @@ TEST(Haply, leavesADeviceThatTalksWithoutEnd) {
 }
 
 // One that begins to talk without end while it is driven is a fault, and its force is zero.
-TEST(Haply, anArmThatBeginsToTalkWithoutEndIsAFault) {
+TEST(Haply, AnArmThatBeginsToTalkWithoutEndIsAFault) {
   testing::HaplyArmEmulator arm(HaplyOptions().centreMm);
   arm.plug();
   auto device = openHaply({.port = arm.path()});
@@ -156,7 +156,7 @@ TEST(Haply, anArmThatBeginsToTalkWithoutEndIsAFault) {
 }
 
 // A terminal whose other end is gone answers every poll() at once.
-TEST(SerialPort, isGoneWhenItIsHungUpAndDoesNotSpin) {
+TEST(SerialPort, IsGoneWhenItIsHungUpAndDoesNotSpin) {
   for (const bool leftover : {false, true}) {
     const int master = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     ASSERT_GE(master, 0);
@@ -184,7 +184,7 @@ TEST(SerialPort, isGoneWhenItIsHungUpAndDoesNotSpin) {
   }
 }
 
-TEST(Haply, saysWhatIsWrongWithALineThatIsNone) {
+TEST(Haply, SaysWhatIsWrongWithALineThatIsNone) {
   const auto notALine = openHaply({.port = "/dev/null"});
   const auto absent = openHaply({.port = "/dev/ttyNeverThere"});
   std::this_thread::sleep_for(50ms);
@@ -200,7 +200,7 @@ PointerSample at(double x, double surface) {
   return s;
 }
 
-TEST(Pointer, goesToTheSurfaceAndByWheelAndPressureBeyond) {
+TEST(Pointer, GoesToTheSurfaceAndByWheelAndPressureBeyond) {
   PointerDevice pointer({.wheelStepMm = 0.5, .penDepthMm = 4, .smoothSeconds = 0});
   DeviceState state;
   EXPECT_FALSE(pointer.read(0, state));
@@ -231,7 +231,7 @@ TEST(Pointer, goesToTheSurfaceAndByWheelAndPressureBeyond) {
   EXPECT_FALSE(pointer.read(0.2, state));
 }
 
-TEST(Pointer, isSmoothlyWhereTheCursorJumpedHoweverFarThatIs) {
+TEST(Pointer, IsSmoothlyWhereTheCursorJumpedHoweverFarThatIs) {
   PointerDevice pointer;
   pointer.feed(at(0, 100));
   DeviceState state;
@@ -255,7 +255,7 @@ TEST(Pointer, isSmoothlyWhereTheCursorJumpedHoweverFarThatIs) {
   EXPECT_LT(away, 1e-3);
 }
 
-TEST(Pointer, refusesNumbersThatAreNone) {
+TEST(Pointer, RefusesNumbersThatAreNone) {
   PointerDevice pointer;
   EXPECT_TRUE(pointer.feed(at(0, 100)));
   std::vector<PointerSample> bad(6, at(0, 100));
@@ -270,7 +270,7 @@ TEST(Pointer, refusesNumbersThatAreNone) {
   EXPECT_THROW(PointerDevice({.smoothSeconds = std::nan("")}), Error);
 }
 
-TEST(Recorded, playsInServoTimeToItsEndOrOverAgain) {
+TEST(Recorded, PlaysInServoTimeToItsEndOrOverAgain) {
   const HandPath path = HandPath::line({0, 0, 0}, {10, 0, 0}, 1.0, 3);
   RecordedDevice once(path, {}), again(path, {.loop = true});
   DeviceState state;
@@ -326,7 +326,7 @@ class Sysfs : public ::testing::Test {
   fs::path root_;
 };
 
-TEST_F(Sysfs, listsWhatIsPluggedIn) {
+TEST_F(Sysfs, ListsWhatIsPluggedIn) {
   EXPECT_TRUE(found().empty());
   plant("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000046D:0000C077\nHID_NAME=Logitech Mouse\n");
   plant("sys/class/hidraw/hidraw3/device/uevent",
@@ -347,7 +347,7 @@ TEST_F(Sysfs, listsWhatIsPluggedIn) {
   EXPECT_NE(found()[1].problem.find("99-argil.rules"), std::string::npos);
 }
 
-TEST_F(Sysfs, listsAReceiverOnceAndNoOrdinaryMouse) {
+TEST_F(Sysfs, ListsAReceiverOnceAndNoOrdinaryMouse) {
   const auto puck = testing::SpaceMouseEmulator::descriptor(testing::SpaceMouseEmulator::Layout::oneReport);
   const std::string axes(reinterpret_cast<const char*>(puck.data()), puck.size());
   const std::string mouse("\x05\x01\x09\x02\xA1\x01\x09\x30\x09\x31\x15\x81\x25\x7F\x75\x08\x95\x02\x81\x06\xC0", 21);
@@ -374,7 +374,7 @@ TEST_F(Sysfs, listsAReceiverOnceAndNoOrdinaryMouse) {
 }
 
 // The rules as udev reads them: every key of a line must match.
-TEST(UdevRules, openEverySpaceMouseByCableAndByRadio) {
+TEST(UdevRules, OpenEverySpaceMouseByCableAndByRadio) {
   std::ifstream in(ARGIL_SOURCE_DIR "/installer/99-argil.rules");
   ASSERT_TRUE(in);
   std::vector<std::map<std::string, std::string>> rules;
@@ -423,7 +423,7 @@ TEST(UdevRules, openEverySpaceMouseByCableAndByRadio) {
       << "not a mouse of another maker";
 }
 
-TEST_F(Sysfs, listsFalconsByTheirSockets) {
+TEST_F(Sysfs, ListsFalconsByTheirSockets) {
   const auto usb = [&](const std::string& place, const std::string& vendor, const std::string& product, int address) {
     plant("sys/bus/usb/devices/" + place + "/idVendor", vendor + "\n");
     plant("sys/bus/usb/devices/" + place + "/idProduct", product + "\n");
@@ -443,7 +443,7 @@ TEST_F(Sysfs, listsFalconsByTheirSockets) {
   EXPECT_NE(devices[1].problem.find("99-argil.rules"), std::string::npos);
 }
 
-TEST(Registry, opensByNameAndNamesWhatThereIs) {
+TEST(Registry, OpensByNameAndNamesWhatThereIs) {
   for (const char* name :
        {"touch", "falcon", "falcon:9-9", "simulated:falcon", "spacemouse", "haply", "haply:/dev/ttyNeverThere"}) {
     const auto device = openDevice(name);

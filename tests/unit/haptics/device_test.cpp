@@ -18,7 +18,7 @@ DeviceSheet plainSheet() {
   return s;
 }
 
-TEST(DeviceSheets, areThoseOfTheTable) {
+TEST(DeviceSheets, AreThoseOfTheTable) {
   EXPECT_EQ(deviceSheets().size(), 6u);
   EXPECT_DOUBLE_EQ(deviceSheet("touch").peakForceN, 3.3);
   EXPECT_DOUBLE_EQ(deviceSheet("touchx").topStiffnessNmm, 1.86);
@@ -34,7 +34,7 @@ TEST(DeviceSheets, areThoseOfTheTable) {
   }
 }
 
-TEST(HandPath, goesThroughItsPointsAndStandsStillAtItsEnds) {
+TEST(HandPath, GoesThroughItsPointsAndStandsStillAtItsEnds) {
   HandPoint a, b;
   b.timeS = 2;
   b.position = {4, 0, 0};
@@ -52,7 +52,7 @@ TEST(HandPath, goesThroughItsPointsAndStandsStillAtItsEnds) {
   EXPECT_NEAR(path.then(circle).durationS(), 3, 1e-3);
 }
 
-TEST(HandPath, refusesWhatIsNotAPath) {
+TEST(HandPath, RefusesWhatIsNotAPath) {
   const std::string header = "t_s,x_mm,y_mm,z_mm,buttons\n";
   const HandPath good = HandPath::fromCsv(header + "0,1,2,3,0\r\n0.5,1,2,4,1\n", "p.csv");
   EXPECT_EQ(good.points().size(), 2u);
@@ -73,7 +73,7 @@ TEST(HandPath, refusesWhatIsNotAPath) {
   EXPECT_THROW(HandPath(std::vector<HandPoint>{p}), Error);
 }
 
-TEST(SimulatedDevice, fallsAsMassAndForceSay) {
+TEST(SimulatedDevice, FallsAsMassAndForceSay) {
   SimulatedDevice::Options options;
   options.hand = {0.0, 0.0, 0.0};
   options.encoderSteps = false;
@@ -88,7 +88,7 @@ TEST(SimulatedDevice, fallsAsMassAndForceSay) {
   EXPECT_NEAR(state.pose.translation.x(), 0.5 * 2000 * 0.2 * 0.2, 0.2);
 }
 
-TEST(SimulatedDevice, neverGainsEnergyByItself) {
+TEST(SimulatedDevice, NeverGainsEnergyByItself) {
   for (double friction : {0.0, 0.26})
     for (double stiffness : {0.1, 0.5, 20.0}) {
       DeviceSheet sheet = plainSheet();
@@ -117,7 +117,7 @@ TEST(SimulatedDevice, neverGainsEnergyByItself) {
     }
 }
 
-TEST(SimulatedDevice, readsInStepsOfTheEncoder) {
+TEST(SimulatedDevice, ReadsInStepsOfTheEncoder) {
   const DeviceSheet sheet = deviceSheet("touch");
   SimulatedDevice device(sheet, HandPath::line({0, 0, 0}, {10, 5, 1}, 1));
   DeviceState state;
@@ -131,7 +131,7 @@ TEST(SimulatedDevice, readsInStepsOfTheEncoder) {
   }
 }
 
-TEST(SimulatedDevice, pullsNoHarderThanItsMotorAndOnlyAfterTheDelay) {
+TEST(SimulatedDevice, PullsNoHarderThanItsMotorAndOnlyAfterTheDelay) {
   for (double delayTicks : {0.0, 1.0, 2.5}) {
     SimulatedDevice::Options options;
     options.delayS = delayTicks * 1e-3;
@@ -152,7 +152,7 @@ TEST(SimulatedDevice, pullsNoHarderThanItsMotorAndOnlyAfterTheDelay) {
   }
 }
 
-TEST(SimulatedDevice, isDeadWhenCut) {
+TEST(SimulatedDevice, IsDeadWhenCut) {
   SimulatedDevice device(plainSheet(), HandPath::hold({0, 0, 0}, 10));
   DeviceState state;
   device.read(0, state);

@@ -40,7 +40,7 @@ FalconCounts counts(const Vec3d& angles) {
   return c;
 }
 
-TEST(FalconKinematics, invertsTheExactInverseEverywhereInTheWorkspace) {
+TEST(FalconKinematics, InvertsTheExactInverseEverywhereInTheWorkspace) {
   std::printf("seed %u\n", kSeed);
   double worst = 0;
   for (const Vec3d& p : places(100'000)) {
@@ -54,7 +54,7 @@ TEST(FalconKinematics, invertsTheExactInverseEverywhereInTheWorkspace) {
   EXPECT_LT(worst, 0.005) << "a tenth of an encoder's step at most";
 }
 
-TEST(FalconKinematics, isAsRightAsTheEncodersAllow) {
+TEST(FalconKinematics, IsAsRightAsTheEncodersAllow) {
   std::printf("seed %u\n", kSeed);
   double worst = 0, sum = 0;
   const auto all = places(200'000);
@@ -71,7 +71,7 @@ TEST(FalconKinematics, isAsRightAsTheEncodersAllow) {
   EXPECT_GT(worst, 0.02) << "the encoders were really between";
 }
 
-TEST(FalconKinematics, theLinkageClosesAtTheHomeAngle) {
+TEST(FalconKinematics, TheLinkageClosesAtTheHomeAngle) {
   // At equal angles the grip is on the axis; the rods, by Pythagoras, close the gap between arm and grip.
   const FalconGeometry g;
   FalconPose pose;
@@ -84,7 +84,7 @@ TEST(FalconKinematics, theLinkageClosesAtTheHomeAngle) {
               g.arm * std::sin(kFalconHomeDeg / kDeg) + std::sqrt(reach * reach - u * u), 1e-3);
 }
 
-TEST(FalconKinematics, theJacobianIsTheDerivativeOfTheInverse) {
+TEST(FalconKinematics, TheJacobianIsTheDerivativeOfTheInverse) {
   std::printf("seed %u\n", kSeed);
   double worst = 0;
   for (const Vec3d& p : places(2'000)) {
@@ -110,7 +110,7 @@ TEST(FalconKinematics, theJacobianIsTheDerivativeOfTheInverse) {
   EXPECT_LT(worst, 0.01);
 }
 
-TEST(FalconKinematics, refusesWhatNoLinkageCanBe) {
+TEST(FalconKinematics, RefusesWhatNoLinkageCanBe) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   FalconPose pose;
   pose.positionMm = {1, 2, 3};
@@ -131,7 +131,7 @@ TEST(FalconKinematics, refusesWhatNoLinkageCanBe) {
     }
 }
 
-TEST(FalconKinematics, costs) {
+TEST(FalconKinematics, Costs) {
   std::vector<FalconCounts> all;
   for (const Vec3d& p : places(4'000)) {
     Vec3d angles;

@@ -51,7 +51,7 @@ std::string text(const FalconPacket& p) {
   return {p.begin(), p.end()};
 }
 
-TEST(FalconProtocol, packsMotorsAndLights) {
+TEST(FalconProtocol, PacksMotorsAndLights) {
   EXPECT_EQ(text(encodeFalcon({})), "<AAAAAAAAAAAAAA>");
   EXPECT_EQ(text(encodeFalcon({{0x123, -1, 0}, kFalconLedRed, false})), "<DCBAPPPPAAAACA>");
   EXPECT_EQ(text(encodeFalcon({{0, 0, 4096}, kFalconLedBlue, true})), "<AAAAAAAAAAABJA>")
@@ -60,7 +60,7 @@ TEST(FalconProtocol, packsMotorsAndLights) {
       << "motors are limited";
 }
 
-TEST(FalconProtocol, readsAnswersSplitAnywhere) {
+TEST(FalconProtocol, ReadsAnswersSplitAnywhere) {
   const auto bytes = replyBytes(-1234, 0, 2345, 0x70 | 5);
   // The decoder knows nothing of packets: before, between and after are the same.
   for (size_t cut = 0; cut <= bytes.size(); ++cut) {
@@ -76,7 +76,7 @@ TEST(FalconProtocol, readsAnswersSplitAnywhere) {
   }
 }
 
-TEST(FalconProtocol, findsAnswersAgainAfterGarbageOfAnyLength) {
+TEST(FalconProtocol, FindsAnswersAgainAfterGarbageOfAnyLength) {
   std::printf("seed %u\n", kSeed);
   std::mt19937 random(kSeed);
   const auto good = replyBytes(1, -2, 3, 0x70);
@@ -97,7 +97,7 @@ TEST(FalconProtocol, findsAnswersAgainAfterGarbageOfAnyLength) {
   }
 }
 
-TEST(FalconProtocol, takesNoPacketThatIsNotWellFormed) {
+TEST(FalconProtocol, TakesNoPacketThatIsNotWellFormed) {
   const auto good = replyBytes(100, 200, 300, 0x70);
   for (size_t i = 0; i < good.size(); ++i)
     for (const uint8_t wrong : {uint8_t{0}, uint8_t{0x40}, uint8_t{'>'}, uint8_t{0xff}}) {
@@ -133,7 +133,7 @@ class FirmwareFile : public ::testing::Test {
   std::filesystem::path path_;
 };
 
-TEST_F(FirmwareFile, isReadOrRefusedInOneSentence) {
+TEST_F(FirmwareFile, IsReadOrRefusedInOneSentence) {
   EXPECT_EQ(readFalconFirmware(write(someFirmware())), someFirmware());
   EXPECT_THAT(complaint(""), HasSubstr("falcon.firmware"));
   EXPECT_THAT(complaint("/nowhere/falcon.bin"), HasSubstr("/nowhere/falcon.bin"));
@@ -162,7 +162,7 @@ struct Load {
   }
 };
 
-TEST(FalconFirmware, isLoadedInTheOrderThatTheBootLoaderWants) {
+TEST(FalconFirmware, IsLoadedInTheOrderThatTheBootLoaderWants) {
   Load load;
   EXPECT_EQ(load.run(), FalconLoader::Progress::done) << load.loader.problem();
   EXPECT_TRUE(load.falcon.running());
@@ -173,7 +173,7 @@ TEST(FalconFirmware, isLoadedInTheOrderThatTheBootLoaderWants) {
                           Pair(0, 1), Pair(0, 2)));
 }
 
-TEST(FalconFirmware, isLoadedAnewWhenAnEchoIsWrong) {
+TEST(FalconFirmware, IsLoadedAnewWhenAnEchoIsWrong) {
   Load load;
   load.falcon.wrongEchoes(2);
   EXPECT_EQ(load.run(), FalconLoader::Progress::done) << load.loader.problem();
@@ -182,7 +182,7 @@ TEST(FalconFirmware, isLoadedAnewWhenAnEchoIsWrong) {
   EXPECT_THAT(load.loader.problem(), HasSubstr("byte 70 of its firmware came back wrong"));
 }
 
-TEST(FalconFirmware, isGivenUpAfterSomeAttemptsWithTheReason) {
+TEST(FalconFirmware, IsGivenUpAfterSomeAttemptsWithTheReason) {
   Load load;
   load.falcon.wrongEchoes(1000);
   EXPECT_EQ(load.run(), FalconLoader::Progress::failed);
@@ -190,21 +190,21 @@ TEST(FalconFirmware, isGivenUpAfterSomeAttemptsWithTheReason) {
   EXPECT_EQ(load.loader.attempts(), 5);
 }
 
-TEST(FalconFirmware, keepsGreetingABootLoaderThatIsSlowToHear) {
+TEST(FalconFirmware, KeepsGreetingABootLoaderThatIsSlowToHear) {
   Load load;
   load.falcon.ignoreGreetings(8);
   EXPECT_EQ(load.run(), FalconLoader::Progress::done) << load.loader.problem();
   EXPECT_EQ(load.loader.attempts(), 1);
 }
 
-TEST(FalconFirmware, waitsUntilTheDeviceIsClearToSend) {
+TEST(FalconFirmware, WaitsUntilTheDeviceIsClearToSend) {
   Load load;
   load.falcon.setClearAfterNs(120'000'000);
   EXPECT_EQ(load.run(), FalconLoader::Progress::done) << load.loader.problem();
   EXPECT_EQ(load.loader.attempts(), 1) << "what is sent too early is lost";
 }
 
-TEST(FalconFirmware, stopsWhenItIsUnplugged) {
+TEST(FalconFirmware, StopsWhenItIsUnplugged) {
   Load load;
   while (load.loader.loaded() == 0) ASSERT_EQ(load.loader.step(), FalconLoader::Progress::loading);
   load.falcon.unplug();
@@ -238,7 +238,7 @@ class FalconDriver : public FirmwareFile {
   bool fresh = false;
 };
 
-TEST_F(FalconDriver, loadsTheFirmwareThatItIsGiven) {
+TEST_F(FalconDriver, LoadsTheFirmwareThatItIsGiven) {
   falcon.powerCycle();
   falcon.setHomed(true);
   open(write(someFirmware()));
@@ -246,7 +246,7 @@ TEST_F(FalconDriver, loadsTheFirmwareThatItIsGiven) {
   EXPECT_TRUE(says("ready")) << device->status();
 }
 
-TEST_F(FalconDriver, saysHowFarALongLoadIsAndStopsInTheMidstOfIt) {
+TEST_F(FalconDriver, SaysHowFarALongLoadIsAndStopsInTheMidstOfIt) {
   const auto firmware = someFirmware(1 << 15);
   FalconEmulator slow(firmware);
   slow.powerCycle();
@@ -259,7 +259,7 @@ TEST_F(FalconDriver, saysHowFarALongLoadIsAndStopsInTheMidstOfIt) {
   EXPECT_LT(double(nowNs() - begin) * 1e-9, 1.5);
 }
 
-TEST_F(FalconDriver, saysThatItNeedsFirmwareAndGoesOnOnceItRuns) {
+TEST_F(FalconDriver, SaysThatItNeedsFirmwareAndGoesOnOnceItRuns) {
   falcon.powerCycle();
   open();
   EXPECT_TRUE(until([&] { return says("falcon.firmware"); })) << device->status();
@@ -268,7 +268,7 @@ TEST_F(FalconDriver, saysThatItNeedsFirmwareAndGoesOnOnceItRuns) {
   EXPECT_TRUE(until([&] { return fresh; })) << device->status();
 }
 
-TEST_F(FalconDriver, saysWhyAFirmwareCannotBeLoaded) {
+TEST_F(FalconDriver, SaysWhyAFirmwareCannotBeLoaded) {
   falcon.powerCycle();
   falcon.wrongEchoes(1000);
   open(write(someFirmware()));
@@ -279,7 +279,7 @@ TEST_F(FalconDriver, saysWhyAFirmwareCannotBeLoaded) {
   EXPECT_TRUE(until([&] { return fresh; })) << device->status();
 }
 
-TEST_F(FalconDriver, asksToBeHomedAndGivesNoPlaceBefore) {
+TEST_F(FalconDriver, AsksToBeHomedAndGivesNoPlaceBefore) {
   falcon.setHomed(false);
   open();
   EXPECT_TRUE(until([&] { return says("not homed"); }, {0, 0, 5})) << device->status();
@@ -294,7 +294,7 @@ TEST_F(FalconDriver, asksToBeHomedAndGivesNoPlaceBefore) {
       << device->status();
 }
 
-TEST_F(FalconDriver, namesItsButtonsFromTheCentre) {
+TEST_F(FalconDriver, NamesItsButtonsFromTheCentre) {
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
   for (const auto& [raw, bit] :
@@ -307,7 +307,7 @@ TEST_F(FalconDriver, namesItsButtonsFromTheCentre) {
   EXPECT_TRUE(until([&] { return state.buttons == 0 && state.pressure == 0; }));
 }
 
-TEST_F(FalconDriver, keepsTheDirectionOfAForceThatItsMotorsCannotReach) {
+TEST_F(FalconDriver, KeepsTheDirectionOfAForceThatItsMotorsCannotReach) {
   falcon.hand({0, 0, 30}, 0);
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
@@ -318,7 +318,7 @@ TEST_F(FalconDriver, keepsTheDirectionOfAForceThatItsMotorsCannotReach) {
   EXPECT_LT(falcon.forceN().norm(), 0.9 * force.norm()) << "the limit of the motors is the nearer one here";
 }
 
-TEST_F(FalconDriver, findsAnswersAmongLitter) {
+TEST_F(FalconDriver, FindsAnswersAmongLitter) {
   falcon.misbehave(FalconFault::littered);
   open();
   ASSERT_TRUE(until([&] { return fresh; })) << device->status();
@@ -327,7 +327,7 @@ TEST_F(FalconDriver, findsAnswersAmongLitter) {
   EXPECT_LT(state.pose.translation.norm(), 0.061);
 }
 
-TEST_F(FalconDriver, takesNoLateAnswerForOneInTime) {
+TEST_F(FalconDriver, TakesNoLateAnswerForOneInTime) {
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
   falcon.misbehave(FalconFault::late);  // Twenty milliseconds, steadily: each comes while a later question waits.
@@ -340,7 +340,7 @@ TEST_F(FalconDriver, takesNoLateAnswerForOneInTime) {
   EXPECT_TRUE(until([&] { return fresh; }, Vec3d::Zero(), 1)) << device->status();
 }
 
-TEST_F(FalconDriver, isAtZeroAfterAStallAndGoesOn) {
+TEST_F(FalconDriver, IsAtZeroAfterAStallAndGoesOn) {
   open();
   ASSERT_TRUE(until([&] { return fresh && falcon.forceN().norm() > 3; }, {0, 0, 4}));
   falcon.misbehave(FalconFault::stall);
@@ -353,7 +353,7 @@ TEST_F(FalconDriver, isAtZeroAfterAStallAndGoesOn) {
   EXPECT_TRUE(until([&] { return fresh && says("ready"); }, Vec3d::Zero(), 1)) << device->status();
 }
 
-TEST_F(FalconDriver, loadsItsFirmwareAnewAfterItWasSwitchedOff) {
+TEST_F(FalconDriver, LoadsItsFirmwareAnewAfterItWasSwitchedOff) {
   open(write(someFirmware()));
   ASSERT_TRUE(until([&] { return fresh; }));
   falcon.powerCycle();
@@ -362,7 +362,7 @@ TEST_F(FalconDriver, loadsItsFirmwareAnewAfterItWasSwitchedOff) {
   EXPECT_TRUE(until([&] { return fresh; })) << device->status();
 }
 
-TEST_F(FalconDriver, exchangesAThousandTimesASecond) {
+TEST_F(FalconDriver, ExchangesAThousandTimesASecond) {
   open();
   ASSERT_TRUE(until([&] { return fresh; }));
   const uint64_t before = falcon.packets();

@@ -177,7 +177,7 @@ const std::array<std::array<int, 3>, 7> kFalconCounts = {{{0, 0, 0},
                                                           {-100, -700, 200},
                                                           {0, 0, -500}}};
 
-TEST(GoldenFalcon, countsAreThePlacesThatItsLinkageHas) {
+TEST(GoldenFalcon, CountsAreThePlacesThatItsLinkageHas) {
   Falcon falcon;
   const double origin = closeLinkage(anglesOf({0, 0, 0})).z();
   for (const auto& counts : kFalconCounts) {
@@ -195,7 +195,7 @@ TEST(GoldenFalcon, countsAreThePlacesThatItsLinkageHas) {
   EXPECT_NEAR(origin, 134.60, 0.01);
 }
 
-TEST(GoldenFalcon, forcesAreTheWordsThatVirtualWorkAsksFor) {
+TEST(GoldenFalcon, ForcesAreTheWordsThatVirtualWorkAsksFor) {
   Falcon falcon;
   for (const auto& counts : kFalconCounts)
     for (const Vec3d& force : {Vec3d(1, 0, 0), Vec3d(0, -1.5, 0), Vec3d(0, 0, 2), Vec3d(-0.7, 0.9, -1.1)}) {
@@ -222,7 +222,7 @@ TEST(GoldenFalcon, forcesAreTheWordsThatVirtualWorkAsksFor) {
     }
 }
 
-TEST(GoldenFalcon, buttonsAreThoseOfItsGrip) {
+TEST(GoldenFalcon, ButtonsAreThoseOfItsGrip) {
   // Published: 1 right, 2 forward, 4 centre, 8 left. Argil's first is the centre.
   Falcon falcon;
   for (const auto& [raw, wanted] :
@@ -267,7 +267,7 @@ class BareHaply final : public testing::PtyEmulator {
   std::vector<uint8_t> last_;
 };
 
-TEST(GoldenHaply, speaksTheBytesOfItsProtocol) {
+TEST(GoldenHaply, SpeaksTheBytesOfItsProtocol) {
   BareHaply arm;
   arm.plug();
   HaplyOptions options;
@@ -317,7 +317,7 @@ class Played final : public HidSource {
   std::vector<Node> nodes_;
 };
 
-TEST(GoldenSpaceMouse, takesATapOnItsTopForAPushDown) {
+TEST(GoldenSpaceMouse, TakesATapOnItsTopForAPushDown) {
   int ends[2];
   ASSERT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);
   // The published tap's reports that push hardest, in place of their 8 ms held until the puck has moved: −8, 20, 85 of

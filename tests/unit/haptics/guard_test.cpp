@@ -258,14 +258,14 @@ void expectSoon(const char* what, std::vector<double> times) {
   EXPECT_LE(median(times), kWithinMs);
 }
 
-TEST(Guard, zeroesTheDeviceOfAProgramThatIsKilled) {
+TEST(Guard, ZeroesTheDeviceOfAProgramThatIsKilled) {
   NO_FORK_UNDER_TSAN();
   Mode mode;
   if (const char* megabytes = std::getenv("ARGIL_GUARD_MB")) mode.megabytes = std::strtoul(megabytes, nullptr, 10);
   expectSoon("kill -9", kill(SIGKILL, mode, 20));
 }
 
-TEST(Guard, zeroesItWithoutAHeartbeatToo) {
+TEST(Guard, ZeroesItWithoutAHeartbeatToo) {
   NO_FORK_UNDER_TSAN();
   Mode mode;
   mode.beats = false;
@@ -273,21 +273,21 @@ TEST(Guard, zeroesItWithoutAHeartbeatToo) {
   expectSoon("kill -9, no heartbeat", kill(SIGKILL, mode, 5));
 }
 
-TEST(Guard, outlivesAbortAndSignalsToTheWholeGroup) {
+TEST(Guard, OutlivesAbortAndSignalsToTheWholeGroup) {
   NO_FORK_UNDER_TSAN();
   expectSoon("abort", kill(SIGABRT, Mode(), 3));
   expectSoon("SIGTERM to the group", kill(SIGTERM, Mode(), 3));
   expectSoon("SIGINT to the group", kill(SIGINT, Mode(), 3));
 }
 
-TEST(Guard, opensADeviceAnewByAFunction) {
+TEST(Guard, OpensADeviceAnewByAFunction) {
   NO_FORK_UNDER_TSAN();
   Mode mode;
   mode.call = true;
   expectSoon("kill -9, device opened anew", kill(SIGKILL, mode, 5));
 }
 
-TEST(Guard, isWhatMakesTheDifference) {
+TEST(Guard, IsWhatMakesTheDifference) {
   NO_FORK_UNDER_TSAN();
   Mode mode;
   mode.guarded = false;
@@ -300,7 +300,7 @@ TEST(Guard, isWhatMakesTheDifference) {
   EXPECT_GT(device.force, 0.1f);
 }
 
-TEST(Guard, zeroesTheDeviceOfAProgramThatHangsAndLetsItComeBack) {
+TEST(Guard, ZeroesTheDeviceOfAProgramThatHangsAndLetsItComeBack) {
   NO_FORK_UNDER_TSAN();
   std::vector<double> times;
   for (int round = 0; round < 5; ++round) {
@@ -322,7 +322,7 @@ TEST(Guard, zeroesTheDeviceOfAProgramThatHangsAndLetsItComeBack) {
   expectSoon("SIGSTOP", times);
 }
 
-TEST(Guard, endsWithItsProgramAndLeavesNoZombie) {
+TEST(Guard, EndsWithItsProgramAndLeavesNoZombie) {
   NO_FORK_UNDER_TSAN();
   Mode mode;
   mode.runS = 0.4;
@@ -336,7 +336,7 @@ TEST(Guard, endsWithItsProgramAndLeavesNoZombie) {
   EXPECT_LT(double(nowNs() - begin) * 1e-9, 1.0) << "the line is still held";
 }
 
-TEST(Guard, refusesWhatItCannotGuard) {
+TEST(Guard, RefusesWhatItCannotGuard) {
   NO_FORK_UNDER_TSAN();
   const std::byte zero[1] = {};
   EXPECT_EQ(Guard::registerDevice(0, zero), Guard::kUnguarded) << "none runs";

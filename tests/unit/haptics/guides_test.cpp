@@ -59,7 +59,7 @@ std::shared_ptr<const Polyline> wave() {
   return std::make_shared<Polyline>(points);
 }
 
-TEST(Subspace, intersectionsAreWhatGeometrySays) {
+TEST(Subspace, IntersectionsAreWhatGeometrySays) {
   Subspace set = Subspace::plane({0, 0, 2}, {0, 0, 3});
   ASSERT_TRUE(set.intersect(Subspace::plane({1, 0, 0}, {2, 0, 0})));
   EXPECT_EQ(set.dimension, 1);
@@ -81,7 +81,7 @@ TEST(Subspace, intersectionsAreWhatGeometrySays) {
   EXPECT_NEAR((line.origin - Vec3d(3, 3, 0)).norm(), 0, 1e-12);
 }
 
-TEST(Subspace, holdsAllThatWasMet) {
+TEST(Subspace, HoldsAllThatWasMet) {
   constexpr uint32_t kSeed = 8;
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal(0, 1);
@@ -102,7 +102,7 @@ TEST(Subspace, holdsAllThatWasMet) {
   }
 }
 
-TEST(Guides, everyLockHoldsExactlyOnceItIsThere) {
+TEST(Guides, EveryLockHoldsExactlyOnceItIsThere) {
   const Vec3d hand(3, 4, 5);
   const auto held = [&](auto shape, auto&& off) {
     Felt felt;
@@ -125,7 +125,7 @@ TEST(Guides, everyLockHoldsExactlyOnceItIsThere) {
   EXPECT_NEAR((bead - truth.point).norm(), 0, 1e-6);
 }
 
-TEST(Guides, locksMeetAndTheEarlierHolds) {
+TEST(Guides, LocksMeetAndTheEarlierHolds) {
   Felt felt;
   felt.add(1, LockToPlane{{0, 0, 2}, {0, 0, 1}});
   felt.add(2, LockToPlane{{1, 0, 0}, {1, 0, 0}});
@@ -146,7 +146,7 @@ TEST(Guides, locksMeetAndTheEarlierHolds) {
   EXPECT_NEAR((felt.proxy - Vec3d(1, 4, 2)).norm(), 0, 1e-9);
 }
 
-TEST(Guides, aLockToTheNormalBeginsWhereTheToolTouches) {
+TEST(Guides, ALockToTheNormalBeginsWhereTheToolTouches) {
   Felt felt;
   felt.add(1, LockToNormal{}, 1u);
   (void)felt.tick({1, 2, 3}, Vec3d::UnitZ());
@@ -230,7 +230,7 @@ void changeAtRandom(uint32_t seed, double& worst) {
   EXPECT_GT(slides, 5000) << "nothing had to slide: the test shows nothing; seed " << seed;
 }
 
-TEST(Guides, nothingThatHappensToThemJumps) {
+TEST(Guides, NothingThatHappensToThemJumps) {
   double worst = 0;
   for (uint32_t seed = 1; seed <= 30; ++seed) changeAtRandom(seed, worst);
   std::printf(
@@ -239,7 +239,7 @@ TEST(Guides, nothingThatHappensToThemJumps) {
       100 * worst);
 }
 
-TEST(Guides, aLockComesAtABoundedSpeed) {
+TEST(Guides, ALockComesAtABoundedSpeed) {
   Felt felt;
   felt.settle({0, 0, 0}, 10);
   felt.add(1, LockToPoint{{10, 0, 0}});
@@ -256,7 +256,7 @@ TEST(Guides, aLockComesAtABoundedSpeed) {
   EXPECT_GE(ticks, 10 / 0.0198 - 2);
 }
 
-TEST(Guides, aBeadRunsThroughABendAtABoundedSpeed) {
+TEST(Guides, ABeadRunsThroughABendAtABoundedSpeed) {
   std::vector<Vec3d> ring;
   for (int i = 0; i < 60; ++i)
     ring.push_back(5 * Vec3d(std::cos(i * std::numbers::pi / 30), std::sin(i * std::numbers::pi / 30), 0));
@@ -276,7 +276,7 @@ TEST(Guides, aBeadRunsThroughABendAtABoundedSpeed) {
   EXPECT_LT(felt.proxy.x(), -4.9);
 }
 
-TEST(Guides, wellsCatchLateAndLetGoEarly) {
+TEST(Guides, WellsCatchLateAndLetGoEarly) {
   Felt felt;
   felt.add(1, WellAtPoints{{{0, 0, 0}}, {10, 1}});
   felt.settle({9, 0, 0});
@@ -298,7 +298,7 @@ TEST(Guides, wellsCatchLateAndLetGoEarly) {
   EXPECT_NEAR(felt.tick({0.01, 0, 0}).x(), -0.5 * kTopNmm * 0.01, 1e-5);
 }
 
-TEST(Guides, eightGuidesAndTheirChangesAllocateAndLockNothing) {
+TEST(Guides, EightGuidesAndTheirChangesAllocateAndLockNothing) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer touches pages of its own and delivers signals late: nothing can be trapped under it";
 #endif
@@ -333,7 +333,7 @@ TEST(Guides, eightGuidesAndTheirChangesAllocateAndLockNothing) {
   EXPECT_TRUE(proxy.allFinite());
 }
 
-TEST(KeepOut, answersWithTheNearestPlaceOfItsSurface) {
+TEST(KeepOut, AnswersWithTheNearestPlaceOfItsSurface) {
   constexpr uint32_t kSeed = 4;
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal(0, 6);
@@ -380,7 +380,7 @@ TEST(KeepOut, answersWithTheNearestPlaceOfItsSurface) {
   }
 }
 
-TEST(Guide, refusesBadNumbers) {
+TEST(Guide, RefusesBadNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](auto shape) { EXPECT_THROW((Guide{3, shape, 0}.check()), Error); };
   refused(LockToPoint{{nan, 0, 0}});

@@ -17,7 +17,7 @@ struct Pair {
   uint64_t a = 0, b = 0;
 };
 
-TEST(LatestValue, neverTearsAndNeverGoesBack) {
+TEST(LatestValue, NeverTearsAndNeverGoesBack) {
   LatestValue<Pair> value;
   std::atomic<bool> done{false};
   std::thread writer([&] {
@@ -41,7 +41,7 @@ TEST(LatestValue, neverTearsAndNeverGoesBack) {
   EXPECT_EQ(pair.a, 200'000u);
 }
 
-TEST(SampleRing, holdsEightSecondsAndCountsWhatItDrops) {
+TEST(SampleRing, HoldsEightSecondsAndCountsWhatItDrops) {
   SampleRing ring(8000);
   EXPECT_GE(ring.capacity(), 64'000u);
   BoundedRing<uint64_t> small(8);
@@ -56,7 +56,7 @@ TEST(SampleRing, holdsEightSecondsAndCountsWhatItDrops) {
   EXPECT_EQ(out[3], 99u);
 }
 
-TEST(SampleRing, keepsOrderBetweenThreads) {
+TEST(SampleRing, KeepsOrderBetweenThreads) {
   BoundedRing<uint64_t> ring(64);
   std::thread producer([&] {
     for (uint64_t i = 0; i < 100'000;) {
@@ -89,7 +89,7 @@ struct Watched {
 std::atomic<int> Watched::alive{0};
 std::atomic<std::thread::id> Watched::freedBy{};
 
-TEST(Published, freesOnlyWhatEveryReaderHasPassed) {
+TEST(Published, FreesOnlyWhatEveryReaderHasPassed) {
   Watched::alive = 0;
   {
     Published<Watched> published;
@@ -117,7 +117,7 @@ TEST(Published, freesOnlyWhatEveryReaderHasPassed) {
   EXPECT_EQ(Watched::alive, 0);
 }
 
-TEST(Published, aReaderNeverSeesAFreedOneAndNeverFrees) {
+TEST(Published, AReaderNeverSeesAFreedOneAndNeverFrees) {
   Watched::alive = 0;
   Published<Watched> published;
   published.publish(std::make_unique<const Watched>(1));
@@ -146,7 +146,7 @@ TEST(Published, aReaderNeverSeesAFreedOneAndNeverFrees) {
   EXPECT_EQ(Watched::alive, 1);
 }
 
-TEST(Published, saysWhenThereAreTooManyReaders) {
+TEST(Published, SaysWhenThereAreTooManyReaders) {
   Published<Watched> published;
   std::vector<std::unique_ptr<Published<Watched>::Reader>> readers;
   for (size_t i = 0; i < Published<Watched>::kMaxReaders; ++i)

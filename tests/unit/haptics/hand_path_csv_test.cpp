@@ -28,7 +28,7 @@ const char* kOther =
     "1,5010,0.2,0.2,0.3,0,0,2,0,1,2,3,hot\n"
     "2,0,0.5,0.6,0.7,1,0,0,0,4,5,6,cold\n";
 
-TEST(HandPathCsv, readsOtherLayoutsByNameAndUnits) {
+TEST(HandPathCsv, ReadsOtherLayoutsByNameAndUnits) {
   const HandPath path = HandPath::fromCsv(kOther, "p.csv", {"m", "", "demo=1"});
   ASSERT_EQ(path.points().size(), 2u);
   EXPECT_EQ(path.points()[0].timeS, 0) << "time begins at zero";
@@ -42,7 +42,7 @@ TEST(HandPathCsv, readsOtherLayoutsByNameAndUnits) {
   EXPECT_EQ(named.points()[0].position, Vec3d(1, 2, 3)) << "a named column wins over the usual name";
 }
 
-TEST(HandPathCsv, saysWhatIsMissing) {
+TEST(HandPathCsv, SaysWhatIsMissing) {
   EXPECT_NE(sentenceOf(kOther, {"", "", "demo=1"}).find("units"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"parsec", "", "demo=1"}).find("parsec"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"m", "", ""}).find("demo=1"), std::string::npos)
@@ -59,7 +59,7 @@ TEST(HandPathCsv, saysWhatIsMissing) {
       << "overflows when scaled";
 }
 
-TEST(HandPathCsv, readsARecordedPathOfAnotherLaboratory) {
+TEST(HandPathCsv, ReadsARecordedPathOfAnotherLaboratory) {
   const char* data = std::getenv("ARGIL_DATA");
   if (!data) GTEST_SKIP() << "ARGIL_DATA is not set";
   std::ifstream in(std::string(data) + "/haptic/wiping_rim_6demos.csv");
@@ -76,7 +76,7 @@ TEST(HandPathCsv, readsARecordedPathOfAnotherLaboratory) {
   EXPECT_EQ(points, 10920u);
 }
 
-TEST(HandPathCsv, whatTheFileSaysIsQuotedInOneLine) {
+TEST(HandPathCsv, WhatTheFileSaysIsQuotedInOneLine) {
   for (const std::string& text : {std::string("t_s,x_mm,y_mm,z\r\x1b[31mmm\n"),
                                   "t_s,x_mm,y_mm,z_mm\n0,1,2,\r3\x07" + std::string(500, '9') + "\n"}) {
     try {

@@ -15,7 +15,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(HeatBudget, givesThePeakForAWhileAndThenTheContinuousForce) {
+TEST(HeatBudget, GivesThePeakForAWhileAndThenTheContinuousForce) {
   for (double periodS : {1e-2, 1e-3, 1.0 / 8000}) {
     for (const DeviceSheet& sheet : deviceSheets()) {
       HeatBudget budget(sheet, periodS);
@@ -43,7 +43,7 @@ TEST(HeatBudget, givesThePeakForAWhileAndThenTheContinuousForce) {
   }
 }
 
-TEST(HeatBudget, isNeverOverdrawnByAnyForce) {
+TEST(HeatBudget, IsNeverOverdrawnByAnyForce) {
   constexpr uint32_t kSeed = 5;
   std::mt19937 random(kSeed);
   const DeviceSheet& sheet = deviceSheet("touchx");
@@ -59,7 +59,7 @@ TEST(HeatBudget, isNeverOverdrawnByAnyForce) {
   EXPECT_NEAR(budget.limitN(), sheet.peakForceN, 1e-9);
 }
 
-TEST(HeatBudget, holdsAServoThatPressesOnAndOn) {
+TEST(HeatBudget, HoldsAServoThatPressesOnAndOn) {
   Tool tool;
   testing::VirtualSession session(0.5, tool);
   session.scene().materials[0].stiffnessNmm = 5;

@@ -5,7 +5,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(Histogram, givesQuantilesWithinThreePerCent) {
+TEST(Histogram, GivesQuantilesWithinThreePerCent) {
   Histogram h;
   for (int64_t i = 1; i <= 100'000; ++i) h.add(i * 10);
   EXPECT_EQ(h.count(), 100'000u);

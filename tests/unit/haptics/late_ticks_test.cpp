@@ -53,7 +53,7 @@ std::vector<Schedule> schedules(double seconds) {
   return all;
 }
 
-TEST(TickClock, aTickOnTimeIsOnePeriodAndAGapIsNoStep) {
+TEST(TickClock, ATickOnTimeIsOnePeriodAndAGapIsNoStep) {
   TickClock clock(kPeriod);
   EXPECT_TRUE(clock.next(5000).first);
   for (int i = 1; i < 10'000; ++i) {
@@ -77,7 +77,7 @@ TEST(TickClock, aTickOnTimeIsOnePeriodAndAGapIsNoStep) {
   }
 }
 
-TEST(LateTicks, velocitiesAreThoseOfTheHand) {
+TEST(LateTicks, VelocitiesAreThoseOfTheHand) {
   for (const double step : {0.0, 0.02}) {
     for (const Schedule& schedule : schedules(4)) {
       // A stroke to and fro, 2 Hz: as a hand does.
@@ -98,7 +98,7 @@ TEST(LateTicks, velocitiesAreThoseOfTheHand) {
   }
 }
 
-TEST(LateTicks, theHeatIsThatOfRealTime) {
+TEST(LateTicks, TheHeatIsThatOfRealTime) {
   const DeviceSheet& sheet = deviceSheet("touchx");
   double onTime = 0;
   for (const Schedule& schedule : schedules(20)) {
@@ -131,7 +131,7 @@ TEST(LateTicks, theHeatIsThatOfRealTime) {
 
 // A spring wall at z = 0 that a hand presses and leaves; what the motor gives by the exact integral of the held force,
 // and what the observer makes of it. Without damping or forgetting: as Input has it.
-TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
+TEST(LateTicks, TheObserverCountsTheEnergyThatTheMotorGives) {
   DeviceSheet sheet = deviceSheet("touchx");
   sheet.topDampingNsmm = 1e-12;  // The controller may not act: the observer alone is looked at.
   for (const double delayS : {0.0, 2.3e-3}) {
@@ -195,7 +195,7 @@ TEST(LateTicks, theObserverCountsTheEnergyThatTheMotorGives) {
   }
 }
 
-TEST(LateTicks, tooFastIsASpeedAndNotACount) {
+TEST(LateTicks, TooFastIsASpeedAndNotACount) {
   const DeviceSheet& sheet = deviceSheet("touch");
   for (const Schedule& schedule : schedules(1)) {
     for (const double share : {0.85, 1.25}) {
@@ -226,7 +226,7 @@ TEST(LateTicks, tooFastIsASpeedAndNotACount) {
   EXPECT_EQ(safety.fault(), Fault::none);
 }
 
-TEST(LateTicks, aFaultFadesInItsTimeAndABunchIsNoSteeper) {
+TEST(LateTicks, AFaultFadesInItsTimeAndABunchIsNoSteeper) {
   const DeviceSheet& sheet = deviceSheet("touch");
   Safety safety(sheet, kPeriod);
   DeviceState state;
@@ -266,7 +266,7 @@ class MovingDevice final : public Device {
 };
 
 // Through the whole tick: a medium that drags by the speed alone says what speed the tick takes.
-TEST(LateTicks, aMediumDragsAsFastAsTheHandMoves) {
+TEST(LateTicks, AMediumDragsAsFastAsTheHandMoves) {
   for (const double answersS : {0.0, 1e-3, 1.0 / 700}) {
     for (const Schedule& schedule : schedules(1)) {
       Published<Scene> published;
@@ -290,7 +290,7 @@ TEST(LateTicks, aMediumDragsAsFastAsTheHandMoves) {
   }
 }
 
-TEST(LateTicks, afterAGapForcesBeginAnewAndTheMotorsHaveCooled) {
+TEST(LateTicks, AfterAGapForcesBeginAnewAndTheMotorsHaveCooled) {
   testing::VirtualSession session(0.5, Tool());
   class PressedDevice final : public Device {
    public:

@@ -11,7 +11,7 @@
 namespace argil::haptics {
 namespace {
 
-TEST(PartBench, glidesOverAMillionTriangles) {
+TEST(PartBench, GlidesOverAMillionTriangles) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr int kLevel = 5;
 #else

@@ -32,7 +32,7 @@ Vec3d feltNormal(const PartMesh& mesh, const Vec3d& p) {
   return mesh.normal(hit.triangle, hit.point);
 }
 
-TEST(PartMesh, refusesWhatCannotBeTouched) {
+TEST(PartMesh, RefusesWhatCannotBeTouched) {
   EXPECT_NE(errorOf([] { PartMesh{clay::TriangleMesh()}; }).find("without triangles"), std::string::npos);
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 2e9}) {
     clay::TriangleMesh mesh = cube();
@@ -48,13 +48,13 @@ TEST(PartMesh, refusesWhatCannotBeTouched) {
   EXPECT_EQ(PartMesh(mesh).triangleCount(), 12u);
 }
 
-TEST(PartMesh, stopsWhenItsJobIsCancelled) {
+TEST(PartMesh, StopsWhenItsJobIsCancelled) {
   Job job;
   job.cancel();
   EXPECT_THROW(PartMesh(cube(), &job), Cancelled);
 }
 
-TEST(PartMesh, touchesTrianglesThatAreSegmentsOrPoints) {
+TEST(PartMesh, TouchesTrianglesThatAreSegmentsOrPoints) {
   clay::TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {10, 0, 0}, {4, 0, 0}, {20, 5, 0}};
   mesh.triangles = {{0, 1, 2}, {3, 3, 3}, {0, 1, 1}};
@@ -67,7 +67,7 @@ TEST(PartMesh, touchesTrianglesThatAreSegmentsOrPoints) {
   EXPECT_TRUE(part.normal(point.triangle, point.point).isZero());
 }
 
-TEST(PartMesh, findsNothingBeyondTheReachWhateverTheHint) {
+TEST(PartMesh, FindsNothingBeyondTheReachWhateverTheHint) {
   const PartMesh part(cube(5));
   const PartMesh::Hit far = part.nearest({9, 0, 0}, 3.9, 0);
   EXPECT_EQ(far.triangle, PartMesh::kNone);
@@ -80,7 +80,7 @@ TEST(PartMesh, findsNothingBeyondTheReachWhateverTheHint) {
   }
 }
 
-TEST(PartMesh, losesNothingFarFromZero) {
+TEST(PartMesh, LosesNothingFarFromZero) {
   const Vec3d offset(1e6, -1e6, 1e6);
   clay::TriangleMesh far = icosphere(1, 3);
   const PartMesh here(far);
@@ -99,7 +99,7 @@ TEST(PartMesh, losesNothingFarFromZero) {
   EXPECT_LT(worst, 3e-7);
 }
 
-TEST(PartMesh, aCreaseIsACreaseAndAFlatFaceIsFlat) {
+TEST(PartMesh, ACreaseIsACreaseAndAFlatFaceIsFlat) {
   const PartMesh part(cube(5));
   EXPECT_LT(angleDeg(feltNormal(part, {8, 1, 2}), Vec3d::UnitX()), 0.005);
   EXPECT_LT(angleDeg(feltNormal(part, {8, 4.99, 2}), Vec3d::UnitX()), 0.005) << "a crease shades into its faces";
@@ -108,7 +108,7 @@ TEST(PartMesh, aCreaseIsACreaseAndAFlatFaceIsFlat) {
   EXPECT_TRUE(feltNormal(part, {8, 8, 8}).isZero()) << "a corner";
 }
 
-TEST(PartMesh, flippedFacesAndRepeatedVerticesShadeAsIfTheyWereNot) {
+TEST(PartMesh, FlippedFacesAndRepeatedVerticesShadeAsIfTheyWereNot) {
   const clay::TriangleMesh whole = icosphere(10, 3);
   clay::TriangleMesh soup;
   std::mt19937 random(5);
@@ -129,14 +129,14 @@ TEST(PartMesh, flippedFacesAndRepeatedVerticesShadeAsIfTheyWereNot) {
   }
 }
 
-TEST(PartMesh, aSheetFoldedOntoItselfIsNotOneSmoothSurface) {
+TEST(PartMesh, ASheetFoldedOntoItselfIsNotOneSmoothSurface) {
   clay::TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {10, 0, 0}, {5, 10, 0}, {5, 10.5, 0.2}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
   EXPECT_TRUE(feltNormal(PartMesh(mesh), {5, -3, 0}).isZero());
 }
 
-TEST(PartMesh, aFanOfManyTrianglesIsShadedInNoTime) {
+TEST(PartMesh, AFanOfManyTrianglesIsShadedInNoTime) {
   clay::TriangleMesh mesh;
   constexpr uint32_t kSpokes = 20000;
   mesh.positions.push_back(Vec3d(0, 0, 1));
@@ -147,7 +147,7 @@ TEST(PartMesh, aFanOfManyTrianglesIsShadedInNoTime) {
   EXPECT_LT(angleDeg(feltNormal(part, {0, 0, 4}), Vec3d::UnitZ()), 0.01);
 }
 
-TEST(PartMesh, depthIsBoundedForTheWorstOfMeshes) {
+TEST(PartMesh, DepthIsBoundedForTheWorstOfMeshes) {
   // Triangles that halve in size towards a corner: every split takes one off. And many at one place: no split tells
   // them apart.
   clay::TriangleMesh mesh;
@@ -162,7 +162,7 @@ TEST(PartMesh, depthIsBoundedForTheWorstOfMeshes) {
   EXPECT_LT(part.nearest({-1, 0, 0}, 100, PartMesh::kNone).nodes, 1500u);
 }
 
-TEST(PartMesh, aBallInASocketOfItsOwnSizeIsAnsweredWithoutLookingAtAllOfIt) {
+TEST(PartMesh, ABallInASocketOfItsOwnSizeIsAnsweredWithoutLookingAtAllOfIt) {
   const PartMesh part(icosphere(40, 6));
   const PartMesh::Hit hit = part.nearest({0.001, 0, 0}, 41, PartMesh::kNone);
   EXPECT_LT(hit.looked, 1500u) << "of " << part.triangleCount();
@@ -170,7 +170,7 @@ TEST(PartMesh, aBallInASocketOfItsOwnSizeIsAnsweredWithoutLookingAtAllOfIt) {
 }
 
 // Order of growth: what is looked at, not time.
-TEST(PartMesh, aSearchGrowsWithTheLogarithmOfTheTriangles) {
+TEST(PartMesh, ASearchGrowsWithTheLogarithmOfTheTriangles) {
   const auto look = [](int level) {
     const PartMesh part(icosphere(40, level));
     double nodes = 0, triangles = 0;
@@ -194,7 +194,7 @@ TEST(PartMesh, aSearchGrowsWithTheLogarithmOfTheTriangles) {
   EXPECT_LT(large.second, 1.5 * small.second + 5);
 }
 
-TEST(TouchablePart, breaksNoRuleOfRealTime) {
+TEST(TouchablePart, BreaksNoRuleOfRealTime) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer touches pages of its own and delivers signals late: nothing can be trapped under it";
 #endif
@@ -242,7 +242,7 @@ TEST(TouchablePart, breaksNoRuleOfRealTime) {
 #endif
 }
 
-TEST(TouchablePart, answersInTheWorldAndNoticesWhatIsNew) {
+TEST(TouchablePart, AnswersInTheWorldAndNoticesWhatIsNew) {
   Scene scene;
   Part part;
   part.mesh = std::make_shared<const PartMesh>(cube(5));

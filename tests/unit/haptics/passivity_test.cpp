@@ -29,7 +29,7 @@ Passivity::Input wall(double z, double speed, double stiffness, bool active = fa
   return in;
 }
 
-TEST(Coupling, isAsStiffAsTheSheetAndTheBoundsAllow) {
+TEST(Coupling, IsAsStiffAsTheSheetAndTheBoundsAllow) {
   for (const DeviceSheet& sheet : deviceSheets())
     for (const double rate : {100.0, 1000.0, 4000.0})
       for (const double delay : {0.0, 1e-3})
@@ -55,7 +55,7 @@ TEST(Coupling, isAsStiffAsTheSheetAndTheBoundsAllow) {
   EXPECT_THROW((void)couplingBounds(deviceSheet("touch"), kPeriod, 0.1), Error);
 }
 
-TEST(EnergyTank, givesNoMoreThanWasPutInAndHoldsNoMoreThanItsSize) {
+TEST(EnergyTank, GivesNoMoreThanWasPutInAndHoldsNoMoreThanItsSize) {
   EnergyTank tank(4, 1);
   EXPECT_EQ(tank.draw(3), 3);
   EXPECT_EQ(tank.draw(3), 1);
@@ -67,7 +67,7 @@ TEST(EnergyTank, givesNoMoreThanWasPutInAndHoldsNoMoreThanItsSize) {
   EXPECT_NEAR(tank.levelNmm(), 0.5, 1e-9);
 }
 
-TEST(Passivity, leavesAPassiveSceneAloneBitForBit) {
+TEST(Passivity, LeavesAPassiveSceneAloneBitForBit) {
   // Clay that yields: pressed in it costs work, let out it gives less than half of it back. Nothing is ever lacking.
   Passivity passivity(deviceSheet("touchx"), kPeriod);
   constexpr double kStiffness = 1;
@@ -87,7 +87,7 @@ TEST(Passivity, leavesAPassiveSceneAloneBitForBit) {
   EXPECT_GT(pressed, 3);
 }
 
-TEST(Passivity, dampsWhatAHeldForceLeaks) {
+TEST(Passivity, DampsWhatAHeldForceLeaks) {
   const DeviceSheet& sheet = deviceSheet("touchx");
   double without = 0;
   for (const bool controlled : {false, true}) {
@@ -117,7 +117,7 @@ TEST(Passivity, dampsWhatAHeldForceLeaks) {
   }
 }
 
-TEST(Passivity, anActiveScenePushesNoHarderThanTheTankPays) {
+TEST(Passivity, AnActiveScenePushesNoHarderThanTheTankPays) {
   // Clay grows under a hand that does not move, again and again.
   const DeviceSheet& sheet = deviceSheet("touchx");
   Passivity passivity(sheet, kPeriod);
@@ -165,7 +165,7 @@ TEST(Passivity, anActiveScenePushesNoHarderThanTheTankPays) {
   EXPECT_GT(drawn, 0);
 }
 
-TEST(Passivity, itsForceStaysFiniteWithinLimitsAndInRealTimeWhateverComes) {
+TEST(Passivity, ItsForceStaysFiniteWithinLimitsAndInRealTimeWhateverComes) {
   constexpr uint32_t kSeed = 7;
   std::printf("seed %u\n", kSeed);
   std::mt19937 random(kSeed);

@@ -36,7 +36,7 @@ std::vector<Vec3d> walk(int count, uint32_t seed) {
   return points;
 }
 
-TEST(Polyline, refusesWhatIsNoCurve) {
+TEST(Polyline, RefusesWhatIsNoCurve) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(Polyline({}), Error);
   EXPECT_THROW(Polyline({{1, 2, 3}, {1, 2, 3}}), Error);
@@ -46,7 +46,7 @@ TEST(Polyline, refusesWhatIsNoCurve) {
   EXPECT_NO_THROW(Polyline({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}}, true));
 }
 
-TEST(Polyline, followsASmoothCurveByItsArcLength) {
+TEST(Polyline, FollowsASmoothCurveByItsArcLength) {
   const Polyline circle(ring(64, 20), true);
   EXPECT_NEAR(circle.lengthMm(), 2 * kPi * 20, 1e-3);
   double worst = 0, worstLength = 0, worstTurn = 0;
@@ -65,7 +65,7 @@ TEST(Polyline, followsASmoothCurveByItsArcLength) {
   EXPECT_LT(worstTurn, 1.2);
 }
 
-TEST(Polyline, isSmoothWhereItsPointsTurnBack) {
+TEST(Polyline, IsSmoothWhereItsPointsTurnBack) {
   const Polyline hairpin({{0, 0, 0}, {10, 0, 0}, {0, 0, 0}, {0, 10, 0}});
   Polyline::Place before = hairpin.at(0);
   constexpr int kParts = 200'000;
@@ -78,7 +78,7 @@ TEST(Polyline, isSmoothWhereItsPointsTurnBack) {
   }
 }
 
-TEST(Polyline, findsTheNearestPlaceOfAll) {
+TEST(Polyline, FindsTheNearestPlaceOfAll) {
   constexpr uint32_t kSeed = 3;
   std::mt19937 random(kSeed);
   std::normal_distribution<double> normal(0, 1);
@@ -107,7 +107,7 @@ TEST(Polyline, findsTheNearestPlaceOfAll) {
   }
 }
 
-TEST(Polyline, aBeadStaysOnItsStrand) {
+TEST(Polyline, ABeadStaysOnItsStrand) {
   // A figure of eight: pulled along one strand through the crossing, and beside the other.
   std::vector<Vec3d> points;
   for (int i = 0; i < 200; ++i)
@@ -127,7 +127,7 @@ TEST(Polyline, aBeadStaysOnItsStrand) {
   EXPECT_GT(bead.tangent.dot(way), 0.5);
 }
 
-TEST(Polyline, costsTheSameForAMillionPoints) {
+TEST(Polyline, CostsTheSameForAMillionPoints) {
   // Counted in groups looked at it is bounded by construction; here that the answers are right where the hint is near
   // and where there is none.
   std::vector<Vec3d> points;

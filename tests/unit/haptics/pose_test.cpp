@@ -8,7 +8,7 @@ namespace argil::haptics {
 namespace {
 
 // As Eigen's own, bit for bit, wherever the directions are not opposite.
-TEST(RotationBetween, hasTheBitsOfEigensOwn) {
+TEST(RotationBetween, HasTheBitsOfEigensOwn) {
   std::mt19937 seed(5);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 10000; ++i) {
@@ -19,7 +19,7 @@ TEST(RotationBetween, hasTheBitsOfEigensOwn) {
     EXPECT_EQ(rotationBetween(axis, 3 * axis).coeffs(), Eigen::Quaterniond::Identity().coeffs());
 }
 
-TEST(RotationBetween, takesOppositeDirectionsToEachOther) {
+TEST(RotationBetween, TakesOppositeDirectionsToEachOther) {
   std::mt19937 seed(6);
   std::normal_distribution<double> normal;
   for (const double apart : {0.0, 1e-17, 1e-15, 1e-13, 1e-10, 1e-7, 1e-6, 1e-5, 1e-3}) {

@@ -185,7 +185,7 @@ int inAProcess(What what) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + status;
 }
 
-TEST(RealtimeKit, isAskedForTheThreadWithinWhatItLends) {
+TEST(RealtimeKit, IsAskedForTheThreadWithinWhatItLends) {
   for (const auto mood : {FakeBus::Mood::good, FakeBus::Mood::split}) {
     FakeBus bus(mood);
     const int priority = inAProcess([&] {
@@ -201,7 +201,7 @@ TEST(RealtimeKit, isAskedForTheThreadWithinWhatItLends) {
   }
 }
 
-TEST(RealtimeKit, thatIsNotThereOrTalksNonsenseIsARefusal) {
+TEST(RealtimeKit, ThatIsNotThereOrTalksNonsenseIsARefusal) {
   EXPECT_FALSE(askRealtimeKit("unix:path=/nowhere/at/all", 1, 80).granted);
   for (const char* address : {"", ";", "unix:", "tcp:host=localhost", "unix:path=", "unix:path=%",
                               "unix:abstract=argil-nobody", "nonsense"}) {
@@ -219,7 +219,7 @@ TEST(RealtimeKit, thatIsNotThereOrTalksNonsenseIsARefusal) {
   }
 }
 
-TEST(RealtimeKit, thatDoesNotAnswerIsWaitedForNoLongerThanAsked) {
+TEST(RealtimeKit, ThatDoesNotAnswerIsWaitedForNoLongerThanAsked) {
   for (const auto mood : {FakeBus::Mood::silentAtOnce, FakeBus::Mood::silentLater, FakeBus::Mood::endless}) {
     FakeBus bus(mood);
     const auto begin = std::chrono::steady_clock::now();
@@ -231,7 +231,7 @@ TEST(RealtimeKit, thatDoesNotAnswerIsWaitedForNoLongerThanAsked) {
   }
 }
 
-TEST(RealtimeKit, isMissedOnARealBus) {
+TEST(RealtimeKit, IsMissedOnARealBus) {
   const std::string socket =
       (std::filesystem::temp_directory_path() / ("argil-dbus-" + std::to_string(getpid()))).string();
   const pid_t daemon = fork();
@@ -255,7 +255,7 @@ TEST(RealtimeKit, isMissedOnARealBus) {
   EXPECT_EQ(answer.why, "refused") << "it greets, understands what is asked, and knows nobody of that name";
 }
 
-TEST(RealtimeKit, lendsToAUserWhomTheSystemRefuses) {
+TEST(RealtimeKit, LendsToAUserWhomTheSystemRefuses) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can stand for the service";
   FakeBus bus(FakeBus::Mood::good);
   bus.schedules = true;

@@ -53,7 +53,7 @@ class CountingDevice final : public Device {
   std::atomic<uint64_t> flushed{0}, kept{0};
 };
 
-TEST(RealtimeThread, aReservationIsNotMadeResidentByTheLock) {
+TEST(RealtimeThread, AReservationIsNotMadeResidentByTheLock) {
   if (!lockMemory()) GTEST_SKIP() << "this system locks no memory";
   constexpr size_t kArena = 66u << 20, kPage = 4096;
   void* arena = mmap(nullptr, kArena, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -69,7 +69,7 @@ TEST(RealtimeThread, aReservationIsNotMadeResidentByTheLock) {
   unlockMemory();
 }
 
-TEST(RealtimeThread, theLockLastsUntilTheLastUserIsGone) {
+TEST(RealtimeThread, TheLockLastsUntilTheLastUserIsGone) {
   testing::VirtualSession session(0.5, Tool());
   CountingDevice left, right;
   Servo first(left, session.published()), second(right, session.published());
@@ -82,7 +82,7 @@ TEST(RealtimeThread, theLockLastsUntilTheLastUserIsGone) {
   EXPECT_EQ(lockedKb(), 0);
 }
 
-TEST(RealtimeThread, onlyThePacedServoTakesDenormalsForZero) {
+TEST(RealtimeThread, OnlyThePacedServoTakesDenormalsForZero) {
   testing::VirtualSession session(0.5, Tool());
   CountingDevice device;
   Servo servo(device, session.published());

@@ -27,7 +27,7 @@ namespace {
 using testing::RealtimeTrap;
 using testing::VirtualSession;
 
-TEST(RealtimeTrap, catchesWhatIsPlanted) {
+TEST(RealtimeTrap, CatchesWhatIsPlanted) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer touches pages of its own and delivers signals late: nothing can be trapped under it";
 #endif
@@ -76,7 +76,7 @@ TEST(RealtimeTrap, catchesWhatIsPlanted) {
   munmap(page, 4096);
 }
 
-TEST(ServoTick, keepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
+TEST(ServoTick, KeepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr uint64_t kTicks = 20'000;
 #else
@@ -179,7 +179,7 @@ class TrappedDevice final : public Device {
   Device& device_;
 };
 
-TEST(Servo, keepsToTheRulesOfRealTimeWhenPaced) {
+TEST(Servo, KeepsToTheRulesOfRealTimeWhenPaced) {
   const char* wanted = std::getenv("ARGIL_PACED_SECONDS");
   const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
   Tool tool;

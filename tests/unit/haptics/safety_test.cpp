@@ -20,7 +20,7 @@ DeviceState at(double x) {
   return s;
 }
 
-TEST(Safety, clampsAndLimitsTheChange) {
+TEST(Safety, ClampsAndLimitsTheChange) {
   const DeviceSheet& sheet = deviceSheet("touch");
   Safety safety(sheet, kPeriod);
   uint32_t flags = 0;
@@ -38,7 +38,7 @@ TEST(Safety, clampsAndLimitsTheChange) {
   EXPECT_NEAR(last.y(), sheet.peakForceN, 1e-12);
 }
 
-TEST(Safety, startsOnlyOnceTheForceIsInRange) {
+TEST(Safety, StartsOnlyOnceTheForceIsInRange) {
   Safety safety(deviceSheet("touch"), kPeriod);
   uint32_t flags = 0;
   EXPECT_EQ(safety.apply({2, 0, 0}, at(0), true, flags).norm(), 0);
@@ -48,7 +48,7 @@ TEST(Safety, startsOnlyOnceTheForceIsInRange) {
   EXPECT_FALSE(flags & kWaiting);
 }
 
-TEST(Safety, aPointerIsNeverStopped) {
+TEST(Safety, APointerIsNeverStopped) {
   DeviceSheet sheet;
   sheet.pointing = true;
   Safety safety(sheet, kPeriod);
@@ -66,7 +66,7 @@ TEST(Safety, aPointerIsNeverStopped) {
   }
 }
 
-TEST(Safety, fadesToALatchedStopOnEachFault) {
+TEST(Safety, FadesToALatchedStopOnEachFault) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   struct Planted {
     Vec3d force;
@@ -112,7 +112,7 @@ TEST(Safety, fadesToALatchedStopOnEachFault) {
   }
 }
 
-TEST(Safety, fourLargeCommandsAreNoFault) {
+TEST(Safety, FourLargeCommandsAreNoFault) {
   Safety safety(deviceSheet("touch"), kPeriod);
   uint32_t flags = 0;
   (void)safety.apply(Vec3d::Zero(), at(0), true, flags);
@@ -120,7 +120,7 @@ TEST(Safety, fourLargeCommandsAreNoFault) {
   EXPECT_FALSE(flags & kStopped);
 }
 
-TEST(Safety, aSilentDeviceGetsZeroAtOnce) {
+TEST(Safety, ASilentDeviceGetsZeroAtOnce) {
   Safety safety(deviceSheet("touch"), kPeriod);
   uint32_t flags = 0;
   for (int i = 0; i < 20; ++i) (void)safety.apply({0, 0, i ? 2.0 : 0.0}, at(0), true, flags);
@@ -131,7 +131,7 @@ TEST(Safety, aSilentDeviceGetsZeroAtOnce) {
   EXPECT_TRUE(flags & kWaiting);
 }
 
-TEST(Safety, nothingThatComesInBreaksALimit) {
+TEST(Safety, NothingThatComesInBreaksALimit) {
   constexpr uint32_t kSeed = 3;
   std::mt19937 random(kSeed);
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
@@ -161,7 +161,7 @@ TEST(Safety, nothingThatComesInBreaksALimit) {
   }
 }
 
-TEST(ForceGate, isOpenedByItsOwnersAloneAndByWhoSawTheLastStop) {
+TEST(ForceGate, IsOpenedByItsOwnersAloneAndByWhoSawTheLastStop) {
   ForceGate gate;
   EXPECT_TRUE(gate.open());
   EXPECT_TRUE(gate.resume(StopOwner::user, gate.generation(StopOwner::user))) << "nothing was stopped";
@@ -182,7 +182,7 @@ TEST(ForceGate, isOpenedByItsOwnersAloneAndByWhoSawTheLastStop) {
   EXPECT_FALSE(gate.open());
 }
 
-TEST(ForceGate, aCounterThatRunsOverTouchesNoOther) {
+TEST(ForceGate, ACounterThatRunsOverTouchesNoOther) {
   for (const StopOwner owner : {StopOwner::user, StopOwner::watchdog, StopOwner::device}) {
     ForceGate gate;
     for (int i = 0; i < 40'000; ++i) {
@@ -197,7 +197,7 @@ TEST(ForceGate, aCounterThatRunsOverTouchesNoOther) {
   }
 }
 
-TEST(Heartbeat, isSilentAfterItsTime) {
+TEST(Heartbeat, IsSilentAfterItsTime) {
   Heartbeat heart;
   heart.beat(10);
   EXPECT_FALSE(heart.silent(10 + kWatchdogSeconds * 0.9));

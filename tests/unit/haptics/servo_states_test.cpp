@@ -64,7 +64,7 @@ class FaultyDevice final : public Device {
   SimulatedDevice device_;
 };
 
-TEST(ServoStates, unplugLateGarbageAndSilenceAreZeroInThatTick) {
+TEST(ServoStates, UnplugLateGarbageAndSilenceAreZeroInThatTick) {
   using Trouble = FaultyDevice::Trouble;
   for (const auto& [trouble, state, fault] : {std::tuple(Trouble::silent, ServoState::silent, Fault::none),
                                               {Trouble::notFinite, ServoState::stopped, Fault::notFinite},
@@ -95,7 +95,7 @@ TEST(ServoStates, unplugLateGarbageAndSilenceAreZeroInThatTick) {
   }
 }
 
-TEST(ServoStates, aGapOfOneTickComesBackGently) {
+TEST(ServoStates, AGapOfOneTickComesBackGently) {
   testing::VirtualSession session(0.5, Tool());
   FaultyDevice device("touchx", {0, 0, 1.5}, {0, 0, 6});  // Comes out of the clay by itself.
   Servo servo(device, session.published());
@@ -108,7 +108,7 @@ TEST(ServoStates, aGapOfOneTickComesBackGently) {
   EXPECT_EQ(servo.state(), ServoState::running) << "nothing pressed: at once";
 }
 
-TEST(ServoStates, everySentenceIsItsOwn) {
+TEST(ServoStates, EverySentenceIsItsOwn) {
   std::vector<std::string> seen;
   for (ServoState s : {ServoState::running, ServoState::warm, ServoState::waiting, ServoState::noScene,
                        ServoState::silent, ServoState::hung, ServoState::stopped})
@@ -119,7 +119,7 @@ TEST(ServoStates, everySentenceIsItsOwn) {
     for (size_t j = 0; j < i; ++j) EXPECT_NE(seen[i], seen[j]);
 }
 
-TEST(TwoDevices, feelOneSceneAndOneMayFail) {
+TEST(TwoDevices, FeelOneSceneAndOneMayFail) {
   testing::VirtualSession session(0.5, Tool());
   FaultyDevice left("touchx"), right("falcon", {20, 5, 6}, {20, 5, 2});
   Servo first(left, session.published()), second(right, session.published());
@@ -151,7 +151,7 @@ TEST(TwoDevices, feelOneSceneAndOneMayFail) {
   EXPECT_EQ(second.state(), ServoState::running);
 }
 
-TEST(TwoDevices, runPacedWhileScenesArePublished) {
+TEST(TwoDevices, RunPacedWhileScenesArePublished) {
   testing::VirtualSession session(0.5, Tool());
   FaultyDevice left("touchx"), right("touch", {20, 5, 6}, {20, 5, 2});
   Servo::Options options;

@@ -39,7 +39,7 @@ struct Watch {
   }
 };
 
-TEST(Servo, pressesBackWithTheSpringOfTheMaterial) {
+TEST(Servo, PressesBackWithTheSpringOfTheMaterial) {
   VirtualSession session(0.5, toucher());
   SimulatedDevice::Options options;
   options.prescribed = true;
@@ -56,7 +56,7 @@ TEST(Servo, pressesBackWithTheSpringOfTheMaterial) {
   EXPECT_EQ(servo.fault(), Fault::none);
 }
 
-TEST(Servo, aWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
+TEST(Servo, AWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
   VirtualSession session(0.5, toucher());
   session.scene().workspace.scale = 0.5;
   // The device's −z is the world's y.
@@ -75,7 +75,7 @@ TEST(Servo, aWorkspaceTurnsAndScalesAndKeepsTheStiffnessAtTheHand) {
   EXPECT_NEAR(device.motorForce().y(), 2.0, 0.05);
 }
 
-TEST(Servo, runsTheSameTwiceInVirtualTime) {
+TEST(Servo, RunsTheSameTwiceInVirtualTime) {
   const auto run = [] {
     Tool tool = toucher();
     tool.work = haptics::Work::cut;
@@ -96,7 +96,7 @@ TEST(Servo, runsTheSameTwiceInVirtualTime) {
   for (size_t i = 0; i < a.first.size(); ++i) ASSERT_EQ(a.first[i], b.first[i]);
 }
 
-TEST(Servo, aWallThatAppearsAroundTheToolPushesGently) {
+TEST(Servo, AWallThatAppearsAroundTheToolPushesGently) {
   for (const DeviceSheet& sheet : deviceSheets()) {
     for (double depth : {1.0, 4.0, 9.0}) {
       // The hand holds still above the block; then the block is grown to `depth` mm above the ball's centre.
@@ -130,7 +130,7 @@ TEST(Servo, aWallThatAppearsAroundTheToolPushesGently) {
   }
 }
 
-TEST(Servo, holdsItsLimitsWhenThePathJumps) {
+TEST(Servo, HoldsItsLimitsWhenThePathJumps) {
   for (bool prescribed : {false, true})
     for (const DeviceSheet& sheet : deviceSheets()) {
       VirtualSession session(0.5, toucher());
@@ -158,7 +158,7 @@ TEST(Servo, holdsItsLimitsWhenThePathJumps) {
     }
 }
 
-TEST(Servo, stopsWhenThePathHoldsNotANumber) {
+TEST(Servo, StopsWhenThePathHoldsNotANumber) {
   for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     VirtualSession session(0.5, toucher());
     std::vector<HandPoint> points(4);
@@ -187,7 +187,7 @@ TEST(Servo, stopsWhenThePathHoldsNotANumber) {
   }
 }
 
-TEST(Servo, clayThatVanishesAndComesBackNeverBreaksALimit) {
+TEST(Servo, ClayThatVanishesAndComesBackNeverBreaksALimit) {
   // Undo and redo under a pressing hand, every 50 ticks.
   VirtualSession session(0.5, toucher());
   const clay::Version block = session.scene().pieces[0].version;
@@ -208,7 +208,7 @@ TEST(Servo, clayThatVanishesAndComesBackNeverBreaksALimit) {
   EXPECT_EQ(servo.fault(), Fault::none);
 }
 
-TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
+TEST(Servo, PacedItKeepsItsRateAndLetsGoOfTheScene) {
   Tool tool = toucher();
   VirtualSession session(0.5, tool);
   SimulatedDevice device(deviceSheet("touch"), HandPath::circle({0, 0, 2.5}, {10, 0, 2.5}, Vec3d::UnitZ(), 2, 2));
@@ -242,7 +242,7 @@ TEST(Servo, pacedItKeepsItsRateAndLetsGoOfTheScene) {
   EXPECT_NEAR(servo.timeS() - before, 0.01, 1e-9);
 }
 
-TEST(Servo, sculptsPacedBesideABareLoop) {
+TEST(Servo, SculptsPacedBesideABareLoop) {
   // Seconds from ARGIL_PACED_SECONDS; the figures of haptics/NOTES.md are of 60, and only then are the tails judged.
   const char* wanted = std::getenv("ARGIL_PACED_SECONDS");
   const double seconds = wanted ? std::max(1.0, std::atof(wanted)) : 2.0;
@@ -274,7 +274,7 @@ TEST(Servo, sculptsPacedBesideABareLoop) {
   EXPECT_LE(s.lateness.quantileUs(0.999), 1.5 * figures.bareLateness.quantileUs(0.999));
 }
 
-TEST(Servo, refusesARateOutOfRange) {
+TEST(Servo, RefusesARateOutOfRange) {
   VirtualSession session(0.5, toucher());
   SimulatedDevice device(deviceSheet("touch"), HandPath::hold({0, 0, 6}, 1));
   for (double rate : {0.0, 50.0, 9000.0, std::nan("")}) {
@@ -284,7 +284,7 @@ TEST(Servo, refusesARateOutOfRange) {
   }
 }
 
-TEST(TouchBench, measuresTicksThatTouch) {
+TEST(TouchBench, MeasuresTicksThatTouch) {
   clay::Grid grid;
   grid.voxelMm = 0.5;
   Scene scene;
@@ -319,7 +319,7 @@ class SickDevice final : public Device {
   std::atomic<bool> hang{false};
 };
 
-TEST(Servo, commandsZeroToADeviceThatDoesNotAnswer) {
+TEST(Servo, CommandsZeroToADeviceThatDoesNotAnswer) {
   VirtualSession session(0.5, toucher());
   SickDevice device;
   Servo servo(device, session.published());
@@ -363,7 +363,7 @@ class MadDevice final : public Device {
   uint32_t buttons_ = 0;
 };
 
-TEST(Servo, nothingThatADeviceSaysBreaksALimit) {
+TEST(Servo, NothingThatADeviceSaysBreaksALimit) {
   constexpr uint32_t kSeed = 17;
   for (auto operation : {haptics::Work::cut, haptics::Work::rub, haptics::Work::lay}) {
     Tool tool = toucher(2);
@@ -392,7 +392,7 @@ TEST(Servo, nothingThatADeviceSaysBreaksALimit) {
   }
 }
 
-TEST(Servo, itsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
+TEST(Servo, ItsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   VirtualSession session(0.5, toucher());
   SickDevice device;
   Servo servo(device, session.published());

@@ -20,7 +20,7 @@ using testing::SpaceMouseEmulator;
 using Layout = SpaceMouseEmulator::Layout;
 using namespace std::chrono_literals;
 
-TEST(HidDescriptor, tellsWhereEachAxisAndButtonLies) {
+TEST(HidDescriptor, TellsWhereEachAxisAndButtonLies) {
   for (Layout layout : {Layout::twoReports, Layout::oneReport}) {
     std::string sentence;
     const auto inputs = parseHidDescriptor(SpaceMouseEmulator::descriptor(layout), sentence);
@@ -49,7 +49,7 @@ TEST(HidDescriptor, tellsWhereEachAxisAndButtonLies) {
   }
 }
 
-TEST(HidDescriptor, readsValuesOfAnyWidthAtAnyBit) {
+TEST(HidDescriptor, ReadsValuesOfAnyWidthAtAnyBit) {
   const uint8_t payload[] = {0b10110100, 0xFF, 0x7F, 0x80};
   EXPECT_EQ(hidValue({0, 2, 3, 1, 1, 0, 7}, payload), 5);
   EXPECT_EQ(hidValue({0, 2, 3, 1, 1, -4, 3}, payload), -3) << "signed where the range is";
@@ -59,7 +59,7 @@ TEST(HidDescriptor, readsValuesOfAnyWidthAtAnyBit) {
   EXPECT_FALSE(hidValue({0, 17, 16, 1, 1, -1, 1}, payload)) << "beyond the end";
 }
 
-TEST(HidDescriptor, survivesWhateverItIsGiven) {
+TEST(HidDescriptor, SurvivesWhateverItIsGiven) {
   std::string sentence;
   const auto whole = SpaceMouseEmulator::descriptor(Layout::twoReports);
   for (size_t n = 0; n < whole.size(); ++n) (void)parseHidDescriptor(whole.first(n), sentence);
@@ -95,7 +95,7 @@ DeviceState after(Device& device, double seconds) {
   return state;
 }
 
-TEST(SpaceMouse, goesWhereItIsPushedAndTurned) {
+TEST(SpaceMouse, GoesWhereItIsPushedAndTurned) {
   for (Layout layout : {Layout::twoReports, Layout::oneReport}) {
     for (int axis = 0; axis < 6; ++axis) {
       SpaceMouseEmulator puck(layout);
@@ -124,7 +124,7 @@ TEST(SpaceMouse, goesWhereItIsPushedAndTurned) {
   }
 }
 
-TEST(SpaceMouse, staysInItsBoxAndTellsItsButtons) {
+TEST(SpaceMouse, StaysInItsBoxAndTellsItsButtons) {
   SpaceMouseEmulator puck(Layout::twoReports);
   SpaceMouseOptions options;
   options.boxMm = {20, 20, 20};
@@ -138,7 +138,7 @@ TEST(SpaceMouse, staysInItsBoxAndTellsItsButtons) {
   EXPECT_EQ(state.pressure, 1);
 }
 
-TEST(SpaceMouse, doesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
+TEST(SpaceMouse, DoesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
   SpaceMouseEmulator puck(Layout::oneReport);
   const auto device = openSpaceMouse({}, puck.source());
   after(*device, 0.02);
@@ -153,7 +153,7 @@ TEST(SpaceMouse, doesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
   EXPECT_TRUE(device->read(0, *std::make_unique<DeviceState>())) << "a puck at rest is no fault";
 }
 
-TEST(SpaceMouse, refusesSettingsAndThingsThatAreNone) {
+TEST(SpaceMouse, RefusesSettingsAndThingsThatAreNone) {
   for (SpaceMouseOptions bad : {SpaceMouseOptions{.topSpeedMms = 0}, SpaceMouseOptions{.topTurnRads = -1},
                                 SpaceMouseOptions{.deadZone = 0.9}, SpaceMouseOptions{.boxMm = {0, 1, 1}}})
     EXPECT_THROW((void)openSpaceMouse(bad), Error);
@@ -171,7 +171,7 @@ TEST(SpaceMouse, refusesSettingsAndThingsThatAreNone) {
     EXPECT_TRUE(isSpaceMouse(0x256F, static_cast<uint16_t>(product))) << std::hex << product << ": all of that vendor";
 }
 
-TEST(HidDescriptor, readsArraysThatNameWhatIsHeld) {
+TEST(HidDescriptor, ReadsArraysThatNameWhatIsHeld) {
   std::string sentence;
   const auto inputs = parseHidDescriptor(SpaceMouseEmulator::descriptor(Layout::buttonArray), sentence);
   ASSERT_TRUE(inputs) << sentence;
@@ -192,7 +192,7 @@ TEST(HidDescriptor, readsArraysThatNameWhatIsHeld) {
   EXPECT_FALSE(read({1, 2, 3})) << "too short";
 }
 
-TEST(SpaceMouse, tellsButtonsThatComeAsAList) {
+TEST(SpaceMouse, TellsButtonsThatComeAsAList) {
   SpaceMouseEmulator puck(Layout::buttonArray);
   const auto device = openSpaceMouse({}, puck.source());
   after(*device, 0.02);
@@ -206,7 +206,7 @@ TEST(SpaceMouse, tellsButtonsThatComeAsAList) {
   }
 }
 
-TEST(SpaceMouse, hearsAReceiverOnWhicheverOfItsInterfacesThePuckSpeaks) {
+TEST(SpaceMouse, HearsAReceiverOnWhicheverOfItsInterfacesThePuckSpeaks) {
   for (const size_t interface : {size_t{0}, size_t{2}, size_t{4}}) {
     SpaceMouseEmulator puck(Layout::receiver);
     puck.speaks(interface);
@@ -225,7 +225,7 @@ TEST(SpaceMouse, hearsAReceiverOnWhicheverOfItsInterfacesThePuckSpeaks) {
   }
 }
 
-TEST(SpaceMouse, goesOnWhileItsReportsComeWithoutEnd) {
+TEST(SpaceMouse, GoesOnWhileItsReportsComeWithoutEnd) {
   SpaceMouseEmulator puck(Layout::oneReport);
   const auto device = openSpaceMouse({}, puck.source());
   auto* threaded = dynamic_cast<ThreadedDevice*>(device.get());

@@ -24,7 +24,7 @@ StabilityCase caseOf(const DeviceSheet& sheet, double rate, StabilityTask task, 
 
 // Without friction and encoder steps, held by nobody, only Colgate and Brown's bound is left. The damping is raised so
 // that what is stable also comes to rest within the time that is judged.
-TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
+TEST(Stability, TheWallSwingsWhereColgateAndBrownSay) {
   for (const double rate : {1000.0, 2000.0, 4000.0}) {
     DeviceSheet sheet = deviceSheet("touchx");
     sheet.frictionN = 0;
@@ -44,7 +44,7 @@ TEST(Stability, theWallSwingsWhereColgateAndBrownSay) {
 }
 
 // Pressed midway between two steps, the steps of the encoder feed what friction cannot stop.
-TEST(Stability, encoderStepsShakeItWhereDiolaitiSays) {
+TEST(Stability, EncoderStepsShakeItWhereDiolaitiSays) {
   for (const char* name : {"touch", "premium15", "omega3"}) {
     const DeviceSheet& sheet = deviceSheet(name);
     const double bound = couplingBounds(sheet, 2.5e-4).quantizationNmm;  // At any rate.
@@ -54,7 +54,7 @@ TEST(Stability, encoderStepsShakeItWhereDiolaitiSays) {
   }
 }
 
-TEST(Stability, passivityControlQuietsTapsToTwiceTheBoundOrToTheEncoders) {
+TEST(Stability, PassivityControlQuietsTapsToTwiceTheBoundOrToTheEncoders) {
   for (const DeviceSheet& sheet : deviceSheets()) {
     const CouplingBounds b = couplingBounds(sheet, 1e-3);
     const double wanted = std::min({2 * b.colgateBrownNmm, 0.9 * b.quantizationNmm});
@@ -75,7 +75,7 @@ TEST(Stability, passivityControlQuietsTapsToTwiceTheBoundOrToTheEncoders) {
   EXPECT_FALSE(runStability(c).quiet);
 }
 
-TEST(Stability, everyDeviceIsQuietAtItsCoupling) {
+TEST(Stability, EveryDeviceIsQuietAtItsCoupling) {
   for (const DeviceSheet& sheet : deviceSheets())
     for (const StabilityTask task : kStabilityTasks)
       for (size_t hand = 0; hand < 3; ++hand) {
@@ -89,7 +89,7 @@ TEST(Stability, everyDeviceIsQuietAtItsCoupling) {
       }
 }
 
-TEST(Stability, tenThousandContactsGiveNothing) {
+TEST(Stability, TenThousandContactsGiveNothing) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr uint64_t kContacts = 100;
 #else

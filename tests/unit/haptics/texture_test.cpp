@@ -49,7 +49,7 @@ Vec3d randomNormal(std::mt19937& random) {
   return Vec3d(any(random), any(random), any(random)).normalized();
 }
 
-TEST(Texture, slopeIsTheGradientAlongTheSurface) {
+TEST(Texture, SlopeIsTheGradientAlongTheSurface) {
   for (const Case& c : cases()) {
     std::mt19937 random(kSeed);
     std::uniform_real_distribution<double> spread(-20, 20);
@@ -81,7 +81,7 @@ TEST(Texture, slopeIsTheGradientAlongTheSurface) {
 }
 
 // Whatever is rendered at a speed is at least as long as what that speed allows.
-TEST(Texture, nothingShorterThanAskedForIsLeft) {
+TEST(Texture, NothingShorterThanAskedForIsLeft) {
   for (const Case& c : cases()) {
     const Vec3d n = Vec3d(0.1, 0.2, 1).normalized();
     double before = 1e9;
@@ -103,7 +103,7 @@ TEST(Texture, nothingShorterThanAskedForIsLeft) {
   }
 }
 
-TEST(Texture, anImageKeepsItsHeightsAndItsMirrorsMeetSmoothly) {
+TEST(Texture, AnImageKeepsItsHeightsAndItsMirrorsMeetSmoothly) {
   // A ramp along x: where the image ends it comes back.
   HeightMap map;
   map.width = 32;
@@ -123,7 +123,7 @@ TEST(Texture, anImageKeepsItsHeightsAndItsMirrorsMeetSmoothly) {
   EXPECT_NEAR(texture.height({8, 0.2, 0}, Vec3d::UnitZ(), 1e3, nullptr), -1, 1e-6);
 }
 
-TEST(Texture, badNumbersAreRefused) {
+TEST(Texture, BadNumbersAreRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(Texture(Ridges{0, 0.1, Vec3d::UnitX()}), Error);
   EXPECT_THROW(Texture(Ridges{nan, 0.1, Vec3d::UnitX()}), Error);
@@ -176,7 +176,7 @@ double rendered(double speedMms, double amplitude, double depth) {
 }
 
 // What was touched before the hand rose is no way that it came by.
-TEST(TexturePath, beginsAnewWithEachTouch) {
+TEST(TexturePath, BeginsAnewWithEachTouch) {
   const Texture ridges(Ridges{0.8, 0.1, Vec3d::UnitX()});
   const Flat flat{Pose(), &ridges};
   TexturePath fresh, again;
@@ -191,7 +191,7 @@ TEST(TexturePath, beginsAnewWithEachTouch) {
   }
 }
 
-TEST(TexturePath, fullAtAHandsSpeedAndGoneWhereItWouldAlias) {
+TEST(TexturePath, FullAtAHandsSpeedAndGoneWhereItWouldAlias) {
   for (const double amplitude : {0.005, 0.02, 0.05}) {
     const double slow = rendered(20, amplitude, 1), fast = rendered(100, amplitude, 1),
                  between = rendered(53, amplitude, 1);
@@ -205,7 +205,7 @@ TEST(TexturePath, fullAtAHandsSpeedAndGoneWhereItWouldAlias) {
 
 // A bump that is narrower than the way of a tick is still felt, whatever the speed and wherever the ticks fall: as much
 // of it.
-TEST(TexturePath, noDetailOnThePathIsSkipped) {
+TEST(TexturePath, NoDetailOnThePathIsSkipped) {
   HeightMap map;
   map.width = 256;
   map.height = 2;
@@ -230,7 +230,7 @@ TEST(TexturePath, noDetailOnThePathIsSkipped) {
     }
 }
 
-TEST(TexturePath, theForceIsTiltedByTheSlope) {
+TEST(TexturePath, TheForceIsTiltedByTheSlope) {
   const Texture ridges(Ridges{2, 0.05, Vec3d::UnitX()});
   const Flat flat{Pose(), &ridges};
   TexturePath path;
@@ -246,7 +246,7 @@ TEST(TexturePath, theForceIsTiltedByTheSlope) {
 }
 
 // Quasi-static closed loops: the force has a potential.
-TEST(TexturePath, closedLoopsGiveNothing) {
+TEST(TexturePath, ClosedLoopsGiveNothing) {
   for (const Case& c : cases()) {
     const Flat flat{Pose{Vec3d(1, 2, 3), Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()))},
                     &c.texture};
@@ -275,7 +275,7 @@ TEST(TexturePath, closedLoopsGiveNothing) {
 // Any motion, any speed, friction that holds the proxy back: at no moment of a contact has the texture given more than
 // the smooth contact did, what that still holds, and what it takes to climb the texture once; and that comes back but
 // slowly.
-TEST(TexturePath, neverOwesMoreThanToClimbItOnce) {
+TEST(TexturePath, NeverOwesMoreThanToClimbItOnce) {
   std::printf("seed %u\n", kSeed);
   for (const Case& c : cases()) {
     const Flat flat{Pose(), &c.texture};
@@ -329,7 +329,7 @@ TEST(TexturePath, neverOwesMoreThanToClimbItOnce) {
 }
 
 // Two walls of a groove, each with its own texture: each plane is displaced by its own.
-TEST(TexturePath, eachPlaneWearsItsOwnTexture) {
+TEST(TexturePath, EachPlaneWearsItsOwnTexture) {
   const Texture deep(Ridges{1, 0.2, Vec3d::UnitY()}), shallow(Ridges{3, 0.1, Vec3d::UnitY()});
   const Pose pose;
   TexturePath path;
@@ -346,7 +346,7 @@ TEST(TexturePath, eachPlaneWearsItsOwnTexture) {
   }
 }
 
-TEST(TexturePath, keepsToTheRulesOfRealTime) {
+TEST(TexturePath, KeepsToTheRulesOfRealTime) {
   for (const Case& c : cases()) {
     const Flat flat{Pose(), &c.texture};
     TexturePath path;
@@ -364,7 +364,7 @@ TEST(TexturePath, keepsToTheRulesOfRealTime) {
 }
 
 // The cost, for a person to read: nothing is expected of a machine that others use.
-TEST(TexturePath, cost) {
+TEST(TexturePath, Cost) {
   for (const Case& c : cases()) {
     const Flat flat{Pose(), &c.texture};
     for (const double speed : {0.02, 0.2}) {

@@ -37,7 +37,7 @@ double cutoffHz(double rateHz, double stepMm, double amplitudeMm) {
   return 0.4 * rateHz;
 }
 
-TEST(VelocityFilter, hasAMeasuredCutOffAndDelay) {
+TEST(VelocityFilter, HasAMeasuredCutOffAndDelay) {
   for (const double rate : {1000.0, 2000.0, 4000.0})
     for (const double step : {0.055, 0.01})
       for (const double amplitude : {0.5, 3.0}) {
@@ -54,7 +54,7 @@ TEST(VelocityFilter, hasAMeasuredCutOffAndDelay) {
       }
 }
 
-TEST(VelocityFilter, makesLessOfEncoderStepsThanALowPassOf40Hz) {
+TEST(VelocityFilter, MakesLessOfEncoderStepsThanALowPassOf40Hz) {
   for (const double step : {0.055, 0.023, 0.01})
     for (const double speed : {0.0, 0.5, 2.0, 10.0, 50.0}) {
       VelocityFilter filter(1e-3, step);
@@ -74,7 +74,7 @@ TEST(VelocityFilter, makesLessOfEncoderStepsThanALowPassOf40Hz) {
     }
 }
 
-TEST(VelocityFilter, beginsAnew) {
+TEST(VelocityFilter, BeginsAnew) {
   VelocityFilter filter(1e-3, 0.05);
   EXPECT_EQ(filter.add({1, 2, 3}), Vec3d::Zero());
   EXPECT_GT(filter.add({2, 2, 3}).x(), 100);

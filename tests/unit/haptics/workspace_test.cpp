@@ -29,7 +29,7 @@ Eigen::Quaterniond anyTurn(std::mt19937& random) {
   return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
 }
 
-TEST(Workspace, isPlainUntilSomethingChanges) {
+TEST(Workspace, IsPlainUntilSomethingChanges) {
   Workspace workspace;
   workspace.pose = {{3, -2, 7}, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()))};
   workspace.scale = 0.37;
@@ -44,7 +44,7 @@ TEST(Workspace, isPlainUntilSomethingChanges) {
   }
 }
 
-TEST(Workspace, mirrorsALeftHandedFrame) {
+TEST(Workspace, MirrorsALeftHandedFrame) {
   Workspace workspace;
   workspace.frame = Handedness::left;
   WorkspaceMap map;
@@ -68,7 +68,7 @@ TEST(Workspace, mirrorsALeftHandedFrame) {
   EXPECT_EQ(third.toWorld(workspace, left, at({1, 2, 3}), 0, kPeriod).translation, Vec3d(1, 2, 3));
 }
 
-TEST(Workspace, noChangeOfAnySettingMovesTheTip) {
+TEST(Workspace, NoChangeOfAnySettingMovesTheTip) {
   constexpr uint32_t kSeed = 11;
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -137,7 +137,7 @@ TEST(Workspace, noChangeOfAnySettingMovesTheTip) {
   }
 }
 
-TEST(Workspace, aZoomIsAboutTheTipAndKeepsTheForceOfAPressingHand) {
+TEST(Workspace, AZoomIsAboutTheTipAndKeepsTheForceOfAPressingHand) {
   WorkspaceMap map;
   Workspace workspace;
   workspace.pose.translation = {100, 0, 0};
@@ -157,7 +157,7 @@ TEST(Workspace, aZoomIsAboutTheTipAndKeepsTheForceOfAPressingHand) {
   }
 }
 
-TEST(Workspace, theClutchLetsTheHandGoAndTakesTheForceSoftly) {
+TEST(Workspace, TheClutchLetsTheHandGoAndTakesTheForceSoftly) {
   WorkspaceMap map;
   Workspace workspace;
   workspace.clutchButtons = 2;
@@ -180,7 +180,7 @@ TEST(Workspace, theClutchLetsTheHandGoAndTakesTheForceSoftly) {
   EXPECT_EQ(map.toDevice(Vec3d::UnitX()).x(), 1);
 }
 
-TEST(Workspace, aPressedWallPansAsFastAsItIsPressed) {
+TEST(Workspace, APressedWallPansAsFastAsItIsPressed) {
   Workspace workspace;
   workspace.scale = 0.1;
   workspace.walls.on = true;
@@ -206,7 +206,7 @@ TEST(Workspace, aPressedWallPansAsFastAsItIsPressed) {
   EXPECT_NEAR(map.wallForce().norm(), 0.5 * sheet().peakForceN, 1e-12);
 }
 
-TEST(Workspace, depthBringsTheNearestWithinReachAndGlidesThere) {
+TEST(Workspace, DepthBringsTheNearestWithinReachAndGlidesThere) {
   Workspace workspace;
   workspace.pose.rotation = Eigen::AngleAxisd(0.4, Vec3d::UnitY());
   workspace.scale = 2;
@@ -241,7 +241,7 @@ TEST(Workspace, depthBringsTheNearestWithinReachAndGlidesThere) {
   EXPECT_NEAR((tip - workspace.toWorld(Vec3d::Zero())).norm(), 0, 1e-9) << "and then it is there";
 }
 
-TEST(Workspace, refusesBadNumbers) {
+TEST(Workspace, RefusesBadNumbers) {
   const auto refused = [](auto&& spoil) {
     Workspace workspace;
     spoil(workspace);
@@ -291,7 +291,7 @@ Felt zoomWhilePressing(double from, double to) {
   return felt;
 }
 
-TEST(Workspace, zoomsInMidPressWithoutAKick) {
+TEST(Workspace, ZoomsInMidPressWithoutAKick) {
   for (const auto& [from, to] : {std::pair(1.0, 0.5), {1.0, 0.1}, {0.2, 1.0}}) {
     const Felt felt = zoomWhilePressing(from, to);
     std::printf("scale %.2f to %.2f: force %.4f to %.4f N, steepest %.5f N a tick, tip moved by %.2e mm\n", from, to,
@@ -304,7 +304,7 @@ TEST(Workspace, zoomsInMidPressWithoutAKick) {
   }
 }
 
-TEST(Workspace, aHandAtRestDoesNotShakeASmallScale) {
+TEST(Workspace, AHandAtRestDoesNotShakeASmallScale) {
   // The same wandering hand, 1 mm, on the surface: at 1:100 a voxel of 0.5 mm is 50 mm of the hand.
   constexpr double kScale = 0.01, kVoxel = 0.5;
   Tool tool;
@@ -345,7 +345,7 @@ TEST(Workspace, aHandAtRestDoesNotShakeASmallScale) {
   EXPECT_LE(steepest, 0.07 * device.sheet().peakForceN);
 }
 
-TEST(Workspace, keepsToTheRulesOfRealTime) {
+TEST(Workspace, KeepsToTheRulesOfRealTime) {
   Workspace workspace;
   workspace.walls.on = true;
   workspace.clutchButtons = 2;

@@ -289,6 +289,30 @@ Breaches wideLines(const fs::path& root) {
   return breaches;
 }
 
+Breaches misnamedSources(const fs::path& root) {
+  const std::regex snake("[a-z0-9]+(_[a-z0-9]+)*\\.(h|cpp)"), test(R"(^TEST(?:_F|_P)?\((\w+),\s*(\w+))");
+  Breaches breaches;
+  for (const auto& [path, source] : readTree(root)) {
+    const std::string file = fs::path(path).filename().string();
+    if (!file.ends_with(".h") && !file.ends_with(".cpp")) continue;
+    if (!std::regex_match(file, snake)) breaches.push_back(path + ": is not in snake_case");
+    if (!path.starts_with("tests/")) continue;
+    std::ifstream in(root / path);
+    bool tests = false;
+    for (std::string line; std::getline(in, line);) {
+      std::smatch found;
+      if (!line.starts_with("TEST") || !std::regex_search(line, found, test)) continue;
+      tests = true;
+      for (const int group : {1, 2})
+        if (!std::isupper(static_cast<unsigned char>(*found[group].first)))
+          breaches.push_back(path + ": " + found[1].str() + "." + found[2].str() + " does not begin with a capital");
+    }
+    if (tests != file.ends_with("_test.cpp"))
+      breaches.push_back(path + (tests ? ": holds tests and does not end in _test.cpp" : ": holds no test"));
+  }
+  return breaches;
+}
+
 Breaches danglingNames(const fs::path& root) {
   constexpr std::array kProse = {".md", ".h", ".cpp", ".txt", ".sh", ".py", ".cmake", ".json"};
   // A path that begins with a folder of the tree: with a suffix anywhere, without one where it is set as code.

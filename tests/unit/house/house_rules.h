@@ -29,6 +29,10 @@ using Breaches = std::vector<std::string>;
 /// Names of files and folders of the tree, in prose and code, that are not there: "clay/base/gone.h", `engine/gone`.
 [[nodiscard]] Breaches danglingNames(const std::filesystem::path& root);
 
+/// Source files that are not named in snake_case; files of test cases that do not end in _test.cpp, or that do and hold
+/// none; test cases and suites whose name does not begin with a capital.
+[[nodiscard]] Breaches misnamedSources(const std::filesystem::path& root);
+
 /// Includes by which a file of one module gets to see OpenVDB's or Vulkan's headers through a header of another.
 [[nodiscard]] Breaches heavyHeaders(const std::filesystem::path& root);
 

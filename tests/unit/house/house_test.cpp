@@ -44,6 +44,10 @@ TEST(House, NoLineIsWide) {
   EXPECT_THAT(wideLines(kThisTree), IsEmpty());
 }
 
+TEST(House, SourcesAndTestsAreNamedInOneWay) {
+  EXPECT_THAT(misnamedSources(kThisTree), IsEmpty());
+}
+
 TEST(House, WhatIsNamedIsThere) {
   EXPECT_THAT(danglingNames(kThisTree), IsEmpty());
 }
@@ -132,6 +136,22 @@ TEST_F(PlantedTree, AWideLineIsCaught) {
   EXPECT_THAT(wideLines(root_), ElementsAre(HasSubstr("clay/base/b.h:2: 121"), HasSubstr("clay/base/raw.cpp:4: 121")));
 }
 
+TEST_F(PlantedTree, ANameInAnotherWayIsCaught) {
+  plant("clay/base/two_words.h", "");
+  plant("tests/unit/clay/ball_test.cpp", "TEST(Ball, IsRound) {\n");
+  EXPECT_THAT(misnamedSources(root_), IsEmpty());
+  plant("clay/base/twoWords.h", "");
+  plant("tests/unit/clay/ball_test.cpp", "TEST(Ball, isRound) {\nTEST_F(ball, IsRound) {\n");
+  plant("tests/unit/clay/cone.cpp", "TEST_P(Cone, IsSharp) {\n");
+  plant("tests/unit/clay/help_test.cpp", "int help() {\n");
+  EXPECT_THAT(misnamedSources(root_),
+              ElementsAre("clay/base/twoWords.h: is not in snake_case",
+                          "tests/unit/clay/ball_test.cpp: Ball.isRound does not begin with a capital",
+                          "tests/unit/clay/ball_test.cpp: ball.IsRound does not begin with a capital",
+                          "tests/unit/clay/cone.cpp: holds tests and does not end in _test.cpp",
+                          "tests/unit/clay/help_test.cpp: holds no test"));
+}
+
 TEST_F(PlantedTree, ANameOfNothingIsCaught) {
   plant("clay/base/a.h", "// See clay/base/a.h and `clay/base`.\n");
   plant("README.md", "`clay/base/a` and [it](clay/base/a.h), input/output\n");
@@ -153,7 +173,7 @@ TEST_F(PlantedTree, AHeavyHeaderSeenFromAnotherRoomIsCaught) {
 
 TEST_F(PlantedTree, AParserOutsideOfTheReaderIsCaught) {
   plant("io/reader/picture.cpp", "#include <stb_image.h>\n");
-  plant("tests/unit/io/picture.cpp", "#include <stb_image.h>\n");
+  plant("tests/unit/io/picture_test.cpp", "#include <stb_image.h>\n");
   EXPECT_THAT(foreignParsers(root_), IsEmpty());
   plant("render/png.cpp", "#include <stb_image.h>\n#include <stb_image_write.h>\n");
   EXPECT_THAT(foreignParsers(root_), ElementsAre(HasSubstr("render/png.cpp:1")));

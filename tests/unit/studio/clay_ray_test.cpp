@@ -23,7 +23,7 @@ engine::Document ball(const haptics::Pose& pose) {
   return document;
 }
 
-TEST(ClayRay, meetsABallWhereGeometrySaysSo) {
+TEST(ClayRay, MeetsABallWhereGeometrySaysSo) {
   haptics::Pose pose;
   pose.translation = {30, -20, 5};
   pose.rotation = Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized());
@@ -53,7 +53,7 @@ TEST(ClayRay, meetsABallWhereGeometrySaysSo) {
   EXPECT_GT(misses, 20);
 }
 
-TEST(ClayRay, aSectionsCutFaceIsMetWhereTheClayIsInside) {
+TEST(ClayRay, ASectionsCutFaceIsMetWhereTheClayIsInside) {
   const engine::Document document = ball({});
   const PinnedClay clay(document, [](engine::Id) {
     render::Box box;
@@ -66,13 +66,13 @@ TEST(ClayRay, aSectionsCutFaceIsMetWhereTheClayIsInside) {
   EXPECT_FALSE(clay.distance({0, 0, 50}, -Vec3d::UnitZ(), 65).has_value()) << "behind it";
 }
 
-TEST(ClayRay, hiddenClayIsNotMet) {
+TEST(ClayRay, HiddenClayIsNotMet) {
   engine::Document document = ball({});
   document.pieces[0].visible = false;
   EXPECT_TRUE(PinnedClay(document, [](engine::Id) { return render::Box(); }).empty());
 }
 
-TEST(ClayRay, goesThroughAHiddenHalfToTheInnerSideOfTheOther) {
+TEST(ClayRay, GoesThroughAHiddenHalfToTheInnerSideOfTheOther) {
   engine::Document document = ball({});
   const clay::Version masked = haptics::testing::painted(document.pieces[0].version, clay::Channel::mask,
                                                          [](Coord v) { return v.z > 0 ? uint8_t{255} : uint8_t{0}; });

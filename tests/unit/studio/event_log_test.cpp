@@ -45,7 +45,7 @@ Event ofKind(Kind kind) {
   return e;
 }
 
-TEST_F(EventLog, everyKindComesBackAsItWas) {
+TEST_F(EventLog, EveryKindComesBackAsItWas) {
   for (int k = 0; k <= int(Kind::lose); ++k) {
     Event e = ofKind(Kind(k));
     const bool placed = e.kind == Kind::move || e.kind == Kind::press || e.kind == Kind::release ||
@@ -96,7 +96,7 @@ TEST_F(EventLog, everyKindComesBackAsItWas) {
   }
 }
 
-TEST_F(EventLog, everyKeyHasANameOfItsOwn) {
+TEST_F(EventLog, EveryKeyHasANameOfItsOwn) {
   for (int k = 33; k <= int(Key::super); ++k) {
     const bool named = k < 127 || (k >= int(Key::escape) && k <= int(Key::end)) ||
                        (k >= int(Key::f1) && k <= int(Key::f12)) ||
@@ -108,7 +108,7 @@ TEST_F(EventLog, everyKeyHasANameOfItsOwn) {
   }
 }
 
-TEST_F(EventLog, aBadLineIsNamedByItsNumber) {
+TEST_F(EventLog, ABadLineIsNamedByItsNumber) {
   for (const char* line :
        {"{\"t\": 2, \"kind\": \"jump\"}", "{\"t\": 2}", "nonsense", "[]",
         "{\"t\": 2, \"kind\": \"move\", \"x\": \"left\"}", "{\"t\": 2, \"kind\": \"move\", \"x\": 1e300}",
@@ -126,7 +126,7 @@ TEST_F(EventLog, aBadLineIsNamedByItsNumber) {
   EXPECT_THAT(refusal(), ::testing::HasSubstr("cannot be read"));
 }
 
-TEST_F(EventLog, isReadAtEveryLengthWithoutHarm) {
+TEST_F(EventLog, IsReadAtEveryLengthWithoutHarm) {
   const std::string whole = toLine(ofKind(Kind::motion6)) + "\n" + toLine(ofKind(Kind::press)) + "\n";
   for (size_t length = 0; length <= whole.size(); ++length) {
     write(whole.substr(0, length));
@@ -137,13 +137,13 @@ TEST_F(EventLog, isReadAtEveryLengthWithoutHarm) {
   }
 }
 
-TEST_F(EventLog, aRecordingIsNotWrittenOver) {
+TEST_F(EventLog, ARecordingIsNotWrittenOver) {
   { EventWriter(file_).write(ofKind(Kind::check)); }
   EXPECT_EQ(readEvents(file_).size(), 1u);
   EXPECT_THROW(EventWriter{file_}, Error);
 }
 
-TEST_F(EventLog, playsAtItsTimesAndStopsAtChecks) {
+TEST_F(EventLog, PlaysAtItsTimesAndStopsAtChecks) {
   write(R"({"t": 0, "kind": "move", "x": 1}
 {"t": 1, "kind": "move", "x": 2}
 {"t": 1, "kind": "check"}
@@ -171,7 +171,7 @@ TEST_F(EventLog, playsAtItsTimesAndStopsAtChecks) {
   EXPECT_TRUE(player.over());
 }
 
-TEST_F(EventLog, playsSoManyTimesAsFast) {
+TEST_F(EventLog, PlaysSoManyTimesAsFast) {
   write(R"({"t": 1, "kind": "move", "x": 1}
 {"t": 20, "kind": "check"}
 {"t": 60, "kind": "move", "x": 2}

@@ -28,7 +28,7 @@ Desk worked() {
   return d;
 }
 
-TEST(Face, comesBackAsItWas) {
+TEST(Face, ComesBackAsItWas) {
   const Desk d = worked();
   Desk back;
   back.state.toolId = "add";
@@ -47,7 +47,7 @@ TEST(Face, comesBackAsItWas) {
   EXPECT_EQ(back.state.tool().radiusMm, 7.25);
 }
 
-TEST(Face, aSectionThatIsOffStaysOffAndIsKept) {
+TEST(Face, ASectionThatIsOffStaysOffAndIsKept) {
   Desk d = worked(), back;
   d.state.look.section.reset();
   applyFace(faceText(d.state, d.camera), back.state, back.camera);
@@ -59,7 +59,7 @@ TEST(Face, aSectionThatIsOffStaysOffAndIsKept) {
   EXPECT_FALSE(back.state.section);
 }
 
-TEST(Face, whatIsWrongLeavesThingsAsTheyAre) {
+TEST(Face, WhatIsWrongLeavesThingsAsTheyAre) {
   for (const char* text :
        {"", "[]", "nothing", "{}", R"({"view": 5, "section": [], "shading": 3, "matcap": "gold", "tool": "hammer"})",
         R"({"view": {"position": [0, 0, 0], "target": [0, 0, 0]}})",

@@ -74,7 +74,7 @@ TEST(FrameLog, FramesOfPanelsAloneAreCounted) {
   EXPECT_EQ(json["frames_since_clay"], 0);
 }
 
-TEST(FrameLog, turnsThatAPersonNoticesAreCounted) {
+TEST(FrameLog, TurnsThatAPersonNoticesAreCounted) {
   FrameLog log;
   for (int i = 0; i < 1000; ++i) log.turned(2'000'000, 1'000'000);
   log.turned(100'000'000, 1'000'000);

@@ -72,7 +72,7 @@ class HandTest : public ::testing::Test {
   Hand hand_{bench_};
 };
 
-TEST_F(HandTest, theTipGoesUnderTheSurfaceAsItWasByAPartOfTheRadius) {
+TEST_F(HandTest, TheTipGoesUnderTheSurfaceAsItWasByAPartOfTheRadius) {
   hand_.begin(stroke(), at(500, 500, 10), 10);
   hand_.pump(11);
   EXPECT_NEAR(hand_.place().z(), 20 - 2.5, 0.1);
@@ -83,7 +83,7 @@ TEST_F(HandTest, theTipGoesUnderTheSurfaceAsItWasByAPartOfTheRadius) {
   EXPECT_GT(hand_.place().x(), 5);
 }
 
-TEST_F(HandTest, aPensDepthGoesWithItsPressure) {
+TEST_F(HandTest, APensDepthGoesWithItsPressure) {
   // From the ball on the clay to as deep as a mouse goes. What the pointer itself adds for pressure is taken off.
   for (const float pressure : {0.0f, 0.5f, 1.0f}) {
     hand_.begin(stroke(), at(500, 500, 10, pressure), 10);
@@ -101,7 +101,7 @@ TEST_F(HandTest, aPensDepthGoesWithItsPressure) {
       << "what does not cut stays on the clay";
 }
 
-TEST_F(HandTest, motionsAreHandedOnAtTheirOwnTimesWithOneLag) {
+TEST_F(HandTest, MotionsAreHandedOnAtTheirOwnTimesWithOneLag) {
   // The press was made at 10, but handled at 10.05 only, as a picture was being drawn.
   hand_.begin(stroke(), at(500, 500, 10), 10.05);
   const double first = hand_.pump(10.05);
@@ -122,7 +122,7 @@ TEST_F(HandTest, motionsAreHandedOnAtTheirOwnTimesWithOneLag) {
   EXPECT_LT(hand_.place().x(), 10);
 }
 
-TEST_F(HandTest, besideTheClayTheLastDepthIsKept) {
+TEST_F(HandTest, BesideTheClayTheLastDepthIsKept) {
   hand_.begin(stroke(), at(500, 500, 10), 10);
   hand_.move(at(999, 500, 10.1));  // 54 mm to the right: beyond the block.
   hand_.pump(12);
@@ -130,7 +130,7 @@ TEST_F(HandTest, besideTheClayTheLastDepthIsKept) {
   EXPECT_NEAR(hand_.place().norm(), 50, 12);
 }
 
-TEST_F(HandTest, aStrokeCutsTheClayAndIsOneStep) {
+TEST_F(HandTest, AStrokeCutsTheClayAndIsOneStep) {
   bench_.setTool({"carve", 5, 1});
   const size_t before = bench_.snapshot()->done;
   const auto begin = std::chrono::steady_clock::now();

@@ -18,14 +18,14 @@ engine::Document ballOf(double acrossMm) {
   return document;
 }
 
-TEST(NewClay, isAHandsSizeInAnEmptyDocument) {
+TEST(NewClay, IsAHandsSizeInAnEmptyDocument) {
   NewClay clay;
   clay.fit({});
   EXPECT_EQ(clay.xMm, 60);
   EXPECT_EQ(clay.voxelMm, 0.5);
 }
 
-TEST(NewClay, isFromAHalfToAQuarterMoreOfWhatIsThere) {
+TEST(NewClay, IsFromAHalfToAQuarterMoreOfWhatIsThere) {
   for (const double across : {0.2, 1.0, 29.0, 60.0, 61.0, 100.0, 119.0, 400.0, 2000.0, 3e4}) {
     SCOPED_TRACE(across);
     NewClay clay;
@@ -45,7 +45,7 @@ TEST(NewClay, isFromAHalfToAQuarterMoreOfWhatIsThere) {
   EXPECT_NEAR(clay.xMm, 1200, 1e-9) << "a round number";
 }
 
-TEST(NewClay, whatWasChosenIsKeptWhileTheModelIsOfOneSize) {
+TEST(NewClay, WhatWasChosenIsKeptWhileTheModelIsOfOneSize) {
   NewClay clay;
   clay.fit(ballOf(60));
   clay.zMm = 10;

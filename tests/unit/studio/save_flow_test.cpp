@@ -25,7 +25,7 @@ Departure to(To where) {
   return departure;
 }
 
-TEST(SaveFlow, whatIsSavedIsLeftWithoutAQuestion) {
+TEST(SaveFlow, WhatIsSavedIsLeftWithoutAQuestion) {
   for (const auto& now : {snapshot("/a.argil", false), snapshot("", false, 0), snapshot("", true, 0)}) {
     SaveFlow flow;
     EXPECT_EQ(flow.want(to(To::quit), now), Next::go);
@@ -33,7 +33,7 @@ TEST(SaveFlow, whatIsSavedIsLeftWithoutAQuestion) {
   }
 }
 
-TEST(SaveFlow, whatIsNotSavedIsAskedAbout) {
+TEST(SaveFlow, WhatIsNotSavedIsAskedAbout) {
   for (const auto& now : {snapshot("/a.argil", true), snapshot("", true), snapshot("/a.argil", true, 0)}) {
     for (const To where : {To::quit, To::newDocument, To::file, To::recovered}) {
       SaveFlow flow;
@@ -50,7 +50,7 @@ TEST(SaveFlow, whatIsNotSavedIsAskedAbout) {
   }
 }
 
-TEST(SaveFlow, aSaveIsWaitedFor) {
+TEST(SaveFlow, ASaveIsWaitedFor) {
   SaveFlow flow;
   auto now = snapshot("/a.argil", true);
   flow.want(to(To::newDocument), now);
@@ -64,7 +64,7 @@ TEST(SaveFlow, aSaveIsWaitedFor) {
   EXPECT_EQ(flow.follow(now.file, false, 62), Next::nothing) << "once";
 }
 
-TEST(SaveFlow, aSaveThatFailsStopsIt) {
+TEST(SaveFlow, ASaveThatFailsStopsIt) {
   SaveFlow flow;
   const auto now = snapshot("/a.argil", true);
   flow.want(to(To::quit), now);
@@ -78,7 +78,7 @@ TEST(SaveFlow, aSaveThatFailsStopsIt) {
   EXPECT_EQ(flow.stage(), Stage::idle);
 }
 
-TEST(SaveFlow, whereItsFileIsNotItsOwnAnyMoreItGetsAnotherName) {
+TEST(SaveFlow, WhereItsFileIsNotItsOwnAnyMoreItGetsAnotherName) {
   SaveFlow flow;
   auto now = snapshot("/a.argil", true);
   now.file.refused = 3;  // of before
@@ -94,7 +94,7 @@ TEST(SaveFlow, whereItsFileIsNotItsOwnAnyMoreItGetsAnotherName) {
   EXPECT_EQ(flow.follow(now.file, false, 3.1), Next::go);
 }
 
-TEST(SaveFlow, untitledWorkGetsANameFirst) {
+TEST(SaveFlow, UntitledWorkGetsANameFirst) {
   SaveFlow flow;
   const auto now = snapshot("", true);
   flow.want(to(To::quit), now);
@@ -110,7 +110,7 @@ TEST(SaveFlow, untitledWorkGetsANameFirst) {
   EXPECT_EQ(flow.stage(), Stage::idle);
 }
 
-TEST(SaveFlow, aNamedSaveOnItsOwnLeadsNowhere) {
+TEST(SaveFlow, ANamedSaveOnItsOwnLeadsNowhere) {
   SaveFlow flow;
   flow.named();
   flow.notNamed();
@@ -118,7 +118,7 @@ TEST(SaveFlow, aNamedSaveOnItsOwnLeadsNowhere) {
   EXPECT_EQ(flow.answer(Answer::dontSave, {}), Next::nothing) << "nobody asked";
 }
 
-TEST(SaveFlow, aNewerWishTakesTheOlderOnesPlace) {
+TEST(SaveFlow, ANewerWishTakesTheOlderOnesPlace) {
   SaveFlow flow;
   const auto now = snapshot("/a.argil", true);
   flow.want(to(To::newDocument), now);
@@ -128,7 +128,7 @@ TEST(SaveFlow, aNewerWishTakesTheOlderOnesPlace) {
   EXPECT_EQ(flow.departure().to, To::quit);
 }
 
-TEST(SaveFlow, onesMindCanBeChangedWhileItSaves) {
+TEST(SaveFlow, OnesMindCanBeChangedWhileItSaves) {
   SaveFlow flow;
   const auto now = snapshot("/a.argil", true);
   flow.want(to(To::quit), now);

@@ -22,7 +22,7 @@ Moment at(int year, int month, int day, int hour, int minute) {
   return std::chrono::system_clock::from_time_t(std::mktime(&parts));
 }
 
-TEST(When, isSaidInAPersonsWords) {
+TEST(When, IsSaidInAPersonsWords) {
   const Moment now = at(2026, 3, 1, 15, 0);
   EXPECT_EQ(momentWords(at(2026, 3, 1, 9, 5), now), "9:05");
   EXPECT_EQ(momentWords(at(2026, 2, 28, 23, 59), now), "yesterday 23:59");
@@ -34,7 +34,7 @@ TEST(When, isSaidInAPersonsWords) {
   EXPECT_EQ(spanWords(at(2026, 2, 28, 23, 50), at(2026, 3, 1, 0, 10), now), "yesterday 23:50 to today 0:10");
 }
 
-TEST(KeepWords, titleAndStatusSayWhereTheDocumentIs) {
+TEST(KeepWords, TitleAndStatusSayWhereTheDocumentIs) {
   engine::FileState file;
   {
     engine::FileState newer;
@@ -61,7 +61,7 @@ TEST(KeepWords, titleAndStatusSayWhereTheDocumentIs) {
   EXPECT_EQ(savingWords(file, Moment()).words.substr(0, 6), "Saved ");
 }
 
-TEST(FileKinds, printersGetThreeMfFirstAndUnitsAreAskedWhereNoneAre) {
+TEST(FileKinds, PrintersGetThreeMfFirstAndUnitsAreAskedWhereNoneAre) {
   std::vector<std::string> written;
   for (const FileKind& kind : fileKinds()) {
     if (kind.writes.empty()) continue;

@@ -3,13 +3,22 @@
 #include "ui3d/studio/files/settings.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "ui3d/studio/panels/settings_tables.h"
 
 namespace argil::studio {
 namespace {
 
-TEST(Settings, comeBackAsTheyWere) {
+namespace fs = std::filesystem;
+
+TEST(Settings, ComeBackAsTheyWere) {
   StudioState state;
   state.theme = Theme::light;
   state.interfaceScale = 1.5f;
@@ -84,7 +93,7 @@ void expectKept(std::span<const Row<Owner>> rows, Owner& (*of)(StudioState&)) {
   }
 }
 
-TEST(Settings, everyRowOfThePanelsIsKept) {
+TEST(Settings, EveryRowOfThePanelsIsKept) {
   expectKept<render::Look>(lookRows(), [](StudioState& s) -> render::Look& { return s.look; });
   expectKept<render::Stereo>(stereoRows(), [](StudioState& s) -> render::Stereo& { return s.stereo; });
   expectKept<render::Quality>(qualityRows(), [](StudioState& s) -> render::Quality& { return s.quality; });
@@ -94,7 +103,7 @@ TEST(Settings, everyRowOfThePanelsIsKept) {
   expectKept<haptics::PanWalls>(wallRows(), [](StudioState& s) -> haptics::PanWalls& { return s.workspace.walls; });
 }
 
-TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
+TEST(Settings, WhatIsWrongInThemLeavesTheStandard) {
   const std::string standard = settingsText(StudioState());
   for (
       const char* text :
@@ -119,7 +128,42 @@ TEST(Settings, whatIsWrongInThemLeavesTheStandard) {
   EXPECT_EQ(settingsText(state), standard);
 }
 
-TEST(StudioState, recentFilesAreEachOnceAndTheNewestFirst) {
+TEST(Settings, OfTwoProgramsThatSaveAtOnceAreThoseOfOne) {
+  const fs::path folder = fs::temp_directory_path() / "settings";  // The tests' own.
+  const char* before = std::getenv("XDG_CONFIG_HOME");
+  const std::string old = before ? before : "";
+  setenv("XDG_CONFIG_HOME", folder.c_str(), 1);
+  std::array<pid_t, 2> programs{};
+  for (size_t i = 0; i < 2; ++i)
+    if (programs[i] = fork(); programs[i] == 0) {
+      StudioState state;  // One text is longer than the other: what is left of it would show.
+      if (i) state.recentFiles.assign(20, std::string(2000, 'x'));
+      bool kept = true;
+      for (int round = 0; round < 200; ++round) kept &= saveSettings(state);
+      _exit(kept ? 0 : 1);
+    }
+  int torn = 0, running = 2;
+  while (running > 0) {
+    for (const pid_t program : programs) {
+      int status = 0;
+      if (waitpid(program, &status, WNOHANG) != program) continue;
+      EXPECT_EQ(status, 0);
+      --running;
+    }
+    std::ifstream in(settingsFile());
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    StudioState state;
+    torn += in.is_open() && !applySettings(text, state);
+  }
+  EXPECT_EQ(torn, 0);
+  fs::remove(settingsFile());
+  fs::create_directories(settingsFile() / "in the way");
+  EXPECT_FALSE(saveSettings(StudioState{}));
+  EXPECT_EQ(std::distance(fs::directory_iterator(settingsFile().parent_path()), {}), 1) << "something is left";
+  old.empty() ? unsetenv("XDG_CONFIG_HOME") : setenv("XDG_CONFIG_HOME", old.c_str(), 1);
+}
+
+TEST(StudioState, RecentFilesAreEachOnceAndTheNewestFirst) {
   StudioState state;
   state.remember("/x/a.argil");
   state.remember("/y/b.stl");
@@ -133,7 +177,7 @@ TEST(StudioState, recentFilesAreEachOnceAndTheNewestFirst) {
   EXPECT_EQ(state.recentFiles[0], "/z/39");
 }
 
-TEST(StudioState, keysThatAreHeldTurnTheToolOverAtItsSize) {
+TEST(StudioState, KeysThatAreHeldTurnTheToolOverAtItsSize) {
   StudioState state;
   state.tool().radiusMm = 9;
   EXPECT_EQ(state.effectiveTool().id, "carve");

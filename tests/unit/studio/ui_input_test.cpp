@@ -49,7 +49,7 @@ class UiInputTest : public ::testing::Test {
   ImVec2 field_;
 };
 
-TEST_F(UiInputTest, knowsWhetherThePanelsWantTheMouse) {
+TEST_F(UiInputTest, KnowsWhetherThePanelsWantTheMouse) {
   frame();
   ui_.feed(of(Kind::move, 60, 40));
   frame();
@@ -65,7 +65,7 @@ TEST_F(UiInputTest, knowsWhetherThePanelsWantTheMouse) {
   EXPECT_FALSE(ui_.wantsMouse());
 }
 
-TEST_F(UiInputTest, clicksAndTextArrive) {
+TEST_F(UiInputTest, ClicksAndTextArrive) {
   frame();
   ui_.feed(of(Kind::move, 60, 40));
   frame();
@@ -100,7 +100,7 @@ TEST_F(UiInputTest, clicksAndTextArrive) {
   EXPECT_STREQ(text_, "clayclay");
 }
 
-TEST_F(UiInputTest, aLostFocusLetsAllKeysGo) {
+TEST_F(UiInputTest, ALostFocusLetsAllKeysGo) {
   frame();
   ui_.feed(keyOf(Kind::keyDown, Key('A'), kControl));
   frame();
@@ -111,7 +111,7 @@ TEST_F(UiInputTest, aLostFocusLetsAllKeysGo) {
   EXPECT_FALSE(ImGui::GetIO().KeyCtrl);
 }
 
-TEST_F(UiInputTest, trianglesStandWithinTheirBuffersAndTheWindow) {
+TEST_F(UiInputTest, TrianglesStandWithinTheirBuffersAndTheWindow) {
   frame();
   const render::UiFrame f = frame();
   EXPECT_EQ(f.width, 400);

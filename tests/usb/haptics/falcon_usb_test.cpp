@@ -56,7 +56,7 @@ bool ready(Device& device) {
   return until(device, Vec3d::Zero(), [](bool fresh) { return fresh; });
 }
 
-TEST(FalconUsb, findsNothingWhereNothingIs) {
+TEST(FalconUsb, FindsNothingWhereNothingIs) {
   EmulatedUsb usb;
   EXPECT_TRUE(findFalcons().empty());
   EXPECT_EQ(zeroFalcons(), 0);
@@ -66,7 +66,7 @@ TEST(FalconUsb, findsNothingWhereNothingIs) {
   })) << device->status();
 }
 
-TEST(FalconUsb, findsEachByItsSocket) {
+TEST(FalconUsb, FindsEachByItsSocket) {
   FalconEmulator one({}), two({});
   EmulatedUsb usb;
   usb.plug(one, "1");
@@ -86,7 +86,7 @@ TEST(FalconUsb, findsEachByItsSocket) {
   EXPECT_THAT(device->status(), HasSubstr("1-4"));
 }
 
-TEST(FalconUsb, twoDriversTakeTwoFalconsAndAThirdIsToldWhy) {
+TEST(FalconUsb, TwoDriversTakeTwoFalconsAndAThirdIsToldWhy) {
   FalconEmulator one({}), two({});
   EmulatedUsb usb;
   usb.plug(one, "1");
@@ -103,7 +103,7 @@ TEST(FalconUsb, twoDriversTakeTwoFalconsAndAThirdIsToldWhy) {
   })) << third->status();
 }
 
-TEST(FalconUsb, loadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
+TEST(FalconUsb, LoadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
   std::vector<uint8_t> firmware(500);
   for (size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<uint8_t>(7 * i + i / 100);
   const auto path = std::filesystem::temp_directory_path() / ("argil-falcon-usb-" + std::to_string(::getpid()));
@@ -120,7 +120,7 @@ TEST(FalconUsb, loadsFirmwareOverTheBusAlsoAfterAWrongEcho) {
   std::filesystem::remove(path);
 }
 
-TEST(FalconUsb, isAtZeroOnceCut) {
+TEST(FalconUsb, IsAtZeroOnceCut) {
   FalconEmulator falcon({});
   EmulatedUsb usb;
   usb.plug(falcon, "2");
@@ -139,7 +139,7 @@ TEST(FalconUsb, isAtZeroOnceCut) {
   EXPECT_TRUE(until(*device, push, [&](bool) { return falcon.forceN().norm() > 3; })) << device->status();
 }
 
-TEST(FalconUsb, copesWithSplitAndLitteredAnswers) {
+TEST(FalconUsb, CopesWithSplitAndLitteredAnswers) {
   FalconEmulator falcon({});
   EmulatedUsb usb;
   usb.plug(falcon, "2");
@@ -151,7 +151,7 @@ TEST(FalconUsb, copesWithSplitAndLitteredAnswers) {
   }
 }
 
-TEST(FalconUsb, isAtZeroAfterAStallAndGoesOn) {
+TEST(FalconUsb, IsAtZeroAfterAStallAndGoesOn) {
   FalconEmulator falcon({});
   EmulatedUsb usb;
   usb.plug(falcon, "2");
@@ -168,7 +168,7 @@ TEST(FalconUsb, isAtZeroAfterAStallAndGoesOn) {
       << device->status();
 }
 
-TEST(FalconUsb, aGuardFindsItAndPutsItToZero) {
+TEST(FalconUsb, AGuardFindsItAndPutsItToZero) {
   FalconEmulator falcon({});
   EmulatedUsb usb;
   usb.plug(falcon, "2");

@@ -1,5 +1,7 @@
 #include "ui3d/studio/files/settings.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -21,26 +23,12 @@ bool remembered(const PanelRow& panel) {
   return panel.dock != Dock::middle;
 }
 
-struct LookSwitch {
-  const char* name;
-  bool render::Look::*member;
-};
-constexpr LookSwitch kLook[] = {{"cavity", &render::Look::cavity},
-                                {"keyShadow", &render::Look::keyShadow},
-                                {"cursorShadow", &render::Look::cursorShadow},
-                                {"beam", &render::Look::beam},
-                                {"depthFade", &render::Look::depthFade},
-                                {"grid", &render::Look::grid},
-                                {"scaleBar", &render::Look::scaleBar},
-                                {"xray", &render::Look::xray},
-                                {"lightBackground", &render::Look::lightBackground}};
-
 void take(const Json& json, std::string_view name, bool& into) {
   if (const auto found = json.find(name); found != json.end() && found->is_boolean()) into = found->get<bool>();
 }
 
 template <class Number>
-void take(const Json& json, const char* name, Number& into, double low, double high) {
+void take(const Json& json, std::string_view name, Number& into, double low, double high) {
   const auto found = json.find(name);
   if (found == json.end() || !found->is_number()) return;
   const double value = found->get<double>();
@@ -48,7 +36,7 @@ void take(const Json& json, const char* name, Number& into, double low, double h
 }
 
 template <class Choice>
-void choose(const Json& json, const char* name, Choice& into, int count) {
+void choose(const Json& json, std::string_view name, Choice& into, int count) {
   int value = int(into);
   take(json, name, value, 0, count - 1);
   into = Choice(value);
@@ -58,6 +46,86 @@ Json part(const Json& json, const char* name) {
   const auto found = json.find(name);
   return found != json.end() && found->is_object() ? *found : Json::object();
 }
+
+// A row for each plain value: the part of the file that it stands in, its name there, where it is in the state, and the
+// least and the greatest that it may be (of choices: how many there are).
+template <class State, class Row>
+void eachValue(State& state, const Row& row) {
+  row("", "pointer_depth", state.pointerDepthMm, 0, 1);
+  row("", "pen_curve", state.penCurve, -1, 1);
+  row("", "size_by", state.sizeBy, 3);
+  row("", "sized_for_mm", state.sizedForMm, kLeastSizeMm, kMostSizeMm);
+  row("", "snap", state.snapWidgets);
+  row("", "fold_panels", state.foldPanels);
+  row("", "start_page", state.startPage);
+  row("", "undo_memory_gib", state.undoGiB, 0, 64);
+  for (const PanelRow& panel : panelTable())
+    if (remembered(panel)) row("panels", panel.id, state.shown.*panel.shown);
+  auto& look = state.look;
+  row("look", "shading", look.shading, 3);
+  row("look", "matcap", look.matcap, 6);
+  row("look", "cavity_strength", look.cavityStrength, 0, 2);
+  row("look", "fade_strength", look.depthFadeStrength, 0, 1);
+  row("look", "cavity", look.cavity);
+  row("look", "keyShadow", look.keyShadow);
+  row("look", "cursorShadow", look.cursorShadow);
+  row("look", "beam", look.beam);
+  row("look", "depthFade", look.depthFade);
+  row("look", "grid", look.grid);
+  row("look", "scaleBar", look.scaleBar);
+  row("look", "xray", look.xray);
+  row("look", "lightBackground", look.lightBackground);
+  row("stereo", "mode", state.stereo.mode, 6);
+  row("stereo", "eyes", state.stereo.eyeDistancePart, 0, 0.2);
+  row("stereo", "convergence", state.stereo.convergencePart, 0.2, 5);
+  row("stereo", "swap", state.stereo.swapEyes);
+  row("quality", "supersample", state.quality.supersample, 1, 4);
+  row("quality", "key_shadow", state.quality.keyShadow);
+  row("quality", "cavity", state.quality.cavity);
+  row("quality", "detail", state.quality.detailPixels, 0, 8);
+  row("quality", "shadow_pixels", state.quality.shadowPixels, 256, 8192);
+  row("quality", "grade", state.surface, 3);
+  row("touch", "steps", state.touchQuality.contactSteps, 1, 64);
+  row("touch", "searches", state.touchQuality.contactSearches, 4, 200);
+  row("touch", "smooth", state.touchQuality.smoothNormals);
+  auto& workspace = state.workspace;
+  row("workspace", "scale", workspace.scale, 0.01, 100);
+  row("workspace", "depth_mm", workspace.depthMm, -500, 500);
+  row("workspace", "frame", workspace.frame, 3);
+  row("workspace", "glide_mms", workspace.glideMms, 0, 1000);
+  row("walls", "on", workspace.walls.on);
+  row("walls", "share", workspace.walls.share, 0.1, 1);
+  row("walls", "stiffness_nmm", workspace.walls.stiffnessNmm, 0.01, 10);
+  row("walls", "rest_mm", workspace.walls.restMm, 0, 10);
+  row("walls", "speed_mmsn", workspace.walls.speedMmsN, 0, 1000);
+  row("import", "voxel_given", state.imports.voxelGiven);
+  row("import", "voxel", state.imports.voxelMm, 0.01, 10);
+  row("import", "half_memory", state.imports.halfMemory);
+}
+
+struct WriteValue {
+  Json& json;
+  template <class Value, class... Bounds>
+  void operator()(const char* inPart, std::string_view name, const Value& value, Bounds...) const {
+    Json& place = *inPart ? json[inPart][std::string(name)] : json[std::string(name)];
+    if constexpr (std::is_enum_v<Value>)
+      place = int(value);
+    else
+      place = value;
+  }
+};
+
+struct ReadValue {
+  const Json& json;
+  template <class Value, class... Bounds>
+  void operator()(const char* inPart, std::string_view name, Value& into, Bounds... bounds) const {
+    const Json place = *inPart ? part(json, inPart) : json;
+    if constexpr (std::is_enum_v<Value>)
+      choose(place, name, into, bounds...);
+    else
+      take(place, name, into, bounds...);
+  }
+};
 
 }  // namespace
 
@@ -82,51 +150,11 @@ std::string settingsText(const StudioState& state) {
     if (tool.inverted) values["inverted"] = true;
     if (!tool.file.empty()) values["file"] = tool.file;
   }
-  json["pointer_depth"] = state.pointerDepthMm;
-  json["pen_curve"] = state.penCurve;
-  json["size_by"] = int(state.sizeBy);
-  json["sized_for_mm"] = state.sizedForMm;
-  json["snap"] = state.snapWidgets;
-  json["fold_panels"] = state.foldPanels;
-  json["start_page"] = state.startPage;
-  for (const PanelRow& panel : panelTable())
-    if (remembered(panel)) json["panels"][panel.id] = state.shown.*panel.shown;
-  Json& look = json["look"];
-  look["shading"] = int(state.look.shading);
-  look["matcap"] = int(state.look.matcap);
-  look["cavity_strength"] = state.look.cavityStrength;
-  look["fade_strength"] = state.look.depthFadeStrength;
-  for (const LookSwitch& row : kLook) look[row.name] = state.look.*row.member;
-  json["stereo"] = {{"mode", int(state.stereo.mode)},
-                    {"eyes", state.stereo.eyeDistancePart},
-                    {"convergence", state.stereo.convergencePart},
-                    {"swap", state.stereo.swapEyes}};
-  json["quality"] = {{"supersample", state.quality.supersample},
-                     {"key_shadow", state.quality.keyShadow},
-                     {"cavity", state.quality.cavity},
-                     {"detail", state.quality.detailPixels},
-                     {"shadow_pixels", state.quality.shadowPixels}};
-  json["quality"]["grade"] = int(state.surface);
-  const haptics::Quality& touch = state.touchQuality;
-  json["touch"] = {{"steps", touch.contactSteps}, {"searches", touch.contactSearches}, {"smooth", touch.smoothNormals}};
-  const haptics::Workspace& workspace = state.workspace;
-  json["workspace"] = {{"scale", workspace.scale},
-                       {"depth_mm", workspace.depthMm},
-                       {"frame", int(workspace.frame)},
-                       {"glide_mms", workspace.glideMms}};
-  json["walls"] = {{"on", workspace.walls.on},
-                   {"share", workspace.walls.share},
-                   {"stiffness_nmm", workspace.walls.stiffnessNmm},
-                   {"rest_mm", workspace.walls.restMm},
-                   {"speed_mmsn", workspace.walls.speedMmsN}};
+  eachValue(state, WriteValue{json});
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
   json["recent"] = state.recentFiles;
   json["folder"] = state.lastFolder;
-  json["undo_memory_gib"] = state.undoGiB;
-  json["import"] = {{"voxel_given", state.imports.voxelGiven},
-                    {"voxel", state.imports.voxelMm},
-                    {"half_memory", state.imports.halfMemory}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -141,9 +169,7 @@ bool applySettings(const std::string& text, StudioState& state) {
   if (const auto tool = json.find("tool");
       tool != json.end() && tool->is_string() && engine::findTool(tool->get<std::string>()))
     state.toolId = tool->get<std::string>();
-  take(json, "pen_curve", state.penCurve, -1, 1);
-  choose(json, "size_by", state.sizeBy, 3);
-  take(json, "sized_for_mm", state.sizedForMm, kLeastSizeMm, kMostSizeMm);
+  eachValue(state, ReadValue{json});
   const Json tools = part(json, "tools"), keys = part(json, "keys");
   for (const auto& [id, values] : tools.items()) {
     const engine::ToolRow* row = engine::findTool(id);
@@ -162,42 +188,6 @@ bool applySettings(const std::string& text, StudioState& state) {
       tool.file = file->get<std::string>();
     state.tools[id] = tool;
   }
-  take(json, "pointer_depth", state.pointerDepthMm, 0, 1);
-  take(json, "snap", state.snapWidgets);
-  take(json, "fold_panels", state.foldPanels);
-  take(json, "start_page", state.startPage);
-  const Json imports = part(json, "import"), panels = part(json, "panels"), look = part(json, "look"),
-             stereo = part(json, "stereo"), quality = part(json, "quality"), touch = part(json, "touch"),
-             workspace = part(json, "workspace"), walls = part(json, "walls");
-  for (const PanelRow& panel : panelTable())
-    if (remembered(panel)) take(panels, panel.id, state.shown.*panel.shown);
-  choose(look, "shading", state.look.shading, 3);
-  choose(look, "matcap", state.look.matcap, 6);
-  take(look, "cavity_strength", state.look.cavityStrength, 0, 2);
-  take(look, "fade_strength", state.look.depthFadeStrength, 0, 1);
-  for (const LookSwitch& row : kLook) take(look, row.name, state.look.*row.member);
-  choose(stereo, "mode", state.stereo.mode, 6);
-  take(stereo, "eyes", state.stereo.eyeDistancePart, 0, 0.2);
-  take(stereo, "convergence", state.stereo.convergencePart, 0.2, 5);
-  take(stereo, "swap", state.stereo.swapEyes);
-  take(quality, "supersample", state.quality.supersample, 1, 4);
-  take(quality, "key_shadow", state.quality.keyShadow);
-  take(quality, "cavity", state.quality.cavity);
-  take(quality, "detail", state.quality.detailPixels, 0, 8);
-  take(quality, "shadow_pixels", state.quality.shadowPixels, 256, 8192);
-  choose(quality, "grade", state.surface, 3);
-  take(touch, "steps", state.touchQuality.contactSteps, 1, 64);
-  take(touch, "searches", state.touchQuality.contactSearches, 4, 200);
-  take(touch, "smooth", state.touchQuality.smoothNormals);
-  take(workspace, "scale", state.workspace.scale, 0.01, 100);
-  take(workspace, "depth_mm", state.workspace.depthMm, -500, 500);
-  choose(workspace, "frame", state.workspace.frame, 3);
-  take(workspace, "glide_mms", state.workspace.glideMms, 0, 1000);
-  take(walls, "on", state.workspace.walls.on);
-  take(walls, "share", state.workspace.walls.share, 0.1, 1);
-  take(walls, "stiffness_nmm", state.workspace.walls.stiffnessNmm, 0.01, 10);
-  take(walls, "rest_mm", state.workspace.walls.restMm, 0, 10);
-  take(walls, "speed_mmsn", state.workspace.walls.speedMmsN, 0, 1000);
   for (const auto& [action, shortcut] : keys.items())
     if (shortcut.is_string()) state.keys[action] = shortcut.get<std::string>();
   if (const auto recent = json.find("recent"); recent != json.end() && recent->is_array())
@@ -206,10 +196,6 @@ bool applySettings(const std::string& text, StudioState& state) {
         state.recentFiles.push_back(file.get<std::string>());
   if (const auto folder = json.find("folder"); folder != json.end() && folder->is_string())
     state.lastFolder = folder->get<std::string>();
-  take(json, "undo_memory_gib", state.undoGiB, 0, 64);
-  take(imports, "voxel_given", state.imports.voxelGiven);
-  take(imports, "voxel", state.imports.voxelMm, 0.01, 10);
-  take(imports, "half_memory", state.imports.halfMemory);
   return true;
 }
 
@@ -225,13 +211,16 @@ bool saveSettings(const StudioState& state) {
   if (file.empty()) return false;
   std::error_code failed;
   fs::create_directories(file.parent_path(), failed);
-  const fs::path temporary = file.string() + ".new";
+  // Of this program alone: two windows that are closed at once do not write into each other's.
+  const fs::path temporary = file.string() + "." + std::to_string(getpid()) + ".new";
   std::ofstream out(temporary);
   out << settingsText(state) << std::flush;
-  if (!out) return false;
+  const bool written = bool(out);
   out.close();
-  fs::rename(temporary, file, failed);
-  return !failed;
+  if (written) fs::rename(temporary, file, failed);
+  const bool kept = written && !failed;
+  if (!kept) fs::remove(temporary, failed);
+  return kept;
 }
 
 }  // namespace argil::studio

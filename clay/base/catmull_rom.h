@@ -1,0 +1,24 @@
+#pragma once
+// Catmull-Rom interpolation of even samples: cubic, through every sample, once continuously differentiable.
+
+namespace argil::clay {
+
+/// The weights of four samples at −1, 0, 1 and 2 for the place `t` from 0 to 1.
+inline void catmullRom(float t, float (&w)[4]) noexcept {
+  const float t2 = t * t, t3 = t2 * t;
+  w[0] = 0.5f * (-t3 + 2 * t2 - t);
+  w[1] = 0.5f * (3 * t3 - 5 * t2 + 2);
+  w[2] = 0.5f * (-3 * t3 + 4 * t2 + t);
+  w[3] = 0.5f * (t3 - t2);
+}
+
+/// The derivatives of these weights by `t`: with them the samples give the slope.
+inline void catmullRomSlope(float t, float (&d)[4]) noexcept {
+  const float t2 = t * t;
+  d[0] = 0.5f * (-3 * t2 + 4 * t - 1);
+  d[1] = 0.5f * (9 * t2 - 10 * t);
+  d[2] = 0.5f * (-9 * t2 + 8 * t + 1);
+  d[3] = 0.5f * (3 * t2 - 2 * t);
+}
+
+}  // namespace argil::clay
