@@ -21,4 +21,13 @@ inline void catmullRomSlope(float t, float (&d)[4]) noexcept {
   d[3] = 0.5f * (3 * t2 - 2 * t);
 }
 
+/// The second derivative, linear between the samples' second differences (as a cubic B-spline's): the derivative of
+/// catmullRomSlope() jumps at the samples.
+inline void splineBend(float t, float (&b)[4]) noexcept {
+  b[0] = 1 - t;
+  b[1] = 3 * t - 2;
+  b[2] = 1 - 3 * t;
+  b[3] = t;
+}
+
 }  // namespace argil::clay

@@ -168,11 +168,19 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
     for (int b = 0; b < 512; ++b) {
       const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
       const Coord low = brick * kBrickEdge;
+      const auto here = [&](Coord v) { return std::clamp(value(box, v), -band, band); };
+      // Beyond the reach one voxel stands for all.
+      if (const float phi = here(low); std::abs(phi) >= band && box.isUniform(low - around, kBrickEdge + 2 * pad)) {
+        const Tile tile = phi < 0 ? Tile::inside : Tile::outside;
+        const std::lock_guard lock(editing);
+        if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+        continue;
+      }
       values.emplace_back();
       bricks.push_back(brick);
       bool flat = true;
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const float phi = std::clamp(value(box, low + Coord{v >> 6, (v >> 3) & 7, v & 7}), -band, band);
+        const float phi = here(low + Coord{v >> 6, (v >> 3) & 7, v & 7});
         values.back()[static_cast<size_t>(v)] = phi;
         flat = flat && std::abs(phi) >= band;
       }

@@ -41,8 +41,9 @@ enum class CarryFrom : uint8_t {
 };
 
 /// A version of the same grid in a store of its own, whose distance at each voxel of `regions` is value(box, voxel) of
-/// a box that was filled there with `reach`; elsewhere the tiles of `source`. The box reaches `pad` voxels beyond the
-/// region. Channels come along. The result depends on neither threads nor order.
+/// a box that was filled there with `reach`, the same wherever the values up to `pad` voxels around are; elsewhere the
+/// tiles of `source`. The box reaches `pad` voxels beyond the region. Channels come along. The result depends on
+/// neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
                               int threads, const WorkPart& part,
                               const std::function<float(const DistanceBox&, Coord)>& value,

@@ -185,6 +185,8 @@ class Victim {
   [[noreturn]] void run(int slave, const Mode& mode) {
     close(master_);
     (void)setpgid(0, 0);
+    // Who starts the tests in the background may have them ignore these.
+    for (const int signal : {SIGINT, SIGTERM, SIGABRT}) (void)::signal(signal, SIG_DFL);
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
     const rlimit noCore{0, 0};
     (void)setrlimit(RLIMIT_CORE, &noCore);

@@ -1,0 +1,235 @@
+#include "clay/field/foot_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/catmull_rom.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr float kLeastSlope = 0.5f;     // a gradient below that points nowhere
+constexpr float kMostShift = 0.5f;      // voxels from the mean of a cell's crossings to the level set
+constexpr float kMostCurvature = 0.8f;  // per voxel: what voxels can tell
+constexpr float kDeepest = 0.6f;        // of a hollow's radius
+constexpr float kBeside2 = 0.6f;        // voxels²: from the nearest place to a point
+constexpr float kHalfBlock = 3.5f;
+constexpr float kHalfDiagonal = 6.07f;  // of the voxels of a block
+
+// Cell corners are numbered x·4 + y·2 + z; these are its edges.
+constexpr int kEdges[12][2] = {{0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3},
+                               {4, 6}, {5, 7}, {0, 1}, {2, 3}, {4, 5}, {6, 7}};
+
+using Vec4f = Eigen::Vector4f;
+
+struct Derivatives {
+  float value;
+  Vec3f slope;
+  Eigen::Matrix3f bend;
+};
+
+// Of a field at `p`, at least a voxel within it. Values that only say "beyond the band" are taken for what the plane
+// through the cell's own says.
+Derivatives derivativesAt(const FieldView& field, float band, const Vec3f& p) {
+  const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
+  const float* own = field.phi + field.index(base);
+  const auto step = [&](Coord by) { return static_cast<ptrdiff_t>(field.index(by)); };
+  const ptrdiff_t sx = step({1, 0, 0}), sy = step({0, 1, 0});
+  float sum = 0;
+  Vec3f plane = Vec3f::Zero();
+  for (int c = 0; c < 8; ++c) {
+    const float value = own[(c & 4 ? sx : 0) + (c & 2 ? sy : 0) + (c & 1)];
+    sum += value;
+    plane += Vec3f(c & 4 ? value : -value, c & 2 ? value : -value, c & 1 ? value : -value);
+  }
+  sum /= 8, plane /= 4;
+  float w[3][4], d[3][4], b[3][4];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float t = p[axis] - std::floor(p[axis]);
+    catmullRom(t, w[axis]), catmullRomSlope(t, d[axis]), splineBend(t, b[axis]);
+  }
+  Vec4f rows[4][4], most = Vec4f::Zero();
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y) {
+      rows[x][y] = Eigen::Map<const Vec4f>(own + (x - 1) * sx + (y - 1) * sy - 1);
+      most = most.cwiseMax(rows[x][y].cwiseAbs());
+    }
+  if (most.maxCoeff() >= band) {
+    const Vec4f alongZ = plane.z() * Vec4f(-1.5f, -0.5f, 0.5f, 1.5f);
+    for (int x = 0; x < 4; ++x)
+      for (int y = 0; y < 4; ++y)
+        rows[x][y] = (rows[x][y].array().abs() < band)
+                         .select(rows[x][y], alongZ.array() +
+                                                 (sum + plane.x() * (float(x) - 1.5f) + plane.y() * (float(y) - 1.5f)));
+  }
+  // First summed along y, then along x, then along themselves.
+  Vec4f ww = Vec4f::Zero(), dw = ww, bw = ww, wd = ww, wb = ww, dd = ww;
+  for (int x = 0; x < 4; ++x) {
+    Vec4f along = Vec4f::Zero(), slope = along, bend = along;
+    for (int y = 0; y < 4; ++y)
+      along += w[1][y] * rows[x][y], slope += d[1][y] * rows[x][y], bend += b[1][y] * rows[x][y];
+    ww += w[0][x] * along, dw += d[0][x] * along, bw += b[0][x] * along;
+    wd += w[0][x] * slope, dd += d[0][x] * slope, wb += w[0][x] * bend;
+  }
+  const Vec4f wz(w[2]), dz(d[2]), bz(b[2]);
+  Derivatives out;
+  out.value = wz.dot(ww);
+  out.slope = {wz.dot(dw), wz.dot(wd), dz.dot(ww)};
+  const float xy = wz.dot(dd), xz = dz.dot(dw), yz = dz.dot(wd);
+  out.bend << wz.dot(bw), xy, xz, xy, wz.dot(wb), yz, xz, yz, bz.dot(ww);
+  return out;
+}
+
+// Between two boxes; between a place and a box.
+float gapOf(const Vec3f& lowA, const Vec3f& highA, const Vec3f& lowB, const Vec3f& highB) {
+  return (lowB - highA).cwiseMax(lowA - highB).cwiseMax(0.0f).norm();
+}
+
+}  // namespace
+
+void FootPoints::make(const FieldView& field, float band, float side, float level, const std::vector<Coord>& blocks) {
+  x_.clear(), y_.clear(), z_.clear(), shapes_.clear(), blocks_.clear();
+  const Coord size = field.size;
+  const size_t sx = static_cast<size_t>(size.y) * static_cast<size_t>(size.z), sy = static_cast<size_t>(size.z);
+  const size_t corner[8] = {0, 1, sy, sy + 1, sx, sx + 1, sx + sy, sx + sy + 1};
+  for (const Coord block : blocks) {
+    // Cells with a voxel around them.
+    const Coord from{std::max(block.x, 1), std::max(block.y, 1), std::max(block.z, 1)};
+    const Coord to{std::min(block.x + kBrickEdge, size.x - 2), std::min(block.y + kBrickEdge, size.y - 2),
+                   std::min(block.z + kBrickEdge, size.z - 2)};
+    if (from.x >= to.x || from.y >= to.y || from.z >= to.z) continue;
+    const auto first = static_cast<uint32_t>(x_.size());
+    // A bit for each voxel of a row beyond the level.
+    uint32_t beyond[kBrickEdge + 1][kBrickEdge + 1];
+    for (int x = from.x; x <= to.x; ++x)
+      for (int y = from.y; y <= to.y; ++y) {
+        const float* row = field.phi + field.index({x, y, from.z});
+        uint32_t bits = 0;
+        for (int z = 0; z <= to.z - from.z; ++z) bits |= uint32_t(side * row[z] > level) << z;
+        beyond[x - from.x][y - from.y] = bits;
+      }
+    for (int x = from.x; x < to.x; ++x)
+      for (int y = from.y; y < to.y; ++y) {
+        const uint32_t rows[4] = {beyond[x - from.x][y - from.y], beyond[x - from.x][y - from.y + 1],
+                                  beyond[x - from.x + 1][y - from.y], beyond[x - from.x + 1][y - from.y + 1]};
+        const uint32_t any = rows[0] | rows[1] | rows[2] | rows[3], all = rows[0] & rows[1] & rows[2] & rows[3];
+        const uint32_t cells = (1u << (to.z - from.z)) - 1;
+        for (uint32_t crossed = (any | any >> 1) & ~(all & all >> 1) & cells; crossed; crossed &= crossed - 1) {
+          const int z = from.z + __builtin_ctz(crossed);
+          const size_t at = field.index({x, y, z});
+          float v[8];
+          for (int c = 0; c < 8; ++c) v[c] = side * field.phi[at + corner[c]] - level;
+          Vec3f sum = Vec3f::Zero();
+          int crossings = 0;
+          for (const auto& [a, b] : kEdges) {
+            if ((v[a] > 0) == (v[b] > 0)) continue;
+            const Vec3f pa(float(a >> 2), float((a >> 1) & 1), float(a & 1)),
+                pb(float(b >> 2), float((b >> 1) & 1), float(b & 1));
+            sum += pa + (pb - pa) * (v[a] / (v[a] - v[b]));
+            ++crossings;
+          }
+          addPoint(field, band, side, level, sum / float(crossings) + Vec3f(float(x), float(y), float(z)));
+        }
+      }
+    const auto end = static_cast<uint32_t>(x_.size());
+    if (end == first) continue;
+    Block found{shapes_[first].point, shapes_[first].point, {first, end}};
+    for (uint32_t i = first + 1; i < end; ++i) {
+      found.low = found.low.cwiseMin(shapes_[i].point);
+      found.high = found.high.cwiseMax(shapes_[i].point);
+    }
+    blocks_.push_back(found);
+  }
+  for (std::vector<float>* each : {&x_, &y_, &z_}) each->resize(each->size() + kBrickEdge, 0);  // vectors read on
+}
+
+void FootPoints::addPoint(const FieldView& field, float band, float side, float level, const Vec3f& place) {
+  const Derivatives at = derivativesAt(field, band, place);
+  const float length = at.slope.norm();
+  Shape shape{place, Vec3f::Zero(), Vec3f::Zero(), {0, 0}, length > kLeastSlope};
+  if (shape.known) {
+    const Vec3f n = at.slope * (side / length);
+    const float shift = std::clamp((level - side * at.value) / length, -kMostShift, kMostShift);
+    shape.point = place + n * shift;
+    shape.normal = n;
+    // Curvatures: the bend within the tangent plane, by its slope.
+    const int least = std::abs(n.x()) < std::abs(n.y()) ? (std::abs(n.x()) < std::abs(n.z()) ? 0 : 2)
+                                                        : (std::abs(n.y()) < std::abs(n.z()) ? 1 : 2);
+    const Vec3f u = n.cross(Vec3f::Unit(least)).normalized(), v = n.cross(u);
+    const Vec3f bendU = at.bend * u * (side / length), bendV = at.bend * v * (side / length);
+    const float uu = u.dot(bendU), uv = u.dot(bendV), vv = v.dot(bendV);
+    const float mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
+    const float one = mean + half, two = mean - half;
+    // The longer of both ways to write the first direction.
+    const float a0 = uv, a1 = one - uu, b0 = one - vv, b1 = uv;
+    const bool a = a0 * a0 + a1 * a1 > b0 * b0 + b1 * b1;
+    const Vec3f direction = a ? Vec3f(u * a0 + v * a1) : Vec3f(u * b0 + v * b1);
+    const float norm = direction.norm();
+    shape.first = norm > 1e-6f ? Vec3f(direction / norm) : u;  // of a ball any
+    shape.curvature[0] = std::clamp(one, -kMostCurvature, kMostCurvature);
+    shape.curvature[1] = std::clamp(two, -kMostCurvature, kMostCurvature);
+  }
+  x_.push_back(shape.point.x()), y_.push_back(shape.point.y()), z_.push_back(shape.point.z());
+  shapes_.push_back(shape);
+}
+
+FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool place) const {
+  const Vec3f way = p - shape.point;
+  const float square = way.squaredNorm(), far = std::sqrt(square);
+  if (!shape.known) return {far, shape.point};
+  const float h = way.dot(shape.normal), u = way.dot(shape.first), rest = std::max(0.0f, square - h * h - u * u);
+  // Nothing is nearest beyond the middle of its own hollow: curvatures that say so come from a crease.
+  const float hollow = -kDeepest / std::max(h, 1.0f);
+  const float curvature[2] = {std::max(shape.curvature[0], hollow), std::max(shape.curvature[1], hollow)};
+  // A parallel surface at h has curvatures κ/(1 + hκ).
+  const float spread[2] = {1 + h * curvature[0], 1 + h * curvature[1]};
+  const float bent = h + (curvature[0] * u * u / spread[0] + curvature[1] * rest / spread[1]) / 2;
+  // Points lie so close together that one is beside the nearest place, as it looks from afar.
+  const float least = std::sqrt(std::max(0.0f, square - kBeside2 * std::max(1.0f, spread[0])));
+  Foot foot{std::clamp(bent, least, far), shape.point};
+  if (place) {
+    const Vec3f second = way - shape.normal * h - shape.first * u;
+    const float a = u / spread[0];
+    foot.place += shape.first * a + second / spread[1] -
+                  shape.normal * ((curvature[0] * a * a + curvature[1] * rest / (spread[1] * spread[1])) / 2);
+  }
+  return foot;
+}
+
+bool FootPoints::measure(Coord low, float reach, const std::array<bool, kBrickVoxels>& wanted, bool places,
+                         std::array<Foot, kBrickVoxels>& feet) {
+  const Vec3f corner = low.toVec3d().cast<float>(), middle = corner + Vec3f::Constant(kHalfBlock);
+  near_.clear();
+  for (uint32_t i = 0; i < blocks_.size(); ++i)
+    if (const float gap = gapOf(middle, middle, blocks_[i].low, blocks_[i].high); gap < reach + kHalfDiagonal)
+      near_.push_back({gap, i});
+  std::sort(near_.begin(), near_.end(), [](const Near& a, const Near& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.block < b.block;
+  });
+  const PointArrays points{x_.data(), y_.data(), z_.data()};
+  const float centre[3] = {middle.x(), middle.y(), middle.z()}, from[3] = {corner.x(), corner.y(), corner.z()};
+  float best = (reach + kHalfDiagonal) * (reach + kHalfDiagonal);
+  uint32_t first = kNoPoint;
+  for (const Near& each : near_) {
+    if (each.distance * each.distance >= best) break;
+    nearestOf(points, blocks_[each.block].points, centre, best, first);
+  }
+  if (first == kNoPoint) return false;
+  // The nearest point to a voxel is not farther from it than `first`.
+  const float most = std::sqrt(best) + kHalfDiagonal;
+  const Vec3f last = corner + Vec3f::Constant(kBrickEdge - 1);
+  ranges_.clear();
+  for (const Near& each : near_)
+    if (gapOf(corner, last, blocks_[each.block].low, blocks_[each.block].high) <= most)
+      ranges_.push_back(blocks_[each.block].points);
+  uint32_t nearest[kBrickVoxels];
+  nearestPoints(points, ranges_, first, from, wide_, narrow_, nearest);
+  for (int v = 0; v < kBrickVoxels; ++v)
+    if (wanted[static_cast<size_t>(v)])
+      feet[static_cast<size_t>(v)] =
+          footOn(shapes_[nearest[v]], corner + Vec3f(float(v >> 6), float((v >> 3) & 7), float(v & 7)), places);
+  return true;
+}
+
+}  // namespace argil::clay

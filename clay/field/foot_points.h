@@ -1,0 +1,69 @@
+#pragma once
+// The level set of a box of distances as points with tangent planes and curvatures, and distances to it by the nearest.
+
+#include <array>
+#include <vector>
+
+#include "clay/base/vec.h"
+#include "clay/kernels/foot_kernels.h"
+
+namespace argil::clay {
+
+/// Values at voxels, z fastest, rows of y, slices of x. `phi` outlives what looks at it.
+struct FieldView {
+  const float* phi;
+  Coord size;
+  [[nodiscard]] size_t index(Coord v) const {
+    return (static_cast<size_t>(v.x) * static_cast<size_t>(size.y) + static_cast<size_t>(v.y)) *
+               static_cast<size_t>(size.z) +
+           static_cast<size_t>(v.z);
+  }
+};
+
+/// Work space, used again for box after box. One thread each.
+class FootPoints {
+ public:
+  /// Takes the level set side·phi = level apart: a point for each cell that it crosses, moved onto it, with the plane
+  /// and the curvatures that cubic splines have there. Cells nearer than a voxel to the rim of the field have none.
+  /// `blocks`: corners of blocks of 8³ cells that hold all of it; they may lie partly outside of the field. Cost: about
+  /// 0.2 µs for each point.
+  void make(const FieldView& field, float band, float side, float level, const std::vector<Coord>& blocks);
+
+  /// The nearest place of the level set, as its points tell it.
+  struct Foot {
+    float distance;  ///< From the level set; not less than 0.
+    Vec3f place;     ///< Only where it was asked for.
+  };
+  /// Of all voxels of the block of 8³ from `low` on; z fastest. False where none is within `reach`; where `wanted` is
+  /// false a foot is undefined. Exact for points; between them the surface is that of second order at the nearest one.
+  bool measure(Coord low, float reach, const std::array<bool, kBrickVoxels>& wanted, bool places,
+               std::array<Foot, kBrickVoxels>& feet);
+
+ private:
+  // Points of a block of cells, one after the other, and the box around them.
+  struct Block {
+    Vec3f low, high;
+    PointRange points;
+  };
+  struct Near {
+    float distance;  // from the middle of what is measured to the box
+    uint32_t block;
+  };
+  // Of the surface beside a point: z = −(κ1 u² + κ2 v²)/2 over its plane, z towards the side that is measured.
+  struct Shape {
+    Vec3f point, normal, first;  // `first`: direction of κ1, unit length
+    float curvature[2];
+    bool known;  // false: a slope that points nowhere; the point alone counts
+  };
+  void addPoint(const FieldView& field, float band, float side, float level, const Vec3f& place);
+  [[nodiscard]] Foot footOn(const Shape& shape, const Vec3f& p, bool place) const;
+
+  std::vector<float> x_, y_, z_;
+  std::vector<Shape> shapes_;
+  std::vector<Block> blocks_;
+  std::vector<Near> near_;
+  std::vector<PointRange> ranges_;
+  PointRoom wide_, narrow_;
+};
+
+}  // namespace argil::clay
