@@ -11,7 +11,8 @@ namespace argil::clay {
 
 namespace {
 
-constexpr float kOwnTo = 1.0f;       // voxels beyond the level: so far the version's own values have a part
+constexpr float kOwnTo = 1.0f;       // voxels beyond the level: so far the version's own values have a part,
+constexpr float kAgree = 0.15f;      // if they differ from what is measured by no more
 constexpr float kLeastSlope = 0.5f;  // a gradient below that points nowhere
 
 }  // namespace
@@ -93,8 +94,10 @@ void DistanceBox::measure(FootPoints& points, Coord low, Coord size, float side,
                 phi = side * reach;
                 continue;
               }
+              // Close to the level the version's own value is the better one, where it is a distance at all.
               const float own = side * phi - kLevel, far = feet[v].distance;
-              phi = side * std::min(kLevel + (own < kOwnTo ? own + own / kOwnTo * (far - own) : far), reach);
+              const bool both = own < kOwnTo && std::abs(own - far) < kAgree;
+              phi = side * std::min(kLevel + (both ? own + own / kOwnTo * (far - own) : far), reach);
               if (!feet_) continue;
               // On from the level set to the surface itself, in the same direction.
               const Vec3f way = feet[v].place - Vec3f(float(bx + x), float(by + y), float(bz + z));

@@ -13,6 +13,7 @@ constexpr float kLeastSlope = 0.5f;     // a gradient below that points nowhere
 constexpr float kMostShift = 0.5f;      // voxels from the mean of a cell's crossings to the level set
 constexpr float kMostCurvature = 0.8f;  // per voxel: what voxels can tell
 constexpr float kDeepest = 0.6f;        // of a hollow's radius
+constexpr float kLeastSpread = 0.25f;   // of normals, beside what they are at the surface: behind it too
 constexpr float kBeside2 = 0.6f;        // voxels²: from the nearest place to a point
 constexpr float kHalfBlock = 3.5f;
 constexpr float kHalfDiagonal = 6.07f;  // of the voxels of a block
@@ -183,7 +184,7 @@ FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool pla
   const float hollow = -kDeepest / std::max(h, 1.0f);
   const float curvature[2] = {std::max(shape.curvature[0], hollow), std::max(shape.curvature[1], hollow)};
   // A parallel surface at h has curvatures κ/(1 + hκ).
-  const float spread[2] = {1 + h * curvature[0], 1 + h * curvature[1]};
+  const float spread[2] = {std::max(1 + h * curvature[0], kLeastSpread), std::max(1 + h * curvature[1], kLeastSpread)};
   const float bent = h + (curvature[0] * u * u / spread[0] + curvature[1] * rest / spread[1]) / 2;
   // Points lie so close together that one is beside the nearest place, as it looks from afar.
   const float least = std::sqrt(std::max(0.0f, square - kBeside2 * std::max(1.0f, spread[0])));
