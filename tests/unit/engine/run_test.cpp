@@ -134,6 +134,26 @@ TEST(RunScript, TheDelayOfPublishingChangesLittleOfWhatIsCut) {
   }
 }
 
+TEST(RunScript, ProgressGrowsFromNothingToAll) {
+  const std::string operation = R"({"operation": "smooth-all", "passes": 1})";
+  const Script what = script(kTip + "," + operation + "," + kTip + "," + operation + "," + kTip);
+  Session session(prepareClay(clay::Store::make(), what).version);
+  clay::Surface surface;
+  Job job;
+  RunOptions options;
+  options.job = &job;
+  std::vector<double> told;
+  // An operation tells of itself, from 0 to 1.
+  options.onSurface = [&](const clay::SurfaceDelta&) {
+    if (const double fraction = job.fraction(); fraction < 1) told.push_back(fraction);
+  };
+  (void)runScript(session, surface, what, options);
+  ASSERT_GE(told.size(), 3u);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << ::testing::PrintToString(told);
+  EXPECT_GE(told.front(), 0);
+  EXPECT_NEAR(told.back(), 0.8, 1e-9) << "two strokes and two operations of five came before";
+}
+
 TEST(RunScript, ACancelledRunLeavesNoStrokeOpen) {
   for (const std::string& strokes : {kCarve, kTip}) {
     const Script what = script(strokes + "," + strokes);

@@ -71,6 +71,23 @@ TEST_F(Keeping, ADocumentIsSavedAndOpened) {
   EXPECT_EQ(back.pieces[0].version.store(), back.pieces[2].version.store()) << "copies share their clay again";
 }
 
+TEST_F(Keeping, AFileUnderAThirdNameKnowsTheFirst) {
+  Session session(fullDocument());
+  const auto documentRecords = std::make_shared<DocumentRecords>();
+  std::shared_ptr<const Base> base;
+  std::vector<uint64_t> stamps;
+  for (const char* name : {"a.argil", "b.argil", "c.argil"}) {
+    stroke(session, uint64_t(stamps.size()) + 1);
+    base = saveDocument(folder / name,
+                        {session.states(), session.undoSteps(), {}, documentRecords, base, {}, newWriter()});
+    stamps.push_back(base->stamp);
+  }
+  const auto third = io::DocumentFile::open(folder / "c.argil", false);
+  EXPECT_GT(third->sharedWith(stamps[0]), 1u) << "a journal on the first file is not recovered with the third";
+  EXPECT_GT(third->sharedWith(stamps[1]), third->sharedWith(stamps[0]));
+  EXPECT_EQ(third->sharedWith(stamps[0] + 1), 0u);
+}
+
 TEST_F(Keeping, HistoryIsSavedAndGoneBackTo) {
   const fs::path file = folder / "h.argil";
   std::vector<std::string> tale;

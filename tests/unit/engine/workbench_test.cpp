@@ -218,6 +218,13 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   ASSERT_TRUE(until([&] { return document()->parts.size() == 1; })) << problems();
   EXPECT_NE(document()->parts[0].felt, nullptr);
   EXPECT_EQ(document()->parts[0].name, "a");
+  const auto boxOf = [&](Id id) {
+    ModelExport one;
+    one.piece = id;
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& p : modelOf(*document(), one).at(0).mesh.positions) box.extend(p);
+    return box;
+  };
   // One that was put beside what is there goes back to where its file has it.
   how.asPart = false;
   how.stands = true;
@@ -236,6 +243,12 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   what.piece = document()->pieces[0].id;
   EXPECT_LT((back - middle(*document())).norm(), 0.1);
   EXPECT_GT((back - placed).norm(), 1);
+  // Or lies there from the beginning.
+  how.stands = false;
+  bench.import(folder / "a.stl", how);
+  ASSERT_TRUE(until([&] { return document()->pieces.size() == 4; })) << problems();
+  EXPECT_NEAR(boxOf(document()->pieces[3].id).min().z(), boxOf(document()->pieces[0].id).min().z(), 0.1);
+  EXPECT_LT(boxOf(document()->pieces[3].id).min().z(), -5);
   const DocumentPtr before = document();
   (void)bench.takeMessages();
   bench.import(folder / "none.stl", how);
