@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Composite.h>
+#include <openvdb/tools/LevelSetFilter.h>
 #include <openvdb/tools/LevelSetRebuild.h>
 
 #include <algorithm>
@@ -23,6 +24,7 @@
 #include "clay/whole/boolean.h"
 #include "clay/whole/offset.h"
 #include "clay/whole/resample.h"
+#include "clay/whole/smooth_all.h"
 #include "engine/document/jobs.h"
 
 namespace argil::bench {
@@ -251,6 +253,21 @@ void benchWhole(BenchReport& report, const BenchOptions& options) {
   measure(
       report, hand, "resample-1.5/" + model.name, 1,
       [&](Job* job) { return resample(sphere, coarse, Eigen::Isometry3d::Identity(), 0, job); }, freeSphere, rebuilt);
+  constexpr int kPasses = 10;
+  Peer filtered;
+  {
+    const double million = std::min(size, kLargestRebuild);
+    const auto a = levelSet(benchSphere(million).version);
+    openvdb::tools::LevelSetFilter<openvdb::FloatGrid> filter(*a);
+    filtered.us = timeOf([&] {
+      for (int pass = 0; pass < kPasses; ++pass) filter.mean(1);
+    });
+    filtered.us *= size / million;
+    filtered.name = fmt::format("LevelSetFilter::mean, {} times, with {:g}M", kPasses, million);
+  }
+  measure(
+      report, hand, "smooth-all-10/" + model.name, 1,
+      [&](Job* job) { return smoothAll(sphere, kPasses, true, 0, job); }, freeSphere, filtered);
 }
 
 }  // namespace argil::bench

@@ -73,6 +73,14 @@ void DistanceBox::measure(FootPoints& points, Coord low, Coord size, float side,
         // Rows of the block that lie in the box, and what of them lies beyond the level.
         const int rows = std::min(kBrickEdge, end.x - bx), columns = std::min(kBrickEdge, end.y - by),
                   count = std::min(kBrickEdge, end.z - bz);
+        if (!points.approach({bx, by, bz}, reach - kLevel)) {
+          for (int x = 0; x < rows; ++x)
+            for (int y = 0; y < columns; ++y) {
+              float* row = &phi_[index({bx + x, by + y, bz})];
+              for (int z = 0; z < count; ++z) row[z] = side * row[z] > kLevel ? side * reach : row[z];
+            }
+          continue;
+        }
         wanted.fill(false);
         bool any = false;
         for (int x = 0; x < rows; ++x)
@@ -82,7 +90,7 @@ void DistanceBox::measure(FootPoints& points, Coord low, Coord size, float side,
             for (int z = 0; z < count; ++z) any |= mark[z] = side * row[z] > kLevel;
           }
         if (!any) continue;
-        const bool near = points.measure({bx, by, bz}, reach - kLevel, wanted, feet_, feet);
+        points.measure(wanted, feet_, feet);
         for (int x = 0; x < rows; ++x)
           for (int y = 0; y < columns; ++y) {
             const size_t first = index({bx + x, by + y, bz});
@@ -90,10 +98,6 @@ void DistanceBox::measure(FootPoints& points, Coord low, Coord size, float side,
               const auto v = static_cast<size_t>((x * kBrickEdge + y) * kBrickEdge + z);
               if (!wanted[v]) continue;
               float& phi = phi_[first + static_cast<size_t>(z)];
-              if (!near) {
-                phi = side * reach;
-                continue;
-              }
               // Close to the level the version's own value is the better one, where it is a distance at all.
               const float own = side * phi - kLevel, far = feet[v].distance;
               const bool both = own < kOwnTo && std::abs(own - far) < kAgree;
@@ -115,6 +119,8 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   const int margin = farthest <= band ? 0 : static_cast<int>(std::ceil(farthest - level)) + 2;
   outerLow_ = low - Coord{margin, margin, margin};
   outer_ = size + Coord{2 * margin, 2 * margin, 2 * margin};
+  low_ = low - outerLow_;
+  size_ = size;
   feet_ = reach.feet;
   if (!gather(version)) return false;
   if (feet_) foot_.assign(phi_.size(), -1);
@@ -123,10 +129,38 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   for (size_t i = 0; i < 2; ++i)
     if (sides[i].second > band) points_[i].make({phi_.data(), outer_}, band, sides[i].first, level, blocks_);
   for (size_t i = 0; i < 2; ++i)
-    if (sides[i].second > band) measure(points_[i], low - outerLow_, size, sides[i].first, sides[i].second);
+    if (sides[i].second > band) measure(points_[i], low_, size_, sides[i].first, sides[i].second);
   if (reach.outside < band || reach.inside < band)
     for (float& phi : phi_) phi = std::clamp(phi, -reach.inside, reach.outside);
   return true;
+}
+
+void DistanceBox::average(int passes) {
+  const auto x = static_cast<size_t>(size_.x), y = static_cast<size_t>(size_.y), z = static_cast<size_t>(size_.z);
+  mean_.resize(x * y * z);
+  next_.resize(x * y * z);
+  const auto forRows = [&](const auto& each) {
+    for (size_t i = 0; i < x; ++i)
+      for (size_t j = 0; j < y; ++j)
+        each(&phi_[index(low_ + Coord{static_cast<int>(i), static_cast<int>(j), 0})], (i * y + j) * z);
+  };
+  forRows([&](const float* row, size_t at) { std::copy_n(row, z, &mean_[at]); });
+  // Along one axis: each voxel and its neighbours `step` before and after. What has none keeps its value.
+  const auto along = [&](size_t step, const std::vector<float>& from, std::vector<float>& to) {
+    const size_t end = from.size() - step;
+    const float* values = from.data();
+    float* out = to.data();
+    std::copy_n(values, step, out);
+    for (size_t i = step; i < end; ++i) out[i] = 0.5f * values[i] + 0.25f * (values[i - step] + values[i + step]);
+    std::copy_n(values + end, step, out + end);
+  };
+  for (int pass = 0; pass < passes; ++pass) {
+    along(1, mean_, next_);  // also from row to row, which the rim takes
+    along(z, next_, mean_);
+    along(y * z, mean_, next_);
+    mean_.swap(next_);
+  }
+  forRows([&](float* row, size_t at) { std::copy_n(&mean_[at], z, row); });
 }
 
 bool DistanceBox::isUniform(Coord low, int edge) const {

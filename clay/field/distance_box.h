@@ -29,6 +29,11 @@ class DistanceBox {
 
   /// The signed distance at a voxel of the box, in voxels.
   [[nodiscard]] float at(Coord voxel) const { return phi_[index(voxel - outerLow_)]; }
+  /// The distances from a voxel on along z, to the end of the box.
+  [[nodiscard]] const float* row(Coord voxel) const { return &phi_[index(voxel - outerLow_)]; }
+  /// Takes the binomial mean of 3×3×3 voxels, `passes` times. The outermost `passes` voxels of the box are then
+  /// undefined, and foot() tells of the field before. Cost: about 3 ns for each voxel and pass.
+  void average(int passes);
   /// Whether all voxels of the cube have one value, as beyond the reach.
   [[nodiscard]] bool isUniform(Coord low, int edge) const;
   /// The voxel beside the place of the surface that is nearest to a voxel of the box whose distance is within reach.
@@ -46,13 +51,14 @@ class DistanceBox {
   void measure(FootPoints& points, Coord low, Coord size, float side, float reach);
 
   Coord outerLow_, outer_;  // the box with what can be nearest around it
+  Coord low_, size_;        // the box itself, from outerLow_ on
   Tile uniform_ = Tile::outside;
   bool feet_ = false;
-  std::vector<float> phi_;
-  std::vector<uint8_t> filled_;  // bricks that have values of their own
-  std::vector<int32_t> foot_;    // index of the voxel beside the nearest place, −1: not measured
-  std::vector<Coord> blocks_;    // blocks of 8³ cells that may hold surface, from outerLow_ on
-  FootPoints points_[2];         // outside, inside
+  std::vector<float> phi_, mean_, next_;  // the latter two of the box itself
+  std::vector<uint8_t> filled_;           // bricks that have values of their own
+  std::vector<int32_t> foot_;             // index of the voxel beside the nearest place, −1: not measured
+  std::vector<Coord> blocks_;             // blocks of 8³ cells that may hold surface, from outerLow_ on
+  FootPoints points_[2];                  // outside, inside
 };
 
 }  // namespace argil::clay

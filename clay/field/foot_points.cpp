@@ -198,9 +198,9 @@ FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool pla
   return foot;
 }
 
-bool FootPoints::measure(Coord low, float reach, const std::array<bool, kBrickVoxels>& wanted, bool places,
-                         std::array<Foot, kBrickVoxels>& feet) {
-  const Vec3f corner = low.toVec3d().cast<float>(), middle = corner + Vec3f::Constant(kHalfBlock);
+bool FootPoints::approach(Coord low, float reach) {
+  corner_ = low.toVec3d().cast<float>();
+  const Vec3f middle = corner_ + Vec3f::Constant(kHalfBlock);
   near_.clear();
   for (uint32_t i = 0; i < blocks_.size(); ++i)
     if (const float gap = gapOf(middle, middle, blocks_[i].low, blocks_[i].high); gap < reach + kHalfDiagonal)
@@ -209,28 +209,33 @@ bool FootPoints::measure(Coord low, float reach, const std::array<bool, kBrickVo
     return a.distance != b.distance ? a.distance < b.distance : a.block < b.block;
   });
   const PointArrays points{x_.data(), y_.data(), z_.data()};
-  const float centre[3] = {middle.x(), middle.y(), middle.z()}, from[3] = {corner.x(), corner.y(), corner.z()};
+  const float centre[3] = {middle.x(), middle.y(), middle.z()};
   float best = (reach + kHalfDiagonal) * (reach + kHalfDiagonal);
-  uint32_t first = kNoPoint;
+  middles_ = kNoPoint;
   for (const Near& each : near_) {
     if (each.distance * each.distance >= best) break;
-    nearestOf(points, blocks_[each.block].points, centre, best, first);
+    nearestOf(points, blocks_[each.block].points, centre, best, middles_);
   }
-  if (first == kNoPoint) return false;
-  // The nearest point to a voxel is not farther from it than `first`.
-  const float most = std::sqrt(best) + kHalfDiagonal;
-  const Vec3f last = corner + Vec3f::Constant(kBrickEdge - 1);
+  middlesFar_ = std::sqrt(best);
+  return middles_ != kNoPoint;
+}
+
+void FootPoints::measure(const std::array<bool, kBrickVoxels>& wanted, bool places,
+                         std::array<Foot, kBrickVoxels>& feet) {
+  // The nearest point to a voxel is not farther from it than the middle's.
+  const float most = middlesFar_ + kHalfDiagonal;
+  const Vec3f last = corner_ + Vec3f::Constant(kBrickEdge - 1);
   ranges_.clear();
   for (const Near& each : near_)
-    if (gapOf(corner, last, blocks_[each.block].low, blocks_[each.block].high) <= most)
+    if (gapOf(corner_, last, blocks_[each.block].low, blocks_[each.block].high) <= most)
       ranges_.push_back(blocks_[each.block].points);
+  const float from[3] = {corner_.x(), corner_.y(), corner_.z()};
   uint32_t nearest[kBrickVoxels];
-  nearestPoints(points, ranges_, first, from, wide_, narrow_, nearest);
+  nearestPoints({x_.data(), y_.data(), z_.data()}, ranges_, middles_, from, wide_, narrow_, nearest);
   for (int v = 0; v < kBrickVoxels; ++v)
     if (wanted[static_cast<size_t>(v)])
       feet[static_cast<size_t>(v)] =
-          footOn(shapes_[nearest[v]], corner + Vec3f(float(v >> 6), float((v >> 3) & 7), float(v & 7)), places);
-  return true;
+          footOn(shapes_[nearest[v]], corner_ + Vec3f(float(v >> 6), float((v >> 3) & 7), float(v & 7)), places);
 }
 
 }  // namespace argil::clay

@@ -34,10 +34,11 @@ class FootPoints {
     float distance;  ///< From the level set; not less than 0.
     Vec3f place;     ///< Only where it was asked for.
   };
-  /// Of all voxels of the block of 8³ from `low` on; z fastest. False where none is within `reach`; where `wanted` is
-  /// false a foot is undefined. Exact for points; between them the surface is that of second order at the nearest one.
-  bool measure(Coord low, float reach, const std::array<bool, kBrickVoxels>& wanted, bool places,
-               std::array<Foot, kBrickVoxels>& feet);
+  /// Goes to the block of 8³ voxels from `low` on; false where none of them is within `reach`.
+  bool approach(Coord low, float reach);
+  /// The feet of the voxels of that block, z fastest; where `wanted` is false a foot is undefined. Exact for points;
+  /// between them the surface is that of second order at the nearest one.
+  void measure(const std::array<bool, kBrickVoxels>& wanted, bool places, std::array<Foot, kBrickVoxels>& feet);
 
  private:
   // Points of a block of cells, one after the other, and the box around them.
@@ -61,6 +62,9 @@ class FootPoints {
   std::vector<float> x_, y_, z_;
   std::vector<Shape> shapes_;
   std::vector<Block> blocks_;
+  Vec3f corner_ = Vec3f::Zero();  // of the block that was gone to
+  uint32_t middles_ = kNoPoint;   // the point nearest to its middle, and how far
+  float middlesFar_ = 0;
   std::vector<Near> near_;
   std::vector<PointRange> ranges_;
   PointRoom wide_, narrow_;

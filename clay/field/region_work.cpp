@@ -148,8 +148,7 @@ ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std:
 }  // namespace
 
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
-                const WorkPart& part, const std::function<float(const DistanceBox&, Coord)>& value, CarryFrom carry,
-                int pad) {
+                const WorkPart& part, const Change& change) {
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;
@@ -158,39 +157,45 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   std::mutex editing;
   std::vector<Coord> written;
   forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
-    const Coord first = regions[i] * kRegionBricks;
-    const Coord around{pad, pad, pad}, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
-    if (!box.fill(source, first * kBrickEdge - around, size + around * 2, reach)) return;
+    const Coord first = regions[i] * kRegionBricks, around = Coord{1, 1, 1} * change.passes;
+    const Coord size = Coord{1, 1, 1} * kRegionVoxels + around * 2;
+    if (!box.fill(source, first * kBrickEdge - around, size, reach)) return;
+    box.average(change.passes);
     std::vector<std::array<float, kBrickVoxels>> values;
     std::vector<Coord> bricks;
     std::vector<ChannelBlock> paint;
     ChannelSource old(source);
+    const auto setTile = [&](Coord brick, bool inside) {
+      const Tile tile = inside ? Tile::inside : Tile::outside;
+      const std::lock_guard lock(editing);
+      if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+    };
     for (int b = 0; b < 512; ++b) {
       const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
       const Coord low = brick * kBrickEdge;
-      const auto here = [&](Coord v) { return std::clamp(value(box, v), -band, band); };
       // Beyond the reach one voxel stands for all.
-      if (const float phi = here(low); std::abs(phi) >= band && box.isUniform(low - around, kBrickEdge + 2 * pad)) {
-        const Tile tile = phi < 0 ? Tile::inside : Tile::outside;
-        const std::lock_guard lock(editing);
-        if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+      if (const float phi = box.at(low) - change.shift; std::abs(phi) >= band && box.isUniform(low, kBrickEdge)) {
+        setTile(brick, phi < 0);
         continue;
       }
       values.emplace_back();
-      bricks.push_back(brick);
+      float* out = values.back().data();
       bool flat = true;
-      for (int v = 0; v < kBrickVoxels; ++v) {
-        const float phi = here(low + Coord{v >> 6, (v >> 3) & 7, v & 7});
-        values.back()[static_cast<size_t>(v)] = phi;
-        flat = flat && std::abs(phi) >= band;
+      for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
+        const float* from = box.row(low + Coord{row >> 6, (row >> 3) & 7, 0});
+        for (int z = 0; z < kBrickEdge; ++z) {
+          const float phi = std::clamp(from[z] - change.shift, -band, band);
+          out[row + z] = phi;
+          flat = flat && std::abs(phi) >= band;
+        }
       }
-      if (!flat && channels) paint.push_back(carried(box, old, low, values.back(), band, carry));
-      if (!flat) continue;
-      const Tile tile = values.back()[0] < 0 ? Tile::inside : Tile::outside;
-      values.pop_back();
-      bricks.pop_back();
-      const std::lock_guard lock(editing);
-      if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+      if (flat) {
+        setTile(brick, out[0] < 0);
+        values.pop_back();
+        continue;
+      }
+      bricks.push_back(brick);
+      if (channels) paint.push_back(carried(box, old, low, values.back(), band, change.carry));
     }
     const std::lock_guard lock(editing);
     for (size_t k = 0; k < bricks.size(); ++k) {

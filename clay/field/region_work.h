@@ -40,14 +40,18 @@ enum class CarryFrom : uint8_t {
   place,    ///< The same voxel where the old band has it, else the nearest place.
 };
 
-/// A version of the same grid in a store of its own, whose distance at each voxel of `regions` is value(box, voxel) of
-/// a box that was filled there with `reach`, the same wherever the values up to `pad` voxels around are; elsewhere the
-/// tiles of `source`. The box reaches `pad` voxels beyond the region. Channels come along. The result depends on
+/// What rebuild() makes of a box of distances.
+struct Change {
+  int passes = 0;   ///< So many binomial means of 3×3×3 voxels (DistanceBox::average).
+  float shift = 0;  ///< Then the surface moves outwards by so many voxels.
+  CarryFrom carry = CarryFrom::surface;
+};
+
+/// A version of the same grid in a store of its own: each voxel of `regions` has the distance of a box that was filled
+/// there with `reach`, changed; elsewhere there are the tiles of `source`. Channels come along. The result depends on
 /// neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
-                              int threads, const WorkPart& part,
-                              const std::function<float(const DistanceBox&, Coord)>& value,
-                              CarryFrom carry = CarryFrom::surface, int pad = 0);
+                              int threads, const WorkPart& part, const Change& change);
 
 /// In voxels³: a voxel counts with 1/2 − phi, between 0 and 1, which is right on average for a plane of any direction.
 [[nodiscard]] double volumeOf(const Version& version);
