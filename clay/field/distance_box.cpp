@@ -62,55 +62,54 @@ bool DistanceBox::gather(const Version& version) {
   return surface;
 }
 
-void DistanceBox::measure(FootPoints& points, Coord low, Coord size, float side, float reach) {
+void DistanceBox::measureBlock(FootPoints& points, Coord low, float side, float reach) {
   constexpr float kLevel = kOwnDistance;
+  const Coord end = low_ + size_;
+  const int count = std::min(kBrickEdge, end.z - low.z);
+  // Rows of the block that lie in the box: each(first voxel, its number in the block).
+  const auto forRows = [&](const auto& each) {
+    for (int x = low.x; x < std::min(low.x + kBrickEdge, end.x); ++x)
+      for (int y = low.y; y < std::min(low.y + kBrickEdge, end.y); ++y)
+        each(Coord{x, y, low.z}, static_cast<size_t>(((x - low.x) * kBrickEdge + y - low.y) * kBrickEdge));
+  };
+  if (!points.approach(low, reach - kLevel)) {
+    forRows([&](Coord first, size_t) {
+      float* row = &phi_[index(first)];
+      for (int z = 0; z < count; ++z) row[z] = side * row[z] > kLevel ? side * reach : row[z];
+    });
+    return;
+  }
   std::array<bool, kBrickVoxels> wanted{};
+  bool any = false;
+  forRows([&](Coord first, size_t v) {
+    const float* row = &phi_[index(first)];
+    for (int z = 0; z < count; ++z) any |= wanted[v + static_cast<size_t>(z)] = side * row[z] > kLevel;
+  });
+  if (!any) return;
   std::array<FootPoints::Foot, kBrickVoxels> feet;
-  const Coord end = low + size;
-  for (int bx = low.x; bx < end.x; bx += kBrickEdge)
-    for (int by = low.y; by < end.y; by += kBrickEdge)
-      for (int bz = low.z; bz < end.z; bz += kBrickEdge) {
-        // Rows of the block that lie in the box, and what of them lies beyond the level.
-        const int rows = std::min(kBrickEdge, end.x - bx), columns = std::min(kBrickEdge, end.y - by),
-                  count = std::min(kBrickEdge, end.z - bz);
-        if (!points.approach({bx, by, bz}, reach - kLevel)) {
-          for (int x = 0; x < rows; ++x)
-            for (int y = 0; y < columns; ++y) {
-              float* row = &phi_[index({bx + x, by + y, bz})];
-              for (int z = 0; z < count; ++z) row[z] = side * row[z] > kLevel ? side * reach : row[z];
-            }
-          continue;
-        }
-        wanted.fill(false);
-        bool any = false;
-        for (int x = 0; x < rows; ++x)
-          for (int y = 0; y < columns; ++y) {
-            const float* row = &phi_[index({bx + x, by + y, bz})];
-            bool* mark = &wanted[static_cast<size_t>((x * kBrickEdge + y) * kBrickEdge)];
-            for (int z = 0; z < count; ++z) any |= mark[z] = side * row[z] > kLevel;
-          }
-        if (!any) continue;
-        points.measure(wanted, feet_, feet);
-        for (int x = 0; x < rows; ++x)
-          for (int y = 0; y < columns; ++y) {
-            const size_t first = index({bx + x, by + y, bz});
-            for (int z = 0; z < count; ++z) {
-              const auto v = static_cast<size_t>((x * kBrickEdge + y) * kBrickEdge + z);
-              if (!wanted[v]) continue;
-              float& phi = phi_[first + static_cast<size_t>(z)];
-              // Close to the level the version's own value is the better one, where it is a distance at all.
-              const float own = side * phi - kLevel, far = feet[v].distance;
-              const bool both = own < kOwnTo && std::abs(own - far) < kAgree;
-              phi = side * std::min(kLevel + (both ? own + own / kOwnTo * (far - own) : far), reach);
-              if (!feet_) continue;
-              // On from the level set to the surface itself, in the same direction.
-              const Vec3f way = feet[v].place - Vec3f(float(bx + x), float(by + y), float(bz + z));
-              const float length = way.norm();
-              const Vec3f foot = length > 0 ? Vec3f(feet[v].place + way * (kLevel / length)) : feet[v].place;
-              foot_[first + static_cast<size_t>(z)] = static_cast<int32_t>(index(voxelNear(foot)));
-            }
-          }
-      }
+  points.measure(wanted, feet_, feet);
+  forRows([&](Coord first, size_t v) {
+    for (int z = 0; z < count; ++z, ++v) {
+      if (!wanted[v]) continue;
+      const size_t at = index(first) + static_cast<size_t>(z);
+      // Close to the level the version's own value is the better one, where it is a distance at all.
+      const float own = side * phi_[at] - kLevel, far = feet[v].distance;
+      const bool both = own < kOwnTo && std::abs(own - far) < kAgree;
+      phi_[at] = side * std::min(kLevel + (both ? own + own / kOwnTo * (far - own) : far), reach);
+      if (!feet_) continue;
+      // On from the level set to the surface itself, in the same direction.
+      const Vec3f way = feet[v].place - (first + Coord{0, 0, z}).toVec3d().cast<float>();
+      const float length = way.norm();
+      const Vec3f foot = length > 0 ? Vec3f(feet[v].place + way * (kLevel / length)) : feet[v].place;
+      foot_[at] = static_cast<int32_t>(index(voxelNear(foot)));
+    }
+  });
+}
+
+void DistanceBox::measure(FootPoints& points, float side, float reach) {
+  for (int x = 0; x < size_.x; x += kBrickEdge)
+    for (int y = 0; y < size_.y; y += kBrickEdge)
+      for (int z = 0; z < size_.z; z += kBrickEdge) measureBlock(points, low_ + Coord{x, y, z}, side, reach);
 }
 
 bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reach) {
@@ -129,7 +128,7 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   for (size_t i = 0; i < 2; ++i)
     if (sides[i].second > band) points_[i].make({phi_.data(), outer_}, band, sides[i].first, level, blocks_);
   for (size_t i = 0; i < 2; ++i)
-    if (sides[i].second > band) measure(points_[i], low_, size_, sides[i].first, sides[i].second);
+    if (sides[i].second > band) measure(points_[i], sides[i].first, sides[i].second);
   if (reach.outside < band || reach.inside < band)
     for (float& phi : phi_) phi = std::clamp(phi, -reach.inside, reach.outside);
   return true;

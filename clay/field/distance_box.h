@@ -48,7 +48,8 @@ class DistanceBox {
   [[nodiscard]] size_t index(Coord v) const { return FieldView{nullptr, outer_}.index(v); }
   bool gather(const Version& version);
   [[nodiscard]] Coord voxelNear(const Vec3f& p) const;  // of the outer box, and `p` from its corner on
-  void measure(FootPoints& points, Coord low, Coord size, float side, float reach);
+  void measure(FootPoints& points, float side, float reach);
+  void measureBlock(FootPoints& points, Coord low, float side, float reach);
 
   Coord outerLow_, outer_;  // the box with what can be nearest around it
   Coord low_, size_;        // the box itself, from outerLow_ on

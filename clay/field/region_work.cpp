@@ -68,22 +68,22 @@ void copyAll(const Version& version, Editor& target, const WorkPart& part) {
 
 namespace {
 
-double volumeOfPlace(const TreePlace& place) {
+double volumeOfPlace(const TreePlace& place, float shift) {
   double sum = 0;
   if (place.isTile()) return place.tile() == Tile::inside ? kBrickVoxels * std::pow(512.0, place.level()) : 0;
   if (place.isNode()) {
-    for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i));
+    for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i), shift);
     return sum;
   }
   BrickValues scratch;
-  for (const float phi : place.brick()->values(scratch)) sum += std::clamp(0.5 - double(phi), 0.0, 1.0);
+  for (const float phi : place.brick()->values(scratch)) sum += std::clamp(0.5 + double(shift) - double(phi), 0.0, 1.0);
   return sum;
 }
 
 }  // namespace
 
-double volumeOf(const Version& version) {
-  return volumeOfPlace(TreePlace::root(version));
+double volumeOf(const Version& version, float shift) {
+  return volumeOfPlace(TreePlace::root(version), shift);
 }
 
 double areaOf(const Version& version) {

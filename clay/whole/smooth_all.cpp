@@ -22,14 +22,15 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
   threads = threadCount(threads);
   const WorkPart all(job);
   const int boxes = (passes + kTogether - 1) / kTogether;
-  const double steps = boxes + (keepVolume ? kVolumeSteps : 1);
+  const double steps = boxes + 1;
   Version now = version;
   int done = 0;
   const auto run = [&](int together, float shift) {
     // Values within the band come from voxels that lie a little farther off; the mean leaves no distances, so that the
     // last step measures them even where nothing moves.
     const float reach = version.grid().band + 0.5f + static_cast<float>(std::max(together - 1, 0)) + std::abs(shift);
-    now = rebuild(now, regionsNear(now, 2), {reach, reach}, threads, all.part(done / steps, (done + 1) / steps),
+    const int near = 2 + static_cast<int>(std::ceil(std::abs(shift)));
+    now = rebuild(now, regionsNear(now, near), {reach, reach}, threads, all.part(done / steps, (done + 1) / steps),
                   {together, shift, CarryFrom::place});
     ++done;
     if (now.stats().bricks == 0)
@@ -38,9 +39,13 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
   };
   const double volume = volumeOf(version);
   for (int left = passes; left > 0; left -= kTogether) run(std::min(left, kTogether), 0);
-  if (!keepVolume) run(0, 0);
-  for (int i = 0; keepVolume && i < kVolumeSteps; ++i)
-    run(0, static_cast<float>((volume - volumeOf(now)) / areaOf(now)));
+  double shift = 0;
+  if (keepVolume) {
+    const double area = areaOf(now), most = now.grid().band - 1;
+    for (int i = 0; i < kVolumeSteps; ++i)
+      shift = std::clamp(shift + (volume - volumeOf(now, static_cast<float>(shift))) / area, -most, most);
+  }
+  run(0, static_cast<float>(shift));
   if (job) job->step(1);
   return now;
 }

@@ -110,6 +110,15 @@ TEST_F(ModelFiles, WhatASlicerCutsAwayIsCutFromTheClay) {
   EXPECT_NEAR(clay::volumeOf(clay.pieces[0].version) * 0.125, 28000, 28);
   EXPECT_NEAR(clay::volumeOf(clay.pieces[1].version) * 0.125, 1000, 10) << "of another assembly";
   EXPECT_THAT(clay.notes, testing::Contains(HasSubstr("pocket was cut away")));
+  // It goes where the model goes.
+  ModelImport standing;
+  standing.look = look;
+  standing.units = "cm";
+  standing.voxelMm = 5;
+  standing.stands = true;
+  const ImportedModel stood = importModel("a.3mf", standing);
+  ASSERT_EQ(stood.pieces.size(), 2u);
+  EXPECT_NEAR(clay::volumeOf(stood.pieces[0].version) * 0.125, 28000, 28);
   // All as one, and as a part that cannot be cut.
   const ImportedModel fitted = importModel("a.3mf", {.voxelMm = 0.25, .fitMm = 55, .look = look});
   ASSERT_EQ(fitted.pieces.size(), 1u);
