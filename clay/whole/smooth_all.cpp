@@ -11,8 +11,21 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kTogether = 4;     // passes on one box of distances, which reaches farther for it
-constexpr int kVolumeSteps = 2;  // the first leaves what the area changes with the distance
+constexpr int kTogether = 4;  // passes on one box of distances, which reaches farther for it
+constexpr int kVolumeSteps = 6;
+constexpr double kVolumeError = 1e-5;
+
+// How far outwards the surface has that volume: by secants, the first with the area.
+float shiftTo(double volume, const Version& version) {
+  const double most = version.grid().band - 1, begin = volumeOf(version);
+  double shift = 0, now = begin, gain = areaOf(version);
+  for (int i = 0; i < kVolumeSteps && std::abs(volume - now) > kVolumeError * volume; ++i) {
+    shift = std::clamp(shift + (volume - now) / gain, -most, most);
+    now = volumeOf(version, static_cast<float>(shift));
+    if (shift != 0 && (now - begin) / shift > 0) gain = (now - begin) / shift;
+  }
+  return static_cast<float>(shift);
+}
 
 }  // namespace
 
@@ -39,13 +52,7 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
   };
   const double volume = volumeOf(version);
   for (int left = passes; left > 0; left -= kTogether) run(std::min(left, kTogether), 0);
-  double shift = 0;
-  if (keepVolume) {
-    const double area = areaOf(now), most = now.grid().band - 1;
-    for (int i = 0; i < kVolumeSteps; ++i)
-      shift = std::clamp(shift + (volume - volumeOf(now, static_cast<float>(shift))) / area, -most, most);
-  }
-  run(0, static_cast<float>(shift));
+  run(0, keepVolume ? shiftTo(volume, now) : 0);
   if (job) job->step(1);
   return now;
 }
