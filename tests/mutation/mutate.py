@@ -23,11 +23,12 @@ import pathlib
 import random
 import re
 import resource
+import signal
 import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED_SHARE = 0.9
@@ -225,10 +226,15 @@ def run_suite(program, suite, most_cpu_s, most_s, **variables):
     scratch = f"/tmp/argil-mutation-{os.getpid()}-{random.getrandbits(60):x}"
     environment["XDG_STATE_HOME"] = scratch
     limit = int(most_cpu_s) + 1
+
+    def begin():
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a run in the background may have it ignored
+
     start = time.monotonic()
     process = subprocess.Popen([str(program), f"--gtest_filter={suite}*", "--gtest_brief=1"], env=environment, cwd=program.parent,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
-                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
+                               preexec_fn=begin)
     late = threading.Timer(most_s, process.kill)
     late.start()
     _, status, used = os.wait4(process.pid, 0)
@@ -335,8 +341,9 @@ def main():
         if number in judged:
             mutants[number]["result"] = judged[number]  # A run that is cut off keeps what the one before knew.
     with ThreadPoolExecutor(options.jobs) as pool:
-        for number, result in zip(order, pool.map(lambda n: judged.get(n) or judge(n, suites, options.limit), order)):
-            m = mutants[number]
+        running = {pool.submit(judge, number, suites, options.limit): number for number in order if number not in judged}
+        for done in as_completed(running):
+            m, result = mutants[running[done]], done.result()
             m["result"] = result
             if not result.startswith("killed"):
                 print(f"{result}: {m['file']}:{m['line']}: {m['was']}  ->  {m['is']}", flush=True)

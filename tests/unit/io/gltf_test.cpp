@@ -131,6 +131,14 @@ TEST_F(Gltf, SparseAndQuantizedPositions) {
       {"count", 2}, {"indices", {{"bufferView", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", 3}}}};
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(4, -6, 5));
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[2], Vec3d(7, -9, 8));
+  for (const int wrong : {5120, 5122, 5126}) {
+    document["accessors"][0]["sparse"]["indices"]["componentType"] = wrong;
+    EXPECT_THAT(refusal(document, bytes), HasSubstr("sparse indices of a wrong type")) << wrong;
+  }
+  document["accessors"][0]["sparse"]["indices"]["componentType"] = 5121;
+  bytes[61] = 4;
+  EXPECT_THAT(refusal(document, bytes), HasSubstr("changes an element that is not there"));
+  bytes[61] = 2;
   // Of two changes of one vertex the last one counts.
   bytes[61] = bytes[60];
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[1], Vec3d(7, -9, 8));
@@ -154,6 +162,27 @@ TEST_F(Gltf, SparseAndQuantizedPositions) {
                              {{"buffer", 0}, {"byteOffset", 16}, {"byteLength", 12}}};
   document["extensionsRequired"] = {"KHR_mesh_quantization"};
   EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[3], Vec3d(0, 0, -1));
+}
+
+TEST_F(Gltf, SparseIndicesOfEveryWidth) {
+  for (const int width : {1, 2, 4}) {
+    json document = square();
+    std::string bytes = squareBytes();
+    for (const uint32_t index : {1u, 3u})
+      for (int i = 0; i < width; ++i) bytes += char(index >> (8 * i));
+    bytes.resize(68, '\0');
+    for (const float v : {4.f, 5.f, 6.f, 7.f, 8.f, 9.f}) samples::append(bytes, v);
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 2 * width}});
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 68}, {"byteLength", 24}});
+    document["accessors"][0]["sparse"] = {{"count", 2},
+                                          {"indices",
+                                           {{"bufferView", 2},
+                                            {"componentType", width == 1   ? 5121
+                                                              : width == 2 ? 5123
+                                                                           : 5125}}},
+                                          {"values", {{"bufferView", 3}}}};
+    EXPECT_EQ(read(document, bytes).objects[0].mesh.positions[3], Vec3d(7, -9, 8)) << width;
+  }
 }
 
 TEST_F(Gltf, Refusals) {
