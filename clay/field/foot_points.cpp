@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/base/catmull_rom.h"
+#include "clay/kernels/cell_cases.h"
 
 namespace argil::clay {
 
@@ -17,10 +18,6 @@ constexpr float kLeastSpread = 0.25f;   // of normals, beside what they are at t
 constexpr float kBeside2 = 0.6f;        // voxels²: from the nearest place to a point
 constexpr float kHalfBlock = 3.5f;
 constexpr float kHalfDiagonal = 6.07f;  // of the voxels of a block
-
-// Cell corners are numbered x·4 + y·2 + z; these are its edges.
-constexpr int kEdges[12][2] = {{0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3},
-                               {4, 6}, {5, 7}, {0, 1}, {2, 3}, {4, 5}, {6, 7}};
 
 using Vec4f = Eigen::Vector4f;
 
@@ -123,11 +120,10 @@ void FootPoints::make(const FieldView& field, float band, float side, float leve
           for (int c = 0; c < 8; ++c) v[c] = side * field.phi[at + corner[c]] - level;
           Vec3f sum = Vec3f::Zero();
           int crossings = 0;
-          for (const auto& [a, b] : kEdges) {
+          for (const auto& [a, b, axis] : kCellEdges) {
             if ((v[a] > 0) == (v[b] > 0)) continue;
-            const Vec3f pa(float(a >> 2), float((a >> 1) & 1), float(a & 1)),
-                pb(float(b >> 2), float((b >> 1) & 1), float(b & 1));
-            sum += pa + (pb - pa) * (v[a] / (v[a] - v[b]));
+            sum += Vec3f(float(a >> 2), float((a >> 1) & 1), float(a & 1));
+            sum[axis] += v[a] / (v[a] - v[b]);
             ++crossings;
           }
           addPoint(field, band, side, level, sum / float(crossings) + Vec3f(float(x), float(y), float(z)));

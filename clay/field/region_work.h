@@ -53,8 +53,8 @@ struct Change {
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
                               int threads, const WorkPart& part, const Change& change);
 
-/// In voxels³, if the surface lay `shift` voxels farther out, less than the band: a voxel counts with 1/2 − phi, between
-/// 0 and 1, which is right on average for a plane of any direction.
+/// In voxels³, if the surface lay `shift` voxels farther out, less than the band: a voxel counts with 1/2 − phi,
+/// between 0 and 1, which is right on average for a plane of any direction.
 [[nodiscard]] double volumeOf(const Version& version, float shift = 0);
 /// In voxels²: crossed voxel edges, 1.5 for each of a plane, mean over directions.
 [[nodiscard]] double areaOf(const Version& version);
