@@ -2,9 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+#include "engine/session/feel.h"
 
 namespace argil::engine {
 namespace {
@@ -73,6 +79,37 @@ TEST(Lay, LeavesOtherStrokesAlone) {
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].stroke, stroke);
   EXPECT_FALSE(parts[0].from);
+}
+
+// Two balls with a gap between them: the hand comes from where the path was written, and goes back there to pass the
+// gap, without a jump.
+TEST(PlacePath, AHandLeavesTheClayWhereThePathMeetsNone) {
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  const auto store = clay::Store::make();
+  const clay::Version two = clay::combine(clay::makeSphere(store, grid, Vec3d(-30, 0, 0), 10),
+                                          clay::makeSphere(store, grid, Vec3d(30, 0, 0), 10), clay::Combination::join);
+  std::vector<haptics::HandPoint> points;
+  for (int i = 0; i <= 90; ++i) {
+    haptics::HandPoint point;
+    point.timeS = 0.02 * i;
+    point.position = Vec3d(i - 45, 0, 60);
+    points.push_back(point);
+  }
+  PathPlacement placement;
+  placement.onto = Vec3d(0, 0, -1);
+  placement.pressMm = 0.5;
+  const std::vector<haptics::HandPoint> laid = placePath(haptics::HandPath(points), two, 2, placement).points();
+  EXPECT_NEAR(laid.front().position.z(), 60, 1e-9);
+  EXPECT_NEAR(laid.back().position.z(), 60, 1e-9);
+  double top = 0, least = 1e9;
+  for (size_t i = 1; i < laid.size(); ++i) {
+    EXPECT_LT((laid[i].position - laid[i - 1].position).norm(), 4) << i;
+    if (std::abs(laid[i].position.x()) < 15) top = std::max(top, laid[i].position.z());
+    if (std::abs(laid[i].position.x()) < 15) least = std::min(least, laid[i].position.z());
+  }
+  EXPECT_NEAR(top, 60, 1e-6) << "it passes the gap where it was written";
+  EXPECT_GT(least, 12);
 }
 
 }  // namespace
