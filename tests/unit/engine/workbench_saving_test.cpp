@@ -256,5 +256,34 @@ TEST_F(WorkbenchSaving, ADamagedDocumentIsToldAndMended) {
   EXPECT_TRUE(bench.snapshot()->file.path.empty()) << "the damaged file is not written over";
 }
 
+// Steps that are more than the budget stay in memory when there is no journal to take them: said once.
+TEST_F(WorkbenchSaving, UndoThatCannotGoToTheDiskIsToldOnce) {
+  std::ofstream(folder / "in the way") << "a file, where the journals' folder should be";
+  Workbench::Options given = options();
+  given.journalFolder = folder / "in the way" / "state";
+  given.undoBytes = 1;
+  Workbench bench(given);
+  block(bench);
+  std::string all;
+  const auto times = [&] {
+    all += told(bench);
+    size_t count = 0;
+    for (size_t at = 0; (at = all.find("Undo takes", at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  for (int i = 0; i < 4; ++i) {
+    bench.addBlock({8, 8, 8}, 1, {.voxelMm = 1});
+    ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == size_t(i) + 2; }));
+    bench.edit("Take away", [](Document& document) { document.remove(document.pieces.back().id); });
+    bench.addBlock({8, 8, 8}, 1, {.voxelMm = 1});
+    ASSERT_TRUE(until([&] { return bench.idle() && bench.snapshot()->document->pieces.size() == size_t(i) + 2; }));
+  }
+  ASSERT_TRUE(until([&] { return times() > 0; })) << all;
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));  // It looks four times a second.
+  lift(bench, 1);
+  ASSERT_TRUE(rest(bench));
+  EXPECT_EQ(times(), 1u) << all;
+}
+
 }  // namespace
 }  // namespace argil::engine
