@@ -135,31 +135,36 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
 }
 
 void DistanceBox::average(int passes) {
-  const auto x = static_cast<size_t>(size_.x), y = static_cast<size_t>(size_.y), z = static_cast<size_t>(size_.z);
-  mean_.resize(x * y * z);
-  next_.resize(x * y * z);
-  const auto forRows = [&](const auto& each) {
-    for (size_t i = 0; i < x; ++i)
-      for (size_t j = 0; j < y; ++j)
-        each(&phi_[index(low_ + Coord{static_cast<int>(i), static_cast<int>(j), 0})], (i * y + j) * z);
+  using Values = Eigen::Map<const Eigen::ArrayXf>;
+  // Each voxel and its neighbours `step` before and after. What has none keeps its value.
+  const auto mean = [](const float* from, size_t count, size_t step, float* to) {
+    const auto inner = static_cast<Eigen::Index>(count - 2 * step);
+    std::copy_n(from, step, to);
+    Eigen::Map<Eigen::ArrayXf>(to + step, inner) =
+        0.5f * Values(from + step, inner) + 0.25f * (Values(from, inner) + Values(from + 2 * step, inner));
+    std::copy_n(from + count - step, step, to + count - step);
   };
-  forRows([&](const float* row, size_t at) { std::copy_n(row, z, &mean_[at]); });
-  // Along one axis: each voxel and its neighbours `step` before and after. What has none keeps its value.
-  const auto along = [&](size_t step, const std::vector<float>& from, std::vector<float>& to) {
-    const size_t end = from.size() - step;
-    const float* values = from.data();
-    float* out = to.data();
-    std::copy_n(values, step, out);
-    for (size_t i = step; i < end; ++i) out[i] = 0.5f * values[i] + 0.25f * (values[i - step] + values[i + step]);
-    std::copy_n(values + end, step, out + end);
+  const auto x = static_cast<size_t>(size_.x), y = static_cast<size_t>(size_.y), z = static_cast<size_t>(size_.z),
+             slice = y * z;
+  const auto at = [&](size_t i, size_t j) {
+    return &phi_[index(low_ + Coord{static_cast<int>(i), static_cast<int>(j), 0})];
   };
-  for (int pass = 0; pass < passes; ++pass) {
-    along(1, mean_, next_);  // also from row to row, which the rim takes
-    along(z, next_, mean_);
-    along(y * z, mean_, next_);
-    mean_.swap(next_);
-  }
-  forRows([&](float* row, size_t at) { std::copy_n(&mean_[at], z, row); });
+  // Slices by themselves, with the cache's help; then each with those beside it. `slices_`: the two before the newest,
+  // and the newest; room for one axis.
+  slices_.resize(4 * slice);
+  for (int pass = 0; pass < passes; ++pass)
+    for (size_t i = 0; i < x; ++i) {
+      float *newest = &slices_[i % 3 * slice], *room = &slices_[3 * slice];
+      for (size_t j = 0; j < y; ++j) mean(at(i, j), z, 1, room + j * z);
+      mean(room, slice, z, newest);
+      if (i < 2) continue;
+      const float *before = &slices_[(i - 2) % 3 * slice], *middle = &slices_[(i - 1) % 3 * slice];
+      for (size_t j = 0; j < y; ++j) {
+        const auto row = static_cast<Eigen::Index>(z), from = static_cast<Eigen::Index>(j * z);
+        Eigen::Map<Eigen::ArrayXf>(at(i - 1, j), row) =
+            0.5f * Values(middle + from, row) + 0.25f * (Values(before + from, row) + Values(newest + from, row));
+      }
+    }
 }
 
 bool DistanceBox::isUniform(Coord low, int edge) const {

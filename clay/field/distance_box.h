@@ -55,11 +55,11 @@ class DistanceBox {
   Coord low_, size_;        // the box itself, from outerLow_ on
   Tile uniform_ = Tile::outside;
   bool feet_ = false;
-  std::vector<float> phi_, mean_, next_;  // the latter two of the box itself
-  std::vector<uint8_t> filled_;           // bricks that have values of their own
-  std::vector<int32_t> foot_;             // index of the voxel beside the nearest place, −1: not measured
-  std::vector<Coord> blocks_;             // blocks of 8³ cells that may hold surface, from outerLow_ on
-  FootPoints points_[2];                  // outside, inside
+  std::vector<float> phi_, slices_;
+  std::vector<uint8_t> filled_;  // bricks that have values of their own
+  std::vector<int32_t> foot_;    // index of the voxel beside the nearest place, −1: not measured
+  std::vector<Coord> blocks_;    // blocks of 8³ cells that may hold surface, from outerLow_ on
+  FootPoints points_[2];         // outside, inside
 };
 
 }  // namespace argil::clay
