@@ -104,12 +104,14 @@ TEST_F(ModelFiles, WhatASlicerCutsAwayIsCutFromTheClay) {
   for (Vec3d& p : read->objects[0].mesh.positions) p.z() *= 0.5;
   read->objects[1].assembly = 1;
   read->negatives = {pocket};
+  read->notes = {"What the reader noticed."};
   const auto look = std::make_shared<const ModelLook>(lookAtModel(read, "a.3mf"));
   const ImportedModel clay = importModel("a.3mf", {.voxelMm = 0.5, .look = look});
   ASSERT_EQ(clay.pieces.size(), 2u);
   EXPECT_NEAR(clay::volumeOf(clay.pieces[0].version) * 0.125, 28000, 28);
   EXPECT_NEAR(clay::volumeOf(clay.pieces[1].version) * 0.125, 1000, 10) << "of another assembly";
   EXPECT_THAT(clay.notes, testing::Contains(HasSubstr("pocket was cut away")));
+  EXPECT_THAT(clay.notes, testing::Contains("What the reader noticed."));
   // It goes where the model goes.
   ModelImport standing;
   standing.look = look;

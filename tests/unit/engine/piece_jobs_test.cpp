@@ -64,6 +64,32 @@ TEST(PieceJobs, RowsAreNamedAndWithinTheirLimits) {
   EXPECT_EQ(findPieceJob("melt-down"), nullptr);
 }
 
+// A sentence, or nothing to do; clay that is not there is not worked on.
+TEST(PieceJobs, EmptyPiecesAreToldOf) {
+  Document document = two();
+  clay::Grid grid;
+  for (Piece& piece : document.pieces) {
+    piece.name = "Hollow";
+    piece.version = clay::Version::empty(clay::Store::make(), grid);
+  }
+  for (const PieceJob& row : pieceJobs()) {
+    if (row.pieces == 0) continue;
+    SCOPED_TRACE(row.id);
+    PieceArguments arguments = of(row, document);
+    arguments.pointsMm = {{-5, 0, 0}, {5, 0, 0}, {0, 8, 0}};
+    std::string said = "nothing";
+    try {
+      const PieceResult result = runPieceJob(row, document, arguments);
+      for (const Piece& piece : result.changed) EXPECT_EQ(piece.version.stats().bricks, 0u);
+    } catch (const Error& error) {
+      said = error.what();
+    }
+    if (row.group == "Deform") {
+      EXPECT_NE(said.find("Hollow is empty"), std::string::npos) << said;
+    }
+  }
+}
+
 TEST(PieceJobs, JoinsAcrossPosesAndVoxelSizes) {
   const Document before = two();
   const PieceJob& row = *findPieceJob("join");

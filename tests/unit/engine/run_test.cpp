@@ -154,6 +154,24 @@ TEST(RunScript, ProgressGrowsFromNothingToAll) {
   EXPECT_NEAR(told.back(), 0.8, 1e-9) << "two strokes and two operations of five came before";
 }
 
+TEST(RunScript, ProgressGrowsAlongAStrokeOfAHand) {
+  const Script what = script(kCarve + "," + kSmooth);
+  Session session(prepareClay(clay::Store::make(), what).version);
+  clay::Surface surface;
+  Job job;
+  RunOptions options;
+  options.job = &job;
+  std::vector<double> told;
+  options.onSurface = [&](const clay::SurfaceDelta& delta) {
+    if (!delta.changed.empty()) told.push_back(job.fraction());
+  };
+  (void)runScript(session, surface, what, options);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << ::testing::PrintToString(told);
+  const auto between = std::count_if(told.begin(), told.end(), [](double f) { return f > 0.1 && f < 0.9; });
+  EXPECT_GT(between, 4) << ::testing::PrintToString(told);
+  EXPECT_EQ(job.fraction(), 1);
+}
+
 TEST(RunScript, ACancelledRunLeavesNoStrokeOpen) {
   for (const std::string& strokes : {kCarve, kTip}) {
     const Script what = script(strokes + "," + strokes);
