@@ -84,6 +84,10 @@ TEST(Warp, RefusesBadNumbers) {
   }
   EXPECT_THROW(Twist(good, NAN), Error);
   EXPECT_THROW(Taper(good, 0), Error);
+  EXPECT_THROW(Taper(good, 0.049), Error);
+  EXPECT_THROW(Taper(good, 20.5), Error);
+  EXPECT_NO_THROW(Taper(good, 0.05));
+  EXPECT_NO_THROW(Taper(good, 20));
   EXPECT_THROW(Bend(good, Vec3d::UnitZ(), 1), Error);
   EXPECT_THROW(Bend(good, Vec3d::UnitX(), 6.3), Error);
 }

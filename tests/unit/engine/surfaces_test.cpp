@@ -85,6 +85,21 @@ class SurfacesTest : public ::testing::Test {
   Picture picture;
 };
 
+// Each is small enough for the edit thread and all together are not.
+TEST_F(SurfacesTest, ManyPiecesTogetherAreNoMoreThanALargeOne) {
+  const clay::Version each = ball(120);
+  const uint64_t bricks = each.stats().bricks;
+  ASSERT_LT(bricks, Surfaces::kMostOwnBricks);
+  ASSERT_GT(6 * bricks, 2 * Surfaces::kMostOwnBricks);
+  Document document = with({each, ball(120), ball(120), ball(120), ball(120), ball(120)});
+  surfaces.follow(document, 0);
+  EXPECT_GT(surfaces.ownBricks(), 0u);
+  EXPECT_LE(surfaces.ownBricks(), Surfaces::kMostOwnBricks);
+  EXPECT_TRUE(surfaces.behind());
+  settle(document);
+  for (const Piece& piece : document.pieces) EXPECT_TRUE(picture.shows(piece.id, piece.version)) << piece.id;
+}
+
 // As undo and redo of an operation that changed a whole piece do.
 TEST_F(SurfacesTest, AnotherWholePieceIsExtractedBesideTheEditThread) {
   const clay::Version small = ball(20), large = ball(230);
