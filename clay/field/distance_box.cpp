@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "clay/base/catmull_rom.h"
+#include "clay/base/spline_weights.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
@@ -24,7 +24,7 @@ bool DistanceBox::gather(const Version& version) {
   const Coord end = outerLow_ + outer_;
   const Coord first = outerLow_ >> kBrickBits, last = (end - Coord{1, 1, 1}) >> kBrickBits;
   const Coord bricks = last - first + Coord{1, 1, 1};
-  filled_.assign(FieldView{nullptr, bricks}.index({bricks.x, 0, 0}), 0);
+  filled_.assign(voxelIndex(bricks, {bricks.x, 0, 0}), 0);
   bool surface = false;
   for (int bx = first.x; bx <= last.x; ++bx)
     for (int by = first.y; by <= last.y; ++by)
@@ -32,7 +32,7 @@ bool DistanceBox::gather(const Version& version) {
         const Slot slot = sampler.slot({bx, by, bz});
         const Brick* brick = slot.brick();
         surface |= brick != nullptr;
-        filled_[FieldView{nullptr, bricks}.index(Coord{bx, by, bz} - first)] = brick != nullptr;
+        filled_[voxelIndex(bricks, Coord{bx, by, bz} - first)] = brick != nullptr;
         const Coord from{std::max(bx * 8, outerLow_.x), std::max(by * 8, outerLow_.y), std::max(bz * 8, outerLow_.z)};
         const Coord to{std::min(bx * 8 + 8, end.x), std::min(by * 8 + 8, end.y), std::min(bz * 8 + 8, end.z)};
         const float constant = brick ? 0 : slot.phi(0, band);
@@ -55,7 +55,7 @@ bool DistanceBox::gather(const Version& version) {
         for (int c = 0; c < 8 && !any; ++c) {
           const Coord at{std::min(x + (c >> 2), bricks.x - 1), std::min(y + ((c >> 1) & 1), bricks.y - 1),
                          std::min(z + (c & 1), bricks.z - 1)};
-          any = filled_[FieldView{nullptr, bricks}.index(at)] != 0;
+          any = filled_[voxelIndex(bricks, at)] != 0;
         }
         if (any) blocks_.push_back((first + Coord{x, y, z}) * kBrickEdge - outerLow_);
       }
@@ -126,7 +126,7 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   // The points of both sides before either is measured: they are made of what the version has.
   const std::pair<float, float> sides[] = {{1, reach.outside}, {-1, reach.inside}};
   for (size_t i = 0; i < 2; ++i)
-    if (sides[i].second > band) points_[i].make({phi_.data(), outer_}, band, sides[i].first, level, blocks_);
+    if (sides[i].second > band) points_[i].make({phi_.data(), outer_, band, sides[i].first, level}, blocks_);
   for (size_t i = 0; i < 2; ++i)
     if (sides[i].second > band) measure(points_[i], sides[i].first, sides[i].second);
   if (reach.outside < band || reach.inside < band)
@@ -135,6 +135,7 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
 }
 
 void DistanceBox::average(int passes) {
+  if (passes == 0) return;
   using Values = Eigen::Map<const Eigen::ArrayXf>;
   // Each voxel and its neighbours `step` before and after. What has none keeps its value.
   const auto mean = [](const float* from, size_t count, size_t step, float* to) {

@@ -22,8 +22,8 @@ class DistanceBox {
 
   /// Reads `version` over `size` voxels from `low` on. Values up to kOwnDistance are the version's own; what lies
   /// farther off is measured to the version's level set at ±kOwnDistance (FootPoints). Where a reach is within the band
-  /// nothing is measured. False when the box has no surface within reach: then all of it is `uniform()`. Cost: about
-  /// 0.05 µs for each voxel that is measured.
+  /// nothing is measured. False when the box has no surface within reach: then all of it is `uniform()`. Cost: of the
+  /// voxels of the box and of `reach` around it, and more for those that are measured.
   bool fill(const Version& version, Coord low, Coord size, Reach reach);
   [[nodiscard]] Tile uniform() const { return uniform_; }
 
@@ -31,8 +31,8 @@ class DistanceBox {
   [[nodiscard]] float at(Coord voxel) const { return phi_[index(voxel - outerLow_)]; }
   /// The distances from a voxel on along z, to the end of the box.
   [[nodiscard]] const float* row(Coord voxel) const { return &phi_[index(voxel - outerLow_)]; }
-  /// Takes the binomial mean of 3×3×3 voxels, `passes` times. The outermost `passes` voxels of the box are then
-  /// undefined, and foot() tells of the field before. Cost: about 3 ns for each voxel and pass.
+  /// Takes the binomial mean of 3×3×3 voxels, `passes` times; the box has three voxels along each axis at least. The
+  /// outermost `passes` voxels are then undefined. Cost: of the box's voxels times passes.
   void average(int passes);
   /// Whether all voxels of the cube have one value, as beyond the reach.
   [[nodiscard]] bool isUniform(Coord low, int edge) const;
@@ -45,7 +45,7 @@ class DistanceBox {
   [[nodiscard]] float sample(const Vec3d& p) const;
 
  private:
-  [[nodiscard]] size_t index(Coord v) const { return FieldView{nullptr, outer_}.index(v); }
+  [[nodiscard]] size_t index(Coord v) const { return voxelIndex(outer_, v); }
   bool gather(const Version& version);
   [[nodiscard]] Coord voxelNear(const Vec3f& p) const;  // of the outer box, and `p` from its corner on
   void measure(FootPoints& points, float side, float reach);

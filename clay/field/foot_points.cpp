@@ -1,9 +1,10 @@
 #include "clay/field/foot_points.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "clay/base/catmull_rom.h"
+#include "clay/base/spline_weights.h"
 #include "clay/kernels/cell_cases.h"
 
 namespace argil::clay {
@@ -29,10 +30,10 @@ struct Derivatives {
 
 // Of a field at `p`, at least a voxel within it. Values that only say "beyond the band" are taken for what the plane
 // through the cell's own says.
-Derivatives derivativesAt(const FieldView& field, float band, const Vec3f& p) {
+Derivatives derivativesAt(const LevelSet& set, const Vec3f& p) {
   const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
-  const float* own = field.phi + field.index(base);
-  const auto step = [&](Coord by) { return static_cast<ptrdiff_t>(field.index(by)); };
+  const float* own = set.phi + voxelIndex(set.size, base);
+  const auto step = [&](Coord by) { return static_cast<ptrdiff_t>(voxelIndex(set.size, by)); };
   const ptrdiff_t sx = step({1, 0, 0}), sy = step({0, 1, 0});
   float sum = 0;
   Vec3f plane = Vec3f::Zero();
@@ -53,11 +54,11 @@ Derivatives derivativesAt(const FieldView& field, float band, const Vec3f& p) {
       rows[x][y] = Eigen::Map<const Vec4f>(own + (x - 1) * sx + (y - 1) * sy - 1);
       most = most.cwiseMax(rows[x][y].cwiseAbs());
     }
-  if (most.maxCoeff() >= band) {
+  if (most.maxCoeff() >= set.band) {
     const Vec4f alongZ = plane.z() * Vec4f(-1.5f, -0.5f, 0.5f, 1.5f);
     for (int x = 0; x < 4; ++x)
       for (int y = 0; y < 4; ++y)
-        rows[x][y] = (rows[x][y].array().abs() < band)
+        rows[x][y] = (rows[x][y].array().abs() < set.band)
                          .select(rows[x][y], alongZ.array() +
                                                  (sum + plane.x() * (float(x) - 1.5f) + plane.y() * (float(y) - 1.5f)));
   }
@@ -86,50 +87,12 @@ float gapOf(const Vec3f& lowA, const Vec3f& highA, const Vec3f& lowB, const Vec3
 
 }  // namespace
 
-void FootPoints::make(const FieldView& field, float band, float side, float level, const std::vector<Coord>& blocks) {
+void FootPoints::make(const LevelSet& set, const std::vector<Coord>& blocks) {
   x_.clear(), y_.clear(), z_.clear(), shapes_.clear(), blocks_.clear();
-  const Coord size = field.size;
-  const size_t sx = static_cast<size_t>(size.y) * static_cast<size_t>(size.z), sy = static_cast<size_t>(size.z);
-  const size_t corner[8] = {0, 1, sy, sy + 1, sx, sx + 1, sx + sy, sx + sy + 1};
   for (const Coord block : blocks) {
-    // Cells with a voxel around them.
-    const Coord from{std::max(block.x, 1), std::max(block.y, 1), std::max(block.z, 1)};
-    const Coord to{std::min(block.x + kBrickEdge, size.x - 2), std::min(block.y + kBrickEdge, size.y - 2),
-                   std::min(block.z + kBrickEdge, size.z - 2)};
-    if (from.x >= to.x || from.y >= to.y || from.z >= to.z) continue;
-    const auto first = static_cast<uint32_t>(x_.size());
-    // A bit for each voxel of a row beyond the level.
-    uint32_t beyond[kBrickEdge + 1][kBrickEdge + 1];
-    for (int x = from.x; x <= to.x; ++x)
-      for (int y = from.y; y <= to.y; ++y) {
-        const float* row = field.phi + field.index({x, y, from.z});
-        uint32_t bits = 0;
-        for (int z = 0; z <= to.z - from.z; ++z) bits |= uint32_t(side * row[z] > level) << z;
-        beyond[x - from.x][y - from.y] = bits;
-      }
-    for (int x = from.x; x < to.x; ++x)
-      for (int y = from.y; y < to.y; ++y) {
-        const uint32_t rows[4] = {beyond[x - from.x][y - from.y], beyond[x - from.x][y - from.y + 1],
-                                  beyond[x - from.x + 1][y - from.y], beyond[x - from.x + 1][y - from.y + 1]};
-        const uint32_t any = rows[0] | rows[1] | rows[2] | rows[3], all = rows[0] & rows[1] & rows[2] & rows[3];
-        const uint32_t cells = (1u << (to.z - from.z)) - 1;
-        for (uint32_t crossed = (any | any >> 1) & ~(all & all >> 1) & cells; crossed; crossed &= crossed - 1) {
-          const int z = from.z + __builtin_ctz(crossed);
-          const size_t at = field.index({x, y, z});
-          float v[8];
-          for (int c = 0; c < 8; ++c) v[c] = side * field.phi[at + corner[c]] - level;
-          Vec3f sum = Vec3f::Zero();
-          int crossings = 0;
-          for (const auto& [a, b, axis] : kCellEdges) {
-            if ((v[a] > 0) == (v[b] > 0)) continue;
-            sum += Vec3f(float(a >> 2), float((a >> 1) & 1), float(a & 1));
-            sum[axis] += v[a] / (v[a] - v[b]);
-            ++crossings;
-          }
-          addPoint(field, band, side, level, sum / float(crossings) + Vec3f(float(x), float(y), float(z)));
-        }
-      }
-    const auto end = static_cast<uint32_t>(x_.size());
+    const auto first = static_cast<uint32_t>(shapes_.size());
+    addBlock(set, block);
+    const auto end = static_cast<uint32_t>(shapes_.size());
     if (end == first) continue;
     Block found{shapes_[first].point, shapes_[first].point, {first, end}};
     for (uint32_t i = first + 1; i < end; ++i) {
@@ -141,31 +104,65 @@ void FootPoints::make(const FieldView& field, float band, float side, float leve
   for (std::vector<float>* each : {&x_, &y_, &z_}) each->resize(each->size() + kBrickEdge, 0);  // vectors read on
 }
 
-void FootPoints::addPoint(const FieldView& field, float band, float side, float level, const Vec3f& place) {
-  const Derivatives at = derivativesAt(field, band, place);
+void FootPoints::addBlock(const LevelSet& set, Coord block) {
+  // Cells with a voxel around them.
+  const Coord from{std::max(block.x, 1), std::max(block.y, 1), std::max(block.z, 1)};
+  const Coord to{std::min(block.x + kBrickEdge, set.size.x - 2), std::min(block.y + kBrickEdge, set.size.y - 2),
+                 std::min(block.z + kBrickEdge, set.size.z - 2)};
+  if (from.x >= to.x || from.y >= to.y || from.z >= to.z) return;
+  // A bit for each voxel of a row beyond the level.
+  uint32_t beyond[kBrickEdge + 1][kBrickEdge + 1];
+  for (int x = from.x; x <= to.x; ++x)
+    for (int y = from.y; y <= to.y; ++y) {
+      const float* row = set.phi + voxelIndex(set.size, {x, y, from.z});
+      uint32_t bits = 0;
+      for (int z = 0; z <= to.z - from.z; ++z) bits |= uint32_t(set.side * row[z] > set.level) << z;
+      beyond[x - from.x][y - from.y] = bits;
+    }
+  const uint32_t cells = (1u << (to.z - from.z)) - 1;
+  for (int x = 0; x < to.x - from.x; ++x)
+    for (int y = 0; y < to.y - from.y; ++y) {
+      const uint32_t rows[4] = {beyond[x][y], beyond[x][y + 1], beyond[x + 1][y], beyond[x + 1][y + 1]};
+      const uint32_t any = rows[0] | rows[1] | rows[2] | rows[3], all = rows[0] & rows[1] & rows[2] & rows[3];
+      for (uint32_t crossed = (any | any >> 1) & ~(all & all >> 1) & cells; crossed; crossed &= crossed - 1)
+        addCell(set, from + Coord{x, y, __builtin_ctz(crossed)});
+    }
+}
+
+// At the mean of the crossings of the cell's edges.
+void FootPoints::addCell(const LevelSet& set, Coord cell) {
+  float v[8];
+  for (int c = 0; c < 8; ++c)
+    v[c] = set.side * set.phi[voxelIndex(set.size, cell + Coord{c >> 2, (c >> 1) & 1, c & 1})] - set.level;
+  Vec3f sum = Vec3f::Zero();
+  int crossings = 0;
+  for (const auto& [a, b, axis] : kCellEdges) {
+    if ((v[a] > 0) == (v[b] > 0)) continue;
+    sum += Vec3f(float(a >> 2), float((a >> 1) & 1), float(a & 1));
+    sum[axis] += v[a] / (v[a] - v[b]);
+    ++crossings;
+  }
+  addPoint(set, sum / float(crossings) + cell.toVec3d().cast<float>());
+}
+
+void FootPoints::addPoint(const LevelSet& set, const Vec3f& place) {
+  const Derivatives at = derivativesAt(set, place);
   const float length = at.slope.norm();
   Shape shape{place, Vec3f::Zero(), Vec3f::Zero(), {0, 0}, length > kLeastSlope};
   if (shape.known) {
-    const Vec3f n = at.slope * (side / length);
-    const float shift = std::clamp((level - side * at.value) / length, -kMostShift, kMostShift);
-    shape.point = place + n * shift;
+    const Vec3f n = at.slope * (set.side / length);
+    shape.point += n * std::clamp((set.level - set.side * at.value) / length, -kMostShift, kMostShift);
     shape.normal = n;
     // Curvatures: the bend within the tangent plane, by its slope.
-    const int least = std::abs(n.x()) < std::abs(n.y()) ? (std::abs(n.x()) < std::abs(n.z()) ? 0 : 2)
-                                                        : (std::abs(n.y()) < std::abs(n.z()) ? 1 : 2);
-    const Vec3f u = n.cross(Vec3f::Unit(least)).normalized(), v = n.cross(u);
-    const Vec3f bendU = at.bend * u * (side / length), bendV = at.bend * v * (side / length);
-    const float uu = u.dot(bendU), uv = u.dot(bendV), vv = v.dot(bendV);
-    const float mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
-    const float one = mean + half, two = mean - half;
-    // The longer of both ways to write the first direction.
-    const float a0 = uv, a1 = one - uu, b0 = one - vv, b1 = uv;
-    const bool a = a0 * a0 + a1 * a1 > b0 * b0 + b1 * b1;
-    const Vec3f direction = a ? Vec3f(u * a0 + v * a1) : Vec3f(u * b0 + v * b1);
-    const float norm = direction.norm();
-    shape.first = norm > 1e-6f ? Vec3f(direction / norm) : u;  // of a ball any
-    shape.curvature[0] = std::clamp(one, -kMostCurvature, kMostCurvature);
-    shape.curvature[1] = std::clamp(two, -kMostCurvature, kMostCurvature);
+    Eigen::Matrix<float, 3, 2> plane;
+    plane.col(0) = n.unitOrthogonal();
+    plane.col(1) = n.cross(plane.col(0));
+    const Eigen::Matrix2f bend = plane.transpose() * at.bend * plane * (set.side / length);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> principal;
+    principal.computeDirect(bend);
+    shape.first = plane * principal.eigenvectors().col(1);
+    for (int i = 0; i < 2; ++i)
+      shape.curvature[i] = std::clamp(principal.eigenvalues()[1 - i], -kMostCurvature, kMostCurvature);
   }
   x_.push_back(shape.point.x()), y_.push_back(shape.point.y()), z_.push_back(shape.point.z());
   shapes_.push_back(shape);

@@ -9,32 +9,37 @@
 
 namespace argil::clay {
 
-/// Values at voxels, z fastest, rows of y, slices of x. `phi` outlives what looks at it.
-struct FieldView {
+/// The place of a voxel in an array of `size`: z fastest, rows of y, slices of x.
+[[nodiscard]] inline size_t voxelIndex(Coord size, Coord v) {
+  return (static_cast<size_t>(v.x) * static_cast<size_t>(size.y) + static_cast<size_t>(v.y)) *
+             static_cast<size_t>(size.z) +
+         static_cast<size_t>(v.z);
+}
+
+/// Where side·phi is `level`, in a field of `size` voxels (voxelIndex()). Values from ±band on only say "farther".
+struct LevelSet {
   const float* phi;
   Coord size;
-  [[nodiscard]] size_t index(Coord v) const {
-    return (static_cast<size_t>(v.x) * static_cast<size_t>(size.y) + static_cast<size_t>(v.y)) *
-               static_cast<size_t>(size.z) +
-           static_cast<size_t>(v.z);
-  }
+  float band;
+  float side, level;  ///< 1: outside, −1: inside; voxels.
 };
 
 /// Work space, used again for box after box. One thread each.
 class FootPoints {
  public:
-  /// Takes the level set side·phi = level apart: a point for each cell that it crosses, moved onto it, with the plane
-  /// and the curvatures that cubic splines have there. Cells nearer than a voxel to the rim of the field have none.
-  /// `blocks`: corners of blocks of 8³ cells that hold all of it; they may lie partly outside of the field. Cost: about
-  /// 0.2 µs for each point.
-  void make(const FieldView& field, float band, float side, float level, const std::vector<Coord>& blocks);
+  /// Takes a level set apart: a point for each cell that it crosses, moved onto it, with the plane and the curvatures
+  /// that cubic splines have there. Cells nearer than a voxel to the rim of the field have none. `blocks`: corners of
+  /// blocks of 8³ cells that hold all of it; they may lie partly outside of the field. The field is not looked at
+  /// afterwards. Cost: of the blocks' voxels, and of a spline with its derivatives for each point.
+  void make(const LevelSet& set, const std::vector<Coord>& blocks);
 
   /// The nearest place of the level set, as its points tell it.
   struct Foot {
     float distance;  ///< From the level set; not less than 0.
     Vec3f place;     ///< Only where it was asked for.
   };
-  /// Goes to the block of 8³ voxels from `low` on; false where none of them is within `reach`.
+  /// Goes to the block of 8³ voxels from `low` on; false where no point is within `reach` of any of them, and then
+  /// measure() must not be called. Cost: a look at every block of points.
   bool approach(Coord low, float reach);
   /// The feet of the voxels of that block, z fastest; where `wanted` is false a foot is undefined. Exact for points;
   /// between them the surface is that of second order at the nearest one.
@@ -56,7 +61,9 @@ class FootPoints {
     float curvature[2];
     bool known;  // false: a slope that points nowhere; the point alone counts
   };
-  void addPoint(const FieldView& field, float band, float side, float level, const Vec3f& place);
+  void addBlock(const LevelSet& set, Coord block);
+  void addCell(const LevelSet& set, Coord cell);
+  void addPoint(const LevelSet& set, const Vec3f& place);
   [[nodiscard]] Foot footOn(const Shape& shape, const Vec3f& p, bool place) const;
 
   std::vector<float> x_, y_, z_;

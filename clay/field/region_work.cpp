@@ -148,7 +148,7 @@ ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std:
 }  // namespace
 
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
-                const WorkPart& part, const Change& change) {
+                const WorkPart& part, const BoxChange& change) {
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;

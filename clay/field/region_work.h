@@ -41,7 +41,7 @@ enum class CarryFrom : uint8_t {
 };
 
 /// What rebuild() makes of a box of distances.
-struct Change {
+struct BoxChange {
   int passes = 0;   ///< So many binomial means of 3×3×3 voxels (DistanceBox::average).
   float shift = 0;  ///< Then the surface moves outwards by so many voxels.
   CarryFrom carry = CarryFrom::surface;
@@ -51,7 +51,7 @@ struct Change {
 /// there with `reach`, changed; elsewhere there are the tiles of `source`. Channels come along. The result depends on
 /// neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
-                              int threads, const WorkPart& part, const Change& change);
+                              int threads, const WorkPart& part, const BoxChange& change);
 
 /// In voxels³, if the surface lay `shift` voxels farther out, less than the band: a voxel counts with 1/2 − phi,
 /// between 0 and 1, which is right on average for a plane of any direction.

@@ -10,7 +10,7 @@
 
 namespace argil::clay {
 
-/// Coordinates in arrays of their own.
+/// Coordinates in arrays of their own, which can be read kBrickEdge floats beyond the last point.
 struct PointArrays {
   const float *x, *y, *z;
 };
@@ -35,8 +35,8 @@ void nearestOf(const PointArrays& points, PointRange range, const float (&p)[3],
                uint32_t& nearest) noexcept;
 
 /// For each voxel of 8³ from `low` on, z fastest, the number of the nearest point of the ranges. `first`: the one that
-/// is nearest to the block's middle. The first of several that are equally near. `wide` and `narrow`: room. Cost: about
-/// 10 µs where 500 points lie in the ranges.
+/// is nearest to the block's middle. Of several that are equally near any one, the same on every CPU. `wide` and
+/// `narrow`: room. Cost: a look at every point of the ranges, and 512 at those that may be the nearest to some voxel.
 void nearestPoints(const PointArrays& points, std::span<const PointRange> ranges, uint32_t first, const float (&low)[3],
                    PointRoom& wide, PointRoom& narrow, uint32_t (&nearest)[kBrickVoxels]);
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/base/catmull_rom.h"
+#include "clay/base/spline_weights.h"
 #include "clay/store/editor.h"
 #include "clay/store/tree.h"
 

@@ -119,7 +119,9 @@ struct ReadValue {
   const Json& json;
   template <class Value, class... Bounds>
   void operator()(const char* inPart, std::string_view name, Value& into, Bounds... bounds) const {
-    const Json place = *inPart ? part(json, inPart) : json;
+    const auto found = *inPart ? json.find(inPart) : json.end();
+    if (*inPart && (found == json.end() || !found->is_object())) return;
+    const Json& place = *inPart ? *found : json;
     if constexpr (std::is_enum_v<Value>)
       choose(place, name, into, bounds...);
     else

@@ -1,9 +1,9 @@
 #pragma once
-// Catmull-Rom interpolation of even samples: cubic, through every sample, once continuously differentiable.
+// Weights of four even samples at −1, 0, 1 and 2 for a place `t` from 0 to 1: value, slope and bend of cubic splines.
 
 namespace argil::clay {
 
-/// The weights of four samples at −1, 0, 1 and 2 for the place `t` from 0 to 1.
+/// Catmull-Rom: through every sample, once continuously differentiable.
 inline void catmullRom(float t, float (&w)[4]) noexcept {
   const float t2 = t * t, t3 = t2 * t;
   w[0] = 0.5f * (-t3 + 2 * t2 - t);
@@ -12,7 +12,7 @@ inline void catmullRom(float t, float (&w)[4]) noexcept {
   w[3] = 0.5f * (t3 - t2);
 }
 
-/// The derivatives of these weights by `t`: with them the samples give the slope.
+/// Its derivative.
 inline void catmullRomSlope(float t, float (&d)[4]) noexcept {
   const float t2 = t * t;
   d[0] = 0.5f * (-3 * t2 + 4 * t - 1);
