@@ -6,10 +6,10 @@
 
 Copies the tree into FOLDER/src, puts seeded mutants into the sources of the modules (a comparison turned, a constant
 changed, a sum made a difference, a statement left out ...), all of them into one build, where the variable ARGIL_MUTANT
-switches one on. Every test suite is run once to see which mutants it reaches; then each mutant meets the suites that
-reach it, the quickest first, until one fails. A suite that fails without a mutant too does not count. A suite that takes
-ten times the processor time that it took (and 20 s more) counts as failed, and one that takes 20 times as long by the
-clock (and 2 minutes more): it hangs. So other work may go on beside a run.
+switches one on. Every test is run once to see which mutants it reaches; then each mutant meets the tests that reach it,
+the quickest first, until one fails. A test that fails without a mutant too does not count. Tests that take ten times the
+processor time that they took (and 20 s more) count as failed, and those that take 20 times as long by the clock (and
+2 minutes more): they hang. So other work may go on beside a run.
 
 Prints a line for each mutant that no test noticed and, at the end, the share of mutants that were noticed; exit code 1
 when it is below 90 %. FOLDER/results.json holds all. A run that was cut off goes on with --resume: same count, seed and
@@ -26,13 +26,15 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REQUIRED_SHARE = 0.9
-SUITE_LIMIT_S = 240       # a suite that takes more processor time than this is no part of the quick tier
+TEST_LIMIT_S = 240        # a test that takes more processor time than this is no part of the quick tier
+BATCH_S, BATCH_TESTS = 3.0, 200  # tests that one process runs: their processor time, their count
 MOST_MUTANTS = 4096       # tests/mutation/mutant.h
 
 # What is exchanged for what inside an expression. Blanks around operators keep templates and pointers out.
@@ -219,8 +221,8 @@ def build(folder, mutants, programs, jobs):
     sys.exit("mutants still do not compile")
 
 
-def run_suite(program, suite, most_cpu_s, most_s, **variables):
-    """(whether all passed, seconds of processor time, seconds by the clock)"""
+def run_tests(program, names, most_cpu_s, most_s, **variables):
+    """(the test that failed or None, seconds of processor time, seconds by the clock)"""
     environment = dict(os.environ, **variables)
     environment.pop("GTEST_OUTPUT", None)
     scratch = f"/tmp/argil-mutation-{os.getpid()}-{random.getrandbits(60):x}"
@@ -232,62 +234,76 @@ def run_suite(program, suite, most_cpu_s, most_s, **variables):
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # a run in the background may have it ignored
 
     start = time.monotonic()
-    process = subprocess.Popen([str(program), f"--gtest_filter={suite}*", "--gtest_brief=1"], env=environment, cwd=program.parent,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
-                               preexec_fn=begin)
-    late = threading.Timer(most_s, process.kill)
-    late.start()
-    _, status, used = os.wait4(process.pid, 0)
-    late.cancel()
-    process.returncode = os.waitstatus_to_exitcode(status)
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen([str(program), "--gtest_filter=" + ":".join(names), "--gtest_fail_fast"],
+                                   env=environment, cwd=program.parent, stdout=said, stderr=subprocess.DEVNULL,
+                                   stdin=subprocess.DEVNULL, preexec_fn=begin)
+        late = threading.Timer(most_s, process.kill)
+        late.start()
+        _, status, used = os.wait4(process.pid, 0)
+        late.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        begun = re.findall(rb"^\[ +(?:RUN|FAILED) +\] ([\w/.]+)", said.read(), re.MULTILINE)
     subprocess.run(["rm", "-rf", scratch])
-    return process.returncode == 0, used.ru_utime + used.ru_stime, time.monotonic() - start
+    failed = None
+    if process.returncode:
+        failed = begun[-1].decode() if begun else names[0]
+    return failed, used.ru_utime + used.ru_stime, time.monotonic() - start
 
 
 def trace(work, folder, programs, jobs, known):
-    """[(seconds of processor time, by the clock, program, suite, numbers of the mutants that it reaches)], quickest first;
-    `known`: suites that need no look."""
-    suites = []
+    """[(seconds of processor time, by the clock, program, test, numbers of the mutants that it reaches)], quickest first;
+    `known`: tests that need no look."""
+    tests = []
     for name in programs:
         program = work / "bin" / name
         listed = subprocess.run([str(program), "--gtest_list_tests"], capture_output=True, text=True, check=True, cwd=work / "bin")
+        suite = ""
         for line in listed.stdout.splitlines():
-            if line and not line[0].isspace() and line.split("#")[0].strip().endswith("."):
-                suite = line.split("#")[0].strip()
-                if not suite.startswith("Long") and (name, suite) not in known:
-                    suites.append((program, suite))
+            word = line.split("#")[0].strip()
+            if line and not line[0].isspace():
+                suite = word if word.endswith(".") else ""
+            elif suite and not suite.startswith("Long") and (name, suite + word) not in known:
+                tests.append((program, suite + word))
 
     def one(job):
-        program, suite = job
-        file = folder / f"trace-{program.name}-{suite.replace('/', '_')}"
+        program, test = job
+        file = folder / f"trace-{program.name}-{test.replace('/', '_')}"
         file.unlink(missing_ok=True)
-        good, cpu_s, seconds = run_suite(program, suite, SUITE_LIMIT_S, 10 * SUITE_LIMIT_S, ARGIL_MUTANT_TRACE=str(file))
+        failed, cpu_s, seconds = run_tests(program, [test], TEST_LIMIT_S, 10 * TEST_LIMIT_S, ARGIL_MUTANT_TRACE=str(file))
         reached = {i for i, b in enumerate(file.read_bytes()) if b} if file.exists() else set()
         file.unlink(missing_ok=True)
-        if not good:
-            print(f"{program.name} {suite}: failed or took too long without a mutant; left out", flush=True)
+        if failed:
+            print(f"{program.name} {test}: failed or took too long without a mutant; left out", flush=True)
             return None
-        return cpu_s, seconds, program, suite, reached
+        return cpu_s, seconds, program, test, reached
 
     with ThreadPoolExecutor(jobs) as pool:
-        done = [row for row in pool.map(one, suites) if row]
+        done = [row for row in pool.map(one, tests) if row]
     return sorted(done, key=lambda row: row[0])
 
 
-def judge(number, suites, most):
+def judge(number, tests, most):
+    """What became of a mutant. The tests that reach it meet it in turn, the quickest first, some of a program at once."""
+    waiting = [row for row in tests if number in row[4]]
+    if not waiting:
+        return "not reached by any test"
     spent = 0.0
-    reaching = [row for row in suites if number in row[4]]
-    for cpu_s, seconds, program, suite, _ in reaching:
-        if spent > most:
-            break
-        limits = 20 + 10 * cpu_s, 120 + 20 * seconds
-        good, took, _ = run_suite(program, suite, *limits, ARGIL_MUTANT=str(number))
+    while waiting and spent <= most:
+        program, batch, cpu_s, seconds = waiting[0][2], [], 0.0, 0.0
+        for row in waiting:
+            if row[2] == program and (not batch or cpu_s + row[0] <= BATCH_S) and len(batch) < BATCH_TESTS:
+                batch.append(row)
+                cpu_s, seconds = cpu_s + row[0], seconds + row[1]
+        names = [row[3] for row in batch]
+        waiting = [row for row in waiting if row[2] != program or row[3] not in names]
+        limits = (20 + 10 * cpu_s, 120 + 20 * seconds)
+        failed, took, _ = run_tests(program, names, *limits, ARGIL_MUTANT=str(number))
         spent += took
-        if good:
-            continue
-        if run_suite(program, suite, *limits)[0]:
-            return f"killed by {program.name} {suite}"
-    return "survived" if reaching else "not reached by any test"
+        if failed and not run_tests(program, names, *limits)[0]:
+            return f"killed by {program.name} {failed}"
+    return "survived"
 
 
 def main():
@@ -320,18 +336,18 @@ def main():
     work = build(folder, mutants, programs, options.jobs)
     print(f"seed {options.seed}: {len(mutants)} mutants", flush=True)
     kept, results = folder / "trace.json", folder / "results.json"
-    judged, suites = {}, []
+    judged, tests = {}, []
     if options.resume and kept.exists():
-        suites = [(cpu_s, seconds, work / "bin" / name, suite, set(reached))
-                  for cpu_s, seconds, name, suite, reached in json.loads(kept.read_text())]
+        tests = [(cpu_s, seconds, work / "bin" / name, test, set(reached))
+                  for cpu_s, seconds, name, test, reached in json.loads(kept.read_text())]
         if results.exists():
             judged = {m["number"]: m["result"] for m in json.loads(results.read_text())["mutants"]
                       if "result" in m and (not options.again or m["result"].startswith("killed"))}
-    suites = sorted(suites + trace(work, folder, programs, options.jobs, {(row[2].name, row[3]) for row in suites}),
+    tests = sorted(tests + trace(work, folder, programs, options.jobs, {(row[2].name, row[3]) for row in tests}),
                     key=lambda row: row[0])
-    kept.write_text(json.dumps([(cpu_s, seconds, program.name, suite, sorted(reached))
-                                for cpu_s, seconds, program, suite, reached in suites]))
-    print(f"{len(suites)} suites, {sum(row[0] for row in suites):.0f} s of processor time in all", flush=True)
+    kept.write_text(json.dumps([(cpu_s, seconds, program.name, test, sorted(reached))
+                                for cpu_s, seconds, program, test, reached in tests]))
+    print(f"{len(tests)} tests, {sum(row[0] for row in tests):.0f} s of processor time in all", flush=True)
     # In an order of its own, so that a run that is cut off has looked at all modules.
     order = list(mutants)
     random.Random(options.seed).shuffle(order)
@@ -341,7 +357,7 @@ def main():
         if number in judged:
             mutants[number]["result"] = judged[number]  # A run that is cut off keeps what the one before knew.
     with ThreadPoolExecutor(options.jobs) as pool:
-        running = {pool.submit(judge, number, suites, options.limit): number for number in order if number not in judged}
+        running = {pool.submit(judge, number, tests, options.limit): number for number in order if number not in judged}
         for done in as_completed(running):
             m, result = mutants[running[done]], done.result()
             m["result"] = result
