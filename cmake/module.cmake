@@ -39,24 +39,38 @@ function(argil_module name)
   argil_precompile(argil_precompiled argil_${name})
 endfunction()
 
-# argil_tests(KIND MODULE LIBRARIES libs... UNDER wrapper...): tests/KIND/MODULE/*.cpp becomes the program KIND_MODULE
-# and the CTest of that name, started by the wrapper if one is given.
+# argil_tests(KIND MODULE LIBRARIES libs... UNDER wrapper... PARTS n): tests/KIND/MODULE/*.cpp becomes the program
+# KIND_MODULE and the CTest of that name, started by the wrapper if one is given; with PARTS n CTests KIND_MODULE_1 to
+# KIND_MODULE_n, which have a part of the cases each and may run beside each other. Their reports are in reports/ of the
+# build folder.
 function(argil_tests kind module)
-  cmake_parse_arguments(TESTS "" "" "LIBRARIES;UNDER" ${ARGN})
+  cmake_parse_arguments(TESTS "" "PARTS" "LIBRARIES;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)
   if(NOT sources)
     return()
   endif()
-  add_executable(${kind}_${module} ${sources} ${PROJECT_SOURCE_DIR}/tests/support/own_folder.cpp)
-  target_link_libraries(${kind}_${module} PRIVATE ${TESTS_LIBRARIES} GTest::gmock GTest::gtest_main)
+  set(program ${kind}_${module})
+  add_executable(${program} ${sources} ${PROJECT_SOURCE_DIR}/tests/support/own_folder.cpp)
+  target_link_libraries(${program} PRIVATE ${TESTS_LIBRARIES} GTest::gmock GTest::gtest_main)
   if(TESTS_LIBRARIES)
-    argil_precompile(argil_precompiled_tests ${kind}_${module})
+    argil_precompile(argil_precompiled_tests ${program})
     if(ARGIL_PRECOMPILED)
       # g++ 12 warns of strings that are joined ("a" + text), wrongly (GCC bug 105329), where its headers are precompiled.
-      target_compile_options(${kind}_${module} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow>)
+      target_compile_options(${program} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-restrict;-Wno-stringop-overflow>)
     endif()
   endif()
-  add_test(NAME ${kind}_${module} COMMAND ${TESTS_UNDER} $<TARGET_FILE:${kind}_${module}>)
-  # Of a hang. On a machine that does four other things at once the slowest program takes three quarters of it.
-  set_tests_properties(${kind}_${module} PROPERTIES TIMEOUT 3600)
+  if(NOT TESTS_PARTS)
+    set(TESTS_PARTS 1)
+  endif()
+  foreach(part RANGE 1 ${TESTS_PARTS})
+    set(name ${program})
+    if(TESTS_PARTS GREATER 1)
+      set(name ${program}_${part})
+    endif()
+    math(EXPR index "${part} - 1")
+    add_test(NAME ${name} COMMAND ${TESTS_UNDER} $<TARGET_FILE:${program}>)
+    # The limit is for a hang: on a machine that does four other things at once the slowest takes three quarters of it.
+    set_tests_properties(${name} PROPERTIES TIMEOUT 3600 ENVIRONMENT
+      "GTEST_TOTAL_SHARDS=${TESTS_PARTS};GTEST_SHARD_INDEX=${index};GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${name}.xml")
+  endforeach()
 endfunction()

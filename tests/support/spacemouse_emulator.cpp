@@ -112,6 +112,11 @@ void SpaceMouseEmulator::deflect(const std::array<int, 6>& counts) {
   counts_ = counts;
 }
 
+void SpaceMouseEmulator::second(const std::array<int, 6>& counts) {
+  const std::scoped_lock lock(mutex_);
+  second_ = counts;
+}
+
 void SpaceMouseEmulator::buttons(uint32_t held) {
   const std::scoped_lock lock(mutex_);
   held_ = held;
@@ -129,7 +134,7 @@ void SpaceMouseEmulator::unplug() {
   far_.clear();
 }
 
-bool SpaceMouseEmulator::send(std::vector<uint8_t> report) {
+bool SpaceMouseEmulator::send(std::vector<uint8_t> report, size_t puck) {
   switch (misbehaviour_.load()) {
     case Misbehaviour::garbage:
       for (size_t i = 1; i < report.size(); ++i) report[i] = static_cast<uint8_t>(0x70 + i);  // Far beyond the range.
@@ -142,7 +147,8 @@ bool SpaceMouseEmulator::send(std::vector<uint8_t> report) {
     default:
       break;
   }
-  return speaks_ < far_.size() && ::send(far_[speaks_], report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
+  const size_t at = speaks_ + puck;
+  return at < far_.size() && ::send(far_[at], report.data(), report.size(), MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
 }
 
 void SpaceMouseEmulator::run() {
@@ -170,6 +176,14 @@ void SpaceMouseEmulator::run() {
         report.push_back(static_cast<uint8_t>(counts_[a] >> 8));
       }
       (void)send(report);
+    }
+    if (second_ != std::array<int, 6>{}) {
+      std::vector<uint8_t> report{1};
+      for (const int count : second_) {
+        report.push_back(static_cast<uint8_t>(count));
+        report.push_back(static_cast<uint8_t>(count >> 8));
+      }
+      (void)send(report, 1);
     }
     if (held_ != lastHeld && layout_ == Layout::buttonArray) {
       std::vector<uint8_t> report{3};

@@ -32,8 +32,9 @@ class SpaceMouseEmulator {
   /// Deflection as the device counts it, x y z rx ry rz, −350 to 350.
   void deflect(const std::array<int, 6>& counts);
   void buttons(uint32_t held);
-  void speaks(size_t interface);       ///< Of a receiver: to which of its five the puck is paired.
-  void talksWithoutEnd(bool endless);  ///< Reports as fast as they are taken.
+  void speaks(size_t interface);                  ///< Of a receiver: to which of its five the puck is paired.
+  void second(const std::array<int, 6>& counts);  ///< Deflection of a second puck, on the interface after that.
+  void talksWithoutEnd(bool endless);             ///< Reports as fast as they are taken.
   void plug();
   void unplug();
   void misbehave(Misbehaviour what) { misbehaviour_.store(what); }
@@ -43,7 +44,7 @@ class SpaceMouseEmulator {
  private:
   class Source;
   void run();
-  bool send(std::vector<uint8_t> report);
+  bool send(std::vector<uint8_t> report, size_t puck = 0);
   std::vector<int> connect();
 
   Layout layout_;
@@ -52,7 +53,7 @@ class SpaceMouseEmulator {
   size_t speaks_ = 0;
   std::atomic<bool> endless_{false};
   bool plugged_ = true;
-  std::array<int, 6> counts_{};
+  std::array<int, 6> counts_{}, second_{};
   uint32_t held_ = 0;
   std::atomic<Misbehaviour> misbehaviour_{Misbehaviour::none};
   std::atomic<bool> stop_{false};

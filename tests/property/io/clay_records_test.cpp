@@ -180,6 +180,41 @@ TEST_F(ClayRecordsProperty, LostRecordsAreMendedToAClosedSurface) {
   EXPECT_GT(fromOlder, 50u);
 }
 
+// A whole block of 64 voxels across the surface of a ball: what lies two bricks deep in it touches nothing that is
+// known.
+TEST_F(ClayRecordsProperty, ALostBlockIsFilledAsTheClayAroundItSays) {
+  RecordIds ids;
+  ClayRecords clay(ids);
+  RecordMemory memory;
+  RecordSet held;
+  const Version version = ball(100);
+  const RecordId root = clay.write(version, 1, held, memory, RecordCodec::raw);
+  const Coord first{8, 0, 0};
+  size_t lost = 0;
+  std::erase_if(memory.records, [&](const auto& entry) {
+    const auto record = parseRecord(entry.second);
+    const auto node = record ? parseNode(*record) : std::nullopt;
+    const bool block = node && node->level == 1 && node->first == first;
+    lost += block;
+    return block;
+  });
+  ASSERT_EQ(lost, 1u);
+  RecordIds others(ids.next());
+  ClayRecords reader(others);
+  const ReadClay read = reader.read(memory, root, grid(), clay::Store::make(), nullptr, 1, &memory, 1);
+  EXPECT_EQ(read.blocksLost, 1u);
+  // Leaves that touch nothing but lost ones, of which the clay is inside about half.
+  int inside = 0, outside = 0;
+  for (int i = 0; i < 216; ++i) {
+    const clay::Slot slot = read.version.find(first + Coord{1, 1, 1} + Coord{i / 36, i / 6 % 6, i % 6});
+    inside += slot == clay::Slot(clay::Tile::inside);
+    outside += slot == clay::Slot(clay::Tile::outside);
+  }
+  EXPECT_GT(inside, 20);
+  EXPECT_GT(outside, 20);
+  ASSERT_NO_FATAL_FAILURE(expectClosed(read.version));
+}
+
 TEST_F(ClayRecordsProperty, SixteenBitsComeBackToTheBit) {
   RecordIds ids;
   ClayRecords clay(ids);

@@ -65,6 +65,14 @@ TEST(MaskWork, InvertedTwiceIsTheSameToTheBitAndDistancesAreShared) {
   EXPECT_EQ(clearMask(ball()).hash(), ball().hash());
 }
 
+// More than two slices, between which the job is looked at, the last one short.
+TEST(MaskWork, InvertsAllOfALargePiece) {
+  const Version version = masked(ball(90), {90, 0, 0}, 12), other = invertMask(version, nullptr, 2);
+  ASSERT_GT(version.stats().bricks, 2048u);
+  ASSERT_NE(version.stats().bricks % 1024, 0u);
+  forBand(version, [&](Coord at, float) { ASSERT_EQ(maskAt(other, at), 255 - maskAt(version, at)); });
+}
+
 TEST(MaskWork, BlurKeepsTheMiddleAndSoftensTheRim) {
   const Version version = masked(ball(), {30, 0, 0}, 12), soft = blurMask(version, 4, nullptr, 2);
   EXPECT_EQ(soft.hash(), blurMask(version, 4).hash());

@@ -93,6 +93,8 @@ TEST_F(Recovery, StepsAreCountedFromTheSave) {
     ASSERT_EQ(kept.session.undoSteps(), 20u);
     const Recoverable found = examine(kept.crash(left / "1.journal"));
     EXPECT_EQ(found.steps, 4u) << found.sentence;
+    EXPECT_LE(found.from, found.to);
+    EXPECT_LT(std::chrono::system_clock::now() - found.to, std::chrono::minutes(10)) << "when its last thing was done";
     EXPECT_THAT(found.sentence, testing::HasSubstr(": 4 steps since it was saved"));
     // Undone to before the save, and otherwise on: two steps back, one on.
     kept.session.goTo(14);

@@ -251,6 +251,45 @@ TEST_F(Keeping, ARecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
   EXPECT_EQ(recoverable(journals).size(), 0u) << "nothing was done to the other one";
 }
 
+// The wait after a failure is for the same trouble again: another document, or a save, is a new beginning.
+TEST_F(Keeping, AJournalThatFailedIsTriedAtOnceForAnotherDocumentAndAfterASave) {
+  for (const bool another : {true, false}) {
+    const fs::path journals = folder / "busy" / "journals", file = folder / "s.argil";
+    std::ofstream(folder / "busy") << "no folder";
+    AutosaveOptions options;
+    options.folder = journals;
+    options.syncS = 0.01;
+    options.retryS = options.mostRetryS = 3600;
+    std::mutex mutex;
+    std::string trouble;
+    Autosave autosave(options, [&](const std::string& text) {
+      const std::lock_guard lock(mutex);
+      trouble = text;
+    });
+    auto documentRecords = std::make_shared<DocumentRecords>();
+    const std::string writer = newWriter();
+    std::vector<HistoryState> states(1);
+    states[0].document = std::make_shared<const Document>(fullDocument());
+    autosave.begin(states, 0, documentRecords, nullptr, writer);
+    autosave.catchUp();
+    {
+      const std::lock_guard lock(mutex);
+      EXPECT_THAT(trouble, HasSubstr("journal cannot be kept"));
+    }
+    fs::remove(folder / "busy");
+    autosave.catchUp();
+    EXPECT_EQ(autosave.counts().generations, 0u) << "it waits";
+    if (another) {
+      autosave.begin(states, 0, std::make_shared<DocumentRecords>(), nullptr, newWriter());
+    } else {
+      autosave.saved(saveDocument(file, {states, 0, {}, documentRecords, nullptr, {}, writer}));
+    }
+    autosave.catchUp();
+    EXPECT_EQ(autosave.counts().generations, 1u);
+    fs::remove_all(folder / "busy");
+  }
+}
+
 TEST_F(Keeping, WhatWasSavedNeedsNoRecovery) {
   const fs::path journals = folder / "journals", file = folder / "s.argil";
   Kept kept(fullDocument(), journals);

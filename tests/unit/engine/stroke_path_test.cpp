@@ -195,6 +195,15 @@ TEST(StrokePath, RefusesWhatIsNotAPlaceAndGoesOn) {
   for (size_t i = 0; i < clean.size(); ++i) EXPECT_TRUE(same(stamps[i], clean[i]));
 }
 
+TEST(StrokePath, RefusesAGridThatIsNone) {
+  for (const double nowhere : {double(NAN), double(INFINITY)}) {
+    clay::Grid grid;
+    grid.voxelMm = 0.5;
+    grid.originMm.x() = nowhere;
+    EXPECT_THROW(StrokePath(grid, Tool{"carve", 3}, StrokeQuality()), Error);
+  }
+}
+
 TEST(StrokePath, RefusesToolsThatDoNotFit) {
   const clay::Grid grid = halfMillimetre();
   for (const double radius : {0.0, -1.0, 0.2, 3000.0, kNaN}) {

@@ -65,6 +65,26 @@ TEST(StylusStrokes, AButtonPressIsAStroke) {
   EXPECT_EQ(taken.strokes.samplesApplied(), 25u);
 }
 
+TEST(StylusStrokes, APieceThatStandsElsewhereIsCutWhereItStands) {
+  const Vec3d to(40, -7, 3);
+  Document document;
+  Piece piece;
+  piece.version = ball();
+  piece.pose.translation = to;
+  document.add(piece);
+  Session session(document);
+  StylusStrokes strokes(session);
+  strokes.setTool(1, kCarve);
+  std::vector<StylusSample> there = samples("..cccccccccc..");
+  for (StylusSample& sample : there) {
+    sample.cutPoint += to;
+    strokes.take(sample);
+  }
+  strokes.finish();
+  EXPECT_EQ(strokes.refused(), 0u);
+  EXPECT_EQ(session.version().hash(), Taken(samples("..cccccccccc..")).session.version().hash());
+}
+
 TEST(StylusStrokes, TouchingWithoutCuttingLeavesTheClayAlone) {
   const Taken taken(samples("..tttttt..ttt"));
   EXPECT_EQ(taken.session.undoSteps(), 0u);

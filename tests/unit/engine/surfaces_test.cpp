@@ -85,6 +85,23 @@ class SurfacesTest : public ::testing::Test {
   Picture picture;
 };
 
+TEST_F(SurfacesTest, OnlyWhatAStrokeChangedIsDelivered) {
+  Document document = with({ball(60)});
+  surfaces.follow(document, 0);
+  picture.take(surfaces);
+  for (const Vec3d& at : {Vec3d(60, 0, 0), Vec3d(0, 60, 0)}) {
+    document.pieces[0].version = dabbed(document.pieces[0].version, at, 4);
+    surfaces.follow(document, 1);
+    const SurfaceChanges changes = surfaces.take();
+    ASSERT_EQ(changes.pieces.size(), 1u);
+    EXPECT_FALSE(changes.pieces[0].whole);
+    EXPECT_GT(changes.pieces[0].delta.changed.size(), 0u);
+    EXPECT_LE(changes.pieces[0].delta.changed.size(), 27u);
+  }
+  surfaces.follow(document, 0);
+  EXPECT_TRUE(surfaces.take().pieces.empty());
+}
+
 // Each is small enough for the edit thread and all together are not.
 TEST_F(SurfacesTest, ManyPiecesTogetherAreNoMoreThanALargeOne) {
   const clay::Version each = ball(120);

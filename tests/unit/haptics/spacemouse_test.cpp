@@ -225,6 +225,29 @@ TEST(SpaceMouse, HearsAReceiverOnWhicheverOfItsInterfacesThePuckSpeaks) {
   }
 }
 
+TEST(SpaceMouse, OfTwoPucksTheOneThatSpeaksIsHeldUntilItIsSilent) {
+  SpaceMouseEmulator pucks(Layout::receiver);
+  pucks.speaks(1);
+  const auto device = openSpaceMouse({}, pucks.source());
+  after(*device, 0.02);
+  pucks.deflect({350, 0, 0, 0, 0, 0});
+  DeviceState state;
+  const int64_t end = nowNs() + 10'000'000'000;
+  do state = after(*device, 0.01);
+  while (state.pose.translation.x() < 2 && nowNs() < end);
+  pucks.second({-350, 0, 0, 0, 0, 0});
+  for (int i = 0; i < 20; ++i) {
+    const double before = state.pose.translation.x();
+    state = after(*device, 0.01);
+    EXPECT_GE(state.pose.translation.x(), before);
+  }
+  pucks.deflect({});
+  const double before = state.pose.translation.x();
+  do state = after(*device, 0.01);
+  while (state.pose.translation.x() > before - 2 && nowNs() < end);
+  EXPECT_LT(state.pose.translation.x(), before - 1) << "the other one's turn";
+}
+
 TEST(SpaceMouse, GoesOnWhileItsReportsComeWithoutEnd) {
   SpaceMouseEmulator puck(Layout::oneReport);
   const auto device = openSpaceMouse({}, puck.source());
