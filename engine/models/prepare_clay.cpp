@@ -6,6 +6,7 @@
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
+#include "clay/import/mesh_to_clay.h"
 #include "engine/models/cut_negatives.h"
 #include "engine/models/import_place.h"
 #include "engine/models/load_document.h"
@@ -87,7 +88,6 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   prepared.version = withoutNegatives(std::move(prepared.version), read.assembly, model.negatives, prepared.notes, job);
   if (prepared.version.stats().bricks == 0)
     throw Error(file.string() + ": nothing is left when its negative volumes are cut away");
-  prepared.import = std::move(imported.report);
   prepared.document = Document::of(prepared.version);
   if (read.colour) prepared.document.pieces.front().colour = colourOf(*read.colour);
   if (!script.fitMm) prepared.document.pieces.front().fileOffsetMm = fileOffset(moved);

@@ -8,16 +8,14 @@
 #include <vector>
 
 #include "clay/base/job.h"
-#include "clay/import/mesh_to_clay.h"
 #include "engine/text/script.h"
 
 namespace argil::engine {
 
 struct PreparedClay {
-  clay::Version version;  ///< What the strokes begin on; none for a script that begins with a new piece.
-  Document document;      ///< The piece "Clay" of it; of a saved document all that it holds.
-  std::optional<clay::ImportReport> import;  ///< Of a mesh.
-  std::vector<std::string> notes;            ///< Sentences for the person: what was repaired, scaled, chosen.
+  clay::Version version;           ///< What the strokes begin on; none for a script that begins with a new piece.
+  Document document;               ///< The piece "Clay" of it; of a saved document all that it holds.
+  std::vector<std::string> notes;  ///< Sentences for the person: what was repaired, scaled, chosen.
 };
 
 struct PrepareOptions {

@@ -221,6 +221,11 @@ def build(folder, mutants, programs, jobs):
     sys.exit("mutants still do not compile")
 
 
+def under(program):
+    """What starts a program, as tests/CMakeLists.txt says."""
+    return ["umockdev-wrapper"] if program.name.startswith("usb_") else []
+
+
 def run_tests(program, names, most_cpu_s, most_s, **variables):
     """(the test that failed or None, seconds of processor time, seconds by the clock)"""
     environment = dict(os.environ, **variables)
@@ -235,7 +240,7 @@ def run_tests(program, names, most_cpu_s, most_s, **variables):
 
     start = time.monotonic()
     with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen([str(program), "--gtest_filter=" + ":".join(names), "--gtest_fail_fast"],
+        process = subprocess.Popen([*under(program), str(program), "--gtest_filter=" + ":".join(names), "--gtest_fail_fast"],
                                    env=environment, cwd=program.parent, stdout=said, stderr=subprocess.DEVNULL,
                                    stdin=subprocess.DEVNULL, preexec_fn=begin)
         late = threading.Timer(most_s, process.kill)
@@ -258,7 +263,7 @@ def trace(work, folder, programs, jobs, known):
     tests = []
     for name in programs:
         program = work / "bin" / name
-        listed = subprocess.run([str(program), "--gtest_list_tests"], capture_output=True, text=True, check=True, cwd=work / "bin")
+        listed = subprocess.run([*under(program), str(program), "--gtest_list_tests"], capture_output=True, text=True, check=True, cwd=work / "bin")
         suite = ""
         for line in listed.stdout.splitlines():
             word = line.split("#")[0].strip()
@@ -332,7 +337,7 @@ def main():
     programs = [f"{kind}_{module}" for kind in ("unit", "property") for module in options.modules
                 if any((ROOT / "tests" / kind / module).glob("*.cpp"))]
     # What else the quick tier has that reaches these modules.
-    programs += ["failing_io", "failing_engine", "e2e_cli"]
+    programs += ["failing_io", "failing_engine", "e2e_cli", "usb_haptics"]
     work = build(folder, mutants, programs, options.jobs)
     print(f"seed {options.seed}: {len(mutants)} mutants", flush=True)
     kept, results = folder / "trace.json", folder / "results.json"

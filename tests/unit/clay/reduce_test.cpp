@@ -105,6 +105,20 @@ TEST(Reduce, SphereStaysRoundAndFacesOut) {
   }
 }
 
+// Measured at as many points wherever the mesh lies.
+TEST(Reduce, DeviationsAreTheSameFarFromZero) {
+  TriangleMesh near = divided(box({-8, -8, -8}, {8, 8, 8}), 4), dented = near;
+  for (Vec3d& p : dented.positions)
+    if (p.z() > 7.9 && std::abs(p.x()) < 7 && std::abs(p.y()) < 7) p.z() -= 0.5;
+  const Deviation here = deviation(near, dented);
+  for (TriangleMesh* mesh : {&near, &dented})
+    for (Vec3d& p : mesh->positions) p += Vec3d(1024, -512, 2048);
+  const Deviation there = deviation(near, dented);
+  EXPECT_GT(here.most(), 0.4);
+  EXPECT_NEAR(there.rmsMm, here.rmsMm, 1e-9);
+  EXPECT_NEAR(there.most(), here.most(), 1e-9);
+}
+
 TEST(Reduce, CubeBecomesTwelveTrianglesWithItsCorners) {
   const Reduced reduced = reduce(divided(box({-8, -8, -8}, {8, 8, 8}), 32), toCount(12));
   EXPECT_EQ(reduced.mesh.triangles.size(), 12u);

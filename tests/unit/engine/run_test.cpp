@@ -49,7 +49,6 @@ TEST(PrepareClay, MakesTheScriptsShape) {
   const PreparedClay block = prepareClay(clay::Store::make(), script(""));
   EXPECT_EQ(block.version.grid().voxelMm, 0.5);
   EXPECT_NEAR(topAt(block.version, 0, 0), 10, 0.06);
-  EXPECT_FALSE(block.import);
   EXPECT_EQ(prepareClay(clay::Store::make(), script(""), {.voxelMm = 1.0}).version.grid().voxelMm, 1);
 }
 

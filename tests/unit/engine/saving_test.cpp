@@ -251,6 +251,23 @@ TEST_F(Keeping, ARecoveredDocumentThatIsLeftAtOnceIsNotOfferedAgain) {
   EXPECT_EQ(recoverable(journals).size(), 0u) << "nothing was done to the other one";
 }
 
+TEST_F(Keeping, ClayOfSixteenBitsStaysSo) {
+  Document document;
+  Piece piece;
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  piece.version = clay::makeSphere(clay::Store::make(clay::Precision::fixed16), grid, Vec3d::Zero(), 8);
+  document.add(piece);
+  const fs::path file = folder / "fixed.argil";
+  std::vector<HistoryState> states(1);
+  states[0].document = std::make_shared<const Document>(document);
+  saveDocument(file, {states, 0, {}, std::make_shared<DocumentRecords>(), nullptr, {}, newWriter()});
+  const OpenedDocument opened = openDocument(file);
+  const clay::Version& read = opened.states[opened.done].document->pieces[0].version;
+  EXPECT_EQ(read.stats().precision, clay::Precision::fixed16);
+  EXPECT_EQ(read.hash(), piece.version.hash());
+}
+
 // The wait after a failure is for the same trouble again: another document, or a save, is a new beginning.
 TEST_F(Keeping, AJournalThatFailedIsTriedAtOnceForAnotherDocumentAndAfterASave) {
   for (const bool another : {true, false}) {

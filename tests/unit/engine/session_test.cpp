@@ -149,7 +149,9 @@ TEST(Session, AStrokeThatIsLeftOutLeavesNothing) {
   const uint64_t before = ball().hash();
   Session session(ball());
   session.setWatch(&watch);
-  session.beginStroke(kCarve);
+  Tool onAString = kCarve;
+  onAString.stabiliseMm = 2;
+  session.beginStroke(onAString);
   for (int i = 0; i < 100; ++i) session.addPoint(0.01 * i, {15, 0.1 * i, 0});
   (void)session.publish();
   EXPECT_NE(session.version().hash(), before);
@@ -160,8 +162,8 @@ TEST(Session, AStrokeThatIsLeftOutLeavesNothing) {
   EXPECT_EQ(watch.open, 0) << "who watches knows that it has ended";
   EXPECT_EQ(watch.steps, 0);
   // The next one begins where it begins: no line from the one before, and the same bits as without it.
-  const auto strokeOn = [](Session& on) {
-    on.beginStroke(kCarve);
+  const auto strokeOn = [&](Session& on) {
+    on.beginStroke(onAString);
     for (int i = 0; i < 50; ++i) on.addPoint(0.01 * i, {-15, 0.1 * i, 0});
     return on.endStroke().hash();
   };

@@ -46,6 +46,13 @@ TEST(ZipWriter, BlocksAreOneStream) {
   EXPECT_EQ(content(folder / "a.zip", "second"), text + noise + text + "x");
   EXPECT_EQ(content(folder / "a.zip", "empty"), "");
   EXPECT_EQ(content(folder / "a.zip", "last"), "");
+  // Readers that take the file from its begin go by what stands behind a part: signature, checksum and two sizes of
+  // four bytes each.
+  const std::string bytes = samples::slurp(folder / "a.zip");
+  const size_t next = bytes.rfind("PK\x03\x04");  // of "last"
+  ASSERT_GT(next, 16u);
+  EXPECT_EQ(bytes.substr(next - 16, 8), std::string("PK\x07\x08\0\0\0\0", 8));
+  EXPECT_EQ(bytes.substr(next - 4, 4), std::string(4, '\0')) << "of an empty one";
 }
 
 // What a part beyond 4 GiB would look like, for readers that go by the local header or by the table.
