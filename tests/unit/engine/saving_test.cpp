@@ -261,7 +261,7 @@ TEST_F(Keeping, ClayOfSixteenBitsStaysSo) {
   const fs::path file = folder / "fixed.argil";
   std::vector<HistoryState> states(1);
   states[0].document = std::make_shared<const Document>(document);
-  saveDocument(file, {states, 0, {}, std::make_shared<DocumentRecords>(), nullptr, {}, newWriter()});
+  (void)saveDocument(file, {states, 0, {}, std::make_shared<DocumentRecords>(), nullptr, {}, newWriter()});
   const OpenedDocument opened = openDocument(file);
   const clay::Version& read = opened.states[opened.done].document->pieces[0].version;
   EXPECT_EQ(read.stats().precision, clay::Precision::fixed16);
