@@ -284,6 +284,13 @@ TEST(Recorded, PlaysInServoTimeToItsEndOrOverAgain) {
     EXPECT_FALSE(once.read(start + 1.001, state));
     EXPECT_NE(once.status().find("end"), std::string::npos) << once.status();
   }
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.5, Vec3d(1, 2, 2) / 3));
+  RecordedDevice turns(HandPath::unchecked({{.timeS = 0, .rotation = turned, .pressure = 0.25f},
+                                            {.timeS = 1, .rotation = turned, .pressure = 0.25f}}),
+                       {});
+  ASSERT_TRUE(turns.read(0, state));
+  EXPECT_LT(state.pose.rotation.angularDistance(turned), 1e-9);
+  EXPECT_EQ(state.pressure, 0.25f);
   EXPECT_EQ(once.sheet().resolutionMm, 1e-3);
   EXPECT_EQ(once.sheet().dofOut, 0) << "it pushes nobody";
   EXPECT_GE(once.sheet().workspaceMm.x(), 20) << "about its middle, to the farthest point";

@@ -410,6 +410,8 @@ TEST(Servo, ItsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   std::printf("cut after %.1f ms\n", ms);
   EXPECT_GT(servo.watchdogCuts(), before);
   EXPECT_LT(ms, 500) << "20 ms on a machine that is not loaded";
+  wait([&] { return servo.state() == ServoState::hung; });
+  EXPECT_EQ(servo.state(), ServoState::hung) << "and it is told";
   device.hang = false;
   wait([&] { return device.gate().open(); });
   EXPECT_TRUE(device.gate().open()) << "it lives again";
