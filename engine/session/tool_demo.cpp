@@ -70,7 +70,7 @@ Script toolDemo(const ToolRow& row) {
   if (row.file != ToolFile::none) {
     tool.file = row.file == ToolFile::image ? "tile.pgm" : "tile.stl";
     tool.radiusMm = 11;
-    press = row.file == ToolFile::image ? 11 : 11;
+    press = 11;
     places = {{0, 0, 0}};
   }
   if (row.id == "morph") {

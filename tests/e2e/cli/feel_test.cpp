@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
+
+#include "haptics/threads/sample_ring.h"
 
 namespace argil::tests {
 namespace {
@@ -95,9 +98,23 @@ TEST_F(Feel, EveryContactAndAFreeHand) {
   for (const char* contact : {"proxy", "god-object", "penalty"}) {
     const Outcome o = feel({"--contact", contact, "--move", "0,0,-2", "-o", csv()});
     ASSERT_EQ(o.code, 0) << o.err;
-    double peak = 0;
-    for (const auto& r : rows()) peak = std::max(peak, std::hypot(r[4], r[5], r[6]));
+    const auto all = rows();
+    double peak = 0, jumps2 = 0;
+    size_t jumps = 0;
+    for (size_t i = 0; i < all.size(); ++i) {
+      const auto& r = all[i];
+      peak = std::max(peak, std::hypot(r[4], r[5], r[6]));
+      if (i == 0 || !(uint32_t(r[12]) & uint32_t(all[i - 1][12]) & haptics::kTouching)) continue;
+      const auto& b = all[i - 1];
+      const double jump = std::hypot(r[4] - b[4], r[5] - b[5], r[6] - b[6]);
+      jumps2 += jump * jump;
+      ++jumps;
+    }
     EXPECT_GT(peak, 0.5) << contact;
+    ASSERT_GT(jumps, 100u);
+    std::smatch told;
+    ASSERT_TRUE(std::regex_search(o.out, told, std::regex("tick to tick +([0-9.]+) % of it RMS"))) << o.out;
+    EXPECT_NEAR(std::stod(told[1]), 100 / peak * std::sqrt(jumps2 / double(jumps)), 2e-3);
   }
   const Outcome o = feel({"--free", "--device", "falcon", "-o", csv()});
   ASSERT_EQ(o.code, 0) << o.err;

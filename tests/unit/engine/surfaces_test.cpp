@@ -117,6 +117,22 @@ TEST_F(SurfacesTest, ManyPiecesTogetherAreNoMoreThanALargeOne) {
   for (const Piece& piece : document.pieces) EXPECT_TRUE(picture.shows(piece.id, piece.version)) << piece.id;
 }
 
+// The helper still has it when it goes, or is asked for anew.
+TEST_F(SurfacesTest, WhatComesBackTooLateIsDropped) {
+  const Document document = with({ball(230)}), empty;
+  surfaces.follow(document, 0);
+  ASSERT_TRUE(surfaces.behind());
+  surfaces.follow(empty, 0);
+  settle(empty);
+  EXPECT_FALSE(picture.has(1));
+  surfaces.follow(document, 0);
+  surfaces.forget();
+  surfaces.follow(document, 0);
+  settle(document);
+  EXPECT_TRUE(picture.shows(1, document.pieces[0].version));
+  EXPECT_EQ(picture.wholes, 1);
+}
+
 // As undo and redo of an operation that changed a whole piece do.
 TEST_F(SurfacesTest, AnotherWholePieceIsExtractedBesideTheEditThread) {
   const clay::Version small = ball(20), large = ball(230);
