@@ -79,9 +79,18 @@ const std::atomic<uint64_t>* mapTurns(const fs::path& file) {
   return static_cast<const std::atomic<uint64_t>*>(bytes);
 }
 
+void keepPicturesPlain(const fs::path& home) {
+  const fs::path file = home / "argil" / "studio.json";
+  if (std::getenv("ARGIL_LONG") || fs::exists(file)) return;
+  fs::create_directories(file.parent_path());
+  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false}})";
+}
+
 }  // namespace
 
-RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs::path& home) : err_(home / "said") {
+RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs::path& home, Pictures pictures)
+    : err_(home / "said") {
+  if (pictures == Pictures::plain) keepPicturesPlain(home);
   std::vector<std::string> words{ARGIL_COMMAND};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv, environment;
