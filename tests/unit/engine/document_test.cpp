@@ -171,6 +171,15 @@ TEST(Document, EveryKindOfGuideIsFeltAsItSays) {
   bad.kind = Kind::curve;
   bad.feel = Feel::lock;
   EXPECT_THROW((void)felt(bad, 1), Error);
+  Guide well;
+  well.feel = Guide::Feel::well;
+  EXPECT_NO_THROW((void)felt(well, 1));
+  for (const double none : {-1.0, double(NAN), 1e9}) {
+    Guide wide = well, strong = well;
+    wide.rangeMm = strong.forceN = none;
+    EXPECT_THROW((void)felt(wide, 1), Error) << none;
+    EXPECT_THROW((void)felt(strong, 1), Error) << none;
+  }
   EXPECT_THROW(Document().add(bad), Error);
 }
 

@@ -290,6 +290,35 @@ TEST_F(ModelFiles, ColoursOfMaterialsGoOut) {
   }
 }
 
+TEST_F(ModelFiles, ReducedMeshesKeepTheColoursOfTheirPlaces) {
+  const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 10);
+  clay::Editor editor(ball);
+  ball.forEachBrick([&](const clay::Brick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> full;
+    full.fill(brick.coord.x >= 0 ? 255 : 0);
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      if (std::abs(brick.phi(i)) >= 3) full[size_t(i)] = 0;
+    editor.setChannel(clay::Channel::blue, brick.coord, full);
+    editor.setChannel(clay::Channel::cover, brick.coord, full);
+  });
+  Piece piece;
+  piece.version = editor.commit();
+  piece.colour = {1, 0, 0};
+  Document document;
+  document.add(piece);
+  ModelExport how;
+  how.triangles = 2000;
+  static_cast<void>(writeModelFiles({folder / "ball.ply"}, document, how));
+  const io::ModelObject object = io::readModel(folder / "ball.ply").objects.at(0);
+  EXPECT_LE(object.mesh.triangles.size(), 2000u);
+  ASSERT_EQ(object.vertexColours.size(), object.mesh.positions.size());
+  for (size_t i = 0; i < object.vertexColours.size(); ++i) {
+    const double x = object.mesh.positions[i].x();
+    if (std::abs(x) < 1) continue;
+    EXPECT_EQ(object.vertexColours[i], x > 0 ? (io::Colour{0, 0, 255, 255}) : (io::Colour{255, 0, 0, 255})) << i;
+  }
+}
+
 TEST_F(ModelFiles, FarModelsAreBroughtNearAndSaySo) {
   const io::ModelObject far = cube("far", {5e6, -3e6, 0}, 100, {});
   io::writeModel(folder / "far.obj", {{&far, 1}, {}});

@@ -268,6 +268,32 @@ TEST_F(Keeping, ClayOfSixteenBitsStaysSo) {
   EXPECT_EQ(read.hash(), piece.version.hash());
 }
 
+// The saved file under a journal goes: the next journal holds all. A save of the document before is no reason to wait.
+TEST_F(Keeping, AFileThatGoesIsNotCountedOn) {
+  for (const bool savingBefore : {false, true}) {
+    const fs::path file = folder / "s.argil", journal = folder / "left.journal";
+    Kept kept(fullDocument(), folder / "journals");
+    kept.folder = folder / "journals";
+    const auto base =
+        saveDocument(file, {kept.session.states(), 0, {}, kept.documentRecords, nullptr, {}, kept.writer});
+    if (savingBefore) kept.autosave->saving(folder / "other.argil");
+    kept.session.setWatch(nullptr);
+    OpenedDocument opened = openDocument(file);
+    kept.autosave->begin(opened.states, 0, opened.documentRecords, opened.base, newWriter());
+    Session session(opened.states, 0);
+    session.setWatch(kept.autosave.get());
+    stroke(session, 2);
+    kept.autosave->flush();
+    fs::remove(file);
+    stroke(session, 3);
+    kept.crash(journal);
+    session.setWatch(nullptr);
+    const Recovered recovered = recover(journal);
+    EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*session.document()));
+    fs::remove(journal);
+  }
+}
+
 // The wait after a failure is for the same trouble again: another document, or a save, is a new beginning.
 TEST_F(Keeping, AJournalThatFailedIsTriedAtOnceForAnotherDocumentAndAfterASave) {
   for (const bool another : {true, false}) {

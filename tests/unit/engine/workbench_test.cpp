@@ -86,6 +86,13 @@ TEST_F(WorkbenchTest, SurfacesTakenOneByOneAreTheWholeSurface) {
   }));
 }
 
+TEST_F(WorkbenchTest, TellsWhatTheClayTakes) {
+  block();
+  const uint64_t bytes = document()->pieces[0].version.stats().bytes();
+  EXPECT_TRUE(until([&] { return bench.snapshot()->clayBytes >= bytes; }));
+  EXPECT_LT(bench.snapshot()->clayBytes, 4 * bytes);
+}
+
 TEST_F(WorkbenchTest, AStrokeStaysInALockedPlane) {
   block();
   Tool tool;

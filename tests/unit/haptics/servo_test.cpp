@@ -417,6 +417,7 @@ TEST(Servo, ItsWatchdogCutsTheDeviceWhenATickHangsAndArmsItAgain) {
   EXPECT_TRUE(device.gate().open()) << "it lives again";
   servo.stop();
   EXPECT_EQ(servo.fault(), Fault::none);
+  EXPECT_GT(servo.statistics().missed, 5u) << "ticks of the time that it hung are counted as missed";
 }
 
 }  // namespace
