@@ -96,7 +96,6 @@ Reduced withinError(const TriangleMesh& mesh, double errorMm, const WorkPart& wo
 Reduced reduce(const TriangleMesh& mesh, const ReduceOptions& options, Job* job) {
   check(mesh, options);
   const WorkPart work(job);
-  work.step(0);
   if (options.errorMm) return withinError(mesh, *options.errorMm, work);
   if (mesh.triangles.size() <= *options.triangles) return {mesh, {}};
   Reduced reduced;

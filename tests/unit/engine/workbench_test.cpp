@@ -86,6 +86,20 @@ TEST_F(WorkbenchTest, SurfacesTakenOneByOneAreTheWholeSurface) {
   }));
 }
 
+// Its thread looks at statistics twice a second, and is woken to end.
+TEST(WorkbenchAlone, BeginsWithADocumentAndEndsAtOnce) {
+  constexpr int kBenches = 20;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < kBenches; ++i) {
+    const Workbench bench(withoutJournal());
+    const auto first = bench.snapshot();
+    ASSERT_NE(first->document, nullptr);
+    ASSERT_NE(first->history, nullptr);
+    std::this_thread::sleep_for(20ms);
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kBenches * 250ms);
+}
+
 TEST_F(WorkbenchTest, TellsWhatTheClayTakes) {
   block();
   const uint64_t bytes = document()->pieces[0].version.stats().bytes();

@@ -270,6 +270,17 @@ TEST(Pointer, RefusesNumbersThatAreNone) {
   EXPECT_THROW(PointerDevice({.smoothSeconds = std::nan("")}), Error);
 }
 
+// It looks for its device ten times a second, and is woken to end.
+TEST(DeviceThread, EndsAtOnceWhileItsDeviceIsNotThere) {
+  constexpr int kDevices = 40;
+  const int64_t begin = nowNs();
+  for (int i = 0; i < kDevices; ++i) {
+    const auto absent = openHaply({.port = "/dev/ttyNeverThere"});
+    ASSERT_TRUE(says(*absent, "not plugged in"));
+  }
+  EXPECT_LT(double(nowNs() - begin) * 1e-9, 0.5 * kDevices * ThreadedDevice::kRetrySeconds);
+}
+
 TEST(Recorded, PlaysInServoTimeToItsEndOrOverAgain) {
   const HandPath path = HandPath::line({0, 0, 0}, {10, 0, 0}, 1.0, 3);
   RecordedDevice once(path, {}), again(path, {.loop = true});

@@ -203,11 +203,17 @@ TEST(ThreeMfRead, ObjectsInObjectsEndSomewhere) {
         "<object id=\"" + std::to_string(i) + "\"><components>" + component + component + "</components></object>";
   }
   expectRefused(threeMf(inResources(doubled)), "places more than");
-  std::string deep = tetrahedron("id=\"100\"");
-  for (int i = 70; i >= 1; --i)
-    deep += "<object id=\"" + std::to_string(i) + "\"><components><component objectid=\"" +
-            std::to_string(i == 70 ? 100 : i + 1) + "\"/></components></object>";
-  expectRefused(threeMf(inResources(deep)), "deep");
+  // 64 objects within each other, the mesh among them, are the most.
+  const auto nested = [](int outer) {
+    std::string deep = tetrahedron("id=\"100\"");
+    for (int i = outer; i >= 1; --i)
+      deep += "<object id=\"" + std::to_string(i) + "\"><components><component objectid=\"" +
+              std::to_string(i == outer ? 100 : i + 1) + "\"/></components></object>";
+    return threeMf(inResources(deep));
+  };
+  EXPECT_EQ(parseModel(bytesOf(nested(63)), "a.3mf").objects.size(), 1u);
+  expectRefused(nested(64), "deep");
+  expectRefused(nested(70), "deep");
 }
 
 TEST(ThreeMfRead, PackagesWithoutAModelAreRefused) {
