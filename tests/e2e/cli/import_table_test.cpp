@@ -40,6 +40,9 @@ const std::map<std::string, uint64_t> kPlaced = {
 /// In metres, hundreds of them: as clay it would have voxels of a metre and still take minutes.
 const std::set<std::string> kLarge = {"gltf/2CylinderEngine_draco/2CylinderEngine.gltf"};
 
+/// It takes as long as the ten next largest; the same model with fewer triangles is among them.
+constexpr const char* kForTheLongTests = "mesh/dragon_vrip_871k.ply.gz";
+
 struct Row {
   std::string file, verdict, trianglesIn, report, closed, trianglesOut;
 };
@@ -102,6 +105,7 @@ TEST(ImportTable, EveryRealModelGetsWhatItDeserves) {
   std::vector<Row> rows;
   for (const fs::path& file : realModels(data)) {
     const std::string name = fs::relative(file, data).string();
+    if (name == kForTheLongTests && !std::getenv("ARGIL_LONG")) continue;
     SCOPED_TRACE(name);
     Row& row = rows.emplace_back();
     row.file = name;

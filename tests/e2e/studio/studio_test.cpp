@@ -35,7 +35,7 @@ std::vector<std::array<double, 2>> wave(double x, double y, double width, double
 TEST_P(Studio, FromAnEmptyWindowToThreeFiles) {
   const Screen s = at();
   RunningStudio studio(arguments({"--validate", "--report", "report.json", "--record", "events.jsonl"}),
-                       scratch_.path(), RunningStudio::Pictures::full);
+                       scratch_.path());
   Person person(studio, s.scale);
   const auto shot = [&](const std::string& step) { return person.shot(std::string(s.name) + "-" + step); };
   const double x = middleX(), y = middleY();  // The middle of the block's upper face is a little above.

@@ -88,9 +88,8 @@ void keepPicturesPlain(const fs::path& home) {
 
 }  // namespace
 
-RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs::path& home, Pictures pictures)
-    : err_(home / "said") {
-  if (pictures == Pictures::plain) keepPicturesPlain(home);
+RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs::path& home) : err_(home / "said") {
+  keepPicturesPlain(home);
   std::vector<std::string> words{ARGIL_COMMAND};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv, environment;

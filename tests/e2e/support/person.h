@@ -19,12 +19,10 @@ namespace argil::tests {
 /// The studio as a program of its own on the DISPLAY of this process. Killed when it is still there at the end.
 class RunningStudio {
  public:
-  /// Pictures at rest: `full` as a new user has them, `plain` without shadows and with one sample a pixel, which a
-  /// software driver draws in a fraction of the time. Long tests have them full.
-  enum class Pictures { plain, full };
-  /// `home`: its settings and journals are kept there.
-  RunningStudio(const std::vector<std::string>& arguments, const std::filesystem::path& home,
-                Pictures pictures = Pictures::plain);
+  /// `home`: its settings and journals are kept there. Where it has no settings yet and the long tests do not run,
+  /// pictures at rest are without shadows and of one sample a pixel, which a software driver draws in a fraction of the
+  /// time.
+  RunningStudio(const std::vector<std::string>& arguments, const std::filesystem::path& home);
   ~RunningStudio();
   RunningStudio(const RunningStudio&) = delete;
   RunningStudio& operator=(const RunningStudio&) = delete;

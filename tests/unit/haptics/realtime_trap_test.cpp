@@ -76,11 +76,12 @@ TEST(RealtimeTrap, CatchesWhatIsPlanted) {
   munmap(page, 4096);
 }
 
-TEST(ServoTick, KeepsToTheRulesOfRealTimeInAMillionTicksOfSculpting) {
+// A million ticks in the long tier.
+TEST(ServoTick, KeepsToTheRulesOfRealTimeWhileItSculpts) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr uint64_t kTicks = 20'000;
 #else
-  constexpr uint64_t kTicks = 1'000'000;
+  const uint64_t kTicks = std::getenv("ARGIL_LONG") ? 1'000'000 : 200'000;
 #endif
   Tool tool;
   tool.radiusMm = 3;

@@ -1,0 +1,87 @@
+// What the autosave does when its journal, or the file under it, cannot be had.
+
+#include "engine/saving/autosave.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+
+#include "engine/session/recovery.h"
+#include "tests/unit/engine/saving_rig.h"
+
+namespace argil::engine {
+namespace {
+
+using testing::HasSubstr;
+using AutosaveTest = SavingRig;
+
+// The saved file under a journal goes: the next journal holds all. A save of the document before is no reason to wait.
+TEST_F(AutosaveTest, AFileThatGoesIsNotCountedOn) {
+  for (const bool savingBefore : {false, true}) {
+    const fs::path file = folder / "s.argil", journal = folder / "left.journal";
+    Kept kept(fullDocument(), folder / "journals");
+    kept.folder = folder / "journals";
+    const auto base =
+        saveDocument(file, {kept.session.states(), 0, {}, kept.documentRecords, nullptr, {}, kept.writer});
+    if (savingBefore) kept.autosave->saving(folder / "other.argil");
+    kept.session.setWatch(nullptr);
+    OpenedDocument opened = openDocument(file);
+    kept.autosave->begin(opened.states, 0, opened.documentRecords, opened.base, newWriter());
+    Session session(opened.states, 0);
+    session.setWatch(kept.autosave.get());
+    stroke(session, 2);
+    kept.autosave->flush();
+    fs::remove(file);
+    stroke(session, 3);
+    kept.crash(journal);
+    session.setWatch(nullptr);
+    const Recovered recovered = recover(journal);
+    EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), told(*session.document()));
+    fs::remove(journal);
+  }
+}
+
+// The wait after a failure is for the same trouble again: another document, or a save, is a new beginning.
+TEST_F(AutosaveTest, AJournalThatFailedIsTriedAtOnceForAnotherDocumentAndAfterASave) {
+  for (const bool another : {true, false}) {
+    const fs::path journals = folder / "busy" / "journals", file = folder / "s.argil";
+    std::ofstream(folder / "busy") << "no folder";
+    AutosaveOptions options;
+    options.folder = journals;
+    options.syncS = 0.01;
+    options.retryS = options.mostRetryS = 3600;
+    std::mutex mutex;
+    std::string trouble;
+    Autosave autosave(options, [&](const std::string& text) {
+      const std::lock_guard lock(mutex);
+      trouble = text;
+    });
+    auto documentRecords = std::make_shared<DocumentRecords>();
+    const std::string writer = newWriter();
+    std::vector<HistoryState> states(1);
+    states[0].document = std::make_shared<const Document>(fullDocument());
+    autosave.begin(states, 0, documentRecords, nullptr, writer);
+    autosave.catchUp();
+    {
+      const std::lock_guard lock(mutex);
+      EXPECT_THAT(trouble, HasSubstr("journal cannot be kept"));
+    }
+    fs::remove(folder / "busy");
+    autosave.catchUp();
+    EXPECT_EQ(autosave.counts().generations, 0u) << "it waits";
+    if (another) {
+      autosave.begin(states, 0, std::make_shared<DocumentRecords>(), nullptr, newWriter());
+    } else {
+      autosave.saved(saveDocument(file, {states, 0, {}, documentRecords, nullptr, {}, writer}));
+    }
+    autosave.catchUp();
+    EXPECT_EQ(autosave.counts().generations, 1u);
+    fs::remove_all(folder / "busy");
+  }
+}
+
+}  // namespace
+}  // namespace argil::engine
