@@ -1,6 +1,3 @@
-# Of the tests themselves, not of what they test: a quarter less time of the compiler than -O2.
-set(ARGIL_TESTS_OPTIMISATION $<$<CONFIG:Release>:-O1>)
-
 # argil_precompile(FROM TARGETS...): their files read what was compiled once for FROM: argil_precompiled has
 # cmake/precompiled.h, argil_precompiled_tests GoogleTest too. They link the libraries that these headers are of.
 if(ARGIL_PRECOMPILED)
@@ -11,7 +8,6 @@ if(ARGIL_PRECOMPILED)
   add_library(argil_precompiled_tests OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
   target_link_libraries(argil_precompiled_tests PRIVATE Eigen3::Eigen fmt::fmt GTest::gmock)
   target_precompile_headers(argil_precompiled_tests PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
-  target_compile_options(argil_precompiled_tests PRIVATE ${ARGIL_TESTS_OPTIMISATION})
 endif()
 function(argil_precompile from)
   if(ARGIL_PRECOMPILED)
