@@ -203,15 +203,20 @@ TEST_F(ClayRecordsProperty, ALostBlockIsFilledAsTheClayAroundItSays) {
   ClayRecords reader(others);
   const ReadClay read = reader.read(memory, root, grid(), clay::Store::make(), nullptr, 1, &memory, 1);
   EXPECT_EQ(read.blocksLost, 1u);
-  // Leaves that touch nothing but lost ones, of which the clay is inside about half.
-  int inside = 0, outside = 0;
-  for (int i = 0; i < 216; ++i) {
-    const clay::Slot slot = read.version.find(first + Coord{1, 1, 1} + Coord{i / 36, i / 6 % 6, i % 6});
+  // Leaves that touch nothing but lost ones, of which the clay is inside about half; and how many of all are as they
+  // were.
+  int inside = 0, outside = 0, right = 0, wrong = 0;
+  for (int i = 0; i < 512; ++i) {
+    const Coord c{i >> 6, (i >> 3) & 7, i & 7};
+    const clay::Slot slot = read.version.find(first + c), was = version.find(first + c);
+    if (was.brick() == nullptr && slot.brick() == nullptr) ++(slot == was ? right : wrong);
+    if (std::min({c.x, c.y, c.z}) == 0 || std::max({c.x, c.y, c.z}) == 7) continue;
     inside += slot == clay::Slot(clay::Tile::inside);
     outside += slot == clay::Slot(clay::Tile::outside);
   }
   EXPECT_GT(inside, 20);
   EXPECT_GT(outside, 20);
+  EXPECT_GT(right, 5 * wrong);
   ASSERT_NO_FATAL_FAILURE(expectClosed(read.version));
 }
 

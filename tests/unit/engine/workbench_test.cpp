@@ -86,7 +86,7 @@ TEST_F(WorkbenchTest, SurfacesTakenOneByOneAreTheWholeSurface) {
   }));
 }
 
-// Its thread looks at statistics twice a second, and is woken to end.
+// Its thread ends with a turn, not with the statistics that it looks at twice a second.
 TEST(WorkbenchAlone, BeginsWithADocumentAndEndsAtOnce) {
   constexpr int kBenches = 20;
   const auto begin = std::chrono::steady_clock::now();

@@ -197,6 +197,20 @@ TEST(ForceGate, ACounterThatRunsOverTouchesNoOther) {
   }
 }
 
+TEST(Watchdog, HoldsNothingAfterItsEnd) {
+  ForceGate gate;
+  Heartbeat heart;
+  heart.beat(0);
+  Watchdog watchdog;
+  EXPECT_FALSE(watchdog.look(heart, gate, 0.001));
+  EXPECT_TRUE(watchdog.look(heart, gate, 10));
+  EXPECT_TRUE(watchdog.holds());
+  EXPECT_FALSE(gate.open());
+  watchdog.end(gate);
+  EXPECT_FALSE(watchdog.holds());
+  EXPECT_TRUE(gate.open());
+}
+
 TEST(Heartbeat, IsSilentAfterItsTime) {
   Heartbeat heart;
   heart.beat(10);
