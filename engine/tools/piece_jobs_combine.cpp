@@ -69,10 +69,14 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
   Piece piece = first;
   if (other.has(clay::Channel::material)) options.materials = joinMaterials(piece.materials, second.materials);
   piece.version = clay::combine(own, other, how, options, all.part(0.6, 1));
-  if (piece.version.stats().bricks == 0)
+  if (piece.version.stats().bricks == 0) {
+    for (const Piece* each : {&first, &second})
+      if (each->version.stats().bricks == 0)
+        throw Error(fmt::format("{} is empty: add clay first", each->name), Error::Kind::work);
     throw Error(fmt::format("nothing is left of {} and {}: move them so that they {}", first.name, second.name,
                             how == clay::Combination::cut ? "overlap less" : "overlap"),
                 Error::Kind::work);
+  }
   PieceResult result;
   result.changed.push_back(std::move(piece));
   if (!values.keepsSecond) result.removed.push_back(second.id);
