@@ -1,6 +1,7 @@
 #include "clay/mesh/nearest_triangle.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -8,7 +9,7 @@ namespace argil::clay {
 
 namespace {
 
-constexpr uint32_t kLeaf = 4;  ///< Triangles.
+constexpr uint32_t kLeaf = 2;  ///< Triangles.
 /// A triangle flatter than this, squared height against squared length, is the segments that bound it.
 constexpr double kFlat = 1e-24;
 constexpr int kMortonBits = 16;  ///< An axis.
@@ -29,12 +30,12 @@ uint64_t spread(uint64_t x) {
   return x;
 }
 
-float below(double x) {
+float roundedDown(double x) {
   const auto rounded = static_cast<float>(x);
   return double(rounded) > x ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
 }
-Eigen::Array3f below(const Vec3d& p) {
-  return {below(p.x()), below(p.y()), below(p.z())};
+float roundedUp(double x) {
+  return -roundedDown(-x);
 }
 
 }  // namespace
@@ -72,6 +73,7 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
     for (const uint32_t v : t) box.extend(mesh.positions[v]);
   middle_ = box.center();
   const double side = std::max(box.sizes().maxCoeff(), std::numeric_limits<double>::min());
+  scale_ = 2 / side;
   const double scale = ((1 << kMortonBits) - 1) / side;
 
   struct Place {
@@ -97,56 +99,66 @@ NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh) {
   }
   std::vector<Place>().swap(places);
 
-  const size_t used = (triangles_.size() + kLeaf - 1) / kLeaf;
-  while (leaves_ < used) leaves_ *= 2;
-  const Box nothing{Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()),
-                    Eigen::Array3f::Constant(-std::numeric_limits<float>::infinity())};
-  boxes_.assign(leaves_ + used, nothing);
-  for (size_t k = 0; k < used; ++k) {
-    Box& leaf = boxes_[leaves_ + k];
-    for (size_t i = k * kLeaf; i < std::min((k + 1) * kLeaf, triangles_.size()); ++i)
-      for (const uint32_t v : triangles_[i]) {
-        const Vec3d p = mesh.positions[v] - middle_;
-        leaf.low = leaf.low.min(below(p));
-        leaf.high = leaf.high.max(-below(-p));
-      }
-  }
-  for (size_t i = leaves_ - 1; i >= 1; --i)
-    for (const size_t child : {2 * i, 2 * i + 1})
-      if (child < boxes_.size()) {
-        boxes_[i].low = boxes_[i].low.min(boxes_[child].low);
-        boxes_[i].high = boxes_[i].high.max(boxes_[child].high);
-      }
-  addSlabs();
-}
-
-void NearestTriangle::addSlabs() {
-  // Twice the area times the normal, of all triangles below.
-  std::vector<Vec3d> normals(boxes_.size(), Vec3d::Zero());
+  // Twice the area times the normal, of the triangles of each lane; a level's are summed for the one above.
+  std::vector<Vec3d> normals((triangles_.size() + kLeaf - 1) / kLeaf, Vec3d::Zero());
   for (size_t i = 0; i < triangles_.size(); ++i) {
     const auto& [a, b, c] = triangles_[i];
-    const Vec3d& corner = mesh_.positions[a];
-    normals[leaves_ + i / kLeaf] += (mesh_.positions[b] - corner).cross(mesh_.positions[c] - corner);
+    const Vec3d& corner = mesh.positions[a];
+    normals[i / kLeaf] += (mesh.positions[b] - corner).cross(mesh.positions[c] - corner);
   }
-  for (size_t i = boxes_.size() - 1; i >= 2; --i) normals[i / 2] += normals[i];
-  slabs_.resize(boxes_.size());
-  for (size_t i = 1; i < boxes_.size(); ++i) {
-    const double length = normals[i].norm();
+  size_t total = 0;
+  for (size_t lanes = normals.size(), nodes = 0; nodes != 1; lanes = nodes) {
+    nodes = (lanes + kBoxes - 1) / kBoxes;
+    levels_.push_back(total);
+    total += nodes;
+  }
+  nodes_.resize(total);
+  for (size_t level = 0; level < levels_.size(); ++level) {
+    addBoxes(normals, level);
+    std::vector<Vec3d> sums((normals.size() + kBoxes - 1) / kBoxes, Vec3d::Zero());
+    for (size_t i = 0; i < normals.size(); ++i) sums[i / kBoxes] += normals[i];
+    normals.swap(sums);
+  }
+}
+
+// `normals`: of the level's lanes.
+void NearestTriangle::addBoxes(const std::vector<Vec3d>& normals, size_t level) {
+  BoxNode* const nodes = nodes_.data() + levels_[level];
+  const BoxNode* const below = level > 0 ? nodes_.data() + levels_[level - 1] : nullptr;
+  const size_t ends = level + 1 < levels_.size() ? levels_[level + 1] : nodes_.size();
+  const size_t each = size_t(kLeaf) << (3 * level);  // triangles a lane
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr double kNoLonger = 1 - 2e-7;  // than 1, once it is rounded to float
+  for (size_t i = 0; i < (ends - levels_[level]) * kBoxes; ++i) {
+    BoxNode& node = nodes[i / kBoxes];
+    const size_t lane = i % kBoxes;
+    const double length = i < normals.size() ? normals[i].norm() : 0;
     const Vec3d unit = length > 0 && std::isfinite(length) ? Vec3d(normals[i] / length) : Vec3d::UnitZ();
-    constexpr double kNoLonger = 1 - 2e-7;  // than 1, once it is rounded to float
-    slabs_[i] = {(kNoLonger * unit).cast<float>().array(), std::numeric_limits<float>::infinity(),
-                 -std::numeric_limits<float>::infinity()};
-  }
-  for (size_t i = 0; i < triangles_.size(); ++i)
-    for (const uint32_t v : triangles_[i]) {
-      const Vec3d p = mesh_.positions[v] - middle_;
-      for (size_t node = leaves_ + i / kLeaf; node >= 1; node /= 2) {
-        Slab& slab = slabs_[node];
-        const double along = slab.normal.cast<double>().matrix().dot(p);
-        slab.low = std::min(slab.low, below(along));
-        slab.high = std::max(slab.high, -below(-along));
+    const Eigen::Vector3f normal = (kNoLonger * unit).cast<float>();
+    const Vec3d exact = normal.cast<double>();
+    double from = kInfinite, to = -kInfinite;
+    Vec3d low = Vec3d::Constant(kInfinite), high = -low;
+    for (size_t t = i * each; t < std::min((i + 1) * each, triangles_.size()); ++t)
+      for (const uint32_t v : triangles_[t]) {
+        const Vec3d p = inTree(mesh_.positions[v]);
+        const double along = exact.dot(p);
+        from = std::min(from, along);
+        to = std::max(to, along);
+        if (below) continue;
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
       }
+    node.from[lane] = roundedDown(from);
+    node.to[lane] = roundedUp(to);
+    for (int axis = 0; axis < 3; ++axis) {
+      node.normal[axis][lane] = normal[axis];
+      node.low[axis][lane] = roundedDown(low[axis]);
+      node.high[axis][lane] = roundedUp(high[axis]);
+      if (!below || i >= normals.size()) continue;
+      node.low[axis][lane] = *std::min_element(below[i].low[axis], below[i].low[axis] + kBoxes);
+      node.high[axis][lane] = *std::max_element(below[i].high[axis], below[i].high[axis] + kBoxes);
     }
+  }
 }
 
 double NearestTriangle::squaredTo(uint32_t triangle, const Vec3d& p) const {
@@ -174,44 +186,65 @@ bool NearestTriangle::within(const Vec3d& p, double distance) const {
 }
 
 NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double enough) const {
-  const Eigen::Array3d at = (p - middle_).array();
-  const auto squaredToBox = [&](size_t node) {
-    if (node >= boxes_.size()) return std::numeric_limits<double>::infinity();
-    const Box& box = boxes_[node];
-    return (box.low.cast<double>() - at).max(at - box.high.cast<double>()).max(0.0).square().sum();
+  const Vec3d place = inTree(p);
+  // Beyond any float the bounds say nothing, and every triangle is looked at.
+  constexpr double kFarthest = 1e18;
+  const Vec3d near = place.cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  const float at[3] = {static_cast<float>(near.x()), static_cast<float>(near.y()), static_cast<float>(near.z())};
+  // What rounding `at` and the sums of three products of floats take off or add.
+  const auto slack = static_cast<float>(1e-6 * (near.cwiseAbs().maxCoeff() + 1));
+  const bool bounded = place == near;
+  // In the tree's units, rounded up.
+  const auto bestBound = [&] {
+    const double squared = best.squared * scale_ * scale_ * (1 + 1e-6);
+    constexpr float kMost = std::numeric_limits<float>::max();
+    return bounded && squared < double(kMost) ? roundedUp(squared) : kMost;
   };
-  // Whether the slab shows that all of a node is at least so far.
-  const auto beyond = [&](size_t node, double squared) {
-    const Slab& slab = slabs_[node];
-    const double along = (slab.normal.cast<double>() * at).sum();
-    const double gap = std::max(double(slab.low) - along, along - double(slab.high));
-    return gap > 0 && gap * gap >= squared;
-  };
+
   struct Entry {
-    double squared;
+    float bound;
+    uint32_t level;
     size_t node;
   };
-  std::array<Entry, 40> stack;  // The tree is at most 31 deep, and each level leaves one entry.
+  std::array<Entry, 80> stack;  // At most 11 levels of 8, and each leaves seven.
   size_t depth = 0;
-  stack[depth++] = {squaredToBox(1), 1};
+  float most = bestBound();
+  stack[depth++] = {0, static_cast<uint32_t>(levels_.size() - 1), 0};
   while (depth > 0) {
-    Entry entry = stack[--depth];
-    if (entry.squared >= best.squared || beyond(entry.node, best.squared)) continue;
-    while (entry.node < leaves_) {
-      Entry near{squaredToBox(2 * entry.node), 2 * entry.node},
-          far{squaredToBox(2 * entry.node + 1), 2 * entry.node + 1};
-      if (far.squared < near.squared) std::swap(near, far);
-      if (far.squared < best.squared) stack[depth++] = far;
-      entry = near;
-      if (entry.squared >= best.squared || beyond(entry.node, best.squared)) break;
+    const Entry entry = stack[--depth];
+    if (entry.bound > most) continue;
+    float bounds[kBoxes];
+    uint32_t lanes = boundsOf(nodes_[levels_[entry.level] + entry.node], at, slack, most, bounds);
+    if (entry.level > 0) {
+      // The nearest on top.
+      const size_t bottom = depth;
+      for (; lanes; lanes &= lanes - 1) {
+        const auto lane = static_cast<uint32_t>(std::countr_zero(lanes));
+        const Entry child{bounded ? bounds[lane] : 0, entry.level - 1, kBoxes * entry.node + lane};
+        size_t slot = depth++;
+        for (; slot > bottom && stack[slot - 1].bound < child.bound; --slot) stack[slot] = stack[slot - 1];
+        stack[slot] = child;
+      }
+      continue;
     }
-    if (entry.node < leaves_ || entry.squared >= best.squared) continue;
-    const auto first = static_cast<uint32_t>((entry.node - leaves_) * kLeaf);
-    const auto end = static_cast<uint32_t>(std::min<size_t>(first + kLeaf, triangles_.size()));
-    for (uint32_t i = first; i < end; ++i) {
-      const double squared = squaredTo(i, p);
-      if (squared < best.squared) best = {i, squared};
-      if (squared <= enough) return best;
+    while (lanes) {
+      uint32_t lane = static_cast<uint32_t>(std::countr_zero(lanes));
+      for (uint32_t rest = lanes & (lanes - 1); rest; rest &= rest - 1) {
+        const auto other = static_cast<uint32_t>(std::countr_zero(rest));
+        if (bounds[other] < bounds[lane]) lane = other;
+      }
+      lanes &= ~(1u << lane);
+      if (bounded && bounds[lane] > most) break;  // and so are the others
+      const auto first = static_cast<uint32_t>((kBoxes * entry.node + lane) * kLeaf);
+      const auto end = static_cast<uint32_t>(std::min<size_t>(first + kLeaf, triangles_.size()));
+      for (uint32_t i = first; i < end; ++i) {
+        const double squared = squaredTo(i, p);
+        if (squared <= enough) return {i, squared};
+        const bool tie = squared == best.squared && best.triangle != UINT32_MAX && i < best.triangle;
+        if (!(squared < best.squared) && !tie) continue;
+        best = {i, squared};
+        most = bestBound();
+      }
     }
   }
   return best;

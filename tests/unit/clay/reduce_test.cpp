@@ -9,6 +9,7 @@
 
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/nearest_triangle.h"
+#include "tests/support/simd_targets.h"
 #include "tests/unit/clay/brute_distance.h"
 #include "tests/unit/clay/test_meshes.h"
 
@@ -249,6 +250,46 @@ TEST(Reduce, NearestTriangleIsTheNearestFromTheMiddleOfABall) {
       const Vec3d p = Vec3d(far, 0, 0) + std::pow(10, -i % 6) * Vec3d(u(random), u(random), u(random));
       EXPECT_NEAR(tree.nearest(p).squared, bruteSquared(p, ball), 1e-8 * (1 + far)) << i;
     }
+  }
+}
+
+TEST(Reduce, OfTrianglesEquallyNearTheAnswerIsOneWhateverTheHintAndTheCpu) {
+  // From the middle of an octahedron its eight faces are equally far, from above an edge two.
+  TriangleMesh mesh;
+  mesh.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (const uint32_t x : {0u, 1u})
+    for (const uint32_t y : {2u, 3u})
+      for (const uint32_t z : {4u, 5u}) mesh.triangles.push_back({x, y, z});
+  const NearestTriangle tree(mesh);
+  for (const Vec3d& p : {Vec3d(0, 0, 0), Vec3d(2, 2, 0), Vec3d(0, 3, 0)}) {
+    const uint32_t answer = tree.nearest(p).triangle;
+    argil::tests::forEachSimdTarget([&](const std::string& target) {
+      SCOPED_TRACE(target);
+      EXPECT_EQ(tree.nearest(p).triangle, answer);
+      for (uint32_t hint = 0; hint < 8; ++hint) {
+        EXPECT_EQ(tree.nearest(p, hint).triangle, answer) << hint;
+        EXPECT_EQ(tree.nearerThan(p, 5, hint).triangle, answer) << hint;
+      }
+    });
+  }
+}
+
+TEST(Reduce, NearestTriangleIsTheNearestAtAnySizeAndDistance) {
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const TriangleMesh ball = icosphere({0, 0, 0}, 1, 2);
+  for (const double size : {1e-150, 1e-30, 1.0, 1e30, 1e150}) {
+    TriangleMesh mesh = ball;
+    for (Vec3d& p : mesh.positions) p *= size;
+    const NearestTriangle tree(mesh);
+    for (const double away : {0.1, 1.0, 1e6, 1e25, 1e100})
+      for (int i = 0; i < 20; ++i) {
+        const Vec3d p = size * away * Vec3d(u(random), u(random), u(random));
+        const double truth = bruteSquared(p, mesh);
+        if (!std::isfinite(truth) || truth == 0) continue;
+        EXPECT_NEAR(tree.nearest(p).squared / truth, 1, 1e-9) << size << ' ' << away;
+        EXPECT_NEAR(tree.nearest(p, 7).squared / truth, 1, 1e-9) << size << ' ' << away;
+      }
   }
 }
 
