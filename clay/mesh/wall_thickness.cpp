@@ -28,6 +28,7 @@ constexpr int kMostShrinks = 32;
 constexpr double kBeside = 0.02;  // of the wall: how far from it a point is asked whether it is inside
 constexpr double kKept = 1e-3;    // of the surface: may be thinner than the voxel that keeps the walls
 constexpr double kWalls = 1.25;   // voxels across a wall that is surely kept: curved ones of just one lose spots
+constexpr double kRough = 1.2;    // accuracy of winding numbers: inside or outside is all that is asked
 constexpr size_t kPointsABlock = 64;
 
 /// Whether the mesh is more than one piece of surface, which may overlap.
@@ -53,7 +54,7 @@ class Walls {
  public:
   Walls(const TriangleMesh& mesh, double longest, bool insideOut)
       : mesh_(mesh), nearest_(mesh), longest_(longest), sign_(insideOut ? -1 : 1) {
-    if (severalBodies(mesh)) winding_.emplace(mesh);
+    if (severalBodies(mesh)) winding_.emplace(mesh, kRough);
   }
 
   /// Twice the radius of the largest ball that touches the surface in `p` from within and has another touching point

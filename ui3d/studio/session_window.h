@@ -146,7 +146,8 @@ class SessionWindow {
   double uiS_ = 0, nextUiS_ = 0;  // Times of the last and of the next step.
   double changedS_ = 0;           // When the picture changed last.
   double activeS_ = 0;            // When the person did something last.
-  double nextFrameS_ = 0, tickS_ = 0, motionS_ = 0;
+  double nextFrameS_ = 0, nextClayS_ = 0;  // No picture, and none of the clay, is drawn before.
+  double tickS_ = 0, motionS_ = 0;
 
   // The hand on mouse and keyboard
   Event mouse_;  // Where it is.

@@ -17,7 +17,6 @@ namespace {
 
 constexpr engine::Id kPreview = UINT32_MAX;
 constexpr double kStillS = 0.2;  // The full picture comes when nothing has moved for so long.
-constexpr double kFrameS = 1.0 / 60;
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
@@ -311,7 +310,8 @@ bool SessionWindow::draw() {
   frame_.still = stillShown_;
   frame_.moving = moving && clay;
   frame_.clay = clay;
-  nextFrameS_ = now + kFrameS;
+  nextFrameS_ = now + 1.0 / state_.framesPerSecond;
+  if (clay) nextClayS_ = nextFrameS_;
   if (clay) takeSurfaces();  // What came since, while panels were laid out: as new as can be.
   pictures_.run([this, clay, shot, quality,
                  changes = std::make_shared<engine::SurfaceChanges>(std::exchange(waiting_, {})),

@@ -234,7 +234,7 @@ void SessionWindow::tellRest() {
   if (!restSign_.wanted()) return;
   if (acting())
     restSign_.tell(false);
-  else if (!pictures_.busy() && window_.nowS() >= nextFrameS_)  // Else panels alone are drawn: a cursor may blink.
+  else if (!pictures_.busy() && window_.nowS() >= nextClayS_)  // Else panels alone are drawn: a cursor may blink.
     restSign_.tell(true);
 }
 

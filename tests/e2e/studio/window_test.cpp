@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <chrono>
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -348,6 +350,28 @@ TEST_F(StudioWindow, HoveringAndTooltipsDrawNoClay) {
   ASSERT_TRUE(r.is_object());
   EXPECT_GE(r["frames_since_clay"], pictures)
       << "each place changed the panels, and no picture among them drew the clay: " << r.dump(1);
+}
+
+// Whoever spares a battery, or draws for a slow line, says how many pictures a second are enough.
+TEST_F(StudioWindow, DrawsNoMorePicturesASecondThanAreAskedFor) {
+  screen(1000, 640);
+  if (!server_) return;
+  fs::create_directories(scratch_ / "argil");
+  std::ofstream(scratch_ / "argil" / "studio.json")
+      << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":5}})";
+  const auto begin = std::chrono::steady_clock::now();
+  RunningStudio studio({"studio", "--size", "800x600", "--scale", "1", "--report", "report.json"}, scratch_.path());
+  Person person(studio);
+  addBlock(person);
+  person.drag({{400, 300}, {480, 330}, {400, 300}, {480, 330}}, 4, 2);
+  (void)person.settled();
+  kill(studio.pid(), SIGTERM);
+  EXPECT_EQ(studio.wait(30), 0) << studio.said();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  const Json r = Json::parse(slurp(scratch_ / "report.json"), nullptr, false);
+  ASSERT_TRUE(r.is_object());
+  EXPECT_GT(r["clay_frames"], 5) << "the view turned";
+  EXPECT_LT(r["frames"].get<double>(), 5 * took.count() + 2);
 }
 
 }  // namespace

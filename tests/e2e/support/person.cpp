@@ -21,6 +21,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -36,6 +37,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience = 300;  // s: a software driver on a machine that does other things too
 constexpr double kStill = 0.3;     // At scale 1; a picture of four times the pixels takes its time.
+constexpr double kBetween = 0.1;   // Two looks.
 constexpr double kReady = 0.3;     // The window's manager may hold back a press until it has looked at it.
 constexpr double kHeld = 0.03;
 constexpr size_t kTurnsBytes = 2 * sizeof(uint64_t);
@@ -83,7 +85,7 @@ void keepPicturesPlain(const fs::path& home) {
   const fs::path file = home / "argil" / "studio.json";
   if (std::getenv("ARGIL_LONG") || fs::exists(file)) return;
   fs::create_directories(file.parent_path());
-  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false}})";
+  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":10}})";
 }
 
 }  // namespace
@@ -447,21 +449,23 @@ void Person::ready() const {
 render::Image Person::settled() const {
   XSync(state_->display, False);
   const auto begin = Clock::now();
-  render::Image still = look(), now = still;
   Rest rest(*state_->studio), told(*state_->studio);
-  while (!rest.lasts(kStill * state_->scale) && !told.lasts(kTold)) {
+  // Looking costs as much as drawing: nothing is looked at before the studio rests.
+  std::optional<render::Image> before;
+  while (true) {
     if (!state_->studio->running()) throw std::runtime_error("the studio has ended: " + state_->studio->said());
-    if (since(begin) > kPatience) {
-      std::fprintf(stderr, "the picture does not come to rest\n");
-      break;
+    const bool late = since(begin) > kPatience;
+    if (late) std::fprintf(stderr, "the picture does not come to rest\n");
+    if (rest.lasts(kStill * state_->scale) || late) {
+      render::Image now = look();
+      const double blinking = kBlinking * state_->scale * state_->scale;
+      if (late || told.lasts(kTold) || (before && changedPixels(*before, now) <= blinking)) return now;
+      before = std::move(now);
+    } else {
+      before.reset();
     }
-    sleep(0.1);
-    now = look();
-    if (changedPixels(still, now) <= kBlinking * state_->scale * state_->scale) continue;
-    still = now;
-    rest.begin();
+    sleep(kBetween);
   }
-  return now;
 }
 
 render::Image Person::shot(const std::string& name) const {

@@ -199,7 +199,7 @@ TEST(Texts, OfAllTablesReadAsEnglish) {
   const auto rows = [&](const auto& table) {
     for (const auto& row : table) std::visit([&](const auto& each) { add(each.name), add(each.help); }, row);
   };
-  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(surfaceRows()), rows(touchQualityRows()),
+  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(pictureRows()), rows(touchQualityRows()),
       rows(workspaceRows()), rows(wallRows());
   parameters(materialRows()), parameters(wellRows()), parameters(symmetryRows()), parameters(handRows()),
       parameters(undoRows());

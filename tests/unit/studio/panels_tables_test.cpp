@@ -65,7 +65,7 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   expectRows(lookRows());
   expectRows(stereoRows());
   expectRows(qualityRows());
-  expectRows(surfaceRows());
+  expectRows(pictureRows());
   expectRows(touchQualityRows());
   expectRows(workspaceRows());
   expectRows(wallRows());

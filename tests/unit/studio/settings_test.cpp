@@ -97,7 +97,7 @@ TEST(Settings, EveryRowOfThePanelsIsKept) {
   expectKept<render::Look>(lookRows(), [](StudioState& s) -> render::Look& { return s.look; });
   expectKept<render::Stereo>(stereoRows(), [](StudioState& s) -> render::Stereo& { return s.stereo; });
   expectKept<render::Quality>(qualityRows(), [](StudioState& s) -> render::Quality& { return s.quality; });
-  expectKept<StudioState>(surfaceRows(), [](StudioState& s) -> StudioState& { return s; });
+  expectKept<StudioState>(pictureRows(), [](StudioState& s) -> StudioState& { return s; });
   expectKept<haptics::Quality>(touchQualityRows(), [](StudioState& s) -> haptics::Quality& { return s.touchQuality; });
   expectKept<haptics::Workspace>(workspaceRows(), [](StudioState& s) -> haptics::Workspace& { return s.workspace; });
   expectKept<haptics::PanWalls>(wallRows(), [](StudioState& s) -> haptics::PanWalls& { return s.workspace.walls; });

@@ -85,6 +85,7 @@ void eachValue(State& state, const Row& row) {
   row("quality", "detail", state.quality.detailPixels, 0, 8);
   row("quality", "shadow_pixels", state.quality.shadowPixels, 256, 8192);
   row("quality", "grade", state.surface, 3);
+  row("quality", "frames_per_second", state.framesPerSecond, StudioState::kLeastFrames, StudioState::kMostFrames);
   row("touch", "steps", state.touchQuality.contactSteps, 1, 64);
   row("touch", "searches", state.touchQuality.contactSearches, 4, 200);
   row("touch", "smooth", state.touchQuality.smoothNormals);

@@ -11,7 +11,7 @@
 namespace argil::studio {
 
 void qualityPanel(Context& context, Memory& memory) {
-  if (drawRows(surfaceRows(), context.state).changed) context.bench.setSurface(context.state.surface);
+  if (drawRows(pictureRows(), context.state).changed) context.bench.setSurface(context.state.surface);
   drawRows(qualityRows(), context.state.quality);
   const FrameFigures& f = context.state.figures;
   kit::heading("What it costs");

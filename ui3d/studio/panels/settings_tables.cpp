@@ -111,11 +111,14 @@ const std::array<Row<RenderQuality>, 5> kQuality{
 };
 
 constexpr std::array<string_view, 3> kGrades{"Draft", "Crisp", "Fine"};
-const std::array<Row<StudioState>, 1> kSurface{
+const std::array<Row<StudioState>, 2> kPicture{
     oneOf<StudioState, &StudioState::surface>(
         "surface", "Surface",
         "Crisp shows creases sharp at little cost; fine puts them exactly and costs much where there are some.",
         kGrades),
+    plain<StudioState, &StudioState::framesPerSecond>(
+        "framesPerSecond", "Frames", "Drawn a second at most: more for a fast display, fewer to spare a battery.", "/s",
+        StudioState::kLeastFrames, StudioState::kMostFrames, StudioState::kUsualFrames, true),
 };
 
 using TouchQuality = haptics::Quality;
@@ -261,8 +264,8 @@ std::span<const Row<render::Stereo>> stereoRows() {
 std::span<const Row<render::Quality>> qualityRows() {
   return kQuality;
 }
-std::span<const Row<StudioState>> surfaceRows() {
-  return kSurface;
+std::span<const Row<StudioState>> pictureRows() {
+  return kPicture;
 }
 std::span<const Row<haptics::Quality>> touchQualityRows() {
   return kTouchQuality;

@@ -11,8 +11,8 @@ namespace argil::studio {
 [[nodiscard]] std::span<const Row<render::Look>> lookRows();
 [[nodiscard]] std::span<const Row<render::Stereo>> stereoRows();
 [[nodiscard]] std::span<const Row<render::Quality>> qualityRows();
-/// Where the surface's vertices stand.
-[[nodiscard]] std::span<const Row<StudioState>> surfaceRows();
+/// Where the surface's vertices stand, and how often it is drawn.
+[[nodiscard]] std::span<const Row<StudioState>> pictureRows();
 [[nodiscard]] std::span<const Row<haptics::Quality>> touchQualityRows();
 [[nodiscard]] std::span<const Row<haptics::Workspace>> workspaceRows();
 /// Pan walls, by themselves: shown while they are on.

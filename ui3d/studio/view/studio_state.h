@@ -95,7 +95,9 @@ struct StudioState {
   render::Stereo stereo;
   render::Quality quality;
   clay::Grade surface = clay::Grade::crisp;  ///< Of all pieces as they are drawn.
-  std::optional<render::Section> section;    ///< Kept while it is switched off: look.section is what is shown.
+  static constexpr int kLeastFrames = 5, kMostFrames = 240, kUsualFrames = 60;
+  int framesPerSecond = kUsualFrames;      ///< At most, while something changes.
+  std::optional<render::Section> section;  ///< Kept while it is switched off: look.section is what is shown.
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   bool showWorkspaceBox = false;
