@@ -102,12 +102,6 @@ Vec3d Proxy::snapped(const Vec3d& p) const ARGIL_REALTIME {
   return locked_ ? guides_->snap(p) : p;
 }
 
-void Proxy::moveTo(const Vec3d& at) noexcept {
-  proxy_ = at;
-  contactCount_ = 0;
-  clearance_ = 0;
-}
-
 bool Proxy::caught() const noexcept {
   return radius_ - clearance_ > 1.2 * kOverlap * voxel_;
 }

@@ -58,8 +58,6 @@ class Proxy {
   /// Towards the goal in straight steps that end at first contact, then along the surfaces. `held`: holding(goal) as it
   /// is now. False when a limit of the search was met: the next tick goes on.
   bool follow(const Vec3d& goal, const Holding& held) ARGIL_REALTIME;
-  /// Somebody else moved it (a cut); contacts are forgotten.
-  void moveTo(const Vec3d& at) noexcept;
 
   [[nodiscard]] const Vec3d& at() const noexcept { return proxy_; }
   /// Lower bound of the distance from the centre to what is around, mm; exact while touching.

@@ -120,6 +120,7 @@ TEST_F(Feel, EveryContactAndAFreeHand) {
   ASSERT_EQ(o.code, 0) << o.err;
   // The hand gives way: it is not where the path is.
   EXPECT_GT(rows()[520][3], 11.1);
+  for (const auto& row : rows()) EXPECT_EQ(uint32_t(row[12]) & haptics::kQueueFull, 0u) << "nobody asked for samples";
 }
 
 TEST_F(Feel, TheSameTwiceButForTheTimes) {

@@ -116,5 +116,15 @@ TEST(FeltPieces, TheSceneFollowsTheHandAndTheDocument) {
   EXPECT_EQ(scene->pieces[0].pose.translation.x(), 40);
 }
 
+TEST(FeltPieces, TheLastOfTheDocumentAreFeltWhereTheHandIs) {
+  const Document document = row(200);
+  FeltPieces felt;
+  EXPECT_TRUE(felt.choose(document, {1990, 5, 0}));
+  const std::vector<Id> ids = idsOf(document, felt);
+  ASSERT_EQ(ids.size(), haptics::kMaxPieces);
+  EXPECT_EQ(ids[0], 1u);
+  for (Id id = 201 - Id(haptics::kMaxPieces - 1); id <= 200; ++id) EXPECT_TRUE(has(ids, id)) << id;
+}
+
 }  // namespace
 }  // namespace argil::engine

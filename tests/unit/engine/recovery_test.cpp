@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -351,6 +353,51 @@ TEST_F(Recovery, TheLastStrokeCanBeLeftOutAndACancelledRecoveryLeavesNoMark) {
   EXPECT_EQ(replay(recovered), 0u);
   EXPECT_TRUE(recovered.document.notes.empty());
   EXPECT_EQ(told(*recovered.document.states[recovered.document.done].document), tale[3]);
+}
+
+TEST_F(Recovery, SaysFromWhenToWhenItIs) {
+  const auto before = std::chrono::system_clock::now();
+  Kept kept(fullDocument(), folder / "journals");
+  kept.folder = folder / "journals";
+  kept.session.change("one", [](Document& d) { d.pieces[0].pose.translation.x() += 1; });
+  const Recoverable told = examine(kept.crash(folder / "1.journal"));
+  const auto after = std::chrono::system_clock::now();
+  EXPECT_GE(told.from, before - std::chrono::seconds(1));
+  EXPECT_LE(told.from, told.to);
+  EXPECT_LE(told.to, after + std::chrono::seconds(1));
+}
+
+TEST_F(Recovery, AStrokeThatEndsThePowerTwiceIsLeftOutTheThirdTime) {
+  Kept kept(fullDocument(), folder / "journals");
+  kept.folder = folder / "journals";
+  std::vector<std::string> tale;
+  const fs::path journal = journalOfSamples(kept, folder / "1.journal", tale, told,
+                                            [](Session& session, uint64_t i) { stroke(session, i); });
+  // The power is cut when the second stroke is about to be repeated: nothing is noted after it.
+  struct Cut : Aborting {
+    using Aborting::Aborting;
+    void strokeBegan(const Tool&, const StrokeImages&) override {
+      if (--left == 0) _exit(7);
+    }
+  };
+  const auto recoverUnder = [&](const std::string& boot) {
+    const pid_t child = fork();
+    if (child == 0) {
+      RecoverChoice choice;
+      choice.boot = boot;
+      Recovered recovered = recover(journal, nullptr, choice);
+      Cut cut(2);
+      const int strokes = int(recovered.strokes.size());
+      (void)replay(recovered, nullptr, &cut);
+      _exit(strokes);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(recoverUnder("first"), 7);
+  EXPECT_EQ(recoverUnder("second"), 7) << "once is no stroke's fault";
+  EXPECT_EQ(recoverUnder("third"), 1) << "twice is: it is left out, and what came after it";
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "engine/saving/autosave.h"
 #include "engine/saving/saved_document.h"
 #include "engine/saving/session.h"
+#include "engine/saving/thumbnail.h"
 #include "engine/session/recovery.h"
 #include "engine/text/document_text.h"
 #include "io/records/document_file.h"
@@ -539,6 +540,40 @@ TEST_F(Keeping, AJournalThatCannotBeWrittenIsToldAndTriedAgain) {
   Session session(recovered.document.states, recovered.document.done);
   replay(session, recovered.strokes);
   EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
+}
+
+TEST_F(Keeping, TheFacesPictureStaysWithTheFileUntilThereIsAnother) {
+  Session session(fullDocument());
+  SaveRequest request;
+  request.documentRecords = std::make_shared<DocumentRecords>();
+  request.writer = newWriter();
+  const fs::path file = folder / "a.argil";
+  const auto save = [&](std::vector<std::byte> thumbnail) {
+    request.states = session.states();
+    request.done = session.undoSteps();
+    request.face.thumbnail = std::move(thumbnail);
+    request.base = saveDocument(file, request);
+  };
+  // Longer than one record.
+  const auto picture = [](size_t bytes, int seed) {
+    std::vector<std::byte> result(bytes);
+    for (size_t i = 0; i < bytes; ++i) result[i] = std::byte((i * 7 + size_t(seed)) & 0xff);
+    return result;
+  };
+  save(picture(200'000, 1));
+  EXPECT_EQ(thumbnailOf(file), picture(200'000, 1));
+  for (uint64_t i = 1; i <= 3; ++i) {
+    stroke(session, i);
+    save({});
+    EXPECT_EQ(thumbnailOf(file), picture(200'000, 1)) << i;
+    EXPECT_EQ(openDocument(file).face.thumbnail, picture(200'000, 1)) << i;
+  }
+  stroke(session, 4);
+  save(picture(1'000, 2));
+  EXPECT_EQ(thumbnailOf(file), picture(1'000, 2));
+  stroke(session, 5);
+  save({});
+  EXPECT_EQ(thumbnailOf(file), picture(1'000, 2));
 }
 
 }  // namespace

@@ -283,5 +283,16 @@ TEST(TouchablePart, AnswersInTheWorldAndNoticesWhatIsNew) {
   EXPECT_TRUE(touchable.reset(part, 3)) << "another mesh of the same shape";
 }
 
+TEST(TouchablePart, TheNormalOfWhatItNeverFoundIsThatOfTheFaceThere) {
+  Part part;
+  part.mesh = std::make_shared<const PartMesh>(cube(5));
+  TouchablePart touchable;
+  (void)touchable.reset(part, 3);
+  touchable.move(part.pose);
+  ASSERT_TRUE(touchable.nearest({7, 0, 1}, 3, nullptr).found);
+  EXPECT_LT(angleDeg(touchable.normal({5, 1, 0.5}), Vec3d::UnitX()), 0.005);
+  EXPECT_LT(angleDeg(touchable.normal({1, 5, 0.5}), Vec3d::UnitY()), 0.005);
+}
+
 }  // namespace
 }  // namespace argil::haptics

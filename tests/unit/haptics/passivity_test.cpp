@@ -203,5 +203,35 @@ TEST(Passivity, ItsForceStaysFiniteWithinLimitsAndInRealTimeWhateverComes) {
   EXPECT_THROW(Passivity(sheet, kPeriod, 0.02), Error);
 }
 
+TEST(Passivity, AfterAPauseNothingOfBeforeIsDampedAndAResetFillsTheTank) {
+  Passivity passivity(deviceSheet("touchx"), kPeriod);
+  const auto leak = [&] {
+    // Each way in is far slower than the way out, at a force that is held for a period: energy leaks.
+    double most = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double z = -1 + 0.9 * std::sin(i * 0.8), speed = 0.9 * 0.8 * std::cos(i * 0.8) / kPeriod;
+      const Passivity::Input in = wall(z, speed, 3);
+      passivity.commanded(passivity.apply(in));
+      most = std::max(most, passivity.lackingNmm());
+      if (passivity.lackingNmm() > 0 && passivity.addedNsmm() > 0) return true;
+    }
+    return false;
+  };
+  ASSERT_TRUE(leak());
+  passivity.interrupt();
+  (void)passivity.apply(wall(-0.5, 0, 3));
+  EXPECT_EQ(passivity.lackingNmm(), 0);
+  EXPECT_EQ(passivity.addedNsmm(), 0);
+  // Clay that grows empties the tank.
+  for (int i = 0; i < 1000 && passivity.tank().levelNmm() > 0.1 * passivity.tank().capacityNmm(); ++i)
+    passivity.commanded(passivity.apply(wall(0, 0, 3, true, 0.2 * (i + 1))));
+  ASSERT_LT(passivity.tank().levelNmm(), 0.2 * passivity.tank().capacityNmm());
+  ASSERT_TRUE(leak());
+  passivity.reset();
+  EXPECT_EQ(passivity.tank().levelNmm(), passivity.tank().capacityNmm());
+  EXPECT_EQ(passivity.lackingNmm(), 0);
+  EXPECT_EQ(passivity.addedNsmm(), 0);
+}
+
 }  // namespace
 }  // namespace argil::haptics

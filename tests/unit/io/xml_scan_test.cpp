@@ -115,6 +115,10 @@ TEST(XmlScan, WhatIsNotWellFormedIsRefused) {
   }
 }
 
+TEST(XmlScan, ACutInAnAttributeIsNoMissingValue) {
+  for (const char* cut : {"<a b", "<a b ", "<a b=", "<a b= ", "<a b=\"c"}) expectRefused(cut, "cut off");
+}
+
 TEST(XmlScan, EveryCutIsNoticed) {
   const std::string document =
       "<?xml version='1.0'?><a x='1&amp;' xmlns:p='q'><!-- c --><p:b p:y='2'/><![CDATA[x]]><t>d</t><?e f?></a>";
