@@ -142,10 +142,10 @@ class SessionWindow {
   float width_ = 1280, height_ = 720, scale_ = 1;
   Theme themeShown_ = Theme::dark;
   float scaleShown_ = 0;
-  int uiSteps_ = 2;               // So many are to be done before the panels have settled.
-  double uiS_ = 0, nextUiS_ = 0;  // Times of the last and of the next step.
-  double changedS_ = 0;           // When the picture changed last.
-  double activeS_ = 0;            // When the person did something last.
+  int uiSteps_ = 2;                        // So many are to be done before the panels have settled.
+  double uiS_ = 0, nextUiS_ = 0;           // Times of the last and of the next step.
+  double changedS_ = 0;                    // When the picture changed last.
+  double activeS_ = 0;                     // When the person did something last.
   double nextFrameS_ = 0, nextClayS_ = 0;  // No picture, and none of the clay, is drawn before.
   double tickS_ = 0, motionS_ = 0;
 

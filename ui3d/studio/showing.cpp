@@ -16,7 +16,7 @@ namespace argil::studio {
 namespace {
 
 constexpr engine::Id kPreview = UINT32_MAX;
-constexpr double kStillS = 0.2;  // The full picture comes when nothing has moved for so long.
+constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
@@ -62,14 +62,17 @@ bool SessionWindow::collect() {
     return true;
   }
   cost_.add(frame_);
-  if (frame_.clay) state_.figures.still = frame_.still;
-  state_.figures.frameMs = double(frame_.endedNs - frame_.beganNs) * 1e-6;
-  state_.figures.triangles = frame_.triangles;
   state_.figures.uploadedBytes += frame_.uploadedBytes;
+  // Of pictures of the clay alone: panels that show what drawing panels took would be drawn for ever.
+  if (frame_.clay) {
+    state_.figures.still = frame_.still;
+    state_.figures.frameMs = double(frame_.endedNs - frame_.beganNs) * 1e-6;
+    state_.figures.passes = frame_.passes;
+    state_.figures.framesPerSecond = log_.framesPerSecond(frame_.endedNs);
+    state_.figures.sampleToScreenMs = log_.lastSampleToScreenMs();
+  }
+  state_.figures.triangles = frame_.triangles;
   state_.figures.deviceBytes = frame_.deviceBytes;
-  state_.figures.passes = frame_.passes;
-  state_.figures.framesPerSecond = log_.framesPerSecond(frame_.endedNs);
-  state_.figures.sampleToScreenMs = log_.lastSampleToScreenMs();
   const bool loading =
       jobs_ > 0 || (now_->document->pieces.empty() && now_->document->parts.empty() && !options_.file.empty());
   const double soFarMs = double(frame_.endedNs - startNs_) * 1e-6;

@@ -183,7 +183,7 @@ TEST_F(StudioCalls, AtRestNothingIsDrawn) {
       scratch_.path());
   ASSERT_EQ(studio.wait(150), 0) << studio.said();
   // Of 8 s, 480 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
-  EXPECT_LT(report()["frames"], 100) << report().dump(1);
+  EXPECT_LT(report()["frames"], 40) << report().dump(1);
 }
 
 // A quick hand, or a slow machine: all of it comes between two pictures. Letters go where the keys before them say.

@@ -85,7 +85,7 @@ void keepPicturesPlain(const fs::path& home) {
   const fs::path file = home / "argil" / "studio.json";
   if (std::getenv("ARGIL_LONG") || fs::exists(file)) return;
   fs::create_directories(file.parent_path());
-  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":10}})";
+  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":5}})";
 }
 
 }  // namespace

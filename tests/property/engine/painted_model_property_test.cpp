@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSizeMm = 100;
+constexpr double kSizeMm = 75;
 constexpr double kVoxelMm = 0.8;
 constexpr double kStripesMm = 23;
 

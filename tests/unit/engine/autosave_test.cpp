@@ -83,5 +83,21 @@ TEST_F(AutosaveTest, AJournalThatFailedIsTriedAtOnceForAnotherDocumentAndAfterAS
   }
 }
 
+// It ends with no step: a recovery repeats nothing.
+TEST_F(AutosaveTest, AStrokeThatMetNoClayIsNoneOfTheJournal) {
+  Kept kept(fullDocument(), folder / "journals");
+  kept.folder = folder / "journals";
+  const Recoverable before = examine(kept.crash(folder / "0.journal"));
+  Tool tool;
+  tool.radiusMm = 2;
+  kept.session.beginStroke(tool);
+  for (int i = 0; i < 20; ++i) kept.session.addPoint(0.001 * i, Vec3d(500 + i, 0, 0));
+  kept.session.endStroke();
+  const Recoverable left = examine(kept.crash(folder / "1.journal"));
+  EXPECT_EQ(left.steps, before.steps);
+  EXPECT_EQ(left.strokes, 0u);
+  EXPECT_FALSE(left.midStroke);
+}
+
 }  // namespace
 }  // namespace argil::engine

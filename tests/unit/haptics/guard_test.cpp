@@ -129,6 +129,7 @@ class Emulator {
 struct Mode {
   bool guarded = true, beats = true;
   bool call = false;     // The guard opens the line anew by a function.
+  bool another = false;  // A second device comes and goes.
   double runS = 30;      // Then it ends by itself.
   size_t megabytes = 0;  // Of memory that must be freed before files are closed.
 };
@@ -197,6 +198,7 @@ class Victim {
       testing::VirtualSession session(0.5, Tool());
       SerialDevice device(slave, mode.guarded && !mode.call, mode.beats);
       const int call = mode.call ? Guard::registerCall(zeroTheLine) : Guard::kUnguarded;
+      if (mode.another) Guard::unregister(Guard::registerDevice(slave, packet(Vec3d::Zero())));
       Servo::Options options;
       options.realtime = false;
       Servo servo(device, session.published(), options);
@@ -287,6 +289,13 @@ TEST(Guard, OpensADeviceAnewByAFunction) {
   Mode mode;
   mode.call = true;
   expectSoon("kill -9, device opened anew", kill(SIGKILL, mode, 5));
+}
+
+TEST(Guard, ADeviceThatGoesTakesNoOtherWithIt) {
+  NO_FORK_UNDER_TSAN();
+  Mode mode;
+  mode.another = true;
+  expectSoon("kill -9, another device gone before", kill(SIGKILL, mode, 3));
 }
 
 TEST(Guard, IsWhatMakesTheDifference) {
