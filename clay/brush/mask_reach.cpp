@@ -9,7 +9,6 @@ namespace {
 constexpr float kNear = 0.5f;  // of the surface: some voxel of every place of it is
 // voxels: places that are farther than the nearest by less count too, as a rim would be jagged without
 constexpr double kBlend = 1;
-constexpr int kWhole = 1 << 12;
 constexpr int kRegionBits = 3, kRegion = 1 << kRegionBits;  // bricks along an edge of what is read at once
 constexpr int kPart = 4;                                    // voxels along an edge of what is decided at once
 // So far from the surface (voxels, squared) a cover is a mean over many places, up to √(2·distance) to each side on
@@ -157,15 +156,20 @@ void MaskReach::coverBox(const Box& box, Coord low, int64_t limit, const std::ve
   };
   if (nearest < limit && std::all_of(near.begin(), near.end(), [](const Places* each) { return each->least == 255; }))
     return forEach([&](Coord in) { value(in) = 255; });
-  // The nearest first: then most of the others need not be looked at.
-  std::sort(near.begin(), near.end(),
-            [&](const Places* a, const Places* b) { return leastBetween(a->box, box) < leastBetween(b->box, box); });
-  if (leastBetween(near.front()->box, box) < kPartsByCorners)
-    return forEach([&](Coord in) { value(in) = coverAt(low + in, limit, near); });
+  candidates_.clear();
+  int64_t beyond = INT64_MAX;
+  for (const Places* each : near) {
+    beyond = std::min(beyond, leastBetween(each->box, box));
+    for (const Place& place : each->places) {
+      const Coord from = place.voxel - low;
+      candidates_.add(from.x, from.y, from.z, place.cover);
+    }
+  }
+  candidates_.close();
+  if (beyond < kPartsByCorners) return forEach([&](Coord in) { value(in) = coverAt(in, limit); });
   int corner[8];
   for (int i = 0; i < 8; ++i) {
-    const Coord at{i & 4 ? last.x : first.x, i & 2 ? last.y : first.y, i & 1 ? last.z : first.z};
-    corner[i] = coverAt(low + at, limit, near);
+    corner[i] = coverAt({i & 4 ? last.x : first.x, i & 2 ? last.y : first.y, i & 1 ? last.z : first.z}, limit);
   }
   // Whole numbers: mirrored clay has mirrored covers.
   const int edge = last.x - first.x, all = edge * edge * edge;
@@ -178,29 +182,12 @@ void MaskReach::coverBox(const Box& box, Coord low, int64_t limit, const std::ve
   });
 }
 
-uint8_t MaskReach::coverAt(Coord at, int64_t limit, const std::vector<const Places*>& near) {
-  const Box here{at, at};
-  int64_t least = INT64_MAX;
-  for (const Places* each : near) {
-    if (leastBetween(each->box, here) >= least) continue;
-    compared_ += each->places.size();
-    for (const Place& place : each->places) least = std::min(least, squared(place.voxel - at));
-  }
-  if (least > limit) return 0;
-  const double root = std::sqrt(static_cast<double>(least)), most = farthest(least);
-  int64_t sum = 0, weights = 0;
-  for (const Places* each : near) {
-    if (static_cast<double>(leastBetween(each->box, here)) > most) continue;
-    compared_ += each->places.size();
-    for (const Place& place : each->places) {
-      const auto square = static_cast<double>(squared(place.voxel - at));
-      if (square > most) continue;
-      const auto weight = static_cast<int64_t>(kWhole * (1 - (std::sqrt(square) - root) / kBlend));
-      sum += weight * place.cover;
-      weights += weight;
-    }
-  }
-  return static_cast<uint8_t>((sum + weights / 2) / weights);
+uint8_t MaskReach::coverAt(Coord at, int64_t limit) {
+  compared_ += candidates_.size();
+  const double nearest = candidates_.nearestSquared(at.x, at.y, at.z);
+  if (nearest > static_cast<double>(limit)) return 0;
+  compared_ += candidates_.size();
+  return static_cast<uint8_t>(candidates_.mean(at.x, at.y, at.z, nearest, kBlend));
 }
 
 }  // namespace argil::clay

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "clay/kernels/cover_kernels.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/version.h"
 
@@ -78,10 +79,12 @@ class MaskReach {
   std::vector<const BrickPlaces*> around(const Box& box, double reach);
   void coverBox(const Box& box, Coord low, int64_t limit, const std::vector<const BrickPlaces*>& around,
                 MaskCover& cover);
-  uint8_t coverAt(Coord at, int64_t limit, const std::vector<const Places*>& near);
+  // Of a voxel of the brick whose places are the candidates.
+  uint8_t coverAt(Coord in, int64_t limit);
 
   Version start_;
   uint64_t compared_ = 0;
+  ValuedPlaces candidates_;  // from the brick's first voxel
   std::unordered_map<Coord, std::vector<BrickPlaces>, CoordHash> regions_;
   std::unordered_map<Coord, Known, CoordHash> known_;
 };

@@ -13,39 +13,39 @@ namespace argil::clay {
 namespace {
 
 constexpr int kMaxExtent = 65536;  // voxels along an axis: the plan's limit on a model
+constexpr int kBlockBits = 3;      // A block of the tree has eight children along each edge.
 
-// Fills blocks top down: a block whose centre is farther from the surface than half its diagonal and the band is one
-// tile. `distance` is a true distance in voxels (1-Lipschitz) at a voxel coordinate.
 // What part of the whole a call is, for the person who waits.
 struct Share {
   Job* job;
   double from, to;
-  [[nodiscard]] Share child(int i) const {
-    return {job, from + (to - from) * i / 512, from + (to - from) * (i + 1) / 512};
-  }
+  [[nodiscard]] Share child(int i) const { return {job, from + (to - from) * i / 8, from + (to - from) * (i + 1) / 8}; }
 };
 
+// Fills cubes of 2^bits bricks an edge, top down: one whose centre is farther from the surface than half its diagonal
+// and the band is all inside or outside. `distance` is a true distance in voxels (1-Lipschitz) at a voxel coordinate.
 template <class Distance>
-void fill(Editor& editor, const Distance& distance, Coord block, int level, const Share& share) {
-  const int edge = 1 << (3 * level);  // bricks
-  const double half = 0.5 * (edge * kBrickEdge - 1);
-  const Vec3d first = (block * kBrickEdge).toVec3d();
+void fill(Editor& editor, const Distance& distance, Coord brick, int bits, const Share& share) {
+  const double half = 0.5 * ((kBrickEdge << bits) - 1);
+  const Vec3d first = (brick * kBrickEdge).toVec3d();
   const double atCentre = distance(first + Vec3d::Constant(half));
   // Half a voxel more than needed keeps rounding out of the decision.
-  if (std::abs(atCentre) > half * std::sqrt(3.0) + editor.grid().band + 0.5) {
-    if (atCentre < 0) editor.setBlock(block, level, Tile::inside);
+  const bool far = std::abs(atCentre) > half * std::sqrt(3.0) + editor.grid().band + 0.5;
+  if (far && atCentre >= 0) return;
+  if (far && bits % kBlockBits == 0) {
+    editor.setBlock(brick, bits / kBlockBits, Tile::inside);
     return;
   }
-  if (level > 0) {
-    if (share.job) share.job->step(share.from);
-    for (int i = 0; i < 512; ++i)
-      fill(editor, distance, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1, share.child(i));
+  if (bits > 0) {
+    if (share.job && bits % kBlockBits == 0) share.job->step(share.from);
+    for (int i = 0; i < 8; ++i)
+      fill(editor, distance, brick + Coord{i >> 2, (i >> 1) & 1, i & 1} * (1 << (bits - 1)), bits - 1, share.child(i));
     return;
   }
   float phi[kBrickVoxels];
   for (int i = 0; i < kBrickVoxels; ++i)
     phi[i] = static_cast<float>(distance(first + Coord{i >> 6, (i >> 3) & 7, i & 7}.toVec3d()));
-  editor.setVoxels(block, phi);
+  editor.setVoxels(brick, phi);
 }
 
 template <class Distance>
@@ -60,7 +60,7 @@ Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centre
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what,
                             kMaxExtent));
   Editor editor(Version::empty(std::move(store), grid));
-  fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels, {job, 0, 1});
+  fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels, {job, 0, 1});
   return editor.commit();
 }
 

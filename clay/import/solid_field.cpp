@@ -15,6 +15,7 @@
 #include <unordered_set>
 
 #include "clay/import/voxel_winding.h"
+#include "clay/store/openvdb_grids.h"
 
 namespace argil::clay {
 

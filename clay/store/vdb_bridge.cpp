@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "clay/store/editor.h"
+#include "clay/store/openvdb_grids.h"
 #include "clay/store/store.h"
 
 namespace argil::clay {

@@ -15,6 +15,7 @@
 
 #include "clay/kernels/channel.h"
 #include "clay/store/editor.h"
+#include "clay/store/openvdb_grids.h"
 #include "clay/store/vdb_bridge.h"
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"

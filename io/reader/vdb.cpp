@@ -12,6 +12,7 @@
 #include <string>
 
 #include "clay/base/error.h"
+#include "clay/store/openvdb_grids.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
 

@@ -1,6 +1,6 @@
 // Runs a fuzz target (LLVMFuzzerTestOneInput) without libFuzzer: mutates a kept corpus, the same way in every run.
 //   fuzz_NAME CORPUS-FOLDER [--run N]
-// 20 000 inputs, or fewer where 2 s of its CPU time are over before; ten times both with ARGIL_LONG=1. When an input
+// 20 000 inputs, or fewer where 2 s of its CPU time are over before; ten times both in the long tier. When an input
 // breaks the target its number is printed; --run N repeats that one, and writes it to the file fuzz-input.
 
 #include <algorithm>
@@ -15,6 +15,8 @@
 #include <iterator>
 #include <string>
 #include <vector>
+
+#include "tests/support/tier.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 extern "C" __attribute__((weak)) void __sanitizer_set_death_callback(void (*callback)());
@@ -147,8 +149,7 @@ int main(int count, char** arguments) {
         .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     return LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   }
-  const char* longer = std::getenv("ARGIL_LONG");
-  const uint64_t times = longer && *longer == '1' ? 10 : 1;
+  const auto times = argil::tests::byTier<uint64_t>(1, 10);
   const auto end = std::clock() + static_cast<std::clock_t>(2 * times) * CLOCKS_PER_SEC;
   uint64_t run = 0;
   for (; run < 20000 * times && (std::clock() < end || run < 2 * corpus.size()); ++run) {

@@ -56,7 +56,15 @@ Window::Options windowOptions(const StudioOptions& options, const StudioState& s
 
 StudioState firstState(const StudioOptions& options) {
   StudioState state;
-  if (options.play.empty()) loadSettings(state);
+  if (options.play.empty()) {
+    loadSettings(state);
+  } else {
+    // A recording begins as a first day does, whoever plays it; what its pictures may cost is the machine's affair.
+    StudioState own;
+    loadSettings(own);
+    state.quality = own.quality;
+    state.framesPerSecond = own.framesPerSecond;
+  }
   if (options.theme) state.theme = *options.theme;
   state.look.lightBackground = state.theme == Theme::light;
   state.shown.firstStart = options.file.empty() && state.startPage;

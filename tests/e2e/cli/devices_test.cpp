@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "../../support/haply_emulator.h"
+#include "../../support/devices/haply_emulator.h"
 #include "haptics/devices/haply.h"
 #include "tests/e2e/support/command.h"
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/e2e/support/command.h"
+#include "tests/support/tier.h"
 
 namespace argil::tests {
 namespace {
@@ -105,7 +106,7 @@ TEST(ImportTable, EveryRealModelGetsWhatItDeserves) {
   std::vector<Row> rows;
   for (const fs::path& file : realModels(data)) {
     const std::string name = fs::relative(file, data).string();
-    if (name == kForTheLongTests && !std::getenv("ARGIL_LONG")) continue;
+    if (name == kForTheLongTests && !longTier()) continue;
     SCOPED_TRACE(name);
     Row& row = rows.emplace_back();
     row.file = name;

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "tests/e2e/support/command.h"
+#include "tests/support/tier.h"
 
 namespace argil::tests {
 namespace {
@@ -263,7 +264,7 @@ void writeTorus(const fs::path& file, uint32_t around, uint32_t across) {
 TEST(MemoryOfModels, AGlbInAndOutCostsThreeTimesItsMeshAtMost) {
   if (!countsMemory()) GTEST_SKIP() << "memory is not counted under sanitizers";
   const Scratch scratch;
-  const bool isLong = std::getenv("ARGIL_LONG") != nullptr;
+  const bool isLong = longTier();
   const uint32_t around = isLong ? 2500 : 1500, across = isLong ? 2000 : 1000;
   const uint64_t mesh = uint64_t{around} * across * (24 + 2 * 12);
   const fs::path small = scratch / "small.glb", large = scratch / "large.glb", written = scratch / "out.glb";

@@ -1,4 +1,5 @@
 #include "tests/e2e/support/person.h"
+#include "tests/support/tier.h"
 
 #include <X11/Xatom.h>
 #include <X11/Xlib.h>
@@ -83,7 +84,7 @@ const std::atomic<uint64_t>* mapTurns(const fs::path& file) {
 
 void keepPicturesPlain(const fs::path& home) {
   const fs::path file = home / "argil" / "studio.json";
-  if (std::getenv("ARGIL_LONG") || fs::exists(file)) return;
+  if (longTier() || fs::exists(file)) return;
   fs::create_directories(file.parent_path());
   std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":5}})";
 }

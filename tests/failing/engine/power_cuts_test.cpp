@@ -3,7 +3,7 @@
 // with what was made, brick by brick.
 //
 // A session works in virtual time while every write and flush is traced (write_trace.h); from the trace follow the
-// disks that a power cut may leave (power_cut.h). A part of them in every run, 10 000 with ARGIL_LONG=1.
+// disks that a power cut may leave (power_cut.h). A part of them in every run, 10 000 in the long tier.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -26,6 +26,7 @@
 #include "engine/session/recovery.h"
 #include "tests/failing/engine/desk.h"
 #include "tests/support/power_cut.h"
+#include "tests/support/tier.h"
 #include "tests/support/write_trace.h"
 
 namespace argil::engine {
@@ -467,10 +468,7 @@ class PowerCuts : public testing::Test {
     return cuts;
   }
 
-  static size_t cutsOf(size_t share) {
-    const char* longer = std::getenv("ARGIL_LONG");
-    return longer && *longer == '1' ? share : share / 12;
-  }
+  static size_t cutsOf(size_t share) { return tests::byTier(share / 12, share); }
 
   void expectAllPromisesKept(Work work, size_t share) {
     const char* first = std::getenv("ARGIL_POWER_CUT_SEED");

@@ -11,6 +11,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
+#include "tests/support/tier.h"
 
 namespace argil::clay {
 namespace {
@@ -97,7 +98,7 @@ Bodies bodiesOf(const Version& version, Grade grade) {
 }
 
 TEST(MeshBodies, NoneIsAddedToRandomUnions) {
-  const int rounds = std::getenv("ARGIL_LONG") ? 1000 : 60;
+  const int rounds = tests::byTier(30, 1000);
   std::mt19937 random(kSeed);
   uint64_t specks = 0;
   for (int round = 0; round < rounds; ++round) {

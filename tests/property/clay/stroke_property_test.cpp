@@ -17,6 +17,7 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "tests/support/simd_targets.h"
+#include "tests/support/tier.h"
 
 namespace argil::clay {
 namespace {
@@ -91,7 +92,7 @@ TEST(Strokes, ThousandStrokesFollowedUndoneAndRedone) {
   const uint64_t first = history[0].hash();
   Surface following[3];
   const int threads[3] = {1, 2, 4};
-  for (int s = 0; s < 1000; ++s) {
+  for (int s = 0; s < tests::byTier(500, 1000); ++s) {
     const RandomStroke drawn = randomStroke(random, 50);
     BrushStroke stroke(history.back(), drawn.brush);
     for (const Stamp& stamp : drawn.stamps) {

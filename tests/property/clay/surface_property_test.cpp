@@ -15,6 +15,7 @@
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "tests/support/simd_targets.h"
+#include "tests/support/tier.h"
 
 namespace argil::clay {
 namespace {
@@ -113,7 +114,7 @@ TEST(Surface, ClosedForRandomSignFields) {
   std::mt19937_64 random(seed);
   const auto store = Store::make();
   std::uniform_real_distribution<float> value(0.01f, 2.9f);
-  for (int field = 0; field < 10000; ++field) {
+  for (int field = 0; field < tests::byTier(5000, 10000); ++field) {
     Box box;
     box.first = {static_cast<int>(random() % 6) + 2, static_cast<int>(random() % 6) + 2,
                  static_cast<int>(random() % 6) + 2};

@@ -15,6 +15,7 @@
 #include "clay/whole/offset.h"
 #include "clay/whole/resample.h"
 #include "clay/whole/smooth_all.h"
+#include "tests/support/tier.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 
@@ -78,7 +79,7 @@ TEST(WholePieces, ResultsAreWhatTheOperationSays) {
   std::printf("seed %lu\n", static_cast<unsigned long>(kSeed));
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> u(-1, 1);
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < tests::byTier(2, 4); ++i) {
     SCOPED_TRACE(::testing::Message() << "clay " << i);
     const auto store = Store::make();
     const Version clay = randomClay(random, store), other = randomClay(random, store);
@@ -205,7 +206,7 @@ TEST(WholePieces, ResultsAreClosedBandsOnRandomClay) {
   std::printf("seed %lu\n", static_cast<unsigned long>(kSeed));
   std::mt19937_64 random(kSeed);
   double steepest = 0;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < tests::byTier(3, 6); ++i) {
     const auto store = Store::make();
     const Version clay = randomClay(random, store), other = randomClay(random, store);
     std::uniform_real_distribution<double> u(-1, 1);

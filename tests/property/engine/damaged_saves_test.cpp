@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -28,6 +27,7 @@
 #include "engine/session/recovery.h"
 #include "engine/text/document_text.h"
 #include "io/records/record.h"
+#include "tests/support/tier.h"
 
 namespace argil::engine {
 namespace {
@@ -220,10 +220,7 @@ class DamagedSaves : public testing::Test {
       EXPECT_TRUE(clay::checkTopology(surface.toMesh()).closed());
     }
   }
-  static size_t rounds() {
-    const char* longer = std::getenv("ARGIL_LONG");
-    return longer && *longer == '1' ? 2000 : 120;
-  }
+  static size_t rounds() { return tests::byTier(120, 2000); }
 
   fs::path folder;
   std::string journal, document;

@@ -15,6 +15,7 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "io/models/mesh_file.h"
+#include "tests/support/tier.h"
 
 namespace argil::engine {
 namespace {
@@ -24,7 +25,7 @@ namespace fs = std::filesystem;
 TEST(ImportBodies, OfClosedFilesAreThoseOfTheMesh) {
   const char* data = std::getenv("ARGIL_DATA");
   if (data == nullptr) GTEST_SKIP() << "set ARGIL_DATA to the folder of test data";
-  const bool all = std::getenv("ARGIL_LONG") != nullptr;
+  const bool all = tests::longTier();
   int files = 0;
   for (const char* folder : {"mesh", "3mf"}) {
     for (const auto& entry : fs::directory_iterator(fs::path(data) / folder)) {
@@ -75,7 +76,7 @@ TEST(ImportBodies, OfClosedFilesAreThoseOfTheMesh) {
 TEST(ImportBodies, KeepTheirWallsAtTheVoxelThatIsNamed) {
   const char* data = std::getenv("ARGIL_DATA");
   if (data == nullptr) GTEST_SKIP() << "set ARGIL_DATA to the folder of test data";
-  const bool all = std::getenv("ARGIL_LONG") != nullptr;
+  const bool all = tests::longTier();
   const double most = all ? 400 : 60;  // voxels along the longest side
   int files = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(data) / "mesh")) {

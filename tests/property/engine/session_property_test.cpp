@@ -6,11 +6,13 @@
 #include "clay/surface/surface.h"
 #include "engine/document/random.h"
 #include "engine/saving/session.h"
+#include "tests/support/tier.h"
 
 namespace argil::engine {
 namespace {
 
 constexpr uint64_t kSeed = 20261120;
+const size_t kStrokes = tests::byTier<size_t>(500, 1000);
 
 class SessionProperty : public ::testing::Test {
  protected:
@@ -37,14 +39,14 @@ class SessionProperty : public ::testing::Test {
 TEST_F(SessionProperty, UndoingAllGivesBackTheFirstAndRedoingAllTheLast) {
   Session session(ball());
   std::vector<uint64_t> hashes = {session.version().hash()};
-  for (const ScriptStroke& stroke : scene(1000).strokes) {
+  for (const ScriptStroke& stroke : scene(kStrokes).strokes) {
     Script one;
     one.strokes = {stroke};
     const size_t steps = session.undoSteps();
     run(session, one);
     if (session.undoSteps() > steps) hashes.push_back(session.version().hash());
   }
-  ASSERT_GT(hashes.size(), 800u);
+  ASSERT_GT(hashes.size(), 8 * kStrokes / 10);
   for (size_t i = hashes.size() - 1; i-- > 0;) {
     ASSERT_TRUE(session.undo());
     ASSERT_EQ(session.version().hash(), hashes[i]) << i;
@@ -67,7 +69,7 @@ TEST_F(SessionProperty, TheIncrementalSurfaceEqualsTheWholeOne) {
     for (int i = 0; i < 3; ++i)
       ASSERT_EQ(following[i].hash(), whole.hash()) << kThreads[i] << " threads, stroke " << stroke;
   };
-  const Script script = scene(1000);
+  const Script script = scene(kStrokes);
   for (size_t i = 0; i < script.strokes.size(); ++i) {
     Script one;
     one.strokes = {script.strokes[i]};

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 
 #include "clay/field/primitives.h"
@@ -21,6 +20,7 @@
 #include "engine/saving/session.h"
 #include "engine/session/run.h"
 #include "engine/tools/tool_table.h"
+#include "tests/support/tier.h"
 #include "tests/support/tool_files.h"
 
 namespace argil::engine {
@@ -381,9 +381,9 @@ uint64_t nodesOf(const clay::TreePlace& place) {
   return count;
 }
 
-// Random strokes of every tool on a ball. ARGIL_LONG: ten thousand, as in the project's figures.
+// Random strokes of every tool on a ball. Ten thousand in the long tier, as in the project's figures.
 TEST(ToolProperty, AfterRandomStrokesTheFieldIsADistanceAndTheSurfaceClosed) {
-  const int strokes = std::getenv("ARGIL_LONG") ? 10000 : 400;
+  const int strokes = tests::byTier(200, 10000);
   constexpr int kCheckEvery = 200;
   Random random(kSeed);
   Version version = clay::makeSphere(clay::Store::make(), gridOf(0.5), Vec3d::Zero(), 22);

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -19,6 +18,7 @@
 #include "engine/saving/session.h"
 #include "engine/session/recovery.h"
 #include "engine/text/document_text.h"
+#include "tests/support/tier.h"
 
 namespace argil::engine {
 namespace {
@@ -413,10 +413,9 @@ class Interleaving {
   std::string story_;
 };
 
-// 1000 of them with ARGIL_LONG=1, else a part of that.
+// 1000 of them in the long tier.
 TEST(TwoWindows, NeitherDocumentEverHoldsTheOthersClay) {
-  const char* longer = std::getenv("ARGIL_LONG");
-  const uint64_t rounds = longer && *longer == '1' ? 1000 : 100;
+  const uint64_t rounds = tests::byTier(100, 1000);
   // Where nothing has to wait for a disk, if there is such a place.
   const fs::path shared = "/dev/shm";
   const fs::path folder = (::access(shared.c_str(), W_OK) == 0 ? shared : fs::temp_directory_path()) /

@@ -15,17 +15,13 @@
 #include "haptics/contact/ball_contact.h"
 #include "haptics/scene/part_mesh.h"
 #include "haptics/threads/sample_ring.h"
+#include "tests/support/tier.h"
 
 namespace argil::haptics {
 namespace {
 
 constexpr uint32_t kSeed = 31;
 constexpr double kRadius = 3;
-
-bool longRun() {
-  const char* word = std::getenv("ARGIL_LONG");
-  return word && std::string_view(word) == "1";
-}
 
 Scene sceneOf(const clay::TriangleMesh& mesh, double radiusMm) {
   Scene scene;
@@ -83,9 +79,9 @@ Plate makePlate(std::mt19937& random) {
   return plate;
 }
 
-// 10^5 approaches with ARGIL_LONG=1, else a tenth of them.
+// 10^5 approaches in the long tier, else a tenth of them.
 TEST(PartContact, NothingGetsThroughAPlateOfTrianglesAndGaps) {
-  const int approaches = longRun() ? 100000 : 10000, perPlate = 1000;
+  const int approaches = tests::longTier() ? 100000 : 10000, perPlate = 1000;
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::printf("seed %u, %d approaches\n", kSeed, approaches);

@@ -13,6 +13,7 @@
 
 #include "haptics/scene/part_mesh.h"
 #include "tests/support/mesh_samples.h"
+#include "tests/support/tier.h"
 
 namespace argil::haptics {
 namespace {
@@ -21,7 +22,7 @@ constexpr uint32_t kSeed = 20261120;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int kShare = 20;  // Of the queries, one in so many.
 #else
-constexpr int kShare = 1;
+const int kShare = tests::byTier(4, 1);
 #endif
 
 double toSegment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -13,6 +12,7 @@
 #include "haptics/contact/contact.h"
 #include "haptics/devices/sheets.h"
 #include "haptics/servo/servo_tick.h"
+#include "tests/support/tier.h"
 
 namespace argil::haptics {
 namespace {
@@ -274,9 +274,9 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
     EXPECT_GT(seen, ticks / 5000) << "something was never tried";
 }
 
-// 10^7 ticks with ARGIL_LONG=1.
+// 10^7 ticks in the long tier.
 TEST(ServoFuzz, NoCommandIsEverOverALimit) {
-  const uint64_t ticks = std::getenv("ARGIL_LONG") ? 10'000'000 : 400'000;
+  const uint64_t ticks = tests::byTier(400'000, 10'000'000);
   const std::span<const DeviceSheet> sheets = deviceSheets();
   // Half of them for the contact that is used, at the usual rate; the rest for the others and for slow and fast servos.
   for (size_t i = 0; i < sheets.size(); ++i) fuzz(sheets[i], "proxy", 1e-3, ticks / 2 / sheets.size(), kSeed + i);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <random>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "haptics/devices/hand_path.h"
 #include "haptics/devices/simulated.h"
 #include "haptics/threads/sample_ring.h"
+#include "tests/support/tier.h"
 
 namespace argil::haptics {
 namespace {
@@ -25,10 +25,6 @@ using namespace testing;
 
 constexpr uint32_t kSeed = 23;
 constexpr double kPi = 3.14159265358979323846;
-
-uint64_t ticks(uint64_t usual, uint64_t whole) {
-  return std::getenv("ARGIL_LONG") ? whole : usual;
-}
 
 Scene sceneOf(const clay::Version& version, double radiusMm) {
   Scene scene;
@@ -59,7 +55,7 @@ double overlap(ClosestSurface& surface, const clay::Version& version, const Vec3
 // Clay grows, shrinks, is smoothed and undone under a tool that stays pressed in: not a tick without contact.
 TEST(Touch, IsNeverLostWhileTheClayChanges) {
   constexpr int kEvery = 20;
-  const uint64_t count = ticks(100'000, 1'000'000);
+  const uint64_t count = tests::byTier<uint64_t>(100'000, 1'000'000);
   clay::Grid grid;
   grid.voxelMm = 0.5;
   auto store = clay::Store::make();
@@ -122,7 +118,7 @@ TEST(Touch, IsNeverLostWhileTheClayChanges) {
 
 // A hand that jumps half a millimetre a tick in any direction.
 TEST(Touch, IsNeverLostInARandomWalk) {
-  const uint64_t count = ticks(100'000, 1'000'000);
+  const uint64_t count = tests::byTier<uint64_t>(100'000, 1'000'000);
   const clay::Version version = makeClay(noiseField(kSeed, 2, 9), 6, 0.5);
   auto contact = std::make_unique<BallContact>();
   ClosestSurface truth;

@@ -2,7 +2,6 @@
 // else, and never late.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "clay/field/primitives.h"
@@ -12,6 +11,7 @@
 #include "io/models/model_writer.h"
 #include "io/models/vdb_file.h"
 #include "tests/support/mesh_samples.h"
+#include "tests/support/tier.h"
 
 namespace argil::io {
 namespace {
@@ -19,7 +19,7 @@ namespace {
 constexpr uint32_t kSeed = 20265;
 
 int rounds() {
-  return std::getenv("ARGIL_LONG") != nullptr ? 200 : 20;
+  return tests::byTier(20, 200);
 }
 
 /// One to four changes: bytes, words of extreme size, digits of its JSON, pieces cut out or doubled, an early end.

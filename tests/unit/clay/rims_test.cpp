@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstdlib>
 
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/mesh_topology.h"
+#include "tests/support/tier.h"
 #include "tests/unit/clay/sharp_shapes.h"
 
 namespace argil::clay {
@@ -113,7 +113,7 @@ struct Tip {
 TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
   const uint64_t seed = 11;
   std::mt19937_64 random(seed);
-  const bool all = std::getenv("ARGIL_LONG") != nullptr;
+  const bool all = tests::longTier();
   for (const Tip& tip :
        {Tip{10, 0.5, 0.10, 0.5, 4}, Tip{5, 0.5, 0.2, 0.6, 2}, Tip{3, 0.5, 0.26, 0.7, 1.5}, Tip{6, 0.75, 0.2, 0.75, 2}})
     for (const bool sphere : {false, true}) {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "haptics/devices/sheets.h"
 #include "haptics/servo/force_line.h"
 #include "haptics/servo/servo_tick.h"
+#include "tests/support/tier.h"
 
 namespace argil::engine {
 namespace {
@@ -245,7 +245,7 @@ TEST(Forces, AreZeroAfterAStopUntilALaterResumeInEveryOrder) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer knows of no fibers";
 #endif
-  const uint64_t schedules = std::getenv("ARGIL_LONG") ? 3'000'000 : 120'000;
+  const uint64_t schedules = tests::byTier(120'000, 3'000'000);
   Bench bench;
   uint64_t switches = 0, pushed = 0, resumed = 0, stopped = 0;
   for (uint64_t seed = 1; seed <= schedules; ++seed) {

@@ -2,7 +2,7 @@
 
 #include <future>
 
-#include "../../support/haply_emulator.h"
+#include "../../support/devices/haply_emulator.h"
 #include "haptics/devices/haply.h"
 #include "workbench_rig.h"
 

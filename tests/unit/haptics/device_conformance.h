@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../../support/device_rig.h"
+#include "../../support/devices/device_rig.h"
 
 namespace argil::haptics::testing {
 

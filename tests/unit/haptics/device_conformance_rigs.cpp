@@ -1,9 +1,9 @@
 // The drivers that the conformance suite runs, each against its emulator.
 
-#include "../../support/falcon_emulator.h"
-#include "../../support/haply_emulator.h"
-#include "../../support/spacemouse_emulator.h"
-#include "../../support/template_emulator.h"
+#include "../../support/devices/falcon_emulator.h"
+#include "../../support/devices/haply_emulator.h"
+#include "../../support/devices/spacemouse_emulator.h"
+#include "../../support/devices/template_emulator.h"
 #include "device_conformance.h"
 #include "haptics/devices/driver_template.h"
 #include "haptics/devices/falcon.h"

@@ -19,8 +19,8 @@
 #include <sstream>
 #include <thread>
 
-#include "../../support/haply_emulator.h"
-#include "../../support/spacemouse_emulator.h"
+#include "../../support/devices/haply_emulator.h"
+#include "../../support/devices/spacemouse_emulator.h"
 #include "clay/base/error.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/haply.h"

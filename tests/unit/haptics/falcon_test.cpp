@@ -13,7 +13,7 @@
 #include <random>
 #include <thread>
 
-#include "../../support/falcon_emulator.h"
+#include "../../support/devices/falcon_emulator.h"
 #include "clay/base/error.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/falcon_protocol.h"

@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
-#include "../../support/pty_emulator.h"
-#include "../../support/spacemouse_emulator.h"
+#include "../../support/devices/pty_emulator.h"
+#include "../../support/devices/spacemouse_emulator.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/byte_transport.h"
 #include "haptics/devices/falcon.h"

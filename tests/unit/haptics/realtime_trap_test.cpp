@@ -19,6 +19,7 @@
 #include "haptics/scene/texture.h"
 #include "haptics/servo/servo.h"
 #include "painted_clay.h"
+#include "tests/support/tier.h"
 #include "tests/support/virtual_session.h"
 
 namespace argil::haptics {
@@ -81,7 +82,7 @@ TEST(ServoTick, KeepsToTheRulesOfRealTimeWhileItSculpts) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr uint64_t kTicks = 20'000;
 #else
-  const uint64_t kTicks = std::getenv("ARGIL_LONG") ? 1'000'000 : 200'000;
+  const uint64_t kTicks = tests::byTier(200'000, 1'000'000);
 #endif
   Tool tool;
   tool.radiusMm = 3;

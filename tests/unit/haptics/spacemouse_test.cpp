@@ -8,7 +8,7 @@
 #include <random>
 #include <thread>
 
-#include "../../support/spacemouse_emulator.h"
+#include "../../support/devices/spacemouse_emulator.h"
 #include "clay/base/error.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/hid_descriptor.h"

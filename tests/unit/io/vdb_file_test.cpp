@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
-#include <openvdb/tools/LevelSetUtil.h>
 
 #include <cmath>
 
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
+#include "clay/store/openvdb_grids.h"
 #include "clay/store/vdb_bridge.h"
 #include "tests/support/mesh_samples.h"
 
@@ -241,7 +241,7 @@ TEST_F(VdbFile, FarAwayComesNear) {
 
 TEST_F(VdbFile, Refusals) {
   auto fog = ball();
-  openvdb::tools::sdfToFogVolume(*fog);
+  fog->setGridClass(openvdb::GRID_FOG_VOLUME);
   EXPECT_THAT(refusal(fog), HasSubstr("grid ball is a fog volume"));
   EXPECT_THAT(refusal(openvdb::Vec3SGrid::create()), HasSubstr("holds no level set"));
   auto bad = ball();

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "../../support/emulated_usb.h"
+#include "../../support/devices/emulated_usb.h"
 #include "../../unit/haptics/device_conformance.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/falcon.h"

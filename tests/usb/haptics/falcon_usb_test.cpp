@@ -12,7 +12,7 @@
 #include <functional>
 #include <thread>
 
-#include "../../support/emulated_usb.h"
+#include "../../support/devices/emulated_usb.h"
 #include "haptics/base/clock.h"
 #include "haptics/devices/falcon.h"
 
