@@ -57,7 +57,8 @@ TEST(Day, APieceTakesLittleBesideItsClay) {
 
 TEST(Day, HoursOfWorkEndAsTheyBegan) {
   const Scratch scratch;
-  const json results = bench(scratch, {"day-hours", "--hours", "0.05", "--folder", scratch.path().string()});
+  const json results =
+      bench(scratch, {"day-hours", "--hours", longTier() ? "0.1" : "0.025", "--folder", scratch.path().string()});
   const json *first = find(results, "day/hours/batch/quarter1"), *last = find(results, "day/hours/batch/quarter4");
   ASSERT_TRUE(first && last);
   EXPECT_GT((*last)["n"].get<int>(), 100);

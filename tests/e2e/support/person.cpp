@@ -86,7 +86,8 @@ void keepPicturesPlain(const fs::path& home) {
   const fs::path file = home / "argil" / "studio.json";
   if (longTier() || fs::exists(file)) return;
   fs::create_directories(file.parent_path());
-  std::ofstream(file) << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":5}})";
+  std::ofstream(file)
+      << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"detail":4,"frames_per_second":5}})";
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ TEST(ImportBodies, OfClosedFilesAreThoseOfTheMesh) {
   const char* data = std::getenv("ARGIL_DATA");
   if (data == nullptr) GTEST_SKIP() << "set ARGIL_DATA to the folder of test data";
   const bool all = tests::longTier();
+  const auto most = tests::byTier<size_t>(40'000, 200'000);  // triangles
   int files = 0;
   for (const char* folder : {"mesh", "3mf"}) {
     for (const auto& entry : fs::directory_iterator(fs::path(data) / folder)) {
@@ -36,7 +37,7 @@ TEST(ImportBodies, OfClosedFilesAreThoseOfTheMesh) {
         continue;
       }
       const clay::RepairedMesh repaired = clay::repairMesh(read.mesh);
-      if (!repaired.openEdges.empty() || read.mesh.triangles.size() > 200000) continue;
+      if (!repaired.openEdges.empty() || read.mesh.triangles.size() > most) continue;
       ++files;
       for (const int along : all ? std::vector<int>{48, 128, 300} : std::vector<int>{48}) {
         SCOPED_TRACE(entry.path().filename().string() + " at " + std::to_string(along) + " voxels");

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
-#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
 
 namespace argil::studio {
 namespace {
@@ -132,9 +135,40 @@ constexpr std::array kIcons{
     Icon{"wax", "M2.5 20.5 L6 20 L9 17.5 L12 16.3 L15 17.5 L18 20 L21.5 20.5 M12 2 L15.2 8 A12 9.4 3.5 -25 205 Z"},
 };
 
-const Icon* find(std::string_view name) {
-  const auto icon = std::find_if(kIcons.begin(), kIcons.end(), [&](const Icon& each) { return each.name == name; });
-  return icon == kIcons.end() ? nullptr : &*icon;
+struct Step {
+  char what = 0;  // a letter of the text
+  std::array<float, 5> numbers{};
+};
+using Drawing = std::vector<Step>;
+
+Drawing read(const char* path) {
+  Drawing drawing;
+  for (const char* at = path; *at;) {
+    if (std::isalpha(static_cast<unsigned char>(*at))) {
+      Step& step = drawing.emplace_back();
+      step.what = *at++;
+      char* end = nullptr;
+      for (float& number : step.numbers) {
+        number = std::strtof(at, &end);
+        if (end == at) break;
+        at = end;
+      }
+    } else {
+      ++at;
+    }
+  }
+  return drawing;
+}
+
+// Read once: a picture of the panels has a hundred icons.
+const Drawing* find(std::string_view name) {
+  static const auto drawings = [] {
+    std::unordered_map<std::string_view, Drawing> all;
+    for (const Icon& icon : kIcons) all.emplace(icon.name, read(icon.path));
+    return all;
+  }();
+  const auto drawing = drawings.find(name);
+  return drawing == drawings.end() ? nullptr : &drawing->second;
 }
 
 }  // namespace
@@ -144,60 +178,25 @@ bool hasIcon(std::string_view name) {
 }
 
 bool drawIcon(ImDrawList& list, std::string_view name, ImVec2 centre, float size, ImU32 colour) {
-  const Icon* icon = find(name);
-  if (!icon) return false;
+  const Drawing* drawing = find(name);
+  if (!drawing) return false;
+  constexpr float kRadian = std::numbers::pi_v<float> / 180;
   const float unit = size / 24, width = std::max(1.1f, 1.75f * unit);
-  const auto place = [&](float x, float y) { return ImVec2(centre.x + (x - 12) * unit, centre.y + (y - 12) * unit); };
-  const char* at = icon->path;
-  const auto number = [&at] {
-    char* end = nullptr;
-    const float value = std::strtof(at, &end);
-    at = end;
-    return value;
-  };
   const auto stroke = [&](bool closed) {
     if (list._Path.Size > 1)
       list.PathStroke(colour, closed ? ImDrawFlags_Closed : 0, width);
     else
       list.PathClear();
   };
-  while (*at) {
-    switch (*at++) {
-      case 'M':
-        stroke(false);
-        [[fallthrough]];
-      case 'L': {
-        const float x = number(), y = number();
-        list.PathLineTo(place(x, y));
-        break;
-      }
-      case 'A': {
-        const float x = number(), y = number(), r = number(), from = number(), to = number();
-        constexpr float kRadian = std::numbers::pi_v<float> / 180;
-        list.PathArcTo(place(x, y), r * unit, from * kRadian, to * kRadian, 0);
-        break;
-      }
-      case 'Z':
-        stroke(true);
-        break;
-      case 'F':
-        list.PathFillConvex(colour);
-        break;
-      case 'O': {
-        const float x = number(), y = number(), r = number();
-        stroke(false);
-        list.AddCircle(place(x, y), r * unit, colour, 0, width);
-        break;
-      }
-      case 'D': {
-        const float x = number(), y = number(), r = number();
-        stroke(false);
-        list.AddCircleFilled(place(x, y), r * unit, colour);
-        break;
-      }
-      default:
-        break;
-    }
+  for (const auto& [what, n] : *drawing) {
+    const ImVec2 place(centre.x + (n[0] - 12) * unit, centre.y + (n[1] - 12) * unit);
+    if (what == 'M' || what == 'O' || what == 'D') stroke(false);
+    if (what == 'M' || what == 'L') list.PathLineTo(place);
+    if (what == 'A') list.PathArcTo(place, n[2] * unit, n[3] * kRadian, n[4] * kRadian, 0);
+    if (what == 'Z') stroke(true);
+    if (what == 'F') list.PathFillConvex(colour);
+    if (what == 'O') list.AddCircle(place, n[2] * unit, colour, 0, width);
+    if (what == 'D') list.AddCircleFilled(place, n[2] * unit, colour);
   }
   stroke(false);
   return true;
