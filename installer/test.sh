@@ -26,7 +26,7 @@ runTests() {
   mkdir -p "$reports"
   say "running the tests of preset $preset"
   # More than two at once: many of them mostly wait.
-  ctest --test-dir "$root/build/$preset" --output-on-failure -j4 --no-tests=error --output-junit "$reports/ctest.junit" \
+  ctest --test-dir "$root/build/$preset" --output-on-failure -j6 --no-tests=error --output-junit "$reports/ctest.junit" \
     "$@" || true
   [ -s "$reports/ctest.junit" ] || fail "ctest of preset $preset left no report"
   while read -r name status; do

@@ -10,6 +10,7 @@
 #include "clay/field/primitives.h"
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
+#include "tests/support/tier.h"
 
 namespace argil::clay {
 namespace {
@@ -103,7 +104,7 @@ TEST(SweptTip, CarvesAndAddsWhereNoSurfaceIsNear) {
 TEST(StampShape, OfABallIsABallAtAnySize) {
   const Version ball = makeSphere(Store::make(), Grid{}, Vec3d(3, 4, 5), 20);
   const auto shape = StampShape::of(ball);
-  for (const double radius : {6.0, 25.0, 60.0}) {
+  for (const double radius : {6.0, 25.0, tests::byTier(40.0, 60.0)}) {
     auto brush = std::make_shared<Brush>(*Brush::of(Method::add));
     brush->tip = Tip::shape;
     brush->shape = shape;

@@ -55,7 +55,7 @@ double overlap(ClosestSurface& surface, const clay::Version& version, const Vec3
 // Clay grows, shrinks, is smoothed and undone under a tool that stays pressed in: not a tick without contact.
 TEST(Touch, IsNeverLostWhileTheClayChanges) {
   constexpr int kEvery = 20;
-  const uint64_t count = tests::byTier<uint64_t>(100'000, 1'000'000);
+  const uint64_t count = tests::byTier<uint64_t>(50'000, 1'000'000);
   clay::Grid grid;
   grid.voxelMm = 0.5;
   auto store = clay::Store::make();
@@ -118,7 +118,7 @@ TEST(Touch, IsNeverLostWhileTheClayChanges) {
 
 // A hand that jumps half a millimetre a tick in any direction.
 TEST(Touch, IsNeverLostInARandomWalk) {
-  const uint64_t count = tests::byTier<uint64_t>(100'000, 1'000'000);
+  const uint64_t count = tests::byTier<uint64_t>(50'000, 1'000'000);
   const clay::Version version = makeClay(noiseField(kSeed, 2, 9), 6, 0.5);
   auto contact = std::make_unique<BallContact>();
   ClosestSurface truth;

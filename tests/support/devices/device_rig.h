@@ -1,6 +1,7 @@
 #pragma once
 // A device driver and what it drives, for the conformance suite: a new driver adds one rig.
 
+#include <cstdint>
 #include <memory>
 
 #include "haptics/base/device.h"
@@ -32,7 +33,8 @@ class DeviceRig {
   [[nodiscard]] virtual Vec3d place() const { return Vec3d::Zero(); }
   /// The last that the motors were told, device's frame.
   [[nodiscard]] virtual Vec3d forceN() const { return Vec3d::Zero(); }
-  [[nodiscard]] virtual double peakN() const { return 0; }  ///< The longest ever.
+  [[nodiscard]] virtual double peakN() const { return 0; }   ///< The longest ever.
+  [[nodiscard]] virtual uint64_t told() const { return 0; }  ///< Forces that reached the motors so far.
   /// False where this kind cannot do that wrong.
   virtual bool misbehave(Misbehaviour) { return false; }
   /// How many times longer than a device's own bus this one takes now: an emulated one has no time of its own.

@@ -38,7 +38,9 @@ io::Colour colourAt(const Vec3d& p) {
 
 // A ball of 20 mm with one colour a vertex.
 io::ModelObject paintedBall() {
-  Document document = Document::of(clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 20));
+  clay::Grid grid;
+  grid.voxelMm = 1;
+  Document document = Document::of(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 20));
   io::ModelObject object = modelOf(document, {}).at(0);
   for (const Vec3d& p : object.mesh.positions) object.vertexColours.push_back(colourAt(p));
   return object;

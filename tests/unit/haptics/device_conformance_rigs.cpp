@@ -45,6 +45,7 @@ class HaplyRig final : public DeviceRig {
   }
   Vec3d forceN() const override { return arm_.forceN(); }
   double peakN() const override { return arm_.peakN(); }
+  uint64_t told() const override { return arm_.told(); }
   bool misbehave(Misbehaviour what) override {
     arm_.misbehave(what);
     return true;
@@ -67,6 +68,7 @@ class TemplateRig final : public DeviceRig {
   void hand(const Vec3d& positionMm, uint32_t buttons) override { arm_.hand(positionMm, buttons); }
   Vec3d forceN() const override { return arm_.forceN(); }
   double peakN() const override { return arm_.peakN(); }
+  uint64_t told() const override { return arm_.told(); }
   bool misbehave(Misbehaviour what) override {
     arm_.misbehave(what);
     return true;
@@ -135,6 +137,7 @@ class FalconRig final : public DeviceRig {
   void hand(const Vec3d& positionMm, uint32_t buttons) override { falcon_.hand(positionMm, buttons & 1 ? 4 : 0); }
   Vec3d forceN() const override { return falcon_.forceN(); }
   double peakN() const override { return falcon_.peakN(); }
+  uint64_t told() const override { return falcon_.packets(); }
   bool misbehave(Misbehaviour what) override { return testing::misbehave(falcon_, what); }
   void unplug() override { falcon_.unplug(); }
   void replug() override { falcon_.replug(); }

@@ -40,6 +40,7 @@ class FalconUsbRig final : public DeviceRig {
   void hand(const Vec3d& positionMm, uint32_t buttons) override { falcon_.hand(positionMm, buttons & 1 ? 4 : 0); }
   Vec3d forceN() const override { return falcon_.forceN(); }
   double peakN() const override { return falcon_.peakN(); }
+  uint64_t told() const override { return falcon_.packets(); }
   bool misbehave(Misbehaviour what) override {
     // Nine answers of ten in time is more than an emulated bus can promise: falcon_usb_test.cpp asks for less.
     return what != Misbehaviour::split && testing::misbehave(falcon_, what);
