@@ -1,6 +1,6 @@
 // Runs a fuzz target (LLVMFuzzerTestOneInput) without libFuzzer: mutates a kept corpus, the same way in every run.
 //   fuzz_NAME CORPUS-FOLDER [--run N]
-// 20 000 inputs, or fewer where 2 s of its CPU time are over before; ten times both in the long tier. When an input
+// 20 000 inputs, or fewer where 1 s of its CPU time is over before; twenty times both in the long tier. When an input
 // breaks the target its number is printed; --run N repeats that one, and writes it to the file fuzz-input.
 
 #include <algorithm>
@@ -149,8 +149,8 @@ int main(int count, char** arguments) {
         .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     return LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   }
-  const auto times = argil::tests::byTier<uint64_t>(1, 10);
-  const auto end = std::clock() + static_cast<std::clock_t>(2 * times) * CLOCKS_PER_SEC;
+  const auto times = argil::tests::byTier<uint64_t>(1, 20);
+  const auto end = std::clock() + static_cast<std::clock_t>(times) * CLOCKS_PER_SEC;
   uint64_t run = 0;
   for (; run < 20000 * times && (std::clock() < end || run < 2 * corpus.size()); ++run) {
     currentRun = run;

@@ -380,7 +380,8 @@ TEST_P(ToolGlance, EveryGroupIsOpenedAndTheDialogsStandWhereTheyBelong) {
   shot(person, "56-cut");
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, ToolGlance, ::testing::Values(kDenseScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(Sizes, ToolGlance, ::testing::Values(kSmallScreen), nameOf);
+INSTANTIATE_TEST_SUITE_P(LongSizes, ToolGlance, ::testing::Values(kDenseScreen), nameOf);
 INSTANTIATE_TEST_SUITE_P(Sizes, ToolChest, ::testing::Values(kSmallScreen), nameOf);
 INSTANTIATE_TEST_SUITE_P(LongSizes, ToolChest, ::testing::Values(kDenseScreen), nameOf);
 
