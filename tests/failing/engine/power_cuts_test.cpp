@@ -468,7 +468,7 @@ class PowerCuts : public testing::Test {
     return cuts;
   }
 
-  static size_t cutsOf(size_t share) { return tests::byTier(share / 12, share); }
+  static size_t cutsOf(size_t share) { return tests::byTier(share / 20, share); }
 
   void expectAllPromisesKept(Work work, size_t share) {
     const char* first = std::getenv("ARGIL_POWER_CUT_SEED");

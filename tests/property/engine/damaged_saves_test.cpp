@@ -220,7 +220,7 @@ class DamagedSaves : public testing::Test {
       EXPECT_TRUE(clay::checkTopology(surface.toMesh()).closed());
     }
   }
-  static size_t rounds() { return tests::byTier(120, 2000); }
+  static size_t rounds() { return tests::byTier(60, 2000); }
 
   fs::path folder;
   std::string journal, document;

@@ -415,7 +415,7 @@ class Interleaving {
 
 // 1000 of them in the long tier.
 TEST(TwoWindows, NeitherDocumentEverHoldsTheOthersClay) {
-  const uint64_t rounds = tests::byTier(100, 1000);
+  const uint64_t rounds = tests::byTier(60, 1000);
   // Where nothing has to wait for a disk, if there is such a place.
   const fs::path shared = "/dev/shm";
   const fs::path folder = (::access(shared.c_str(), W_OK) == 0 ? shared : fs::temp_directory_path()) /

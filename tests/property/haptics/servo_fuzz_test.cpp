@@ -276,7 +276,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
 
 // 10^7 ticks in the long tier.
 TEST(ServoFuzz, NoCommandIsEverOverALimit) {
-  const uint64_t ticks = tests::byTier(400'000, 10'000'000);
+  const uint64_t ticks = tests::byTier(200'000, 10'000'000);
   const std::span<const DeviceSheet> sheets = deviceSheets();
   // Half of them for the contact that is used, at the usual rate; the rest for the others and for slow and fast servos.
   for (size_t i = 0; i < sheets.size(); ++i) fuzz(sheets[i], "proxy", 1e-3, ticks / 2 / sheets.size(), kSeed + i);

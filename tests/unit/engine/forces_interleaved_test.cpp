@@ -245,7 +245,7 @@ TEST(Forces, AreZeroAfterAStopUntilALaterResumeInEveryOrder) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "ThreadSanitizer knows of no fibers";
 #endif
-  const uint64_t schedules = tests::byTier(120'000, 3'000'000);
+  const uint64_t schedules = tests::byTier(60'000, 3'000'000);
   Bench bench;
   uint64_t switches = 0, pushed = 0, resumed = 0, stopped = 0;
   for (uint64_t seed = 1; seed <= schedules; ++seed) {

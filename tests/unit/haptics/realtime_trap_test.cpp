@@ -82,7 +82,7 @@ TEST(ServoTick, KeepsToTheRulesOfRealTimeWhileItSculpts) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr uint64_t kTicks = 20'000;
 #else
-  const uint64_t kTicks = tests::byTier(200'000, 1'000'000);
+  const uint64_t kTicks = tests::byTier(100'000, 1'000'000);
 #endif
   Tool tool;
   tool.radiusMm = 3;

@@ -67,8 +67,9 @@ TEST(PenPressure, EveryToolFollowsItAsItBegins) {
       EXPECT_NE(light, heavy);
     }
     // Who names no pressure gets what there was before there were defaults.
-    EXPECT_EQ(worked(tool, 1), worked(scriptTool(row), 1));
-    EXPECT_EQ(worked(scriptTool(row), 0.2), worked(scriptTool(row), 1));
+    const uint64_t plain = worked(scriptTool(row), 1);
+    EXPECT_EQ(worked(tool, 1), plain);
+    EXPECT_EQ(worked(scriptTool(row), 0.2), plain);
   }
 }
 
