@@ -105,9 +105,14 @@ class GripLink final : public DeviceLink {
       if (n < 0) return Exchanged::gone;
       if (n == 0) return Exchanged::nothing;
       held_ += static_cast<size_t>(n);
-      if (buffer_[0] != kGripStatus) return spoiled();
-      if (held_ < kGripHeadBytes || held_ < kGripHeadBytes + buffer_[kGripHeadBytes - 1]) continue;
-      return decode(state);
+      // Where several came at once the last one counts.
+      Exchanged found = Exchanged::nothing;
+      while (held_ > 0) {
+        if (buffer_[0] != kGripStatus) return spoiled();
+        if (held_ < kGripHeadBytes || held_ < kGripHeadBytes + buffer_[kGripHeadBytes - 1]) break;
+        found = decode(state);
+      }
+      if (found != Exchanged::nothing) return found;
     }
   }
 

@@ -186,6 +186,34 @@ TEST_F(StudioCalls, AtRestNothingIsDrawn) {
   EXPECT_LT(report()["frames"], 40) << report().dump(1);
 }
 
+// What pictures cost is the machine's affair; all else of a recording begins as a first day does, and nothing is kept.
+TEST_F(StudioCalls, ARecordingIsPlayedInThePicturesOfTheMachine) {
+  const std::string settings =
+      R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"frames_per_second":5},"theme":"light"})";
+  fs::create_directories(scratch_ / "argil");
+  write("argil/studio.json", settings);
+  double t = 0.2;
+  std::string lines = byPalette(t, "add a ball");
+  const auto line = [&](Json e) {
+    e["t"] = t += 0.02;
+    lines += e.dump() + "\n";
+  };
+  line({{"kind", "press"}, {"x", 400}, {"y", 300}, {"button", "right"}});
+  for (int i = 1; i <= 150; ++i) line({{"kind", "move"}, {"x", 400 + i}, {"y", 300}});
+  line({{"kind", "release"}, {"x", 550}, {"y", 300}, {"button", "right"}});
+  line({{"kind", "screenshot"}, {"text", (scratch_ / "turned.png").string()}});
+  RunningStudio studio(
+      {"studio", "--size", "800x600", "--play", write("turn.jsonl", lines).string(), "--report", "report.json"},
+      scratch_.path());
+  ASSERT_EQ(studio.wait(100), 0) << studio.said();
+  EXPECT_GT(report()["clay_frames"], 5) << "the view turned";
+  EXPECT_LT(report()["frames"], 40) << "60 a second would be 180";
+  const render::Image turned = readPng(scratch_ / "turned.png");
+  ASSERT_GT(turned.width, 30);
+  EXPECT_LT(turned.pixel(turned.width - 20, turned.height - 20)[0], 100) << "dark, as on a first day";
+  EXPECT_EQ(slurp(scratch_ / "argil" / "studio.json"), settings);
+}
+
 // A quick hand, or a slow machine: all of it comes between two pictures. Letters go where the keys before them say.
 TEST_F(StudioCalls, WhatIsTypedAtOnceArrivesWhole) {
   double t = 0.2;

@@ -48,9 +48,13 @@ size_t HaplyGripEmulator::answer(std::span<const uint8_t> in, const Hand& hand, 
   }
   if (in[0] != 0xDB) return 1;
   if (in.size() < 4 || in.size() < 4u + in[3]) return 0;
-  out = {0xDA, 0x78, 0x56};
-  for (float q : {std::sqrt(0.5f), 0.0f, 0.0f, std::sqrt(0.5f)}) put(out, q);  // w first.
-  out.insert(out.end(), {0, 42, 1, static_cast<uint8_t>(hand.buttons)});
+  const auto say = [&](uint8_t buttons) {
+    out.insert(out.end(), {0xDA, 0x78, 0x56});
+    for (float q : {std::sqrt(0.5f), 0.0f, 0.0f, std::sqrt(0.5f)}) put(out, q);  // w first.
+    out.insert(out.end(), {0, 42, 1, buttons});
+  };
+  if (const int late = late_.load(); late >= 0) say(static_cast<uint8_t>(late));
+  say(static_cast<uint8_t>(hand.buttons));
   return 4u + in[3];
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 // An Inverse3 and a stylus grip, byte for byte, on pseudo-terminals.
 
+#include <atomic>
+
 #include "pty_emulator.h"
 
 namespace argil::haptics::testing {
@@ -25,10 +27,15 @@ class HaplyArmEmulator final : public PtyEmulator {
 class HaplyGripEmulator final : public PtyEmulator {
  public:
   ~HaplyGripEmulator() override { stop(); }
+  /// Before each state comes one of another time, in which these buttons were held: a line that was held up.
+  void lateButtons(int buttons) { late_.store(buttons); }
 
  protected:
   size_t answer(std::span<const uint8_t> in, const Hand& hand, std::vector<uint8_t>& out) override;
   void spoil(Misbehaviour what, std::vector<uint8_t>& out) override;
+
+ private:
+  std::atomic<int> late_{-1};
 };
 
 }  // namespace argil::haptics::testing

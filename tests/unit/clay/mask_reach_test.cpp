@@ -10,6 +10,7 @@
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
+#include "tests/support/simd_targets.h"
 
 namespace argil::clay {
 namespace {
@@ -111,6 +112,22 @@ TEST(MaskReach, WhatIsFarFromAllSurfaceIsFree) {
   EXPECT_TRUE(reach.at({0, 0, 0}, 60).whole);
   EXPECT_TRUE(reach.at({0, 0, 20}, 16).none);
   EXPECT_EQ(reach.compared(), 0u) << "where all is masked or nothing, no voxel is looked at";
+}
+
+TEST(MaskReach, CoversAreEqualOnEverySimdTarget) {
+  const Version ball = maskedBall(30, speckled);
+  std::vector<MaskCover> first;
+  tests::forEachSimdTarget([&](const std::string& target) {
+    MaskReach reach(ball);
+    size_t i = 0;
+    for (const Coord at : {Coord{0, 0, 3}, Coord{1, 2, 4}, Coord{0, -3, -3}, Coord{0, 0, 9}, Coord{2, 2, -1}}) {
+      const MaskCover& cover = reach.at(at, 60);
+      if (first.size() == i) first.push_back(cover);
+      EXPECT_EQ(cover.value, first[i++].value) << target;
+    }
+  });
+  EXPECT_FALSE(first.at(0).none);
+  EXPECT_FALSE(first.at(0).whole);
 }
 
 // A pen that is pressed harder and harder reaches farther with every stamp.

@@ -7,6 +7,7 @@
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/mesh_topology.h"
+#include "clay/whole/boolean.h"
 #include "tests/support/tier.h"
 #include "tests/unit/clay/sharp_shapes.h"
 
@@ -185,6 +186,38 @@ TEST(Rims, RoundedEdgesStayRound) {
     std::printf("rounded by %.1f voxels: draft %.2f, crisp %.2f off\n", round, draft, crisp);
     // A rounding of a voxel and a half is nearly an edge.
     EXPECT_LE(crisp, round < 2 ? 0.5 : draft + 0.01) << round;
+  }
+}
+
+// Normals of all vertices, those on edges and bends too, point away from the clay.
+TEST(Rims, NormalsPointOutwards) {
+  Grid grid;
+  grid.voxelMm = 1;
+  for (const double round : {0.0, 1.0, 1.5, 2.0, 3.0}) {
+    const Vec3d half(12, 10, 8), inner = half - Vec3d::Constant(round), centre(0.3, -0.2, 0.1);
+    for (const bool hollow : {false, true}) {
+      Version clay = makeBlock(Store::make(), grid, centre, 2 * half, round);
+      if (hollow) clay = combine(makeBlock(clay.store(), grid, centre, Vec3d::Constant(40), 0), clay, Combination::cut);
+      for (const Grade grade : {Grade::draft, Grade::crisp, Grade::fine}) {
+        Surface surface(true, grade);
+        surface.update(clay);
+        size_t looked = 0, wrong = 0;
+        surface.forEach([&](const BrickMesh& mesh) {
+          for (size_t i = 0; i < mesh.normals.size(); ++i) {
+            const Vec3d p = (mesh.brick * kBrickEdge).toVec3d() + mesh.positions[i].cast<double>() - centre;
+            if (hollow && (p.cwiseAbs() - half).maxCoeff() > 4) continue;  // the outside of the hollow block
+            Vec3d away = (p.cwiseAbs() - inner).cwiseMax(0.05).cwiseProduct(p.cwiseSign()).normalized();
+            if (hollow) away = -away;
+            // A vertex of an edge has the normal of one of its faces.
+            const bool edge = round < 1 && ((p.cwiseAbs() - half).array() > -1).count() > 1;
+            ++looked;
+            wrong += mesh.normals[i].unpack().cast<double>().dot(away) > (edge ? 0 : 0.4) ? 0 : 1;
+          }
+        });
+        EXPECT_GT(looked, 1000u);
+        EXPECT_EQ(wrong, 0u) << "rounded by " << round << (hollow ? ", a hollow" : "") << ", grade " << int(grade);
+      }
+    }
   }
 }
 

@@ -78,6 +78,17 @@ TEST(RunScript, TipStrokesGiveTheSameClayHoweverTheyArePublished) {
   EXPECT_NEAR(topAt(once.session.version(), 0, -15), 8, 0.1);
 }
 
+TEST(RunScript, AReportCountsItsOwnRunAlone) {
+  Session session(prepareClay(clay::Store::make(), script(kTip)).version);
+  clay::Surface surface;
+  const RunReport first = runScript(session, surface, script(kTip + "," + kTip), {});
+  const RunReport second = runScript(session, surface, script(kTip), {});
+  EXPECT_EQ(first.strokes, 2u);
+  EXPECT_EQ(second.strokes, 1u);
+  EXPECT_EQ(second.points, 2u);
+  EXPECT_LT(second.stamps, first.stamps);
+}
+
 TEST(RunScript, WhatIsSeenFollowsEveryOperation) {
   const Script turned = script(kTip + R"(, {"operation": "smooth-all", "passes": 2})");
   int told = 0;

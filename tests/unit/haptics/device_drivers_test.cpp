@@ -86,6 +86,34 @@ TEST(Haply, TurnsWithItsGripAndComesBack) {
   EXPECT_THROW((void)openHaply({.port = "/dev/ttyACM0", .grip = "/dev/ttyACM0"}), Error);
 }
 
+TEST(Haply, OfStatesOfTheGripThatComeTogetherTheLastCounts) {
+  testing::HaplyArmEmulator arm(HaplyOptions().centreMm);
+  testing::HaplyGripEmulator grip;
+  arm.plug();
+  grip.plug();
+  HaplyOptions options;
+  options.port = arm.path();
+  options.grip = grip.path();
+  grip.lateButtons(8);
+  auto device = openHaply(options);
+  for (const uint32_t held : {1u, 0u, 2u}) {
+    grip.hand({0, 0, 0}, held);
+    DeviceState state;
+    state.buttons = 4;
+    for (int i = 0; i < 2000 && state.buttons != held; ++i) {
+      device->read(0, state);
+      std::this_thread::sleep_for(1ms);
+    }
+    int late = 0;
+    for (int i = 0; i < 60; ++i) {
+      device->read(0, state);
+      late += state.buttons != held ? 1 : 0;
+      std::this_thread::sleep_for(1ms);
+    }
+    EXPECT_LE(late, 5) << "but where a line is read between the two";
+  }
+}
+
 /// Something else than a Haply at the end of a line: says the same whatever it is asked, or talks without being asked.
 class OtherThing final : public testing::PtyEmulator {
  public:
