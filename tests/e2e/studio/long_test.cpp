@@ -175,6 +175,8 @@ TEST_F(StudioCalls, LeavingWithWorkThatIsNotKeptAsks) {
 }
 
 TEST_F(StudioCalls, AtRestNothingIsDrawn) {
+  fs::create_directories(scratch_ / "argil");
+  write("argil/studio.json", R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false}})");  // 60 a second
   double t = 0.2;
   std::string lines = byPalette(t, "add a ball");
   lines += "{\"t\": " + std::to_string(t + 8) + ", \"kind\": \"check\"}\n";
@@ -184,6 +186,8 @@ TEST_F(StudioCalls, AtRestNothingIsDrawn) {
   ASSERT_EQ(studio.wait(150), 0) << studio.said();
   // Of 8 s, 480 could have been drawn. What is drawn: the palette's letters, the ball's coming, numbers that settle.
   EXPECT_LT(report()["frames"], 40) << report().dump(1);
+  // What a picture took is told with the next one of the clay: panels that follow it are drawn once.
+  EXPECT_LE(report()["frames_since_clay"], 3) << report().dump(1);
 }
 
 // What pictures cost is the machine's affair; all else of a recording begins as a first day does, and nothing is kept.
