@@ -13,31 +13,34 @@ namespace argil::clay::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-double NearestPlace(const double* x, const double* y, const double* z, size_t count, const double* at) {
-  const hn::CappedTag<double, kPlaceLanes> d;
-  const auto atX = hn::Set(d, at[0]), atY = hn::Set(d, at[1]), atZ = hn::Set(d, at[2]);
+using PlaceTag = hn::CappedTag<double, kPlaceLanes>;
+
+// Squared distances of the places from `i` on; `places`: x, y and z.
+HWY_INLINE hn::Vec<PlaceTag> squaresTo(const double* at, const double* const* places, size_t i) {
+  const PlaceTag d;
+  const auto x = hn::Sub(hn::LoadU(d, places[0] + i), hn::Set(d, at[0]));
+  const auto y = hn::Sub(hn::LoadU(d, places[1] + i), hn::Set(d, at[1]));
+  const auto z = hn::Sub(hn::LoadU(d, places[2] + i), hn::Set(d, at[2]));
+  return hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+}
+
+double NearestPlace(const double* const* places, size_t count, const double* at) {
+  const PlaceTag d;
   auto least = hn::Set(d, std::numeric_limits<double>::infinity());
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto dx = hn::Sub(hn::LoadU(d, x + i), atX), dy = hn::Sub(hn::LoadU(d, y + i), atY),
-               dz = hn::Sub(hn::LoadU(d, z + i), atZ);
-    least = hn::Min(least, hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz)));
-  }
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) least = hn::Min(least, squaresTo(at, places, i));
   return hn::GetLane(hn::MinOfLanes(d, least));
 }
 
 // Sums of weights, and of weights times values.
 void WeighPlaces(const double* const* places, size_t count, const double* at, double nearest, double blend,
                  double* sums) {
-  const hn::CappedTag<double, kPlaceLanes> d;
+  const PlaceTag d;
   const double root = std::sqrt(nearest), reach = root + blend;
-  const auto atX = hn::Set(d, at[0]), atY = hn::Set(d, at[1]), atZ = hn::Set(d, at[2]);
   const auto most = hn::Set(d, reach * reach), from = hn::Set(d, root), over = hn::Set(d, blend);
   const auto one = hn::Set(d, 1), whole = hn::Set(d, kPlaceWeight);
   auto weights = hn::Zero(d), values = hn::Zero(d);
   for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto dx = hn::Sub(hn::LoadU(d, places[0] + i), atX), dy = hn::Sub(hn::LoadU(d, places[1] + i), atY),
-               dz = hn::Sub(hn::LoadU(d, places[2] + i), atZ);
-    const auto square = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+    const auto square = squaresTo(at, places, i);
     const auto counts = hn::Le(square, most);
     if (hn::AllFalse(d, counts)) continue;
     const auto farther = hn::Div(hn::Sub(hn::Sqrt(square), from), over);
@@ -83,7 +86,8 @@ void ValuedPlaces::close() {
 
 double ValuedPlaces::nearestSquared(int x, int y, int z) const noexcept {
   const double at[3] = {double(x), double(y), double(z)};
-  return HWY_DYNAMIC_DISPATCH(NearestPlace)(x_.data(), y_.data(), z_.data(), size_, at);
+  const double* const places[3] = {x_.data(), y_.data(), z_.data()};
+  return HWY_DYNAMIC_DISPATCH(NearestPlace)(places, size_, at);
 }
 
 int ValuedPlaces::mean(int x, int y, int z, double nearest, double blend) const noexcept {
