@@ -180,6 +180,7 @@ class HandOnClay {
         // The tip stands on the model.
         const Vec3d normal = (stamp.b - grid_.toVoxel(kCentreMm)).normalized(), x = normal.unitOrthogonal();
         stamp.axes << x.cast<float>(), normal.cross(x).cast<float>(), normal.cast<float>();
+        if (stroke_.prepare() && turn.us() > kTurnUs) show();
         stroke_.apply(stamp);
         if (turn.us() > kTurnUs) show();
       }

@@ -48,6 +48,7 @@ uint8_t approach(uint8_t from, uint8_t to, float share) noexcept {
 void layColour(ChannelBytes& bytes, const std::array<uint8_t, 3>& colour, float alpha) noexcept {
   if (!(alpha >= kLeastShare)) return;
   uint8_t& cover = bytes[indexOf(Channel::cover)];
+  if (cover == 255 && std::equal(colour.begin(), colour.end(), bytes.begin())) return;
   // What the new layer makes of the whole that covers the piece.
   const float whole = static_cast<float>(cover) + (255.0f - static_cast<float>(cover)) * alpha;
   const float share = std::min(alpha * 255.0f / whole, 1.0f);
@@ -104,10 +105,13 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
     if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
     if (blurs && !blur.gather(clay, coord, operation.property == Property::colour)) continue;
     ChannelBlock block(place);
+    uint64_t inBand[kBrickEdge];
+    place.inBand(clay.band(), inBand);
     for (int i = 0; i < kBrickVoxels; ++i) {
+      if (!((inBand[i >> 6] >> (i & 63)) & 1)) continue;
       float share = weight[i] * amount;
       if (masks) share *= static_cast<float>(255 - block[Channel::mask][i]) / 255.0f;
-      if (!(share >= kLeastShare) || !place.inBand(i, clay.band())) continue;
+      if (!(share >= kLeastShare)) continue;
       ChannelBytes bytes = block.bytes(i);
       if (blurs)
         blur.apply(i, share, bytes);

@@ -36,9 +36,9 @@ class DistanceMethod {
   /// How far from a stamp's segment it may change anything, voxels. The same every time.
   [[nodiscard]] virtual double reach(const Stamp& stamp) const { return stamp.largestRadius(); }
 
-  /// Whether what it keeps of the stroke has grown so much that it should begin anew; asked after each application, and
-  /// the answer follows from those alone. The stroke then redistances what trails and calls beginAnew() with the clay
-  /// as it is: to be taken as that which the next application finds first.
+  /// Whether what it keeps of the stroke has grown so much that it should begin anew; asked before each application,
+  /// and the answer follows from those alone. The stroke then redistances what trails and calls beginAnew() with the
+  /// clay as it is: to be taken as that which the next application finds first.
   [[nodiscard]] virtual bool full() const { return false; }
   virtual void beginAnew(const Version& now) { (void)now; }
 

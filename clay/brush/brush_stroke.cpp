@@ -158,8 +158,8 @@ struct BrushStroke::State {
   }
 
   // What the method keeps may have grown too large: it goes on from the clay as it is now.
-  void beginAnewWhenFull() {
-    if (!method || !method->full()) return;
+  bool beginAnewWhenFull() {
+    if (!method || !method->full()) return false;
     std::vector<Coord> influenced;
     computeBegun(influenced);
     touch(std::move(influenced));
@@ -167,6 +167,7 @@ struct BrushStroke::State {
     redistanceDue();
     method->beginAnew(commit());
     collect();
+    return true;
   }
 
   // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
@@ -500,16 +501,12 @@ void BrushStroke::State::redistanceDue() {
   if (due.empty()) return;
   // Neighbours that were redistanced before are solved again: they met values of these that were only a bound. Those
   // that still trail need not be, for they will be solved against what is solved now.
-  std::vector<Coord> all;
-  all.reserve(due.size() * 4);
   for (const Coord c : due) lastTouch[c].stamp = kDone;
-  for (const Coord c : due)
-    for (const Coord step : kAroundSteps) {
-      const auto it = lastTouch.find(c + step);
-      if (it != lastTouch.end() && it->second.stamp == kDone) all.push_back(c + step);
-    }
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<Coord> all = withNeighbours(due);
+  std::erase_if(all, [&](Coord c) {
+    const auto it = lastTouch.find(c);
+    return it == lastTouch.end() || it->second.stamp != kDone;
+  });
   std::vector<Renew> renew;
   for (const Coord c : all) {
     Touched& touch = lastTouch[c];
@@ -543,6 +540,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
     each.a = quantised(each.a);
     each.b = quantised(each.b);
   }
+  s.beginAnewWhenFull();
   const Version was = s.beforeChange();
   std::vector<Coord> influenced;
   // what a mask covers in part depends on the order of images
@@ -567,7 +565,10 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   const uint64_t behind = kTrail + (s.begunOnce ? kTogether : 0);
   if (number > behind) s.trail(number - behind);
   if (s.due.size() >= kBatch) s.redistanceDue();
-  s.beginAnewWhenFull();
+}
+
+bool BrushStroke::prepare() {
+  return state_->beginAnewWhenFull();
 }
 
 Version BrushStroke::publish() {

@@ -86,9 +86,11 @@ class Carrier {
     if (!was.distance.isTile()) was.inBand(now_.band(), wasBits);
     // Most voxels keep what they have, or have nothing.
     block.state.fill(State::none);
+    uint64_t both[kBrickEdge];
+    for (int x = 0; x < kBrickEdge; ++x) both[x] = nowBits[x] & wasBits[x];
+    block.channels.keepOnly(both);
     for (int x = 0; x < kBrickEdge; ++x) {
-      forBits(nowBits[x] & wasBits[x], x, [&](int i) { block.state[static_cast<size_t>(i)] = State::known; });
-      forBits(~(nowBits[x] & wasBits[x]), x, [&](int i) { block.channels.set(i, {}); });
+      forBits(both[x], x, [&](int i) { block.state[static_cast<size_t>(i)] = State::known; });
       forBits(nowBits[x] & ~wasBits[x], x, [&](int i) {
         block.state[static_cast<size_t>(i)] = State::wanted;
         block.steps[static_cast<size_t>(i)] = 0;
@@ -148,15 +150,20 @@ class Carrier {
     for (Block& block : blocks_) {
       if (!block.own) continue;
       const ChannelPlace &now = now_.at(block.coord), &was = was_.at(block.coord);
-      for (int i = 0; i < kBrickVoxels; ++i) {
-        if (!now.inBand(i, now_.band())) continue;
-        const float laid = std::min(was.distance.phi(i, now_.band()) - now.distance.phi(i, now_.band()), 1.0f);
-        if (!(laid > 0)) continue;
-        ChannelBytes bytes = block.channels.bytes(i);
-        layColour(bytes, brush_.colour, laid);
-        if (laid > 0.5f && brush_.material != 0) bytes[indexOf(Channel::material)] = brush_.material;
-        block.channels.set(i, bytes);
-      }
+      BrickValues nowRoom, wasRoom;
+      const BrickValues &nowPhi = now.distance.values(nowRoom, now_.band()),
+                        &wasPhi = was.distance.values(wasRoom, now_.band());
+      uint64_t bits[kBrickEdge];
+      now.inBand(now_.band(), bits);
+      for (int x = 0; x < kBrickEdge; ++x)
+        forBits(bits[x], x, [&](int i) {
+          const float laid = std::min(wasPhi[i] - nowPhi[i], 1.0f);
+          if (!(laid > 0)) return;
+          ChannelBytes bytes = block.channels.bytes(i);
+          layColour(bytes, brush_.colour, laid);
+          if (laid > 0.5f && brush_.material != 0) bytes[indexOf(Channel::material)] = brush_.material;
+          block.channels.set(i, bytes);
+        });
     }
   }
 

@@ -33,6 +33,8 @@ constexpr float kMostBuried = 16;
 constexpr size_t kMostApplications = 512, kMostBricks = 2048, kMostStamps = 3;
 // A limit up to this many voxels is looked at from the first application on, however little has been laid.
 constexpr float kMostAtOnce = 16;
+// Distances are solved this many voxels farther than an application needs them.
+constexpr float kAhead = 4;
 // Bricks that are worth a second thread.
 constexpr size_t kParallelFrom = 128;
 
@@ -285,9 +287,10 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
   asked_ = bricks.size();
   radius_ = 0;
   for (const Stamp& each : images) radius_ = std::max(radius_, static_cast<float>(each.largestRadius()));
-  // As far as it will be needed, where that is near: what is solved again and again costs more.
+  // Farther than it is needed, where that is near: what is solved again and again costs more. But not at once: what a
+  // stroke begins with, and begins anew with, is all that its tip covers.
   const float needed = std::min(highest_ + step(), limit()),
-              ahead = std::min(std::min(most() + step(), limit()), kMostAtOnce);
+              ahead = std::min({needed + kAhead, most() + step(), limit(), kMostAtOnce});
   base_->extend(bricks, std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep);
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {

@@ -14,8 +14,9 @@
 namespace argil::clay {
 
 /// Values of bricks, each pass computed from those of the pass before: a brick's own and, across its faces, `layers`
-/// voxels of its neighbours; where a neighbour is not among the bricks, what stood there at the beginning. Bricks rest
-/// while they and their neighbours do not change. The order of bricks and the count of threads change nothing.
+/// voxels of its neighbours; where a neighbour is not among the bricks, what stood there at the beginning. Rows of
+/// eight voxels along z rest while nothing changes that they are computed from: what moves is a front, and most of a
+/// brick lies before or behind it. The order of bricks and the count of threads change nothing.
 ///
 /// One at a time on a thread (else std::logic_error), which keeps its memory (scratch.h): 4.2 KB a brick, 256 bytes
 /// more a layer and face without a neighbour.
@@ -44,41 +45,39 @@ class JacobiSolver {
   [[nodiscard]] bool hasBeside(size_t i, size_t face) const { return beside_[i][face] >= 0; }
 
   /// What brick `i` begins with, by offset(). Each brick once, from any thread. `frozen`: voxels that keep their
-  /// values.
-  void begin(size_t i, const float* around, const uint64_t (&frozen)[kBrickEdge]) {
+  /// values. `rows`: those (bits x·8 + y) that what is known may change; the others are solved unless something beside
+  /// them changes.
+  void begin(size_t i, const float* around, const uint64_t (&frozen)[kBrickEdge], uint64_t rows = ~uint64_t{0}) {
     Solved& b = bricks_[i];
     std::copy_n(frozen, kBrickEdge, b.frozen);
     for (int x = 0; x < kBrickEdge; ++x)
       for (int y = 0; y < kBrickEdge; ++y)
         std::memcpy(b.u[0] + Brick::offset(x, y, 0), around + offset(x + layers, y + layers, layers), kRowBytes);
-    b.open = std::any_of(frozen, frozen + kBrickEdge, [](uint64_t word) { return ~word != 0; });
-    b.active = b.open;
-    b.changed = false;
-    if (!b.open) std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);
+    b.open = 0;
+    for (int row = 0; row < kBrickEdge * kBrickEdge; ++row)
+      b.open |= uint64_t{((frozen[row >> 3] >> (8 * (row & 7))) & 0xff) != 0xff} << row;
+    b.rows = b.open & rows;
+    std::memcpy(b.u[1], b.u[0], sizeof b.u[0]);  // rows that rest
     for (size_t face = 0; face < 6; ++face)
       if (beside_[i][face] < 0) takeRim(around, face, rims_[static_cast<size_t>(-1 - beside_[i][face])]);
   }
 
-  /// `pass(around, frozen, out)` writes the next 512 values of a brick and says whether any differs. At most `passes`
-  /// times, fewer once nothing changes.
+  /// `pass(around, frozen, rows, out)` writes the next values of those rows of a brick whose bits (x·8 + y) are set,
+  /// and returns those that differ. At most `passes` times, fewer once nothing changes.
   template <class Pass>
   void run(int passes, const Pass& pass) {
     for (int count = 0; count < passes; ++count) {
       forEachBrickOf(bricks_.size(), threads_, [&](size_t i) {
         Solved& b = bricks_[i];
-        b.changed = false;
-        if (!b.active) return;  // Both of its buffers hold the same.
+        b.changed = 0;
+        if (b.rows == 0) return;  // Both of its buffers hold the same.
         float surroundings[kAroundSize];
         around(i, surroundings);
-        b.changed = pass(surroundings, b.frozen, b.u[now_ ^ 1]);
+        b.changed = pass(surroundings, b.frozen, b.rows, b.u[now_ ^ 1]);
       });
-      if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed; })) return;
+      if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed != 0; })) return;
       now_ ^= 1;
-      for (size_t i = 0; i < bricks_.size(); ++i) {
-        Solved& b = bricks_[i];
-        const auto moves = [&](ptrdiff_t other) { return other >= 0 && bricks_[static_cast<size_t>(other)].changed; };
-        b.active = b.open && (b.changed || std::any_of(beside_[i].begin(), beside_[i].end(), moves));
-      }
+      for (size_t i = 0; i < bricks_.size(); ++i) bricks_[i].rows = bricks_[i].open & rowsThatFollow(i);
     }
   }
 
@@ -121,8 +120,8 @@ class JacobiSolver {
   struct Solved {
     float u[2][kBrickVoxels];  // this pass and the next
     uint64_t frozen[kBrickEdge];
-    bool open;  // some voxel is not frozen
-    bool active, changed;
+    // Rows with a voxel that is not frozen; those of the next pass; those that the last one changed.
+    uint64_t open, rows, changed;
   };
   using Rim = std::array<float, size_t{layers} * kBrickEdge * kBrickEdge>;
   static constexpr size_t kRowBytes = kBrickEdge * sizeof(float);
@@ -139,6 +138,29 @@ class JacobiSolver {
   // First layer of a face, around the brick and in the neighbour across it.
   static constexpr int firstAround(size_t face) { return face % 2 == 0 ? 0 : kBrickEdge + layers; }
   static constexpr int firstWithin(size_t face) { return face % 2 == 0 ? kBrickEdge - layers : 0; }
+
+  // Rows of brick `i` that are computed from something that the last pass changed, its own rows included, since it
+  // wrote them to one buffer alone.
+  [[nodiscard]] uint64_t rowsThatFollow(size_t i) const {
+    constexpr uint64_t kFirstY = 0x0101010101010101;  // rows with y = 0
+    const uint64_t own = bricks_[i].changed;
+    uint64_t rows = own;
+    for (int step = 1; step <= layers; ++step) {
+      const uint64_t low = (kFirstY << (8 - step)) - kFirstY;  // rows with y < 8 − step
+      rows |= own << (8 * step) | own >> (8 * step) | (own & low) << step | (own >> step & low);
+    }
+    const auto beside = [&](size_t face) {
+      const ptrdiff_t other = beside_[i][face];
+      return other >= 0 ? bricks_[static_cast<size_t>(other)].changed : 0;
+    };
+    const uint64_t belowX = beside(0), aboveX = beside(1), belowY = beside(2), aboveY = beside(3);
+    for (int step = 1; step <= layers; ++step) {
+      const uint64_t last = (kFirstY << step) - kFirstY;  // rows with y < step
+      rows |= belowX >> (64 - 8 * step) | aboveX << (64 - 8 * step);
+      rows |= (belowY >> (8 - step) & last) | (aboveY & last) << (8 - step);
+    }
+    return rows | beside(4) | beside(5);
+  }
 
   template <class Visit>
   static void forRim(size_t face, const Visit& visit) {

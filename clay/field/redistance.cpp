@@ -63,8 +63,8 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
       solver.begin(i, u, frozen);
     }
   });
-  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, float* out) {
-    return eikonalPass(around, frozen, band, out);
+  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+    return eikonalPass(around, frozen, rows, band, out);
   });
   const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {

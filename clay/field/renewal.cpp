@@ -108,8 +108,8 @@ std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> 
       solver.begin(i, wide, frozen);
     }
   });
-  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, float* out) {
-    return widePass(around, frozen, band, out);
+  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+    return widePass(around, frozen, rows, band, out);
   });
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
     const float* u = solver.values(i);

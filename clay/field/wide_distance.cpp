@@ -79,12 +79,18 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
       if (!block) readSlot(version_.find(near), band, side_, read);
       JacobiSolver<2>::putFace(block ? block->u : read, face, wide);
     }
-    solver.begin(i, wide, blocks[i]->frozen);
+    uint64_t unknown = 0;
+    for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
+      const float* values = blocks[i]->u + row * kBrickEdge;
+      unknown |= uint64_t{std::any_of(values, values + kBrickEdge, [](float u) { return u >= kUnknownDistance; })}
+                 << row;
+    }
+    solver.begin(i, wide, blocks[i]->frozen, unknown);
   });
   // What is known travels a voxel along an axis a pass and is settled once all upwind of it is.
   const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
-  solver.run(passes, [&](const float* around, const uint64_t* frozen, float* out) {
-    return widePass(around, frozen, reach, out);
+  solver.run(passes, [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+    return widePass(around, frozen, rows, reach, out);
   });
   forEachBrickOf(all.size(), threads_, [&](size_t i) {
     Block& block = *blocks[i];

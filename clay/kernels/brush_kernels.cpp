@@ -1,5 +1,6 @@
 #include "clay/kernels/brush_kernels.h"
 
+#include <bit>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
@@ -296,46 +297,47 @@ BrickChange Settle(const float* phi, const float* u, float band, float tolerance
   });
 }
 
-bool Eikonal(const float* padded, const uint64_t* frozen, float band, float* out) {
+uint64_t Eikonal(const float* padded, const uint64_t* frozen, uint64_t rows, float band, float* out) {
   const RowTag d;
   const Row bound = hn::Set(d, band), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f), half = hn::Set(d, 0.5f),
             zero = hn::Zero(d);
   const Row third = hn::Set(d, 1.0f / 3), three = hn::Set(d, 3.0f);
   const auto* bits = reinterpret_cast<const uint8_t*>(frozen);
-  auto changed = hn::Lt(zero, zero);
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y)
-      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
-        const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
-        float* const to = out + Brick::offset(x, y, static_cast<int>(lane));
-        const Row old = hn::LoadU(d, padded + at);
-        const auto least = [&](int step) {
-          return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step));
-        };
-        const Row p = least(10 * kPaddedRow), q = least(kPaddedRow), r = least(1);
-        // Where nothing came near yet, nothing follows: the row stays as it is.
-        if (hn::AllTrue(d, hn::Ge(hn::Min(hn::Min(p, q), r), bound))) {
-          hn::StoreU(old, d, to);
-          continue;
-        }
-        // a ≤ b ≤ c
-        const Row low = hn::Min(p, q), high = hn::Max(p, q);
-        const Row a = hn::Min(low, r), c = hn::Max(high, r), b = hn::Max(low, hn::Min(high, r));
-        const Row one1 = hn::Add(a, one);
-        const Row ab = hn::Sub(a, b);
-        const Row two2 = hn::Mul(half, hn::Add(hn::Add(a, b), hn::Sqrt(hn::Max(hn::Sub(two, hn::Mul(ab, ab)), zero))));
-        const Row sum = hn::Add(hn::Add(a, b), c);
-        const Row squares = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
-        const Row root = hn::Sqrt(hn::Max(hn::Sub(hn::Mul(sum, sum), hn::Mul(three, hn::Sub(squares, one))), zero));
-        const Row three3 = hn::Mul(third, hn::Add(sum, root));
-        Row u = hn::IfThenElse(hn::Gt(one1, b), two2, one1);
-        u = hn::IfThenElse(hn::Gt(u, c), three3, u);
-        u = hn::Min(u, bound);
-        u = hn::IfThenElse(loadBits(static_cast<int>(lane), bits[x * 8 + y]), old, u);
-        changed = hn::Or(changed, hn::Ne(u, old));
-        hn::StoreU(u, d, to);
+  uint64_t changed = 0;
+  for (; rows != 0; rows &= rows - 1) {
+    const int row = std::countr_zero(rows), x = row >> 3, y = row & 7;
+    for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+      const int at = paddedOffset(x + 1, y + 1, 1) + static_cast<int>(lane);
+      float* const to = out + Brick::offset(x, y, static_cast<int>(lane));
+      const Row old = hn::LoadU(d, padded + at);
+      const auto least = [&](int step) {
+        return hn::Min(hn::LoadU(d, padded + at - step), hn::LoadU(d, padded + at + step));
+      };
+      const Row p = least(10 * kPaddedRow), q = least(kPaddedRow), r = least(1);
+      // Where nothing came near yet, nothing follows: the row stays as it is.
+      if (hn::AllTrue(d, hn::Ge(hn::Min(hn::Min(p, q), r), bound))) {
+        hn::StoreU(old, d, to);
+        continue;
       }
-  return !hn::AllFalse(d, changed);
+      // a ≤ b ≤ c
+      const Row low = hn::Min(p, q), high = hn::Max(p, q);
+      const Row a = hn::Min(low, r), c = hn::Max(high, r), b = hn::Max(low, hn::Min(high, r));
+      const Row one1 = hn::Add(a, one);
+      const Row ab = hn::Sub(a, b);
+      const Row two2 = hn::Mul(half, hn::Add(hn::Add(a, b), hn::Sqrt(hn::Max(hn::Sub(two, hn::Mul(ab, ab)), zero))));
+      const Row sum = hn::Add(hn::Add(a, b), c);
+      const Row squares = hn::Add(hn::Add(hn::Mul(a, a), hn::Mul(b, b)), hn::Mul(c, c));
+      const Row root = hn::Sqrt(hn::Max(hn::Sub(hn::Mul(sum, sum), hn::Mul(three, hn::Sub(squares, one))), zero));
+      const Row three3 = hn::Mul(third, hn::Add(sum, root));
+      Row u = hn::IfThenElse(hn::Gt(one1, b), two2, one1);
+      u = hn::IfThenElse(hn::Gt(u, c), three3, u);
+      u = hn::Min(u, bound);
+      u = hn::IfThenElse(loadBits(static_cast<int>(lane), bits[x * 8 + y]), old, u);
+      changed |= uint64_t{!hn::AllTrue(d, hn::Eq(u, old))} << row;
+      hn::StoreU(u, d, to);
+    }
+  }
+  return changed;
 }
 
 }  // namespace argil::clay::HWY_NAMESPACE
@@ -390,8 +392,8 @@ void startDistance(const float* padded, float band, uint64_t* frozen, float* u) 
 BrickChange settleDistance(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Settle)(phi, u, band, tolerance, out);
 }
-bool eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Eikonal)(padded, frozen, band, out);
+uint64_t eikonalPass(const float* padded, const uint64_t* frozen, uint64_t rows, float band, float* out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Eikonal)(padded, frozen, rows, band, out);
 }
 
 }  // namespace argil::clay

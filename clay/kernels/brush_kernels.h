@@ -70,9 +70,10 @@ void startDistance(const float* padded, float band, uint64_t* frozen, float* u) 
 void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept;
 
 /// One Jacobi pass of the eikonal equation |∇u| = 1 (first-order Godunov upwind): out = solution from the six
-/// neighbours, at most `band`; voxels whose bit in `frozen` is set keep their value. Writes the brick's 512 values;
-/// whether any of them differs.
-bool eikonalPass(const float* padded, const uint64_t* frozen, float band, float* out) noexcept;
+/// neighbours, at most `band`; voxels whose bit in `frozen` is set keep their value. Computes those rows of eight
+/// voxels along z whose bit (x·8 + y) is set in `rows` and writes them to `out`, a brick's 512 values; the rows that
+/// differ.
+uint64_t eikonalPass(const float* padded, const uint64_t* frozen, uint64_t rows, float band, float* out) noexcept;
 
 /// Redistancing ends: u with the sign of phi where that differs from phi by at least `tolerance`, phi elsewhere; 512
 /// values each.

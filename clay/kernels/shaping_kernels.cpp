@@ -1,6 +1,7 @@
 #include "clay/kernels/shaping_kernels.h"
 
 #include <algorithm>
+#include <bit>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "clay/kernels/shaping_kernels.cpp"
@@ -27,6 +28,15 @@ HWY_INLINE void forRows(const Value& value) {
   for (int voxel = 0; voxel < kBrickVoxels; voxel += static_cast<int>(hn::Lanes(d))) value(voxel);
 }
 
+// The same for rows of z whose bits are set.
+template <class Value>
+HWY_INLINE void forRowsOf(uint64_t rows, const Value& value) {
+  const RowTag d;
+  for (; rows != 0; rows &= rows - 1)
+    for (int lane = 0; lane < kBrickEdge; lane += static_cast<int>(hn::Lanes(d)))
+      value(std::countr_zero(rows) * kBrickEdge + lane);
+}
+
 HWY_INLINE int wideAt(int voxel) {
   return wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2);
 }
@@ -46,19 +56,18 @@ HWY_INLINE void order(Axis& a, Axis& b) {
   b = high;
 }
 
-bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
+// Voxels. A value that would change by no more has arrived.
+constexpr float kSettled = 1e-5f;
+
+uint64_t Pass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d), third = hn::Set(d, 1.0f / 3), second = hn::Set(d, 2.25f);
   const Row unknown = hn::Set(d, kUnknownDistance), bound = hn::Set(d, cap);
-  auto changed = hn::Lt(zero, zero);
-  forRows([&](int voxel) {
+  const Row settled = hn::Set(d, kSettled);
+  uint64_t changed = 0;
+  forRowsOf(rows, [&](int voxel) {
     const int at = wideAt(voxel);
     const Row old = hn::LoadU(d, wide + at);
-    constexpr auto kAll = static_cast<uint8_t>((1u << std::min<size_t>(hn::MaxLanes(d), 8)) - 1);
-    if ((static_cast<uint8_t>(frozen[voxel >> 6] >> (voxel & 63)) & kAll) == kAll) {
-      hn::StoreU(old, d, out + voxel);
-      return;
-    }
     const auto kept = rowMask(frozen, voxel);
     // As seen from the voxel's own side of the surface.
     const Row side = hn::And(old, hn::Set(d, -0.0f));
@@ -85,28 +94,37 @@ bool Pass(const float* wide, const uint64_t* frozen, float cap, float* out) {
     order(a, b);
     order(b, c);
     order(a, b);
-    // α²(u − β)² summed over the axes that lie upwind is 1.
-    Row u = hn::Add(a.beta, hn::Div(one, hn::Sqrt(a.alpha2)));
+    // α²(u − β)² summed over the axes that lie upwind is 1. The α² of n axes, m of them of second order, add up to n +
+    // 1.25 m: what is divided by them is multiplied by one of a few numbers, since divisions and roots are what a pass
+    // costs.
+    Row u = hn::Add(a.beta, hn::IfThenElse(hn::Gt(a.alpha2, one), hn::Set(d, 1 / 1.5f), one));
     Row sumA = a.alpha2, sumB = hn::Mul(a.alpha2, a.beta), sumC = hn::Sub(hn::Mul(sumB, a.beta), one);
-    const auto with = [&](const Axis& next) {
+    const auto add = [&](const Axis& next) {
       const Row weighted = hn::Mul(next.alpha2, next.beta);
-      const auto joins = hn::Gt(u, next.near);
       sumA = hn::Add(sumA, next.alpha2);
       sumB = hn::Add(sumB, weighted);
       sumC = hn::Add(sumC, hn::Mul(weighted, next.beta));
+    };
+    const auto solve = [&](const Axis& next, const Row& inverse) {
+      const auto joins = hn::Gt(u, next.near);
       const Row root = hn::Sub(hn::Mul(sumB, sumB), hn::Mul(sumA, sumC));
-      const Row solved = hn::Div(hn::Add(sumB, hn::Sqrt(hn::Max(root, zero))), sumA);
+      const Row solved = hn::Mul(hn::Add(sumB, hn::Sqrt(hn::Max(root, zero))), inverse);
       u = hn::IfThenElse(hn::And(joins, hn::Ge(root, zero)), solved, u);
     };
-    with(b);
-    with(c);
+    const auto below = [&](float sum, float then, const Row& otherwise) {
+      return hn::IfThenElse(hn::Lt(sumA, hn::Set(d, sum)), hn::Set(d, 1 / then), otherwise);
+    };
+    add(b);
+    solve(b, below(3, 2, below(4, 3.25f, hn::Set(d, 1 / 4.5f))));
+    add(c);
+    solve(c, below(4, 3, below(5, 4.25f, below(6, 5.5f, hn::Set(d, 1 / 6.75f)))));
     u = hn::Add(u, base);
     u = hn::Xor(hn::IfThenElse(hn::Lt(u, bound), u, unknown), side);
-    u = hn::IfThenElse(kept, old, u);
-    changed = hn::Or(changed, hn::Ne(u, old));
+    u = hn::IfThenElse(hn::Or(kept, hn::Le(hn::Abs(hn::Sub(u, old)), settled)), old, u);
+    changed |= uint64_t{!hn::AllTrue(d, hn::Eq(u, old))} << (voxel >> 3);
     hn::StoreU(u, d, out + voxel);
   });
-  return !hn::AllFalse(d, changed);
+  return changed;
 }
 
 void Feet(const float* wide, float* foot, float (&box)[2][3]) {
@@ -270,8 +288,8 @@ HWY_EXPORT(Raised);
 HWY_EXPORT(StartWide);
 HWY_EXPORT(Broad);
 
-bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, cap, out);
+uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, rows, cap, out);
 }
 void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept {
   HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box);

@@ -19,9 +19,9 @@ inline constexpr int wideOffset(int x, int y, int z) {
 }
 
 /// One Jacobi pass of |∇u| = 1, upwind and of second order where two voxels of an axis are known. Voxels whose bit in
-/// `frozen` is set keep their value, values beyond `cap` become kUnknownDistance. Writes the brick's 512 values;
-/// whether any of them differs.
-bool widePass(const float* wide, const uint64_t* frozen, float cap, float* out) noexcept;
+/// `frozen` is set keep their value, values beyond `cap` become kUnknownDistance. Computes those rows of eight voxels
+/// along z whose bit (x·8 + y) is set in `rows` and writes them to `out`, a brick's 512 values; the rows that differ.
+uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept;
 
 /// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known. `box`:
 /// the least and the largest x, y, z of where the feet of known voxels lie, from the brick's middle.

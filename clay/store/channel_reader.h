@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <unordered_map>
 
@@ -18,6 +20,17 @@ using ChannelBytes = std::array<uint8_t, kChannels>;
 
 inline constexpr size_t indexOf(Channel channel) {
   return static_cast<size_t>(channel);
+}
+
+/// From and to the lowest bytes of a word, the first channel lowest: for what is copied more often than looked into.
+inline ChannelBytes channelBytes(uint64_t packed) {
+  static_assert(std::endian::native == std::endian::little);
+  ChannelBytes bytes;
+  std::memcpy(bytes.data(), &packed, sizeof bytes);
+  return bytes;
+}
+inline constexpr uint64_t packedByte(Channel channel, uint8_t value) {
+  return uint64_t{value} << (8 * indexOf(channel));
 }
 
 /// What stands at a brick coordinate in all trees.
@@ -89,6 +102,13 @@ struct ChannelBlock {
   }
   void set(int voxel, const ChannelBytes& bytes) {
     for (size_t i = 0; i < kChannels; ++i) value[i][voxel] = bytes[i];
+  }
+  /// Makes the bytes of voxels whose bit (y·8 + z of word x) is not set 0.
+  void keepOnly(const uint64_t (&bits)[kBrickEdge]) {
+    uint8_t kept[kBrickVoxels];
+    for (int i = 0; i < kBrickVoxels; ++i) kept[i] = static_cast<uint8_t>(0 - ((bits[i >> 6] >> (i & 63)) & 1));
+    for (auto& channel : value)
+      for (int i = 0; i < kBrickVoxels; ++i) channel[i] &= kept[i];
   }
   template <class Editor>
   void store(Editor& editor, Coord brick) const {

@@ -289,6 +289,7 @@ void Session::queuePoint(const PathPoint& given) {
 bool Session::applyStamp() {
   if (!stampsWait()) return false;
   try {
+    if (brush_->prepare()) return true;
     maps_.apply(stamps_[nextStamp_++], stampImages_);
     brush_->apply(stampImages_);
   } catch (...) {

@@ -99,8 +99,8 @@ class Session {
   /// As addPoint(), but the stamps that the point gives wait for applyStamp(): for those who may not take long at a
   /// time. Stamps that still wait are applied first. However a stroke is fed, the same points leave the same clay.
   void queuePoint(const PathPoint& point);
-  /// Applies the next stamp that waits; false when there is none. What it throws ends the waiting: the rest is not
-  /// applied.
+  /// Applies the next stamp that waits, or what has to be done before that where it takes as long; false when none
+  /// waits. What it throws ends the waiting: the rest is not applied.
   bool applyStamp();
   [[nodiscard]] bool stampsWait() const { return nextStamp_ < stamps_.size(); }
   /// The tool left the clay: the path ends here, the next point begins another one of the same stroke.

@@ -84,6 +84,35 @@ TEST(Strokes, EqualBitsOnEverySimdTargetHoweverPublished) {
   });
 }
 
+// What long strokes do between two applications may be asked for, and looked at, by itself.
+TEST(Strokes, WhatIsPreparedIsTheSameStroke) {
+  const Version ball = makeSphere(Store::make(), Grid{}, Vec3d(0.2, 0.1, 0.3), 15);
+  for (const Method method : {Method::raise, Method::tug}) {
+    Brush brush = *Brush::of(method);
+    brush.height = 6;
+    const auto drawn = [&](bool prepared) {
+      BrushStroke stroke(ball, std::make_shared<const Brush>(brush));
+      int times = 0;
+      Vec3d before(30, 0, 0);
+      for (int i = 0; i < 60; ++i) {
+        if (prepared && stroke.prepare()) {
+          ++times;
+          const Version between = stroke.publish();
+          EXPECT_FALSE(stroke.prepare()) << "once is enough";
+          EXPECT_EQ(stroke.publish(), between);
+        }
+        const double angle = 0.05 * (i % 20);
+        const Vec3d at = 31.0 * Vec3d(std::cos(angle), std::sin(angle), 0);
+        stroke.apply({before, at, 12});
+        before = at;
+      }
+      EXPECT_EQ(times > 0, prepared) << "it did begin anew, " << int(method);
+      return stroke.finish().hash();
+    };
+    EXPECT_EQ(drawn(true), drawn(false)) << int(method);
+  }
+}
+
 TEST(Strokes, ThousandStrokesFollowedUndoneAndRedone) {
   const uint64_t seed = 1000;
   std::mt19937_64 random(seed);
