@@ -42,8 +42,6 @@ constexpr double kCoverS = 7.5, kSquareS = 30;          // to cover a square onc
 constexpr double kModelMm = 40;                         // radius of the model (bench_models.h)
 constexpr double kLeastShare = 0.75, kMostShare = 1.3;  // of the model's radius: the hand digs or builds no farther
 constexpr double kMemoryEveryS = 0.25;
-// after which the studio shows what there is
-constexpr double kTurnUs = 1e-3 * double(engine::EditLoop::kTurnBudgetNs);
 constexpr std::array kLengths = {1.0, 10.0, 60.0, 600.0};
 constexpr double kShortS = 10;  // longer strokes are compared with one of this length
 
@@ -166,13 +164,23 @@ class HandOnClay {
     for (int k = 0; k < kBatch; ++k) points[static_cast<size_t>(k)] = hand_.rest(double(i + k) * kSampleS, shown_);
     const Stopwatch watch;
     const CoreStopwatch core;
-    Stopwatch turn;
+    Stopwatch since;  // the last picture with something new, or that all was done
+    const auto now = [&] { return static_cast<int64_t>(watch.us() * 1e3); };
     const auto show = [&] {
-      shown_ = stroke_.publish();
-      surface_.update(shown_, threads_);
-      picture.add(turn.us());
-      turn = {};
+      Version next = stroke_.publish();
+      if (next != shown_) {
+        shown_ = std::move(next);
+        surface_.update(shown_, threads_);
+        picture.add(since.us());
+        since = {};
+      }
+      turn_.begin(now());
     };
+    const auto showWhenOver = [&] {
+      turn_.step(now());
+      if (turn_.over()) show();
+    };
+    turn_.begin(now());
     for (const Vec3d& point : points) {
       stamps_.clear();
       path_.add(point, stamps_);
@@ -180,9 +188,9 @@ class HandOnClay {
         // The tip stands on the model.
         const Vec3d normal = (stamp.b - grid_.toVoxel(kCentreMm)).normalized(), x = normal.unitOrthogonal();
         stamp.axes << x.cast<float>(), normal.cross(x).cast<float>(), normal.cast<float>();
-        if (stroke_.prepare() && turn.us() > kTurnUs) show();
+        while (stroke_.prepare({&stamp, 1})) showWhenOver();
         stroke_.apply(stamp);
-        if (turn.us() > kTurnUs) show();
+        showWhenOver();
       }
     }
     show();
@@ -205,6 +213,7 @@ class HandOnClay {
   engine::StrokePath path_;
   Hand hand_;
   std::vector<Stamp> stamps_;
+  engine::TurnTime turn_{engine::EditLoop::kTurnBudgetNs};
   Version shown_;
 };
 

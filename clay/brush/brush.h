@@ -123,9 +123,10 @@ class BrushStroke {
   /// whose index differs in one bit, or a turned copy.
   void apply(std::span<const Stamp> images);
   void apply(const Stamp& stamp) { apply(std::span(&stamp, 1)); }
-  /// What the next application needs first where that takes about as long as one; false when it needs nothing. apply()
-  /// does it by itself: whoever calls it before may publish in between. The strokes are the same.
-  bool prepare();
+  /// One of the things that are to be done before these images are applied and take about as long as that; false when
+  /// there is none left. apply() does them by itself: whoever calls it before may publish in between. The stroke is the
+  /// same.
+  bool prepare(std::span<const Stamp> images);
   /// A version of all that was applied so far. Cheap: path copies only.
   [[nodiscard]] Version publish();
   /// Redistances what still trails; the version that the stroke leaves. The stroke is over.

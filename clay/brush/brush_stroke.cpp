@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "clay/brush/brush_method.h"
 #include "clay/brush/mask_reach.h"
 #include "clay/brush/swept_tip.h"
+#include "clay/brush/trail.h"
 #include "clay/field/redistance.h"
 #include "clay/kernels/brush_kernels.h"
 #include "clay/store/brick_set.h"
@@ -35,10 +34,8 @@ const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 constexpr uint64_t kTrail = 2;
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
-constexpr uint64_t kDone = 0;
-// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used
-// up.
-constexpr float kMostDrift = 1;
+// Due bricks that one step before an application redistances.
+constexpr size_t kPreparedAtOnce = 512;
 // Places are multiples of this, so that sums and mirror images in planes between voxels are exact.
 constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
@@ -63,6 +60,15 @@ constexpr size_t kComputedAtOnce = 1024;
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
 Vec3d quantised(const Vec3d& p) {
   return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
+}
+
+std::vector<Stamp> quantised(std::span<const Stamp> given) {
+  std::vector<Stamp> images(given.begin(), given.end());
+  for (Stamp& each : images) {
+    each.a = quantised(each.a);
+    each.b = quantised(each.b);
+  }
+  return images;
 }
 
 const Operation* distanceOperation(const Brush& brush) {
@@ -99,16 +105,7 @@ struct BrushStroke::State {
   CarriedFrom carriedFrom;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
 
-  // Redistancing.
-  struct Touched {
-    // when it was last within the band of one, in the order of stamps; kDone once it was redistanced
-    uint64_t stamp = kDone;
-    float drift = 0;            // how much its distances may have changed since
-    Renew renew = Renew::none;  // what was done to it leaves no distances beside the surface
-  };
-  std::unordered_map<Coord, Touched, CoordHash> lastTouch;
-  std::deque<std::pair<uint64_t, std::vector<Coord>>> influencedBy;
-  std::vector<Coord> due;
+  Trail trail;
 
   // A brick that the tip reaches: what it was, what it becomes, and what covers it.
   struct Swept {
@@ -139,11 +136,9 @@ struct BrushStroke::State {
   }
   void workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced);
   void computeBegun(std::vector<Coord>& influenced);
-  void touch(std::vector<Coord> influenced);
   void workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
-  void trail(uint64_t upTo);
-  void redistanceDue();
+  void redistanceDue(size_t most = SIZE_MAX);
 
   [[nodiscard]] Editor::Counts counts() const {
     const Editor::Counts now = editor->counts();
@@ -157,18 +152,30 @@ struct BrushStroke::State {
     return version;
   }
 
-  // What the method keeps may have grown too large: it goes on from the clay as it is now.
-  bool beginAnewWhenFull() {
-    if (!method || !method->full()) return false;
-    std::vector<Coord> influenced;
-    computeBegun(influenced);
-    touch(std::move(influenced));
-    trail(stamps);
-    redistanceDue();
+  // One of the things that have to be done before these images are applied and take about as long as that: bricks of
+  // the applications before that these cannot be computed with; and where what the method keeps has grown too large,
+  // that it goes on from the clay as it is now. False when there is none.
+  bool prepare(std::span<const Stamp> images) {
+    if (!method) return false;
+    const bool full = method->full();
+    if (begunCount > 0 && (full || (method->parts(images) == 1 && !goesAlong(method->moves(images))))) {
+      std::vector<Coord> influenced;
+      computeBegun(influenced);
+      trail.touch(stamps, std::move(influenced));
+      return true;
+    }
+    if (!full) return false;
+    trail.follow(stamps);
+    if (trail.due() > 0) {
+      redistanceDue(kPreparedAtOnce);
+      return true;
+    }
     method->beginAnew(commit());
     collect();
-    return true;
+    return false;
   }
+  // Whether bricks of an application are computed together with those that wait.
+  [[nodiscard]] bool goesAlong(double move) const { return begunMove + move <= kMoveTogether; }
 
   // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
   // memory does not follow the stroke's length.
@@ -288,15 +295,14 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
       32);
   for (const Swept& each : swept) {
     const Coord coord = each.brick->coord;
-    if (each.cover) lastTouch[coord].renew = Renew::slopes;
+    if (each.cover) (void)trail.change(coord, 0, Renew::slopes);
     if (each.change.changed)
       editor->link(each.brick, each.change.inBand);
     else if (each.was != Slot(each.brick))
       editor->recycle(each.brick);
     if (editor->find(coord).isTile()) continue;
     // Distances that were waiting to be solved wait on.
-    const auto waiting = each.exact ? lastTouch.find(coord) : lastTouch.end();
-    if (!each.exact || (waiting != lastTouch.end() && waiting->second.stamp != kDone)) influenced.push_back(coord);
+    if (!each.exact || trail.waits(coord)) influenced.push_back(coord);
   }
   swept.clear();
 }
@@ -376,7 +382,7 @@ void BrushStroke::State::begin(std::span<const Stamp> images, std::span<const Co
 // Where each of them moves clay a little they are computed together: they look at the same bricks.
 void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together,
                                    std::vector<Coord>& influenced) {
-  if (begunCount > 0 && begunMove + move > kMoveTogether) computeBegun(influenced);
+  if (begunCount > 0 && !goesAlong(move)) computeBegun(influenced);
   begin(images, {});
   begun.insert(begun.end(), images.begin(), images.end());
   ++begunCount;
@@ -392,13 +398,6 @@ void BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
   begunCount = 0;
   const std::vector<Coord> coords = bricksWithin(images, moved);
   if (!coords.empty()) compute(images, coords, influenced);
-}
-
-void BrushStroke::State::touch(std::vector<Coord> influenced) {
-  std::sort(influenced.begin(), influenced.end());
-  influenced.erase(std::unique(influenced.begin(), influenced.end()), influenced.end());
-  for (const Coord c : influenced) lastTouch[c].stamp = stamps;
-  influencedBy.emplace_back(stamps, std::move(influenced));
 }
 
 void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords,
@@ -448,26 +447,17 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
   std::vector<Coord> changed, drifted;
   for (const Result& r : kept) {
     const Coord coord = r.brick->coord;
-    Touched& touch = lastTouch[coord];
-    if (!method->lasting()) touch.drift += r.most;
-    touch.renew = std::max(touch.renew, masks ? std::max(method->leaves(), Renew::slopes) : method->leaves());
-    if (touch.drift > kMostDrift) drifted.push_back(coord);
+    const Renew renew = masks ? std::max(method->leaves(), Renew::slopes) : method->leaves();
+    if (trail.change(coord, method->lasting() ? 0 : r.most, renew)) drifted.push_back(coord);
     changed.push_back(coord);
     editor->link(r.brick, r.change.inBand);
   }
   // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
   const std::vector<Coord> around = withNeighbours(changed);
   influenced.insert(influenced.end(), around.begin(), around.end());
-  if (!drifted.empty()) {
-    const std::vector<Coord> ring = withNeighbours(drifted);
-    std::vector<Renew> renew;
-    for (const Coord c : ring) {
-      Touched& touch = lastTouch[c];
-      renew.push_back(touch.renew);
-      touch.drift = 0;
-    }
-    redistance(*editor, ring, renew, threads);
-  }
+  if (drifted.empty()) return;
+  const Trail::Work work = trail.takeNow(drifted);
+  redistance(*editor, work.bricks, work.renew, threads);
 }
 
 void BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
@@ -497,34 +487,12 @@ void BrushStroke::State::workInParts(std::span<const Stamp> images, bool togethe
   }
 }
 
-void BrushStroke::State::redistanceDue() {
-  if (due.empty()) return;
-  // Neighbours that were redistanced before are solved again: they met values of these that were only a bound. Those
-  // that still trail need not be, for they will be solved against what is solved now.
-  for (const Coord c : due) lastTouch[c].stamp = kDone;
-  std::vector<Coord> all = withNeighbours(due);
-  std::erase_if(all, [&](Coord c) {
-    const auto it = lastTouch.find(c);
-    return it == lastTouch.end() || it->second.stamp != kDone;
-  });
-  std::vector<Renew> renew;
-  for (const Coord c : all) {
-    Touched& touch = lastTouch[c];
-    renew.push_back(touch.renew);
-    touch.drift = 0;
-  }
+void BrushStroke::State::redistanceDue(size_t most) {
+  if (trail.due() == 0) return;
+  const Trail::Work work = trail.take(most);
   const Version was = beforeChange();
-  redistance(*editor, all, renew, threads);
+  redistance(*editor, work.bricks, work.renew, threads);
   carry(was, nullptr, {});
-  due.clear();
-}
-
-void BrushStroke::State::trail(uint64_t upTo) {
-  while (!influencedBy.empty() && influencedBy.front().first <= upTo) {
-    for (const Coord c : influencedBy.front().second)
-      if (lastTouch[c].stamp == influencedBy.front().first) due.push_back(c);
-    influencedBy.pop_front();
-  }
 }
 
 BrushStroke::BrushStroke(Version base, std::shared_ptr<const Brush> brush, Version start, int threads)
@@ -535,12 +503,9 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
   for (const Stamp& each : given) checkStamp(each);
   State& s = *state_;
-  std::vector<Stamp> images(given.begin(), given.end());
-  for (Stamp& each : images) {
-    each.a = quantised(each.a);
-    each.b = quantised(each.b);
+  const std::vector<Stamp> images = quantised(given);
+  while (s.prepare(images)) {
   }
-  s.beginAnewWhenFull();
   const Version was = s.beforeChange();
   std::vector<Coord> influenced;
   // what a mask covers in part depends on the order of images
@@ -560,15 +525,15 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   for (const Operation& each : s.brush->operations)
     if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
   const uint64_t number = ++s.stamps;
-  s.touch(std::move(influenced));
+  s.trail.touch(number, std::move(influenced));
   // What is computed together is touched again together.
   const uint64_t behind = kTrail + (s.begunOnce ? kTogether : 0);
-  if (number > behind) s.trail(number - behind);
-  if (s.due.size() >= kBatch) s.redistanceDue();
+  if (number > behind) s.trail.follow(number - behind);
+  if (s.trail.due() >= kBatch) s.redistanceDue();
 }
 
-bool BrushStroke::prepare() {
-  return state_->beginAnewWhenFull();
+bool BrushStroke::prepare(std::span<const Stamp> given) {
+  return state_->prepare(quantised(given));
 }
 
 Version BrushStroke::publish() {
@@ -579,8 +544,8 @@ Version BrushStroke::finish() {
   State& s = *state_;
   std::vector<Coord> influenced;
   s.computeBegun(influenced);
-  s.touch(std::move(influenced));
-  s.trail(s.stamps);
+  s.trail.touch(s.stamps, std::move(influenced));
+  s.trail.follow(s.stamps);
   s.redistanceDue();
   return publish();
 }

@@ -289,8 +289,9 @@ void Session::queuePoint(const PathPoint& given) {
 bool Session::applyStamp() {
   if (!stampsWait()) return false;
   try {
-    if (brush_->prepare()) return true;
-    maps_.apply(stamps_[nextStamp_++], stampImages_);
+    maps_.apply(stamps_[nextStamp_], stampImages_);
+    if (brush_->prepare(stampImages_)) return true;
+    ++nextStamp_;
     brush_->apply(stampImages_);
   } catch (...) {
     // Whatever is thrown, none comes a second time.

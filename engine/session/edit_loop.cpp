@@ -28,6 +28,7 @@ EditLoop::EditLoop(Session& session, haptics::Scene scene, Publish publish, Opti
       publish_(std::move(publish)),
       options_(std::move(options)),
       strokes_(session),
+      time_(options_.budgetNs),
       batch_(kBatch) {
   // Zero stays free: a sample of a scene from before the first setTool() belongs to no tool.
   scene_.tool.id = 0;
@@ -120,9 +121,10 @@ bool EditLoop::turn(haptics::SampleRing& ring) {
   uint64_t oldest = inWork_.index;
   bool cutting = strokes_.more();
   int stamps = 0;
+  time_.begin(begin);
   const auto spent = [&] {
-    return (options_.budgetStamps > 0 && stamps >= options_.budgetStamps) ||
-           (options_.budgetNs > 0 && haptics::nowNs() - begin >= options_.budgetNs);
+    time_.step(haptics::nowNs());
+    return (options_.budgetStamps > 0 && stamps >= options_.budgetStamps) || time_.over();
   };
   for (bool goOn = true; goOn;) {
     while (goOn && strokes_.more()) {

@@ -9,6 +9,7 @@
 #include "clay/surface/surface.h"
 #include "engine/saving/session.h"
 #include "engine/session/stylus_strokes.h"
+#include "engine/session/turn_time.h"
 #include "engine/tools/felt_pieces.h"
 #include "haptics/base/histogram.h"
 #include "haptics/scene/scene.h"
@@ -32,8 +33,9 @@ class EditLoop {
     /// the earliest sample seen); else from the beginning of the turn.
     haptics::Histogram* latency = nullptr;
     bool paced = false;
-    /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user); 0: it works off all that waits,
-    /// so that what is published does not depend on the clock. One stamp, and extracting what changed, comes on top.
+    /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user; TurnTime); 0: it works off all
+    /// that waits, so that what is published does not depend on the clock. One stamp, and extracting what changed,
+    /// comes on top.
     int64_t budgetNs = 0;
     /// The same by counting, for repeatable overload; 0: off.
     int budgetStamps = 0;
@@ -107,6 +109,7 @@ class EditLoop {
   Publish publish_;
   Options options_;
   StylusStrokes strokes_;
+  TurnTime time_;
   std::vector<haptics::StylusSample> batch_;
   std::deque<Waiting> waiting_;
   haptics::StylusSample inWork_;  // while strokes_.more()

@@ -82,6 +82,31 @@ class EditPace : public ::testing::Test {
   std::unique_ptr<EditLoop> made;
 };
 
+// A budget of 8: steps of 3 fill it, and none that likely takes more than 12 is begun beside what is worth showing.
+TEST(TurnTime, EndsWithItsBudgetOrBeforeALongStep) {
+  TurnTime turn(8);
+  const auto stepsOf = [&](std::initializer_list<int64_t> lengths) {
+    int64_t now = 1000;
+    turn.begin(now);
+    size_t done = 0;
+    for (const int64_t length : lengths) {
+      turn.step(now += length);
+      ++done;
+      if (turn.over()) break;
+    }
+    return done;
+  };
+  EXPECT_EQ(stepsOf({3, 3, 3, 3}), 3u);
+  EXPECT_EQ(stepsOf({1, 1, 1, 1, 1, 1, 1, 1, 1, 1}), 8u);
+  EXPECT_EQ(stepsOf({40, 1}), 1u);
+  EXPECT_EQ(stepsOf({1, 1, 1, 1}), 2u) << "after one of 40 another may come";
+  EXPECT_EQ(stepsOf({1, 1, 1, 1, 1, 1, 1, 1, 1}), 8u) << "it is forgotten in time";
+  TurnTime free(0);
+  free.begin(0);
+  free.step(1'000'000);
+  EXPECT_FALSE(free.over());
+}
+
 TEST_F(EditPace, ATurnEndsWithItsBudgetAndTheClayIsShownMeanwhile) {
   EditLoop& edit = loop(5);
   push(circle(400, 0.3));
