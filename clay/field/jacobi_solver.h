@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -72,7 +73,7 @@ class JacobiSolver {
         b.changed = 0;
         if (b.rows == 0) return;  // Both of its buffers hold the same.
         float surroundings[kAroundSize];
-        around(i, surroundings);
+        gather(i, b.rows, surroundings);
         b.changed = pass(surroundings, b.frozen, b.rows, b.u[now_ ^ 1]);
       });
       if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed != 0; })) return;
@@ -83,16 +84,7 @@ class JacobiSolver {
 
   /// The 512 values of brick `i` as they are now, and with their layers by offset() (nothing else of `out` is written).
   [[nodiscard]] const float* values(size_t i) const { return bricks_[i].u[now_]; }
-  void around(size_t i, float* out) const {
-    putBrick(values(i), out);
-    for (size_t face = 0; face < 6; ++face) {
-      const ptrdiff_t other = beside_[i][face];
-      if (other >= 0)
-        putFace(values(static_cast<size_t>(other)), face, out);
-      else
-        putRim(rims_[static_cast<size_t>(-1 - other)], face, out);
-    }
-  }
+  void around(size_t i, float* out) const { gather(i, ~uint64_t{0}, out); }
 
   /// Writes 512 values where the brick itself stands by offset(), or, of those of the neighbour across a face, the
   /// layers next to it.
@@ -125,6 +117,34 @@ class JacobiSolver {
   };
   using Rim = std::array<float, size_t{layers} * kBrickEdge * kBrickEdge>;
   static constexpr size_t kRowBytes = kBrickEdge * sizeof(float);
+
+  // What rows of brick `i` are computed from: neighbours that are not looked at need not come into the cache.
+  void gather(size_t i, uint64_t rows, float* out) const {
+    constexpr uint64_t kFirstY = 0x0101010101010101, kNearY = (kFirstY << layers) - kFirstY;
+    constexpr uint64_t kNearX = (uint64_t{1} << (8 * layers)) - 1;
+    constexpr uint64_t kSeenFrom[6] = {
+        kNearX, kNearX << (64 - 8 * layers), kNearY, kNearY << (8 - layers), ~uint64_t{0}, ~uint64_t{0}};
+    putBrick(values(i), out);
+    for (size_t face = 0; face < 6; ++face) {
+      if ((rows & kSeenFrom[face]) == 0) continue;
+      const ptrdiff_t other = beside_[i][face];
+      if (other < 0)
+        putRim(rims_[static_cast<size_t>(-1 - other)], face, out);
+      else if (face < 4)
+        putFace(values(static_cast<size_t>(other)), face, out);
+      else
+        putRows(values(static_cast<size_t>(other)), face, rows, out);
+    }
+  }
+  // putFace() along z, of some rows alone.
+  static void putRows(const float* values, size_t face, uint64_t rows, float* out) {
+    const int to = firstAround(face), from = firstWithin(face);
+    for (; rows != 0; rows &= rows - 1) {
+      const int row = std::countr_zero(rows);
+      std::memcpy(out + placeAround(2, to, row >> 3, row & 7), values + placeWithin(2, from, row >> 3, row & 7),
+                  layers * sizeof(float));
+    }
+  }
 
   // Voxel (i, j) of a layer across a face: indices along the other two axes, in order.
   static constexpr int placeAround(size_t axis, int layer, int i, int j) {
