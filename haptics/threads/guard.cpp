@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -28,10 +29,14 @@ namespace {
 constexpr int kPollMs = 1;   // With devices to look after; without, the guard sleeps.
 constexpr int kRepeats = 3;  // Of the zero packet once Argil is gone: one may meet the tail of a broken one.
 constexpr int kRepeatMs = 2;
+// A device that takes nothing when Argil is gone is tried for so long.
+constexpr int64_t kLastTriesNs = 1'000'000'000;
 // Of a call that reached no device: Argil's files may be closed a moment after its socket.
 constexpr int kCallRepeats = 5;
-constexpr int kAnswerMs = 500;  // A guard that does not answer a registration for so long is not there.
-constexpr int kPriority = 85;   // Above the servo, where the system grants it.
+// A guard that does not answer for so long is not there. It is there on a machine that has much else to do, and a
+// device that is opened can wait: unguarded it would be for as long as it is used.
+constexpr int kAnswerMs = 3000;
+constexpr int kPriority = 85;  // Above the servo, where the system grants it.
 constexpr unsigned kUsbTimeoutMs = 5;
 
 /// What both processes see.
@@ -46,6 +51,7 @@ struct Message {
   uint8_t endpoint = 0;
   uint8_t slot = 0;
   uint8_t size = 0;
+  uint32_t number = 0;  // what the guard answers, so that a late answer is not taken for another's
   std::array<std::byte, Guard::kMaxZeroBytes> zero{};
   // The guard is a fork of the same program: the same address is the same function.
   int (*call)() noexcept = nullptr;
@@ -59,7 +65,8 @@ struct Guarded {
   Message message;
 };
 
-void sendZero(const Guarded& device) {
+// False when the device takes nothing at the moment: it may in the next.
+bool sendZero(const Guarded& device) {
   const Message& m = device.message;
   if (m.transport == Guard::Transport::usbBulk) {
     std::array<std::byte, Guard::kMaxZeroBytes> bytes = m.zero;
@@ -68,12 +75,13 @@ void sendZero(const Guarded& device) {
     transfer.len = m.size;
     transfer.timeout = kUsbTimeoutMs;
     transfer.data = bytes.data();
-    (void)ioctl(device.fd, USBDEVFS_BULK, &transfer);
-    return;
+    return ioctl(device.fd, USBDEVFS_BULK, &transfer) >= 0 || (errno != ETIMEDOUT && errno != EINTR);
   }
   // A device that takes nothing must not keep the others from their zero.
   pollfd room{device.fd, POLLOUT, 0};
-  if (poll(&room, 1, kPollMs) == 1 && (room.revents & POLLOUT)) (void)!write(device.fd, m.zero.data(), m.size);
+  if (poll(&room, 1, kPollMs) != 1) return false;
+  if (room.revents & POLLOUT) (void)!write(device.fd, m.zero.data(), m.size);
+  return true;
 }
 
 bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
@@ -97,8 +105,7 @@ bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
     if (c && c->cmsg_type == SCM_RIGHTS) std::memcpy(&device.fd, CMSG_DATA(c), sizeof(int));
     device.message = message;
   }
-  const char done = 1;
-  return send(socket, &done, 1, MSG_NOSIGNAL) == 1;
+  return send(socket, &message.number, sizeof message.number, MSG_NOSIGNAL) == sizeof message.number;
 }
 
 [[noreturn]] void guardLoop(int socket, const Shared& shared) {
@@ -112,16 +119,21 @@ bool receive(int socket, std::array<Guarded, Guard::kMaxDevices>& devices) {
       any = true;
       const int64_t beat = shared.beatNs[i].load(std::memory_order_relaxed);
       const bool silent = beat != 0 && double(now - beat) * 1e-9 > kGuardSilenceSeconds;
-      if (silent && !device.zeroed) sendZero(device);
-      device.zeroed = silent;
+      device.zeroed = silent && (device.zeroed || sendZero(device));
     }
     pollfd wait{socket, POLLIN, 0};
     if (poll(&wait, 1, any ? kPollMs : -1) > 0) alive = receive(socket, devices);
   }
-  for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    for (const Guarded& device : devices)
-      if (device.fd >= 0) sendZero(device);
-    if (repeat + 1 < kRepeats) (void)poll(nullptr, 0, kRepeatMs);
+  std::array<int, Guard::kMaxDevices> left{};
+  for (size_t i = 0; i < devices.size(); ++i) left[i] = devices[i].fd >= 0 ? kRepeats : 0;
+  const int64_t until = nowNs() + kLastTriesNs;
+  for (bool some = true; some && nowNs() < until;) {
+    some = false;
+    for (size_t i = 0; i < devices.size(); ++i) {
+      if (left[i] > 0 && sendZero(devices[i])) --left[i];
+      some = some || left[i] > 0;
+    }
+    if (some) (void)poll(nullptr, 0, kRepeatMs);
   }
   for (const Guarded& device : devices) {
     if (!device.message.call) continue;
@@ -160,6 +172,14 @@ struct Link {
   std::mutex mutex;
   int socket = -1;
   std::array<bool, Guard::kMaxDevices> used{};
+  uint32_t sent = 0;
+  // The message that ends what the guard may hold in a slot, where it has not answered it yet; 0: none.
+  std::array<uint32_t, Guard::kMaxDevices> ends{};
+
+  void take(uint32_t answer) {
+    for (uint32_t& each : ends)
+      if (each <= answer) each = 0;
+  }
 };
 
 Link& theLink() {
@@ -172,10 +192,11 @@ Error system(const char* what) {
   return Error(std::string("guard process: ") + what + " (" + std::strerror(errno) + ")", Error::Kind::work);
 }
 
-bool exchange(int socket, const Message& message, int fd) {
+// Never waits: a guard that takes nothing is none.
+bool tell(Link& link, Message& message, int fd = -1) {
+  message.number = ++link.sent;
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
-  Message copy = message;
-  iovec part{&copy, sizeof copy};
+  iovec part{&message, sizeof message};
   msghdr header{};
   header.msg_iov = &part;
   header.msg_iovlen = 1;
@@ -188,26 +209,53 @@ bool exchange(int socket, const Message& message, int fd) {
     c->cmsg_len = CMSG_LEN(sizeof(int));
     std::memcpy(CMSG_DATA(c), &fd, sizeof(int));
   }
-  if (sendmsg(socket, &header, MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof copy)) return false;
-  pollfd wait{socket, POLLIN, 0};
-  int ready = 0;
-  do ready = poll(&wait, 1, kAnswerMs);
-  while (ready < 0 && errno == EINTR);
-  char done = 0;
-  return ready == 1 && recv(socket, &done, 1, 0) == 1;
+  return sendmsg(link.socket, &header, MSG_NOSIGNAL | MSG_DONTWAIT) == static_cast<ssize_t>(sizeof message);
+}
+
+// Takes answers until that to `number` has come (true), none comes for `ms`, or the guard is gone.
+bool answered(Link& link, uint32_t number, int ms) {
+  const int64_t until = nowNs() + int64_t{ms} * 1'000'000;
+  for (;;) {
+    pollfd wait{link.socket, POLLIN, 0};
+    const int64_t left = (until - nowNs()) / 1'000'000;
+    const int ready = poll(&wait, 1, static_cast<int>(std::max<int64_t>(left, 0)));
+    if (ready < 0 && errno == EINTR) continue;
+    uint32_t answer = 0;
+    if (ready != 1 || recv(link.socket, &answer, sizeof answer, MSG_DONTWAIT) != sizeof answer) return false;
+    link.take(answer);
+    if (answer == number) return true;
+  }
+}
+
+bool exchange(Link& link, Message& message, int fd = -1) {
+  return tell(link, message, fd) && answered(link, message.number, kAnswerMs);
+}
+
+// The slot is free once the guard says so, however late.
+void remove(Link& link, size_t slot, int ms) {
+  Message message;
+  message.kind = Message::Kind::remove;
+  message.slot = static_cast<uint8_t>(slot);
+  if (!tell(link, message)) return;
+  link.ends[slot] = message.number;
+  (void)answered(link, message.number, ms);
 }
 
 int add(Message& message, int fd) noexcept {
   Link& link = theLink();
   const std::lock_guard lock(link.mutex);
   if (link.socket < 0) return Guard::kUnguarded;
+  (void)answered(link, 0, 0);  // what came late
   size_t slot = 0;
-  while (slot < link.used.size() && link.used[slot]) ++slot;
+  while (slot < link.used.size() && (link.used[slot] || link.ends[slot] != 0)) ++slot;
   if (slot == link.used.size()) return Guard::kUnguarded;
   message.slot = static_cast<uint8_t>(slot);
   const int id = static_cast<int>(slot);
   Guard::rest(id);
-  if (!exchange(link.socket, message, fd)) return Guard::kUnguarded;
+  if (!exchange(link, message, fd)) {
+    remove(link, slot, 0);  // It may be taken yet.
+    return Guard::kUnguarded;
+  }
   link.used[slot] = true;
   return id;
 }
@@ -239,6 +287,7 @@ Guard::Guard() {
   }
   link.socket = pair[0];
   link.used.fill(false);
+  link.ends.fill(0);
   theShared.store(shared, std::memory_order_release);
 }
 
@@ -277,11 +326,8 @@ void Guard::unregister(int id) noexcept {
   const std::lock_guard lock(link.mutex);
   if (link.socket < 0 || id < 0 || static_cast<size_t>(id) >= kMaxDevices || !link.used[static_cast<size_t>(id)])
     return;
-  Message message;
-  message.kind = Message::Kind::remove;
-  message.slot = static_cast<uint8_t>(id);
   rest(id);
-  (void)exchange(link.socket, message, -1);
+  remove(link, static_cast<size_t>(id), kAnswerMs);
   link.used[static_cast<size_t>(id)] = false;
 }
 

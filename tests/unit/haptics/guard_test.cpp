@@ -387,5 +387,109 @@ TEST(Guard, RefusesWhatItCannotGuard) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
+// What the reading end of a pipe holds by now.
+size_t bytesIn(int fd) {
+  std::array<char, 256> buffer;
+  size_t all = 0;
+  for (ssize_t got = 0; (got = ::read(fd, buffer.data(), buffer.size())) > 0;) all += size_t(got);
+  return all;
+}
+
+// A line that is full for a while: zero comes as soon as there is room, whether its program is silent or gone.
+TEST(Guard, TriesAgainWhereADeviceTakesNothing) {
+  NO_FORK_UNDER_TSAN();
+  for (const bool gone : {false, true}) {
+    std::array<int, 2> line{};
+    ASSERT_EQ(pipe2(line.data(), O_NONBLOCK | O_CLOEXEC), 0);
+    const std::array<char, 4096> full{};
+    while (::write(line[1], full.data(), full.size()) > 0) {
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+      (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+      const Guard guard;
+      const std::byte zero[1] = {std::byte{'0'}};
+      const int id = Guard::registerDevice(line[1], zero);
+      Guard::beat(id);
+      if (!gone) std::this_thread::sleep_for(std::chrono::seconds(20));
+      ::kill(getpid(), SIGKILL);
+    }
+    close(line[1]);
+    if (gone) waitpid(child, nullptr, 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    std::array<char, 1 << 16> buffer;
+    const int64_t begin = nowNs();
+    bool zero = false;
+    for (ssize_t got = -1; !zero && got != 0 && nowNs() - begin < 5'000'000'000;) {
+      got = ::read(line[0], buffer.data(), buffer.size());
+      zero = got > 0 && buffer[size_t(got) - 1] == '0';
+    }
+    EXPECT_TRUE(zero) << (gone ? "gone" : "silent");
+    if (!gone) {
+      ::kill(child, SIGKILL);
+      waitpid(child, nullptr, 0);
+    }
+    close(line[0]);
+  }
+}
+
+// A machine with much else to do keeps the guard from answering: a device waits for it rather than being unguarded.
+TEST(Guard, IsWaitedForOnABusyMachine) {
+  NO_FORK_UNDER_TSAN();
+  const pid_t child = fork();
+  if (child == 0) {
+    int bad = 0;
+    {
+      const Guard guard;
+      ::kill(guard.process(), SIGSTOP);
+      std::thread later([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(900));
+        ::kill(guard.process(), SIGCONT);
+      });
+      const std::byte zero[1] = {};
+      bad += Guard::registerDevice(0, zero) != 0;
+      later.join();
+    }
+    _exit(bad);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+// One that answers later still: what nobody waited for is undone, and no answer is taken for that to another question.
+TEST(Guard, LateAnswersAreNotTakenForOthers) {
+  NO_FORK_UNDER_TSAN();
+  std::array<std::array<int, 2>, 3> pipes;
+  for (auto& each : pipes) ASSERT_EQ(pipe2(each.data(), O_NONBLOCK | O_CLOEXEC), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    int bad = 0;
+    const std::byte zero[1] = {};
+    {
+      const Guard guard;
+      ::kill(guard.process(), SIGSTOP);
+      bad += Guard::registerDevice(pipes[0][1], zero) != Guard::kUnguarded;
+      ::kill(guard.process(), SIGCONT);
+      const int stays = Guard::registerDevice(pipes[1][1], zero), goes = Guard::registerDevice(pipes[2][1], zero);
+      bad += stays < 0 || goes < 0 || stays == goes;
+      Guard::unregister(goes);
+      // Every place is free again but one.
+      for (size_t i = 1; i < Guard::kMaxDevices; ++i) bad += Guard::registerDevice(pipes[1][1], zero) < 0;
+      bad += Guard::registerDevice(pipes[1][1], zero) != Guard::kUnguarded;
+    }
+    _exit(bad);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(bytesIn(pipes[0][0]), 0u) << "its driver was told that nobody guards it, and may have closed it";
+  EXPECT_EQ(bytesIn(pipes[1][0]), 3 * Guard::kMaxDevices) << "all that are left are zeroed";
+  EXPECT_EQ(bytesIn(pipes[2][0]), 0u);
+  for (const auto& each : pipes)
+    for (const int fd : each) close(fd);
+}
+
 }  // namespace
 }  // namespace argil::haptics
