@@ -468,9 +468,20 @@ TEST(Guard, LateAnswersAreNotTakenForOthers) {
     const std::byte zero[1] = {};
     {
       const Guard guard;
+      const int first = Guard::registerDevice(pipes[2][1], zero);
       ::kill(guard.process(), SIGSTOP);
       bad += Guard::registerDevice(pipes[0][1], zero) != Guard::kUnguarded;
       ::kill(guard.process(), SIGCONT);
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));  // Answers that nobody waits for lie there now.
+      ::kill(guard.process(), SIGSTOP);
+      std::thread later([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(400));
+        ::kill(guard.process(), SIGCONT);
+      });
+      const int64_t asked = nowNs();
+      Guard::unregister(first);
+      bad += nowNs() - asked < 200'000'000;  // It says that the duplicate is closed.
+      later.join();
       const int stays = Guard::registerDevice(pipes[1][1], zero), goes = Guard::registerDevice(pipes[2][1], zero);
       bad += stays < 0 || goes < 0 || stays == goes;
       Guard::unregister(goes);
