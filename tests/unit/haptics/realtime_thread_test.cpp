@@ -53,7 +53,14 @@ class CountingDevice final : public Device {
   std::atomic<uint64_t> flushed{0}, kept{0};
 };
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define LOCKS_UNDER_NO_SANITIZER() GTEST_SKIP() << "sanitizers lock no memory, and say that they did"
+#else
+#define LOCKS_UNDER_NO_SANITIZER() (void)0
+#endif
+
 TEST(RealtimeThread, AReservationIsNotMadeResidentByTheLock) {
+  LOCKS_UNDER_NO_SANITIZER();
   if (!lockMemory()) GTEST_SKIP() << "this system locks no memory";
   constexpr size_t kArena = 66u << 20, kPage = 4096;
   void* arena = mmap(nullptr, kArena, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -70,6 +77,7 @@ TEST(RealtimeThread, AReservationIsNotMadeResidentByTheLock) {
 }
 
 TEST(RealtimeThread, TheLockLastsUntilTheLastUserIsGone) {
+  LOCKS_UNDER_NO_SANITIZER();
   testing::VirtualSession session(0.5, Tool());
   CountingDevice left, right;
   Servo first(left, session.published()), second(right, session.published());
