@@ -117,11 +117,11 @@ class JacobiSolver {
   };
   using Rim = std::array<float, size_t{layers} * kBrickEdge * kBrickEdge>;
   static constexpr size_t kRowBytes = kBrickEdge * sizeof(float);
+  static constexpr uint64_t kFirstY = 0x0101010101010101;  // rows with y = 0
 
   // What rows of brick `i` are computed from: neighbours that are not looked at need not come into the cache.
   void gather(size_t i, uint64_t rows, float* out) const {
-    constexpr uint64_t kFirstY = 0x0101010101010101, kNearY = (kFirstY << layers) - kFirstY;
-    constexpr uint64_t kNearX = (uint64_t{1} << (8 * layers)) - 1;
+    constexpr uint64_t kNearY = (kFirstY << layers) - kFirstY, kNearX = (uint64_t{1} << (8 * layers)) - 1;
     constexpr uint64_t kSeenFrom[6] = {
         kNearX, kNearX << (64 - 8 * layers), kNearY, kNearY << (8 - layers), ~uint64_t{0}, ~uint64_t{0}};
     putBrick(values(i), out);
@@ -162,7 +162,6 @@ class JacobiSolver {
   // Rows of brick `i` that are computed from something that the last pass changed, its own rows included, since it
   // wrote them to one buffer alone.
   [[nodiscard]] uint64_t rowsThatFollow(size_t i) const {
-    constexpr uint64_t kFirstY = 0x0101010101010101;  // rows with y = 0
     const uint64_t own = bricks_[i].changed;
     uint64_t rows = own;
     for (int step = 1; step <= layers; ++step) {

@@ -56,14 +56,11 @@ HWY_INLINE void order(Axis& a, Axis& b) {
   b = high;
 }
 
-// Voxels. A value that would change by no more has arrived.
-constexpr float kSettled = 1e-5f;
 
 uint64_t Pass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d), third = hn::Set(d, 1.0f / 3), second = hn::Set(d, 2.25f);
   const Row unknown = hn::Set(d, kUnknownDistance), bound = hn::Set(d, cap);
-  const Row settled = hn::Set(d, kSettled);
   uint64_t changed = 0;
   forRowsOf(rows, [&](int voxel) {
     const int at = wideAt(voxel);
@@ -94,33 +91,24 @@ uint64_t Pass(const float* wide, const uint64_t* frozen, uint64_t rows, float ca
     order(a, b);
     order(b, c);
     order(a, b);
-    // α²(u − β)² summed over the axes that lie upwind is 1. The α² of n axes, m of them of second order, add up to n +
-    // 1.25 m: what is divided by them is multiplied by one of a few numbers, since divisions and roots are what a pass
-    // costs.
-    Row u = hn::Add(a.beta, hn::IfThenElse(hn::Gt(a.alpha2, one), hn::Set(d, 1 / 1.5f), one));
+    // α²(u − β)² summed over the axes that lie upwind is 1.
+    Row u = hn::Add(a.beta, hn::Div(one, hn::Sqrt(a.alpha2)));
     Row sumA = a.alpha2, sumB = hn::Mul(a.alpha2, a.beta), sumC = hn::Sub(hn::Mul(sumB, a.beta), one);
-    const auto add = [&](const Axis& next) {
+    const auto with = [&](const Axis& next) {
       const Row weighted = hn::Mul(next.alpha2, next.beta);
+      const auto joins = hn::Gt(u, next.near);
       sumA = hn::Add(sumA, next.alpha2);
       sumB = hn::Add(sumB, weighted);
       sumC = hn::Add(sumC, hn::Mul(weighted, next.beta));
-    };
-    const auto solve = [&](const Axis& next, const Row& inverse) {
-      const auto joins = hn::Gt(u, next.near);
       const Row root = hn::Sub(hn::Mul(sumB, sumB), hn::Mul(sumA, sumC));
-      const Row solved = hn::Mul(hn::Add(sumB, hn::Sqrt(hn::Max(root, zero))), inverse);
+      const Row solved = hn::Div(hn::Add(sumB, hn::Sqrt(hn::Max(root, zero))), sumA);
       u = hn::IfThenElse(hn::And(joins, hn::Ge(root, zero)), solved, u);
     };
-    const auto below = [&](float sum, float then, const Row& otherwise) {
-      return hn::IfThenElse(hn::Lt(sumA, hn::Set(d, sum)), hn::Set(d, 1 / then), otherwise);
-    };
-    add(b);
-    solve(b, below(3, 2, below(4, 3.25f, hn::Set(d, 1 / 4.5f))));
-    add(c);
-    solve(c, below(4, 3, below(5, 4.25f, below(6, 5.5f, hn::Set(d, 1 / 6.75f)))));
+    with(b);
+    with(c);
     u = hn::Add(u, base);
     u = hn::Xor(hn::IfThenElse(hn::Lt(u, bound), u, unknown), side);
-    u = hn::IfThenElse(hn::Or(kept, hn::Le(hn::Abs(hn::Sub(u, old)), settled)), old, u);
+    u = hn::IfThenElse(kept, old, u);
     changed |= uint64_t{!hn::AllTrue(d, hn::Eq(u, old))} << (voxel >> 3);
     hn::StoreU(u, d, out + voxel);
   });

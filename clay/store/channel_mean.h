@@ -31,18 +31,21 @@ class ChannelMean {
   [[nodiscard]] bool empty() const { return weight_ == 0; }
   /// Of none: nothing.
   [[nodiscard]] ChannelBytes value() const {
-    if (empty()) return {};
+    ChannelBytes bytes{};
+    if (empty()) return bytes;
     const auto rounded = [](int64_t sum, int64_t count) {
       return static_cast<uint8_t>((2 * sum + count) / (2 * count));
     };
     const uint8_t cover = rounded(cover_, weight_);
-    uint64_t bytes = packedByte(Channel::cover, cover) | packedByte(Channel::mask, rounded(mask_, weight_));
     if (cover > 0)
-      for (size_t i = 0; i < 3; ++i) bytes |= packedByte(kColourChannels[i], rounded(colour_[i], cover_));
+      for (size_t i = 0; i < 3; ++i) bytes[i] = rounded(colour_[i], cover_);
+    bytes[indexOf(Channel::cover)] = cover;
+    bytes[indexOf(Channel::mask)] = rounded(mask_, weight_);
     const auto heaviest = std::min_element(
         materials_.begin(), materials_.begin() + kinds_,
         [](const auto& a, const auto& b) { return a.second != b.second ? a.second > b.second : a.first < b.first; });
-    return channelBytes(bytes | packedByte(Channel::material, heaviest->first));
+    bytes[indexOf(Channel::material)] = heaviest->first;
+    return bytes;
   }
 
  private:

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <span>
 #include <unordered_map>
 
@@ -20,17 +18,6 @@ using ChannelBytes = std::array<uint8_t, kChannels>;
 
 inline constexpr size_t indexOf(Channel channel) {
   return static_cast<size_t>(channel);
-}
-
-/// From and to the lowest bytes of a word, the first channel lowest: for what is copied more often than looked into.
-inline ChannelBytes channelBytes(uint64_t packed) {
-  static_assert(std::endian::native == std::endian::little);
-  ChannelBytes bytes;
-  std::memcpy(bytes.data(), &packed, sizeof bytes);
-  return bytes;
-}
-inline constexpr uint64_t packedByte(Channel channel, uint8_t value) {
-  return uint64_t{value} << (8 * indexOf(channel));
 }
 
 /// What stands at a brick coordinate in all trees.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "clay/store/channel_mean.h"
 
@@ -16,60 +15,7 @@ bool hasChannels(const Version& version) {
   return std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return version.has(channel); });
 }
 
-// A voxel's bytes in all channels (channelBytes), and whether it is in the band; 0 where it is not.
-using PackedBytes = uint64_t;
-constexpr int kInBandByte = kChannels;
-static_assert(kInBandByte < 8);
-
-// Bytes 0 or 1 by the lowest eight bits.
-constexpr uint64_t bytesOfBits(uint64_t bits) {
-  constexpr uint64_t kOnes = 0x0101010101010101, kEach = 0x8040201008040201, kLow = 0x7f7f7f7f7f7f7f7f;
-  const uint64_t apart = ((bits & 0xff) * kOnes) & kEach;
-  return ((((apart & kLow) + kLow) | apart) >> 7) & kOnes;
-}
-// Byte i of word k becomes byte k of word i.
-void transpose(uint64_t (&words)[8]) {
-  constexpr uint64_t kLow[] = {0x00ff00ff00ff00ff, 0x0000ffff0000ffff, 0x00000000ffffffff};
-  for (int k = 2; k >= 0; --k)
-    for (int step = 1 << k, i = 0; i < 8; ++i) {
-      if (i & step) continue;
-      const uint64_t other = ((words[i] >> (8 * step)) ^ words[i + step]) & kLow[k];
-      words[i + step] ^= other;
-      words[i] ^= other << (8 * step);
-    }
-}
-
 // The voxels around the vertices of a brick lie in it and in those one step higher.
-constexpr int kSeen = kBrickEdge + 1;
-struct SeenVoxels {
-  PackedBytes at[kSeen][kSeen][kSeen];
-
-  SeenVoxels(const ChannelPlace* const (&places)[8], float band) {
-    for (int i = 0; i < 8; ++i) take(*places[i], {i >> 2, (i >> 1) & 1, i & 1}, band);
-  }
-
- private:
-  void take(const ChannelPlace& place, Coord step, float band) {
-    uint64_t bits[kBrickEdge] = {};
-    if (place.distance.brick()) place.inBand(band, bits);
-    for (int x = 0; x < (step.x ? 1 : kBrickEdge); ++x)
-      for (int y = 0; y < (step.y ? 1 : kBrickEdge); ++y) {
-        const uint64_t inBand = bytesOfBits(bits[x] >> (y * kBrickEdge));
-        uint64_t words[8] = {};
-        for (size_t i = 0; i < kChannels; ++i) {
-          const ChannelBrick* brick = place.channel[i].brick();
-          if (brick) std::memcpy(&words[i], brick->value + Brick::offset(x, y, 0), sizeof words[i]);
-          if (!brick && place.channel[i] != ChannelSlot()) words[i] = ~uint64_t{0};
-          words[i] &= inBand * 0xff;
-        }
-        words[kInBandByte] = inBand;
-        transpose(words);
-        std::copy_n(words, step.z ? 1 : kBrickEdge,
-                    &at[step.x * kBrickEdge + x][step.y * kBrickEdge + y][step.z * kBrickEdge]);
-      }
-  }
-};
-
 std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& mesh) {
   const ChannelPlace* places[8];
   bool any = false;
@@ -78,7 +24,6 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
     any = any || !places[i]->empty();
   }
   if (!any) return {};
-  const SeenVoxels seen(places, clay.band());
   std::vector<VertexPaint> paint;
   paint.reserve(mesh.positions.size());
   any = false;
@@ -90,22 +35,27 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
       part[i] = steps - cell[i] * kSteps;
     }
     // Where all around is alike, as nearly everywhere, that is the mean.
-    PackedBytes corners[8];
+    ChannelBytes corners[8];
     int64_t weights[8];
     int count = 0;
     for (int corner = 0; corner < 8; ++corner) {
       const int step[3] = {corner >> 2, (corner >> 1) & 1, corner & 1};
       int64_t weight = 1;
-      for (int i = 0; i < 3; ++i) weight *= step[i] ? part[i] : kSteps - part[i];
-      const PackedBytes bytes = seen.at[cell[0] + step[0]][cell[1] + step[1]][cell[2] + step[2]];
-      if (weight == 0 || bytes == 0) continue;
+      int voxel[3], brick = 0;
+      for (int i = 0; i < 3; ++i) {
+        weight *= step[i] ? part[i] : kSteps - part[i];
+        voxel[i] = cell[i] + step[i];
+        brick = brick * 2 + (voxel[i] == kBrickEdge);
+      }
+      const int offset = Brick::offset(voxel[0] & 7, voxel[1] & 7, voxel[2] & 7);
+      if (weight == 0 || !places[brick]->inBand(offset, clay.band())) continue;
       weights[count] = weight;
-      corners[count++] = bytes;
+      corners[count++] = places[brick]->bytes(offset);
     }
-    ChannelBytes bytes = count > 0 ? channelBytes(corners[0]) : ChannelBytes{};
-    if (!std::all_of(corners, corners + count, [&](PackedBytes each) { return each == corners[0]; })) {
+    ChannelBytes bytes = count > 0 ? corners[0] : ChannelBytes{};
+    if (!std::all_of(corners, corners + count, [&](const ChannelBytes& each) { return each == bytes; })) {
       ChannelMean mean;
-      for (int i = 0; i < count; ++i) mean.add(channelBytes(corners[i]), weights[i]);
+      for (int i = 0; i < count; ++i) mean.add(corners[i], weights[i]);
       bytes = mean.value();
     } else if (bytes[indexOf(Channel::cover)] == 0) {
       bytes[0] = bytes[1] = bytes[2] = 0;  // a colour that covers nothing is none
