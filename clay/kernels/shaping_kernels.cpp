@@ -56,7 +56,6 @@ HWY_INLINE void order(Axis& a, Axis& b) {
   b = high;
 }
 
-
 uint64_t Pass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d), third = hn::Set(d, 1.0f / 3), second = hn::Set(d, 2.25f);
