@@ -110,6 +110,7 @@ void benchTouch(BenchReport& report, const BenchOptions& options);
 void benchRender(BenchReport& report, const BenchOptions& options);
 void benchSave(BenchReport& report, const BenchOptions& options);
 void benchUndo(BenchReport& report, const BenchOptions& options);
+void benchUndoPicture(BenchReport& report, const BenchOptions& options);  ///< The first half of undo.
 void benchIo(BenchReport& report, const BenchOptions& options);
 void benchWhole(BenchReport& report, const BenchOptions& options);
 void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four parts of a day's work.

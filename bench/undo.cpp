@@ -81,6 +81,7 @@ struct Work {
 }  // namespace
 
 void benchUndo(BenchReport& report, const BenchOptions& options) {
+  benchUndoPicture(report, options);
   BenchModel model = benchSphere(benchSizes(options.largest).back());
   const fs::path folder = (options.folder.empty() ? fs::temp_directory_path() : options.folder) /
                           fmt::format("argil-bench-undo-{}", getpid());

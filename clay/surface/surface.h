@@ -73,7 +73,13 @@ class Surface {
   /// Brings the surface to `version` and tells what changed. Cost follows the difference from the version before (all
   /// of the model the first time, or after another store or grid); the result does not depend on it, nor on `threads`
   /// (1 to 64).
-  SurfaceDelta update(const Version& version, int threads = 1);
+  ///
+  /// `keepBefore`: the meshes that this replaces are kept; what is kept in all takes no more memory than the larger of
+  /// the two surfaces, and what is oldest goes first. An update to the very version before, and from there to this one
+  /// again, then costs a look at each of these bricks. Its meshes are the same, with their serials.
+  SurfaceDelta update(const Version& version, int threads = 1, bool keepBefore = false);
+  /// Whether update(version) takes meshes that are kept, and no paint has to be found for them.
+  [[nodiscard]] bool keeps(const Version& version) const;
 
   [[nodiscard]] const Version& version() const;
   [[nodiscard]] uint64_t vertexCount() const;

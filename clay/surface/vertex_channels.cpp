@@ -11,10 +11,6 @@ namespace {
 
 constexpr int kSteps = 64;  // places between voxels, for weights in whole numbers
 
-bool hasChannels(const Version& version) {
-  return std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return version.has(channel); });
-}
-
 // The voxels around the vertices of a brick lie in it and in those one step higher.
 std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& mesh) {
   const ChannelPlace* places[8];
@@ -69,6 +65,10 @@ std::vector<VertexPaint> paintOf(ChannelReader<Version>& clay, const BrickMesh& 
 }
 
 }  // namespace
+
+bool hasChannels(const Version& version) {
+  return std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return version.has(channel); });
+}
 
 void SurfacePaint::follow(const Version& version, const Surface& surface, SurfaceDelta& delta) {
   const Version before = std::exchange(version_, version);

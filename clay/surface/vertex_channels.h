@@ -10,6 +10,9 @@
 
 namespace argil::clay {
 
+/// Whether something was set in one of its channels.
+[[nodiscard]] bool hasChannels(const Version& version);
+
 /// Of one vertex: the mean of the voxels around it, by nearness.
 struct VertexPaint {
   uint8_t red = 0, green = 0, blue = 0;  ///< sRGB.

@@ -155,7 +155,7 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
     uint64_t bricks = 0;
     if (nothing) {
       bricks = piece.version.stats().bricks;
-    } else if (!stroke) {
+    } else if (!stroke && !followed->surface.keeps(piece.version)) {
       bricks = clay::differingLeaves(followed->version, piece.version, kMostOwnBricks);
     }
     if (ownNow_ + bricks > kMostOwnBricks) {
@@ -250,7 +250,8 @@ void Surfaces::help() {
     task.old.reset();
     if (task.followed) {
       try {
-        task.delta = task.followed->surface.update(task.version, task.threads);
+        // Undo of a whole-piece step, and redo, are a swap of what is kept.
+        task.delta = task.followed->surface.update(task.version, task.threads, true);
         task.followed->version = task.version;
       } catch (...) {
         task.failure = std::current_exception();

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
+
+#include "clay/base/error.h"
 
 namespace argil::render {
 namespace {
 
-constexpr VkDeviceSize kStagingBytes = VkDeviceSize(16) << 20;
-constexpr size_t kMaxCopies = 2048;  ///< Keeps the search for overlaps short.
+constexpr VkDeviceSize kHalfBytes = VkDeviceSize(8) << 20;
 
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 fromStage, VkAccessFlags2 fromAccess,
              VkPipelineStageFlags2 toStage, VkAccessFlags2 toAccess) {
@@ -22,18 +24,19 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 fromStage, VkAccess
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
-/// Copies of one flush must not overlap: a range that is written a second time waits for the next one.
-bool overlaps(const std::vector<VkBufferCopy>& copies, VkDeviceSize offset, VkDeviceSize size) {
-  return std::any_of(copies.begin(), copies.end(), [&](const VkBufferCopy& copy) {
-    return offset < copy.dstOffset + copy.size && copy.dstOffset < offset + size;
-  });
-}
-
 }  // namespace
 
 SurfaceBuffers::Staging::Staging(SurfaceBuffers& owner) : owner_(owner) {
   if (owner_.staging_.handle()) return;
-  owner_.staging_ = Buffer(owner_.gpu_, kStagingBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, Buffer::Memory::upload);
+  owner_.staging_ = Buffer(owner_.gpu_, 2 * kHalfBytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, Buffer::Memory::upload);
+}
+
+// The next update fills the half that the device may still be copying, if this one was broken off.
+SurfaceBuffers::Staging::~Staging() {
+  try {
+    gpu().wait(sent_);
+  } catch (const Error&) {  // A lost device copies nothing.
+  }
 }
 
 void SurfaceBuffers::Staging::reserve(uint32_t vertices, uint32_t indices) {
@@ -49,7 +52,7 @@ void SurfaceBuffers::Staging::growPaint() {
                      size = owner_.vertices_.size() / sizeof(SurfaceVertex) * sizeof(PackedPaint);
   if (size <= before) return;
   grow(owner_.paint_, size, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
-  owner_.gpu_.run([&](VkCommandBuffer commands) {
+  gpu().run([&](VkCommandBuffer commands) {
     vkCmdFillBuffer(commands, owner_.paint_.handle(), before, VK_WHOLE_SIZE, kUnpainted);
     barrier(commands, VK_PIPELINE_STAGE_2_CLEAR_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COPY_BIT | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
@@ -82,9 +85,10 @@ void SurfaceBuffers::Staging::writeIndices(uint32_t first, std::span<const uint3
   write(toIndices_, VkDeviceSize(first) * sizeof(uint32_t), std::as_bytes(indices));
 }
 
-void SurfaceBuffers::Staging::flush() {
-  if (toVertices_.empty() && toIndices_.empty() && toPaint_.empty()) return;
-  owner_.gpu_.run([&](VkCommandBuffer commands) {
+// What is filled goes; the other half is free when this returns. The last submission.
+Gpu::Ticket SurfaceBuffers::Staging::send() {
+  if (filled_ == 0) return sent_;
+  const Gpu::Ticket ticket = gpu().submit([&](VkCommandBuffer commands) {
     // A picture that is still being drawn reads these buffers.
     barrier(commands, VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT, 0, VK_PIPELINE_STAGE_2_COPY_BIT, 0);
     const VkBuffer staging = owner_.staging_.handle();
@@ -103,7 +107,10 @@ void SurfaceBuffers::Staging::flush() {
   toPaint_.clear();
   toVertices_.clear();
   toIndices_.clear();
+  gpu().wait(std::exchange(sent_, ticket));
+  half_ = kHalfBytes - half_;
   filled_ = 0;
+  return sent_;
 }
 
 void SurfaceBuffers::Staging::grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage) {
@@ -111,7 +118,7 @@ void SurfaceBuffers::Staging::grow(Buffer& buffer, VkDeviceSize size, VkBufferUs
   Buffer larger(owner_.gpu_, size, usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                 Buffer::Memory::device);
   if (buffer.size() > 0) {
-    owner_.gpu_.run([&](VkCommandBuffer commands) {
+    gpu().run([&](VkCommandBuffer commands) {
       const VkBufferCopy all{0, 0, buffer.size()};
       vkCmdCopyBuffer(commands, buffer.handle(), larger.handle(), 1, &all);
       barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
@@ -128,10 +135,15 @@ void SurfaceBuffers::Staging::write(std::vector<VkBufferCopy>& copies, VkDeviceS
   stats.bytes += bytes.size();
   ++stats.writes;
   while (!bytes.empty()) {
-    if (filled_ == kStagingBytes || copies.size() >= kMaxCopies || overlaps(copies, offset, bytes.size())) flush();
-    const VkDeviceSize part = std::min<VkDeviceSize>(bytes.size(), kStagingBytes - filled_);
-    std::memcpy(owner_.staging_.mapped() + filled_, bytes.data(), size_t(part));
-    copies.push_back({filled_, offset, part});
+    if (filled_ == kHalfBytes) send();
+    const VkDeviceSize part = std::min<VkDeviceSize>(bytes.size(), kHalfBytes - filled_);
+    const VkDeviceSize from = half_ + filled_;
+    std::memcpy(owner_.staging_.mapped() + from, bytes.data(), size_t(part));
+    VkBufferCopy* const last = copies.empty() ? nullptr : &copies.back();
+    if (last && last->srcOffset + last->size == from && last->dstOffset + last->size == offset)
+      last->size += part;
+    else
+      copies.push_back({from, offset, part});
     filled_ += part;
     offset += part;
     bytes = bytes.subspan(size_t(part));

@@ -32,26 +32,33 @@ class SurfaceBuffers {
   [[nodiscard]] uint64_t bytes() const { return vertices_.size() + indices_.size() + paint_.size() + staging_.size(); }
 
  private:
-  /// Gathers writes in the staging buffer and sends them when it is full.
+  /// Gathers writes in one half of the staging buffer while the device copies the other. Nothing is written twice
+  /// between two flushes.
   class Staging : public UploadSink {
    public:
     explicit Staging(SurfaceBuffers& owner);
+    ~Staging() override;
+    Staging(const Staging&) = delete;
+    Staging& operator=(const Staging&) = delete;
     void reserve(uint32_t vertices, uint32_t indices) override;
     void writeVertices(uint32_t first, std::span<const SurfaceVertex> vertices) override;
     void writeIndices(uint32_t first, std::span<const uint32_t> indices) override;
     void writePaint(uint32_t first, std::span<const PackedPaint> paint) override;
-    void flush();
+    void flush() { gpu().wait(send()); }
 
     UploadStats stats;
 
    private:
+    Gpu& gpu() { return owner_.gpu_; }
+    Gpu::Ticket send();
     void growPaint();
     void grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage);
     void write(std::vector<VkBufferCopy>& copies, VkDeviceSize offset, std::span<const std::byte> bytes);
 
     SurfaceBuffers& owner_;
     std::vector<VkBufferCopy> toVertices_, toIndices_, toPaint_;
-    VkDeviceSize filled_ = 0;
+    VkDeviceSize half_ = 0, filled_ = 0;  // where the half begins; bytes in it
+    Gpu::Ticket sent_ = 0;                // what copies the other half
   };
 
   Gpu& gpu_;

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <utility>
 
 #include "clay/base/error.h"
 #include "clay/surface/sharp_vertices.h"
+#include "render/surface/chunk_works.h"
 
 namespace argil::render {
 namespace {
@@ -22,19 +23,15 @@ uint32_t withChunkSlack(uint64_t count) {
   return uint32_t(count + count / 4 + 64);
 }
 
+// The nearest unit. Added to a number above zero, since then dropping the fraction rounds down, in one instruction.
 int32_t fixedPoint(int32_t voxel, float offset) {
-  const double units = std::floor((double(voxel) + double(offset)) * kUnitsPerVoxel + 0.5);
-  return int32_t(std::clamp(units, double(INT32_MIN), double(INT32_MAX)));
+  constexpr int kAbove = 2 * clay::kBrickEdge;  // vertices stand at most a voxel outside of their brick
+  const auto above = int32_t(double(offset) * kUnitsPerVoxel + (kAbove * double(kUnitsPerVoxel) + 0.5));
+  const int64_t units = int64_t(voxel - kAbove) * kUnitsPerVoxel + above;
+  return int32_t(std::clamp<int64_t>(units, INT32_MIN, INT32_MAX));
 }
 
 }  // namespace
-
-size_t SurfaceLayout::CoordHash::operator()(Coord c) const noexcept {
-  uint64_t h = uint64_t(uint32_t(c.x)) * 0x9e3779b97f4a7c15u;
-  h = (h ^ (h >> 29) ^ uint32_t(c.y)) * 0xbf58476d1ce4e5b9u;
-  h = (h ^ (h >> 32) ^ uint32_t(c.z)) * 0x94d049bb133111ebu;
-  return size_t(h ^ (h >> 31));
-}
 
 void BufferRanges::reserve(uint64_t vertices, uint64_t quads, UploadSink& sink) {
   const auto grown = [](const RangeAllocator& ranges, uint64_t more) {
@@ -65,109 +62,145 @@ uint32_t BufferRanges::takeQuads(uint32_t count, UploadSink& sink) {
 }
 
 void SurfaceLayout::clear() {
-  for (auto& [coord, brick] : bricks_) ranges_->releaseVertices(brick.firstVertex, brick.vertexCapacity);
   for (auto& [coord, chunk] : chunks_) {
+    for (const auto& brick : chunk.bricks)
+      if (brick) ranges_->releaseVertices(brick->firstVertex, brick->vertexCapacity);
     dropLevels(chunk);
     ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
   }
-  bricks_.clear();
   chunks_.clear();
+  bricks_ = 0;
   draws_.clear();
   loose_ = Box();
   quads_ = 0;
   whole_ = true;
 }
 
-/// Chunks that will grow get their block at once, and the buffers their size: a first load packs each chunk and makes
-/// each buffer a single time.
-void SurfaceLayout::reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink) {
+size_t SurfaceLayout::placeOf(Coord brick) {
+  return size_t(clay::Brick::offset(brick.x & 7, brick.y & 7, brick.z & 7));
+}
+
+Coord SurfaceLayout::brickAt(const Chunk& chunk, size_t place) const {
+  const auto at = int32_t(place);
+  return chunk.coord * (1 << kChunkBits) + Coord{at >> 6, (at >> 3) & 7, at & 7};
+}
+
+const SurfaceLayout::Chunk* SurfaceLayout::chunkAt(Coord chunk) const {
+  const auto it = chunks_.find(chunk);
+  return it == chunks_.end() ? nullptr : &it->second;
+}
+
+const SurfaceLayout::BrickEntry* SurfaceLayout::find(Coord brick) const {
+  const Chunk* chunk = chunkAt(brick >> kChunkBits);
+  return chunk ? chunk->bricks[placeOf(brick)].get() : nullptr;
+}
+
+/// The buffers get their size at once: a first load makes each of them a single time.
+void SurfaceLayout::reserveFor(const clay::SurfaceDelta& delta, UploadSink& sink) {
   uint64_t newVertices = 0, newQuads = 0;
+  std::map<Coord, int64_t> growth;
+  Coord last{INT32_MIN, 0, 0};
+  const Chunk* chunk = nullptr;
+  int64_t* added = nullptr;
   for (const clay::BrickMeshPtr& mesh : delta.changed) {
-    const auto it = bricks_.find(mesh->brick);
-    const int64_t before = it == bricks_.end() ? 0 : int64_t(it->second.quadCapacity);
-    growth[mesh->brick >> kChunkBits] += int64_t(withSlack(mesh->quads.size())) - before;
+    if (const Coord coord = mesh->brick >> kChunkBits; !added || coord != last) {
+      last = coord;
+      chunk = chunkAt(coord);
+      added = &growth[coord];
+    }
+    const BrickEntry* known = chunk ? chunk->bricks[placeOf(mesh->brick)].get() : nullptr;
+    *added += int64_t(withSlack(mesh->quads.size())) - (known ? int64_t(known->quadCapacity) : 0);
     const uint32_t vertices = withSlack(mesh->positions.size());
-    if (it == bricks_.end() || vertices > it->second.vertexCapacity) newVertices += vertices;
+    if (!known || vertices > known->vertexCapacity) newVertices += vertices;
   }
-  for (const auto& [coord, added] : growth) {
-    const auto it = chunks_.find(coord);
-    const int64_t used = it == chunks_.end() ? 0 : it->second.quads.used();
-    const int64_t capacity = it == chunks_.end() ? 0 : it->second.quads.capacity();
-    if (used + added > capacity) newQuads += withChunkSlack(uint64_t(used + added));
+  for (const auto& [coord, more] : growth) {
+    const Chunk* grows = chunkAt(coord);
+    const int64_t used = grows ? grows->quads.used() : 0, capacity = grows ? grows->quads.capacity() : 0;
+    if (used + more > capacity) newQuads += withChunkSlack(uint64_t(used + more));
   }
   ranges_->reserve(newVertices, newQuads, sink);
 }
 
 void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
-  std::map<Coord, int64_t> growth;
-  reserveFor(delta, growth, sink);
+  reserveFor(delta, sink);
   whole_ = false;  // until all is done
   grid_ = delta.grid;
-
-  std::set<Coord> rewrite, changedChunks, repaint;
-  for (const clay::BrickMeshPtr& mesh : delta.changed) {
-    const Coord coord = mesh->brick;
-    const auto known = bricks_.find(coord);
-    if (mesh->positions.empty() && mesh->quads.empty()) {
-      if (known == bricks_.end()) continue;
-      changedChunks.insert(coord >> kChunkBits);
-      eraseQuads(coord, known->second, sink);
-      quads_ -= known->second.mesh->quads.size();
-      ranges_->releaseVertices(known->second.firstVertex, known->second.vertexCapacity);
-      bricks_.erase(known);
-      rewrite.erase(coord);
-      repaint.erase(coord);
-      continue;
-    }
-    BrickEntry& brick = known != bricks_.end() ? known->second : bricks_[coord];
-    if (brick.mesh && brick.mesh->serial == mesh->serial) continue;
-    quads_ += mesh->quads.size() - (brick.mesh ? brick.mesh->quads.size() : 0);
-    changedChunks.insert(coord >> kChunkBits);
-    const bool sameVertices = brick.mesh && brick.mesh->vertexSerial == mesh->vertexSerial;
-    brick.mesh = mesh;
-    rewrite.insert(coord);
-    if (sameVertices) continue;
-    brick.paint.reset();  // what is painted comes with the same delta
-    repaint.insert(coord);
-    const bool moved = writeVertices(brick, sink);
-    for (int n = 1; n < 8; ++n) {
-      const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
-      const bool inChunk = neighbour >> kChunkBits == coord >> kChunkBits;
-      if ((inChunk && !moved) || bricks_.count(neighbour) == 0) continue;
-      // Its triangles have other corners, so its chunk another cone.
-      if (!inChunk) changedChunks.insert(neighbour >> kChunkBits);
-      if (moved) rewrite.insert(neighbour);
-    }
+  Works works(chunks_);
+  for (const clay::BrickMeshPtr& mesh : delta.changed) takeMesh(mesh, works, sink);
+  takePaint(delta, works);
+  if (ranges_->painted()) {
+    for (const auto& [coord, work] : works.all())
+      forEachPlace(work.repaint, [&](size_t place) { writePaint(*work.chunk.bricks[place], sink); });
   }
+  noteUnseen(works);
+  placeQuads(works, sink);
+  updateDraws(works);
+  whole_ = true;
+}
 
+void SurfaceLayout::takeMesh(const clay::BrickMeshPtr& mesh, Works& works, UploadSink& sink) {
+  const Coord coord = mesh->brick;
+  const size_t place = placeOf(coord);
+  const bool none = mesh->positions.empty() && mesh->quads.empty();
+  ChunkWork* const known = none ? works.find(coord >> kChunkBits) : &works.at(coord >> kChunkBits);
+  if (!known) return;
+  ChunkWork& work = *known;
+  std::unique_ptr<BrickEntry>& brick = work.chunk.bricks[place];
+  if (none) {
+    if (!brick) return;
+    work.changed = true;
+    work.free(*brick, place);
+    quads_ -= brick->mesh->quads.size();
+    ranges_->releaseVertices(brick->firstVertex, brick->vertexCapacity);
+    brick.reset();
+    --bricks_;
+    --work.chunk.held;
+    ChunkWork::reset(work.rewrite, place);
+    ChunkWork::reset(work.repaint, place);
+    return;
+  }
+  if (!brick) {
+    brick = std::make_unique<BrickEntry>();
+    ++bricks_;
+    ++work.chunk.held;
+  } else if (brick->mesh->serial == mesh->serial) {
+    return;
+  }
+  const clay::BrickMeshPtr before = std::exchange(brick->mesh, mesh);
+  quads_ += mesh->quads.size() - (before ? before->quads.size() : 0);
+  work.setChanged(place);
+  if (before && before->vertexSerial == mesh->vertexSerial) return;
+  brick->paint.reset();  // what is painted comes with the same delta
+  ChunkWork::set(work.repaint, place);
+  const bool moved = writeVertices(*brick, sink);
+  for (int n = 1; n < 8; ++n) {
+    const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
+    const bool inChunk = neighbour >> kChunkBits == coord >> kChunkBits;
+    if (inChunk && !moved) continue;
+    ChunkWork* const other = inChunk ? &work : works.find(neighbour >> kChunkBits);
+    if (!other || !other->chunk.bricks[placeOf(neighbour)]) continue;
+    // Its triangles have other corners, so its chunk another cone.
+    if (!inChunk) other->changed = true;
+    if (moved) ChunkWork::set(other->rewrite, placeOf(neighbour));
+  }
+}
+
+void SurfaceLayout::takePaint(const clay::SurfaceDelta& delta, Works& works) {
   for (const std::shared_ptr<const clay::BrickPaint>& paint : delta.painted) {
-    const auto known = bricks_.find(paint->brick);
-    if (known == bricks_.end()) continue;
-    const bool fits = paint->vertices.size() == known->second.mesh->positions.size();
-    known->second.paint = fits ? paint : nullptr;
-    repaint.insert(paint->brick);
+    ChunkWork* const work = works.find(paint->brick >> kChunkBits);
+    const size_t place = placeOf(paint->brick);
+    BrickEntry* const brick = work ? work->chunk.bricks[place].get() : nullptr;
+    if (!brick) continue;
+    const bool fits = paint->vertices.size() == brick->mesh->positions.size();
+    brick->paint = fits ? paint : nullptr;
+    ChunkWork::set(work->repaint, place);
     if (fits) ranges_->setPainted();
     // Coarser levels have vertices of their own.
-    changedChunks.insert(paint->brick >> kChunkBits);
-    for (int n = 1; n < 8; ++n) changedChunks.insert((paint->brick + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
+    for (int n = 0; n < 8; ++n) {
+      ChunkWork* const above = works.find((paint->brick + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
+      if (above) above->changed = true;
+    }
   }
-  if (ranges_->painted())
-    for (const Coord coord : repaint) writePaint(bricks_.at(coord), sink);
-  noteUnseen(repaint, rewrite, changedChunks);
-
-  for (const auto& [coord, added] : growth) {
-    Chunk& chunk = chunks_[coord];
-    const int64_t wanted = int64_t(chunk.quads.used()) + added;
-    if (wanted <= int64_t(chunk.quads.capacity())) continue;
-    resizeChunk(chunk, withChunkSlack(uint64_t(wanted)), sink);
-    changedChunks.insert(coord);
-  }
-  for (const Coord coord : rewrite) placeQuads(coord, bricks_.at(coord), sink);
-  for (const auto& [coord, added] : growth) {
-    if (chunks_.at(coord).bricks.empty()) changedChunks.insert(coord);
-  }
-  updateDraws(changedChunks);
-  whole_ = true;
 }
 
 SurfaceVertex SurfaceLayout::vertexOf(const clay::BrickMesh& mesh, size_t index) {
@@ -202,14 +235,19 @@ PackedPaint SurfaceLayout::paintOf(const BrickEntry& brick, size_t index) const 
 void SurfaceLayout::colourMaterials(const MaterialColours& colours, UploadSink& sink) {
   if (materials_ == colours) return;
   materials_ = colours;
-  std::set<Coord> changedChunks;
-  for (const auto& [coord, brick] : bricks_) {
-    if (!brick.paint) continue;
-    writePaint(brick, sink);
-    // Their coarser levels.
-    for (int n = 0; n < 8; ++n) changedChunks.insert((coord + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
+  Works works(chunks_);
+  for (const auto& [coord, chunk] : chunks_) {
+    for (size_t place = 0; place < kChunkBricks; ++place) {
+      if (!chunk.bricks[place] || !chunk.bricks[place]->paint) continue;
+      writePaint(*chunk.bricks[place], sink);
+      // Their coarser levels.
+      for (int n = 0; n < 8; ++n) {
+        ChunkWork* const above = works.find((brickAt(chunk, place) + Coord{n & 1, (n >> 1) & 1, n >> 2}) >> kChunkBits);
+        if (above) above->changed = true;
+      }
+    }
   }
-  updateDraws(changedChunks);
+  updateDraws(works);
 }
 
 void SurfaceLayout::writePaint(const BrickEntry& brick, UploadSink& sink) {
@@ -246,39 +284,87 @@ bool SurfaceLayout::writeVertices(BrickEntry& brick, UploadSink& sink) {
   return moved;
 }
 
-void SurfaceLayout::placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink) {
-  const auto count = uint32_t(brick.mesh->quads.size());
-  Chunk& chunk = chunks_[coord >> kChunkBits];
-  if (count > brick.quadCapacity || withSlack(count) < brick.quadCapacity / 2) {
-    eraseQuads(coord, brick, sink);
-    if (count == 0) return;
-    const uint32_t capacity = withSlack(count);
-    auto place = chunk.quads.allocate(capacity);
-    if (!place) {
-      // Enough room in all but not in one piece: pack the block anew.
-      resizeChunk(chunk, withChunkSlack(uint64_t(chunk.quads.used()) + capacity), sink);
-      place = chunk.quads.allocate(capacity);
+// No range is written twice in an update: what is given back is emptied, or taken by others, after all are placed.
+void SurfaceLayout::placeQuads(Works& works, UploadSink& sink) {
+  for (auto& [coord, work] : works.all()) {
+    Chunk& chunk = work.chunk;
+    if (!rangesFor(work)) repack(work, sink);
+    for (const ChunkWork::Range& range : work.freed) {
+      indexScratch_.assign(size_t(range.count) * kIndicesPerQuad, 0);
+      sink.writeIndices((chunk.firstQuad + range.first) * kIndicesPerQuad, indexScratch_);
+      chunk.quads.release(range.first, range.count);
     }
-    brick.firstQuad = *place;
-    brick.quadCapacity = capacity;
-    chunk.bricks.insert(std::lower_bound(chunk.bricks.begin(), chunk.bricks.end(), coord), coord);
+    const Lower lower = lowerOf(chunk);
+    forEachPlace(work.rewrite, [&](size_t place) {
+      const BrickEntry& brick = *chunk.bricks[place];
+      if (brick.quadCapacity > 0) writeQuads(brick, basesOf(lower, place), chunk, sink);
+    });
   }
-  if (brick.quadCapacity > 0) writeQuads(coord, brick, chunk, sink);
 }
 
-std::array<SurfaceLayout::Base, 8> SurfaceLayout::basesOf(Coord coord) const {
-  std::array<Base, 8> bases;
+// Ranges in the block for the bricks that are to be written and need others; false when there is no room for one.
+bool SurfaceLayout::rangesFor(ChunkWork& work) {
+  bool room = true;
+  forEachPlace(work.rewrite, [&](size_t place) {
+    BrickEntry& brick = *work.chunk.bricks[place];
+    const auto count = uint32_t(brick.mesh->quads.size());
+    if (!room || (count <= brick.quadCapacity && withSlack(count) >= brick.quadCapacity / 2)) return;
+    work.free(brick, place);
+    if (count == 0) return;
+    const auto range = work.chunk.quads.allocate(withSlack(count));
+    room = range.has_value();
+    if (!room) return;
+    brick.firstQuad = *range;
+    brick.quadCapacity = withSlack(count);
+    ChunkWork::set(work.chunk.drawn, place);
+  });
+  return room;
+}
+
+// All of a chunk's bricks in a block of their own, elsewhere. What lies past them is never drawn, so they alone are
+// written.
+void SurfaceLayout::repack(ChunkWork& work, UploadSink& sink) {
+  Chunk& chunk = work.chunk;
+  work.freed.clear();
+  uint64_t used = 0;
+  for (const auto& brick : chunk.bricks) used += brick ? withSlack(brick->mesh->quads.size()) : 0;
+  ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
+  chunk.quads = RangeAllocator();
+  const uint32_t capacity = withChunkSlack(used);
+  chunk.firstQuad = ranges_->takeQuads(capacity, sink);
+  chunk.quads = RangeAllocator(capacity);
+  work.changed = true;
+  chunk.drawn = {};
+  for (size_t place = 0; place < kChunkBricks; ++place) {
+    BrickEntry* const brick = chunk.bricks[place].get();
+    if (!brick) continue;
+    brick->quadCapacity = withSlack(brick->mesh->quads.size());
+    if (brick->quadCapacity == 0) continue;
+    brick->firstQuad = *chunk.quads.allocate(brick->quadCapacity);
+    ChunkWork::set(chunk.drawn, place);
+  }
+  work.rewrite = chunk.drawn;
+}
+
+SurfaceLayout::Lower SurfaceLayout::lowerOf(const Chunk& chunk) const {
+  Lower lower{&chunk};
+  for (int n = 1; n < 8; ++n) lower[size_t(n)] = chunkAt(chunk.coord - Coord{n & 1, (n >> 1) & 1, n >> 2});
+  return lower;
+}
+
+SurfaceLayout::Bases SurfaceLayout::basesOf(const Lower& lower, size_t place) {
+  const auto at = int32_t(place);
+  Bases bases;
   for (int n = 0; n < 8; ++n) {
-    const auto it = bricks_.find(coord - Coord{n & 1, (n >> 1) & 1, n >> 2});
-    if (it == bricks_.end()) continue;
-    bases[size_t(n)] = {&it->second, it->second.firstVertex, uint32_t(it->second.mesh->positions.size())};
+    const Coord brick = Coord{at >> 6, (at >> 3) & 7, at & 7} - Coord{n & 1, (n >> 1) & 1, n >> 2};
+    const Chunk* chunk = lower[size_t(int(brick.x < 0) | int(brick.y < 0) << 1 | int(brick.z < 0) << 2)];
+    const BrickEntry* there = chunk ? chunk->bricks[placeOf(brick)].get() : nullptr;
+    if (there) bases[size_t(n)] = {there, there->firstVertex, uint32_t(there->mesh->positions.size())};
   }
   return bases;
 }
 
-void SurfaceLayout::writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink) {
-  const auto quads = brick.mesh->quads;
-  const std::array<Base, 8> bases = basesOf(coord);
+void SurfaceLayout::writeQuads(const BrickEntry& brick, const Bases& bases, const Chunk& chunk, UploadSink& sink) {
   const auto resolve = [&](clay::VertexRef ref) {
     const Base& base = bases[size_t(ref >> clay::kVertexRefBits)];
     const uint32_t index = ref & clay::kVertexRefIndex;
@@ -288,78 +374,58 @@ void SurfaceLayout::writeQuads(Coord coord, const BrickEntry& brick, const Chunk
     }
     return base.first + index;
   };
+  const bool someUnseen =
+      std::any_of(bases.begin(), bases.end(), [](const Base& base) { return base.brick && base.brick->unseen; });
   // The rest of the range is filled with empty triangles, so that a chunk is one draw call.
-  indexScratch_.assign(size_t(brick.quadCapacity) * kIndicesPerQuad, 0);
+  indexScratch_.resize(size_t(brick.quadCapacity) * kIndicesPerQuad);
   uint32_t* out = indexScratch_.data();
-  for (const auto& quad : quads) {
-    if (unseen(bases, quad)) continue;
+  for (const auto& quad : brick.mesh->quads) {
+    if (someUnseen && unseen(bases, quad)) continue;
     const uint32_t a = resolve(quad[0]), b = resolve(quad[1]), c = resolve(quad[2]), d = resolve(quad[3]);
     for (const uint32_t index : {a, b, c, a, c, d}) *out++ = index;
   }
+  std::fill(out, indexScratch_.data() + indexScratch_.size(), 0);
   sink.writeIndices((chunk.firstQuad + brick.firstQuad) * kIndicesPerQuad, indexScratch_);
 }
 
-void SurfaceLayout::eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink) {
-  if (brick.quadCapacity == 0) return;
-  Chunk& chunk = chunks_.at(coord >> kChunkBits);
-  indexScratch_.assign(size_t(brick.quadCapacity) * kIndicesPerQuad, 0);
-  sink.writeIndices((chunk.firstQuad + brick.firstQuad) * kIndicesPerQuad, indexScratch_);
-  chunk.quads.release(brick.firstQuad, brick.quadCapacity);
-  chunk.bricks.erase(std::lower_bound(chunk.bricks.begin(), chunk.bricks.end(), coord));
-  brick.quadCapacity = 0;
-}
-
-void SurfaceLayout::resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink) {
-  ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
-  chunk.quads = RangeAllocator();
-  chunk.firstQuad = ranges_->takeQuads(capacity, sink);
-  chunk.quads = RangeAllocator(capacity);
-  for (const Coord coord : chunk.bricks) {
-    BrickEntry& brick = bricks_.at(coord);
-    brick.firstQuad = *chunk.quads.allocate(brick.quadCapacity);
-  }
-  // What lies past the packed bricks is never drawn; only the bricks are written.
-  for (const Coord coord : chunk.bricks) {
-    const BrickEntry& brick = bricks_.at(coord);
-    if (brick.mesh->quads.size() <= brick.quadCapacity) writeQuads(coord, brick, chunk, sink);
-  }
-}
-
-void SurfaceLayout::updateDraws(const std::set<Coord>& changed) {
+void SurfaceLayout::updateDraws(const Works& works) {
   bool otherChunks = false;
-  for (const Coord coord : changed) {
-    const auto it = chunks_.find(coord);
-    if (it == chunks_.end()) continue;
-    Chunk& chunk = it->second;
+  for (const auto& [coord, work] : works.all()) {
+    if (!work.changed) continue;
+    Chunk& chunk = work.chunk;
     dropLevels(chunk);
-    if (chunk.bricks.empty()) {
-      ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
-      chunks_.erase(it);
-      otherChunks = true;
-      continue;
-    }
-    otherChunks |= chunk.draw == SIZE_MAX;
+    const bool drawn = std::any_of(chunk.drawn.begin(), chunk.drawn.end(), [](uint64_t word) { return word != 0; });
+    otherChunks |= drawn != (chunk.draw != SIZE_MAX);
+    if (drawn) continue;
+    ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
+    chunk.quads = RangeAllocator();
   }
   if (otherChunks) {
     std::vector<ChunkDraw> before = std::move(draws_);
     draws_.clear();
     draws_.reserve(chunks_.size());
     for (auto& [coord, chunk] : chunks_) {
-      draws_.push_back(chunk.draw == SIZE_MAX ? ChunkDraw() : before[chunk.draw]);
+      const size_t was = std::exchange(chunk.draw, SIZE_MAX);
+      if (chunk.quads.used() == 0) continue;
+      draws_.push_back(was == SIZE_MAX ? ChunkDraw() : before[was]);
       chunk.draw = draws_.size() - 1;
     }
   }
-  for (const Coord coord : changed) {
-    const auto it = chunks_.find(coord);
-    if (it == chunks_.end()) continue;
-    const Chunk& chunk = it->second;
-    Coord lo = chunk.bricks.front(), hi = lo;
+  for (const auto& [coord, work] : works.all()) {
+    const Chunk& chunk = work.chunk;
+    if (!work.changed) continue;
+    if (chunk.draw == SIZE_MAX) {
+      if (chunk.held == 0) chunks_.erase(coord);
+      continue;
+    }
+    Coord lo{INT32_MAX, INT32_MAX, INT32_MAX}, hi{INT32_MIN, INT32_MIN, INT32_MIN};
     uint32_t quads = 0;
-    for (const Coord c : chunk.bricks) {
+    forEachPlace(chunk.drawn, [&](size_t place) {
+      const Coord c = brickAt(chunk, place);
       lo = {std::min(lo.x, c.x), std::min(lo.y, c.y), std::min(lo.z, c.z)};
       hi = {std::max(hi.x, c.x), std::max(hi.y, c.y), std::max(hi.z, c.z)};
-      quads += uint32_t(bricks_.at(c).mesh->quads.size());
-    }
+      quads += uint32_t(chunk.bricks[place]->mesh->quads.size());
+    });
     ChunkDraw& draw = draws_[chunk.draw];
     const bool isNew = !draw.levels[0].made;
     draw = ChunkDraw();
@@ -381,15 +447,15 @@ void SurfaceLayout::updateDraws(const std::set<Coord>& changed) {
 const Box& SurfaceLayout::tightBox(const Chunk& chunk) const {
   if (chunk.tight) return *chunk.tight;
   Box box;
-  for (const Coord coord : chunk.bricks) {
-    const std::array<Base, 8> bases = basesOf(coord);
-    for (size_t n = 0; n < 8; ++n) {
-      if (!bases[n].brick || bases[n].count == 0) continue;
-      const Vec3d base = (bases[n].brick->mesh->brick * clay::kBrickEdge).toVec3d();
-      box.add(base + bases[n].brick->min.cast<double>());
-      box.add(base + bases[n].brick->max.cast<double>());
+  const Lower lower = lowerOf(chunk);
+  forEachPlace(chunk.drawn, [&](size_t place) {
+    for (const Base& base : basesOf(lower, place)) {
+      if (!base.brick || base.count == 0) continue;
+      const Vec3d zero = (base.brick->mesh->brick * clay::kBrickEdge).toVec3d();
+      box.add(zero + base.brick->min.cast<double>());
+      box.add(zero + base.brick->max.cast<double>());
     }
-  }
+  });
   chunk.tight = box;
   return *chunk.tight;
 }
@@ -415,13 +481,14 @@ Box SurfaceLayout::bounds(const Eigen::Quaterniond& rotation, const Vec3d& trans
     if (!box.empty() && (outer.min.array() >= box.min.array()).all() && (outer.max.array() <= box.max.array()).all()) {
       continue;
     }
-    for (const Coord brick : chunk.bricks) {
-      for (const Base& base : basesOf(brick)) {
+    const Lower lower = lowerOf(chunk);
+    forEachPlace(chunk.drawn, [&](size_t at) {
+      for (const Base& base : basesOf(lower, at)) {
         if (!base.brick) continue;
         const Vec3d zero = (base.brick->mesh->brick * clay::kBrickEdge).toVec3d();
         for (const Vec3f& p : base.brick->mesh->positions) box.add(place(zero + p.cast<double>()));
       }
-    }
+    });
   }
   return box;
 }

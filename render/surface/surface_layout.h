@@ -7,9 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "clay/surface/vertex_channels.h"
@@ -125,7 +123,7 @@ class SurfaceLayout {
   /// In order of chunk coordinate. Valid until the next apply().
   [[nodiscard]] const std::vector<ChunkDraw>& draws() const { return draws_; }
   [[nodiscard]] uint64_t triangleCount() const { return 2 * quads_; }
-  [[nodiscard]] uint64_t brickCount() const { return bricks_.size(); }
+  [[nodiscard]] uint64_t brickCount() const { return bricks_; }
   /// Tight box of all vertices, turned and then moved by `translation`. O(chunks + bricks of changed chunks + vertices
   /// at its sides, where turned).
   [[nodiscard]] Box bounds(const Eigen::Quaterniond& rotation = Eigen::Quaterniond::Identity(),
@@ -159,24 +157,32 @@ class SurfaceLayout {
   struct ChunkLevel {
     uint32_t firstVertex = 0, vertexCount = 0, firstQuad = 0, quadCount = 0;
   };
+  static constexpr size_t kChunkBricks = size_t{1} << (3 * kChunkBits);
+  // Bit y·8 + z of word x: a brick of a chunk.
+  using BrickBits = std::array<uint64_t, kChunkBricks / 64>;
   struct Chunk {
+    Coord coord;
     uint32_t firstQuad = 0;  // of its block
     RangeAllocator quads{0};
-    std::vector<Coord> bricks;                         // with quads; sorted
+    std::array<std::unique_ptr<BrickEntry>, kChunkBricks> bricks;
+    size_t held = 0;                                   // of these
+    BrickBits drawn{};                                 // bricks with quads
     std::array<ChunkLevel, size_t(kLevels)> levels{};  // above 0
     size_t draw = SIZE_MAX;                            // in draws_
     mutable std::optional<Box> tight;  // of the vertices that its quads name, in voxels; found when asked for
-  };
-  struct CoordHash {
-    size_t operator()(Coord c) const noexcept;
   };
   struct Base {
     const BrickEntry* brick = nullptr;
     uint32_t first = 0, count = 0;
   };
   using Bases = std::array<Base, 8>;
+  using Lower = std::array<const Chunk*, 8>;
+  struct ChunkWork;
+  class Works;
 
-  void reserveFor(const clay::SurfaceDelta& delta, std::map<Coord, int64_t>& growth, UploadSink& sink);
+  void reserveFor(const clay::SurfaceDelta& delta, UploadSink& sink);
+  void takeMesh(const clay::BrickMeshPtr& mesh, Works& works, UploadSink& sink);
+  void takePaint(const clay::SurfaceDelta& delta, Works& works);
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
   [[nodiscard]] PackedPaint paintOf(const BrickEntry& brick, size_t index) const;
   void writePaint(const BrickEntry& brick, UploadSink& sink);
@@ -185,26 +191,30 @@ class SurfaceLayout {
   }
   // all of its corners
   [[nodiscard]] bool unseen(const Bases& bases, const std::array<clay::VertexRef, 4>& quad) const;
-  void noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite, std::set<Coord>& changedChunks);
+  void noteUnseen(Works& works);
   bool writeVertices(BrickEntry& brick, UploadSink& sink);  // true when the range is another one
-  void placeQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
-  void writeQuads(Coord coord, const BrickEntry& brick, const Chunk& chunk, UploadSink& sink);
-  void eraseQuads(Coord coord, BrickEntry& brick, UploadSink& sink);
-  void resizeChunk(Chunk& chunk, uint32_t capacity, UploadSink& sink);
-  std::array<Base, 8> basesOf(Coord coord) const;  // the bricks that its quads may name
+  void placeQuads(Works& works, UploadSink& sink);
+  [[nodiscard]] bool rangesFor(ChunkWork& work);
+  void repack(ChunkWork& work, UploadSink& sink);
+  void writeQuads(const BrickEntry& brick, const Bases& bases, const Chunk& chunk, UploadSink& sink);
+  static size_t placeOf(Coord brick);  // in its chunk
+  [[nodiscard]] Coord brickAt(const Chunk& chunk, size_t place) const;
+  [[nodiscard]] const Chunk* chunkAt(Coord chunk) const;
+  [[nodiscard]] const BrickEntry* find(Coord brick) const;
+  [[nodiscard]] Lower lowerOf(const Chunk& chunk) const;   // the chunk, and those dx·1 + dy·2 + dz·4 lower, or null
+  static Bases basesOf(const Lower& lower, size_t place);  // the bricks that a brick's quads may name
   void dropLevels(Chunk& chunk);
-  void updateDraws(const std::set<Coord>& changed);
+  void updateDraws(const Works& works);
   const Box& tightBox(const Chunk& chunk) const;
   NormalCone coneOf(const Chunk& chunk) const;
-  void makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& sink);
+  void makeLevel(Chunk& chunk, int level, UploadSink& sink);
 
   BufferRanges* ranges_;
   clay::Grid grid_;
   bool hideMasked_ = false;
   MaterialColours materials_;
-  std::unordered_map<Coord, BrickEntry, CoordHash> bricks_;
   std::map<Coord, Chunk> chunks_;
-  uint64_t quads_ = 0, picture_ = kRestPictures;
+  uint64_t bricks_ = 0, quads_ = 0, picture_ = kRestPictures;
   bool whole_ = true;
   std::vector<ChunkDraw> draws_;
   Box loose_;

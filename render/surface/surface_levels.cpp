@@ -1,8 +1,8 @@
 // Levels of detail: the indices of a chunk again, with fewer vertices.
 
-#include <algorithm>
+#include <unordered_map>
 
-#include "render/surface/surface_layout.h"
+#include "render/surface/chunk_works.h"
 
 namespace argil::render {
 namespace {
@@ -32,8 +32,7 @@ void SurfaceLayout::dropLevels(Chunk& chunk) {
 
 size_t SurfaceLayout::prepareChunk(size_t at, int level, UploadSink& sink) {
   ChunkDraw& draw = draws_[at];
-  const auto it = chunks_.find(draw.chunk);
-  Chunk& chunk = it->second;
+  Chunk& chunk = chunks_.at(draw.chunk);
   if (!atRest(at)) return 0;
   size_t cost = 0;
   if (!draw.coned) {
@@ -42,7 +41,7 @@ size_t SurfaceLayout::prepareChunk(size_t at, int level, UploadSink& sink) {
     cost += draw.levels[0].triangles / 2;
   }
   if (!draw.levels[size_t(level)].made) {
-    makeLevel(it->first, chunk, level, sink);
+    makeLevel(chunk, level, sink);
     cost += draw.levels[0].triangles / 2;
   }
   return cost;
@@ -50,8 +49,9 @@ size_t SurfaceLayout::prepareChunk(size_t at, int level, UploadSink& sink) {
 
 NormalCone SurfaceLayout::coneOf(const Chunk& chunk) const {
   ConeBuilder cone;
-  for (const Coord coord : chunk.bricks) {
-    const std::array<Base, 8> bases = basesOf(coord);
+  const Lower lower = lowerOf(chunk);
+  forEachPlace(chunk.drawn, [&](size_t place) {
+    const Bases bases = basesOf(lower, place);
     const auto corner = [&](clay::VertexRef ref) -> Vec3f {
       const int n = ref >> clay::kVertexRefBits;
       return bases[size_t(n)].brick->mesh->positions[ref & clay::kVertexRefIndex] -
@@ -62,35 +62,37 @@ NormalCone SurfaceLayout::coneOf(const Chunk& chunk) const {
       cone.add(a, b, c);
       cone.add(a, c, d);
     }
-  }
+  });
   return cone.cone();
 }
 
 /// A level has vertices of its own, in the order in which its triangles name them: a device that fetched one in nine of
 /// the finer ones would wait for memory most of the time.
-void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& sink) {
+void SurfaceLayout::makeLevel(Chunk& chunk, int level, UploadSink& sink) {
   struct Source {
     const BrickEntry* brick = nullptr;
     std::vector<uint16_t> standing;  // empty for bricks of other chunks: there each vertex stands for itself
     std::vector<uint32_t> placed;    // where a vertex is in this level, plus one
   };
-  std::unordered_map<Coord, Source, CoordHash> sources;
+  std::unordered_map<const BrickEntry*, Source> sources;
   const bool painted = ranges_->painted();
   vertexScratch_.clear();
   indexScratch_.clear();
   paintScratch_.clear();
-  for (const Coord at : chunk.bricks) {
-    const std::array<Base, 8> bases = basesOf(at);
+  const Lower lower = lowerOf(chunk);
+  forEachPlace(chunk.drawn, [&](size_t place) {
+    const Bases bases = basesOf(lower, place);
     std::array<Source*, 8> from{};
     for (int n = 0; n < 8; ++n) {
       if (!bases[size_t(n)].brick) continue;
-      const Coord owner = at - Coord{n & 1, (n >> 1) & 1, n >> 2};
-      Source& source = sources[owner];
+      Source& source = sources[bases[size_t(n)].brick];
       from[size_t(n)] = &source;
       if (source.brick) continue;
       source.brick = bases[size_t(n)].brick;
       source.placed.resize(source.brick->mesh->positions.size());
-      if (owner >> kChunkBits == coord) representatives(*source.brick->mesh, level, lastAlong(owner), source.standing);
+      const Coord owner = source.brick->mesh->brick;
+      if (owner >> kChunkBits == chunk.coord)
+        representatives(*source.brick->mesh, level, lastAlong(owner), source.standing);
     }
     // The vertex, named by its brick's place and its number there; equal for equal vertices.
     struct Corner {
@@ -123,7 +125,7 @@ void SurfaceLayout::makeLevel(Coord coord, Chunk& chunk, int level, UploadSink& 
       triangle(a, resolve(quad[1]), c);
       triangle(a, c, resolve(quad[3]));
     }
-  }
+  });
   ChunkLevel& made = chunk.levels[size_t(level)];
   ChunkDraw::Range& range = draws_[chunk.draw].levels[size_t(level)];
   const auto count = uint32_t(indexScratch_.size());

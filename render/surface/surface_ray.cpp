@@ -2,7 +2,7 @@
 
 #include <tuple>
 
-#include "render/surface/surface_layout.h"
+#include "render/surface/chunk_works.h"
 
 namespace argil::render {
 
@@ -14,10 +14,13 @@ std::optional<RayHit> SurfaceLayout::raycast(const Ray& rayMm) const {
   bool any = false;
   for (const ChunkDraw& draw : draws_) {
     if (enterBox(ray, draw.min, draw.max) == kNever) continue;
-    for (const Coord coord : chunks_.at(draw.chunk).bricks) {
+    const Chunk& chunk = chunks_.at(draw.chunk);
+    const Lower lower = lowerOf(chunk);
+    forEachPlace(chunk.drawn, [&](size_t place) {
+      const Coord coord = brickAt(chunk, place);
       const Vec3d base = (coord * clay::kBrickEdge).toVec3d();
-      if (enterBox(ray, base - Vec3d::Ones(), base + Vec3d::Constant(clay::kBrickEdge)) == kNever) continue;
-      const std::array<Base, 8> bases = basesOf(coord);
+      if (enterBox(ray, base - Vec3d::Ones(), base + Vec3d::Constant(clay::kBrickEdge)) == kNever) return;
+      const Bases bases = basesOf(lower, place);
       const auto corner = [&](clay::VertexRef ref) -> Vec3d {
         const int n = ref >> clay::kVertexRefBits;
         const Coord owner = coord - Coord{n & 1, (n >> 1) & 1, n >> 2};
@@ -37,7 +40,7 @@ std::optional<RayHit> SurfaceLayout::raycast(const Ray& rayMm) const {
           hit.fromOutside = hit.normal.dot(ray.direction) < 0;
         }
       }
-    }
+    });
   }
   if (!any) return std::nullopt;
   return hit;

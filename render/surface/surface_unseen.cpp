@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "render/surface/surface_layout.h"
+#include "render/surface/chunk_works.h"
 
 namespace argil::render {
 
@@ -14,32 +14,36 @@ bool SurfaceLayout::unseen(const Bases& bases, const std::array<clay::VertexRef,
 }
 
 // Triangles of a brick and of those above it name its vertices.
-void SurfaceLayout::noteUnseen(const std::set<Coord>& repainted, std::set<Coord>& rewrite,
-                               std::set<Coord>& changedChunks) {
-  for (const Coord coord : repainted) {
-    BrickEntry& brick = bricks_.at(coord);
-    const bool before = brick.unseen;
-    brick.unseen = brick.paint && std::any_of(brick.paint->vertices.begin(), brick.paint->vertices.end(),
-                                              [&](const clay::VertexPaint& paint) { return unseen(paint); });
-    if (!before && !brick.unseen) continue;
-    for (int n = 0; n < 8; ++n) {
-      const Coord above = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
-      if (bricks_.count(above) == 0) continue;
-      rewrite.insert(above);
-      changedChunks.insert(above >> kChunkBits);
-    }
+void SurfaceLayout::noteUnseen(Works& works) {
+  // Chunks that come on top have nothing repainted.
+  std::vector<std::pair<Chunk*, BrickBits>> repainted;
+  for (const auto& [coord, work] : works.all()) repainted.emplace_back(&work.chunk, work.repaint);
+  for (const auto& [chunk, places] : repainted) {
+    forEachPlace(places, [&](size_t place) {
+      BrickEntry& brick = *chunk->bricks[place];
+      const bool before = brick.unseen;
+      brick.unseen = brick.paint && std::any_of(brick.paint->vertices.begin(), brick.paint->vertices.end(),
+                                                [&](const clay::VertexPaint& paint) { return unseen(paint); });
+      if (!before && !brick.unseen) return;
+      for (int n = 0; n < 8; ++n) {
+        const Coord above = brickAt(*chunk, place) + Coord{n & 1, (n >> 1) & 1, n >> 2};
+        ChunkWork* const work = works.find(above >> kChunkBits);
+        if (work && work->chunk.bricks[placeOf(above)]) work->setChanged(placeOf(above));
+      }
+    });
   }
 }
 
 void SurfaceLayout::hideMasked(bool hide, UploadSink& sink) {
   if (hideMasked_ == hide) return;
   hideMasked_ = hide;
-  std::set<Coord> painted, rewrite, changedChunks;
-  for (const auto& [coord, brick] : bricks_)
-    if (brick.paint) painted.insert(coord);
-  noteUnseen(painted, rewrite, changedChunks);
-  for (const Coord coord : rewrite) placeQuads(coord, bricks_.at(coord), sink);
-  updateDraws(changedChunks);
+  Works works(chunks_);
+  for (const auto& [coord, chunk] : chunks_)
+    for (size_t place = 0; place < kChunkBricks; ++place)
+      if (chunk.bricks[place] && chunk.bricks[place]->paint) ChunkWork::set(works.at(coord).repaint, place);
+  noteUnseen(works);
+  placeQuads(works, sink);
+  updateDraws(works);
 }
 
 }  // namespace argil::render

@@ -31,6 +31,7 @@ TEST(SurfaceLayoutProperty, RandomDabsDrawExactlyTheSurface) {
   };
   uint64_t drawn = 0;
   for (int step = 0; step < 40; ++step) {
+    sink.beginUpdate();
     layout.apply(surface.update({}, {-4, -4, -4}, {3, 3, 3}, field), sink);
     ASSERT_EQ(sink.drawn(layout), test::inUnits(surface.triangles())) << "seed " << kSeed << ", step " << step;
     drawn += layout.triangleCount();

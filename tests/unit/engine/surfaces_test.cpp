@@ -9,6 +9,7 @@
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "clay/store/unshared.h"
 #include "clay/whole/boolean.h"
 #include "tests/support/refusing_system.h"
 #include "workbench_rig.h"
@@ -165,6 +166,27 @@ TEST_F(SurfacesTest, AnotherWholePieceIsExtractedBesideTheEditThread) {
   surfaces.follow(document, 1);
   picture.take(surfaces);
   EXPECT_TRUE(picture.shows(1, dab));
+}
+
+// What an operation on a whole piece replaced is kept: the edit thread swaps it back, and nobody waits.
+TEST_F(SurfacesTest, UndoOfAWholePieceStepIsThereAtOnce) {
+  const clay::Version large = ball(230), cut = dabbed(large, {0, 0, 230}, 200);
+  ASSERT_GT(clay::differingLeaves(large, cut, Surfaces::kMostOwnBricks), Surfaces::kMostOwnBricks);
+  Document document = with({large});
+  surfaces.follow(document, 0);
+  settle(document);
+  document.pieces[0].version = cut;
+  surfaces.follow(document, 0);
+  settle(document);
+  const uint64_t own = surfaces.ownBricks();
+  for (const clay::Version& version : {large, cut, large}) {
+    document.pieces[0].version = version;
+    surfaces.follow(document, 0);
+    EXPECT_FALSE(surfaces.behind());
+    picture.take(surfaces);
+    EXPECT_TRUE(picture.shows(1, version));
+  }
+  EXPECT_EQ(surfaces.ownBricks(), own) << "nothing was extracted";
 }
 
 TEST_F(SurfacesTest, APieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {

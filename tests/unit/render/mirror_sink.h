@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <map>
+#include <stdexcept>
 #include <vector>
 
 #include "render/surface/surface_layout.h"
@@ -19,13 +21,23 @@ class MirrorSink : public UploadSink {
   }
   void writeVertices(uint32_t first, std::span<const SurfaceVertex> data) override {
     if (size_t(first) + data.size() > vertices.size()) throw std::out_of_range("vertices past the reserved end");
+    if (checked_) once(writtenVertices_, first, data.size());
     std::copy(data.begin(), data.end(), vertices.begin() + first);
     bytes += data.size_bytes();
   }
   void writeIndices(uint32_t first, std::span<const uint32_t> data) override {
     if (size_t(first) + data.size() > indices.size()) throw std::out_of_range("indices past the reserved end");
+    if (checked_) once(writtenIndices_, first, data.size());
     std::copy(data.begin(), data.end(), indices.begin() + first);
     bytes += data.size_bytes();
+  }
+
+  /// From the first call on, what is written twice between two calls is refused: the device copies the writes of an
+  /// update in any order.
+  void beginUpdate() {
+    checked_ = true;
+    writtenVertices_.clear();
+    writtenIndices_.clear();
   }
 
   /// Every triangle that the draws show, in vertex units, empty ones left out, sorted.
@@ -52,6 +64,18 @@ class MirrorSink : public UploadSink {
   std::vector<SurfaceVertex> vertices;
   std::vector<uint32_t> indices;
   uint64_t bytes = 0;
+
+ private:
+  using Written = std::map<size_t, size_t>;  // begin → end
+  static void once(Written& written, size_t first, size_t count) {
+    const auto next = written.lower_bound(first);
+    if (next != written.end() && next->first < first + count) throw std::logic_error("written twice in one update");
+    if (next != written.begin() && std::prev(next)->second > first)
+      throw std::logic_error("written twice in one update");
+    written[first] = first + count;
+  }
+  Written writtenVertices_, writtenIndices_;
+  bool checked_ = false;
 };
 
 /// The same triangles as the surface itself has them, rounded as vertices are.
