@@ -29,6 +29,7 @@ namespace {
 using namespace clay;
 
 constexpr double kRadius = 20;  // voxels
+constexpr double kLargestMillions = 1000;
 constexpr int kFresh = 400, kPeerDabs = 20;
 constexpr int kWalk = 140;  // goes not quite once around the smallest sphere
 
@@ -344,9 +345,33 @@ void precisions(BenchReport& report, const BenchOptions& options) {
   }
 }
 
+// The largest clay there is, by itself: with others beside it there would be no memory.
+void benchLargest(BenchReport& report, const BenchOptions& options) {
+  report.heading("edit: the same dab on a thousand million active voxels of 16 bits beside a million, one thread");
+  std::vector<Model> models;
+  for (const double size : {1.0, kLargestMillions}) {
+    Model m;
+    m.sphere = benchSphere(size, Precision::fixed16);
+    m.share = 1 - 3 * kRadius / (8 * m.sphere.radiusVoxels);
+    m.surface.update(m.sphere.version, 2);
+    m.places = freshPlaces(m, 20261120, kFresh);
+    models.push_back(std::move(m));
+    if (options.job) options.job->step(0);
+  }
+  freshDabs(models, options.job);
+  for (Model& m : models) walk(m, kWalk);
+  reportFresh(report, models, "edit/ball20-bits16/");
+  for (const Model& m : models) {
+    BenchResult r = m.walk.result("edit/ball20-bits16-walk/" + m.sphere.name);
+    r.note = fmt::format("{:.2f}× the smallest's time", m.walk.median() / models.front().walk.median());
+    report.add(r);
+  }
+}
+
 }  // namespace
 
 void benchEdit(BenchReport& report, const BenchOptions& options) {
+  if (options.largest >= kLargestMillions) return benchLargest(report, options);
   report.heading(fmt::format(
       "edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn",
       kRadius));

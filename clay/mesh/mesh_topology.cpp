@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "clay/base/error.h"
 
@@ -19,42 +21,35 @@ bool degenerate(const Triangle& t) {
   return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
-/// For each vertex the triangles around it, degenerate ones left out: those of v are list[first[v]] to list[first[v +
-/// 1]].
+/// Vertices from `base` on, and triangles that use no others.
+struct Window {
+  std::span<const Vec3d> positions;
+  std::span<const Triangle> triangles;
+  uint64_t base = 0;
+};
+
+/// For each vertex of a window the triangles around it, degenerate ones left out: those of vertex base + v are
+/// list[first[v]] to list[first[v + 1]].
 struct Incidence {
   std::vector<uint64_t> first;
   std::vector<uint32_t> list;
 };
 
-Incidence incidence(const TriangleMesh& mesh, TopologyReport& report) {
+Incidence incidence(const Window& window) {
   Incidence result;
-  const size_t vertexCount = mesh.positions.size();
-  if (std::max(mesh.triangles.size(), vertexCount) > UINT32_MAX) {
-    throw Error("a mesh of more than 4 294 967 295 triangles or vertices cannot be checked: split it",
-                Error::Kind::work);
-  }
   // Counts are kept two places up, so that filling the list moves each start to its final place.
-  result.first.assign(vertexCount + 2, 0);
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& triangle = mesh.triangles[t];
-    for (const uint32_t v : triangle) {
-      if (v >= vertexCount) {
-        throw Error("triangle " + std::to_string(t) + " of the mesh names vertex " + std::to_string(v) + " of " +
-                        std::to_string(vertexCount) + ": the mesh is damaged",
-                    Error::Kind::work);
-      }
-    }
-    if (degenerate(triangle)) {
-      ++report.degenerateTriangles;
-      continue;
-    }
-    for (const uint32_t v : triangle) ++result.first[v + 2];
+  result.first.assign(window.positions.size() + 2, 0);
+  for (const Triangle& triangle : window.triangles) {
+    if (degenerate(triangle)) continue;
+    for (const uint32_t v : triangle)
+      if (v >= window.base) ++result.first[v - window.base + 2];
   }
   std::partial_sum(result.first.begin(), result.first.end(), result.first.begin());
   result.list.resize(result.first.back());
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (degenerate(mesh.triangles[t])) continue;
-    for (const uint32_t v : mesh.triangles[t]) result.list[result.first[v + 1]++] = uint32_t(t);
+  for (size_t t = 0; t < window.triangles.size(); ++t) {
+    if (degenerate(window.triangles[t])) continue;
+    for (const uint32_t v : window.triangles[t])
+      if (v >= window.base) result.list[result.first[v - window.base + 1]++] = uint32_t(t);
   }
   result.first.pop_back();
   return result;
@@ -128,75 +123,131 @@ class Link {
   uint32_t arcs_ = 0;
 };
 
-void judgeFans(const TriangleMesh& mesh, const Incidence& around, TopologyReport& report) {
+/// The fans of the window's vertices below `end`, and the box of those that are used.
+void judgeFans(const Window& window, uint64_t end, TopologyReport& report) {
+  const Incidence around = incidence(window);
   Link link;
-  const auto vertexCount = uint32_t(mesh.positions.size());
-  for (uint32_t v = 0; v < vertexCount; ++v) {
-    if (around.first[v] == around.first[v + 1]) continue;
+  for (uint64_t v = window.base; v < end; ++v) {
+    const size_t at = v - window.base;
+    if (around.first[at] == around.first[at + 1]) continue;
+    const Vec3d& p = window.positions[at];
+    report.low = report.vertices > 0 ? report.low.cwiseMin(p).eval() : p;
+    report.high = report.vertices > 0 ? report.high.cwiseMax(p).eval() : p;
     ++report.vertices;
     link.clear();
-    for (uint64_t i = around.first[v]; i < around.first[v + 1]; ++i) {
-      const Triangle& t = mesh.triangles[around.list[i]];
+    for (uint64_t i = around.first[at]; i < around.first[at + 1]; ++i) {
+      const Triangle& t = window.triangles[around.list[i]];
       const int corner = t[0] == v ? 0 : t[1] == v ? 1 : 2;
       link.addArc(t[size_t(corner + 1) % 3], t[size_t(corner + 2) % 3]);
     }
-    link.judge(v, report);
+    link.judge(uint32_t(v), report);
   }
 }
 
-uint64_t countBodies(const TriangleMesh& mesh, uint64_t usedVertices) {
-  std::vector<uint32_t> parent(mesh.positions.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  uint64_t bodies = usedVertices;
-  const auto unite = [&](uint32_t a, uint32_t b) {
-    a = root(a), b = root(b);
-    if (a == b) return;
-    // The lower index stays: meshes are mostly in order, so paths stay short.
-    parent[std::max(a, b)] = std::min(a, b);
-    --bodies;
-  };
-  for (const Triangle& t : mesh.triangles) {
-    if (degenerate(t)) continue;
+class Bodies {
+ public:
+  void grow(uint64_t vertices) {
+    const size_t before = parent_.size();
+    parent_.resize(vertices);
+    std::iota(parent_.begin() + std::ptrdiff_t(before), parent_.end(), uint32_t(before));
+  }
+  void unite(const Triangle& t) {
     unite(t[0], t[1]);
     unite(t[0], t[2]);
   }
-  return bodies;
+  [[nodiscard]] uint64_t count(uint64_t usedVertices) const { return usedVertices - unions_; }
+
+ private:
+  uint32_t root(uint32_t v) {
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  void unite(uint32_t a, uint32_t b) {
+    a = root(a), b = root(b);
+    if (a == b) return;
+    // The lower index stays: meshes are mostly in order, so paths stay short.
+    parent_[std::max(a, b)] = std::min(a, b);
+    ++unions_;
+  }
+
+  std::vector<uint32_t> parent_;
+  uint64_t unions_ = 0;
+};
+
+/// Volume and area, added up in blocks of kSumBlock triangles.
+class Measure {
+ public:
+  void add(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    blockVolumes_ += a.dot(b.cross(c));
+    blockAreas_ += (b - a).cross(c - a).norm();
+  }
+  /// Behind each triangle, degenerate ones too.
+  void next() {
+    if (++inBlock_ == kSumBlock) closeBlock();
+  }
+  void tell(TopologyReport& report) {
+    closeBlock();
+    report.volume = sixVolumes_ / 6;
+    report.area = twoAreas_ / 2;
+  }
+
+ private:
+  void closeBlock() {
+    sixVolumes_ += std::exchange(blockVolumes_, 0);
+    twoAreas_ += std::exchange(blockAreas_, 0);
+    inBlock_ = 0;
+  }
+
+  double sixVolumes_ = 0, twoAreas_ = 0, blockVolumes_ = 0, blockAreas_ = 0;
+  size_t inBlock_ = 0;
+};
+
+/// Counts, bodies and sums of triangles; the vertices that they name must be in the window.
+void takeTriangles(const Window& window, std::span<const Triangle> triangles, const Vec3d& middle, Bodies& bodies,
+                   Measure& measure, TopologyReport& report) {
+  const uint64_t end = window.base + window.positions.size();
+  for (const Triangle& triangle : triangles) {
+    for (const uint32_t v : triangle) {
+      if (v >= end || v < window.base) {
+        throw Error("triangle " + std::to_string(report.triangles) + " of the mesh names vertex " + std::to_string(v) +
+                        " of " + std::to_string(end) + ": the mesh is damaged",
+                    Error::Kind::work);
+      }
+    }
+    ++report.triangles;
+    if (degenerate(triangle)) {
+      ++report.degenerateTriangles;
+    } else {
+      bodies.unite(triangle);
+      const auto at = [&](size_t i) -> Vec3d { return window.positions[triangle[i] - window.base] - middle; };
+      measure.add(at(0), at(1), at(2));
+    }
+    measure.next();
+  }
 }
 
-void measure(const TriangleMesh& mesh, const Incidence& around, TopologyReport& report) {
+void requireCountable(uint64_t triangles, uint64_t vertices) {
+  if (std::max(triangles, vertices) > UINT32_MAX) {
+    throw Error("a mesh of more than 4 294 967 295 triangles or vertices cannot be checked: split it",
+                Error::Kind::work);
+  }
+}
+
+/// Of the vertices that some triangle uses.
+Vec3d middleOf(const TriangleMesh& mesh) {
+  Vec3d low = Vec3d::Zero(), high = Vec3d::Zero();
   bool any = false;
-  for (size_t v = 0; v < mesh.positions.size(); ++v) {
-    if (around.first[v] == around.first[v + 1]) continue;
-    const Vec3d& p = mesh.positions[v];
-    report.low = any ? report.low.cwiseMin(p).eval() : p;
-    report.high = any ? report.high.cwiseMax(p).eval() : p;
-    any = true;
-  }
-  const Vec3d middle = report.low + (report.high - report.low) / 2;
-  double sixVolumes = 0;
-  double twoAreas = 0;
-  for (size_t begin = 0; begin < mesh.triangles.size(); begin += kSumBlock) {
-    const size_t end = std::min(begin + kSumBlock, mesh.triangles.size());
-    double blockVolumes = 0;
-    double blockAreas = 0;
-    for (size_t t = begin; t < end; ++t) {
-      const Triangle& triangle = mesh.triangles[t];
-      if (degenerate(triangle)) continue;
-      const Vec3d a = mesh.positions[triangle[0]] - middle;
-      const Vec3d b = mesh.positions[triangle[1]] - middle;
-      const Vec3d c = mesh.positions[triangle[2]] - middle;
-      blockVolumes += a.dot(b.cross(c));
-      blockAreas += (b - a).cross(c - a).norm();
+  for (const Triangle& triangle : mesh.triangles) {
+    if (degenerate(triangle)) continue;
+    for (const uint32_t v : triangle) {
+      if (v >= mesh.positions.size()) continue;  // refused later
+      const Vec3d& p = mesh.positions[v];
+      low = any ? low.cwiseMin(p).eval() : p;
+      high = any ? high.cwiseMax(p).eval() : p;
+      any = true;
     }
-    sixVolumes += blockVolumes;
-    twoAreas += blockAreas;
   }
-  report.volume = sixVolumes / 6;
-  report.area = twoAreas / 2;
+  return low + (high - low) / 2;
 }
 
 }  // namespace
@@ -211,13 +262,60 @@ bool TopologyReport::solid() const {
 }
 
 TopologyReport checkTopology(const TriangleMesh& mesh) {
+  requireCountable(mesh.triangles.size(), mesh.positions.size());
   TopologyReport report;
-  report.triangles = mesh.triangles.size();
-  const Incidence around = incidence(mesh, report);
-  judgeFans(mesh, around, report);
-  report.bodies = countBodies(mesh, report.vertices);
-  measure(mesh, around, report);
+  const Window window{mesh.positions, mesh.triangles};
+  Bodies bodies;
+  bodies.grow(mesh.positions.size());
+  Measure measure;
+  takeTriangles(window, mesh.triangles, middleOf(mesh), bodies, measure, report);
+  judgeFans(window, mesh.positions.size(), report);
+  report.bodies = bodies.count(report.vertices);
+  measure.tell(report);
   return report;
+}
+
+struct TopologyCheck::State {
+  Vec3d middle = Vec3d::Zero();
+  std::vector<Vec3d> positions;  // from base on
+  std::vector<Triangle> triangles;
+  uint64_t base = 0;
+  Bodies bodies;
+  Measure measure;
+  TopologyReport report;
+  [[nodiscard]] Window window() const { return {positions, triangles, base}; }
+};
+
+TopologyCheck::TopologyCheck(const Vec3d& middle) : state_(std::make_unique<State>()) {
+  state_->middle = middle;
+}
+TopologyCheck::~TopologyCheck() = default;
+
+void TopologyCheck::add(std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  State& s = *state_;
+  requireCountable(s.report.triangles + triangles.size(), s.base + s.positions.size() + positions.size());
+  s.positions.insert(s.positions.end(), positions.begin(), positions.end());
+  s.bodies.grow(s.base + s.positions.size());
+  takeTriangles(s.window(), triangles, s.middle, s.bodies, s.measure, s.report);
+  s.triangles.insert(s.triangles.end(), triangles.begin(), triangles.end());
+}
+
+void TopologyCheck::settle(uint64_t vertices) {
+  State& s = *state_;
+  const uint64_t end = std::min<uint64_t>(vertices, s.base + s.positions.size());
+  if (end <= s.base) return;
+  judgeFans(s.window(), end, s.report);
+  s.positions.erase(s.positions.begin(), s.positions.begin() + std::ptrdiff_t(end - s.base));
+  s.base = end;
+  std::erase_if(s.triangles, [&](const Triangle& t) { return std::max({t[0], t[1], t[2]}) < end; });
+}
+
+TopologyReport TopologyCheck::finish() {
+  State& s = *state_;
+  settle(s.base + s.positions.size());
+  s.report.bodies = s.bodies.count(s.report.vertices);
+  s.measure.tell(s.report);
+  return s.report;
 }
 
 }  // namespace argil::clay

@@ -9,9 +9,13 @@
 // fan is closed, open or non-manifold; (4) bodies by union-find over vertices; (5) volume and area summed in fixed
 // blocks, about the middle of the bounding box, so that distance from the origin costs no digits. Rejected: hash maps
 // and sorting all half-edges (slower and larger than one pass over links that fit in cache). Cost: O(n log k) for k
-// triangles at a vertex; about 12 bytes a triangle and 12 a vertex besides the mesh.
+// triangles at a vertex; about 12 bytes a triangle and 12 a vertex besides the mesh. A mesh may also come piece by
+// piece (TopologyCheck): then only the vertices count that may still get triangles, and 4 bytes for each other.
 
+#include <array>
 #include <cstdint>
+#include <memory>
+#include <span>
 
 #include "clay/mesh/triangle_mesh.h"
 
@@ -42,5 +46,26 @@ struct TopologyReport {
 /// Takes indices as they are: weldExact (clay/mesh/weld.h) first where a file repeats its vertices. Throws Error when
 /// an index is out of range. Any thread.
 [[nodiscard]] TopologyReport checkTopology(const TriangleMesh& mesh);
+
+/// The same for a mesh that is nowhere as a whole. The report is that of the whole mesh, to the bit.
+class TopologyCheck {
+ public:
+  /// `middle` of the box of all vertices that triangles use.
+  explicit TopologyCheck(const Vec3d& middle);
+  ~TopologyCheck();
+  TopologyCheck(const TopologyCheck&) = delete;
+  TopologyCheck& operator=(const TopologyCheck&) = delete;
+
+  /// The next vertices, and triangles by the index of vertices that came and may still get triangles; else Error.
+  void add(std::span<const Vec3d> positions, std::span<const std::array<uint32_t, 3>> triangles);
+  /// Vertices below this index get no more triangles.
+  void settle(uint64_t vertices);
+  /// Settles all and gives the report. Once.
+  [[nodiscard]] TopologyReport finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace argil::clay

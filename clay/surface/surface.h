@@ -60,6 +60,14 @@ struct SurfaceDelta {
   std::vector<std::shared_ptr<const BrickPaint>> painted;
 };
 
+/// A part of a surface as triangles: 64 voxels along x.
+struct SurfaceSlab {
+  uint32_t firstVertex = 0;                        ///< Index of the first of `positions` in the whole.
+  std::vector<Vec3d> positions;                    ///< World mm.
+  std::vector<std::array<uint32_t, 3>> triangles;  ///< By vertices of this slab and of the one before.
+};
+enum class SlabOf : uint8_t { vertices, triangles, both };  ///< What of a slab is filled in.
+
 /// The surface of one clay model, always closed and 2-manifold, following its versions. One thread calls update(); the
 /// meshes handed out may be read anywhere. Method, tables and the rule for ambiguous faces: NOTES.md.
 class Surface {
@@ -92,6 +100,9 @@ class Surface {
   [[nodiscard]] uint64_t hash() const;
   /// One welded mesh in world mm. O(model).
   [[nodiscard]] TriangleMesh toMesh() const;
+  /// The same mesh piece by piece, in its order: for surfaces that have no room beside themselves. The slab is used
+  /// again after each call.
+  void forEachSlab(SlabOf what, const std::function<void(const SurfaceSlab&)>& visit) const;
 
  private:
   struct State;

@@ -223,25 +223,91 @@ std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::Tr
   return moved;
 }
 
-std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport& what, Job* job) {
-  std::vector<io::ModelObject> objects;
+namespace {
+
+// A piece that goes out.
+struct Outgoing {
+  const Piece* piece;
+  clay::Surface surface;
+  io::ModelObject object;  // without its mesh
+  Vec3d back = Vec3d::Zero();
+
+  [[nodiscard]] Vec3d place(const Vec3d& p) const { return piece->pose.apply(p) + back; }
+};
+
+std::vector<Outgoing> outgoing(const Document& document, const ModelExport& what, Job* job) {
+  std::vector<Outgoing> all;
   for (const Piece& each : document.pieces) {
     if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
     if (job) job->step(0);
-    clay::Surface surface(false, what.grade);
-    surface.update(each.version, 2);
-    io::ModelObject object;
-    object.name = each.name;
-    object.colour = colourOf(each.colour);
-    object.mesh = surface.toMesh();
-    if (object.mesh.triangles.empty()) continue;
-    object.vertexColours = vertexColoursOf(surface, each);
-    const Vec3d back = what.putBack ? each.fileOffsetMm : Vec3d::Zero();
-    for (Vec3d& position : object.mesh.positions) position = each.pose.apply(position) + back;
-    objects.push_back(std::move(object));
+    Outgoing one{&each, clay::Surface(false, what.grade), {}};
+    one.surface.update(each.version, 2);
+    if (one.surface.quadCount() == 0) continue;
+    one.object.name = each.name;
+    one.object.colour = colourOf(each.colour);
+    one.object.vertexColours = vertexColoursOf(one.surface, each);
+    if (what.putBack) one.back = each.fileOffsetMm;
+    all.push_back(std::move(one));
   }
-  if (objects.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+  if (all.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+  return all;
+}
+
+std::vector<io::ModelObject> withMeshes(std::vector<Outgoing> all) {
+  std::vector<io::ModelObject> objects;
+  for (Outgoing& one : all) {
+    one.object.mesh = one.surface.toMesh();
+    for (Vec3d& position : one.object.mesh.positions) position = one.place(position);
+    objects.push_back(std::move(one.object));
+    one.surface = clay::Surface(false);
+  }
   return objects;
+}
+
+// Into a format of one mesh, slab by slab: a file of a surface that has no room beside itself, as writeModel() makes
+// it.
+io::WriteReport streamed(const std::filesystem::path& file, const std::vector<Outgoing>& all,
+                         const io::WriteOptions& options, Job* job) {
+  io::MeshCounts counts;
+  for (const Outgoing& one : all) {
+    counts.vertices += one.surface.vertexCount();
+    counts.triangles += 2 * one.surface.quadCount();
+  }
+  counts.colours = true;  // each piece has one
+  io::MeshWriter writer(file, counts, options, job);
+  std::vector<Vec3d> placed;
+  std::vector<io::Colour> colours;
+  for (const Outgoing& one : all) {
+    one.surface.forEachSlab(clay::SlabOf::vertices, [&](const clay::SurfaceSlab& slab) {
+      placed.clear();
+      for (const Vec3d& p : slab.positions) placed.push_back(one.place(p));
+      const std::vector<io::Colour>& painted = one.object.vertexColours;
+      if (painted.empty())
+        colours.assign(placed.size(), one.object.colour.value());
+      else
+        colours.assign(painted.begin() + slab.firstVertex,
+                       painted.begin() + slab.firstVertex + ptrdiff_t(placed.size()));
+      writer.vertices(placed, colours);
+    });
+  }
+  uint32_t first = 0;
+  std::vector<std::array<uint32_t, 3>> moved;
+  for (const Outgoing& one : all) {
+    if (!one.object.name.empty() || all.size() > 1) writer.object(one.object.name);
+    one.surface.forEachSlab(clay::SlabOf::triangles, [&](const clay::SurfaceSlab& slab) {
+      moved.clear();
+      for (const auto& [a, b, c] : slab.triangles) moved.push_back({a + first, b + first, c + first});
+      writer.triangles(moved);
+    });
+    first += static_cast<uint32_t>(one.surface.vertexCount());
+  }
+  return writer.finish();
+}
+
+}  // namespace
+
+std::vector<io::ModelObject> modelOf(const Document& document, const ModelExport& what, Job* job) {
+  return withMeshes(outgoing(document, what, job));
 }
 
 std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport& how, Job* job) {
@@ -279,38 +345,53 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   for (const std::filesystem::path& file : files) {
     if (io::endingOf(file) != ".vdb") io::requireWritable(file);
   }
+  std::vector<Outgoing> clays;
   std::vector<io::ModelObject> objects;
   std::string reduction;
   double tolerance = 0;
   for (const Piece& piece : document.pieces) {
     if (piece.version) tolerance = std::max(tolerance, 0.1 * piece.version.grid().voxelMm);
   }
+  const bool remade = what.recentre || what.triangles || what.errorMm;  // what needs meshes
   for (const std::filesystem::path& file : files) {
     io::WriteReport report;
     if (io::endingOf(file) == ".vdb") {
-      std::vector<io::VdbView> clays;
+      std::vector<io::VdbView> views;
       for (const Piece& each : document.pieces) {
         if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
-        clays.push_back({each.name, each.version,
+        views.push_back({each.name, each.version,
                          each.pose.translation + (what.putBack ? each.fileOffsetMm : Vec3d::Zero()), each.pose.rotation,
                          colourOf(each.colour), materialColours(each)});
       }
-      if (clays.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
-      report = io::writeVdb(file, clays, job);
-      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), clays.size(),
-                                      clays.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
+      if (views.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
+      report = io::writeVdb(file, views, job);
+      sentences.push_back(fmt::format("{}: {} level set{} written, {:.1f} MB.", file.filename().string(), views.size(),
+                                      views.size() == 1 ? "" : "s", double(report.bytes) * 1e-6));
     } else {
-      if (objects.empty()) {
-        objects = modelOf(document, what, job);
-        if (what.recentre) sentences.push_back(recentre(objects));
-        if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
-      }
       io::WriteOptions write;
       write.distinct = true;
       write.tolerance = tolerance;
       write.draco = what.draco;
-      for (std::string& sentence : io::lossesOf(file, {objects, {}}, write)) sentences.push_back(std::move(sentence));
-      report = io::writeModel(file, {objects, {}}, write, job);
+      const auto tellLosses = [&] {
+        for (std::string& sentence : io::lossesOf(file, {objects, {}}, write)) sentences.push_back(std::move(sentence));
+      };
+      const bool made = !objects.empty() && !objects.front().mesh.triangles.empty();  // for a file before
+      if (!remade && !made && io::writesPiecewise(file)) {
+        if (clays.empty()) clays = outgoing(document, what, job);
+        if (objects.empty())
+          for (const Outgoing& one : clays) objects.push_back(one.object);
+        tellLosses();
+        report = streamed(file, clays, write, job);
+      } else {
+        if (!made) {
+          objects = clays.empty() ? modelOf(document, what, job) : withMeshes(std::move(clays));
+          clays.clear();
+          if (what.recentre) sentences.push_back(recentre(objects));
+          if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
+        }
+        tellLosses();
+        report = io::writeModel(file, {objects, {}}, write, job);
+      }
       sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(),
                                       report.triangles, report.format, double(report.bytes) * 1e-6));
     }

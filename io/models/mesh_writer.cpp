@@ -274,6 +274,10 @@ void requireWritable(const std::filesystem::path& path, const WriteOptions& opti
   if (std::filesystem::is_directory(path, failed)) fail(displayName(path), "is a folder; name a file");
 }
 
+bool writesPiecewise(const std::filesystem::path& path) {
+  return formatFor(path, {}, false).encoder != nullptr;
+}
+
 WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh, const WriteOptions& options,
                       Job* job) {
   if (formatFor(path, options, false).encoder == nullptr) {

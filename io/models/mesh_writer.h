@@ -91,6 +91,9 @@ class MeshWriter {
 /// long work, not after it.
 void requireWritable(const std::filesystem::path& path, const WriteOptions& options = {});
 
+/// Whether MeshWriter writes what the ending says. Throws Error for one that is not supported.
+[[nodiscard]] bool writesPiecewise(const std::filesystem::path& path);
+
 /// A whole mesh at once, as MeshWriter does it.
 WriteReport writeMesh(const std::filesystem::path& path, const clay::TriangleMesh& mesh,
                       const WriteOptions& options = {}, Job* job = nullptr);

@@ -9,6 +9,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/weld.h"
 #include "clay/surface/surface.h"
+#include "clay/surface/surface_topology.h"
 #include "engine/models/import_place.h"
 #include "engine/models/load_document.h"
 #include "ui3d/cli/mesh_input.h"
@@ -90,7 +91,7 @@ void inspectClay(const InspectOptions& options) {
   for (const engine::Piece& piece : document.pieces) {
     clay::Surface surface(false);
     surface.update(piece.version, 2);
-    const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
+    const clay::TopologyReport skin = clay::surfaceTopology(surface);
     const clay::VersionStats stats = piece.version.stats();
     const uint64_t active = piece.version.activeVoxels();
     json["pieces"].push_back({{"name", piece.name},
@@ -157,7 +158,7 @@ void inspect(const InspectOptions& options) {
     const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
     clay::Surface surface;
     surface.update(imported.version, 2);
-    const clay::TopologyReport skin = clay::checkTopology(surface.toMesh());
+    const clay::TopologyReport skin = clay::surfaceTopology(surface);
     const clay::VersionStats stats = imported.version.stats();
     const uint64_t active = imported.version.activeVoxels();
     json["clay"] = {{"voxel_mm", imported.version.grid().voxelMm},

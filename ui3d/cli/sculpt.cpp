@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clay/mesh/mesh_topology.h"
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
+#include "clay/surface/surface_topology.h"
 #include "clay/surface/vertex_channels.h"
 #include "engine/models/load_document.h"
 #include "engine/models/prepare_clay.h"
@@ -113,7 +113,6 @@ class ChangedSurface {
 // A piece that is seen, with its surface as it lies in the world.
 struct Figures {
   std::string name;
-  clay::TriangleMesh mesh;
   clay::TopologyReport skin;
   clay::Version version;
 };
@@ -123,17 +122,11 @@ std::vector<Figures> figuresOf(const engine::Document& document, const clay::Sur
   std::vector<Figures> all;
   for (const engine::Piece& piece : document.pieces) {
     if (!piece.visible) continue;
-    Figures one{piece.name, {}, {}, piece.version};
-    if (worked && worked->version() == piece.version) {
-      one.mesh = worked->toMesh();
-    } else {
-      clay::Surface surface(false, grade);
-      surface.update(piece.version, 2);
-      one.mesh = surface.toMesh();
-    }
-    for (Vec3d& position : one.mesh.positions) position = piece.pose.apply(position);
-    one.skin = clay::checkTopology(one.mesh);
-    all.push_back(std::move(one));
+    const auto place = [&](const Vec3d& p) { return piece.pose.apply(p); };
+    clay::Surface surface(false, grade);
+    const bool known = worked && worked->version() == piece.version;
+    if (!known) surface.update(piece.version, 2);
+    all.push_back({piece.name, clay::surfaceTopology(known ? *worked : surface, place), piece.version});
   }
   return all;
 }
@@ -322,6 +315,7 @@ void sculpt(const SculptOptions& options) {
   // What is told is what is written, where something is.
   const clay::Grade written = options.surface.value_or(clay::Grade::fine),
                     told = options.outputs.empty() ? drawn : written;
+  if (told != drawn) surface = clay::Surface(true, drawn);  // two of them may be more than there is memory
   const std::vector<Figures> pieces = figuresOf(*session.document(), told == drawn ? &surface : nullptr, told);
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
   const clay::TopologyReport skin = together(pieces);
@@ -358,6 +352,7 @@ void sculpt(const SculptOptions& options) {
     }
   }
   if (!models.empty()) {
+    surface = clay::Surface();
     const ProgressLine line("writing " + models.front().filename().string(), options.job);
     for (const std::string& sentence : engine::writeModelFiles(models, *session.document(), how, options.job))
       fmt::print("{}\n", sentence);

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface_topology.h"
+#include "clay/whole/boolean.h"
 #include "tests/support/mesh_samples.h"
 
 namespace argil::clay {
@@ -178,6 +182,70 @@ TEST(MeshTopology, FanOfManyTrianglesIsFast) {
   const TopologyReport report = checkTopology(mesh);
   EXPECT_TRUE(report.closed());
   EXPECT_NEAR(report.volume, 2 * M_PI / 3, 1e-9);
+}
+
+bool same(const TopologyReport& a, const TopologyReport& b) {
+  return a.triangles == b.triangles && a.vertices == b.vertices && a.degenerateTriangles == b.degenerateTriangles &&
+         a.boundaryEdges == b.boundaryEdges && a.nonManifoldEdges == b.nonManifoldEdges &&
+         a.flippedEdges == b.flippedEdges && a.boundaryVertices == b.boundaryVertices &&
+         a.nonManifoldVertices == b.nonManifoldVertices && a.bodies == b.bodies && a.volume == b.volume &&
+         a.area == b.area && a.low == b.low && a.high == b.high;
+}
+
+// Two balls over many slabs, whole and damaged in every way: piece by piece the report is that of the whole.
+TEST(MeshTopology, PieceByPieceIsAsTheWhole) {
+  Grid grid;
+  grid.voxelMm = 0.5;
+  const Version two = combine(makeSphere(Store::make(), grid, {0, 0, 0}, 60),
+                              makeSphere(Store::make(), grid, {130, 20, 0}, 50), Combination::join);
+  Surface surface;
+  surface.update(two);
+  EXPECT_TRUE(same(surfaceTopology(surface), checkTopology(surface.toMesh())));
+  const Eigen::AngleAxisd turn(0.7, Vec3d(1, 2, 3).normalized());
+  TriangleMesh turned = surface.toMesh();
+  for (Vec3d& p : turned.positions) p = turn * p;
+  EXPECT_TRUE(same(surfaceTopology(surface, [&](const Vec3d& p) { return turn * p; }), checkTopology(turned)));
+
+  enum class Damage { missing, flipped, doubled, degenerate, pinched };
+  for (const Damage damage : {Damage::missing, Damage::flipped, Damage::doubled, Damage::degenerate, Damage::pinched}) {
+    std::vector<SurfaceSlab> slabs;
+    surface.forEachSlab(SlabOf::both, [&](const SurfaceSlab& slab) { slabs.push_back(slab); });
+    ASSERT_GT(slabs.size(), 5u);
+    for (size_t k = 1; k < slabs.size(); k += 2) {
+      auto& triangles = slabs[k].triangles;
+      const size_t at = triangles.size() / 3;
+      if (damage == Damage::missing) triangles.erase(triangles.begin() + std::ptrdiff_t(at));
+      if (damage == Damage::flipped) std::swap(triangles[at][0], triangles[at][1]);
+      if (damage == Damage::doubled) triangles.push_back(triangles[at]);
+      if (damage == Damage::degenerate) triangles[at][0] = triangles[at][1];
+      if (damage == Damage::pinched)
+        for (auto& triangle : triangles)
+          for (uint32_t& v : triangle) v = v == slabs[k].firstVertex + 7 ? slabs[k - 1].firstVertex + 9 : v;
+    }
+    TriangleMesh mesh;
+    for (const SurfaceSlab& slab : slabs) {
+      mesh.positions.insert(mesh.positions.end(), slab.positions.begin(), slab.positions.end());
+      mesh.triangles.insert(mesh.triangles.end(), slab.triangles.begin(), slab.triangles.end());
+    }
+    const TopologyReport whole = checkTopology(mesh);
+    EXPECT_FALSE(whole.closed());
+    TopologyCheck check(whole.low + (whole.high - whole.low) / 2);
+    for (const SurfaceSlab& slab : slabs) {
+      check.add(slab.positions, slab.triangles);
+      check.settle(slab.firstVertex);
+    }
+    EXPECT_TRUE(same(check.finish(), whole)) << int(damage);
+  }
+}
+
+TEST(MeshTopology, WhatIsSettledGetsNoMoreTriangles) {
+  const TriangleMesh cube = samples::cube();
+  TopologyCheck check(Vec3d::Zero());
+  check.add(cube.positions, cube.triangles);
+  check.settle(8);
+  check.add(cube.positions, {});
+  const std::array<uint32_t, 3> late[] = {{7, 8, 9}};
+  EXPECT_NE(samples::errorOf([&] { check.add({}, late); }).find("vertex 7"), std::string::npos);
 }
 
 }  // namespace

@@ -290,6 +290,51 @@ TEST_F(ModelFiles, ColoursOfMaterialsGoOut) {
   }
 }
 
+// Written from the surface slab by slab, without a mesh: the same bytes. Two pieces, one painted, both moved and
+// turned.
+TEST_F(ModelFiles, FilesOfOneMeshAreWrittenWithoutIt) {
+  const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 40);
+  clay::Editor editor(ball);
+  ball.forEachBrick([&](const clay::Brick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> rows{};
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      if (std::abs(brick.phi(i)) < 3) rows[size_t(i)] = brick.coord.x >= 0 ? 1 : 0;
+    editor.setChannel(clay::Channel::material, brick.coord, rows);
+  });
+  Document document;
+  for (const clay::Version& version :
+       {clay::makeSphere(clay::Store::make(), {}, Vec3d(3, 4, 5), 30), editor.commit()}) {
+    Piece piece;
+    piece.name = fmt::format("Ball {}", document.pieces.size());
+    piece.version = version;
+    piece.materials = {{"wax", {}, std::array{0.0f, 0.0f, 1.0f}}};
+    piece.pose.translation = {100.0 * double(document.pieces.size()), 7, 0};
+    piece.pose.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Vec3d(1, 1, 0).normalized()));
+    piece.fileOffsetMm = {1, 2, 3};
+    document.add(piece);
+  }
+  const auto bytes = [](const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  ModelExport what;
+  what.putBack = true;
+  const std::vector<io::ModelObject> objects = modelOf(document, what);
+  std::vector<fs::path> files;
+  for (const char* ending : {".stl", ".ply", ".obj"}) {
+    io::WriteOptions options;
+    options.distinct = true;
+    (void)io::writeModel(folder / (std::string("whole") + ending), {objects, {}}, options);
+    files.push_back(folder / (std::string("slabs") + ending));
+  }
+  // With one in between whose meshes the next can take.
+  files.insert(files.begin() + 2, folder / "between.3mf");
+  (void)writeModelFiles(files, document, what);
+  for (const char* ending : {".stl", ".ply", ".obj"})
+    EXPECT_TRUE(bytes(folder / (std::string("whole") + ending)) == bytes(folder / (std::string("slabs") + ending)))
+        << ending;
+}
+
 // Bluer from left to right, by twelve levels a voxel: the nearest corner there was is half a voxel off at most, in each
 // direction.
 TEST_F(ModelFiles, ReducedMeshesKeepTheColoursOfTheirPlaces) {
