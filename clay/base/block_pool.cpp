@@ -7,6 +7,8 @@
 #include <new>
 #include <tuple>
 
+#include "clay/base/memory_guard.h"
+
 namespace argil::clay {
 
 namespace {
@@ -27,6 +29,7 @@ class SlabStock {
         return slab;
       }
     }
+    claimMemory(kSlab);
     auto* slab = static_cast<std::byte*>(std::aligned_alloc(kSlab, kSlab));
     if (!slab) throw std::bad_alloc();
     madvise(slab, kSlab, MADV_HUGEPAGE);

@@ -8,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "clay/base/memory_guard.h"
 #include "clay/store/tree.h"
 
 namespace argil::clay {
@@ -37,6 +38,7 @@ SlabPool::Chunk SlabPool::map(size_t bytes) {
     const std::lock_guard lock(arenaMutex_);
     small_.push_back(chunk);
   } else {
+    claimMemory(bytes);
     const std::lock_guard lock(arenaMutex_);
     if (arenas_.empty() || slabsInArena_ == kArenaBytes / kSlabBytes) {
       void* map = mmap(nullptr, kArenaBytes + kSlabBytes, PROT_READ | PROT_WRITE,

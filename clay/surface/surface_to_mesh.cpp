@@ -1,5 +1,6 @@
 #include <iterator>
 
+#include "clay/base/memory_guard.h"
 #include "clay/store/brick_set.h"
 #include "clay/surface/surface_state.h"
 
@@ -57,6 +58,7 @@ void Surface::forEachSlab(SlabOf what, const std::function<void(const SurfaceSla
 
 TriangleMesh Surface::toMesh() const {
   TriangleMesh mesh;
+  claimMemory(vertexCount() * sizeof mesh.positions[0] + 2 * quadCount() * sizeof mesh.triangles[0]);
   mesh.positions.reserve(vertexCount());
   mesh.triangles.reserve(2 * quadCount());
   forEachSlab(SlabOf::both, [&](const SurfaceSlab& slab) {

@@ -18,7 +18,7 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kMostActiveVoxels = 1 << 28;
+constexpr double kMostActiveVoxels = 1 << 30;  // 6 GB of 16 bits, 12 of 32; memory itself: MemoryGuard
 constexpr double kLargestStep = 2;    // of voxel sizes: each step measures three new voxels of distance, six old ones
 constexpr double kWholeVoxel = 1e-9;  // voxels: a shift this near to whole voxels is one
 constexpr int kSplineReach = 2;       // voxels beyond the last distance that a spline reads

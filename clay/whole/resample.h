@@ -14,7 +14,7 @@ namespace argil::clay {
 /// splines from distances that are measured farther than the band where the new voxels are larger, in steps of at most
 /// twice the voxel. Channels are those of the old clay at the place, colours between voxels by their nearness.
 /// `threads`: 0 for all cores; it does not change the result. Throws Error for a bad grid, a pose that is not finite
-/// and a piece that would be out of reach or finer than 2^28 voxels of band, Cancelled. Cost follows the surface, in
+/// and a piece that would be out of reach or finer than 2^30 voxels of band, Cancelled. Cost follows the surface, in
 /// the voxels of the finer of both.
 [[nodiscard]] Version resample(const Version& version, const Grid& grid, const Eigen::Isometry3d& pose, int threads = 0,
                                Job* job = nullptr);

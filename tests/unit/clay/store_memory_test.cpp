@@ -1,12 +1,19 @@
 // What a model costs beside its clay: a document may have a thousand of them.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+#include <new>
 #include <vector>
 
+#include "clay/base/memory_guard.h"
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "clay/surface/surface.h"
 
 namespace argil::clay {
 namespace {
@@ -75,6 +82,78 @@ TEST(StoreMemory, CollectingIsAskedForWhenThereIsSomethingToFree) {
   collectAll(*model.store());
   EXPECT_FALSE(model.store()->wantsCollecting());
   EXPECT_EQ(model.store()->usage().versions, 1u);
+}
+
+// The system's files as a machine, a container and a machine that tells nothing have them.
+TEST(MemoryRoom, IsTheLeastOfTheMachinesAndItsGroups) {
+  namespace fs = std::filesystem;
+  const fs::path root = fs::temp_directory_path() / fmt::format("argil-memory-room-{}", getpid());
+  const auto put = [&](const char* file, const std::string& text) {
+    fs::create_directories((root / file).parent_path());
+    std::ofstream(root / file) << text;
+  };
+  constexpr uint64_t kMiB = 1 << 20;
+  EXPECT_FALSE(memoryRoom(root).available);
+  put("proc/meminfo", "MemTotal:       8388608 kB\nMemFree:          100 kB\nMemAvailable:    2097152 kB\n");
+  EXPECT_EQ(memoryRoom(root).total, 8192 * kMiB);
+  EXPECT_EQ(memoryRoom(root).available, 2048 * kMiB);
+  put("proc/self/cgroup", "0::/user.slice/app.scope\n");
+  put("sys/fs/cgroup/user.slice/app.scope/memory.max", "max\n");
+  put("sys/fs/cgroup/user.slice/app.scope/memory.current", "1073741824\n");
+  EXPECT_EQ(memoryRoom(root).available, 2048 * kMiB) << "a group without a limit";
+  put("sys/fs/cgroup/user.slice/memory.max", "2147483648\n");
+  put("sys/fs/cgroup/user.slice/memory.current", "1610612736\n");
+  EXPECT_EQ(memoryRoom(root).available, 512 * kMiB) << "the limit of the group above";
+  put("sys/fs/cgroup/user.slice/memory.stat", "anon 1\ninactive_file 268435456\n");
+  EXPECT_EQ(memoryRoom(root).available, 768 * kMiB) << "files can be read again";
+  put("sys/fs/cgroup/user.slice/memory.current", "4294967296\n");
+  EXPECT_EQ(memoryRoom(root).available, 0u);
+  put("proc/meminfo", "MemTotal: many\nMemAvailable:    99999999999999999999999 kB\n");
+  EXPECT_FALSE(memoryRoom(root).total);
+  fs::remove_all(root);
+}
+
+TEST(MemoryGuard, RefusesBeforeTheReserveIsTouched) {
+  constexpr uint64_t kMiB = 1 << 20;
+  uint64_t available = 4096 * kMiB;
+  int looks = 0;
+  MemoryGuard guard([&] {
+    ++looks;
+    return MemoryRoom{16384 * kMiB, available};
+  });
+  // Its reserve is 512 MiB of 16 GiB.
+  uint64_t taken = 0;
+  const auto claim = [&](uint64_t bytes) {
+    guard.claim(bytes);
+    taken += bytes;
+    available -= std::min(available, bytes);
+  };
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 4096; ++i) claim(2 * kMiB);
+      },
+      std::bad_alloc);
+  EXPECT_GE(taken, (4096 - 512 - 64) * kMiB);
+  EXPECT_LE(taken, (4096 - 512) * kMiB);
+  EXPECT_LE(looks, 64 + 2) << "a look each 64 MiB";
+  EXPECT_THROW(claim(2 * kMiB), std::bad_alloc) << "and again";
+  available = 2048 * kMiB;
+  claim(1500 * kMiB);
+  EXPECT_THROW(claim(100 * kMiB), std::bad_alloc);
+}
+
+// A sphere that has no room is refused while it is made; what there was stays, and a smaller one has room.
+TEST(MemoryGuard, ClayIsRefusedWhereTheSystemWouldHaveNoneLeft) {
+  const Version before = ball(30);
+  const uint64_t hash = before.hash();
+  {
+    const PretendedMemory none([] { return MemoryRoom{uint64_t{8} << 30, MemoryGuard::kLeastReserve}; });
+    EXPECT_THROW((void)ball(300), std::bad_alloc);
+    Surface surface;
+    EXPECT_THROW(surface.update(makeSphere(before.store(), before.grid(), Vec3d::Zero(), 250)), std::bad_alloc);
+    EXPECT_EQ(before.hash(), hash);
+  }
+  EXPECT_GT(ball(100).stats().bricks, 0u);
 }
 
 }  // namespace
