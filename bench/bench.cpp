@@ -148,8 +148,8 @@ void runBenchmarks(const BenchOptions& options) {
   if (options.names.empty())
     for (const Benchmark& each : kBenchmarks)
       if (each.byDefault) chosen.push_back(&each);
-  if (!(options.largest >= 0.8 && options.largest <= 200))
-    throw Error("--largest: give 0.8 to 200 million active voxels");
+  if (!(options.largest >= 0.8 && options.largest <= 1000))
+    throw Error("--largest: give 0.8 to 1000 million active voxels");
   if (!(options.seconds >= 1 && options.seconds <= 3600)) throw Error("--seconds: give 1 to 3600 s");
   if (!(options.longestS >= 1 && options.longestS <= 600)) throw Error("--stroke: give 1 to 600 s");
   if (!(options.cellSeconds > 0 && options.cellSeconds <= 3600)) throw Error("--cell: give up to 3600 s");

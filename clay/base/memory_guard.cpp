@@ -5,6 +5,10 @@
 #include <new>
 #include <string>
 
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+
 namespace argil {
 namespace {
 
@@ -43,6 +47,11 @@ MemoryGuard& ownGuard() {
 
 std::atomic<MemoryGuard*> pretended{nullptr};
 
+MemoryGuard& guard() {
+  MemoryGuard* const instead = pretended.load();
+  return instead ? *instead : ownGuard();
+}
+
 }  // namespace
 
 MemoryRoom memoryRoom(const std::filesystem::path& root) {
@@ -66,21 +75,33 @@ MemoryRoom memoryRoom(const std::filesystem::path& root) {
   return room;
 }
 
+std::optional<uint64_t> MemoryGuard::free() const {
+  const MemoryRoom room = source_();
+  if (!room.available) return std::nullopt;
+  const uint64_t reserve = std::max(kLeastReserve, room.total.value_or(0) / kReserveShare);
+  return *room.available > reserve ? *room.available - reserve : 0;
+}
+
 void MemoryGuard::claim(size_t bytes) {
   const auto wanted = static_cast<int64_t>(std::min<size_t>(bytes, INT64_MAX / 2));
   if (credit_.fetch_sub(wanted) >= wanted) return;
-  const MemoryRoom room = source_();
   credit_ = 0;
-  if (!room.available) return;
-  const uint64_t reserve = std::max(kLeastReserve, room.total.value_or(0) / kReserveShare);
-  if (*room.available < reserve || *room.available - reserve < static_cast<uint64_t>(wanted)) throw std::bad_alloc();
-  const uint64_t left = *room.available - reserve - static_cast<uint64_t>(wanted);
-  credit_ = std::min<int64_t>(kBetweenLooks, static_cast<int64_t>(left));
+  const std::optional<uint64_t> left = free();
+  if (!left) return;
+  if (*left < static_cast<uint64_t>(wanted)) throw std::bad_alloc();
+  credit_ = std::min<int64_t>(kBetweenLooks, static_cast<int64_t>(*left - static_cast<uint64_t>(wanted)));
 }
 
 void claimMemory(size_t bytes) {
-  MemoryGuard* const instead = pretended.load();
-  (instead ? *instead : ownGuard()).claim(bytes);
+  guard().claim(bytes);
+}
+
+void requireMemory(double bytes, std::string_view what, std::string_view instead) {
+  const std::optional<uint64_t> left = guard().free();
+  if (!left || bytes <= double(*left)) return;
+  throw Error(fmt::format("{} would take about {:.3g} GB of memory, and {:.3g} GB are free: {}", what, bytes * 1e-9,
+                          double(*left) * 1e-9, instead),
+              Error::Kind::work);
 }
 
 PretendedMemory::PretendedMemory(MemoryGuard::Source source) : guard_(std::move(source)) {

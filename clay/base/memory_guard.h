@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 namespace argil {
 
@@ -28,6 +30,8 @@ class MemoryGuard {
   /// Throws std::bad_alloc where this would leave the system less than its reserve, a 32nd of its memory and 256 MiB at
   /// least: enough to save what there is.
   void claim(size_t bytes);
+  /// Bytes that could be claimed now; nothing where the system does not say.
+  [[nodiscard]] std::optional<uint64_t> free() const;
   static constexpr uint64_t kLeastReserve = uint64_t{256} << 20;
 
  private:
@@ -37,6 +41,10 @@ class MemoryGuard {
 
 /// The process's. Slabs of clay and surfaces claim what they take, and so does what needs much at once.
 void claimMemory(size_t bytes);
+
+/// Of what is about to need so much: throws Error (work) that says so, where claiming it would be refused. Claims
+/// nothing. `what`: "a ball of 40 mm at voxels of 0.01 mm"; `instead`: "use a larger voxel".
+void requireMemory(double bytes, std::string_view what, std::string_view instead);
 
 /// While it stands the process's guard believes `source`. Tests.
 class PretendedMemory {

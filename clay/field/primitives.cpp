@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/base/memory_guard.h"
 #include "clay/store/editor.h"
+#include "clay/store/store.h"
 
 namespace argil::clay {
 
@@ -48,6 +50,27 @@ void fill(Editor& editor, const Distance& distance, Coord brick, int bits, const
   editor.setVoxels(brick, phi);
 }
 
+// The surface's area, voxels², by the cubes of 16 bricks an edge that lie within so much of it.
+template <class Distance>
+double areaOf(const Distance& distance, Coord brick, int bits) {
+  constexpr int kBits = 4;
+  const double half = 0.5 * ((kBrickEdge << bits) - 1), reach = half * std::sqrt(3.0);
+  if (std::abs(distance((brick * kBrickEdge).toVec3d() + Vec3d::Constant(half))) > reach) return 0;
+  if (bits == kBits) return std::pow(2 * half + 1, 3) / (2 * reach);
+  double sum = 0;
+  for (int i = 0; i < 8; ++i)
+    sum += areaOf(distance, brick + Coord{i >> 2, (i >> 1) & 1, i & 1} * (1 << (bits - 1)), bits - 1);
+  return sum;
+}
+
+// Beside the clay itself there has to be room for what shows it.
+void requireRoom(double area, const Store& store, const std::string& what) {
+  constexpr double kBricks = 0.0325, kQuads = 1.5;         // of a voxel² of any direction, mean
+  constexpr double kBytesOfQuad = 32, kBytesOfHead = 190;  // as a surface has them
+  const double brick = kBrickVoxels * (store.precision() == Precision::fixed16 ? 2 : 4) + kBytesOfHead;
+  requireMemory(area * (kBricks * brick + kQuads * kBytesOfQuad), what, "use a larger voxel");
+}
+
 template <class Distance>
 Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& halfMm,
              const char* what, Job* job, const Distance& distance) {
@@ -59,6 +82,9 @@ Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centre
   if (centre.cwiseAbs().maxCoeff() > kMaxExtent)
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what,
                             kMaxExtent));
+  requireRoom(areaOf(distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels), *store,
+              fmt::format("{} of {} × {} × {} mm at voxels of {} mm", what, 2 * halfMm.x(), 2 * halfMm.y(),
+                          2 * halfMm.z(), grid.voxelMm));
   Editor editor(Version::empty(std::move(store), grid));
   fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels, {job, 0, 1});
   return editor.commit();

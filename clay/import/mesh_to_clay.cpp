@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/base/memory_guard.h"
 #include "clay/import/solid_field.h"
 #include "clay/store/vdb_bridge.h"
 
@@ -17,6 +18,7 @@ namespace {
 constexpr double kLeastVoxelMm = 1e-3, kMostVoxelMm = 1e3;  // as Grid::check() has them
 constexpr double kMostVoxelsAlong = 65536;
 constexpr double kMostActiveVoxels = 1 << 28;
+constexpr double kBytesOfVoxel = 80;    // at the peak of an import
 constexpr int kMargin = 16;             // voxels between a placed origin and the mesh: more than any band
 constexpr double kLeastBacked = 0.5;    // share of an open mesh's area with an inside behind it: below, it is a sheet
 constexpr double kEdgesPerArea = 1.5;   // voxel edges that a plane crosses for each voxel², mean over directions
@@ -84,6 +86,8 @@ Grid gridFor(const Box& box, double area, const ImportOptions& options) {
                     grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6,
                     largerVoxel(rounded(grid.voxelMm * std::sqrt(active / kMostActiveVoxels), true))));
   }
+  requireMemory(kBytesOfVoxel * active, fmt::format("clay of {:.0f} million voxels", active / 1e6),
+                fmt::format("use a voxel larger than {:g} mm", grid.voxelMm));
   if (options.placeOrigin) {
     for (int k = 0; k < 3; ++k) grid.originMm[k] = grid.voxelMm * (std::floor(box.low[k] / grid.voxelMm) - kMargin);
     grid.check();

@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include "clay/base/memory_guard.h"
 #include "clay/mesh/winding_number.h"
 #include "clay/store/store.h"
 #include "clay_checks.h"
@@ -233,6 +234,9 @@ TEST(MeshToClay, RefusesWhatDoesNotFitAndNamesWhatWould) {
   EXPECT_THAT(messageOf(mesh, options), HasSubstr("65536 is the most: use 0.0153 mm or more"));
   options.grid.voxelMm = 0.0153;
   EXPECT_THAT(messageOf(mesh, options), HasSubstr("268 million is the most: use 0.03 mm or more"));
+  options.grid.voxelMm = 0.04;
+  const PretendedMemory little([] { return MemoryRoom{uint64_t{8} << 30, uint64_t{2} << 30}; });
+  EXPECT_THAT(messageOf(mesh, options), HasSubstr("about 12.1 GB of memory, and 1.88 GB are free: use a voxel larger"));
   options.grid.voxelMm = 0;
   EXPECT_THAT(messageOf(mesh, options), HasSubstr("voxel size"));
   options.grid.voxelMm = 1;

@@ -6,14 +6,17 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <new>
 #include <vector>
 
+#include "clay/base/error.h"
 #include "clay/base/memory_guard.h"
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
+#include "clay/whole/offset.h"
 
 namespace argil::clay {
 namespace {
@@ -142,18 +145,60 @@ TEST(MemoryGuard, RefusesBeforeTheReserveIsTouched) {
   EXPECT_THROW(claim(100 * kMiB), std::bad_alloc);
 }
 
-// A sphere that has no room is refused while it is made; what there was stays, and a smaller one has room.
-TEST(MemoryGuard, ClayIsRefusedWhereTheSystemWouldHaveNoneLeft) {
-  const Version before = ball(30);
+MemoryRoom noRoom() {
+  return {uint64_t{8} << 30, MemoryGuard::kLeastReserve};
+}
+
+// What has no room is refused while it is made; what there was stays, and has room again later.
+TEST(MemoryGuard, ClayAndSurfacesAreRefusedWhereTheSystemWouldHaveNoneLeft) {
+  const Version before = ball(250), other = ball(30);
   const uint64_t hash = before.hash();
+  Surface surface;
   {
-    const PretendedMemory none([] { return MemoryRoom{uint64_t{8} << 30, MemoryGuard::kLeastReserve}; });
-    EXPECT_THROW((void)ball(300), std::bad_alloc);
-    Surface surface;
-    EXPECT_THROW(surface.update(makeSphere(before.store(), before.grid(), Vec3d::Zero(), 250)), std::bad_alloc);
+    const PretendedMemory none(noRoom);
+    EXPECT_THROW(surface.update(before), std::bad_alloc);
+    EXPECT_THROW((void)offset(before, 5), std::bad_alloc);
     EXPECT_EQ(before.hash(), hash);
   }
-  EXPECT_GT(ball(100).stats().bricks, 0u);
+  surface.update(before);
+  EXPECT_GT(surface.quadCount(), 0u);
+}
+
+// Before the work, in numbers: about what it takes with its surface, and more where faces lie along the axes.
+TEST(MemoryGuard, SimpleShapesSayWhatTheyWouldTake) {
+  Grid grid;
+  grid.voxelMm = 1;
+  const std::vector<std::function<Version(std::shared_ptr<Store>)>> shapes = {
+      [&](auto store) {
+        return makeSphere(store, grid, {3, 4, 5}, 300);
+      },
+      [&](auto store) {
+        return makeBlock(store, grid, {3, 4, 5}, {350, 150, 90}, 0);
+      },
+      [&](auto store) {
+        return makeCone(store, grid, {3, 4, 5}, 150, 10, 200);
+      },
+      [&](auto store) {
+        return makeTorus(store, grid, {3, 4, 5}, 150, 60);
+      }};
+  for (const Precision precision : {Precision::float32, Precision::fixed16})
+    for (const auto& shape : shapes) {
+      const Version made = shape(Store::make(precision));
+      Surface surface(false);
+      surface.update(made, 2);
+      const double took = double(made.stats().bytes()) + 32.0 * double(surface.quadCount());
+      const PretendedMemory none(noRoom);
+      try {
+        (void)shape(Store::make(precision));
+        ADD_FAILURE() << "not refused";
+      } catch (const Error& e) {
+        const std::string sentence = e.what(), words = "would take about ";
+        ASSERT_NE(sentence.find(words), std::string::npos) << sentence;
+        const double said = std::stod(sentence.substr(sentence.find(words) + words.size())) * 1e9;
+        EXPECT_GT(said, 0.85 * took) << sentence;
+        EXPECT_LT(said, 1.5 * took) << sentence;
+      }
+    }
 }
 
 }  // namespace
