@@ -100,8 +100,7 @@ void requireMemory(double bytes, std::string_view what, std::string_view instead
   const std::optional<uint64_t> left = guard().free();
   if (!left || bytes <= double(*left)) return;
   throw Error(fmt::format("{} would take about {:.3g} GB of memory, and {:.3g} GB are free: {}", what, bytes * 1e-9,
-                          double(*left) * 1e-9, instead),
-              Error::Kind::work);
+                          double(*left) * 1e-9, instead));
 }
 
 PretendedMemory::PretendedMemory(MemoryGuard::Source source) : guard_(std::move(source)) {

@@ -42,7 +42,7 @@ class MemoryGuard {
 /// The process's. Slabs of clay and surfaces claim what they take, and so does what needs much at once.
 void claimMemory(size_t bytes);
 
-/// Of what is about to need so much: throws Error (work) that says so, where claiming it would be refused. Claims
+/// Of what is about to need so much: throws Error that says so, where claiming it would be refused. Claims
 /// nothing. `what`: "a ball of 40 mm at voxels of 0.01 mm"; `instead`: "use a larger voxel".
 void requireMemory(double bytes, std::string_view what, std::string_view instead);
 
