@@ -21,6 +21,7 @@ constexpr size_t kShareInSlab = 8;  // of what a pool has, its next slab is this
 class SlabStock {
  public:
   std::byte* take() {
+    claimMemory(kSlab);  // those in stock too: the system may have taken their pages
     {
       const std::lock_guard lock(mutex_);
       if (!slabs_.empty()) {
@@ -29,7 +30,6 @@ class SlabStock {
         return slab;
       }
     }
-    claimMemory(kSlab);
     auto* slab = static_cast<std::byte*>(std::aligned_alloc(kSlab, kSlab));
     if (!slab) throw std::bad_alloc();
     madvise(slab, kSlab, MADV_HUGEPAGE);

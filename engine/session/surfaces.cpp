@@ -69,6 +69,7 @@ Surfaces::~Surfaces() {
 
 void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int threads) {
   std::exception_ptr failure;
+  failedNow_.clear();
   takeArrived(failure);
   ownNow_ = 0;
   if (document.stroke != 0 && document.stroke == seenStroke_ && !failure) {
@@ -114,6 +115,7 @@ void Surfaces::followPlace(const Document& document, size_t place, bool stroke, 
                            std::exception_ptr& failure) {
   const Piece& piece = document.pieces[place];
   seen_[place].record = nullptr;
+  if (failedNow_.contains(piece.id)) return;
   try {
     if (followOne(piece, stroke, threads)) seen_[place].record = piece.version.record();
   } catch (...) {
@@ -226,6 +228,8 @@ void Surfaces::takeArrived(std::exception_ptr& failure) {
       continue;
     }
     if (task.failure) {
+      // Not again at once: what failed for want of memory would be tried for ever.
+      failedNow_.insert(task.piece);
       followed_.erase(found);
       if (!failure) failure = task.failure;
       continue;

@@ -44,7 +44,7 @@ class Surfaces {
   Surfaces& operator=(const Surfaces&) = delete;
 
   /// Re-extracts what changed in each piece since the last call. The edit thread's. `oldestSampleNs` as above. Throws
-  /// what an extraction threw, after all other pieces were followed; that piece comes whole the next time.
+  /// what an extraction threw, after all other pieces were followed; that piece comes whole with the next call.
   void follow(const Document& document, int64_t oldestSampleNs, int threads = 1);
   /// The next follow() gives every piece whole, and takes back what its document does not have. The edit thread's.
   void forget();
@@ -111,9 +111,10 @@ class Surfaces {
 
   std::atomic<clay::Grade> grade_{clay::Grade::draft};
   std::map<Id, std::unique_ptr<Followed>> followed_;
-  std::unordered_set<Id> shown_;  // what was delivered and not taken back: it may be in the picture
-  bool forgotten_ = false;        // since the last follow()
-  std::vector<Seen> seen_;        // by place in the document
+  std::unordered_set<Id> failedNow_;  // what the helper could not extract, as the follow() that runs has learnt
+  std::unordered_set<Id> shown_;      // what was delivered and not taken back: it may be in the picture
+  bool forgotten_ = false;            // since the last follow()
+  std::vector<Seen> seen_;            // by place in the document
   // of the document that was followed last, all of whose pieces were as it has them, but for this place
   uint64_t seenStroke_ = 0;
   size_t seenPlace_ = 0;

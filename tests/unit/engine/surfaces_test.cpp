@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
 #include <thread>
 
+#include "clay/base/memory_guard.h"
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
@@ -187,6 +189,30 @@ TEST_F(SurfacesTest, UndoOfAWholePieceStepIsThereAtOnce) {
     EXPECT_TRUE(picture.shows(1, version));
   }
   EXPECT_EQ(surfaces.ownBricks(), own) << "nothing was extracted";
+}
+
+// A surface that has no room is not tried again and again: it is told once, and made when somebody asks again.
+TEST_F(SurfacesTest, WhatTheHelperHasNoRoomForIsToldAndNotTriedForEver) {
+  const Document document = with({ball(230)});
+  {
+    const PretendedMemory none([] { return MemoryRoom{uint64_t{8} << 30, MemoryGuard::kLeastReserve}; });
+    surfaces.follow(document, 0);
+    ASSERT_TRUE(surfaces.behind());
+    int told = 0;
+    for (int i = 0; i < 60'000 && surfaces.behind(); ++i) {
+      try {
+        if (surfaces.arrived()) surfaces.follow(document, 0);
+      } catch (const std::bad_alloc&) {
+        ++told;
+      }
+      std::this_thread::sleep_for(1ms);
+    }
+    EXPECT_EQ(told, 1);
+    EXPECT_FALSE(surfaces.behind());
+  }
+  surfaces.follow(document, 0);
+  settle(document);
+  EXPECT_TRUE(picture.shows(1, document.pieces[0].version));
 }
 
 TEST_F(SurfacesTest, APieceThatChangesOrGoesWhileTheHelperHasItIsShownAsItIs) {
