@@ -345,19 +345,25 @@ void precisions(BenchReport& report, const BenchOptions& options) {
   }
 }
 
-// The largest clay there is, by itself: with others beside it there would be no memory.
-void benchLargest(BenchReport& report, const BenchOptions& options) {
-  report.heading("edit: the same dab on a thousand million active voxels of 16 bits beside a million, one thread");
+// Spheres of these sizes with their surfaces, and places for fresh dabs.
+std::vector<Model> spheres(const std::vector<double>& sizes, Precision precision, Job* job) {
   std::vector<Model> models;
-  for (const double size : {1.0, kLargestMillions}) {
+  for (const double size : sizes) {
     Model m;
-    m.sphere = benchSphere(size, Precision::fixed16);
+    m.sphere = benchSphere(size, precision);
     m.share = 1 - 3 * kRadius / (8 * m.sphere.radiusVoxels);
     m.surface.update(m.sphere.version, 2);
     m.places = freshPlaces(m, 20261120, kFresh);
     models.push_back(std::move(m));
-    if (options.job) options.job->step(0);
+    if (job) job->step(0);
   }
+  return models;
+}
+
+// The largest clay there is, by itself: with others beside it there would be no memory.
+void benchLargest(BenchReport& report, const BenchOptions& options) {
+  report.heading("edit: the same dab on a thousand million active voxels of 16 bits beside a million, one thread");
+  std::vector<Model> models = spheres({1.0, kLargestMillions}, Precision::fixed16, options.job);
   freshDabs(models, options.job);
   for (Model& m : models) walk(m, kWalk);
   reportFresh(report, models, "edit/ball20-bits16/");
@@ -375,16 +381,7 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   report.heading(fmt::format(
       "edit: a ball of {} voxels carves a sphere of 40 mm; edit + surface with normals, one thread; sizes in turn",
       kRadius));
-  std::vector<Model> models;
-  for (const double size : sizesFrom1M(options.largest)) {
-    Model m;
-    m.sphere = benchSphere(size);
-    m.share = 1 - 3 * kRadius / (8 * m.sphere.radiusVoxels);
-    m.surface.update(m.sphere.version, 2);
-    m.places = freshPlaces(m, 20261120, kFresh);
-    models.push_back(std::move(m));
-    if (options.job) options.job->step(0);
-  }
+  std::vector<Model> models = spheres(sizesFrom1M(options.largest), Precision::float32, options.job);
   freshDabs(models, options.job);
   for (Model& m : models) walk(m, kWalk);
 
