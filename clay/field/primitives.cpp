@@ -63,14 +63,6 @@ double areaOf(const Distance& distance, Coord brick, int bits) {
   return sum;
 }
 
-// Beside the clay itself there has to be room for what shows it.
-void requireRoom(double area, const Store& store, const std::string& what) {
-  constexpr double kBricks = 0.0325, kQuads = 1.5;         // of a voxel² of any direction, mean
-  constexpr double kBytesOfQuad = 32, kBytesOfHead = 190;  // as a surface has them
-  const double brick = kBrickVoxels * (store.precision() == Precision::fixed16 ? 2 : 4) + kBytesOfHead;
-  requireMemory(area * (kBricks * brick + kQuads * kBytesOfQuad), what, "use a larger voxel");
-}
-
 template <class Distance>
 Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& halfMm,
              const char* what, Job* job, const Distance& distance) {
@@ -82,9 +74,11 @@ Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centre
   if (centre.cwiseAbs().maxCoeff() > kMaxExtent)
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what,
                             kMaxExtent));
-  requireRoom(areaOf(distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels), *store,
-              fmt::format("{} of {} × {} × {} mm at voxels of {} mm", what, 2 * halfMm.x(), 2 * halfMm.y(),
-                          2 * halfMm.z(), grid.voxelMm));
+  requireMemory(bytesOfClay(areaOf(distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels),
+                            store->precision()),
+                fmt::format("{} of {} × {} × {} mm at voxels of {} mm", what, 2 * halfMm.x(), 2 * halfMm.y(),
+                            2 * halfMm.z(), grid.voxelMm),
+                "use a larger voxel");
   Editor editor(Version::empty(std::move(store), grid));
   fill(editor, distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels, {job, 0, 1});
   return editor.commit();

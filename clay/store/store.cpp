@@ -20,6 +20,11 @@ constexpr size_t kShareInStock = 8;  // of what a pool has, its next chunk is th
 constexpr size_t kPage = 4096, kBlockAlignment = 64;
 }  // namespace
 
+double bytesOfClay(double area, Precision precision) {
+  constexpr double kQuadsOfArea = 1.5, kBytesOfQuad = 32, kNodesOfBrick = 50;  // bytes of a brick's share of nodes
+  return area * (kBricksOfArea * (double(brickBytes(precision)) + kNodesOfBrick) + kQuadsOfArea * kBytesOfQuad);
+}
+
 SlabPool::~SlabPool() {
   for (std::byte* arena : arenas_) munmap(arena, kArenaBytes + kSlabBytes);
   for (std::byte* chunk : small_) std::free(chunk);

@@ -8,6 +8,12 @@
 
 namespace argil::clay {
 
+/// Bricks of a voxel² of surface, mean over its directions.
+inline constexpr double kBricksOfArea = 0.0325;
+/// About what clay with a surface of `area` voxels² takes together with the surface that shows it, mean over its
+/// directions; faces along the axes take a third less.
+[[nodiscard]] double bytesOfClay(double area, Precision precision);
+
 /// Owns the bricks and nodes of any number of versions. Create with make(); versions keep it alive.
 class Store : public std::enable_shared_from_this<Store> {
  public:

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "clay/base/memory_guard.h"
 #include "clay/base/parallel.h"
 #include "clay/field/region_work.h"
 #include "clay/field/settle.h"
@@ -244,6 +245,9 @@ void checkSize(const Version& version, const Grid& grid, const Eigen::Isometry3d
         "at a voxel size of {:g} mm the piece would take about {:.0f} million voxels, and {:.0f} million is the most: "
         "use {:.3g} mm or more",
         grid.voxelMm, active / 1e6, kMostActiveVoxels / 1e6, grid.voxelMm * std::sqrt(active / kMostActiveVoxels)));
+  requireMemory(
+      bytesOfClay(double(version.stats().bricks) / kBricksOfArea * scale * scale, version.store()->precision()),
+      fmt::format("the piece at a voxel size of {:g} mm", grid.voxelMm), "use a larger one");
 }
 
 // Points of a surface, where voxel edges cross it, and how far they lie from another: sums in blocks of bricks, so

@@ -17,6 +17,7 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "clay/whole/offset.h"
+#include "clay/whole/resample.h"
 
 namespace argil::clay {
 namespace {
@@ -162,6 +163,15 @@ TEST(MemoryGuard, ClayAndSurfacesAreRefusedWhereTheSystemWouldHaveNoneLeft) {
   }
   surface.update(before);
   EXPECT_GT(surface.quadCount(), 0u);
+  const PretendedMemory little([] { return MemoryRoom{uint64_t{8} << 30, uint64_t{1} << 30}; });
+  Grid fine = before.grid();
+  fine.voxelMm = 0.1;
+  try {
+    (void)resample(before, fine, Eigen::Isometry3d::Identity());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("at a voxel size of 0.1 mm would take about"), std::string::npos) << e.what();
+  }
 }
 
 // Before the work, in numbers: about what it takes with its surface, and more where faces lie along the axes.
